@@ -1,4 +1,10 @@
 //! percuss: a rigid indenter strikes an elastic layer or half-space, computed by a scheme of minimised mesh
 //! dispersion and recorded as MCAP.
 
+pub mod grid;
+pub mod indenter;
+pub mod material;
 pub mod message;
+pub mod shape;
+pub mod surface;
+pub mod units;

@@ -1,0 +1,250 @@
+//! The mesh: positions, cell areas and face weights of the nodes, and the spacing rules that lead to them.
+//!
+//! This module knows geometry (axisymmetric or plane) and mesh kind and turns both into plain weights, so that
+//! no kernel has to ask for either. It knows nothing of fields, materials or contact.
+//!
+//! Nodes stand in rows of constant depth `z_j = j·Δz`; along a row node `i` is the middle of the cell between
+//! two faces. Displacements live on nodes, radial fluxes on faces:
+//!
+//! ```text
+//!   matched:  axis|--•--|--•--|--•--|        r_i = (i+½)Δr, faces at iΔr
+//!                    0     1     2
+//!   paper:        •--|--•--|--•--|           r_i = iΔr, faces at (i+½)Δr; cell 0 is half a cell
+//!                 0     1     2
+//! ```
+
+use serde::{Deserialize, Serialize};
+
+/// Symmetry of the problem.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Geometry {
+    /// Rotational symmetry about `r = 0`.
+    Axisymmetric,
+    /// Plane strain strip symmetric about `r = 0` (there `r` is the paper's `x`).
+    Plane,
+}
+
+/// Placement of nodes along `r`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeshKind {
+    /// Cell centres, radial Courant number as near to 1 as the geometry allows: dispersion-free along `r` too.
+    Matched,
+    /// Nodes at `r_i = iΔr` with `Δr = Δz`, as in the paper.
+    Paper,
+}
+
+/// Node distances of a mesh and the number of steps of size [`Spacing::dz`] through the layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spacing {
+    /// Radial distance Δr of nodes \[R\].
+    pub dr: f64,
+    /// Axial distance Δz of nodes \[R\]; the time step Δt has the same value \[R/c_p\].
+    pub dz: f64,
+    /// Number of axial steps `J = h/Δz` through a layer; `None` for a half-space.
+    pub layer_rows: Option<usize>,
+}
+
+/// Share of a cell by which the mesh sees a sharp punch edge beyond the last contact node.
+///
+/// A matched mesh sees the edge a quarter cell past node `n`, hence `R = (n + ¾)Δr = (cells − ¼)Δr`. With the
+/// edge there the drag of a plane flat punch is exact and stresses converge at second order.
+const EDGE_OFFSET: f64 = 0.25;
+
+/// Slack for quotients that are whole numbers but for rounding.
+const ROUNDING: f64 = 1e-9;
+
+impl Spacing {
+    /// Spacing of a matched mesh with `cells` nodes across the radius (or the unit length, if unbounded).
+    ///
+    /// ```text
+    /// bounded: Δr = R/(cells − ¼)      unbounded: Δr = 1/cells
+    /// half-space: Δz = Δr/c_s          layer: Δz = h/J, smallest J with c_s·Δz ≤ Δr
+    /// ```
+    ///
+    /// * `radius`: radius of the punch \[R\], `None` if unbounded
+    /// * `thickness`: layer thickness h \[R\], `None` for a half-space
+    /// * `c_s`: shear wave speed \[c_p\]
+    pub fn matched(cells: usize, radius: Option<f64>, thickness: Option<f64>, c_s: f64) -> Self {
+        let dr = match radius {
+            Some(radius) => radius / (cells as f64 - EDGE_OFFSET),
+            None => 1.0 / cells as f64,
+        };
+        match thickness {
+            None => Self { dr, dz: dr / c_s, layer_rows: None },
+            Some(h) => {
+                let rows = (c_s * h / dr - ROUNDING).ceil().max(1.0);
+                Self { dr, dz: h / rows, layer_rows: Some(rows as usize) }
+            }
+        }
+    }
+
+    /// Spacing of the paper's mesh, `Δr = Δz = 1/cells`; `None` if the layer is not a whole number of cells.
+    ///
+    /// * `thickness`: layer thickness h \[R\], `None` for a half-space
+    pub fn paper(cells: usize, thickness: Option<f64>) -> Option<Self> {
+        let step = 1.0 / cells as f64;
+        let layer_rows = match thickness {
+            None => None,
+            Some(h) => {
+                let rows = (h * cells as f64).round();
+                if rows < 1.0 || (h * cells as f64 - rows).abs() > ROUNDING * rows {
+                    return None;
+                }
+                Some(rows as usize)
+            }
+        };
+        Some(Self { dr: step, dz: step, layer_rows })
+    }
+}
+
+/// Positions and weights of the nodes along `r`, and the size of the mesh.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    /// Radius of node 0 \[R\].
+    pub r0: f64,
+    /// Radial distance of nodes \[R\].
+    pub dr: f64,
+    /// Axial distance of nodes \[R\], equal to the time step \[R/c_p\].
+    pub dz: f64,
+    /// Number of axial steps: row `nz` is the backing and stays at rest.
+    pub nz: usize,
+    /// Cell areas a_i, shape `(nr,)`: `2∫r dr` over the cell \[R²\], plane `∫dx` \[R\].
+    pub area: Vec<f64>,
+    /// Weight of the face between nodes i and i+1, shape `(nr,)`: `2 r_{i+½}`, plane 1; the last one is 0, nothing
+    /// crosses the outer boundary.
+    pub face: Vec<f64>,
+    half_cell_start: bool,
+}
+
+impl Grid {
+    /// Builds the mesh.
+    ///
+    /// * `nr`: number of nodes along r, at least 1
+    /// * `nz`: number of axial steps
+    pub fn new(geometry: Geometry, kind: MeshKind, spacing: Spacing, nr: usize, nz: usize) -> Self {
+        assert!(nr >= 1 && nz >= 1, "a mesh has nodes");
+        let dr = spacing.dr;
+        let half_cell_start = kind == MeshKind::Paper;
+        let r0 = if half_cell_start { 0.0 } else { 0.5 * dr };
+        let mut grid =
+            Self { r0, dr, dz: spacing.dz, nz, area: Vec::new(), face: Vec::new(), half_cell_start };
+        for i in 0..nr {
+            let (inner, outer) = grid.cell(i);
+            let (area, face) = match geometry {
+                // 2∫r dr = (r₊ + r₋)(r₊ − r₋)
+                Geometry::Axisymmetric => ((outer + inner) * (outer - inner), 2.0 * outer),
+                Geometry::Plane => (outer - inner, 1.0),
+            };
+            grid.area.push(area);
+            grid.face.push(if i + 1 == nr { 0.0 } else { face });
+        }
+        grid
+    }
+
+    /// Number of nodes along r.
+    pub fn nr(&self) -> usize {
+        self.area.len()
+    }
+
+    /// Time step Δt = Δz: Courant number 1 along z \[R/c_p\].
+    pub fn dt(&self) -> f64 {
+        self.dz
+    }
+
+    /// Radius of node `i` \[R\].
+    pub fn r(&self, i: usize) -> f64 {
+        self.r0 + i as f64 * self.dr
+    }
+
+    /// Inner and outer face of cell `i` \[R\].
+    pub fn cell(&self, i: usize) -> (f64, f64) {
+        let i = i as f64;
+        if self.half_cell_start {
+            (((i - 0.5) * self.dr).max(0.0), (i + 0.5) * self.dr)
+        } else {
+            (i * self.dr, (i + 1.0) * self.dr)
+        }
+    }
+
+    /// Inner and outer end of what node `i` takes a given motion of the surface from \[R\]: the mean over its cell, or
+    /// on the paper's mesh the node itself, where both ends are the same.
+    pub fn support(&self, i: usize) -> (f64, f64) {
+        if self.half_cell_start { (self.r(i), self.r(i)) } else { self.cell(i) }
+    }
+
+    /// Weights of the conservative radial operator, shape `(nr,)` each, dimensionless:
+    ///
+    /// ```text
+    /// Λ_r U at i = outward_i·(U_{i+1} − U_i) − inward_i·(U_i − U_{i−1})
+    /// axisymmetric: outward_i = r_{i+½}/r_i, inward_i = r_{i−½}/r_i;  plane: 1
+    /// ```
+    ///
+    /// \[KA\] Eq. 21, corrected: averaged `U` in every radial term. At the axis the inner face has no area, so
+    /// `inward_0 = 0` (matched) and on the paper's mesh `Λ_r U = 4(U_1 − U_0)`, plane `2(U_1 − U_0)`.
+    pub fn radial_weights(&self) -> (Vec<f64>, Vec<f64>) {
+        let outward = |i: usize| self.dr * self.face[i] / self.area[i];
+        let inward = |i: usize| if i == 0 { 0.0 } else { self.dr * self.face[i - 1] / self.area[i] };
+        ((0..self.nr()).map(outward).collect(), (0..self.nr()).map(inward).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(geometry: Geometry, kind: MeshKind) -> Grid {
+        Grid::new(geometry, kind, Spacing { dr: 0.1, dz: 0.2, layer_rows: None }, 20, 5)
+    }
+
+    #[test]
+    fn matched_spacing_puts_the_edge_a_quarter_cell_past_the_last_node() {
+        let spacing = Spacing::matched(100, Some(1.0), Some(1.0), 0.5);
+        assert!((99.5 * spacing.dr + 0.25 * spacing.dr - 1.0).abs() < 1e-15);
+        assert_eq!(spacing.layer_rows, Some(50));
+        assert!(0.5 * spacing.dz <= spacing.dr * (1.0 + 1e-12));
+    }
+
+    #[test]
+    fn layer_takes_the_smallest_number_of_rows_with_courant_at_most_one() {
+        for (cells, h, c_s) in [(50, 1.0, 0.3), (33, 0.7, 0.8), (64, 2.5, 0.41)] {
+            let s = Spacing::matched(cells, Some(1.0), Some(h), c_s);
+            let rows = s.layer_rows.expect("a layer");
+            assert!(c_s * h / rows as f64 <= s.dr * (1.0 + 1e-8));
+            assert!(rows == 1 || c_s * h / (rows - 1) as f64 > s.dr);
+        }
+    }
+
+    #[test]
+    fn paper_spacing_needs_whole_cells() {
+        assert_eq!(Spacing::paper(50, Some(1.5)).and_then(|s| s.layer_rows), Some(75));
+        assert!(Spacing::paper(75, Some(0.5)).is_none());
+    }
+
+    #[test]
+    fn areas_fill_the_disc() {
+        for kind in [MeshKind::Matched, MeshKind::Paper] {
+            let g = grid(Geometry::Axisymmetric, kind);
+            let (_, outer) = g.cell(19);
+            assert!((g.area.iter().sum::<f64>() - outer * outer).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn radial_operator_is_exact_on_r_squared() {
+        // (u_rr + u_r/r) of r² is 4, plane: 2; the mesh operator reproduces it at every node but the last.
+        for (geometry, exact) in [(Geometry::Axisymmetric, 4.0), (Geometry::Plane, 2.0)] {
+            for kind in [MeshKind::Matched, MeshKind::Paper] {
+                let g = grid(geometry, kind);
+                let (outward, inward) = g.radial_weights();
+                let u: Vec<f64> = (0..g.nr()).map(|i| g.r(i) * g.r(i)).collect();
+                for i in 0..g.nr() - 1 {
+                    let flux_in = if i == 0 { 0.0 } else { inward[i] * (u[i] - u[i - 1]) };
+                    let value = (outward[i] * (u[i + 1] - u[i]) - flux_in) / (g.dr * g.dr);
+                    assert!((value - exact).abs() < 1e-11, "{geometry:?} {kind:?} node {i}: {value}");
+                }
+            }
+        }
+    }
+}

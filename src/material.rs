@@ -1,0 +1,133 @@
+//! Elastic constants of the target.
+
+use serde::{Deserialize, Serialize};
+
+/// The target material as a run needs it: speeds relative to `c_p`, and SI values where they are known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// Shear wave speed c_s \[c_p\].
+    pub shear_wave_speed: f64,
+    /// The material in SI units.
+    pub si: Option<Elastic>,
+}
+
+/// Two elastic constants and the density, in SI units, as a case file gives them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Elastic {
+    /// Young's modulus E \[Pa\], with `poisson_ratio`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub youngs_modulus: Option<f64>,
+    /// Poisson's ratio ν.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poisson_ratio: Option<f64>,
+    /// Bulk modulus K \[Pa\], with `shear_modulus`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bulk_modulus: Option<f64>,
+    /// Shear modulus µ \[Pa\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shear_modulus: Option<f64>,
+    /// Density γ \[kg/m³\].
+    pub density: f64,
+}
+
+/// What is wrong with elastic constants.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MaterialError {
+    /// Neither pair of constants, or parts of both.
+    #[error(
+        "a material has youngs_modulus and poisson_ratio, or bulk_modulus and shear_modulus, and density"
+    )]
+    Incomplete,
+    /// A constant is out of range.
+    #[error("material {name} = {value} is not possible: {bound}")]
+    OutOfRange {
+        /// Key.
+        name: &'static str,
+        /// Value given.
+        value: f64,
+        /// What is allowed.
+        bound: &'static str,
+    },
+}
+
+impl Elastic {
+    /// Bulk and shear modulus `(K, µ)` \[Pa\], `K = E/(3(1−2ν))`, `µ = E/(2(1+ν))`.
+    ///
+    /// # Errors
+    ///
+    /// Constants that are missing, or that no stable solid has.
+    pub fn moduli(&self) -> Result<(f64, f64), MaterialError> {
+        let positive = |name, value: f64| {
+            if value > 0.0 && value.is_finite() {
+                Ok(value)
+            } else {
+                Err(MaterialError::OutOfRange { name, value, bound: "a finite number > 0" })
+            }
+        };
+        positive("density", self.density)?;
+        match (self.youngs_modulus, self.poisson_ratio, self.bulk_modulus, self.shear_modulus) {
+            (Some(e), Some(nu), None, None) => {
+                positive("youngs_modulus", e)?;
+                if !(nu > -1.0 && nu < 0.5) {
+                    let bound = "-1 < poisson_ratio < 0.5";
+                    return Err(MaterialError::OutOfRange { name: "poisson_ratio", value: nu, bound });
+                }
+                Ok((e / (3.0 * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu))))
+            }
+            (None, None, Some(k), Some(mu)) => {
+                Ok((positive("bulk_modulus", k)?, positive("shear_modulus", mu)?))
+            }
+            _ => Err(MaterialError::Incomplete),
+        }
+    }
+
+    /// Speeds `(c_p, c_s)` \[m/s\] of longitudinal and shear waves, `c_p² = (K + 4µ/3)/γ`, `c_s² = µ/γ`; \[KA\] Eq. 1.
+    ///
+    /// # Errors
+    ///
+    /// As [`Elastic::moduli`].
+    pub fn wave_speeds(&self) -> Result<(f64, f64), MaterialError> {
+        let (bulk, shear) = self.moduli()?;
+        Ok((((bulk + 4.0 / 3.0 * shear) / self.density).sqrt(), (shear / self.density).sqrt()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn steel() -> Elastic {
+        Elastic {
+            youngs_modulus: Some(210e9),
+            poisson_ratio: Some(0.3),
+            bulk_modulus: None,
+            shear_modulus: None,
+            density: 7850.0,
+        }
+    }
+
+    #[test]
+    fn both_pairs_of_constants_give_the_same_speeds() {
+        let (k, mu) = steel().moduli().expect("steel");
+        let same = Elastic {
+            youngs_modulus: None,
+            poisson_ratio: None,
+            bulk_modulus: Some(k),
+            shear_modulus: Some(mu),
+            ..steel()
+        };
+        assert_eq!(steel().wave_speeds(), same.wave_speeds());
+        let (c_p, c_s) = steel().wave_speeds().expect("steel");
+        // c_s/c_p = sqrt((1−2ν)/(2(1−ν)))
+        assert!((c_s / c_p - (0.4f64 / 1.4).sqrt()).abs() < 1e-15);
+        assert!((c_p - 6001.0).abs() < 1.0);
+    }
+
+    #[test]
+    fn impossible_constants_are_refused() {
+        assert_eq!(Elastic { poisson_ratio: None, ..steel() }.moduli(), Err(MaterialError::Incomplete));
+        assert!(Elastic { poisson_ratio: Some(0.5), ..steel() }.moduli().is_err());
+        assert!(Elastic { density: f64::NAN, ..steel() }.moduli().is_err());
+    }
+}

@@ -1,0 +1,27 @@
+//! What a model and the contact exchange on z = 0, and nothing else.
+//!
+//! In step k the model offers where its surface nodes would be at level k+1 if no pressure acted, and how much a
+//! pressure moves each of them; the contact answers with the pressure and the displacement that result.
+
+/// The surface nodes during one step. All arrays have the shape `(nr,)`.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// Displacement u_free^{k+1} of the surface if it were free of stress during step k \[R\].
+    pub free: Vec<f64>,
+    /// Displacement per unit of pressure, `∂u^{k+1}/∂p^k` \[R/(γc_p²)\].
+    pub compliance: Vec<f64>,
+    /// Pressure p^k on the surface, compression positive \[γc_p²\].
+    pub pressure: Vec<f64>,
+    /// Displacement u^{k+1} of the surface under that pressure \[R\].
+    pub displacement: Vec<f64>,
+    /// Number of leading nodes that have been loaded so far; pressure beyond them is and was 0.
+    pub loaded: usize,
+}
+
+impl Surface {
+    /// A surface of `nr` nodes at rest.
+    pub fn new(nr: usize) -> Self {
+        let zeros = || vec![0.0; nr];
+        Self { free: zeros(), compliance: zeros(), pressure: zeros(), displacement: zeros(), loaded: 0 }
+    }
+}
