@@ -5,6 +5,7 @@ pub mod grid;
 pub mod indenter;
 pub mod material;
 pub mod message;
+pub mod model;
 pub mod shape;
 pub mod surface;
 pub mod units;
