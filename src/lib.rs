@@ -7,6 +7,7 @@ pub mod indenter;
 pub mod material;
 pub mod message;
 pub mod model;
+pub mod recording;
 pub mod shape;
 pub mod surface;
 pub mod units;

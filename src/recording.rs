@@ -1,0 +1,329 @@
+//! The recorder: messages, attachments and metadata into an MCAP file. It knows no physics.
+//!
+//! The caller encodes messages into batches; a writer thread compresses and writes them. The queue between them is
+//! bounded: a slow disk slows the caller down, and nothing is dropped. The first error of the writer ends the
+//! recording and comes back from the next call.
+//!
+//! Chunks are closed when the caller says so, at fixed steps, and written whole: after a crash every chunk that was
+//! closed can be read. Everything that reaches the bytes of the file is set explicitly here.
+
+use std::{
+    collections::BTreeMap,
+    fs::{File, OpenOptions},
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+    sync::mpsc::{Receiver, SyncSender, sync_channel},
+    thread::JoinHandle,
+};
+
+use mcap::{
+    Attachment, McapError, WriteOptions, Writer,
+    records::{MessageHeader, Metadata},
+    write::NoSeek,
+};
+use prost::Message;
+use serde::{Deserialize, Serialize};
+
+/// Version of the recording format, `major.minor`: readers of the same major version understand it.
+///
+/// * 1.0: the first.
+pub const FORMAT_VERSION: &str = "1.0";
+
+/// Uncompressed size that chunks aim at \[bytes\]: larger ones pack better, smaller ones lose less in a crash.
+pub const CHUNK_TARGET: u64 = 4 << 20;
+
+/// Size at which a batch goes to the writer thread \[bytes\].
+const BATCH_TARGET: usize = 256 << 10;
+/// Batches under way between caller and writer.
+const QUEUE_LENGTH: usize = 8;
+/// Zstandard's fast level: on noise-free waves higher levels gain nothing.
+const ZSTD_LEVEL: u32 = 1;
+
+/// Compression of chunks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Compression {
+    /// None.
+    None,
+    /// LZ4.
+    Lz4,
+    /// Zstandard, level 1.
+    Zstd,
+}
+
+/// Why a recording failed.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordingError {
+    /// The file exists and may not be overwritten.
+    #[error("`{}` exists; choose another output with -o, or overwrite it with --force", .0.display())]
+    Exists(PathBuf),
+    /// The file cannot be created.
+    #[error("cannot create `{}`: {error}", path.display())]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        error: io::Error,
+    },
+    /// Writing failed; what is on disk is incomplete and says so by its missing end.
+    #[error("cannot write `{}`: {error}; the file is incomplete", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        error: Box<McapError>,
+    },
+}
+
+/// One channel of a recording.
+#[derive(Clone, Debug)]
+pub struct ChannelSpec {
+    /// Topic.
+    pub topic: String,
+    /// Full name of the message type.
+    pub schema: String,
+    /// Serialised `FileDescriptorSet` of the message type.
+    pub descriptors: Vec<u8>,
+    /// Units, meanings and axes of the fields.
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// Messages on their way to the writer.
+#[derive(Default)]
+struct Batch {
+    bytes: Vec<u8>,
+    entries: Vec<Entry>,
+}
+
+struct Entry {
+    header: MessageHeader,
+    end: usize,
+}
+
+enum Job {
+    Messages(Batch),
+    CloseChunk,
+    Attachment { name: String, media_type: String, data: Vec<u8> },
+    Metadata { name: String, entries: BTreeMap<String, String> },
+    Channels(Vec<ChannelSpec>),
+    Finish,
+}
+
+/// An MCAP file being written.
+pub struct Recorder {
+    path: PathBuf,
+    queue: Option<SyncSender<Job>>,
+    spare: Receiver<Batch>,
+    writer: Option<JoinHandle<Result<(), McapError>>>,
+    batch: Batch,
+    sequences: Vec<u32>,
+}
+
+impl Recorder {
+    /// Creates the file.
+    ///
+    /// * `overwrite`: replace what is at `path`
+    ///
+    /// # Errors
+    ///
+    /// The file exists, or cannot be created.
+    pub fn create(path: &Path, overwrite: bool, compression: Compression) -> Result<Self, RecordingError> {
+        let mut options = OpenOptions::new();
+        options.write(true);
+        if overwrite {
+            options.create(true).truncate(true)
+        } else {
+            options.create_new(true)
+        };
+        let file = options.open(path).map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => RecordingError::Exists(path.into()),
+            _ => RecordingError::Create { path: path.into(), error },
+        })?;
+        let (queue, jobs) = sync_channel(QUEUE_LENGTH);
+        let (give_back, spare) = sync_channel(QUEUE_LENGTH);
+        let writer = std::thread::Builder::new()
+            .name("recording".into())
+            .spawn(move || write(file, compression, &jobs, &give_back))
+            .map_err(|error| RecordingError::Create { path: path.into(), error })?;
+        Ok(Self {
+            path: path.into(),
+            queue: Some(queue),
+            spare,
+            writer: Some(writer),
+            batch: Batch::default(),
+            sequences: Vec::new(),
+        })
+    }
+
+    /// Declares the channels, numbered from 0 in this order.
+    ///
+    /// # Errors
+    ///
+    /// As for all methods below: the first error of the writer.
+    pub fn channels(&mut self, channels: Vec<ChannelSpec>) -> Result<(), RecordingError> {
+        self.sequences = vec![0; channels.len()];
+        self.send(Job::Channels(channels))
+    }
+
+    /// Adds a message.
+    ///
+    /// * `channel`: number of the channel
+    /// * `log_time`: log and publish time \[ns\]
+    ///
+    /// # Errors
+    ///
+    /// The first error of the writer.
+    pub fn message(
+        &mut self,
+        channel: usize,
+        log_time: u64,
+        message: &impl Message,
+    ) -> Result<(), RecordingError> {
+        let sequence = self.sequences[channel];
+        self.sequences[channel] = sequence.wrapping_add(1);
+        // ids in the file count from 1
+        let channel_id = channel as u16 + 1;
+        let header = MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
+        message.encode(&mut self.batch.bytes).expect("a Vec grows");
+        self.batch.entries.push(Entry { header, end: self.batch.bytes.len() });
+        if self.batch.bytes.len() >= BATCH_TARGET { self.send_batch() } else { Ok(()) }
+    }
+
+    /// Closes the chunk: everything so far survives a crash.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the writer.
+    pub fn close_chunk(&mut self) -> Result<(), RecordingError> {
+        self.send_batch()?;
+        self.send(Job::CloseChunk)
+    }
+
+    /// Attaches a file; create and log time are 0.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the writer.
+    pub fn attach(&mut self, name: &str, media_type: &str, data: Vec<u8>) -> Result<(), RecordingError> {
+        self.send_batch()?;
+        self.send(Job::Attachment { name: name.into(), media_type: media_type.into(), data })
+    }
+
+    /// Writes a metadata record.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the writer.
+    pub fn metadata(&mut self, name: &str, entries: BTreeMap<String, String>) -> Result<(), RecordingError> {
+        self.send_batch()?;
+        self.send(Job::Metadata { name: name.into(), entries })
+    }
+
+    /// Writes the summary and waits until the file is complete.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the writer.
+    pub fn finish(mut self) -> Result<(), RecordingError> {
+        self.send_batch()?;
+        self.send(Job::Finish)?;
+        self.queue = None;
+        self.join()
+    }
+
+    fn send_batch(&mut self) -> Result<(), RecordingError> {
+        if self.batch.entries.is_empty() {
+            return Ok(());
+        }
+        let next = self.spare.try_recv().unwrap_or_default();
+        let batch = std::mem::replace(&mut self.batch, next);
+        self.send(Job::Messages(batch))
+    }
+
+    fn send(&mut self, job: Job) -> Result<(), RecordingError> {
+        match self.queue.as_ref().map(|queue| queue.send(job)) {
+            Some(Ok(())) => Ok(()),
+            // the writer is gone: it has failed, and says why
+            _ => self.join(),
+        }
+    }
+
+    fn join(&mut self) -> Result<(), RecordingError> {
+        let Some(writer) = self.writer.take() else { return Ok(()) };
+        match writer.join() {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(error)) => Err(RecordingError::Write { path: self.path.clone(), error: Box::new(error) }),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    }
+}
+
+type Output = NoSeek<BufWriter<File>>;
+
+/// The writer thread: from the first job to the last, then the summary.
+fn write(
+    file: File,
+    compression: Compression,
+    jobs: &Receiver<Job>,
+    give_back: &SyncSender<Batch>,
+) -> Result<(), McapError> {
+    let options = WriteOptions::new()
+        .profile("")
+        .library(format!("percuss/{}", env!("CARGO_PKG_VERSION")))
+        .compression(match compression {
+            Compression::None => None,
+            Compression::Lz4 => Some(mcap::Compression::Lz4),
+            Compression::Zstd => Some(mcap::Compression::Zstd),
+        })
+        .compression_level(if compression == Compression::Zstd { ZSTD_LEVEL } else { 0 })
+        .compression_threads(0)
+        .chunk_size(None)
+        .use_chunks(true)
+        .disable_seeking(true)
+        .emit_summary_records(true)
+        .emit_summary_offsets(true)
+        .emit_message_indexes(true)
+        .calculate_chunk_crcs(true)
+        .calculate_data_section_crc(true)
+        .calculate_summary_section_crc(true)
+        .calculate_attachment_crcs(true);
+    let mut writer = options.create(NoSeek::new(BufWriter::new(file)))?;
+    let result = jobs.iter().try_for_each(|job| carry_out(&mut writer, job, give_back));
+    // taking the stream back keeps the writer from finishing a file that has failed or was given up
+    let mut output = writer.into_inner().into_inner();
+    result?;
+    output.flush()?;
+    match output.get_ref().sync_all() {
+        // pipes and devices cannot be synchronised, and need not be
+        Err(error) if error.kind() != io::ErrorKind::InvalidInput => Err(error.into()),
+        _ => Ok(()),
+    }
+}
+
+fn carry_out(writer: &mut Writer<Output>, job: Job, give_back: &SyncSender<Batch>) -> Result<(), McapError> {
+    match job {
+        Job::Messages(mut batch) => {
+            let mut start = 0;
+            for entry in batch.entries.drain(..) {
+                writer.write_to_known_channel(&entry.header, &batch.bytes[start..entry.end])?;
+                start = entry.end;
+            }
+            batch.bytes.clear();
+            // if there is no room for spares there are enough of them
+            drop(give_back.try_send(batch));
+            Ok(())
+        }
+        Job::CloseChunk => writer.flush(),
+        Job::Attachment { name, media_type, data } => {
+            writer.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data: data.into() })
+        }
+        Job::Metadata { name, entries } => writer.write_metadata(&Metadata { name, metadata: entries }),
+        Job::Finish => writer.finish().map(drop),
+        Job::Channels(channels) => channels.into_iter().enumerate().try_for_each(|(index, channel)| {
+            let schema = writer.add_schema(&channel.schema, "protobuf", &channel.descriptors)?;
+            let id = index as u16 + 1;
+            writer.add_channel_with_id(id, schema, &channel.topic, "protobuf", &channel.metadata)?;
+            Ok(())
+        }),
+    }
+}
