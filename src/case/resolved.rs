@@ -1,0 +1,150 @@
+//! From a case back to a case file in which nothing is left implicit.
+
+use serde::Serialize;
+
+use super::{Case, HeadKind, Stop};
+use crate::{
+    contact::Rule,
+    grid::{Geometry, MeshKind},
+    material::Elastic,
+    model::{Field, ModelKind},
+    recording::Compression,
+};
+
+#[derive(Serialize)]
+struct Resolved<'a> {
+    title: &'a str,
+    model: ModelKind,
+    geometry: Geometry,
+    target: Target,
+    indenter: Indenter<'a>,
+    impact: Impact,
+    mesh: Mesh,
+    run: Run,
+    record: Record<'a>,
+}
+
+#[derive(Serialize)]
+struct Target {
+    thickness: Thickness,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shear_wave_speed: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    material: Option<Elastic>,
+}
+
+enum Thickness {
+    Layer(f64),
+    HalfSpace,
+}
+
+impl Serialize for Thickness {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Layer(h) => serializer.serialize_f64(*h),
+            Self::HalfSpace => serializer.serialize_str("half-space"),
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Indenter<'a> {
+    shape: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    radius: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    curvature: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    spread_rate: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    points: Option<&'a [[f64; 2]]>,
+    mass: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scale: Option<Scale>,
+}
+
+#[derive(Serialize)]
+struct Scale {
+    radius: f64,
+}
+
+#[derive(Serialize)]
+struct Impact {
+    velocity: f64,
+    contact: Rule,
+}
+
+#[derive(Serialize)]
+struct Mesh {
+    kind: MeshKind,
+    cells: usize,
+    outer_radius: f64,
+}
+
+#[derive(Serialize)]
+struct Run {
+    end_time: f64,
+    stop: Stop,
+}
+
+#[derive(Serialize)]
+struct Record<'a> {
+    interface_every: u64,
+    probes: &'a [f64],
+    fields: &'a [Field],
+    frames: usize,
+    compression: Compression,
+    playback_rate: f64,
+}
+
+fn resolved(case: &Case) -> Resolved<'_> {
+    let body = &case.indenter;
+    let (shape, curvature, spread_rate, points) = match &body.head {
+        HeadKind::Flat => ("flat", None, None, None),
+        HeadKind::Paraboloid { curvature } => ("paraboloid", Some(*curvature), None, None),
+        HeadKind::Cone { spread_rate } => ("cone", None, Some(*spread_rate), None),
+        HeadKind::Profile { points, .. } => ("profile", None, None, Some(points.as_slice())),
+    };
+    let material = case.target.material;
+    let record = &case.record;
+    Resolved {
+        title: &case.title,
+        model: case.model,
+        geometry: case.geometry,
+        target: Target {
+            thickness: case.target.thickness.map_or(Thickness::HalfSpace, Thickness::Layer),
+            shear_wave_speed: material.si.is_none().then_some(material.shear_wave_speed),
+            material: material.si,
+        },
+        indenter: Indenter {
+            shape,
+            radius: body.radius,
+            curvature,
+            spread_rate,
+            points,
+            mass: body.mass,
+            scale: body.scale_radius.map(|radius| Scale { radius }),
+        },
+        impact: Impact { velocity: case.impact.velocity, contact: case.impact.contact },
+        mesh: Mesh { kind: case.mesh.kind, cells: case.mesh.cells, outer_radius: case.sizes.outer_radius },
+        run: Run { end_time: case.run.end_time, stop: case.run.stop },
+        record: Record {
+            interface_every: record.interface_every,
+            probes: &record.probes,
+            fields: &record.fields,
+            frames: record.frames,
+            compression: record.compression,
+            playback_rate: record.playback_rate,
+        },
+    }
+}
+
+/// The case as TOML.
+pub fn toml(case: &Case) -> String {
+    toml::to_string(&resolved(case)).expect("a case is plain tables, text and numbers")
+}
+
+/// The case as JSON; an infinite mass becomes `null`, JSON has no infinity.
+pub fn json(case: &Case) -> serde_json::Value {
+    serde_json::to_value(resolved(case)).expect("a case is plain maps, text and numbers")
+}
