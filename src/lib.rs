@@ -3,6 +3,7 @@
 
 pub mod case;
 pub mod contact;
+pub mod exact;
 pub mod grid;
 pub mod indenter;
 pub mod material;
@@ -10,5 +11,8 @@ pub mod message;
 pub mod model;
 pub mod recording;
 pub mod shape;
+pub mod simulation;
 pub mod surface;
 pub mod units;
+pub mod validity;
+pub mod view;

@@ -1,0 +1,152 @@
+//! What one step shows to observers, whoever produced it.
+//!
+//! A [`View`] borrows; an observer cannot change what it looks at, so recording cannot change a number.
+
+use crate::{
+    contact::event::Event,
+    model::{Extent, Field},
+};
+
+/// One step k of a simulation or of a closed form.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    /// Number k of the step.
+    pub step: u64,
+    /// Time t = kΔt \[R/c_p\].
+    pub time: f64,
+    /// The interface.
+    pub interface: Interface<'a>,
+    /// Drag F^k \[πR²γc_p²\].
+    pub drag: f64,
+    /// Contact radius r* \[R\].
+    pub contact_radius: f64,
+    /// Velocity V^k of the indenter \[c_p\].
+    pub velocity: f64,
+    /// Displacement w^k of the indenter \[R\].
+    pub depth: f64,
+    /// What happened in this step.
+    pub events: &'a [Event],
+    /// Field and energy, on steps that are frames.
+    pub frame: Option<Frame<'a>>,
+}
+
+/// Interface stress at the nodes of the surface.
+#[derive(Clone, Copy)]
+pub struct Interface<'a> {
+    /// Radius of node 0 \[R\].
+    pub r0: f64,
+    /// Distance of nodes \[R\].
+    pub dr: f64,
+    /// Pressure p_i^k out to the outermost node ever in contact, shape `(reached,)` \[γc_p²\].
+    pub pressure: &'a [f64],
+    /// Radius of the punch \[R\], infinite if unbounded.
+    pub punch_radius: f64,
+    /// True once the outermost node that fits on the punch has been in contact.
+    pub complete: bool,
+}
+
+/// What only frames show.
+#[derive(Clone, Copy)]
+pub struct Frame<'a> {
+    /// Energy ledger.
+    pub energy: Energy,
+    /// The fields.
+    pub fields: &'a dyn Fields,
+}
+
+/// Energy ledger: `initial + work = kinetic + strain + indenter + dissipated + residual` \[πR³γc_p²\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Kinetic energy of the target.
+    pub kinetic: f64,
+    /// Strain energy of the target.
+    pub strain: f64,
+    /// Kinetic energy of an indenter of finite mass.
+    pub indenter: f64,
+    /// Energy lost so far to surface nodes that struck the indenter.
+    pub dissipated: f64,
+    /// Work done so far by a prescribed motion.
+    pub work: f64,
+    /// Rounding.
+    pub residual: f64,
+}
+
+/// Fields of a step, computed when asked for.
+pub trait Fields {
+    /// Writes `field` row-major `[[j, i]]` into `values`; rows and columns at rest are left out.
+    fn sample(&self, field: Field, values: &mut Vec<f32>) -> Extent;
+
+    /// Distances of rows and columns.
+    fn lattice(&self) -> Lattice;
+}
+
+/// Positions of field nodes: `(r0 + i·dr, j·dz)` \[R\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lattice {
+    /// Radius of column 0.
+    pub r0: f64,
+    /// Distance of columns.
+    pub dr: f64,
+    /// Distance of rows.
+    pub dz: f64,
+}
+
+impl Interface<'_> {
+    /// Interface stress at radius `r` \[γc_p²\].
+    ///
+    /// Linear between nodes; inside the first node the even parabola through the first two, `(9p_0 − p_1)/8` at
+    /// r = 0 on a mesh of cells; between the last node of a punch and its edge the value at that node; 0 outside
+    /// the punch and where there has been no contact.
+    pub fn stress_at(&self, r: f64) -> f64 {
+        let p = self.pressure;
+        if p.is_empty() || r > self.punch_radius * (1.0 + 1e-12) {
+            return 0.0;
+        }
+        let last = p.len() - 1;
+        let x = (r - self.r0) / self.dr;
+        if x < 0.0 {
+            let next = p.get(1).copied().unwrap_or(0.0);
+            // p = a + b r² through (r_0, p_0), (r_1, p_1)
+            let (r0, r1) = (self.r0, self.r0 + self.dr);
+            return p[0] + (next - p[0]) * (r * r - r0 * r0) / (r1 * r1 - r0 * r0);
+        }
+        let i = x as usize;
+        if i > last {
+            return 0.0;
+        }
+        let next = match p.get(i + 1) {
+            Some(&next) => next,
+            None if self.complete => p[i],
+            None => 0.0,
+        };
+        p[i] + (next - p[i]) * (x - i as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn interface(pressure: &[f64], complete: bool) -> Interface<'_> {
+        Interface { r0: 0.05, dr: 0.1, pressure, punch_radius: 0.475, complete }
+    }
+
+    #[test]
+    fn probes_follow_the_contract() {
+        let p = [1.0, 2.0, 3.0, 5.0, 9.0];
+        let view = interface(&p, true);
+        assert!((view.stress_at(0.0) - (9.0 * p[0] - p[1]) / 8.0).abs() < 1e-15);
+        assert!((view.stress_at(0.05) - 1.0).abs() < 1e-15);
+        assert!((view.stress_at(0.30) - 4.0).abs() < 1e-12);
+        assert_eq!(view.stress_at(0.47), 9.0);
+        assert_eq!(view.stress_at(0.48), 0.0);
+    }
+
+    #[test]
+    fn a_growing_contact_ends_at_the_next_node() {
+        let view = interface(&[1.0, 2.0], false);
+        assert!((view.stress_at(0.20) - 1.0).abs() < 1e-12);
+        assert_eq!(view.stress_at(0.26), 0.0);
+        assert_eq!(interface(&[], false).stress_at(0.0), 0.0);
+    }
+}

@@ -1,0 +1,81 @@
+//! Balances of the discrete scheme: energy, momentum, and the sign of what unilateral contact loses.
+
+use super::{case, run};
+
+#[test]
+fn bilateral_contact_conserves_energy() {
+    // the scheme's own energy is conserved exactly: residuals are rounding, far below 1e-10 of the initial energy
+    for name in ["fig8-m2.5", "fig8-m10"] {
+        for geometry in ["axisymmetric", "plane"] {
+            for mesh in ["matched", "paper"] {
+                let overrides = [
+                    "run.stop=never".to_owned(),
+                    format!("geometry={geometry}"),
+                    format!("mesh.kind={mesh}"),
+                    "mesh.cells=40".to_owned(),
+                    "impact.contact=bilateral".to_owned(),
+                    "record.frames=50".to_owned(),
+                ];
+                let case = case(name, &overrides.each_ref().map(String::as_str));
+                let initial = 0.5 * case.indenter.mass;
+                let frames = run(&case, |view| view.frame.map(|frame| frame.energy));
+                for energy in frames.into_iter().flatten() {
+                    assert!(energy.residual.abs() <= 1e-10 * initial, "{name} {geometry} {mesh}: {energy:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn unilateral_contact_only_ever_loses_energy() {
+    for name in ["fig2", "fig3", "fig6c", "fig7b", "fig8-m2.5", "fig9-m1"] {
+        let case = case(name, &["mesh.cells=50", "run.stop=never", "record.frames=100"]);
+        let mut last = 0.0;
+        for energy in run(&case, |view| view.frame.map(|frame| frame.energy)).into_iter().flatten() {
+            assert!(energy.dissipated >= last, "{name}: {energy:?}");
+            let scale = energy.work + energy.indenter + energy.kinetic + energy.strain;
+            assert!(energy.residual.abs() <= 1e-12 * scale, "{name}: {energy:?}");
+            last = energy.dissipated;
+        }
+        assert!(last > 0.0, "{name}: striking nodes lose energy");
+    }
+}
+
+#[test]
+fn prescribed_motion_does_the_work() {
+    for name in ["fig6a", "fig7a"] {
+        let case = case(name, &["mesh.cells=50", "record.frames=30"]);
+        for energy in run(&case, |view| view.frame.map(|frame| frame.energy)).into_iter().flatten() {
+            assert_eq!(energy.dissipated, 0.0);
+            assert!(energy.residual.abs() <= 1e-12 * energy.work.max(1e-3), "{name}: {energy:?}");
+        }
+    }
+}
+
+#[test]
+fn momentum_of_the_punch_is_the_impulse_of_the_drag() {
+    // M(V0 − V^k) = Δt·(F^0 + … + F^{k−1} + ½F^k): the scheme's own quadrature, equal but for rounding
+    let case = case("fig8-m5", &["mesh.cells=60", "record.frames=0"]);
+    let (mut impulse, dt, mass) = (0.0, case.sizes.dt, case.indenter.mass);
+    for (drag, velocity) in run(&case, |view| (view.drag, view.velocity)) {
+        let momentum = mass * (1.0 - velocity);
+        assert!((momentum - impulse - 0.5 * dt * drag).abs() < 1e-12, "{momentum} {impulse}");
+        impulse += dt * drag;
+    }
+}
+
+#[test]
+fn profile_of_points_does_as_the_shape_it_describes() {
+    // a cone given by two points is the cone, but for rounding of f
+    let points = "indenter.points=[[0.0, 0.0], [1.0, 0.5]]";
+    let cone = case("fig6c", &["mesh.cells=40", "record.frames=0"]);
+    let text = "[target]\nthickness = \"half-space\"\nshear_wave_speed = 0.5\n[indenter]\nshape = \"profile\"\n\
+                radius = 1.0\n[mesh]\ncells = 40\n[run]\nend_time = 4.0\n[record]\nframes = 0\n";
+    let profile =
+        percuss::case::Case::parse("profile", text, &[points.to_owned()], "".as_ref()).expect("a case");
+    let drag = |case| run(case, |view| view.drag);
+    for (step, (a, b)) in drag(&cone).into_iter().zip(drag(&profile)).enumerate() {
+        assert!((a - b).abs() < 1e-11, "step {step}: {a} {b}");
+    }
+}
