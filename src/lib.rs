@@ -2,6 +2,7 @@
 //! dispersion and recorded as MCAP.
 
 pub mod case;
+pub mod channels;
 pub mod contact;
 pub mod exact;
 pub mod grid;
@@ -10,6 +11,7 @@ pub mod material;
 pub mod message;
 pub mod model;
 pub mod recording;
+pub mod session;
 pub mod shape;
 pub mod simulation;
 pub mod surface;

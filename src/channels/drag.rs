@@ -1,0 +1,41 @@
+//! `/drag`: resistance to the indenter, every step.
+
+use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, every_step, step_and_time};
+use crate::{case::Case, message::percuss, recording::RecordingError, view::View};
+
+/// The drag channel.
+pub struct Drag;
+
+impl Channel for Drag {
+    fn topic(&self) -> &'static str {
+        "/drag"
+    }
+
+    fn schema(&self) -> &'static str {
+        "percuss.Drag"
+    }
+
+    fn fields(&self) -> Vec<FieldNote> {
+        let mut fields = step_and_time().to_vec();
+        fields.push(FieldNote::new(
+            "force",
+            "πR²γc_p²",
+            "drag F on the indenter, F(0+) = V0 for a flat punch",
+        ));
+        fields.push(FieldNote::new("contact_radius", "R", "contact radius r*"));
+        fields
+    }
+
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+        outlet.put(&percuss::Drag {
+            step: view.step,
+            time: view.time,
+            force: view.drag,
+            contact_radius: view.contact_radius,
+        })
+    }
+
+    fn size(&self, case: &Case) -> u64 {
+        every_step(case) * (30 + MESSAGE_OVERHEAD)
+    }
+}

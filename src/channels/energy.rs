@@ -1,0 +1,55 @@
+//! `/energy`: the energy ledger, at frames.
+
+use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, frames, step_and_time};
+use crate::{case::Case, message::percuss, recording::RecordingError, view::View};
+
+/// The energy channel.
+pub struct Energy;
+
+const UNIT: &str = "πR³γc_p²";
+
+impl Channel for Energy {
+    fn topic(&self) -> &'static str {
+        "/energy"
+    }
+
+    fn schema(&self) -> &'static str {
+        "percuss.Energy"
+    }
+
+    fn fields(&self) -> Vec<FieldNote> {
+        let mut fields = step_and_time().to_vec();
+        fields.extend([
+            FieldNote::new("kinetic", UNIT, "kinetic energy of the target"),
+            FieldNote::new("strain", UNIT, "strain energy of the target"),
+            FieldNote::new("indenter", UNIT, "kinetic energy of an indenter of finite mass"),
+            FieldNote::new(
+                "dissipated",
+                UNIT,
+                "energy lost so far to nodes that struck the indenter and stuck",
+            ),
+            FieldNote::new("work", UNIT, "work done so far by a motion that is prescribed"),
+            FieldNote::new("residual", UNIT, "initial + work - all of the above: rounding"),
+        ]);
+        fields
+    }
+
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+        let Some(frame) = view.frame else { return Ok(()) };
+        let energy = frame.energy;
+        outlet.put(&percuss::Energy {
+            step: view.step,
+            time: view.time,
+            kinetic: energy.kinetic,
+            strain: energy.strain,
+            indenter: energy.indenter,
+            dissipated: energy.dissipated,
+            work: energy.work,
+            residual: energy.residual,
+        })
+    }
+
+    fn size(&self, case: &Case) -> u64 {
+        frames(case) * (60 + MESSAGE_OVERHEAD)
+    }
+}

@@ -1,0 +1,53 @@
+//! `/event`: what happens once, as it happens.
+
+use super::{Channel, FieldNote, Outlet, step_and_time};
+use crate::{
+    case::Case,
+    contact::event::EventKind,
+    message::percuss::{self, event::Kind},
+    recording::RecordingError,
+    view::View,
+};
+
+/// The event channel.
+pub struct Event;
+
+impl Channel for Event {
+    fn topic(&self) -> &'static str {
+        "/event"
+    }
+
+    fn schema(&self) -> &'static str {
+        "percuss.Event"
+    }
+
+    fn fields(&self) -> Vec<FieldNote> {
+        let mut fields = step_and_time().to_vec();
+        fields.push(FieldNote::new("r", "R", "where it happened, for events that have a place"));
+        fields
+    }
+
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+        for event in view.events {
+            let kind = match event.kind {
+                EventKind::Extension => Kind::Extension,
+                EventKind::Rebound => Kind::Rebound,
+                EventKind::Separation => Kind::Separation,
+                EventKind::Recontact => Kind::Recontact,
+                EventKind::Stopped => Kind::Stopped,
+            };
+            outlet.put(&percuss::Event {
+                step: view.step,
+                time: view.time,
+                kind: kind.into(),
+                text: event.text.clone(),
+                r: event.r,
+            })?;
+        }
+        Ok(())
+    }
+
+    fn size(&self, _case: &Case) -> u64 {
+        512
+    }
+}

@@ -1,0 +1,75 @@
+//! `/field/displacement`, `/field/velocity`, `/field/stress`: a field over the section, at frames.
+
+use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, frames, step_and_time};
+use crate::{case::Case, message::percuss, model::Field, recording::RecordingError, view::View};
+
+/// The channel of one field.
+pub struct FieldSlice {
+    field: Field,
+    message: percuss::FieldSlice,
+}
+
+impl FieldSlice {
+    /// The channel of `field`.
+    pub fn new(field: Field) -> Self {
+        Self { field, message: percuss::FieldSlice::default() }
+    }
+}
+
+impl Channel for FieldSlice {
+    fn topic(&self) -> &'static str {
+        match self.field {
+            Field::Displacement => "/field/displacement",
+            Field::Velocity => "/field/velocity",
+            Field::Stress => "/field/stress",
+        }
+    }
+
+    fn schema(&self) -> &'static str {
+        "percuss.FieldSlice"
+    }
+
+    fn fields(&self) -> Vec<FieldNote> {
+        let (unit, meaning) = match self.field {
+            Field::Displacement => ("R", "displacement u_z into the target, row-major [z][r]"),
+            Field::Velocity => ("c_p", "velocity of u_z into the target, row-major [z][r]"),
+            Field::Stress => (
+                "γc_p²",
+                "stress -sigma_zz, compression positive like the interface stress, row-major [z][r]",
+            ),
+        };
+        let mut fields = step_and_time().to_vec();
+        fields.extend([
+            FieldNote::new("r0", "R", "radius of the first column"),
+            FieldNote::new("dr", "R", "distance between columns"),
+            FieldNote::new("nr", "1", "number of columns"),
+            FieldNote::new("z0", "R", "depth of the first row"),
+            FieldNote::new("dz", "R", "distance between rows"),
+            FieldNote::new("nz", "1", "number of rows"),
+            FieldNote::new("values", unit, meaning).along("z0,dz,nz;r0,dr,nr"),
+        ]);
+        fields
+    }
+
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+        let Some(frame) = view.frame else { return Ok(()) };
+        let message = &mut self.message;
+        let extent = frame.fields.sample(self.field, &mut message.values);
+        let lattice = frame.fields.lattice();
+        (message.step, message.time) = (view.step, view.time);
+        (message.r0, message.dr, message.nr) = (lattice.r0, lattice.dr, extent.nr as u32);
+        (message.z0, message.dz, message.nz) = (0.0, lattice.dz, extent.nz as u32);
+        outlet.put(message)
+    }
+
+    fn size(&self, case: &Case) -> u64 {
+        let sizes = &case.sizes;
+        let gaps = frames(case).saturating_sub(1).max(1);
+        let nodes = |frame: u64| {
+            let step = sizes.steps as f64 * frame as f64 / gaps as f64;
+            case.lit_columns(step) * (step + 1.0).min(sizes.nz as f64 + 1.0)
+        };
+        let nodes: f64 = (0..frames(case)).map(nodes).sum();
+        4 * nodes as u64 + frames(case) * (70 + MESSAGE_OVERHEAD)
+    }
+}

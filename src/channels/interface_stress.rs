@@ -1,0 +1,56 @@
+//! `/interface/stress`: stress at the surface nodes out to the largest radius ever in contact.
+
+use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, every_step, step_and_time};
+use crate::{case::Case, message::percuss, recording::RecordingError, view::View};
+
+/// The interface stress channel.
+pub struct InterfaceStress {
+    every: u64,
+    message: percuss::InterfaceStress,
+}
+
+impl InterfaceStress {
+    /// As often as `case` asks for it.
+    pub fn new(case: &Case) -> Self {
+        Self { every: case.record.interface_every, message: percuss::InterfaceStress::default() }
+    }
+}
+
+impl Channel for InterfaceStress {
+    fn topic(&self) -> &'static str {
+        "/interface/stress"
+    }
+
+    fn schema(&self) -> &'static str {
+        "percuss.InterfaceStress"
+    }
+
+    fn fields(&self) -> Vec<FieldNote> {
+        let mut fields = step_and_time().to_vec();
+        fields.push(FieldNote::new("r0", "R", "radius of the first node"));
+        fields.push(FieldNote::new("dr", "R", "distance between nodes"));
+        let meaning = "interface stress p = -sigma_zz, compression positive, at r0 + i dr";
+        fields.push(FieldNote::new("stress", "γc_p²", meaning).along("r0,dr").even());
+        fields
+    }
+
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+        if !view.step.is_multiple_of(self.every) {
+            return Ok(());
+        }
+        let message = &mut self.message;
+        (message.step, message.time) = (view.step, view.time);
+        (message.r0, message.dr) = (view.interface.r0, view.interface.dr);
+        message.stress.clear();
+        message.stress.extend_from_slice(view.interface.pressure);
+        outlet.put(message)
+    }
+
+    fn size(&self, case: &Case) -> u64 {
+        const SAMPLES: u32 = 64;
+        let step = |part: u32| (f64::from(part) + 0.5) / f64::from(SAMPLES) * case.sizes.steps as f64;
+        let nodes =
+            (0..SAMPLES).map(|part| case.touched_columns(step(part))).sum::<f64>() / f64::from(SAMPLES);
+        (every_step(case) / self.every + 1) * ((8.0 * nodes) as u64 + 34 + MESSAGE_OVERHEAD)
+    }
+}

@@ -1,0 +1,57 @@
+//! `/log`: what the run said, as it happens, for the log panels of viewers.
+
+use prost_types::Timestamp;
+
+pub use crate::message::foxglove::log::Level;
+
+use super::{Channel, FieldNote, Outlet};
+use crate::{case::Case, message::foxglove, recording::RecordingError, view::View};
+
+/// Topic of the log.
+pub const TOPIC: &str = "/log";
+
+/// The log channel: events appear in it by themselves.
+pub struct Log;
+
+/// A line of log at a log time \[ns\].
+pub fn line(level: Level, log_time: u64, text: &str) -> foxglove::Log {
+    let timestamp =
+        Timestamp { seconds: (log_time / 1_000_000_000) as i64, nanos: (log_time % 1_000_000_000) as i32 };
+    foxglove::Log {
+        timestamp: Some(timestamp),
+        level: level.into(),
+        message: text.into(),
+        name: "percuss".into(),
+        file: String::new(),
+        line: 0,
+    }
+}
+
+impl Channel for Log {
+    fn topic(&self) -> &'static str {
+        TOPIC
+    }
+
+    fn schema(&self) -> &'static str {
+        "foxglove.Log"
+    }
+
+    fn fields(&self) -> Vec<FieldNote> {
+        vec![
+            FieldNote::new("level", "1", "severity, 1 DEBUG to 5 FATAL"),
+            FieldNote::new("line", "1", "unused"),
+        ]
+    }
+
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+        for event in view.events {
+            let text = line(Level::Info, outlet.log_time(), &event.text);
+            outlet.put(&text)?;
+        }
+        Ok(())
+    }
+
+    fn size(&self, _case: &Case) -> u64 {
+        1024
+    }
+}

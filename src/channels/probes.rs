@@ -1,0 +1,47 @@
+//! `/probes`: interface stress at chosen radii, every step.
+
+use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, every_step, step_and_time};
+use crate::{case::Case, message::percuss, recording::RecordingError, view::View};
+
+/// The probes channel.
+pub struct Probes {
+    radii: Vec<f64>,
+    message: percuss::Probes,
+}
+
+impl Probes {
+    /// Probes where `case` asks for them.
+    pub fn new(case: &Case) -> Self {
+        Self { radii: case.record.probes.clone(), message: percuss::Probes::default() }
+    }
+}
+
+impl Channel for Probes {
+    fn topic(&self) -> &'static str {
+        "/probes"
+    }
+
+    fn schema(&self) -> &'static str {
+        "percuss.Probes"
+    }
+
+    fn fields(&self) -> Vec<FieldNote> {
+        let radii: Vec<String> = self.radii.iter().map(f64::to_string).collect();
+        let mut fields = step_and_time().to_vec();
+        let meaning = "interface stress p = -sigma_zz, compression positive, at the radii of the axis";
+        fields.push(FieldNote::new("stress", "γc_p²", meaning).along(radii.join(",")));
+        fields
+    }
+
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+        self.message.step = view.step;
+        self.message.time = view.time;
+        self.message.stress.clear();
+        self.message.stress.extend(self.radii.iter().map(|&r| view.interface.stress_at(r)));
+        outlet.put(&self.message)
+    }
+
+    fn size(&self, case: &Case) -> u64 {
+        every_step(case) * (14 + 8 * self.radii.len() as u64 + MESSAGE_OVERHEAD)
+    }
+}

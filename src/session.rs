@@ -1,0 +1,210 @@
+//! A recording session: one case, its views, its channels and its recorder, from the first record to the status.
+//!
+//! ```text
+//! percuss.run · percuss.host · attachments · channels · messages … · percuss.validity · percuss.status
+//! ```
+//!
+//! The status is written last, also when a run fails; a recording without one has no end and does not claim to be
+//! complete. Nothing from clock, host or thread count enters the file outside `percuss.host`, and that record always
+//! has the same length, so that all offsets in the file repeat too.
+
+use std::{collections::BTreeMap, path::Path, time::SystemTime};
+
+use crate::{
+    case::Case,
+    channels::{Catalogue, log::Level},
+    recording::{CHUNK_TARGET, FORMAT_VERSION, Recorder, RecordingError},
+    simulation::Ending,
+    validity::{Peak, STRAIN_LIMIT, Validity},
+    view::View,
+};
+
+/// How a run has ended, for the status record.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// All steps are done.
+    Completed,
+    /// The case's stop condition came true.
+    Stopped(String),
+    /// Somebody interrupted the run.
+    Interrupted(String),
+    /// The run failed.
+    Failed(String),
+}
+
+impl From<&Ending> for Status {
+    fn from(ending: &Ending) -> Self {
+        match ending {
+            Ending::Completed => Self::Completed,
+            Ending::Stopped(reason) => Self::Stopped(reason.clone()),
+        }
+    }
+}
+
+impl Status {
+    /// Name in the status record.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Completed => "completed",
+            Self::Stopped(_) => "stopped",
+            Self::Interrupted(_) => "interrupted",
+            Self::Failed(_) => "failed",
+        }
+    }
+
+    /// What the status record says beside its name.
+    pub fn message(&self) -> &str {
+        match self {
+            Self::Completed => "all steps done",
+            Self::Stopped(text) | Self::Interrupted(text) | Self::Failed(text) => text,
+        }
+    }
+}
+
+/// Length that `percuss.host` is filled up to \[bytes\].
+const HOST_LENGTH: usize = 1024;
+
+/// A recording being made.
+pub struct Session {
+    recorder: Recorder,
+    catalogue: Catalogue,
+    scale_speed: Option<f64>,
+    chunk_steps: u64,
+    steps: u64,
+    last: Option<(u64, f64)>,
+}
+
+impl Session {
+    /// Begins a recording of `case` at `path`.
+    ///
+    /// * `overwrite`: replace what is at `path`
+    /// * `threads`: number of threads, for the host record only
+    ///
+    /// # Errors
+    ///
+    /// The file exists, or cannot be written.
+    pub fn begin(case: &Case, path: &Path, overwrite: bool, threads: usize) -> Result<Self, RecordingError> {
+        let mut recorder = Recorder::create(path, overwrite, case.record.compression)?;
+        recorder.metadata("percuss.run", run_record(case))?;
+        recorder.metadata("percuss.host", host_record(threads))?;
+        recorder.attach("case.toml", "application/toml", case.text.clone().into_bytes())?;
+        let resolved = case.resolved_toml().into_bytes();
+        recorder.attach("case.resolved.toml", "application/toml", resolved)?;
+        let catalogue = Catalogue::new(case);
+        recorder.channels(catalogue.specs())?;
+        let steps = case.sizes.steps;
+        let per_step = catalogue.size(case) / (steps + 1) + 1;
+        let session = Self {
+            scale_speed: case.scales().speed,
+            chunk_steps: (CHUNK_TARGET / per_step).max(1),
+            steps,
+            last: None,
+            recorder,
+            catalogue,
+        };
+        Ok(session)
+    }
+
+    /// Records a step.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the recorder; the session is of no more use.
+    pub fn observe(&mut self, view: &View<'_>) -> Result<(), RecordingError> {
+        if self.last.is_none() {
+            let text = format!("percuss {}: run of {} steps begins", env!("CARGO_PKG_VERSION"), self.steps);
+            self.catalogue.say(Level::Info, view.time, &text, &mut self.recorder)?;
+        }
+        self.catalogue.observe(view, &mut self.recorder)?;
+        self.last = Some((view.step, view.time));
+        if (view.step + 1).is_multiple_of(self.chunk_steps) { self.recorder.close_chunk() } else { Ok(()) }
+    }
+
+    /// Ends the recording: last words, validity, status, summary.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the recorder; then the file has no end.
+    pub fn end(mut self, status: &Status, validity: &Validity) -> Result<(), RecordingError> {
+        let (step, time) = self.last.unwrap_or((0, 0.0));
+        let level = if matches!(status, Status::Failed(_)) { Level::Error } else { Level::Info };
+        let text = format!("{}: {}", status.name(), status.message());
+        self.catalogue.say(level, time, &text, &mut self.recorder)?;
+        self.recorder.metadata("percuss.validity", self.validity_record(validity))?;
+        let entries = [
+            ("status", status.name().to_owned()),
+            ("message", status.message().to_owned()),
+            ("last_step", step.to_string()),
+            ("last_time", time.to_string()),
+            ("steps", self.steps.to_string()),
+        ];
+        self.recorder.metadata("percuss.status", to_map(entries))?;
+        self.recorder.finish()
+    }
+
+    fn validity_record(&self, validity: &Validity) -> BTreeMap<String, String> {
+        let mut map = BTreeMap::new();
+        let mut peak = |name: &str, peak: &Peak| {
+            map.insert(name.to_owned(), peak.value.to_string());
+            map.insert(format!("{name}.step"), peak.step.to_string());
+            map.insert(format!("{name}.time"), peak.time.to_string());
+            map.insert(format!("{name}.r"), peak.r.to_string());
+            map.insert(format!("{name}.z"), peak.z.to_string());
+        };
+        peak("largest_pressure", &validity.pressure);
+        peak("largest_strain", &validity.strain);
+        let velocity = validity.admissible_velocity();
+        map.insert("strain_limit".into(), STRAIN_LIMIT.to_string());
+        map.insert("admissible_velocity".into(), velocity.to_string());
+        if let Some(speed) = self.scale_speed {
+            map.insert("admissible_velocity_m_per_s".into(), (velocity * speed).to_string());
+        }
+        map
+    }
+}
+
+fn to_map<'a>(entries: impl IntoIterator<Item = (&'a str, String)>) -> BTreeMap<String, String> {
+    entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+/// What was computed: the same for every repetition of a run.
+fn run_record(case: &Case) -> BTreeMap<String, String> {
+    let sizes = &case.sizes;
+    let name = |value: serde_json::Value| value.as_str().unwrap_or_default().to_owned();
+    let json = case.resolved_json();
+    let mut map = to_map([
+        ("format_version", FORMAT_VERSION.to_owned()),
+        ("percuss_version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("source", "simulation".to_owned()),
+        ("title", case.title.clone()),
+        ("model", name(json["model"].clone())),
+        ("geometry", name(json["geometry"].clone())),
+        ("contact", name(json["impact"]["contact"].clone())),
+        ("mesh", name(json["mesh"]["kind"].clone())),
+        ("dr", sizes.dr.to_string()),
+        ("dz", sizes.dz.to_string()),
+        ("dt", sizes.dt.to_string()),
+        ("nr", sizes.nr.to_string()),
+        ("nz", sizes.nz.to_string()),
+        ("steps", sizes.steps.to_string()),
+        ("playback_rate", case.record.playback_rate.to_string()),
+    ]);
+    map.extend(case.scales().known().into_iter().map(|(name, value)| (name.to_owned(), value.to_string())));
+    map
+}
+
+/// Where, when and by what it was computed, filled up to a fixed length.
+fn host_record(threads: usize) -> BTreeMap<String, String> {
+    let clip = |text: String| text.chars().take(100).collect::<String>();
+    let build = if cfg!(debug_assertions) { "debug" } else { "release" };
+    let mut map = to_map([
+        ("start_time", humantime::format_rfc3339_seconds(SystemTime::now()).to_string()),
+        ("host", clip(gethostname::gethostname().to_string_lossy().into_owned())),
+        ("threads", threads.to_string()),
+        ("build", format!("{build} {} {}", std::env::consts::ARCH, std::env::consts::OS)),
+    ]);
+    let used: usize = map.iter().map(|(key, value)| key.len() + value.len()).sum();
+    let padding = HOST_LENGTH.saturating_sub(used + "padding".len());
+    map.insert("padding".into(), " ".repeat(padding));
+    map
+}

@@ -1,0 +1,263 @@
+//! Recordings: what is in them, that they repeat, and how they end.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use mcap::{MessageStream, Summary};
+use percuss::{
+    case::{Case, builtin},
+    message::percuss as message,
+    recording::{FORMAT_VERSION, RecordingError},
+    session::{Session, Status},
+    simulation::{Simulation, SimulationError},
+};
+use prost::Message;
+
+fn case(name: &str, overrides: &[&str]) -> Case {
+    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+    let text = builtin::find(name).expect("a built-in case");
+    Case::parse(name, text, &overrides, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"))
+}
+
+/// Runs a case into a file and returns its bytes.
+fn record(case: &Case, path: &Path) -> Vec<u8> {
+    let mut simulation = Simulation::new(case).expect("a solver");
+    let mut session = Session::begin(case, path, false, 1).expect("a new file");
+    while let Some(view) = simulation.step().expect("finite numbers") {
+        session.observe(&view).expect("room on the disk");
+    }
+    let status = simulation.ending().expect("the run has ended").into();
+    session.end(&status, simulation.validity()).expect("room on the disk");
+    fs::read(path).expect("the recording")
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn metadata(bytes: &[u8]) -> BTreeMap<String, BTreeMap<String, String>> {
+    let summary = Summary::read(bytes).expect("a sound file").expect("a summary");
+    let read = |index| mcap::read::metadata(bytes, index).expect("a metadata record");
+    summary.metadata_indexes.iter().map(read).map(|record| (record.name, record.metadata)).collect()
+}
+
+/// Messages of a topic, decoded.
+fn messages<M: Message + Default>(bytes: &[u8], topic: &str) -> Vec<(u64, M)> {
+    let stream =
+        MessageStream::new(bytes).expect("a sound file").map(|message| message.expect("a sound message"));
+    let wanted = stream.filter(|message| message.channel.topic == topic);
+    wanted.map(|m| (m.log_time, M::decode(m.data.as_ref()).expect("a message of its type"))).collect()
+}
+
+#[test]
+fn everything_the_contract_promises_is_there() {
+    let folder = folder();
+    let case =
+        case("fig5", &["mesh.cells=20", "record.frames=7", "record.interface_every=3", "record.fields=[]"]);
+    let bytes = record(&case, &folder.path().join("a.mcap"));
+    let steps = case.sizes.steps;
+
+    let drag: Vec<(u64, message::Drag)> = messages(&bytes, "/drag");
+    assert_eq!(drag.len() as u64, steps + 1);
+    for (k, (log_time, drag)) in drag.iter().enumerate() {
+        assert_eq!((drag.step, drag.time), (k as u64, k as f64 * case.sizes.dt));
+        assert_eq!(*log_time, (1e9 * drag.time).round() as u64);
+        assert_eq!(drag.contact_radius, 1.0);
+    }
+    assert_eq!(messages::<message::Velocity>(&bytes, "/velocity").len() as u64, steps + 1);
+    assert_eq!(messages::<message::Energy>(&bytes, "/energy").len(), 7);
+    assert_eq!(messages::<message::FieldSlice>(&bytes, "/field/stress").len(), 0);
+    let stress: Vec<(u64, message::InterfaceStress)> = messages(&bytes, "/interface/stress");
+    assert_eq!(stress.len() as u64, steps / 3 + 1);
+    assert!(stress.iter().all(|(_, stress)| stress.stress.len() == 20 && stress.step % 3 == 0));
+    let probes: Vec<(u64, message::Probes)> = messages(&bytes, "/probes");
+    assert_eq!(probes.len() as u64, steps + 1);
+    let (_, interface) = &stress[2];
+    let (_, probe) = &probes[6];
+    // r = 0: the even parabola; the drag is the sum of pressures over full cell areas
+    assert_eq!(probe.stress.len(), 6);
+    assert!((probe.stress[0] - (9.0 * interface.stress[0] - interface.stress[1]) / 8.0).abs() < 1e-15);
+    let r = |i: usize| interface.r0 + i as f64 * interface.dr;
+    let sum: f64 = interface.stress.iter().enumerate().map(|(i, p)| 2.0 * r(i) * interface.dr * p).sum();
+    assert!((sum - drag[6].1.force).abs() < 1e-13);
+
+    let metadata = metadata(&bytes);
+    assert_eq!(metadata["percuss.run"]["format_version"], FORMAT_VERSION);
+    assert_eq!(metadata["percuss.run"]["title"], case.title);
+    assert_eq!(metadata["percuss.run"]["steps"], steps.to_string());
+    assert_eq!(metadata["percuss.status"]["status"], "completed");
+    assert_eq!(metadata["percuss.status"]["last_step"], steps.to_string());
+    let peak: f64 = metadata["percuss.validity"]["largest_strain"].parse().expect("a number");
+    let allowed: f64 = metadata["percuss.validity"]["admissible_velocity"].parse().expect("a number");
+    assert!((allowed * peak - 0.005).abs() < 1e-15);
+
+    let summary = Summary::read(&bytes).expect("a sound file").expect("a summary");
+    let last = summary.metadata_indexes.iter().max_by_key(|index| index.offset).expect("records");
+    assert_eq!(last.name, "percuss.status", "the status is written last");
+    assert!(summary.attachment_indexes.iter().all(|index| index.log_time == 0 && index.create_time == 0));
+    for channel in summary.channels.values() {
+        assert_eq!(channel.message_encoding, "protobuf");
+        if channel.topic != "/log" {
+            assert!(channel.metadata.contains_key("unit.time"), "{}", channel.topic);
+        }
+    }
+    let interface = summary.channels.values().find(|channel| channel.topic == "/interface/stress");
+    let metadata = &interface.expect("a channel").metadata;
+    assert_eq!((metadata["unit.stress"].as_str(), metadata["axis.stress"].as_str()), ("γc_p²", "r0,dr"));
+}
+
+#[test]
+fn fields_are_recorded_as_slices() {
+    let folder = folder();
+    let fields = "record.fields=[\"displacement\", \"velocity\", \"stress\"]";
+    let case = case("fig5", &["mesh.cells=20", "record.frames=5", fields]);
+    let bytes = record(&case, &folder.path().join("a.mcap"));
+    let read = |topic| messages::<message::FieldSlice>(&bytes, topic);
+    let (u, v, p) = (read("/field/displacement"), read("/field/velocity"), read("/field/stress"));
+    assert_eq!((u.len(), v.len(), p.len()), (5, 5, 5));
+    let (_, last) = u.last().expect("frames");
+    assert_eq!(last.nz as u64, case.sizes.nz as u64 + 1);
+    let (nr, time) = (last.nr as usize, last.time);
+    assert_eq!(last.values.len(), nr * last.nz as usize);
+    // under the punch the surface moves with it: u = V0·t, v = V0; at the backing nothing moves
+    let (_, velocity) = v.last().expect("frames");
+    for i in 0..20 {
+        assert!((f64::from(last.values[i]) - time).abs() < 1e-6 * time);
+        assert!((f64::from(velocity.values[i]) - 1.0).abs() < 1e-6);
+        assert_eq!(last.values[(last.nz as usize - 1) * nr + i], 0.0);
+        assert_eq!(velocity.values[(last.nz as usize - 1) * nr + i], 0.0);
+    }
+    // stress is minus the slope of the displacement, by central differences
+    let (_, stress) = p.last().expect("frames");
+    for j in 1..last.nz as usize - 1 {
+        let slope = f64::from(last.values[(j + 1) * nr] - last.values[(j - 1) * nr]) / (2.0 * last.dz);
+        assert!((f64::from(stress.values[j * nr]) + slope).abs() < 1e-4, "row {j}");
+    }
+}
+
+/// Where two recordings of equal length differ, apart from the host record and the checksum over all data.
+fn differences(a: &[u8], b: &[u8]) -> Vec<usize> {
+    assert_eq!(a.len(), b.len());
+    let summary = Summary::read(a).expect("a sound file").expect("a summary");
+    let host =
+        summary.metadata_indexes.iter().find(|index| index.name == "percuss.host").expect("a host record");
+    let host = host.offset as usize..(host.offset + host.length) as usize;
+    let footer = mcap::read::footer(a).expect("a footer");
+    let data_end = footer.summary_start as usize - 4..footer.summary_start as usize;
+    let differs = |&i: &usize| a[i] != b[i] && !host.contains(&i) && !data_end.contains(&i);
+    (0..a.len()).filter(differs).collect()
+}
+
+#[test]
+fn the_same_case_gives_the_same_bytes_on_any_number_of_threads() {
+    let folder = folder();
+    // large enough that rows are shared out among threads
+    let case = case("fig8-m2.5", &["mesh.cells=150", "run.end_time=3", "record.frames=10"]);
+    let record_on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| record(&case, &folder.path().join(format!("{threads}.mcap"))))
+    };
+    let one = record_on(1);
+    for threads in [2, 3] {
+        assert_eq!(differences(&one, &record_on(threads)), Vec::<usize>::new(), "{threads} threads");
+    }
+}
+
+#[test]
+fn the_resolved_case_repeats_the_run() {
+    let folder = folder();
+    let cases: [(&str, &[&str]); 4] = [
+        ("fig3", &["mesh.cells=30"]),
+        ("fig6a", &["mesh.cells=30"]),
+        ("fig9-m2.5", &[]),
+        ("fig5-plane", &["mesh.cells=25", "indenter.mass=3.5", "record.compression=lz4"]),
+    ];
+    for (name, overrides) in cases {
+        let original = case(name, overrides);
+        let toml = original.resolved_toml();
+        let again = Case::parse(name, &toml, &[], "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
+        assert_eq!(original.sizes, again.sizes, "{name}");
+        assert_eq!(toml, again.resolved_toml(), "{name}: resolving is idempotent");
+        // with the attachment as the case file, even the bytes repeat
+        let path = |part: &str| folder.path().join(format!("{name}-{part}.mcap"));
+        let (first, second) = (record(&again, &path("first")), record(&again, &path("second")));
+        assert_eq!(differences(&first, &second), Vec::<usize>::new(), "{name}");
+        let from_original = record(&original, &path("original"));
+        let drag = |bytes: &[u8]| messages::<message::Drag>(bytes, "/drag");
+        assert_eq!(drag(&first), drag(&from_original), "{name}");
+    }
+}
+
+#[test]
+fn truncated_recordings_keep_their_whole_chunks() {
+    let folder = folder();
+    // uncompressed and long enough for several chunks
+    let case = case("fig5", &["mesh.cells=120", "record.compression=none"]);
+    let bytes = record(&case, &folder.path().join("a.mcap"));
+    let summary = Summary::read(&bytes).expect("a sound file").expect("a summary");
+    let mut chunks: Vec<_> = summary.chunk_indexes.iter().collect();
+    chunks.sort_unstable_by_key(|chunk| chunk.chunk_start_offset);
+    assert!(chunks.len() >= 2, "{} chunks", chunks.len());
+    // cut inside the second chunk: the first is still there, message by message
+    let cut = &bytes[..chunks[1].chunk_start_offset as usize + 1000];
+    let stream = summary.stream_chunk(cut, chunks[0]).expect("the chunk");
+    let read: Vec<_> = stream.map(|message| message.expect("a message")).collect();
+    assert_eq!(read.iter().map(|message| message.log_time).max(), Some(chunks[0].message_end_time));
+    assert!(read.len() > 100);
+}
+
+#[test]
+fn numbers_that_overflow_end_the_run_with_a_status() {
+    let folder = folder();
+    let path = folder.path().join("a.mcap");
+    let mut case = case("fig5", &["mesh.cells=20", "record.frames=0"]);
+    // no case file can ask for this
+    case.impact.velocity = f64::MAX;
+    let mut simulation = Simulation::new(&case).expect("a solver");
+    let mut session = Session::begin(&case, &path, false, 1).expect("a new file");
+    let error = loop {
+        match simulation.step() {
+            Ok(Some(view)) => session.observe(&view).expect("room on the disk"),
+            Ok(None) => panic!("the numbers must overflow"),
+            Err(error) => break error,
+        }
+    };
+    let SimulationError::NotFinite { quantity: "interface stress", place: Some(_), .. } = error else {
+        panic!("{error}");
+    };
+    session.end(&Status::Failed(error.to_string()), simulation.validity()).expect("room on the disk");
+    let status = &metadata(&fs::read(&path).expect("the recording"))["percuss.status"];
+    assert_eq!(status["status"], "failed");
+    assert!(status["message"].contains("not finite"), "{}", status["message"]);
+}
+
+#[test]
+fn a_recording_given_up_has_no_end() {
+    let folder = folder();
+    let path = folder.path().join("a.mcap");
+    let case = case("fig5", &["mesh.cells=20"]);
+    let mut simulation = Simulation::new(&case).expect("a solver");
+    let mut session = Session::begin(&case, &path, false, 1).expect("a new file");
+    for _ in 0..10 {
+        let view = simulation.step().expect("finite numbers").expect("a step");
+        session.observe(&view).expect("room on the disk");
+    }
+    drop(session);
+    // give the writer thread time to notice
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    let bytes = fs::read(&path).expect("the recording");
+    assert!(Summary::read(&bytes).is_err(), "the file must not look complete");
+}
+
+#[test]
+fn an_existing_file_is_left_alone() {
+    let folder = folder();
+    let path: PathBuf = folder.path().join("a.mcap");
+    fs::write(&path, "precious").expect("a file");
+    let result = Session::begin(&case("fig5", &[]), &path, false, 1);
+    assert!(matches!(result.err(), Some(RecordingError::Exists(_))));
+    assert_eq!(fs::read(&path).expect("the file"), b"precious");
+}
