@@ -1,8 +1,74 @@
-//! percuss: a rigid indenter strikes an elastic layer or half-space, computed by a scheme of minimised mesh
-//! dispersion and recorded as MCAP.
+//! percuss: a rigid indenter strikes an elastic layer or half-space; the stress waves are computed by an explicit
+//! scheme of minimised mesh dispersion, and every run is recorded as a standard MCAP file.
+//!
+//! ```text
+//! case.toml -> Case -> Simulation{ model <-surface-> contact(indenter) } -> View -> channels -> Recorder -> run.mcap
+//! ```
+//!
+//! # The house
+//!
+//! | Module | Owns |
+//! |---|---|
+//! | [`case`] | case files: reading, checking, derived sizes, the built-in cases |
+//! | [`units`], [`material`] | SI scales; elastic constants |
+//! | [`shape`] | indenter profiles and what they wet of a cell |
+//! | [`grid`] | mesh and geometry as positions and weights |
+//! | [`indenter`] | the rigid body |
+//! | [`surface`] | what model and contact exchange on z = 0 |
+//! | [`contact`] | contact rules, active set, drag, events |
+//! | [`model`] | what lies behind the surface: trait, one file per model, stencils |
+//! | [`simulation`] | the order of one step |
+//! | [`validity`] | the largest strain and the impact velocity it allows |
+//! | [`exact`] | closed forms, one file each, independent of the solver |
+//! | [`view`] | what one step shows to observers |
+//! | [`channels`], [`message`] | recorded channels, one file each, and their messages |
+//! | [`recording`], [`session`] | the MCAP writer; a recording of one case from first record to status |
+//! | [`cli`] | the command line |
+//!
+//! Parts meet at plain types only. [`surface::Surface`]: the model predicts a free surface and its compliance, the
+//! contact answers with a pressure. [`view::View`]: what a step shows. Messages: all that the file says, with units
+//! and axes in channel metadata. The reader (`tools/reader`) uses none of this crate: the file is the only link.
+//!
+//! `units, material, shape, indenter, grid, surface` use nothing of ours but each other's plain types; `model` uses
+//! `surface, grid`; `contact` uses `surface, shape, indenter, grid`; `simulation` uses `case, model, contact, view`;
+//! `channels` use `view, recording`; `recording` knows no physics; `exact` never uses the solver.
+//!
+//! # Invariants
+//!
+//! * Nothing under the loop of [`simulation`] does input or output.
+//! * Observers hold a [`view::View`] by reference: recording cannot change a number, output never alters the time
+//!   step.
+//! * Nothing from clock, host or thread count enters a channel. The same case gives the same bytes on any number of
+//!   threads: every sum is taken in the order of rows and nodes.
+//! * No kernel asks for geometry or mesh: [`grid::Grid`] turns both into weights.
+//! * A model shows its interior only when asked, through [`model::Model::sample`].
+//! * A recording reproduces its run: `percuss run` on its attachment `case.resolved.toml` gives the same messages.
+//!
+//! | To add | Touch |
+//! |---|---|
+//! | indenter shape, contact rule, mesh | a variant in [`shape`], [`contact`], [`grid`]; the compiler lists the arms |
+//! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in [`channels::Catalogue::new`] |
+//! | model | `src/model/<x>.rs`, one line in [`simulation::Simulation::new`] |
+//! | closed form | `src/exact/<x>.rs`, one line in [`exact`] |
+//! | built-in case | `src/case/builtin/<x>.toml`, its name in `src/case/builtin.rs` |
+//!
+//! # Units, signs, symbols
+//!
+//! Dimensionless throughout: length in R (the radius of the punch), speed in c_p, time in R/c_p, density in γ, stress
+//! in γc_p², force in πR²γc_p², mass in πγR³, energy in πR³γc_p². Recorded stress is compressive positive,
+//! `p = −σ_zz`. Arrays over the section have the shape `(nz, nr)` and are indexed `[[j, i]]`: row 0 is the surface.
+//!
+//! # Sources
+//!
+//! * \[KA\] V. D. Kubenko, M. V. Ayzenberg-Stepanenko, *Impact indentation of a rigid body into an elastic layer.
+//!   Axisymmetric problem*. Equation and figure numbers are this paper's; where it has misprints the text here says
+//!   so and gives the corrected form.
+//! * \[FC\] F. N. Fritsch, R. E. Carlson, *Monotone piecewise cubic interpolation*, SIAM J. Numer. Anal. 17 (1980).
+//! * \[AS\] M. Abramowitz, I. A. Stegun, *Handbook of mathematical functions*.
 
 pub mod case;
 pub mod channels;
+pub mod cli;
 pub mod contact;
 pub mod exact;
 pub mod grid;

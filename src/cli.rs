@@ -1,0 +1,197 @@
+//! The command line: what was typed, which command it is, and what comes back as exit status.
+//!
+//! Data goes to stdout, talk to stderr. Errors are printed once, by [`report`].
+
+use std::{
+    io::{self, IsTerminal, Write},
+    path::PathBuf,
+    process::ExitCode,
+};
+
+use clap::{Args, Parser, Subcommand};
+use miette::{GraphicalReportHandler, GraphicalTheme};
+
+use crate::{
+    case::{Case, CaseErrors},
+    recording::RecordingError,
+    simulation::SimulationError,
+};
+
+mod cases;
+mod check;
+mod progress;
+mod run;
+
+/// Computes the impact of a rigid indenter on an elastic layer or half-space and records it as MCAP.
+#[derive(Debug, Parser)]
+#[command(version, about, long_about = None, arg_required_else_help = true, after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  percuss run fig5                              compute Fig. 5 of the paper into fig5.mcap
+  percuss run fig5 --set mesh.cells=400 -o fine.mcap
+  percuss check my.toml --resolved > full.toml  the case with every default written out
+  percuss-read trace fig5.mcap                  the drag against time
+
+Exit status: 0 done, 1 failed, 2 usage or invalid case, 130 or 143 interrupted with a valid partial recording.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Compute a case and record it
+    Run(run::Run),
+    /// Validate a case; print sizes, memory, file size and time it will take
+    Check(check::Check),
+    /// List the built-in cases
+    Cases(cases::Cases),
+}
+
+/// Which case a command is about.
+#[derive(Debug, Args)]
+struct CaseArguments {
+    /// Name of a built-in case (see `percuss cases`) or path of a TOML file
+    case: String,
+    /// Change a key of the case, for example --set mesh.cells=400
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+}
+
+impl CaseArguments {
+    fn load(&self) -> Result<Case, CliError> {
+        Ok(Case::load(&self.case, &self.overrides)?)
+    }
+}
+
+/// How a command has ended without an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// Done.
+    Done,
+    /// Interrupted by this signal; what was recorded is valid.
+    Interrupted(u8),
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        match exit {
+            Exit::Done => ExitCode::SUCCESS,
+            Exit::Interrupted(signal) => ExitCode::from(128 + signal),
+        }
+    }
+}
+
+/// Why a command has failed.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// The case is invalid.
+    #[error(transparent)]
+    Case(#[from] CaseErrors),
+    /// The request makes no sense.
+    #[error("{0}")]
+    Usage(String),
+    /// The computation failed.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The recording failed.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// Something of the system failed.
+    #[error("{what}: {error}")]
+    System {
+        /// What was tried.
+        what: String,
+        /// Why it failed.
+        error: Box<dyn std::error::Error + Send + Sync>,
+    },
+}
+
+impl CliError {
+    fn system(what: impl Into<String>, error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self::System { what: what.into(), error: error.into() }
+    }
+}
+
+impl Arguments {
+    /// Carries out the command.
+    ///
+    /// # Errors
+    ///
+    /// Why it failed; to be handed to [`report`].
+    pub fn run(&self) -> Result<Exit, CliError> {
+        match &self.command {
+            Command::Run(run) => run.run(),
+            Command::Check(check) => check.run(),
+            Command::Cases(cases) => cases.run(),
+        }
+    }
+}
+
+/// Prints an error to stderr and returns its exit status: 2 for usage and invalid cases, 1 for the rest.
+pub fn report(error: &CliError) -> ExitCode {
+    let (text, status) = match error {
+        CliError::Case(errors) => (render(errors), 2),
+        CliError::Usage(_) | CliError::Simulation(SimulationError::NoSolver) => {
+            (format!("error: {error}\n"), 2)
+        }
+        _ => (format!("error: {error}\n"), 1),
+    };
+    // if even stderr is gone there is nobody left to tell
+    drop(io::stderr().write_all(text.as_bytes()));
+    ExitCode::from(status)
+}
+
+/// Renders the problems of a case with their places: colours on a terminal, plain text elsewhere.
+fn render(errors: &CaseErrors) -> String {
+    let terminal = io::stderr().is_terminal();
+    let colours = terminal && std::env::var_os("NO_COLOR").is_none();
+    let theme = match (terminal, colours) {
+        (true, true) => GraphicalTheme::unicode(),
+        (true, false) => GraphicalTheme::unicode_nocolor(),
+        (false, _) => GraphicalTheme::none(),
+    };
+    let handler = GraphicalReportHandler::new_themed(theme).with_links(false).with_width(110);
+    let mut text = format!("error: {errors}\n");
+    for problem in &errors.problems {
+        handler.render_report(&mut text, problem).expect("a String grows");
+    }
+    text
+}
+
+/// Writes data to stdout; a reader that has had enough is no error.
+fn print(text: &str) -> Result<(), CliError> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(CliError::system("stdout", error)),
+        _ => Ok(()),
+    }
+}
+
+/// Default output of a case: its name with `.mcap`, in the current folder.
+fn default_output(case: &str) -> PathBuf {
+    let path = PathBuf::from(case);
+    let is_file = path.extension().is_some_and(|extension| extension == "toml");
+    let stem = if is_file { path.file_stem() } else { path.file_name() };
+    let mut name = stem.unwrap_or(path.as_os_str()).to_owned();
+    name.push(".mcap");
+    name.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_are_consistent() {
+        use clap::CommandFactory;
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn outputs_are_named_after_cases() {
+        assert_eq!(default_output("fig8-m2.5"), PathBuf::from("fig8-m2.5.mcap"));
+        assert_eq!(default_output("cases/my.toml"), PathBuf::from("my.mcap"));
+    }
+}

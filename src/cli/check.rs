@@ -1,0 +1,161 @@
+//! `percuss check`: is a case valid, and what will it take?
+
+use std::time::Instant;
+
+use clap::Args;
+use ndarray::{Array2, Axis};
+use rayon::prelude::*;
+
+use super::{CaseArguments, CliError, Exit, print};
+use crate::{
+    case::{Case, Sizes},
+    channels::Catalogue,
+    model::{ModelKind, stencil::advance_row},
+    recording::Compression,
+};
+
+/// Validates a case.
+#[derive(Debug, Args)]
+pub(super) struct Check {
+    #[command(flatten)]
+    case: CaseArguments,
+    /// Print the complete case as TOML, every default and derived choice explicit; `percuss run` on it repeats the run
+    #[arg(long)]
+    resolved: bool,
+    /// Print everything as JSON
+    #[arg(long, conflicts_with = "resolved")]
+    json: bool,
+}
+
+/// What a run will take.
+struct Estimate {
+    memory: u64,
+    updates: f64,
+    recording: u64,
+    file: u64,
+    seconds: f64,
+}
+
+/// Size of a recording after compression over its size before, measured on the built-in cases.
+fn packing(compression: Compression) -> f64 {
+    match compression {
+        Compression::None => 1.0,
+        Compression::Lz4 => 0.93,
+        Compression::Zstd => 0.85,
+    }
+}
+
+impl Check {
+    pub(super) fn run(&self) -> Result<Exit, CliError> {
+        let case = self.case.load()?;
+        if self.resolved {
+            print(&case.resolved_toml())?;
+            return Ok(Exit::Done);
+        }
+        let estimate = estimate(&case);
+        let text = if self.json { json(&case, &estimate) } else { table(&self.case.case, &case, &estimate) };
+        print(&text)?;
+        Ok(Exit::Done)
+    }
+}
+
+fn estimate(case: &Case) -> Estimate {
+    let sizes = &case.sizes;
+    let updates = node_updates(case);
+    let recording = Catalogue::new(case).size(case);
+    // time of a step that has next to nothing to compute: contact, channels, hand-over to the pool
+    let per_step = 20e-6;
+    Estimate {
+        memory: 2 * 8 * (sizes.nr as u64 + 1) * (sizes.nz as u64 + 1),
+        updates,
+        recording,
+        file: (recording as f64 * packing(case.record.compression)) as u64,
+        seconds: updates / node_rate(sizes) + per_step * sizes.steps as f64,
+    }
+}
+
+/// Node updates inside the light cone over the whole run.
+fn node_updates(case: &Case) -> f64 {
+    let Sizes { steps, nz, .. } = case.sizes;
+    let samples = steps.min(1000);
+    let mean: f64 = (0..samples)
+        .map(|sample| {
+            let step = (sample as f64 + 0.5) / samples as f64 * steps as f64;
+            step.min(nz as f64) * case.lit_columns(step)
+        })
+        .sum::<f64>()
+        / samples as f64;
+    mean * steps as f64
+}
+
+/// Node updates per second that this machine does on rows as long as those of the case, tried out briefly.
+fn node_rate(sizes: &Sizes) -> f64 {
+    const TRIAL_NODES: usize = 1 << 20;
+    const TRIALS: u32 = 5;
+    let columns = sizes.nr.clamp(64, 1 << 14);
+    let rows = (TRIAL_NODES / columns).min(sizes.nz + 2).max(8);
+    let now = Array2::from_shape_fn((rows, columns + 1), |(j, i)| ((i * 31 + j * 17) % 101) as f64 / 101.0);
+    let mut before = now.clone();
+    let weights = vec![0.25; columns];
+    let mut best = f64::INFINITY;
+    for _ in 0..TRIALS {
+        let start = Instant::now();
+        before.axis_iter_mut(Axis(0)).into_par_iter().enumerate().for_each(|(j, mut row)| {
+            if j > 0 && j + 1 < rows {
+                let level = |j: usize| now.row(j).to_slice().expect("rows are contiguous");
+                let row = &mut row.as_slice_mut().expect("rows are contiguous")[..columns];
+                advance_row(row, level(j - 1), level(j), level(j + 1), &weights, &weights);
+            }
+        });
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    ((rows - 2) * columns) as f64 / best
+}
+
+fn json(case: &Case, estimate: &Estimate) -> String {
+    let value = serde_json::json!({
+        "version": 1,
+        "valid": true,
+        "runnable": case.model == ModelKind::Rakhmatulin,
+        "case": case.resolved_json(),
+        "sizes": case.sizes,
+        "estimate": {
+            "memory_bytes": estimate.memory,
+            "node_updates": estimate.updates,
+            "message_bytes": estimate.recording,
+            "file_bytes": estimate.file,
+            "seconds": estimate.seconds,
+        },
+    });
+    format!("{value:#}\n")
+}
+
+fn table(name: &str, case: &Case, estimate: &Estimate) -> String {
+    let Sizes { dr, dz, dt, steps, nr, nz, outer_radius, depth, layer, .. } = case.sizes;
+    let target = if layer { format!("layer of thickness {depth}") } else { "half-space".into() };
+    let c_s = case.target.material.shear_wave_speed;
+    let mut rows = vec![
+        ("case", format!("{name}: {}", case.title)),
+        ("target", format!("{target}, c_s = {c_s}")),
+        ("mesh", format!("{nr} x {} nodes to r = {outer_radius:.4}, z = {depth:.4}", nz + 1)),
+        ("spacing", format!("dr = {dr:.6e}, dz = {dz:.6e}, radial Courant number {:.6}", c_s * dt / dr)),
+        ("time", format!("{steps} steps of {dt:.6e} to t = {:.6}", steps as f64 * dt)),
+        ("memory", format!("about {}", bytes(estimate.memory))),
+        (
+            "recording",
+            format!("about {}, {} before compression", bytes(estimate.file), bytes(estimate.recording)),
+        ),
+        ("run time", format!("about {:.1} s, {:.2e} node updates", estimate.seconds, estimate.updates)),
+    ];
+    if case.model == ModelKind::Elastic {
+        rows.push((
+            "note",
+            "valid, but `percuss run` of this version has no solver for model = \"elastic\"".into(),
+        ));
+    }
+    rows.iter().map(|(key, value)| format!("{key:<10} {value}\n")).collect()
+}
+
+fn bytes(count: u64) -> String {
+    indicatif::BinaryBytes(count).to_string()
+}

@@ -1,0 +1,335 @@
+//! The `percuss` program as a process: exit statuses, messages, files, signals. Every test has its own folder.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output, Stdio},
+    time::{Duration, Instant},
+};
+
+use tempfile::TempDir;
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn percuss(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().expect("the program starts")
+}
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss"));
+    command.current_dir(folder).args(arguments).env_remove("NO_COLOR").stdin(Stdio::null());
+    command
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("messages are text")
+}
+
+fn recordings(folder: &Path) -> Vec<String> {
+    let names = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").file_name());
+    names.map(|name| name.to_string_lossy().into_owned()).filter(|name| name.ends_with(".mcap")).collect()
+}
+
+/// A small valid case; tests spoil it.
+const GOOD: &str = "\
+title = \"a test\"
+model = \"rakhmatulin\"
+geometry = \"axisymmetric\"
+[target]
+thickness = 1.0
+shear_wave_speed = 0.5
+[indenter]
+shape = \"flat\"
+radius = 1.0
+mass = inf
+[impact]
+velocity = 1.0
+contact = \"unilateral\"
+[mesh]
+kind = \"matched\"
+cells = 20
+[run]
+end_time = 1.0
+stop = \"never\"
+[record]
+interface_every = 1
+probes = [0.0, 0.5]
+fields = [\"stress\"]
+frames = 3
+compression = \"zstd\"
+playback_rate = 1.0
+";
+
+#[test]
+fn a_good_case_runs() {
+    let folder = folder();
+    fs::write(folder.path().join("good.toml"), GOOD).expect("a file");
+    let output = percuss(folder.path(), &["run", "good.toml"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(output.stdout.is_empty(), "talk belongs on stderr");
+    assert_eq!(recordings(folder.path()), ["good.mcap"]);
+}
+
+/// Line of `GOOD` (from its start) to replace, by what, and what the message must name.
+const BAD: [(&str, &str, &str); 35] = [
+    ("velocity", "velocity = nan", "`impact.velocity` = NaN"),
+    ("velocity", "velocity = inf", "`impact.velocity` = inf"),
+    ("velocity", "velocity = 0", "`impact.velocity` = 0.0"),
+    ("velocity", "velocity = -1.0", "`impact.velocity` = -1.0"),
+    ("velocity", "velocity = 1e300", "`impact.velocity` = 1e300"),
+    ("velocity", "velocity = \"fast\"", "`impact.velocity`: invalid type"),
+    ("thickness", "thickness = 0.0", "`target.thickness` = 0.0"),
+    ("thickness", "thickness = -inf", "`target.thickness` = -inf"),
+    ("thickness", "thickness = \"half\"", "`target.thickness`"),
+    ("thickness", "", "`target.thickness` is missing"),
+    ("shear_wave_speed", "shear_wave_speed = 1.0", "`target.shear_wave_speed` = 1.0"),
+    ("shear_wave_speed", "shear_wave_speed = 1.5", "`target.shear_wave_speed` = 1.5"),
+    ("shear_wave_speed", "shear_wave_speed = 0.0", "`target.shear_wave_speed` = 0.0"),
+    ("shear_wave_speed", "material = { youngs_modulus = 1e9, density = 1e3 }", "poisson_ratio"),
+    (
+        "shear_wave_speed",
+        "material = { youngs_modulus = 1e9, poisson_ratio = 0.5, density = 1e3 }",
+        "poisson_ratio = 0.5",
+    ),
+    ("shape", "shape = \"sphere\"", "unknown variant `sphere`"),
+    ("shape", "shape = \"cone\"", "`indenter.spread_rate` is missing"),
+    ("shape", "shape = \"flat\"\ncurvature = 0.2", "`indenter.curvature` belongs to"),
+    ("shape", "shape = \"profile\"", "`indenter.file` is missing"),
+    ("shape", "shape = \"profile\"\nfile = \"nowhere.csv\"", "nowhere.csv"),
+    ("shape", "shape = \"profile\"\nfile = \"blunt.csv\"", "point 1 must be the tip"),
+    ("shape", "shape = \"profile\"\nfile = \"folded.csv\"", "point 3 has r = 0.4"),
+    ("shape", "shape = \"profile\"\nfile = \"words.csv\"", "line 3"),
+    ("radius", "", "`indenter.radius` is missing"),
+    ("mass", "mass = 0.0", "`indenter.mass` = 0.0"),
+    ("contact", "contact = \"sticky\"", "unknown variant `sticky`"),
+    ("cells", "cells = 0", "`mesh.cells` = 0"),
+    ("cells", "cells = -5", "`mesh.cells` = -5"),
+    ("cells", "cells = 99999999999999999999", "`mesh.cells`"),
+    ("cells", "cells = 20\ncolour = 3", "unknown key `mesh.colour`"),
+    ("end_time", "end_time = 1e11", "1.0000e12 steps"),
+    ("end_time", "end_time = 1e-9", "steps"),
+    ("probes", "probes = [0.0, nan]", "`record.probes` contains NaN"),
+    ("fields", "fields = [\"stress\", \"stress\"]", "twice"),
+    ("frames", "frames = 1.5", "`record.frames`"),
+];
+
+#[test]
+fn bad_cases_are_refused_where_they_are_bad() {
+    let folder = folder();
+    fs::write(folder.path().join("blunt.csv"), "r,f\n0.0,0.1\n1.0,0.2\n").expect("a file");
+    fs::write(folder.path().join("folded.csv"), "0,0\n0.5,0.1\n0.4,0.2\n").expect("a file");
+    fs::write(folder.path().join("words.csv"), "r,f\n0,0\na,b\n").expect("a file");
+    for (key, replacement, expected) in BAD {
+        let is_line = |line: &str| line.split(" =").next() == Some(key);
+        let lines: Vec<&str> =
+            GOOD.lines().map(|line| if is_line(line) { replacement } else { line }).collect();
+        let line = 1 + GOOD.lines().position(is_line).expect("a line to spoil");
+        // a byte order mark and Windows line ends must not move the place a message points at
+        for (start, end) in [("", "\n"), ("\u{feff}", "\r\n")] {
+            fs::write(folder.path().join("bad.toml"), format!("{start}{}{end}", lines.join(end)))
+                .expect("a file");
+            let output = percuss(folder.path(), &["run", "bad.toml"]);
+            let message = stderr(&output);
+            assert_eq!(output.status.code(), Some(2), "{replacement}: {message}");
+            assert!(message.contains("1 problem"), "{replacement}: {message}");
+            assert!(message.contains(expected), "{replacement}: {message}");
+            // what is there is pointed at: in its own line, or the one added after it
+            let here = |line: usize| message.contains(&format!("[bad.toml:{line}:"));
+            let missing = message.contains("is missing");
+            assert!(missing || here(line) || here(line + 1), "{replacement}: {message}");
+            assert_eq!(recordings(folder.path()), Vec::<String>::new(), "{replacement}");
+        }
+    }
+}
+
+#[test]
+fn all_problems_come_at_once() {
+    let folder = folder();
+    let text = GOOD.replace("radius", "raduis").replace("cells = 20", "cells = 0");
+    let text = text.replace("= 1.0\ncontact", "= -1\ncontact");
+    fs::write(folder.path().join("bad.toml"), text).expect("a file");
+    let output = percuss(folder.path(), &["check", "bad.toml", "--set", "run.end_time=nan"]);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(2));
+    for part in [
+        "5 problems",
+        "unknown key `indenter.raduis`",
+        "`indenter.radius` is missing",
+        "mesh.cells",
+        "impact.velocity",
+        "[--set:1:",
+    ] {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+}
+
+#[test]
+fn files_that_are_no_cases() {
+    let folder = folder();
+    let contents: [(&str, &[u8], &str); 4] = [
+        ("empty.toml", b"", "`target.thickness` is missing"),
+        ("blank.toml", b"\xef\xbb\xbf\r\n", "`indenter.shape` is missing"),
+        ("bytes.toml", b"title = \"\n\n\xff\"", "line 3"),
+        ("prose.toml", b"once upon a time", "prose.toml:1:"),
+    ];
+    for (name, bytes, expected) in contents {
+        fs::write(folder.path().join(name), bytes).expect("a file");
+        let output = percuss(folder.path(), &["run", name]);
+        assert_eq!(output.status.code(), Some(2), "{name}");
+        assert!(stderr(&output).contains(expected), "{name}: {}", stderr(&output));
+    }
+    let output = percuss(folder.path(), &["run", "fig55"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("fig5-plane"), "the built-in cases are named: {}", stderr(&output));
+    assert_eq!(recordings(folder.path()), Vec::<String>::new());
+}
+
+#[test]
+fn requests_that_make_no_sense() {
+    let folder = folder();
+    for arguments in [
+        &["run", "fig5", "--set", "mesh.cells"] as &[&str],
+        &["run", "fig5", "--threads", "0"],
+        &["run", "fig5", "--threads", "100000"],
+        &["run", "fig5", "--set", "model=elastic"],
+        &["run", "fig5", "--set", "impact.contact=prescribed", "--set", "indenter.mass=1"],
+        &["run", "fig6c", "--set", "impact.contact=bilateral"],
+        &["run"],
+        &["fly"],
+    ] {
+        let output = percuss(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
+        assert!(!output.stderr.is_empty());
+    }
+    let output = percuss(folder.path(), &["run", "fig5", "--set", "model=elastic"]);
+    assert!(stderr(&output).contains("not available"), "{}", stderr(&output));
+    assert_eq!(recordings(folder.path()), Vec::<String>::new());
+}
+
+#[test]
+fn existing_outputs_are_kept_unless_forced() {
+    let folder = folder();
+    let path = folder.path().join("fig5.mcap");
+    fs::write(&path, "precious").expect("a file");
+    let arguments = ["run", "fig5", "--set", "mesh.cells=20"];
+    let output = percuss(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("--force"));
+    assert_eq!(fs::read(&path).expect("the file"), b"precious");
+    // a case that is refused does not touch the output either
+    let output = percuss(folder.path(), &["run", "fig5", "--force", "--set", "mesh.cells=0"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(fs::read(&path).expect("the file"), b"precious");
+    let output = percuss(folder.path(), &[&arguments as &[&str], &["--force", "--quiet"]].concat());
+    assert!(output.status.success());
+    assert!(output.stderr.is_empty(), "--quiet says nothing");
+    assert!(fs::read(&path).expect("the file").starts_with(mcap::MAGIC));
+}
+
+#[test]
+fn a_case_file_is_never_its_own_output() {
+    let folder = folder();
+    let path = folder.path().join("good.toml");
+    fs::write(&path, GOOD).expect("a file");
+    let output = percuss(folder.path(), &["run", "good.toml", "-o", "./good.toml", "--force"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(fs::read_to_string(&path).expect("the file"), GOOD);
+}
+
+#[test]
+fn outputs_that_cannot_be_written() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("taken.mcap")).expect("a folder");
+    for (output, expected) in [("nowhere/a.mcap", "nowhere/a.mcap"), ("taken.mcap", "taken.mcap")] {
+        let output = percuss(folder.path(), &["run", "fig5", "--force", "-o", output]);
+        assert_eq!(output.status.code(), Some(1));
+        assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+    }
+    // the device that is always full
+    if cfg!(target_os = "linux") {
+        let output = percuss(folder.path(), &["run", "fig5", "--force", "-o", "/dev/full"]);
+        assert_eq!(output.status.code(), Some(1));
+        assert!(stderr(&output).contains("the file is incomplete"), "{}", stderr(&output));
+        assert!(!stderr(&output).contains("completed"), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn interrupted_runs_leave_a_finished_recording() {
+    for (signal, name, status) in [("-INT", "SIGINT", 130), ("-TERM", "SIGTERM", 143)] {
+        let folder = folder();
+        let path = folder.path().join("long.mcap");
+        let long =
+            ["run", "fig5", "--set", "mesh.cells=400", "--set", "run.end_time=2000", "-o", "long.mcap"];
+        let small = ["mesh.outer_radius=2", "record.frames=10", "record.interface_every=100"];
+        let mut command = command(folder.path(), &long);
+        for key in small {
+            command.args(["--set", key]);
+        }
+        let mut child = command.stderr(Stdio::null()).spawn().expect("the program starts");
+        // well under way: the first chunk is on the disk
+        let start = Instant::now();
+        while fs::metadata(&path).map_or(0, |metadata| metadata.len()) < 100_000 {
+            assert!(start.elapsed() < Duration::from_secs(60), "the run does not get going");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let kill = Command::new("kill").args([signal, &child.id().to_string()]).status();
+        assert!(kill.expect("kill").success());
+        assert_eq!(child.wait().expect("it ends").code(), Some(status), "{name}");
+
+        let bytes = fs::read(&path).expect("the recording");
+        let summary = mcap::Summary::read(&bytes).expect("a finished file").expect("a summary");
+        let index = summary.metadata_indexes.iter().find(|index| index.name == "percuss.status");
+        let record = mcap::read::metadata(&bytes, index.expect("a status")).expect("a record");
+        assert_eq!(record.metadata["status"], "interrupted");
+        assert_eq!(record.metadata["message"], format!("interrupted by {name}"));
+        let last: u64 = record.metadata["last_step"].parse().expect("a number");
+        let stats = summary.stats.expect("statistics");
+        let drag = summary.channels.values().find(|channel| channel.topic == "/drag").expect("the drag");
+        assert_eq!(stats.channel_message_counts[&drag.id], last + 1, "every step that was done is there");
+    }
+}
+
+#[test]
+fn check_tells_what_a_run_will_take() {
+    let folder = folder();
+    let output = percuss(folder.path(), &["check", "fig5", "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(json["sizes"]["steps"], 300);
+    assert_eq!(json["sizes"]["nz"], 50);
+    assert_eq!(json["case"]["mesh"]["cells"], 100);
+    let estimate = json["estimate"]["message_bytes"].as_f64().expect("a number");
+
+    // the resolved case is a case, and says the same of itself
+    let resolved = percuss(folder.path(), &["check", "fig5", "--resolved"]);
+    fs::write(folder.path().join("full.toml"), &resolved.stdout).expect("a file");
+    let again = percuss(folder.path(), &["check", "full.toml", "--resolved"]);
+    assert_eq!(resolved.stdout, again.stdout);
+
+    // without compression the file is as large as its messages, within 10 %
+    let output = percuss(folder.path(), &["run", "full.toml", "--set", "record.compression=none"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let size = fs::metadata(folder.path().join("full.mcap")).expect("the recording").len() as f64;
+    assert!((size / estimate - 1.0).abs() < 0.1, "estimated {estimate}, is {size}");
+}
+
+#[test]
+fn built_in_cases_are_listed_and_valid() {
+    let folder = folder();
+    let output = percuss(folder.path(), &["cases", "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let cases = json["cases"].as_array().expect("a list");
+    let names: Vec<&str> = cases.iter().filter_map(|case| case["name"].as_str()).collect();
+    let mut expected: Vec<String> =
+        ["fig2", "fig3", "fig4", "fig5", "fig5-plane"].map(str::to_owned).to_vec();
+    expected.extend(["a", "b", "c", "d"].map(|part| format!("fig6{part}")));
+    expected.extend(["a", "b"].map(|part| format!("fig7{part}")));
+    expected.extend(["2.5", "5", "10"].map(|mass| format!("fig8-m{mass}")));
+    expected.extend(["1", "2.5", "5", "10", "100", "inf"].map(|mass| format!("fig9-m{mass}")));
+    assert_eq!(names, expected);
+    for name in names {
+        assert!(percuss(folder.path(), &["check", name, "--resolved"]).status.success(), "{name}");
+    }
+}
