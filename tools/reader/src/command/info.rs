@@ -1,0 +1,179 @@
+//! `info`: what a recording holds.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::{
+    overview::{Channel, Overview},
+    recording::OpenError,
+};
+
+/// Version of the JSON form.
+pub const JSON_VERSION: u32 = 1;
+
+/// Reads a recording and describes it, as text or JSON.
+///
+/// # Errors
+///
+/// The file cannot be read or is no MCAP file.
+pub fn info(path: &Path, as_json: bool) -> Result<(String, Overview), OpenError> {
+    let overview = Overview::read(path)?;
+    let size = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
+    let text = if as_json {
+        format!("{:#}\n", to_json(path, size, &overview))
+    } else {
+        to_text(path, size, &overview)
+    };
+    Ok((text, overview))
+}
+
+fn to_json(path: &Path, size: u64, overview: &Overview) -> Value {
+    let channels = overview.channels.iter().map(|(id, channel)| {
+        json!({
+            "id": id,
+            "topic": channel.topic,
+            "schema": channel.schema,
+            "encoding": channel.encoding,
+            "messages": channel.count,
+            "decodable": channel.message.is_some(),
+            "start_ns": channel.span.map(|span| span.0),
+            "end_ns": channel.span.map(|span| span.1),
+            "metadata": channel.metadata,
+        })
+    });
+    let attachments = overview.attachments.iter();
+    let metadata = overview.metadata.iter();
+    json!({
+        "version": JSON_VERSION,
+        "file": path.to_string_lossy(),
+        "bytes": size,
+        "complete": overview.complete,
+        "damage": overview.damage.as_ref().map(|d| json!({ "offset": d.offset, "reason": d.reason })),
+        "percuss": overview.is_percuss(),
+        "status": overview.status(),
+        "library": overview.library,
+        "profile": overview.profile,
+        "start_ns": overview.span().map(|span| span.0),
+        "end_ns": overview.span().map(|span| span.1),
+        "messages": overview.channels.values().map(|channel| channel.count).sum::<u64>(),
+        "chunks": {
+            "count": overview.chunks.count,
+            "compressed_bytes": overview.chunks.compressed,
+            "uncompressed_bytes": overview.chunks.uncompressed,
+            "compression": overview.chunks.compression,
+        },
+        "channels": channels.collect::<Vec<_>>(),
+        "attachments": attachments
+            .map(|a| json!({ "name": a.name, "media_type": a.media_type, "bytes": a.size }))
+            .collect::<Vec<_>>(),
+        "metadata": metadata.map(|m| json!({ "name": m.name, "entries": m.entries })).collect::<Vec<_>>(),
+    })
+}
+
+fn to_text(path: &Path, size: u64, overview: &Overview) -> String {
+    let mut text = format!("{}: {}\n", path.display(), headline(overview));
+    let mut line = |key: &str, value: String| text.push_str(&format!("  {key:<11} {value}\n"));
+    if let Some(title) = overview.metadata("percuss.run").and_then(|run| run.get("title")) {
+        line("title", title.clone());
+    }
+    line("written by", overview.library.clone());
+    line("size", format!("{size} bytes"));
+    if overview.chunks.count > 0 {
+        let Chunked { count, packed, names } = Chunked::of(overview);
+        line("chunks", format!("{count}, {names}, packed to {packed:.0} %"));
+    }
+    if let Some((start, end)) = overview.span() {
+        line("log time", format!("{} s to {} s", start as f64 * 1e-9, end as f64 * 1e-9));
+    }
+    if let Some(damage) = &overview.damage {
+        line("damage", format!("{} (after {} bytes)", damage.reason, damage.offset));
+    }
+
+    text.push_str("\nchannels\n");
+    let width = overview.channels.values().map(|channel| channel.topic.chars().count()).max().unwrap_or(0);
+    for channel in overview.channels.values() {
+        let fields = match &channel.message {
+            Some(_) => units(channel),
+            None => format!("({} messages are not decoded)", channel.encoding),
+        };
+        let row =
+            format!("  {:<width$}  {:>8}  {:<24} {fields}", channel.topic, channel.count, channel.schema);
+        text.push_str(row.trim_end());
+        text.push('\n');
+    }
+    if !overview.attachments.is_empty() {
+        text.push_str("\nattachments\n");
+        for attachment in &overview.attachments {
+            let (name, media_type, size) = (&attachment.name, &attachment.media_type, attachment.size);
+            text.push_str(&format!("  {name}  {size} bytes  {media_type}\n"));
+        }
+    }
+    for record in &overview.metadata {
+        text.push_str(&format!("\n{}\n", record.name));
+        for (key, value) in record.entries.iter().filter(|(_, value)| !value.trim().is_empty()) {
+            text.push_str(&format!("  {key} = {value}\n"));
+        }
+    }
+    text
+}
+
+struct Chunked {
+    count: u64,
+    packed: f64,
+    names: String,
+}
+
+impl Chunked {
+    fn of(overview: &Overview) -> Self {
+        let chunks = &overview.chunks;
+        let name = |name: &String| if name.is_empty() { "uncompressed".to_owned() } else { name.clone() };
+        let names: Vec<String> = chunks.compression.iter().map(name).collect();
+        Self {
+            count: chunks.count,
+            packed: 100.0 * chunks.compressed as f64 / chunks.uncompressed.max(1) as f64,
+            names: names.join(", "),
+        }
+    }
+}
+
+/// Complete or not, in words.
+fn headline(overview: &Overview) -> String {
+    let kind = match overview.metadata("percuss.run").and_then(|run| run.get("format_version")) {
+        Some(version) => format!("percuss recording, format {version}"),
+        None => "MCAP file".into(),
+    };
+    let state = match (overview.complete, overview.status()) {
+        (true, Some("completed")) => "completed".to_owned(),
+        (true, Some(status)) => {
+            let record = overview.metadata("percuss.status");
+            let message = record.and_then(|record| record.get("message")).map_or("", String::as_str);
+            format!("{status} ({message})")
+        }
+        (true, None) if overview.is_percuss() => "no status record: the run did not end".to_owned(),
+        (true, None) => "complete".to_owned(),
+        (false, _) => "PARTIAL: damaged or cut off".to_owned(),
+    };
+    format!("{kind}, {state}")
+}
+
+/// Fields with units, in the order of the message.
+fn units(channel: &Channel) -> String {
+    let Some(message) = &channel.message else { return String::new() };
+    let axes: Vec<&str> = channel
+        .metadata
+        .iter()
+        .filter(|(key, _)| key.starts_with("axis."))
+        .flat_map(|(_, axis)| axis.split([',', ';']))
+        .collect();
+    let fields = message.fields().filter(|field| !axes.contains(&field.name()));
+    let names = fields.map(|field| {
+        let unit = channel.metadata.get(&format!("unit.{}", field.name())).filter(|unit| *unit != "1");
+        let array = if field.is_list() { "[]" } else { "" };
+        unit.map_or_else(
+            || format!("{}{array}", field.name()),
+            |unit| format!("{}{array} [{unit}]", field.name()),
+        )
+    });
+    names.collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,4 @@
+//! Output formats, one file each.
+
+pub mod csv;
+pub mod json_lines;

@@ -1,0 +1,97 @@
+//! JSON lines: one object per row, keys in the order of the columns.
+
+use std::io::{self, Write};
+
+use serde::ser::{Serialize, SerializeMap, Serializer};
+
+use crate::table::{Cell, Heading, Sink};
+
+/// Writes JSON lines. Not-a-number and infinities are the strings `"NaN"`, `"Infinity"` and `"-Infinity"`, as in the
+/// JSON mapping of protobuf; empty cells are `null`.
+pub struct JsonLines<W: Write> {
+    output: W,
+    headings: Vec<Heading>,
+}
+
+impl<W: Write> JsonLines<W> {
+    /// Writes to `output`.
+    pub fn new(output: W) -> Self {
+        Self { output, headings: Vec::new() }
+    }
+}
+
+impl<W: Write> Sink for JsonLines<W> {
+    fn begin(&mut self, headings: &[Heading]) -> io::Result<()> {
+        self.headings = headings.to_vec();
+        Ok(())
+    }
+
+    fn row(&mut self, cells: &[Cell]) -> io::Result<()> {
+        serde_json::to_writer(&mut self.output, &Row { headings: &self.headings, cells })?;
+        self.output.write_all(b"\n")
+    }
+
+    fn end(&mut self) -> io::Result<()> {
+        self.output.flush()
+    }
+}
+
+struct Row<'a> {
+    headings: &'a [Heading],
+    cells: &'a [Cell],
+}
+
+impl Serialize for Row<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.cells.len()))?;
+        for (heading, cell) in self.headings.iter().zip(self.cells) {
+            map.serialize_entry(&heading.name, &Value(cell))?;
+        }
+        map.end()
+    }
+}
+
+struct Value<'a>(&'a Cell);
+
+impl Serialize for Value<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            Cell::Empty => serializer.serialize_none(),
+            Cell::Bool(value) => serializer.serialize_bool(*value),
+            Cell::Int(value) => serializer.serialize_i64(*value),
+            Cell::UInt(value) => serializer.serialize_u64(*value),
+            Cell::Float(value) if value.is_finite() => serializer.serialize_f32(*value),
+            Cell::Float(value) => serializer.serialize_str(special(f64::from(*value))),
+            Cell::Double(value) if value.is_finite() => serializer.serialize_f64(*value),
+            Cell::Double(value) => serializer.serialize_str(special(*value)),
+            Cell::Text(value) => serializer.serialize_str(value),
+        }
+    }
+}
+
+fn special(value: f64) -> &'static str {
+    if value.is_nan() {
+        "NaN"
+    } else if value > 0.0 {
+        "Infinity"
+    } else {
+        "-Infinity"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_objects() {
+        let mut output = Vec::new();
+        let mut lines = JsonLines::new(&mut output);
+        let heading = |name: &str| Heading { name: name.into(), unit: None };
+        lines.begin(&["b", "a", "c", "d"].map(heading)).expect("begin");
+        let row = [Cell::Double(0.1), Cell::Empty, Cell::Double(f64::NEG_INFINITY), Cell::Text("x\"".into())];
+        lines.row(&row).expect("row");
+        let text = String::from_utf8(output).expect("text");
+        assert_eq!(text, "{\"b\":0.1,\"a\":null,\"c\":\"-Infinity\",\"d\":\"x\\\"\"}\n");
+    }
+}

@@ -1,0 +1,78 @@
+//! Named columns with units, and what takes their rows.
+
+use std::io;
+
+/// A column.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Heading {
+    /// Name.
+    pub name: String,
+    /// Unit; `None` if unknown or a plain number.
+    pub unit: Option<String>,
+}
+
+impl Heading {
+    /// Name with the unit in brackets.
+    pub fn with_unit(&self) -> String {
+        match &self.unit {
+            Some(unit) => format!("{} [{unit}]", self.name),
+            None => self.name.clone(),
+        }
+    }
+}
+
+/// One cell.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// Nothing there.
+    Empty,
+    /// A truth value.
+    Bool(bool),
+    /// A whole number.
+    Int(i64),
+    /// A whole number.
+    UInt(u64),
+    /// A single-precision number.
+    Float(f32),
+    /// A double-precision number.
+    Double(f64),
+    /// A text.
+    Text(String),
+}
+
+impl Cell {
+    /// The cell as a number, if it is one.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Int(value) => Some(*value as f64),
+            Self::UInt(value) => Some(*value as f64),
+            Self::Float(value) => Some(f64::from(*value)),
+            Self::Double(value) => Some(*value),
+            Self::Empty | Self::Bool(_) | Self::Text(_) => None,
+        }
+    }
+}
+
+/// Takes the rows of a table, one by one.
+pub trait Sink {
+    /// Begins the table.
+    ///
+    /// # Errors
+    ///
+    /// The output cannot be written.
+    fn begin(&mut self, headings: &[Heading]) -> io::Result<()>;
+
+    /// Takes a row; it has as many cells as there are headings.
+    ///
+    /// # Errors
+    ///
+    /// The output cannot be written.
+    fn row(&mut self, cells: &[Cell]) -> io::Result<()>;
+
+    /// Ends the table.
+    ///
+    /// # Errors
+    ///
+    /// The output cannot be written.
+    fn end(&mut self) -> io::Result<()>;
+}
