@@ -41,7 +41,9 @@
 //! * Nothing from clock, host or thread count enters a channel. The same case gives the same bytes on any number of
 //!   threads: every sum is taken in the order of rows and nodes.
 //! * No kernel asks for geometry or mesh: [`grid::Grid`] turns both into weights.
-//! * A model shows its interior only when asked, through [`model::Model::sample`].
+//! * A model may run its interior behind the surface, many steps in one pass ([`model::sweep`]), but never shows it
+//!   before it has caught up.
+//! * `unsafe` stands only in [`model::stencil`] and [`model::sweep`], each block with its proof.
 //! * A recording reproduces its run: `percuss run` on its attachment `case.resolved.toml` gives the same messages.
 //!
 //! | To add | Touch |

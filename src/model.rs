@@ -13,6 +13,7 @@ use crate::surface::Surface;
 
 pub mod rakhmatulin;
 pub mod stencil;
+pub mod sweep;
 
 /// Theory of the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -45,6 +46,17 @@ pub struct TargetEnergy {
     pub strain: f64,
 }
 
+/// Largest axial strain on the backing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BackingPeak {
+    /// |∂u_z/∂z|.
+    pub strain: f64,
+    /// Radius \[R\].
+    pub r: f64,
+    /// Step.
+    pub step: u64,
+}
+
 /// Extent of a sampled field: rows and columns beyond it are at rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Extent {
@@ -65,16 +77,16 @@ pub trait Model: Send {
     /// Advances from level k to k+1 under the surface motion that the contact has settled.
     fn advance(&mut self, surface: &Surface);
 
-    /// Energy between the two levels the model stands at.
+    /// Energy between the two levels the model stands at. A model that runs its interior behind the surface brings it
+    /// up to date here.
     fn energy(&mut self) -> TargetEnergy;
 
-    /// Largest |∂u_z/∂z| on the backing at level k and its radius, after [`Model::advance`] of step k; `None` while
-    /// the backing is at rest or out of sight.
-    fn backing_strain(&self) -> Option<(f64, f64)>;
+    /// Largest |∂u_z/∂z| on the backing over all levels before the newest one.
+    fn backing_peak(&mut self) -> BackingPeak;
 
-    /// Writes a field at level k, row-major `[[j, i]]`, after [`Model::advance`] of step k.
+    /// Writes a field at level k, row-major `[[j, i]]`, after [`Model::advance`] and [`Model::energy`] of step k.
     fn sample(&self, field: Field, surface: &Surface, values: &mut Vec<f32>) -> Extent;
 
     /// First place `(r, z)` where the displacement is not finite, if any \[R\].
-    fn find_non_finite(&self) -> Option<(f64, f64)>;
+    fn find_non_finite(&mut self) -> Option<(f64, f64)>;
 }

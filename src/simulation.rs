@@ -156,8 +156,14 @@ impl Simulation {
     }
 
     /// Largest pressure and strain so far.
-    pub fn validity(&self) -> &Validity {
-        &self.validity
+    pub fn validity(&mut self) -> Validity {
+        let mut validity = self.validity;
+        if self.layer {
+            let peak = self.model.backing_peak();
+            let place = (peak.r, self.grid.nz as f64 * self.grid.dz);
+            validity.observe_strain(peak.strain, peak.step, peak.step as f64 * self.grid.dt(), place);
+        }
+        validity
     }
 
     fn view(&self, step: u64, time: f64, touch: Touch, energy: Option<Energy>) -> View<'_> {
@@ -181,7 +187,12 @@ impl Simulation {
         }
     }
 
-    fn check_finite(&self, step: u64, touch: &Touch, energy: Option<&Energy>) -> Result<(), SimulationError> {
+    fn check_finite(
+        &mut self,
+        step: u64,
+        touch: &Touch,
+        energy: Option<&Energy>,
+    ) -> Result<(), SimulationError> {
         let fine =
             touch.drag.is_finite() && energy.is_none_or(|e| e.kinetic.is_finite() && e.strain.is_finite());
         if fine {
@@ -200,11 +211,6 @@ impl Simulation {
         let pressure = &self.surface.pressure[..self.contact.reached()];
         for (i, p) in pressure.iter().enumerate() {
             self.validity.observe(p.abs(), step, time, (self.grid.r(i), 0.0));
-        }
-        if self.layer
-            && let Some((strain, r)) = self.model.backing_strain()
-        {
-            self.validity.observe_strain(strain, step, time, (r, self.grid.nz as f64 * self.grid.dz));
         }
     }
 

@@ -30,7 +30,7 @@ fn record(case: &Case, path: &Path) -> Vec<u8> {
         session.observe(&view).expect("room on the disk");
     }
     let status = simulation.ending().expect("the run has ended").into();
-    session.end(&status, simulation.validity()).expect("room on the disk");
+    session.end(&status, &simulation.validity()).expect("room on the disk");
     fs::read(path).expect("the recording")
 }
 
@@ -228,7 +228,7 @@ fn numbers_that_overflow_end_the_run_with_a_status() {
     let SimulationError::NotFinite { quantity: "interface stress", place: Some(_), .. } = error else {
         panic!("{error}");
     };
-    session.end(&Status::Failed(error.to_string()), simulation.validity()).expect("room on the disk");
+    session.end(&Status::Failed(error.to_string()), &simulation.validity()).expect("room on the disk");
     let status = &metadata(&fs::read(&path).expect("the recording"))["percuss.status"];
     assert_eq!(status["status"], "failed");
     assert!(status["message"].contains("not finite"), "{}", status["message"]);

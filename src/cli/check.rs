@@ -3,15 +3,19 @@
 use std::time::Instant;
 
 use clap::Args;
-use ndarray::{Array2, Axis};
-use rayon::prelude::*;
 
 use super::{CaseArguments, CliError, Exit, print};
 use crate::{
     case::{Case, Sizes},
     channels::Catalogue,
-    model::{ModelKind, stencil::advance_row},
+    grid::{Geometry, Grid, MeshKind, Spacing},
+    model::{
+        Model, ModelKind,
+        rakhmatulin::{Rakhmatulin, Sight},
+        sweep::LAG,
+    },
     recording::Compression,
+    surface::Surface,
 };
 
 /// Validates a case.
@@ -88,28 +92,31 @@ fn node_updates(case: &Case) -> f64 {
     mean * steps as f64
 }
 
-/// Node updates per second that this machine does on rows as long as those of the case, tried out briefly.
+/// Node updates per second that this machine does on a mesh like that of the case, tried out briefly.
 fn node_rate(sizes: &Sizes) -> f64 {
     const TRIAL_NODES: usize = 1 << 20;
-    const TRIALS: u32 = 5;
-    let columns = sizes.nr.clamp(64, 1 << 14);
-    let rows = (TRIAL_NODES / columns).min(sizes.nz + 2).max(8);
-    let now = Array2::from_shape_fn((rows, columns + 1), |(j, i)| ((i * 31 + j * 17) % 101) as f64 / 101.0);
-    let mut before = now.clone();
-    let weights = vec![0.25; columns];
-    let mut best = f64::INFINITY;
-    for _ in 0..TRIALS {
+    let rows = sizes.nz.min(1 << 10);
+    let columns = (TRIAL_NODES / rows).clamp(16, sizes.nr.max(16));
+    let spacing = Spacing { dr: 1.0, dz: 1.0, layer_rows: Some(rows) };
+    let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, columns, rows);
+    let mut model = Rakhmatulin::new(grid, 0.5, Sight::Field);
+    let mut surface = Surface::new(columns);
+    surface.loaded = columns;
+    // the first steps fill the mesh with waves, the next ones are timed
+    let mut steps = |count: usize| {
         let start = Instant::now();
-        before.axis_iter_mut(Axis(0)).into_par_iter().enumerate().for_each(|(j, mut row)| {
-            if j > 0 && j + 1 < rows {
-                let level = |j: usize| now.row(j).to_slice().expect("rows are contiguous");
-                let row = &mut row.as_slice_mut().expect("rows are contiguous")[..columns];
-                advance_row(row, level(j - 1), level(j), level(j + 1), &weights, &weights);
+        for _ in 0..count {
+            model.predict(&mut surface);
+            for (u, free) in surface.displacement.iter_mut().zip(&surface.free) {
+                *u = free + 1.0;
             }
-        });
-        best = best.min(start.elapsed().as_secs_f64());
-    }
-    ((rows - 2) * columns) as f64 / best
+            model.advance(&surface);
+        }
+        start.elapsed().as_secs_f64()
+    };
+    steps(rows);
+    let timed = 4 * LAG;
+    (rows * columns * timed) as f64 / steps(timed)
 }
 
 fn json(case: &Case, estimate: &Estimate) -> String {

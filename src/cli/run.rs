@@ -120,7 +120,7 @@ impl Running<'_> {
         }
     }
 
-    fn end(self, outcome: Outcome, output: &Path, start: Instant) -> Result<Exit, CliError> {
+    fn end(mut self, outcome: Outcome, output: &Path, start: Instant) -> Result<Exit, CliError> {
         let status = match (&outcome, self.simulation.ending()) {
             (Outcome::Interrupted(signal), _) => {
                 let name = if *signal == SIGINT as usize { "SIGINT" } else { "SIGTERM" };
@@ -131,7 +131,7 @@ impl Running<'_> {
             (Outcome::Ended, None) => unreachable!("a simulation ends with an ending"),
         };
         self.progress.end();
-        self.session.end(&status, self.simulation.validity())?;
+        self.session.end(&status, &self.simulation.validity())?;
         if let Outcome::Failed(error) = outcome {
             return Err(error.into());
         }
