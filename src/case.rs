@@ -4,7 +4,8 @@
 //! reports all errors of a file at once ([`CaseErrors`]), each at its place in the text.
 //!
 //! * `document`: TOML text with spans, `--set` overrides, one section at a time
-//! * `read`: from a document to a case
+//! * `read`, `read_indenter`: from a document to a case, section by section
+//! * `sizes`: what follows from it
 //! * `resolved`: from a case back to TOML, with nothing left implicit
 //! * `builtin`: the cases of the paper
 
@@ -25,7 +26,9 @@ use crate::{
 pub mod builtin;
 mod document;
 mod read;
+mod read_indenter;
 mod resolved;
+mod sizes;
 
 pub use document::{CaseErrors, Problem};
 

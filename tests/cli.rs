@@ -316,6 +316,25 @@ fn check_tells_what_a_run_will_take() {
 }
 
 #[test]
+fn a_profile_from_a_file_is_written_into_the_resolved_case() {
+    let folder = folder();
+    let nose = "# a blunt nose\nr, f\n0, 0\n0.5, 0.02\n1.0, 0.3\n";
+    fs::create_dir(folder.path().join("cases")).expect("a folder");
+    fs::write(folder.path().join("cases/nose.csv"), nose).expect("a file");
+    let text = GOOD.replace("\"flat\"\nradius = 1.0", "\"profile\"\nfile = \"nose.csv\"");
+    fs::write(folder.path().join("cases/nose.toml"), text).expect("a file");
+    let output = percuss(folder.path(), &["check", "cases/nose.toml", "--resolved"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let resolved = String::from_utf8(output.stdout).expect("text");
+    assert!(resolved.contains("points = [[0.0, 0.0], [0.5, 0.02], [1.0, 0.3]]"), "{resolved}");
+    // it needs the file no more
+    fs::write(folder.path().join("full.toml"), resolved).expect("a file");
+    let output = percuss(folder.path(), &["run", "full.toml"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(recordings(folder.path()), ["full.mcap"]);
+}
+
+#[test]
 fn built_in_cases_are_listed_and_valid() {
     let folder = folder();
     let output = percuss(folder.path(), &["cases", "--json"]);

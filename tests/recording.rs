@@ -110,6 +110,26 @@ fn everything_the_contract_promises_is_there() {
 }
 
 #[test]
+fn si_scales_are_recorded_where_they_are_known() {
+    let folder = folder();
+    let text = "[target]\nthickness = 0.5\n\
+                material = { youngs_modulus = 210e9, poisson_ratio = 0.3, density = 7850.0 }\n\
+                [indenter]\nshape = \"flat\"\nradius = 1.0\nmass = 2.0\nscale = { radius = 0.01 }\n\
+                [mesh]\ncells = 10\n[run]\nend_time = 2.0\n";
+    let case = Case::parse("steel", text, &[], "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let metadata = metadata(&record(&case, &folder.path().join("a.mcap")));
+    let number = |record: &str, key: &str| metadata[record][key].parse::<f64>().expect("a number");
+    // c_p² = E(1−ν)/(ρ(1+ν)(1−2ν)), c_s/c_p = √((1−2ν)/(2(1−ν)))
+    let c_p = (210e9f64 * 0.7 / (7850.0 * 1.3 * 0.4)).sqrt();
+    assert!((number("percuss.run", "scale.speed_m_per_s") / c_p - 1.0).abs() < 1e-14);
+    assert!((number("percuss.run", "scale.time_s") / (0.01 / c_p) - 1.0).abs() < 1e-14);
+    assert!((number("percuss.run", "scale.stress_pa") / (7850.0 * c_p * c_p) - 1.0).abs() < 1e-14);
+    assert!((case.target.material.shear_wave_speed - (0.4f64 / 1.4).sqrt()).abs() < 1e-15);
+    let allowed = number("percuss.validity", "admissible_velocity_m_per_s");
+    assert!((allowed / (c_p * number("percuss.validity", "admissible_velocity")) - 1.0).abs() < 1e-14);
+}
+
+#[test]
 fn fields_are_recorded_as_slices() {
     let folder = folder();
     let fields = "record.fields=[\"displacement\", \"velocity\", \"stress\"]";

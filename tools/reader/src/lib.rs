@@ -13,7 +13,7 @@
 //! |---|---|
 //! | [`recording`] | opening a file, limits, checksums, records in the order of the file |
 //! | [`overview`] | what a recording holds: channels, counts, times, metadata, attachments |
-//! | [`field`] | fields of messages: names, units, axes, interpolation |
+//! | [`field`], `axis` | fields of messages: names, units; positions on the axes of arrays and values between them |
 //! | [`table`] | named columns with units, and what takes their rows |
 //! | [`mod@format`] | one file per output format |
 //! | [`command`] | one file per verb |
@@ -31,6 +31,7 @@
 //! | `axis.<field>` | positions of an array: `r0,dr` names two fields of the message, the first position and the step; a list of numbers is the positions; `z0,dz,nz;r0,dr,nr` is a row-major matrix |
 //! | `symmetry.<field>` | `even`: the array is even about the origin of its axis |
 
+mod axis;
 pub mod cli;
 pub mod command;
 pub mod field;

@@ -1,0 +1,141 @@
+//! Sizes that follow from a sound case: node distances, steps, how far and how deep the mesh goes.
+
+use super::{
+    Body, Impact, Record, Run, Sizes, Target,
+    document::Document,
+    read::{GivenMesh, Span},
+};
+use crate::{
+    grid::{MeshKind, Spacing},
+    model::ModelKind,
+};
+
+/// Largest number of steps of a run.
+const MAX_STEPS: f64 = 1e8;
+/// Largest number of nodes: two levels of them take 16 GiB.
+const MAX_NODES: f64 = 1e9;
+/// Width of the precursor that runs ahead of a wave on a mesh with dispersion, in nodes per cube root of the number
+/// of steps: beyond it the field is below 1e-16 (measured; its head is an Airy function).
+const PRECURSOR: f64 = 6.0;
+
+/// A sound case whose sizes are not known yet.
+pub(super) struct Plan<'a> {
+    pub model: ModelKind,
+    pub target: &'a Target,
+    pub indenter: &'a Body,
+    pub impact: Impact,
+    pub run: Run,
+    pub record: &'a Record,
+}
+
+impl Plan<'_> {
+    /// Derives the sizes, or notes why there are none.
+    ///
+    /// * `thickness`, `end_time`: where these keys stand
+    pub(super) fn sizes(
+        &self,
+        doc: &mut Document,
+        mesh: &GivenMesh,
+        thickness: Span,
+        end_time: Span,
+    ) -> Option<Sizes> {
+        let cells = mesh.cells.value as usize;
+        let c_s = self.target.material.shear_wave_speed;
+        let spacing = match mesh.kind {
+            MeshKind::Matched => Spacing::matched(cells, self.indenter.radius, self.target.thickness, c_s),
+            MeshKind::Paper => match Spacing::paper(cells, self.target.thickness) {
+                Some(spacing) => spacing,
+                None => {
+                    let message = format!(
+                        "the paper mesh needs a whole number of cells through the layer, but thickness·cells = {}",
+                        self.target.thickness.unwrap_or_default() * cells as f64
+                    );
+                    doc.problem(thickness, message, Some("change target.thickness or mesh.cells".into()));
+                    return None;
+                }
+            },
+        };
+        let dt = spacing.dz;
+        let steps = (self.run.end_time / dt).round();
+        if !(1.0..=MAX_STEPS).contains(&steps) {
+            let message =
+                format!("`run.end_time` = {:?} takes {steps:.4e} steps of {dt:.4e}", self.run.end_time);
+            let help = format!("allowed: 1 to {MAX_STEPS:e} steps; change run.end_time or mesh.cells");
+            doc.problem(end_time, message, Some(help));
+            return None;
+        }
+        // log times are nanoseconds in 64 bits; half of that range is 292 years
+        let rate = self.record.playback_rate;
+        if 1e9 * rate * self.run.end_time > i64::MAX as f64 {
+            let message = format!("`record.playback_rate` = {rate:?} puts the end of the run 292 years away");
+            doc.problem(end_time, message, Some("make record.playback_rate or run.end_time smaller".into()));
+            return None;
+        }
+
+        let contact_reach =
+            self.indenter.shape(self.impact.velocity).reach(self.impact.velocity * self.run.end_time);
+        let outer = self.outer_radius(doc, mesh, spacing, steps, contact_reach)?;
+        let nr = (outer / spacing.dr - 1e-9).ceil().max(1.0);
+        let nz = match spacing.layer_rows {
+            Some(rows) => rows as f64,
+            // the wave goes one row per step; if only the surface is looked at, half as deep is enough
+            None if self.record.frames > 0 => steps + 2.0,
+            None => (steps / 2.0).ceil() + 2.0,
+        };
+        if nr * nz > MAX_NODES {
+            let message = format!("the mesh has {:.3e} nodes ({nr} along r, {nz} along z)", nr * nz);
+            let help = format!("allowed: at most {MAX_NODES:e}; make mesh.cells or run.end_time smaller");
+            doc.problem(mesh.cells.span.clone(), message, Some(help));
+            return None;
+        }
+        Some(Sizes {
+            dr: spacing.dr,
+            dz: spacing.dz,
+            dt,
+            steps: steps as u64,
+            nr: nr as usize,
+            nz: nz as usize,
+            outer_radius: nr * spacing.dr,
+            depth: nz * spacing.dz,
+            contact_reach,
+            layer: spacing.layer_rows.is_some(),
+        })
+    }
+
+    /// Outer radius of the mesh \[R\]: so large that nothing comes back from it to the contact, or, where fields are
+    /// recorded, that nothing gets there.
+    ///
+    /// ```text
+    /// r_max = r_contact + c·t_end/2 + margin      with fields: r_contact + c·t_end + margin
+    /// ```
+    ///
+    /// with `c = c_s` (model `elastic`: 1) and the width of the precursor as margin.
+    fn outer_radius(
+        &self,
+        doc: &mut Document,
+        mesh: &GivenMesh,
+        spacing: Spacing,
+        steps: f64,
+        contact_reach: f64,
+    ) -> Option<f64> {
+        let least = contact_reach + spacing.dr;
+        if let Some(given) = &mesh.outer_radius {
+            if given.value >= contact_reach {
+                return Some(given.value);
+            }
+            let message = format!("`mesh.outer_radius` = {:?} is inside the contact", given.value);
+            let help =
+                format!("contact reaches r = {contact_reach:.4}; leave the key out to have it derived");
+            doc.problem(given.span.clone(), message, Some(help));
+            return None;
+        }
+        let speed = match self.model {
+            ModelKind::Rakhmatulin => self.target.material.shear_wave_speed,
+            ModelKind::Elastic => 1.0,
+        };
+        let fields = self.record.frames > 0 && !self.record.fields.is_empty();
+        let run = speed * steps * spacing.dz * if fields { 1.0 } else { 0.5 };
+        let margin = (PRECURSOR * steps.cbrt() + 2.0).ceil() * spacing.dr;
+        Some((contact_reach + run + margin).max(least))
+    }
+}
