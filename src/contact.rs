@@ -233,7 +233,8 @@ impl Contact {
     /// Pressure at node `i` if the indenter goes to `next_depth`.
     fn pressure_at(&self, i: usize, next_depth: f64, surface: &Surface) -> f64 {
         let pressure = (next_depth - self.profile[i] - surface.free[i]) / surface.compliance[i];
-        if self.rule == Rule::Unilateral { pressure.max(0.0) } else { pressure }
+        // a pressure that is not a number must stay one, to be found
+        if self.rule == Rule::Unilateral && pressure <= 0.0 { 0.0 } else { pressure }
     }
 
     /// Displacement w^{k+1} of the indenter under the drag it meets on its way.
@@ -303,5 +304,72 @@ impl Contact {
         }
         touch.velocity = indenter.advance(touch.drag);
         touch
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        grid::{MeshKind, Spacing},
+        shape::Head,
+    };
+
+    const DT: f64 = 0.1;
+
+    /// A mesh of 10 nodes on a flat surface at rest that yields as the scheme's does.
+    fn parts(rule: Rule, head: Head, radius: Option<f64>, mass: f64) -> (Contact, Surface, Indenter) {
+        let spacing = Spacing { dr: 0.1, dz: DT, layer_rows: Some(10) };
+        let grid = Grid::new(Geometry::Axisymmetric, MeshKind::Matched, spacing, 10, 10);
+        let mut surface = Surface::new(10);
+        surface.compliance.fill(2.0 * DT);
+        let contact = Contact::new(rule, Shape::new(head, radius), Geometry::Axisymmetric, &grid, 1.0);
+        (contact, surface, Indenter::new(mass, 1.0, DT))
+    }
+
+    #[test]
+    fn the_first_step_carries_half_the_jump() {
+        let (mut contact, mut surface, mut indenter) =
+            parts(Rule::Unilateral, Head::Flat, Some(0.575), f64::INFINITY);
+        let touch = contact.step(&mut surface, &mut indenter);
+        assert_eq!(touch.touching, 6);
+        assert_eq!(touch.contact_radius, 0.575);
+        assert!((surface.pressure[0] - 0.5).abs() < 1e-15 && surface.pressure[6] == 0.0);
+        // area of six whole cells
+        assert!((touch.drag - 0.5 * 0.36).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_body_of_finite_mass_gives_way_in_the_same_step() {
+        for rule in [Rule::Unilateral, Rule::Bilateral] {
+            let mass = 0.01;
+            let (mut contact, mut surface, mut indenter) = parts(rule, Head::Flat, Some(0.575), mass);
+            let touch = contact.step(&mut surface, &mut indenter);
+            // w¹ = V0·Δt − (Δt²/M)·F⁰ and p⁰ = w¹/(2Δt) at once
+            let depth = DT - DT * DT / mass * touch.drag;
+            assert!((indenter.depth() - depth).abs() < 1e-15);
+            assert!((surface.pressure[0] - depth / (2.0 * DT)).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn only_what_the_head_reaches_is_touched() {
+        let cone = Head::Cone { slope: 0.5 };
+        let (mut contact, mut surface, mut indenter) = parts(Rule::Unilateral, cone, None, f64::INFINITY);
+        for touching in [2, 4, 6] {
+            // w grows by 0.1 per step and the profile by 0.05 per node, the first at 0.025
+            let touch = contact.step(&mut surface, &mut indenter);
+            assert_eq!(touch.touching, touching);
+            assert!(surface.pressure.iter().all(|&p| p >= 0.0));
+            surface.free.copy_from_slice(&surface.displacement);
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_not_hidden() {
+        let (mut contact, mut surface, mut indenter) =
+            parts(Rule::Unilateral, Head::Flat, Some(0.575), f64::INFINITY);
+        surface.free[3] = f64::NAN;
+        assert!(contact.step(&mut surface, &mut indenter).drag.is_nan());
     }
 }
