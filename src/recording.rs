@@ -249,7 +249,8 @@ impl Recorder {
     }
 
     fn join(&mut self) -> Result<(), RecordingError> {
-        let Some(writer) = self.writer.take() else { return Ok(()) };
+        // the first error is told once, and whoever goes on after it does not get an Ok
+        let writer = self.writer.take().expect("a recorder that has failed is not used again");
         match writer.join() {
             Ok(Ok(())) => Ok(()),
             Ok(Err(error)) => Err(RecordingError::Write { path: self.path.clone(), error: Box::new(error) }),

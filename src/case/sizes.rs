@@ -118,7 +118,6 @@ impl Plan<'_> {
         steps: f64,
         contact_reach: f64,
     ) -> Option<f64> {
-        let least = contact_reach + spacing.dr;
         if let Some(given) = &mesh.outer_radius {
             if given.value >= contact_reach {
                 return Some(given.value);
@@ -136,6 +135,6 @@ impl Plan<'_> {
         let fields = self.record.frames > 0 && !self.record.fields.is_empty();
         let run = speed * steps * spacing.dz * if fields { 1.0 } else { 0.5 };
         let margin = (PRECURSOR * steps.cbrt() + 2.0).ceil() * spacing.dr;
-        Some((contact_reach + run + margin).max(least))
+        Some(contact_reach + run + margin)
     }
 }

@@ -37,11 +37,6 @@ impl Axis {
         }
     }
 
-    /// Fields of the message that only describe axes.
-    pub(crate) fn descriptive(text: &str) -> impl Iterator<Item = &str> {
-        text.split([',', ';']).map(str::trim)
-    }
-
     /// True if the axis is that of `coordinate`: `r0,dr` is `r`; lists carry no name and fit any.
     pub(crate) fn is_named(&self, coordinate: &str) -> bool {
         match self {

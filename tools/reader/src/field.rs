@@ -141,8 +141,7 @@ pub fn columns(
         }
     }];
     if selection.fields.is_empty() {
-        let axes = channel.metadata.iter().filter(|(key, _)| key.starts_with("axis."));
-        let hidden: Vec<&str> = axes.flat_map(|(_, axis)| Axis::descriptive(axis)).collect();
+        let hidden = channel.axis_parts();
         for field in message.fields().filter(|field| Some(field) != time.as_ref()) {
             if is_cell(&field) && !hidden.contains(&field.name()) {
                 columns.extend(picker.all(&field, longest)?);
@@ -168,8 +167,7 @@ struct Picker<'a> {
 
 impl Picker<'_> {
     fn heading(&self, field: &FieldDescriptor, name: String) -> Heading {
-        let unit = self.channel.metadata.get(&format!("unit.{}", field.name())).filter(|unit| *unit != "1");
-        Heading { name, unit: unit.cloned() }
+        Heading { name, unit: self.channel.unit(field.name()).map(str::to_owned) }
     }
 
     fn plain(&self, field: &FieldDescriptor) -> Column {

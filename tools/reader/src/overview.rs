@@ -29,6 +29,19 @@ pub struct Channel {
     pub span: Option<(u64, u64)>,
 }
 
+impl Channel {
+    /// Unit of a field; `None` if unknown or a plain number.
+    pub fn unit(&self, field: &str) -> Option<&str> {
+        self.metadata.get(&format!("unit.{field}")).map(String::as_str).filter(|unit| *unit != "1")
+    }
+
+    /// What the axes of arrays are made of: names of fields that only describe them, or positions.
+    pub fn axis_parts(&self) -> Vec<&str> {
+        let axes = self.metadata.iter().filter(|(key, _)| key.starts_with("axis."));
+        axes.flat_map(|(_, axis)| axis.split([',', ';']).map(str::trim)).collect()
+    }
+}
+
 /// An attachment, without its content.
 #[derive(Clone, Debug)]
 pub struct Attachment {

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use crate::{
     overview::{Channel, Overview},
     recording::OpenError,
+    table::Heading,
 };
 
 /// Version of the JSON form.
@@ -79,9 +80,12 @@ fn to_text(path: &Path, size: u64, overview: &Overview) -> String {
     }
     line("written by", overview.library.clone());
     line("size", format!("{size} bytes"));
-    if overview.chunks.count > 0 {
-        let Chunked { count, packed, names } = Chunked::of(overview);
-        line("chunks", format!("{count}, {names}, packed to {packed:.0} %"));
+    let chunks = &overview.chunks;
+    if chunks.count > 0 {
+        let name = |name: &String| if name.is_empty() { "uncompressed".to_owned() } else { name.clone() };
+        let names: Vec<String> = chunks.compression.iter().map(name).collect();
+        let packed = 100.0 * chunks.compressed as f64 / chunks.uncompressed.max(1) as f64;
+        line("chunks", format!("{}, {}, packed to {packed:.0} %", chunks.count, names.join(", ")));
     }
     if let Some((start, end)) = overview.span() {
         line("log time", format!("{} s to {} s", start as f64 * 1e-9, end as f64 * 1e-9));
@@ -118,25 +122,6 @@ fn to_text(path: &Path, size: u64, overview: &Overview) -> String {
     text
 }
 
-struct Chunked {
-    count: u64,
-    packed: f64,
-    names: String,
-}
-
-impl Chunked {
-    fn of(overview: &Overview) -> Self {
-        let chunks = &overview.chunks;
-        let name = |name: &String| if name.is_empty() { "uncompressed".to_owned() } else { name.clone() };
-        let names: Vec<String> = chunks.compression.iter().map(name).collect();
-        Self {
-            count: chunks.count,
-            packed: 100.0 * chunks.compressed as f64 / chunks.uncompressed.max(1) as f64,
-            names: names.join(", "),
-        }
-    }
-}
-
 /// Complete or not, in words.
 fn headline(overview: &Overview) -> String {
     let kind = match overview.metadata("percuss.run").and_then(|run| run.get("format_version")) {
@@ -160,20 +145,12 @@ fn headline(overview: &Overview) -> String {
 /// Fields with units, in the order of the message.
 fn units(channel: &Channel) -> String {
     let Some(message) = &channel.message else { return String::new() };
-    let axes: Vec<&str> = channel
-        .metadata
-        .iter()
-        .filter(|(key, _)| key.starts_with("axis."))
-        .flat_map(|(_, axis)| axis.split([',', ';']))
-        .collect();
+    let axes = channel.axis_parts();
     let fields = message.fields().filter(|field| !axes.contains(&field.name()));
     let names = fields.map(|field| {
-        let unit = channel.metadata.get(&format!("unit.{}", field.name())).filter(|unit| *unit != "1");
         let array = if field.is_list() { "[]" } else { "" };
-        unit.map_or_else(
-            || format!("{}{array}", field.name()),
-            |unit| format!("{}{array} [{unit}]", field.name()),
-        )
+        let name = format!("{}{array}", field.name());
+        Heading { name, unit: channel.unit(field.name()).map(str::to_owned) }.with_unit()
     });
     names.collect::<Vec<_>>().join(", ")
 }
