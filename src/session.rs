@@ -112,7 +112,8 @@ impl Session {
     /// The first error of the recorder; the session is of no more use.
     pub fn observe(&mut self, view: &View<'_>) -> Result<(), RecordingError> {
         if self.last.is_none() {
-            let text = format!("percuss {}: run of {} steps begins", env!("CARGO_PKG_VERSION"), self.steps);
+            // the version is in the metadata: here it would make every release differ from every other
+            let text = format!("run of {} steps begins", self.steps);
             self.catalogue.say(Level::Info, view.time, &text, &mut self.recorder)?;
         }
         self.catalogue.observe(view, &mut self.recorder)?;
