@@ -1,70 +1,135 @@
 //! Axes of arrays: positions of their elements, and values between them.
 
-use prost_reflect::{DynamicMessage, FieldDescriptor, Value};
-
-use crate::{field::cell, overview::Channel};
+use crate::{
+    overview::Channel,
+    wire::{Layout, List, Values},
+};
 
 /// Positions of the elements of an array.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Axis {
-    /// `start + i·step`, taken from fields of the same message.
-    Uniform { start: FieldDescriptor, step: FieldDescriptor },
+    /// `start + i·step`, taken from leaves of the same message.
+    Uniform { start: usize, step: usize, coordinate: String },
     /// Listed in the metadata.
     Listed(Vec<f64>),
-    /// Rows and columns: not one axis.
-    Matrix,
+    /// Rows and columns: leaves with start, step and number of each.
+    Matrix { rows: [usize; 3], columns: [usize; 3], coordinates: [String; 2] },
     /// Not given.
     Unknown,
 }
 
 impl Axis {
-    /// The axis of an array field, from the metadata of its channel.
-    pub(crate) fn of(field: &FieldDescriptor, channel: &Channel) -> Self {
-        let Some(text) = channel.metadata.get(&format!("axis.{}", field.name())) else {
+    /// The axis of an array, from the metadata of its channel.
+    pub(crate) fn of(leaf: usize, layout: &Layout, channel: &Channel) -> Self {
+        let path = &layout.leaves[leaf].path;
+        let Some(text) = channel.metadata.get(&format!("axis.{path}")) else {
             return Self::Unknown;
         };
-        if text.contains(';') {
-            return Self::Matrix;
+        let prefix = path.rsplit_once('.').map_or(String::new(), |(prefix, _)| format!("{prefix}."));
+        let find = |name: &str| {
+            let found = layout.find(&format!("{prefix}{}", name.trim()));
+            found.filter(|&leaf| layout.leaves[leaf].is_single && layout.leaves[leaf].kind.is_number())
+        };
+        let coordinate = |text: &str| {
+            let name = text.split(',').next().unwrap_or_default().trim();
+            name.strip_suffix('0').unwrap_or(name).to_owned()
+        };
+        if let Some((rows, columns)) = text.split_once(';') {
+            let triple = |text: &str| -> Option<[usize; 3]> {
+                text.split(',').map(find).collect::<Option<Vec<_>>>()?.try_into().ok()
+            };
+            return match (triple(rows), triple(columns)) {
+                (Some(r), Some(c)) => {
+                    let coordinates = [coordinate(rows), coordinate(columns)];
+                    Self::Matrix { rows: r, columns: c, coordinates }
+                }
+                _ => Self::Unknown,
+            };
         }
         let numbers: Option<Vec<f64>> = text.split(',').map(|item| item.trim().parse().ok()).collect();
         if let Some(positions) = numbers {
             return Self::Listed(positions);
         }
-        let mut names = text.split(',').map(|name| field.parent_message().get_field_by_name(name.trim()));
+        let mut names = text.split(',').map(find);
         match (names.next().flatten(), names.next().flatten()) {
-            (Some(start), Some(step)) => Self::Uniform { start, step },
+            (Some(start), Some(step)) => Self::Uniform { start, step, coordinate: coordinate(text) },
             _ => Self::Unknown,
         }
     }
 
     /// True if the axis is that of `coordinate`: `r0,dr` is `r`; lists carry no name and fit any.
-    pub(crate) fn is_named(&self, coordinate: &str) -> bool {
+    pub(crate) fn is_named(&self, name: &str) -> bool {
         match self {
-            Self::Uniform { start, .. } => start.name().trim_end_matches('0') == coordinate,
+            Self::Uniform { coordinate, .. } => coordinate == name,
             Self::Listed(_) => true,
-            Self::Matrix | Self::Unknown => false,
+            Self::Matrix { .. } | Self::Unknown => false,
         }
+    }
+
+    /// The axis as it is in a message.
+    pub(crate) fn place(&self, values: &Values) -> Place<'_> {
+        let number = |leaf: usize| values.lists[leaf].number(0);
+        match self {
+            Self::Uniform { start, step, .. } => match (number(*start), number(*step)) {
+                (Some(start), Some(step)) if step > 0.0 => Place::Uniform { start, step },
+                _ => Place::Unknown,
+            },
+            Self::Listed(positions) => Place::Listed(positions),
+            Self::Matrix { .. } | Self::Unknown => Place::Unknown,
+        }
+    }
+
+    /// The grid of a matrix as it is in a message.
+    pub(crate) fn grid(&self, values: &Values) -> Option<Grid> {
+        let Self::Matrix { rows, columns, .. } = self else { return None };
+        let side = |leaves: &[usize; 3]| {
+            let number = |i: usize| values.lists[leaves[i]].number(0);
+            Some(Side { start: number(0)?, step: number(1)?, length: number(2)? as usize })
+        };
+        Some(Grid { rows: side(rows)?, columns: side(columns)? })
     }
 }
 
+/// One side of a matrix: positions `start + i·step`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Side {
+    /// First position.
+    pub start: f64,
+    /// Distance of positions.
+    pub step: f64,
+    /// Number of positions.
+    pub length: usize,
+}
+
+impl Side {
+    /// Position of an element.
+    pub fn at(&self, index: usize) -> f64 {
+        self.start + index as f64 * self.step
+    }
+}
+
+/// Rows and columns of a matrix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Grid {
+    pub(crate) rows: Side,
+    pub(crate) columns: Side,
+}
+
 /// An axis with its numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Place<'a> {
     Uniform { start: f64, step: f64 },
     Listed(&'a [f64]),
     Unknown,
 }
 
-impl Axis {
-    /// The axis as it is in a message.
-    pub(crate) fn place(&self, message: &DynamicMessage) -> Place<'_> {
-        let number = |field: &FieldDescriptor| cell(field, &message.get_field(field)).number();
+impl Place<'_> {
+    /// Position of an element, if it has one.
+    pub(crate) fn position(&self, index: usize) -> Option<f64> {
         match self {
-            Self::Uniform { start, step } => match (number(start), number(step)) {
-                (Some(start), Some(step)) if step > 0.0 => Place::Uniform { start, step },
-                _ => Place::Unknown,
-            },
-            Self::Listed(positions) => Place::Listed(positions),
-            Self::Matrix | Self::Unknown => Place::Unknown,
+            Self::Uniform { start, step } => Some(start + index as f64 * step),
+            Self::Listed(positions) => positions.get(index).copied(),
+            Self::Unknown => None,
         }
     }
 }
@@ -74,14 +139,8 @@ impl Axis {
 /// Linear between elements. Up to half a step beyond the first and last element their values hold, or, where the
 /// array is even about the origin and the position lies between it and the first element, the parabola through the
 /// first two. Nothing farther out.
-pub(crate) fn at(
-    list: &[Value],
-    field: &FieldDescriptor,
-    place: &Place<'_>,
-    even: bool,
-    position: f64,
-) -> Option<f64> {
-    let value = |i: usize| list.get(i).and_then(|value| cell(field, value).number());
+pub(crate) fn at(list: &List, place: Place<'_>, even: bool, position: f64) -> Option<f64> {
+    let value = |i: usize| list.number(i);
     match place {
         Place::Uniform { start, step } => {
             let x = (position - start) / step;
@@ -91,7 +150,7 @@ pub(crate) fn at(
             if x < -reach || x > last + reach {
                 None
             } else if x < 0.0 && even && list.len() > 1 {
-                let (r0, r1) = (*start, start + step);
+                let (r0, r1) = (start, start + step);
                 let (p0, p1) = (value(0)?, value(1)?);
                 Some(p0 + (p1 - p0) * (position * position - r0 * r0) / (r1 * r1 - r0 * r0))
             } else {

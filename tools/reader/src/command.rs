@@ -1,4 +1,6 @@
 //! The verbs, one file each: from arguments to a result, printing left to [`crate::cli`].
 
+pub mod export;
 pub mod info;
+pub mod plot;
 pub mod trace;

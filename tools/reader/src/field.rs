@@ -1,11 +1,12 @@
 //! Fields of messages: names, units and axes from channel metadata, and what to take of a message into a row.
 
-use prost_reflect::{DynamicMessage, FieldDescriptor, Kind, Value};
+use prost_reflect::EnumDescriptor;
 
 use crate::{
     axis::{Axis, at},
     overview::Channel,
-    table::{Cell, Heading},
+    table::{Cell, Heading, Kind},
+    wire::{COUNT, Layout, List, Type, UNKNOWN, Values},
 };
 
 /// Largest number of columns an array is spread over.
@@ -14,7 +15,7 @@ pub const MAX_COLUMNS: usize = 10_000;
 /// Which fields of a topic are wanted.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
-    /// Names of fields, or `name[index]`; all plain fields and arrays if empty.
+    /// Fields: `a.b.c`, `name[index]`, `name@r=position`; all plain fields and arrays if empty.
     pub fields: Vec<String>,
     /// Positions on the axes of arrays.
     pub at: Option<Positions>,
@@ -103,20 +104,28 @@ pub enum SelectionError {
 pub struct Column {
     /// Name and unit.
     pub heading: Heading,
+    /// The leaf it is taken from; `None` for the log time.
+    pub leaf: Option<usize>,
     take: Take,
 }
 
 #[derive(Clone, Debug)]
 enum Take {
     LogTime,
-    Field(FieldDescriptor),
-    Element { field: FieldDescriptor, index: usize },
-    At { field: FieldDescriptor, axis: Axis, even: bool, position: f64 },
+    Single { enumeration: Option<EnumDescriptor> },
+    Element { index: usize, enumeration: Option<EnumDescriptor> },
+    At { axis: Axis, even: bool, position: f64 },
+}
+
+/// Leaf of the time of a message: a plain double named `time`.
+pub fn time_leaf(layout: &Layout) -> Option<usize> {
+    let leaf = layout.find("time")?;
+    (layout.leaves[leaf].is_single && layout.leaves[leaf].kind.is_number()).then_some(leaf)
 }
 
 /// Columns of a channel, the time first.
 ///
-/// * `longest`: gives the greatest length of an array field over all messages; asked only where it is needed
+/// * `longest`: gives the greatest length of the list of a leaf over all messages; asked only where it is needed
 ///
 /// # Errors
 ///
@@ -124,32 +133,33 @@ enum Take {
 pub fn columns(
     channel: &Channel,
     selection: &Selection,
-    longest: &mut dyn FnMut(&FieldDescriptor) -> usize,
+    longest: &mut dyn FnMut(usize) -> usize,
 ) -> Result<Vec<Column>, SelectionError> {
-    let message = channel.message.as_ref().ok_or_else(|| SelectionError::NotProtobuf {
+    let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::NotProtobuf {
         topic: channel.topic.clone(),
         encoding: channel.encoding.clone(),
         schema: channel.schema.clone(),
     })?;
-    let picker = Picker { channel, at: selection.at.as_ref() };
-    let time = message.get_field_by_name("time").filter(|field| is_scalar(field) && is_number(field));
-    let mut columns = vec![match &time {
-        Some(field) => picker.plain(field),
+    let picker = Picker { channel, layout, at: selection.at.as_ref() };
+    let time = time_leaf(layout);
+    let mut columns = vec![match time {
+        Some(leaf) => picker.plain(leaf),
         None => {
-            let heading = Heading { name: "log_time".into(), unit: Some("s".into()) };
-            Column { heading, take: Take::LogTime }
+            let heading = Heading { name: "log_time".into(), unit: Some("s".into()), kind: Kind::Double };
+            Column { heading, leaf: None, take: Take::LogTime }
         }
     }];
     if selection.fields.is_empty() {
         let hidden = channel.axis_parts();
-        for field in message.fields().filter(|field| Some(field) != time.as_ref()) {
-            if is_cell(&field) && !hidden.contains(&field.name()) {
-                columns.extend(picker.all(&field, longest)?);
+        for (index, leaf) in layout.leaves.iter().enumerate() {
+            let is_hidden = hidden.contains(&leaf.path.as_str()) || leaf.path.ends_with(COUNT);
+            if Some(index) != time && leaf.kind != Type::Bytes && !is_hidden {
+                columns.extend(picker.all(index, longest)?);
             }
         }
     }
     for name in &selection.fields {
-        columns.extend(picker.named(message, name, longest)?);
+        columns.extend(picker.named(name, longest)?);
     }
     let positioned = columns.iter().any(|column| matches!(column.take, Take::At { .. }));
     match &selection.at {
@@ -162,158 +172,170 @@ pub fn columns(
 
 struct Picker<'a> {
     channel: &'a Channel,
+    layout: &'a Layout,
     at: Option<&'a Positions>,
 }
 
 impl Picker<'_> {
-    fn heading(&self, field: &FieldDescriptor, name: String) -> Heading {
-        Heading { name, unit: self.channel.unit(field.name()).map(str::to_owned) }
+    fn column(&self, leaf: usize, name: String, take: Take) -> Column {
+        let unit = self.channel.unit(&self.layout.leaves[leaf].path).map(str::to_owned);
+        let kind = match (&take, &self.layout.leaves[leaf].kind) {
+            (Take::At { .. } | Take::LogTime, _) | (_, Type::Double) => Kind::Double,
+            (_, Type::Float) => Kind::Float,
+            (_, Type::Int) => Kind::Int,
+            (_, Type::UInt) => Kind::UInt,
+            (_, Type::Bool) => Kind::Bool,
+            (_, Type::Enum(_) | Type::Text | Type::Bytes) => Kind::Text,
+        };
+        Column { heading: Heading { name, unit, kind }, leaf: Some(leaf), take }
     }
 
-    fn plain(&self, field: &FieldDescriptor) -> Column {
-        Column { heading: self.heading(field, field.name().into()), take: Take::Field(field.clone()) }
+    fn plain(&self, leaf: usize) -> Column {
+        let enumeration = self.enumeration(leaf);
+        self.column(leaf, self.layout.leaves[leaf].path.clone(), Take::Single { enumeration })
+    }
+
+    fn enumeration(&self, leaf: usize) -> Option<EnumDescriptor> {
+        match &self.layout.leaves[leaf].kind {
+            Type::Enum(kind) => Some(kind.clone()),
+            _ => None,
+        }
+    }
+
+    fn element(&self, leaf: usize, index: usize, name: String) -> Column {
+        self.column(leaf, name, Take::Element { index, enumeration: self.enumeration(leaf) })
+    }
+
+    fn position(&self, leaf: usize, axis: Axis, coordinate: &str, position: f64) -> Column {
+        let path = &self.layout.leaves[leaf].path;
+        let symmetry = self.channel.metadata.get(&format!("symmetry.{path}"));
+        let even = symmetry.is_some_and(|symmetry| symmetry == "even");
+        let name = format!("{path}@{coordinate}={position}");
+        self.column(leaf, name, Take::At { axis, even, position })
     }
 
     /// All of a field: a scalar, or an array at the chosen positions, at its listed positions, or element by element.
     /// Matrices are left out.
     fn all(
         &self,
-        field: &FieldDescriptor,
-        longest: &mut dyn FnMut(&FieldDescriptor) -> usize,
+        index: usize,
+        longest: &mut dyn FnMut(usize) -> usize,
     ) -> Result<Vec<Column>, SelectionError> {
-        if is_scalar(field) {
-            return Ok(vec![self.plain(field)]);
+        let leaf = &self.layout.leaves[index];
+        if leaf.lists == 0 {
+            return Ok(vec![self.plain(index)]);
         }
-        let axis = Axis::of(field, self.channel);
+        let axis = Axis::of(index, self.layout, self.channel);
         if let Some(at) = self.at.filter(|at| axis.is_named(&at.coordinate)) {
-            let symmetry = self.channel.metadata.get(&format!("symmetry.{}", field.name()));
-            let even = symmetry.is_some_and(|symmetry| symmetry == "even");
-            let column = |&position: &f64| Column {
-                heading: self.heading(field, format!("{}@{}={position}", field.name(), at.coordinate)),
-                take: Take::At { field: field.clone(), axis: axis.clone(), even, position },
-            };
+            let column = |&position: &f64| self.position(index, axis.clone(), &at.coordinate, position);
             return Ok(at.values.iter().map(column).collect());
         }
-        let element = |index: usize, name: String| Column {
-            heading: self.heading(field, name),
-            take: Take::Element { field: field.clone(), index },
-        };
         match axis {
             Axis::Listed(positions) => {
-                let name = |position: &f64| format!("{}@r={position}", field.name());
-                Ok(positions.iter().enumerate().map(|(index, r)| element(index, name(r))).collect())
+                let name = |position: &f64| format!("{}@r={position}", leaf.path);
+                let column = |(i, r): (usize, &f64)| self.element(index, i, name(r));
+                Ok(positions.iter().enumerate().map(column).collect())
             }
-            Axis::Matrix => Ok(Vec::new()),
+            Axis::Matrix { .. } => Ok(Vec::new()),
             Axis::Uniform { .. } | Axis::Unknown => {
-                let length = longest(field);
+                let length = longest(index);
                 if length > MAX_COLUMNS {
-                    return Err(SelectionError::TooMany { field: field.name().into(), length });
+                    return Err(SelectionError::TooMany { field: leaf.path.clone(), length });
                 }
-                Ok((0..length).map(|index| element(index, format!("{}[{index}]", field.name()))).collect())
+                Ok((0..length).map(|i| self.element(index, i, leaf.element(i))).collect())
             }
         }
     }
 
-    /// A field asked for by name: `name` or `name[index]`.
+    /// A field asked for by name: `a.b.c`, `name[index]`, `list[index].name` or `name@r=position`.
     fn named(
         &self,
-        message: &prost_reflect::MessageDescriptor,
         name: &str,
-        longest: &mut dyn FnMut(&FieldDescriptor) -> usize,
+        longest: &mut dyn FnMut(usize) -> usize,
     ) -> Result<Vec<Column>, SelectionError> {
-        let (base, index) = match name.strip_suffix(']').and_then(|rest| rest.split_once('[')) {
-            Some((base, index)) => (base, index.parse::<usize>().ok()),
+        let topic = || self.channel.topic.clone();
+        let unknown = || {
+            let known = self.layout.leaves.iter().filter(|leaf| leaf.path != UNKNOWN);
+            let known: Vec<&str> = known.map(|leaf| leaf.path.as_str()).collect();
+            SelectionError::UnknownField { topic: topic(), field: name.into(), known: known.join(", ") }
+        };
+        let (base, position) = match name.split_once('@') {
+            Some((base, at)) => (base, Some(at.parse::<Positions>().map_err(|_| unknown())?)),
             None => (name, None),
         };
-        let topic = || self.channel.topic.clone();
-        let found = message.get_field_by_name(base).filter(|_| index.is_some() || base == name);
-        let field = found.ok_or_else(|| {
-            let known: Vec<String> = message.fields().map(|field| field.name().to_owned()).collect();
-            SelectionError::UnknownField { topic: topic(), field: name.into(), known: known.join(", ") }
-        })?;
+        let (path, index) = match base.split_once('[').zip(base.split_once(']')) {
+            Some(((before, _), (until, after))) => {
+                let index = until.get(before.len() + 1..).and_then(|digits| digits.parse::<usize>().ok());
+                (format!("{before}{after}"), Some(index.ok_or_else(unknown)?))
+            }
+            None => (base.to_owned(), None),
+        };
+        let leaf = self.layout.find(&path).filter(|_| path != UNKNOWN).ok_or_else(unknown)?;
         let refuse = |what, hint| SelectionError::NotACell { topic: topic(), field: name.into(), what, hint };
-        if !is_cell(&field) {
-            return Err(refuse("a nested message or bytes", "choose a field of numbers or text"));
+        let is_list = self.layout.leaves[leaf].lists > 0;
+        if self.layout.leaves[leaf].kind == Type::Bytes {
+            return Err(refuse("bytes", "choose a field of numbers or text"));
         }
-        match index {
-            Some(_) if is_scalar(&field) => Err(refuse("not an array", "leave out the index")),
-            Some(index) => Ok(vec![Column {
-                heading: self.heading(&field, name.into()),
-                take: Take::Element { field, index },
-            }]),
-            None if matches!(Axis::of(&field, self.channel), Axis::Matrix) => {
+        let axis = Axis::of(leaf, self.layout, self.channel);
+        match (index, position) {
+            (Some(_), _) if !is_list => Err(refuse("not an array", "leave out the index")),
+            (Some(index), _) => Ok(vec![self.element(leaf, index, name.into())]),
+            (None, Some(at)) if is_list && axis.is_named(&at.coordinate) => {
+                let column = |&position: &f64| self.position(leaf, axis.clone(), &at.coordinate, position);
+                Ok(at.values.iter().map(column).collect())
+            }
+            (None, Some(at)) => Err(SelectionError::NoAxis { topic: topic(), coordinate: at.coordinate }),
+            (None, None) if matches!(axis, Axis::Matrix { .. }) => {
                 Err(refuse("a matrix", "choose elements as name[index]"))
             }
-            None => self.all(&field, longest),
+            (None, None) => self.all(leaf, longest),
         }
     }
-}
-
-fn is_scalar(field: &FieldDescriptor) -> bool {
-    !field.is_list() && !field.is_map()
-}
-
-fn is_number(field: &FieldDescriptor) -> bool {
-    !matches!(field.kind(), Kind::Bool | Kind::String | Kind::Bytes | Kind::Message(_) | Kind::Enum(_))
-}
-
-/// True if the field, or its elements, can stand in a cell.
-fn is_cell(field: &FieldDescriptor) -> bool {
-    !field.is_map() && !matches!(field.kind(), Kind::Message(_) | Kind::Bytes)
 }
 
 impl Column {
     /// The cell of this column for a message.
     ///
     /// * `log_time`: log time of the message \[ns\]
-    pub fn cell(&self, message: &DynamicMessage, log_time: u64) -> Cell {
-        match &self.take {
-            Take::LogTime => Cell::Double(log_time as f64 * 1e-9),
-            Take::Field(field) if field.supports_presence() && !message.has_field(field) => Cell::Empty,
-            Take::Field(field) => cell(field, &message.get_field(field)),
-            Take::Element { field, index } => match message.get_field(field).as_list() {
-                Some(list) => list.get(*index).map_or(Cell::Empty, |value| cell(field, value)),
-                None => Cell::Empty,
-            },
-            Take::At { field, axis, even, position } => {
-                let value = message.get_field(field);
-                let list = value.as_list().unwrap_or_default();
-                at(list, field, &axis.place(message), *even, *position).map_or(Cell::Empty, Cell::Double)
+    pub fn cell(&self, values: &Values, log_time: u64) -> Cell {
+        let list = self.leaf.map(|leaf| &values.lists[leaf]);
+        match (&self.take, list) {
+            (Take::LogTime, _) | (_, None) => Cell::Double(log_time as f64 * 1e-9),
+            (Take::Single { enumeration }, Some(list)) => cell(list, 0, enumeration.as_ref()),
+            (Take::Element { index, enumeration }, Some(list)) => cell(list, *index, enumeration.as_ref()),
+            (Take::At { axis, even, position }, Some(list)) => {
+                at(list, axis.place(values), *even, *position).map_or(Cell::Empty, Cell::Double)
             }
         }
     }
 }
 
-/// A value as a cell; empty for bytes, messages and collections.
-pub(crate) fn cell(field: &FieldDescriptor, value: &Value) -> Cell {
-    match value {
-        Value::Bool(value) => Cell::Bool(*value),
-        Value::I32(value) => Cell::Int(i64::from(*value)),
-        Value::I64(value) => Cell::Int(*value),
-        Value::U32(value) => Cell::UInt(u64::from(*value)),
-        Value::U64(value) => Cell::UInt(*value),
-        Value::F32(value) => Cell::Float(*value),
-        Value::F64(value) => Cell::Double(*value),
-        Value::String(value) => Cell::Text(value.clone()),
-        Value::EnumNumber(number) => match field.kind() {
-            Kind::Enum(kind) => match kind.get_value(*number) {
-                Some(value) => Cell::Text(value.name().into()),
-                None => Cell::Int(i64::from(*number)),
-            },
-            _ => Cell::Int(i64::from(*number)),
-        },
-        Value::Bytes(_) | Value::Message(_) | Value::List(_) | Value::Map(_) => Cell::Empty,
-    }
+/// A value as a cell; empty where there is none.
+pub(crate) fn cell(list: &List, index: usize, enumeration: Option<&EnumDescriptor>) -> Cell {
+    let cell = match list {
+        List::Double(list) => list.get(index).map(|&value| Cell::Double(value)),
+        List::Float(list) => list.get(index).map(|&value| Cell::Float(value)),
+        List::Int(list) => list.get(index).map(|&value| Cell::Int(value)),
+        List::UInt(list) => list.get(index).map(|&value| Cell::UInt(value)),
+        List::Bool(list) => list.get(index).map(|&value| Cell::Bool(value)),
+        List::Text(list) => list.get(index).map(|value| Cell::Text(value.clone())),
+        List::Enum(list) => list.get(index).map(|&number| {
+            let name = enumeration.and_then(|kind| kind.get_value(number));
+            Cell::Text(name.map_or_else(|| number.to_string(), |value| value.name().to_owned()))
+        }),
+        List::Bytes(_) => None,
+    };
+    cell.unwrap_or(Cell::Empty)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use prost_reflect::DescriptorPool;
     use prost_reflect::prost_types::{
         DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet,
         field_descriptor_proto::{Label, Type},
     };
+    use prost_reflect::{DescriptorPool, DynamicMessage, Value, prost::Message};
     use std::collections::BTreeMap;
 
     /// `message P { double time = 1; double r0 = 2; double dr = 3; repeated double p = 4; }`
@@ -350,18 +372,21 @@ mod tests {
                 .iter()
                 .map(|(k, v)| (k.to_string(), v.to_string()))
                 .collect::<BTreeMap<_, _>>(),
-            message: pool.expect("a sound schema").get_message_by_name("P"),
+            layout: pool.expect("a sound schema").get_message_by_name("P").map(|p| Layout::of(&p).into()),
             count: 0,
             span: None,
         }
     }
 
-    fn message(channel: &Channel, p: &[f64]) -> DynamicMessage {
-        let mut message = DynamicMessage::new(channel.message.clone().expect("a type"));
+    fn message(channel: &Channel, p: &[f64]) -> Values {
+        let layout = channel.layout.as_ref().expect("a type");
+        let mut message = DynamicMessage::new(layout.descriptor().clone());
         message.set_field_by_name("r0", Value::F64(0.05));
         message.set_field_by_name("dr", Value::F64(0.1));
         message.set_field_by_name("p", Value::List(p.iter().copied().map(Value::F64).collect()));
-        message
+        let mut values = layout.values();
+        layout.decode(&message.encode_to_vec(), &mut values).expect("a message");
+        values
     }
 
     fn cells(channel: &Channel, at: &str, p: &[f64]) -> Vec<Cell> {

@@ -2,3 +2,6 @@
 
 pub mod csv;
 pub mod json_lines;
+pub mod npy;
+pub mod parquet;
+pub mod vti;

@@ -3,12 +3,16 @@
 use std::{
     collections::{BTreeMap, HashMap},
     path::Path,
+    sync::Arc,
 };
 
 use mcap::records::Record;
-use prost_reflect::{DescriptorPool, MessageDescriptor};
+use prost_reflect::DescriptorPool;
 
-use crate::recording::{Damage, OpenError, Scan};
+use crate::{
+    recording::{Damage, Found, Limits, Next, OpenError, Scan},
+    wire::Layout,
+};
 
 /// A channel.
 #[derive(Clone, Debug)]
@@ -22,7 +26,7 @@ pub struct Channel {
     /// Metadata: units, meanings, axes.
     pub metadata: BTreeMap<String, String>,
     /// Type of the messages, if they are protobuf and the schema is sound.
-    pub message: Option<MessageDescriptor>,
+    pub layout: Option<Arc<Layout>>,
     /// Number of messages.
     pub count: u64,
     /// First and last log time \[ns\].
@@ -53,6 +57,16 @@ pub struct Attachment {
     pub size: u64,
 }
 
+impl Attachment {
+    /// Bytes of memory that it takes, roughly.
+    pub(crate) fn weight(&self) -> usize {
+        64 + self.name.len() + self.media_type.len()
+    }
+}
+
+/// Compressions that are listed by name.
+const MAX_COMPRESSIONS: usize = 16;
+
 /// A metadata record.
 #[derive(Clone, Debug)]
 pub struct Metadata {
@@ -60,6 +74,14 @@ pub struct Metadata {
     pub name: String,
     /// Entries.
     pub entries: BTreeMap<String, String>,
+}
+
+impl Metadata {
+    /// Bytes of memory that it takes, roughly.
+    pub(crate) fn weight(&self) -> usize {
+        let entries = self.entries.iter().map(|(key, value)| 64 + key.len() + value.len());
+        64 + self.name.len() + entries.sum::<usize>()
+    }
 }
 
 /// Chunks as the summary of the file lists them.
@@ -92,49 +114,139 @@ pub struct Overview {
     pub chunks: Chunks,
     /// True if the file is whole and sound from magic to magic.
     pub complete: bool,
-    /// What ended reading early.
-    pub damage: Option<Damage>,
+    /// What is damaged or cut off.
+    pub damages: Vec<Damage>,
 }
 
 /// Descriptors and channels as they come up in a file.
-#[derive(Default)]
 pub struct Directory {
-    schemas: HashMap<u16, (String, Option<DescriptorPool>)>,
+    schemas: HashMap<u16, Schema>,
     channels: BTreeMap<u16, Channel>,
+    room: usize,
+    overflowed: bool,
+}
+
+struct Schema {
+    name: String,
+    encoding: String,
+    pool: Option<DescriptorPool>,
+    layout: Option<Arc<Layout>>,
 }
 
 impl Directory {
+    /// Has room for as much as the limits say.
+    pub fn new(limits: Limits) -> Self {
+        Self {
+            schemas: HashMap::new(),
+            channels: BTreeMap::new(),
+            room: limits.directory(),
+            overflowed: false,
+        }
+    }
+
     /// Takes note of a schema or channel record; other records are left alone.
     pub fn learn(&mut self, record: &Record<'_>) {
         match record {
-            Record::Schema { header, data } => {
-                self.schemas.entry(header.id).or_insert_with(|| {
-                    let is_protobuf = header.encoding == "protobuf";
-                    let pool = is_protobuf.then(|| DescriptorPool::decode(data.as_ref()).ok()).flatten();
-                    (header.name.clone(), pool)
-                });
+            Record::Schema { header, data } if !self.schemas.contains_key(&header.id) => {
+                if !self.has_room(header.name.len() + data.len()) {
+                    return;
+                }
+                let is_protobuf = header.encoding == "protobuf";
+                let pool = is_protobuf.then(|| DescriptorPool::decode(data.as_ref()).ok()).flatten();
+                let (name, encoding) = (header.name.clone(), header.encoding.clone());
+                self.schemas.insert(header.id, Schema { name, encoding, pool, layout: None });
             }
-            Record::Channel(channel) => {
-                let schema = self.schemas.get(&channel.schema_id);
-                let message = schema.filter(|_| channel.message_encoding == "protobuf");
-                let message = message.and_then(|(name, pool)| pool.as_ref()?.get_message_by_name(name));
-                self.channels.entry(channel.id).or_insert_with(|| Channel {
+            Record::Channel(channel) if !self.channels.contains_key(&channel.id) => {
+                let entries = channel.metadata.iter().map(|(key, value)| 64 + key.len() + value.len());
+                if !self.has_room(256 + channel.topic.len() + entries.sum::<usize>()) {
+                    return;
+                }
+                let schema = self.schemas.get_mut(&channel.schema_id);
+                let known = Channel {
                     topic: channel.topic.clone(),
-                    schema: schema.map_or_else(String::new, |(name, _)| name.clone()),
+                    schema: schema.as_ref().map_or_else(String::new, |schema| schema.name.clone()),
                     encoding: channel.message_encoding.clone(),
                     metadata: channel.metadata.clone(),
-                    message,
+                    layout: schema
+                        .filter(|_| channel.message_encoding == "protobuf")
+                        .and_then(Schema::layout),
                     count: 0,
                     span: None,
-                });
+                };
+                self.channels.insert(channel.id, known);
             }
             _ => {}
         }
     }
 
+    /// True, and so many bytes less of room, if there is room for what a record says.
+    pub(crate) fn has_room(&mut self, bytes: usize) -> bool {
+        match self.room.checked_sub(bytes) {
+            Some(room) => self.room = room,
+            None => self.overflowed = true,
+        }
+        !self.overflowed
+    }
+
+    /// True if there was no room for all schemas, channels and metadata: what follows of those is left out.
+    pub fn has_overflowed(&self) -> bool {
+        self.overflowed
+    }
+
     /// A channel by its id.
     pub fn channel(&self, id: u16) -> Option<&Channel> {
         self.channels.get(&id)
+    }
+
+    /// The channels by their ids.
+    pub fn channels(&self) -> &BTreeMap<u16, Channel> {
+        &self.channels
+    }
+
+    /// The channels themselves.
+    pub fn into_channels(self) -> BTreeMap<u16, Channel> {
+        self.channels
+    }
+
+    /// The descriptors of a schema, with the name of its message; `None` if it is not protobuf or not sound.
+    pub fn schema(&self, id: u16) -> Option<(&str, &DescriptorPool)> {
+        let schema = self.schemas.get(&id)?;
+        Some((schema.name.as_str(), schema.pool.as_ref()?))
+    }
+
+    /// Names, encodings and soundness of all schemas, by their ids.
+    pub fn schemas(&self) -> BTreeMap<u16, SchemaState> {
+        let state = |schema: &Schema| SchemaState {
+            name: schema.name.clone(),
+            encoding: schema.encoding.clone(),
+            is_sound: schema
+                .pool
+                .as_ref()
+                .is_some_and(|pool| pool.get_message_by_name(&schema.name).is_some()),
+        };
+        self.schemas.iter().map(|(&id, schema)| (id, state(schema))).collect()
+    }
+}
+
+/// What is known of a schema.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SchemaState {
+    /// Name.
+    pub name: String,
+    /// Encoding.
+    pub encoding: String,
+    /// True if it is protobuf and describes the message it is named after.
+    pub is_sound: bool,
+}
+
+impl Schema {
+    /// The layout of its messages, made once.
+    fn layout(&mut self) -> Option<Arc<Layout>> {
+        if self.layout.is_none() {
+            let message = self.pool.as_ref()?.get_message_by_name(&self.name)?;
+            self.layout = Some(Arc::new(Layout::of(&message)));
+        }
+        self.layout.clone()
     }
 }
 
@@ -143,21 +255,28 @@ impl Overview {
     ///
     /// # Errors
     ///
-    /// The file cannot be read or is no MCAP file. Damage is no error: what was read before it is there.
-    pub fn read(path: &Path) -> Result<Self, OpenError> {
-        let mut scan = Scan::open(path)?;
-        let mut directory = Directory::default();
+    /// The file cannot be read or is no MCAP file. Damage is no error: what is sound is there.
+    pub fn read(path: &Path, limits: Limits) -> Result<Self, OpenError> {
+        let mut scan = Scan::open(path, limits)?;
+        let mut directory = Directory::new(limits);
         let mut overview = Self::default();
-        while scan.next(|record| overview.take(record, &mut directory))?.is_some() {}
+        while scan.next(|found| overview.take(found, &mut directory))? != Next::End {}
+        overview.complete = scan.is_complete() && !directory.overflowed;
+        overview.damages = scan.damages().to_vec();
+        if directory.overflowed {
+            let reason = format!(
+                "more than {} bytes of schemas, channels and metadata; the rest is left out (--max-memory)",
+                limits.directory()
+            );
+            overview.damages.push(Damage { offset: 0, bytes: 0, reason });
+        }
         overview.channels = directory.channels;
-        overview.complete = scan.is_complete();
-        overview.damage = scan.damage().cloned();
         Ok(overview)
     }
 
-    fn take(&mut self, record: Record<'_>, directory: &mut Directory) {
-        directory.learn(&record);
-        match record {
+    fn take(&mut self, found: Found<'_>, directory: &mut Directory) {
+        directory.learn(&found.record);
+        match found.record {
             Record::Header(header) => (self.profile, self.library) = (header.profile, header.library),
             Record::Message { header, .. } => {
                 if let Some(channel) = directory.channels.get_mut(&header.channel_id) {
@@ -167,19 +286,25 @@ impl Overview {
                     channel.count += 1;
                 }
             }
-            Record::Attachment { header, data, .. } => self.attachments.push(Attachment {
-                name: header.name,
-                media_type: header.media_type,
-                size: data.len() as u64,
-            }),
+            Record::Attachment { header, data, .. } => {
+                let attachment =
+                    Attachment { name: header.name, media_type: header.media_type, size: data.len() as u64 };
+                if directory.has_room(attachment.weight()) {
+                    self.attachments.push(attachment);
+                }
+            }
             Record::Metadata(record) => {
-                self.metadata.push(Metadata { name: record.name, entries: record.metadata });
+                let record = Metadata { name: record.name, entries: record.metadata };
+                if directory.has_room(record.weight()) {
+                    self.metadata.push(record);
+                }
             }
             Record::ChunkIndex(index) => {
                 self.chunks.count += 1;
                 self.chunks.compressed += index.compressed_size;
                 self.chunks.uncompressed += index.uncompressed_size;
-                if !self.chunks.compression.contains(&index.compression) {
+                let names = &self.chunks.compression;
+                if !names.contains(&index.compression) && names.len() < MAX_COMPRESSIONS {
                     self.chunks.compression.push(index.compression);
                 }
             }

@@ -2,13 +2,33 @@
 
 use std::io;
 
+/// What the cells of a column are, where they are not empty.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kind {
+    /// Double-precision numbers.
+    #[default]
+    Double,
+    /// Single-precision numbers.
+    Float,
+    /// Signed whole numbers.
+    Int,
+    /// Unsigned whole numbers.
+    UInt,
+    /// Truth values.
+    Bool,
+    /// Texts.
+    Text,
+}
+
 /// A column.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Heading {
     /// Name.
     pub name: String,
     /// Unit; `None` if unknown or a plain number.
     pub unit: Option<String>,
+    /// What the cells are.
+    pub kind: Kind,
 }
 
 impl Heading {
@@ -68,6 +88,24 @@ pub trait Sink {
     ///
     /// The output cannot be written.
     fn row(&mut self, cells: &[Cell]) -> io::Result<()>;
+
+    /// Ends a group of rows: those of one file where several are stacked.
+    ///
+    /// # Errors
+    ///
+    /// The output cannot be written.
+    fn group(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+
+    /// Hands on what was taken so far, where the format can.
+    ///
+    /// # Errors
+    ///
+    /// The output cannot be written.
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 
     /// Ends the table.
     ///

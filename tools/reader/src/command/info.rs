@@ -6,20 +6,24 @@ use serde_json::{Value, json};
 
 use crate::{
     overview::{Channel, Overview},
-    recording::OpenError,
+    recording::{Damage, Limits, OpenError},
     table::Heading,
+    wire::{COUNT, UNKNOWN},
 };
 
 /// Version of the JSON form.
-pub const JSON_VERSION: u32 = 1;
+pub const JSON_VERSION: u32 = 2;
+
+/// Largest number of fields of a channel that are listed.
+const MAX_SHOWN: usize = 12;
 
 /// Reads a recording and describes it, as text or JSON.
 ///
 /// # Errors
 ///
 /// The file cannot be read or is no MCAP file.
-pub fn info(path: &Path, as_json: bool) -> Result<(String, Overview), OpenError> {
-    let overview = Overview::read(path)?;
+pub fn info(path: &Path, as_json: bool, limits: Limits) -> Result<(String, Overview), OpenError> {
+    let overview = Overview::read(path, limits)?;
     let size = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
     let text = if as_json {
         format!("{:#}\n", to_json(path, size, &overview))
@@ -37,7 +41,7 @@ fn to_json(path: &Path, size: u64, overview: &Overview) -> Value {
             "schema": channel.schema,
             "encoding": channel.encoding,
             "messages": channel.count,
-            "decodable": channel.message.is_some(),
+            "decodable": channel.layout.is_some(),
             "start_ns": channel.span.map(|span| span.0),
             "end_ns": channel.span.map(|span| span.1),
             "metadata": channel.metadata,
@@ -50,7 +54,7 @@ fn to_json(path: &Path, size: u64, overview: &Overview) -> Value {
         "file": path.to_string_lossy(),
         "bytes": size,
         "complete": overview.complete,
-        "damage": overview.damage.as_ref().map(|d| json!({ "offset": d.offset, "reason": d.reason })),
+        "damages": overview.damages.iter().map(damage_json).collect::<Vec<_>>(),
         "percuss": overview.is_percuss(),
         "status": overview.status(),
         "library": overview.library,
@@ -90,14 +94,14 @@ fn to_text(path: &Path, size: u64, overview: &Overview) -> String {
     if let Some((start, end)) = overview.span() {
         line("log time", format!("{} s to {} s", start as f64 * 1e-9, end as f64 * 1e-9));
     }
-    if let Some(damage) = &overview.damage {
-        line("damage", format!("{} (after {} bytes)", damage.reason, damage.offset));
+    for damage in &overview.damages {
+        line("damage", format!("{} (at byte {}, {} bytes lost)", damage.reason, damage.offset, damage.bytes));
     }
 
     text.push_str("\nchannels\n");
     let width = overview.channels.values().map(|channel| channel.topic.chars().count()).max().unwrap_or(0);
     for channel in overview.channels.values() {
-        let fields = match &channel.message {
+        let fields = match &channel.layout {
             Some(_) => units(channel),
             None => format!("({} messages are not decoded)", channel.encoding),
         };
@@ -144,13 +148,24 @@ fn headline(overview: &Overview) -> String {
 
 /// Fields with units, in the order of the message.
 fn units(channel: &Channel) -> String {
-    let Some(message) = &channel.message else { return String::new() };
+    let Some(layout) = &channel.layout else { return String::new() };
     let axes = channel.axis_parts();
-    let fields = message.fields().filter(|field| !axes.contains(&field.name()));
-    let names = fields.map(|field| {
-        let array = if field.is_list() { "[]" } else { "" };
-        let name = format!("{}{array}", field.name());
-        Heading { name, unit: channel.unit(field.name()).map(str::to_owned) }.with_unit()
+    let is_shown = |path: &str| !axes.contains(&path) && !path.ends_with(COUNT) && path != UNKNOWN;
+    let fields = layout.leaves.iter().filter(|leaf| is_shown(&leaf.path));
+    let names = fields.map(|leaf| {
+        let array = if leaf.ends_in_list { "[]" } else { "" };
+        let name = format!("{}{array}", leaf.path);
+        let unit = channel.unit(&leaf.path).map(str::to_owned);
+        Heading { name, unit, ..Heading::default() }.with_unit()
     });
-    names.collect::<Vec<_>>().join(", ")
+    let names: Vec<String> = names.collect();
+    match names.len() {
+        0..=MAX_SHOWN => names.join(", "),
+        more => format!("{}, … ({more} fields)", names[..MAX_SHOWN].join(", ")),
+    }
+}
+
+/// A damage as JSON.
+pub(crate) fn damage_json(damage: &Damage) -> Value {
+    json!({ "offset": damage.offset, "bytes": damage.bytes, "reason": damage.reason })
 }

@@ -1,33 +1,52 @@
-//! `trace`: fields of a topic against time.
+//! `trace`: fields of topics against time, from one recording or many.
 
-use std::{collections::HashMap, io, path::Path};
+mod join;
 
-use mcap::records::Record;
-use prost_reflect::{DynamicMessage, FieldDescriptor, MessageDescriptor};
+use std::{
+    collections::HashMap,
+    io,
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 use crate::{
     field::{Column, Selection, SelectionError, columns},
-    overview::{Channel, Directory},
-    recording::{Damage, OpenError, Scan},
-    table::{Cell, Sink},
+    messages::{Messages, Recording},
+    overview::Channel,
+    recording::{Damage, Limits, Next, OpenError},
+    select::{self, Pattern, UnknownTopic},
+    table::{Cell, Heading, Kind, Sink},
+    wire::Values,
 };
+
+pub use join::Align;
+use join::{Joiner, Rows};
 
 /// Topic that is traced if none is named: the drag of percuss.
 pub const DEFAULT_TOPIC: &str = "/drag";
 
+/// Pause before looking again for more of a file that is being written.
+const POLL: Duration = Duration::from_millis(100);
+
 /// What to trace.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
-    /// Topic; [`DEFAULT_TOPIC`] if none.
-    pub topic: Option<String>,
+    /// Topics; [`DEFAULT_TOPIC`] if none.
+    pub topics: Vec<Pattern>,
     /// Fields and positions.
     pub selection: Selection,
     /// First time, in the unit of the time column.
     pub from: Option<f64>,
     /// Last time, in the unit of the time column.
     pub to: Option<f64>,
-    /// Every n-th message; 1 for all.
+    /// Every n-th row; 1 for all.
     pub every: u64,
+    /// How rows come about.
+    pub align: Align,
+    /// Files one after the other with their names in the first column, instead of side by side.
+    pub stack: bool,
+    /// Keeps reading a file that is being written.
+    pub follow: bool,
 }
 
 /// How much there was.
@@ -35,179 +54,343 @@ pub struct Request {
 pub struct Outcome {
     /// Rows written.
     pub rows: u64,
-    /// What ended reading early.
-    pub damage: Option<Damage>,
+    /// What is damaged, by file.
+    pub damages: Vec<(PathBuf, Damage)>,
     /// Messages that could not be decoded.
     pub undecoded: u64,
+    /// Bytes of the files that were read, summaries left aside.
+    pub bytes_read: u64,
 }
 
 /// Why a trace failed.
 #[derive(Debug, thiserror::Error)]
 pub enum TraceError {
-    /// The file cannot be read.
+    /// A file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
     /// There is no such topic.
-    #[error("there is no topic `{topic}`; the recording has {known}")]
-    UnknownTopic {
-        /// Topic asked for.
-        topic: String,
-        /// Topics that exist.
-        known: String,
-    },
+    #[error(transparent)]
+    UnknownTopic(#[from] UnknownTopic),
     /// The fields asked for are not there.
     #[error(transparent)]
     Selection(#[from] SelectionError),
+    /// Files to be stacked have different columns.
+    #[error("`{}` has other columns than `{}`; trace them side by side, or choose fields both have", other.display(), first.display())]
+    Columns {
+        /// First file.
+        first: PathBuf,
+        /// File that differs.
+        other: PathBuf,
+    },
     /// The output cannot be written.
     #[error("cannot write the output: {0}")]
     Output(#[from] io::Error),
 }
 
-/// Writes a table of the requested fields, one row per message.
+/// Writes a table of the requested fields: a row per time, a column per file, topic and field.
 ///
 /// # Errors
 ///
-/// The file cannot be read, the request does not fit it, or the output cannot be written. Damage is no error: the
-/// rows before it are written, and the outcome tells.
-pub fn trace(path: &Path, request: &Request, sink: &mut dyn Sink) -> Result<Outcome, TraceError> {
-    let topic = request.topic.as_deref().unwrap_or(DEFAULT_TOPIC);
-    let channel = find_channel(path, topic)?;
-    let message = channel.message.clone();
-    let mut failure = None;
-    let mut lengths = None;
-    let mut longest = |field: &FieldDescriptor| {
-        let message = message.as_ref().expect("only decodable channels have fields");
-        let lengths = lengths.get_or_insert_with(|| array_lengths(path, topic, message));
-        match lengths {
-            Ok(lengths) => lengths.get(&field.number()).copied().unwrap_or(0),
-            Err(error) => {
-                failure = Some(std::mem::replace(error, OpenError::NotMcap(path.into())));
-                0
+/// A file cannot be read, the request does not fit it, or the output cannot be written. Damage is no error: what is
+/// sound is written, and the outcome tells.
+pub fn trace(
+    paths: &[PathBuf],
+    request: &Request,
+    limits: Limits,
+    sink: &mut dyn Sink,
+) -> Result<Outcome, TraceError> {
+    let files =
+        paths.iter().map(|path| Traced::open(path, request, limits)).collect::<Result<Vec<_>, _>>()?;
+    let mut outcome = Outcome::default();
+    if request.stack {
+        let headings = |file: &Traced| headings(std::slice::from_ref(file), false, request.align);
+        let first = files.first().map(headings).unwrap_or_default();
+        let file_heading = Heading { name: "file".into(), unit: None, kind: Kind::Text };
+        sink.begin(&[&[file_heading][..], &first].concat())?;
+        for (file, path) in files.iter().zip(paths) {
+            if headings(file) != first {
+                return Err(TraceError::Columns { first: paths[0].clone(), other: path.clone() });
             }
+            let label = Some(Cell::Text(path.display().to_string()));
+            run(std::slice::from_ref(file), request, label, sink, &mut outcome)?;
+            sink.group()?;
         }
-    };
-    let columns = columns(&channel, &request.selection, &mut longest)?;
-    if let Some(error) = failure {
-        return Err(error.into());
+    } else {
+        sink.begin(&headings(&files, paths.len() > 1, request.align))?;
+        run(&files, request, None, sink, &mut outcome)?;
     }
-    let headings: Vec<_> = columns.iter().map(|column| column.heading.clone()).collect();
-    sink.begin(&headings)?;
-    let mut rows =
-        Rows { request, columns: &columns, cells: Vec::new(), seen: 0, outcome: Outcome::default() };
-    let damage = for_each_message(path, topic, |descriptor, data, log_time| match descriptor {
-        Some(descriptor) => match DynamicMessage::decode(descriptor.clone(), data) {
-            Ok(message) => rows.take(&message, log_time, sink),
-            Err(_) => {
-                rows.outcome.undecoded += 1;
-                Ok(())
-            }
-        },
-        None => Ok(()),
-    })?;
     sink.end()?;
-    let mut outcome = rows.outcome;
-    outcome.damage = damage;
     Ok(outcome)
 }
 
-struct Rows<'a> {
-    request: &'a Request,
-    columns: &'a [Column],
-    cells: Vec<Cell>,
-    seen: u64,
-    outcome: Outcome,
+/// Writes the rows of files that stand side by side.
+fn run(
+    files: &[Traced],
+    request: &Request,
+    label: Option<Cell>,
+    sink: &mut dyn Sink,
+    outcome: &mut Outcome,
+) -> Result<(), TraceError> {
+    let mut streams = files.iter().map(|file| file.stream(request)).collect::<Result<Vec<_>, _>>()?;
+    let mut base = 0;
+    for stream in &mut streams {
+        stream.base = base;
+        base += stream.file.slots.len();
+    }
+    let widths: Vec<usize> = files.iter().flat_map(|file| file.slots.iter().map(Slot::width)).collect();
+    let mut rows = Rows { every: request.every.max(1), seen: 0, label, sink, outcome, cells: Vec::new() };
+    let mut joiner = Joiner::new(request.align, widths);
+    loop {
+        // the file that is behind goes first, so that rows of equal times meet
+        let behind =
+            streams.iter_mut().filter(|stream| !stream.done).min_by(|a, b| a.time.total_cmp(&b.time));
+        let Some(stream) = behind else { break };
+        match stream.next(request)? {
+            Step::Sample(slot, time, cells) => joiner.put(slot, time, cells),
+            Step::Pending => {
+                joiner.drain(true, &mut rows)?;
+                rows.sink.flush()?;
+                std::thread::sleep(POLL);
+            }
+            Step::Over => joiner.ended(stream.slots()),
+        }
+        joiner.drain(false, &mut rows)?;
+    }
+    joiner.drain(true, &mut rows)?;
+    for stream in streams {
+        rows.outcome.undecoded += stream.undecoded;
+        rows.outcome.bytes_read += stream.messages.bytes_read();
+        let path = &stream.file.recording.path;
+        let damages = stream.messages.damages().iter().map(|damage| (path.clone(), damage.clone()));
+        rows.outcome.damages.extend(damages);
+    }
+    Ok(())
 }
 
-impl Rows<'_> {
-    fn take(&mut self, message: &DynamicMessage, log_time: u64, sink: &mut dyn Sink) -> io::Result<()> {
-        let time = self.columns[0].cell(message, log_time);
-        let number = time.number().unwrap_or(f64::NAN);
-        let Request { from, to, every, .. } = self.request;
-        if from.is_some_and(|from| number < from) || to.is_some_and(|to| number > to) {
-            return Ok(());
-        }
-        self.seen += 1;
-        if !(self.seen - 1).is_multiple_of((*every).max(1)) {
-            return Ok(());
-        }
-        self.cells.clear();
-        self.cells.push(time);
-        self.cells.extend(self.columns[1..].iter().map(|column| column.cell(message, log_time)));
-        self.outcome.rows += 1;
-        sink.row(&self.cells)
+/// A file and what of it is traced.
+struct Traced {
+    recording: Recording,
+    name: String,
+    slots: Vec<Slot>,
+}
+
+/// A channel that is traced; its columns without the time.
+struct Slot {
+    id: u16,
+    topic: String,
+    time: Column,
+    columns: Vec<Column>,
+}
+
+impl Slot {
+    fn width(&self) -> usize {
+        self.columns.len()
     }
 }
 
-/// The first channel of a topic.
-fn find_channel(path: &Path, topic: &str) -> Result<Channel, TraceError> {
-    let mut scan = Scan::open(path)?;
-    let mut directory = Directory::default();
-    let mut known: Vec<String> = Vec::new();
+impl Traced {
+    fn open(path: &Path, request: &Request, limits: Limits) -> Result<Self, TraceError> {
+        let mut recording = Recording::open(path, limits)?;
+        let default = [DEFAULT_TOPIC.parse().expect("a plain topic")];
+        let patterns = if request.topics.is_empty() { &default[..] } else { &request.topics };
+        // of a file that is being written, the topics may still be to come
+        while request.follow && select::channels(&recording, patterns).is_err() {
+            std::thread::sleep(POLL);
+            recording = Recording::open(path, limits)?;
+        }
+        let ids = select::channels(&recording, patterns)?;
+        let many = ids.len() > 1;
+        let mut slots = Vec::new();
+        let mut lengths: Option<Result<Lengths, OpenError>> = None;
+        let mut found = vec![!many; request.selection.fields.len()];
+        for &id in &ids {
+            let channel = &recording.channels[&id];
+            let mut longest = |leaf: usize| {
+                let lengths = lengths.get_or_insert_with(|| array_lengths(&recording, &ids));
+                lengths.as_ref().ok().and_then(|lengths| lengths.get(&(id, leaf)).copied()).unwrap_or(0)
+            };
+            let selection = match many {
+                true => fitting(channel, &request.selection, &mut found),
+                false => Some(request.selection.clone()),
+            };
+            let Some(selection) = selection else { continue };
+            let mut columns = columns(channel, &selection, &mut longest)?;
+            let time = columns.remove(0);
+            slots.push(Slot { id, topic: channel.topic.clone(), time, columns });
+        }
+        if let Some(Err(error)) = lengths {
+            return Err(error.into());
+        }
+        // a field that no topic has is told like that of a single topic
+        if let (Some(missing), Some(&id)) = (found.iter().position(|found| !found), ids.first()) {
+            let fields = vec![request.selection.fields[missing].clone()];
+            columns(&recording.channels[&id], &Selection { fields, at: None }, &mut |_| 0)?;
+        }
+        let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        Ok(Self { recording, name, slots })
+    }
+
+    fn stream(&self, request: &Request) -> Result<Stream<'_>, OpenError> {
+        let by_time = self.slots.iter().all(|slot| slot.time.leaf.is_some());
+        let window = if by_time {
+            self.recording.log_window(request.from, request.to)
+        } else {
+            let nanoseconds = |s: f64| (s * 1e9).max(0.0) as u64;
+            let low = request.from.map_or(0, |from| nanoseconds(from).saturating_sub(1));
+            Some((low, request.to.map_or(u64::MAX, |to| nanoseconds(to).saturating_add(1))))
+        };
+        let mut messages = self.recording.messages(self.slots.iter().map(|slot| slot.id), window)?;
+        if request.follow {
+            messages.follow();
+        }
+        let values = self.slots.iter().map(|slot| {
+            let layout = self.recording.channels[&slot.id].layout.as_ref();
+            layout.map_or(Values { lists: Vec::new() }, |layout| layout.values())
+        });
+        let values = values.collect();
+        Ok(Stream {
+            file: self,
+            messages,
+            values,
+            base: 0,
+            time: f64::NEG_INFINITY,
+            undecoded: 0,
+            done: false,
+        })
+    }
+}
+
+/// What of a selection a channel has, where several are traced; `None` if it has nothing of it. Fields that are there
+/// are marked as found.
+fn fitting(channel: &Channel, selection: &Selection, found: &mut [bool]) -> Option<Selection> {
+    let fits = |selection: &Selection| match columns(channel, selection, &mut |_| 0) {
+        Ok(_) => true,
+        Err(SelectionError::UnknownField { .. } | SelectionError::NoAxis { .. }) => false,
+        // there, but not to be had: that is told
+        Err(error) => !matches!(error, SelectionError::NotProtobuf { .. }),
+    };
+    let mut fields = Vec::new();
+    for (field, found) in selection.fields.iter().zip(found) {
+        if fits(&Selection { fields: vec![field.clone()], at: None }) {
+            *found = true;
+            fields.push(field.clone());
+        }
+    }
+    let is_wanted = selection.fields.is_empty() || !fields.is_empty();
+    let plain = Selection { fields, at: None };
+    let with_positions = Selection { at: selection.at.clone(), ..plain.clone() };
+    let fitting = if fits(&with_positions) { with_positions } else { plain };
+    (is_wanted && fits(&fitting)).then_some(fitting)
+}
+
+/// Headings of files side by side, the time first.
+fn headings(files: &[Traced], many_files: bool, align: Align) -> Vec<Heading> {
+    let slots = || files.iter().flat_map(|file| &file.slots);
+    let first = slots().next().map(|slot| slot.time.heading.clone());
+    let same = |time: &Heading| slots().all(|slot| slot.time.heading == *time);
+    let time = first.filter(same).unwrap_or(Heading { name: "time".into(), ..Heading::default() });
+    let interpolated = align == Align::Linear && slots().count() > 1;
+    let kind = |kind: Kind| match kind {
+        Kind::Float | Kind::Int | Kind::UInt if interpolated => Kind::Double,
+        kind => kind,
+    };
+    let mut headings = vec![Heading { kind: Kind::Double, ..time }];
+    for file in files {
+        for slot in &file.slots {
+            let topic = if file.slots.len() > 1 { format!("{}.", slot.topic) } else { String::new() };
+            let name = if many_files { format!("{}:", file.name) } else { String::new() };
+            headings.extend(slot.columns.iter().map(|column| Heading {
+                name: format!("{name}{topic}{}", column.heading.name),
+                unit: column.heading.unit.clone(),
+                kind: kind(column.heading.kind),
+            }));
+        }
+    }
+    headings
+}
+
+/// Lengths of lists by channel and leaf.
+type Lengths = HashMap<(u16, usize), usize>;
+
+/// Greatest length of the list of every leaf over all messages of some channels.
+fn array_lengths(recording: &Recording, ids: &[u16]) -> Result<Lengths, OpenError> {
+    let mut lengths = Lengths::new();
+    let mut messages = recording.messages(ids.iter().copied(), None)?;
+    let mut values: HashMap<u16, Values> = HashMap::new();
     loop {
-        let next = scan.next(|record| {
-            directory.learn(&record);
-            match record {
-                Record::Channel(channel) => directory.channel(channel.id).cloned(),
-                _ => None,
+        let next = messages.next(|message| {
+            let id = message.channel;
+            let Some(layout) = recording.channels.get(&id).and_then(|channel| channel.layout.as_ref()) else {
+                return;
+            };
+            let values = values.entry(id).or_insert_with(|| layout.values());
+            if layout.decode(message.data, values).is_ok() {
+                for (leaf, list) in values.lists.iter().enumerate() {
+                    let longest: &mut usize = lengths.entry((id, leaf)).or_default();
+                    *longest = (*longest).max(list.len());
+                }
             }
         })?;
-        match next {
-            Some(Some(channel)) if channel.topic == topic => return Ok(channel),
-            Some(Some(channel)) if !known.contains(&channel.topic) => known.push(channel.topic),
-            Some(_) => {}
-            None => {
-                let known = if known.is_empty() { "none".into() } else { known.join(", ") };
-                return Err(TraceError::UnknownTopic { topic: topic.into(), known });
-            }
+        if !matches!(next, Next::Record(())) {
+            return Ok(lengths);
         }
     }
 }
 
-/// Calls `take` for every message of a topic, with its type, data and log time.
-fn for_each_message(
-    path: &Path,
-    topic: &str,
-    mut take: impl FnMut(Option<&MessageDescriptor>, &[u8], u64) -> io::Result<()>,
-) -> Result<Option<Damage>, TraceError> {
-    let mut scan = Scan::open(path)?;
-    let mut directory = Directory::default();
-    loop {
-        let next = scan.next(|record| {
-            directory.learn(&record);
-            let Record::Message { header, data } = record else { return Ok(()) };
-            match directory.channel(header.channel_id).filter(|channel| channel.topic == topic) {
-                Some(channel) => take(channel.message.as_ref(), &data, header.log_time),
-                None => Ok(()),
-            }
-        })?;
-        match next {
-            Some(result) => result?,
-            None => return Ok(scan.damage().cloned()),
-        }
-    }
+/// The samples of a file.
+struct Stream<'a> {
+    file: &'a Traced,
+    messages: Messages,
+    values: Vec<Values>,
+    /// Number of its first slot among those of all files.
+    base: usize,
+    time: f64,
+    undecoded: u64,
+    done: bool,
 }
 
-/// Greatest length of every array field over all messages of a topic, by field number.
-fn array_lengths(
-    path: &Path,
-    topic: &str,
-    message: &MessageDescriptor,
-) -> Result<HashMap<u32, usize>, OpenError> {
-    let mut lengths = HashMap::new();
-    let arrays: Vec<FieldDescriptor> = message.fields().filter(FieldDescriptor::is_list).collect();
-    let result = for_each_message(path, topic, |_, data, _| {
-        if let Ok(decoded) = DynamicMessage::decode(message.clone(), data) {
-            for field in &arrays {
-                let length = decoded.get_field(field).as_list().map_or(0, <[_]>::len);
-                let longest: &mut usize = lengths.entry(field.number()).or_default();
-                *longest = (*longest).max(length);
+enum Step {
+    Sample(usize, f64, Vec<Cell>),
+    Pending,
+    Over,
+}
+
+impl Stream<'_> {
+    fn slots(&self) -> std::ops::Range<usize> {
+        self.base..self.base + self.file.slots.len()
+    }
+
+    /// The next sample of the time asked for.
+    fn next(&mut self, request: &Request) -> Result<Step, OpenError> {
+        loop {
+            let (file, values, undecoded) = (self.file, &mut self.values, &mut self.undecoded);
+            let next = self.messages.next(|message| {
+                let index = file.slots.iter().position(|slot| slot.id == message.channel)?;
+                let slot = &file.slots[index];
+                let channel: &Channel = &file.recording.channels[&slot.id];
+                let layout = channel.layout.as_ref()?;
+                if layout.decode(message.data, &mut values[index]).is_err() {
+                    *undecoded += 1;
+                    return None;
+                }
+                let time = slot.time.cell(&values[index], message.log_time).number().unwrap_or(f64::NAN);
+                let is_early = request.from.is_some_and(|from| time < from);
+                let is_late = request.to.is_some_and(|to| time > to);
+                let cell = |column: &Column| column.cell(&values[index], message.log_time);
+                (!is_early && !is_late).then(|| (index, time, slot.columns.iter().map(cell).collect()))
+            })?;
+            match next {
+                Next::Record(Some((slot, time, cells))) => {
+                    self.time = time;
+                    return Ok(Step::Sample(self.base + slot, time, cells));
+                }
+                Next::Record(None) => {}
+                Next::Pending => return Ok(Step::Pending),
+                Next::End => {
+                    self.done = true;
+                    return Ok(Step::Over);
+                }
             }
         }
-        Ok(())
-    });
-    match result {
-        Ok(_) => Ok(lengths),
-        Err(TraceError::Open(error)) => Err(error),
-        Err(_) => unreachable!("nothing else can fail here"),
     }
 }

@@ -35,6 +35,10 @@ impl<W: Write> Sink for Csv<W> {
         self.write(cells.iter().map(text))
     }
 
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+
     fn end(&mut self) -> io::Result<()> {
         self.writer.flush()
     }
@@ -63,7 +67,8 @@ mod tests {
         let mut csv = Csv::new(&mut output);
         let unit = Some("R".to_owned());
         let cells = [0.1, 1e-300, 2.0 / 3.0, f64::NAN, f64::INFINITY];
-        csv.begin(&cells.map(|_| Heading { name: "a".into(), unit: unit.clone() })).expect("begin");
+        csv.begin(&cells.map(|_| Heading { name: "a".into(), unit: unit.clone(), ..Heading::default() }))
+            .expect("begin");
         csv.row(&cells.map(Cell::Double)).expect("row");
         csv.end().expect("end");
         drop(csv);

@@ -31,6 +31,10 @@ impl<W: Write> Sink for JsonLines<W> {
         self.output.write_all(b"\n")
     }
 
+    fn flush(&mut self) -> io::Result<()> {
+        self.output.flush()
+    }
+
     fn end(&mut self) -> io::Result<()> {
         self.output.flush()
     }
@@ -87,7 +91,7 @@ mod tests {
     fn rows_are_objects() {
         let mut output = Vec::new();
         let mut lines = JsonLines::new(&mut output);
-        let heading = |name: &str| Heading { name: name.into(), unit: None };
+        let heading = |name: &str| Heading { name: name.into(), ..Heading::default() };
         lines.begin(&["b", "a", "c", "d"].map(heading)).expect("begin");
         let row = [Cell::Double(0.1), Cell::Empty, Cell::Double(f64::NEG_INFINITY), Cell::Text("x\"".into())];
         lines.row(&row).expect("row");

@@ -1,0 +1,26 @@
+//! Arguments of `info`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{CliError, Exit, loss, output::print};
+use crate::{command::info::info, recording::Limits};
+
+#[derive(Debug, Args)]
+pub(super) struct InfoArguments {
+    /// Recording
+    file: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl InfoArguments {
+    pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        let (text, overview) = info(&self.file, self.json, limits)?;
+        print(&text)?;
+        let damages: Vec<_> = overview.damages.into_iter().map(|d| (self.file.clone(), d)).collect();
+        Ok(loss(&damages))
+    }
+}

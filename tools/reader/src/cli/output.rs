@@ -1,0 +1,111 @@
+//! Where output goes: standard output, or a file that is never overwritten unasked.
+
+use std::{
+    fs::{File, OpenOptions},
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
+
+use super::CliError;
+
+/// Standard output, or a file that is created when the first byte is written: a request that fails leaves none.
+pub(super) enum Output {
+    Standard(io::Stdout),
+    Opened(File),
+    Planned { path: PathBuf, overwrite: bool },
+}
+
+impl Output {
+    pub(super) fn new(path: Option<&Path>, overwrite: bool) -> Self {
+        match path {
+            Some(path) => Self::Planned { path: path.into(), overwrite },
+            None => Self::Standard(io::stdout()),
+        }
+    }
+
+    /// Creates the file, if that is still to be done.
+    fn open(&mut self) -> io::Result<()> {
+        if let Self::Planned { path, overwrite } = self {
+            let mut options = OpenOptions::new();
+            options.write(true);
+            if *overwrite {
+                options.create(true).truncate(true)
+            } else {
+                options.create_new(true)
+            };
+            *self = Self::Opened(options.open(path)?);
+        }
+        Ok(())
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.open()?;
+        match self {
+            Self::Standard(stdout) => stdout.write(bytes),
+            Self::Opened(file) => file.write(bytes),
+            Self::Planned { .. } => unreachable!("it has just been opened"),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::Standard(stdout) => stdout.flush(),
+            Self::Opened(file) => file.flush(),
+            Self::Planned { .. } => Ok(()),
+        }
+    }
+}
+
+/// True if two names are the same file.
+pub(super) fn is_same_file(a: &Path, b: &Path) -> bool {
+    match (std::fs::canonicalize(a), std::fs::canonicalize(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
+}
+
+/// Refuses to write where an input is.
+pub(super) fn refuse_inputs<'a>(
+    output: Option<&Path>,
+    mut inputs: impl Iterator<Item = &'a PathBuf>,
+) -> Result<(), CliError> {
+    match output {
+        Some(output) if inputs.any(|input| is_same_file(output, input)) => {
+            Err(CliError::SameFile(output.into()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes a text to standard output; a reader of it that has had enough is no error.
+pub(super) fn print(text: &str) -> Result<(), CliError> {
+    match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(CliError::Output { path: "standard output".into(), error })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes a whole file, a new one unless it may be overwritten; without a path to standard output.
+pub(super) fn write(path: Option<&Path>, overwrite: bool, bytes: &[u8]) -> Result<(), CliError> {
+    let mut output = Output::new(path, overwrite);
+    // even if there are no bytes
+    match output.open().and_then(|()| output.write_all(bytes)).and_then(|()| output.flush()) {
+        Err(error) if path.is_some() || error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(explain(path, error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Why an output could not be written.
+pub(super) fn explain(path: Option<&Path>, error: io::Error) -> CliError {
+    let path = path.map_or_else(|| "standard output".into(), Path::to_path_buf);
+    match error.kind() {
+        io::ErrorKind::AlreadyExists => CliError::Exists(path),
+        _ => CliError::Output { path, error },
+    }
+}

@@ -1,0 +1,141 @@
+//! Arguments of `trace`.
+
+use std::{
+    io::{self, BufWriter},
+    path::{Path, PathBuf},
+};
+
+use clap::{Args, ValueEnum};
+
+use super::{
+    CliError, Exit, loss,
+    output::{Output, explain, refuse_inputs},
+    say,
+    window::Window,
+};
+use crate::{
+    command::trace::{Align, Request, TraceError, trace},
+    field::{Positions, Selection},
+    format::{
+        csv::Csv,
+        json_lines::JsonLines,
+        npy::{Npy, Shape},
+        parquet::Parquet,
+    },
+    recording::Limits,
+    select::Pattern,
+};
+
+const TRACE_EXAMPLES: &str = "\
+Examples:
+  percuss-read trace fig5.mcap --from 1.9 --to 2.1                 the drag around the first reflection
+  percuss-read trace fig5.mcap --topic /probes --every 10 -o probes.csv
+  percuss-read trace fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 --format jsonl
+  percuss-read trace fig5.mcap --topic /energy --field kinetic,strain,residual";
+
+#[derive(Debug, Args)]
+#[command(after_help = TRACE_EXAMPLES)]
+pub(super) struct TraceArguments {
+    /// Recordings
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Topics, separated by commas; `*` stands for anything [default: /drag]
+    #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
+    topics: Vec<Pattern>,
+    /// Fields, separated by commas: name, a.b.c, name[3], name@r=0.5 [default: all]
+    #[arg(long = "field", value_name = "NAME", value_delimiter = ',')]
+    fields: Vec<String>,
+    /// Positions on the axis of arrays, for example r=0,0.5,0.9; linear interpolation
+    #[arg(long, value_name = "R=LIST")]
+    at: Option<Positions>,
+    #[command(flatten)]
+    window: Window,
+    /// How several topics or files share rows
+    #[arg(long, value_enum, default_value = "exact")]
+    align: Align,
+    /// Files one after the other with their names in the first column, instead of side by side
+    #[arg(long)]
+    stack: bool,
+    /// Keep reading a recording that is still being written
+    #[arg(long)]
+    follow: bool,
+    /// Output format [default: by the name of the output, else csv]
+    #[arg(long, value_enum)]
+    format: Option<Format>,
+    /// Output file [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Overwrite an existing output file
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// Comma-separated values, names and units in the first line
+    Csv,
+    /// One JSON object per line
+    Jsonl,
+    /// Apache Parquet, units in its metadata
+    Parquet,
+    /// One NumPy matrix of all columns
+    Npy,
+    /// NumPy arrays, one per column
+    Npz,
+}
+
+impl TraceArguments {
+    pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        let request = Request {
+            topics: self.topics.clone(),
+            selection: Selection { fields: self.fields.clone(), at: self.at.clone() },
+            from: self.window.from,
+            to: self.window.to,
+            every: self.window.every,
+            align: self.align,
+            stack: self.stack,
+            follow: self.follow,
+        };
+        refuse_inputs(self.output.as_deref(), self.files.iter())?;
+        let mut output = BufWriter::new(Output::new(self.output.as_deref(), self.force));
+        let result = match self.format() {
+            Format::Csv => trace(&self.files, &request, limits, &mut Csv::new(&mut output)),
+            Format::Jsonl => trace(&self.files, &request, limits, &mut JsonLines::new(&mut output)),
+            Format::Parquet => trace(&self.files, &request, limits, &mut Parquet::new(&mut output)),
+            Format::Npy => {
+                trace(&self.files, &request, limits, &mut Npy::new(&mut output, Shape::Matrix, limits.memory))
+            }
+            Format::Npz => trace(
+                &self.files,
+                &request,
+                limits,
+                &mut Npy::new(&mut output, Shape::Archive, limits.memory),
+            ),
+        };
+        let outcome = match result {
+            Err(TraceError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
+                return Ok(Exit::Done);
+            }
+            Err(TraceError::Output(error)) => return Err(explain(self.output.as_deref(), error)),
+            other => other?,
+        };
+        if outcome.undecoded > 0 {
+            say(&format!("warning: {} messages do not fit their schema and are left out", outcome.undecoded));
+            loss(&outcome.damages);
+            return Ok(Exit::Loss);
+        }
+        Ok(loss(&outcome.damages))
+    }
+
+    fn format(&self) -> Format {
+        let extension = self.output.as_deref().and_then(Path::extension);
+        let by_name = match extension.and_then(|extension| extension.to_str()) {
+            Some("jsonl" | "ndjson" | "json") => Format::Jsonl,
+            Some("parquet") => Format::Parquet,
+            Some("npy") => Format::Npy,
+            Some("npz") => Format::Npz,
+            _ => Format::Csv,
+        };
+        self.format.unwrap_or(by_name)
+    }
+}

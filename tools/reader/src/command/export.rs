@@ -1,0 +1,167 @@
+//! `export`: attachments, and matrices at one time, as files of their own.
+
+use std::path::{Component, Path};
+
+use ndarray::Array2;
+use ndarray_npy::WriteNpyExt;
+
+use crate::{
+    axis::Axis,
+    format::vti::vti,
+    messages::Recording,
+    plot::{Medium, draw_image},
+    recording::{Damage, Limits, OpenError},
+    select::{self, Pattern, UnknownTopic},
+    slice::{Slice, moments, slice},
+};
+
+/// Why there is nothing to export.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// There is no such topic.
+    #[error(transparent)]
+    UnknownTopic(#[from] UnknownTopic),
+    /// There is no such attachment.
+    #[error("there is no attachment `{name}`; the recording has {known}")]
+    NoAttachment {
+        /// Name asked for.
+        name: String,
+        /// Names that exist.
+        known: String,
+    },
+    /// A name that would lead out of the folder.
+    #[error("the attachment `{0}` has a name that is a path; name the output with -o to write it")]
+    UnsafeName(String),
+    /// There is no matrix.
+    #[error("`{0}` holds no matrix (an array with two axes in its metadata)")]
+    NoMatrix(String),
+    /// The picture cannot be drawn.
+    #[error("cannot draw: {0}")]
+    Draw(String),
+}
+
+/// A form for matrices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Array of NumPy.
+    Npy,
+    /// Image data of VTK.
+    Vti,
+    /// Picture with a colour bar.
+    Png,
+    /// Picture with a colour bar.
+    Svg,
+}
+
+impl Form {
+    /// By the name of a file.
+    pub fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()? {
+            "npy" => Some(Self::Npy),
+            "vti" => Some(Self::Vti),
+            "png" => Some(Self::Png),
+            "svg" => Some(Self::Svg),
+            _ => None,
+        }
+    }
+}
+
+/// The name of an attachment as a file in a folder: never one that leads elsewhere.
+///
+/// # Errors
+///
+/// The name is a path.
+pub fn safe_name(name: &str) -> Result<&Path, ExportError> {
+    let path = Path::new(name);
+    let mut components = path.components();
+    let is_plain = matches!((components.next(), components.next()), (Some(Component::Normal(_)), None));
+    // separators and drives of other systems
+    let is_plain = is_plain && !name.contains(['/', '\\', ':', '\0']);
+    if is_plain { Ok(path) } else { Err(ExportError::UnsafeName(name.into())) }
+}
+
+/// The content of an attachment.
+///
+/// # Errors
+///
+/// The file cannot be read, or there is no such attachment.
+pub fn attachment(path: &Path, name: &str, limits: Limits) -> Result<Vec<u8>, ExportError> {
+    let recording = Recording::open(path, limits)?;
+    recording.attachment(name)?.ok_or_else(|| {
+        let known: Vec<&str> =
+            recording.attachments.iter().map(|attachment| attachment.name.as_str()).collect();
+        let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+        ExportError::NoAttachment { name: name.into(), known }
+    })
+}
+
+/// Hands every attachment to `write`, after all their names have proved safe.
+///
+/// # Errors
+///
+/// The file cannot be read, a name is not safe, or `write` failed.
+pub fn attachments<E: From<ExportError>>(
+    path: &Path,
+    limits: Limits,
+    mut write: impl FnMut(&Path, &[u8]) -> Result<(), E>,
+) -> Result<(), E> {
+    let open = || Recording::open(path, limits).map_err(ExportError::Open);
+    let recording = open()?;
+    let names = recording.attachments.iter().map(|attachment| safe_name(&attachment.name));
+    names.collect::<Result<Vec<_>, _>>()?;
+    let failed = recording.find_attachment(|name, content| match safe_name(name) {
+        Ok(name) => write(name, content).err(),
+        Err(error) => Some(error.into()),
+    });
+    failed.map_err(ExportError::Open)?.map_or(Ok(()), Err)
+}
+
+/// The matrix of a topic at the time nearest to `time`, or of its last message.
+///
+/// # Errors
+///
+/// The file cannot be read, or there is no such matrix.
+pub fn matrix(
+    path: &Path,
+    topic: &Pattern,
+    time: Option<f64>,
+    limits: Limits,
+) -> Result<(Slice, Vec<Damage>), ExportError> {
+    let recording = Recording::open(path, limits)?;
+    for id in select::channels(&recording, std::slice::from_ref(topic))? {
+        let channel = &recording.channels[&id];
+        let Some(layout) = &channel.layout else { continue };
+        let is_matrix = |leaf: &usize| matches!(Axis::of(*leaf, layout, channel), Axis::Matrix { .. });
+        let Some(leaf) = (0..layout.leaves.len()).find(is_matrix) else { continue };
+        let times: Vec<f64> = time.into_iter().collect();
+        let (moments, damages) = moments(&recording, id, &times)?;
+        if let Some(slice) = moments.first().and_then(|moment| slice(channel, leaf, moment)) {
+            return Ok((slice, damages));
+        }
+    }
+    Err(ExportError::NoMatrix(topic.text().into()))
+}
+
+/// A matrix in a form.
+///
+/// # Errors
+///
+/// It cannot be drawn.
+pub fn form(slice: &Slice, form: Form) -> Result<Vec<u8>, ExportError> {
+    match form {
+        Form::Vti => Ok(vti(slice)),
+        Form::Png => draw_image(slice, None, Medium::Png).map_err(ExportError::Draw),
+        Form::Svg => draw_image(slice, None, Medium::Svg).map_err(ExportError::Draw),
+        Form::Npy => {
+            let shape = (slice.rows.length, slice.columns.length);
+            let array = Array2::from_shape_vec(shape, slice.values.clone());
+            let array = array.map_err(|error| ExportError::Draw(error.to_string()))?;
+            let mut bytes = Vec::new();
+            array.write_npy(&mut bytes).map_err(|error| ExportError::Draw(error.to_string()))?;
+            Ok(bytes)
+        }
+    }
+}

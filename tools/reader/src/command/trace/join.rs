@@ -1,0 +1,151 @@
+//! Samples of several channels brought into common rows.
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    io,
+};
+
+use super::Outcome;
+use crate::table::{Cell, Sink};
+
+/// Cells that may wait for others of their row.
+const WAITING_CELLS: usize = 1 << 20;
+
+/// How rows come about where several topics or files are traced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Align {
+    /// A row for every time; empty cells where a topic has nothing at just that time
+    #[default]
+    Exact,
+    /// Rows at the times of the first topic, the nearest message of the others
+    Nearest,
+    /// Rows at the times of the first topic, the others interpolated
+    Linear,
+}
+
+/// Takes finished rows.
+pub(super) struct Rows<'a> {
+    pub(super) every: u64,
+    pub(super) seen: u64,
+    pub(super) label: Option<Cell>,
+    pub(super) sink: &'a mut dyn Sink,
+    pub(super) outcome: &'a mut Outcome,
+    pub(super) cells: Vec<Cell>,
+}
+
+impl Rows<'_> {
+    fn take(&mut self, time: f64, groups: Vec<Option<Vec<Cell>>>, widths: &[usize]) -> io::Result<()> {
+        self.seen += 1;
+        if !(self.seen - 1).is_multiple_of(self.every) {
+            return Ok(());
+        }
+        self.cells.clear();
+        self.cells.extend(self.label.clone());
+        self.cells.push(Cell::Double(time));
+        for (group, &width) in groups.into_iter().zip(widths) {
+            self.cells.extend(group.unwrap_or_else(|| vec![Cell::Empty; width]));
+        }
+        self.outcome.rows += 1;
+        self.sink.row(&self.cells)
+    }
+}
+
+/// Puts samples of several channels into common rows.
+pub(super) struct Joiner {
+    align: Align,
+    widths: Vec<usize>,
+    room: usize,
+    /// Exact: rows by time, and by number among rows of the same time.
+    rows: BTreeMap<(u64, usize), Vec<Option<Vec<Cell>>>>,
+    /// Otherwise: samples of every slot that are still needed.
+    queues: Vec<VecDeque<(f64, Vec<Cell>)>>,
+    over: Vec<bool>,
+}
+
+impl Joiner {
+    pub(super) fn new(align: Align, widths: Vec<usize>) -> Self {
+        let room = (WAITING_CELLS / (1 + widths.iter().sum::<usize>())).max(16);
+        // one channel needs no company
+        let room = if widths.len() == 1 { 0 } else { room };
+        let (queues, over) = (vec![VecDeque::new(); widths.len()], vec![false; widths.len()]);
+        let align = if widths.len() == 1 { Align::Exact } else { align };
+        Self { align, widths, room, rows: BTreeMap::new(), queues, over }
+    }
+
+    pub(super) fn put(&mut self, slot: usize, time: f64, cells: Vec<Cell>) {
+        if self.align != Align::Exact {
+            self.queues[slot].push_back((time, cells));
+            return;
+        }
+        // the order of these bits is the order of the numbers
+        let bits = time.to_bits();
+        let key = if bits >> 63 == 1 { !bits } else { bits | 1 << 63 };
+        let mut number = 0;
+        loop {
+            let row = self.rows.entry((key, number)).or_insert_with(|| vec![None; self.widths.len()]);
+            if row[slot].is_none() {
+                row[slot] = Some(cells);
+                return;
+            }
+            number += 1;
+        }
+    }
+
+    pub(super) fn ended(&mut self, slots: std::ops::Range<usize>) {
+        self.over[slots].iter_mut().for_each(|over| *over = true);
+    }
+
+    /// Hands on rows that are finished, or all of them.
+    pub(super) fn drain(&mut self, all: bool, rows: &mut Rows<'_>) -> io::Result<()> {
+        if self.align != Align::Exact {
+            return self.drain_queues(all, rows);
+        }
+        while self.rows.len() > if all { 0 } else { self.room } {
+            let Some(((key, _), groups)) = self.rows.pop_first() else { break };
+            let bits = if key >> 63 == 1 { key & !(1 << 63) } else { !key };
+            rows.take(f64::from_bits(bits), groups, &self.widths)?;
+        }
+        Ok(())
+    }
+
+    fn drain_queues(&mut self, all: bool, rows: &mut Rows<'_>) -> io::Result<()> {
+        loop {
+            let Some(&(time, _)) = self.queues[0].front() else { return Ok(()) };
+            let reached =
+                |queue: &VecDeque<(f64, Vec<Cell>)>| queue.back().is_some_and(|last| last.0 >= time);
+            let ready = self.queues.iter().zip(&self.over).all(|(queue, &over)| over || reached(queue));
+            if !ready && !all && self.queues[0].len() <= self.room {
+                return Ok(());
+            }
+            let mut groups = vec![self.queues[0].pop_front().map(|(_, cells)| cells)];
+            for queue in &mut self.queues[1..] {
+                // what lies before the sample before this time is not needed any more
+                while queue.get(1).is_some_and(|next| next.0 <= time) {
+                    queue.pop_front();
+                }
+                groups.push(between(queue, time, self.align));
+            }
+            rows.take(time, groups, &self.widths)?;
+        }
+    }
+}
+
+/// The cells of a slot at a time: `queue` begins with the last sample not after it, if there is one.
+fn between(queue: &VecDeque<(f64, Vec<Cell>)>, time: f64, align: Align) -> Option<Vec<Cell>> {
+    let (first, next) = (queue.front()?, queue.get(1));
+    if first.0 == time {
+        return Some(first.1.clone());
+    }
+    let Some(next) = next.filter(|_| first.0 < time) else {
+        return (align == Align::Nearest).then(|| first.1.clone());
+    };
+    let share = (time - first.0) / (next.0 - first.0);
+    if align == Align::Nearest {
+        return Some(if share <= 0.5 { first.1.clone() } else { next.1.clone() });
+    }
+    let mix = |(a, b): (&Cell, &Cell)| match (a.number(), b.number()) {
+        (Some(a), Some(b)) => Cell::Double(a + (b - a) * share),
+        _ => Cell::Empty,
+    };
+    Some(first.1.iter().zip(&next.1).map(mix).collect())
+}

@@ -1,0 +1,123 @@
+//! Arrays of NumPy: one matrix of all columns (`.npy`), or one array per column (`.npz`).
+
+use std::io::{self, Cursor, Write};
+
+use ndarray::{Array1, Array2, ArrayView1};
+use ndarray_npy::{NpzWriter, WriteNpyExt};
+
+use crate::table::{Cell, Heading, Kind, Sink};
+
+/// How the columns are laid out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// One matrix of doubles, a row per row; names are lost.
+    Matrix,
+    /// An archive with an array per column, named after it, in the type of the column.
+    Archive,
+}
+
+/// Writes arrays of NumPy. Empty cells are not-a-number; columns that have some are doubles. The table is kept in memory
+/// until it ends, because the arrays begin with their lengths.
+pub struct Npy<W: Write> {
+    output: W,
+    shape: Shape,
+    room: usize,
+    headings: Vec<Heading>,
+    columns: Vec<Vec<f64>>,
+    /// Columns of whole numbers, which doubles may not hold.
+    integers: Vec<Vec<i64>>,
+    has_gaps: Vec<bool>,
+}
+
+impl<W: Write> Npy<W> {
+    /// Writes to `output`; keeps at most `memory` bytes.
+    pub fn new(output: W, shape: Shape, memory: u64) -> Self {
+        let room = usize::try_from(memory / 32).unwrap_or(usize::MAX);
+        let (headings, columns, integers, has_gaps) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { output, shape, room, headings, columns, integers, has_gaps }
+    }
+}
+
+impl<W: Write> Sink for Npy<W> {
+    fn begin(&mut self, headings: &[Heading]) -> io::Result<()> {
+        if let Some(text) = headings.iter().find(|heading| heading.kind == Kind::Text) {
+            let name = &text.name;
+            return Err(io::Error::other(format!(
+                "`{name}` is text, which arrays of numbers do not hold; choose --field, or another format"
+            )));
+        }
+        self.headings = headings.to_vec();
+        self.columns = vec![Vec::new(); headings.len()];
+        self.integers = vec![Vec::new(); headings.len()];
+        self.has_gaps = vec![false; headings.len()];
+        Ok(())
+    }
+
+    fn row(&mut self, cells: &[Cell]) -> io::Result<()> {
+        self.room = self.room.checked_sub(cells.len()).ok_or_else(|| {
+            io::Error::other(
+                "the table is larger than --max-memory; write CSV or Parquet, or choose less of it",
+            )
+        })?;
+        for (i, cell) in cells.iter().enumerate() {
+            let number = match cell {
+                Cell::Bool(value) => Some(f64::from(u8::from(*value))),
+                other => other.number(),
+            };
+            self.has_gaps[i] |= number.is_none();
+            self.columns[i].push(number.unwrap_or(f64::NAN));
+            if self.shape == Shape::Archive && matches!(self.headings[i].kind, Kind::Int | Kind::UInt) {
+                self.integers[i].push(match cell {
+                    Cell::Int(value) => *value,
+                    // the same bits, to be written as unsigned
+                    Cell::UInt(value) => *value as i64,
+                    _ => 0,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn end(&mut self) -> io::Result<()> {
+        match self.shape {
+            Shape::Matrix => {
+                let rows = self.columns.first().map_or(0, Vec::len);
+                let matrix = Array2::from_shape_fn((rows, self.columns.len()), |(i, j)| self.columns[j][i]);
+                matrix.write_npy(&mut self.output).map_err(io::Error::other)?;
+            }
+            Shape::Archive => {
+                let bytes = self.archive().map_err(io::Error::other)?;
+                self.output.write_all(&bytes)?;
+            }
+        }
+        self.output.flush()
+    }
+}
+
+impl<W: Write> Npy<W> {
+    fn archive(&self) -> Result<Vec<u8>, ndarray_npy::WriteNpzError> {
+        let mut archive = NpzWriter::new(Cursor::new(Vec::new()));
+        for (i, heading) in self.headings.iter().enumerate() {
+            // a path in the archive has no leading separator
+            let name = heading.name.trim_start_matches('/').replace('/', ".");
+            let column = &self.columns[i];
+            match heading.kind {
+                Kind::Int if !self.has_gaps[i] => {
+                    archive.add_array(name, &ArrayView1::from(self.integers[i].as_slice()))?;
+                }
+                Kind::UInt if !self.has_gaps[i] => {
+                    let unsigned: Array1<u64> = self.integers[i].iter().map(|&bits| bits as u64).collect();
+                    archive.add_array(name, &unsigned)?;
+                }
+                Kind::Float => {
+                    archive.add_array(name, &column.iter().map(|&x| x as f32).collect::<Array1<f32>>())?;
+                }
+                Kind::Bool if !self.has_gaps[i] => {
+                    archive.add_array(name, &column.iter().map(|&x| x != 0.0).collect::<Array1<bool>>())?;
+                }
+                _ => archive.add_array(name, &ArrayView1::from(column.as_slice()))?,
+            }
+        }
+        Ok(archive.finish()?.into_inner())
+    }
+}

@@ -1,0 +1,158 @@
+//! Parquet: typed columns, a row group for every stacked file or [`GROUP`] rows.
+
+use std::{
+    io::{self, Write},
+    sync::Arc,
+};
+
+use parquet::{
+    basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel},
+    data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, FloatType, Int64Type},
+    errors::ParquetError,
+    file::{metadata::KeyValue, properties::WriterProperties, writer::SerializedFileWriter},
+    schema::types::Type,
+};
+
+use crate::table::{Cell, Heading, Kind, Sink};
+
+/// Rows after which a row group is written.
+const GROUP: usize = 1 << 16;
+
+/// Cells after which a row group is written, whatever the number of rows.
+const GROUP_CELLS: usize = 1 << 22;
+
+/// Writes Parquet. Units are in the key-value metadata of the file as `unit.<column>`.
+pub struct Parquet<W: Write + Send> {
+    output: Option<W>,
+    writer: Option<SerializedFileWriter<W>>,
+    headings: Vec<Heading>,
+    columns: Vec<Vec<Cell>>,
+}
+
+impl<W: Write + Send> Parquet<W> {
+    /// Writes to `output`.
+    pub fn new(output: W) -> Self {
+        Self { output: Some(output), writer: None, headings: Vec::new(), columns: Vec::new() }
+    }
+
+    fn write_group(&mut self) -> Result<(), ParquetError> {
+        let Some(writer) = &mut self.writer else { return Ok(()) };
+        if self.columns.first().is_none_or(Vec::is_empty) {
+            return Ok(());
+        }
+        let mut group = writer.next_row_group()?;
+        for (heading, cells) in self.headings.iter().zip(&mut self.columns) {
+            let mut column = group.next_column()?.expect("a column for every heading");
+            // 1 where there is a value
+            let levels: Vec<i16> = cells.iter().map(|cell| i16::from(*cell != Cell::Empty)).collect();
+            let cells = std::mem::take(cells);
+            let there = cells.into_iter().filter(|cell| *cell != Cell::Empty);
+            let number = |cell: Cell| cell.number().unwrap_or(f64::NAN);
+            match heading.kind {
+                Kind::Double => {
+                    let values: Vec<f64> = there.map(number).collect();
+                    column.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
+                }
+                Kind::Float => {
+                    let values: Vec<f32> = there.map(|cell| number(cell) as f32).collect();
+                    column.typed::<FloatType>().write_batch(&values, Some(&levels), None)?;
+                }
+                Kind::Int | Kind::UInt => {
+                    let integer = |cell: Cell| match cell {
+                        Cell::Int(value) => value,
+                        // the same bits: the logical type says that they are unsigned
+                        Cell::UInt(value) => value as i64,
+                        other => number(other) as i64,
+                    };
+                    let values: Vec<i64> = there.map(integer).collect();
+                    column.typed::<Int64Type>().write_batch(&values, Some(&levels), None)?;
+                }
+                Kind::Bool => {
+                    let values: Vec<bool> = there.map(|cell| cell == Cell::Bool(true)).collect();
+                    column.typed::<BoolType>().write_batch(&values, Some(&levels), None)?;
+                }
+                Kind::Text => {
+                    let text = |cell| match cell {
+                        Cell::Text(text) => ByteArray::from(text.into_bytes()),
+                        _ => ByteArray::from(Vec::new()),
+                    };
+                    let values: Vec<ByteArray> = there.map(text).collect();
+                    column.typed::<ByteArrayType>().write_batch(&values, Some(&levels), None)?;
+                }
+            }
+            column.close()?;
+        }
+        group.close()?;
+        Ok(())
+    }
+}
+
+fn column_type(heading: &Heading) -> Result<Type, ParquetError> {
+    let (physical, logical) = match heading.kind {
+        Kind::Double => (Physical::DOUBLE, None),
+        Kind::Float => (Physical::FLOAT, None),
+        Kind::Int => (Physical::INT64, None),
+        Kind::UInt => (Physical::INT64, Some(LogicalType::integer(64, false))),
+        Kind::Bool => (Physical::BOOLEAN, None),
+        Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+    };
+    let builder = Type::primitive_type_builder(&heading.name, physical);
+    builder.with_repetition(Repetition::OPTIONAL).with_logical_type(logical).build()
+}
+
+fn fail(error: ParquetError) -> io::Error {
+    match error {
+        ParquetError::External(inner) => match inner.downcast::<io::Error>() {
+            Ok(error) => *error,
+            Err(inner) => io::Error::other(inner),
+        },
+        other => io::Error::other(other),
+    }
+}
+
+impl<W: Write + Send> Sink for Parquet<W> {
+    fn begin(&mut self, headings: &[Heading]) -> io::Result<()> {
+        let fields = headings.iter().map(|heading| column_type(heading).map(Arc::new));
+        let fields = fields.collect::<Result<Vec<_>, _>>().map_err(fail)?;
+        let schema = Type::group_type_builder("trace").with_fields(fields).build().map_err(fail)?;
+        let units = headings.iter().filter_map(|heading| {
+            let unit = heading.unit.clone()?;
+            Some(KeyValue::new(format!("unit.{}", heading.name), unit))
+        });
+        let properties = WriterProperties::builder()
+            .set_created_by(concat!("percuss-read ", env!("CARGO_PKG_VERSION")).into())
+            .set_compression(Compression::ZSTD(ZstdLevel::default()))
+            .set_key_value_metadata(Some(units.collect()))
+            .build();
+        if let Some(output) = self.output.take() {
+            let writer = SerializedFileWriter::new(output, Arc::new(schema), Arc::new(properties));
+            self.writer = Some(writer.map_err(fail)?);
+        }
+        self.headings = headings.to_vec();
+        self.columns = vec![Vec::new(); headings.len()];
+        Ok(())
+    }
+
+    fn row(&mut self, cells: &[Cell]) -> io::Result<()> {
+        for (column, cell) in self.columns.iter_mut().zip(cells) {
+            column.push(cell.clone());
+        }
+        let rows = self.columns.first().map_or(0, Vec::len);
+        if rows >= GROUP || rows * self.columns.len() >= GROUP_CELLS {
+            return self.write_group().map_err(fail);
+        }
+        Ok(())
+    }
+
+    fn group(&mut self) -> io::Result<()> {
+        self.write_group().map_err(fail)
+    }
+
+    fn end(&mut self) -> io::Result<()> {
+        self.write_group().map_err(fail)?;
+        if let Some(writer) = self.writer.take() {
+            writer.close().map_err(fail)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,483 @@
+//! Messages taken apart into leaves: every number, text or byte string a message type can hold, by its path.
+//!
+//! A message type becomes a [`Layout`] once; a message then becomes [`Values`], one typed list per leaf. Arrays of
+//! numbers are copied straight from the wire, which is what makes reading whole recordings cheap: the general dynamic
+//! messages of `prost-reflect` take some fifty bytes and an allocation's worth of work per number.
+//!
+//! ```text
+//! message M { double time = 1; repeated double p = 2; Vec v = 3; repeated Item items = 4; }
+//! leaves: time, p, v.x, v.y, items.[#] (how many), items.name, …
+//! ```
+//!
+//! A leaf that always holds exactly one value gets the default of its type where the wire has none, as proto3 asks.
+//! A type inside itself is not unfolded again but kept as bytes, so the number of leaves is finite; fields that the
+//! schema does not know are kept as bytes in the leaf [`UNKNOWN`]. Nothing a message says is lost, whatever it is.
+
+mod decode;
+
+use std::collections::BTreeMap;
+
+use prost_reflect::{EnumDescriptor, FieldDescriptor, Kind, MessageDescriptor};
+
+/// Path of the leaf that keeps the fields which the schema does not know.
+pub const UNKNOWN: &str = "(unknown fields)";
+
+/// Ends the path of a leaf that says how many there are of a list of messages, or in a list inside one.
+pub const COUNT: &str = "[#]";
+
+/// Largest number of leaves that a type is unfolded into; what lies beyond stays bytes.
+pub const MAX_LEAVES: usize = 10_000;
+
+/// Deepest nesting that is unfolded; what lies beyond stays bytes.
+const MAX_DEPTH: usize = 32;
+
+/// Type of a leaf.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Type {
+    /// Double precision.
+    Double,
+    /// Single precision.
+    Float,
+    /// Signed whole number.
+    Int,
+    /// Unsigned whole number.
+    UInt,
+    /// Truth value.
+    Bool,
+    /// Number with a name.
+    Enum(EnumDescriptor),
+    /// Text.
+    Text,
+    /// Bytes, or a message that is kept as bytes.
+    Bytes,
+}
+
+impl Type {
+    /// Name in reports.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Double => "double",
+            Self::Float => "float",
+            Self::Int => "signed integer",
+            Self::UInt => "unsigned integer",
+            Self::Bool => "bool",
+            Self::Enum(kind) => kind.full_name(),
+            Self::Text => "text",
+            Self::Bytes => "bytes",
+        }
+    }
+
+    /// True for numbers that can be measured: not for truth values and names.
+    pub fn is_number(&self) -> bool {
+        matches!(self, Self::Double | Self::Float | Self::Int | Self::UInt)
+    }
+}
+
+/// A leaf of a message type.
+#[derive(Clone, Debug)]
+pub struct Leaf {
+    /// Names of the fields that lead to it, joined by dots.
+    pub path: String,
+    /// Numbers of the fields that lead to it.
+    pub numbers: Vec<u32>,
+    /// Type.
+    pub kind: Type,
+    /// Number of lists on the way, itself included.
+    pub lists: usize,
+    /// True if it is a list itself, not only inside one.
+    pub ends_in_list: bool,
+    /// True if it always holds exactly one value.
+    pub is_single: bool,
+    /// True if it may hold one value or none.
+    pub is_optional: bool,
+}
+
+impl Leaf {
+    /// The leaf that is a whole message, kept as bytes.
+    pub fn whole(path: &str) -> Self {
+        Self {
+            path: path.into(),
+            numbers: Vec::new(),
+            kind: Type::Bytes,
+            lists: 0,
+            ends_in_list: false,
+            is_single: true,
+            is_optional: false,
+        }
+    }
+
+    /// Name of element `index`: `stress[3]`; with several lists on the way their elements are numbered through.
+    pub fn element(&self, index: usize) -> String {
+        match (self.lists, self.path.rsplit_once('.')) {
+            (0, _) => self.path.clone(),
+            (1, Some((list, name))) if !self.ends_in_list => format!("{list}[{index}].{name}"),
+            _ => format!("{}[{index}]", self.path),
+        }
+    }
+}
+
+/// A message type as a list of leaves, and how to find them on the wire.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    /// The leaves, in the order of the type's declaration; the last is [`UNKNOWN`].
+    pub leaves: Vec<Leaf>,
+    descriptor: MessageDescriptor,
+    root: Node,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Node {
+    slots: Vec<Slot>,
+    /// Slot of field numbers below 64, the usual ones.
+    near: Vec<Option<u8>>,
+    far: BTreeMap<u32, usize>,
+}
+
+#[derive(Clone, Debug)]
+struct Slot {
+    number: u32,
+    /// Oneof it belongs to: the last of its members wins.
+    group: Option<usize>,
+    is_list: bool,
+    has_presence: bool,
+    count: Option<usize>,
+    content: Content,
+}
+
+#[derive(Clone, Debug)]
+enum Content {
+    Scalar { leaf: usize, scalar: Scalar },
+    Message { node: Node, is_map: bool },
+}
+
+/// How a value stands on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Scalar {
+    Double,
+    Float,
+    Int32,
+    Int64,
+    UInt32,
+    UInt64,
+    SInt32,
+    SInt64,
+    Fixed32,
+    Fixed64,
+    SFixed32,
+    SFixed64,
+    Bool,
+    Enum,
+    Text,
+    Bytes,
+    Group,
+}
+
+/// The values of a leaf in one message.
+#[derive(Clone, Debug, PartialEq)]
+pub enum List {
+    /// Double precision.
+    Double(Vec<f64>),
+    /// Single precision.
+    Float(Vec<f32>),
+    /// Signed whole numbers.
+    Int(Vec<i64>),
+    /// Unsigned whole numbers.
+    UInt(Vec<u64>),
+    /// Truth values.
+    Bool(Vec<bool>),
+    /// Numbers of names.
+    Enum(Vec<i32>),
+    /// Texts.
+    Text(Vec<String>),
+    /// Byte strings.
+    Bytes(Vec<Vec<u8>>),
+}
+
+impl List {
+    fn new(kind: &Type) -> Self {
+        match kind {
+            Type::Double => Self::Double(Vec::new()),
+            Type::Float => Self::Float(Vec::new()),
+            Type::Int => Self::Int(Vec::new()),
+            Type::UInt => Self::UInt(Vec::new()),
+            Type::Bool => Self::Bool(Vec::new()),
+            Type::Enum(_) => Self::Enum(Vec::new()),
+            Type::Text => Self::Text(Vec::new()),
+            Type::Bytes => Self::Bytes(Vec::new()),
+        }
+    }
+
+    /// Number of values.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Double(list) => list.len(),
+            Self::Float(list) => list.len(),
+            Self::Int(list) => list.len(),
+            Self::UInt(list) => list.len(),
+            Self::Bool(list) => list.len(),
+            Self::Enum(list) => list.len(),
+            Self::Text(list) => list.len(),
+            Self::Bytes(list) => list.len(),
+        }
+    }
+
+    /// True if there is no value.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    fn clear(&mut self) {
+        match self {
+            Self::Double(list) => list.clear(),
+            Self::Float(list) => list.clear(),
+            Self::Int(list) => list.clear(),
+            Self::UInt(list) => list.clear(),
+            Self::Bool(list) => list.clear(),
+            Self::Enum(list) => list.clear(),
+            Self::Text(list) => list.clear(),
+            Self::Bytes(list) => list.clear(),
+        }
+    }
+
+    fn pop(&mut self) {
+        match self {
+            Self::Double(list) => drop(list.pop()),
+            Self::Float(list) => drop(list.pop()),
+            Self::Int(list) => drop(list.pop()),
+            Self::UInt(list) => drop(list.pop()),
+            Self::Bool(list) => drop(list.pop()),
+            Self::Enum(list) => drop(list.pop()),
+            Self::Text(list) => drop(list.pop()),
+            Self::Bytes(list) => drop(list.pop()),
+        }
+    }
+
+    fn push_default(&mut self) {
+        match self {
+            Self::Double(list) => list.push(0.0),
+            Self::Float(list) => list.push(0.0),
+            Self::Int(list) => list.push(0),
+            Self::UInt(list) => list.push(0),
+            Self::Bool(list) => list.push(false),
+            Self::Enum(list) => list.push(0),
+            Self::Text(list) => list.push(String::new()),
+            Self::Bytes(list) => list.push(Vec::new()),
+        }
+    }
+
+    /// Value `index` as a number, where it is one.
+    pub fn number(&self, index: usize) -> Option<f64> {
+        match self {
+            Self::Double(list) => list.get(index).copied(),
+            Self::Float(list) => list.get(index).map(|&value| f64::from(value)),
+            Self::Int(list) => list.get(index).map(|&value| value as f64),
+            Self::UInt(list) => list.get(index).map(|&value| value as f64),
+            Self::Bool(_) | Self::Enum(_) | Self::Text(_) | Self::Bytes(_) => None,
+        }
+    }
+
+    /// All values as numbers; `false` if they are none.
+    pub fn numbers(&self, into: &mut Vec<f64>) -> bool {
+        into.clear();
+        match self {
+            Self::Double(list) => into.extend_from_slice(list),
+            Self::Float(list) => into.extend(list.iter().map(|&value| f64::from(value))),
+            Self::Int(list) => into.extend(list.iter().map(|&value| value as f64)),
+            Self::UInt(list) => into.extend(list.iter().map(|&value| value as f64)),
+            Self::Bool(_) | Self::Enum(_) | Self::Text(_) | Self::Bytes(_) => return false,
+        }
+        true
+    }
+}
+
+/// A message taken apart: one list per leaf of its [`Layout`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Values {
+    /// The lists, in the order of the leaves.
+    pub lists: Vec<List>,
+}
+
+impl Values {
+    /// Bytes of memory that the values take, roughly.
+    pub fn weight(&self) -> usize {
+        let bytes = |list: &List| match list {
+            List::Double(list) => 8 * list.len(),
+            List::Float(list) => 4 * list.len(),
+            List::Int(list) => 8 * list.len(),
+            List::UInt(list) => 8 * list.len(),
+            List::Bool(list) => list.len(),
+            List::Enum(list) => 4 * list.len(),
+            List::Text(list) => list.iter().map(|text| 24 + text.len()).sum(),
+            List::Bytes(list) => list.iter().map(|bytes| 24 + bytes.len()).sum(),
+        };
+        self.lists.iter().map(|list| 32 + bytes(list)).sum()
+    }
+}
+
+/// A message that does not fit its type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the message does not fit its schema")]
+pub struct Misfit;
+
+impl Layout {
+    /// Unfolds a message type.
+    pub fn of(descriptor: &MessageDescriptor) -> Self {
+        let mut builder = Builder { leaves: Vec::new(), open: Vec::new() };
+        let place = Place::default();
+        let root = builder.node(descriptor, &place);
+        builder.leaf(Leaf {
+            path: UNKNOWN.into(),
+            numbers: Vec::new(),
+            kind: Type::Bytes,
+            lists: 1,
+            ends_in_list: true,
+            is_single: false,
+            is_optional: false,
+        });
+        Self { leaves: builder.leaves, descriptor: descriptor.clone(), root }
+    }
+
+    /// The type it was made of.
+    pub fn descriptor(&self) -> &MessageDescriptor {
+        &self.descriptor
+    }
+
+    /// Empty lists for [`Layout::decode`] to fill.
+    pub fn values(&self) -> Values {
+        Values { lists: self.leaves.iter().map(|leaf| List::new(&leaf.kind)).collect() }
+    }
+
+    /// True if the same bytes are the same values in another layout.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let same = |(a, b): (&Leaf, &Leaf)| a.path == b.path && a.numbers == b.numbers && a.kind == b.kind;
+        let same_file = self.descriptor.descriptor_proto() == other.descriptor.descriptor_proto();
+        same_file
+            && self.leaves.len() == other.leaves.len()
+            && self.leaves.iter().zip(&other.leaves).all(same)
+    }
+
+    /// Index of a leaf by its path.
+    pub fn find(&self, path: &str) -> Option<usize> {
+        self.leaves.iter().position(|leaf| leaf.path == path)
+    }
+}
+
+/// Where a node hangs in the tree of a type.
+#[derive(Clone, Default)]
+struct Place {
+    path: String,
+    numbers: Vec<u32>,
+    lists: usize,
+    /// True below something that need not be there.
+    is_optional: bool,
+}
+
+struct Builder {
+    leaves: Vec<Leaf>,
+    open: Vec<String>,
+}
+
+impl Builder {
+    fn leaf(&mut self, leaf: Leaf) -> usize {
+        self.leaves.push(leaf);
+        self.leaves.len() - 1
+    }
+
+    fn node(&mut self, message: &MessageDescriptor, place: &Place) -> Node {
+        self.open.push(message.full_name().to_owned());
+        let mut node = Node { near: vec![None; 64], ..Node::default() };
+        let groups: Vec<String> = message.oneofs().map(|group| group.name().to_owned()).collect();
+        for field in message.fields() {
+            let slot = self.slot(&field, place, &groups);
+            let (index, number) = (node.slots.len(), slot.number);
+            match (node.near.get_mut(number as usize), u8::try_from(index)) {
+                (Some(near), Ok(index)) => *near = Some(index),
+                _ => drop(node.far.insert(number, index)),
+            }
+            node.slots.push(slot);
+        }
+        self.open.pop();
+        node
+    }
+
+    fn slot(&mut self, field: &FieldDescriptor, place: &Place, groups: &[String]) -> Slot {
+        let name = field.name();
+        let is_list = field.is_list() || field.is_map();
+        let has_presence = !is_list && field.supports_presence();
+        let mut inner = Place {
+            path: if place.path.is_empty() { name.to_owned() } else { format!("{}.{name}", place.path) },
+            numbers: [&place.numbers[..], &[field.number()]].concat(),
+            lists: place.lists + usize::from(is_list),
+            is_optional: place.is_optional || has_presence,
+        };
+        let message = match field.kind() {
+            Kind::Message(message) if self.unfolds(field, &message, &inner) => Some(message),
+            _ => None,
+        };
+        // the number of values of a leaf says how long its list is, except below other lists and for messages
+        let varies = is_list || has_presence;
+        let is_counted = varies && (place.lists > 0 || (is_list && message.is_some()));
+        let count = is_counted.then(|| {
+            self.leaf(Leaf {
+                path: format!("{}.{COUNT}", inner.path),
+                numbers: inner.numbers.clone(),
+                kind: Type::UInt,
+                lists: place.lists,
+                ends_in_list: true,
+                is_single: false,
+                is_optional: false,
+            })
+        });
+        let content = match message {
+            Some(message) => {
+                inner.is_optional &= inner.lists == 0;
+                Content::Message { node: self.node(&message, &inner), is_map: field.is_map() }
+            }
+            None => {
+                let (scalar, kind) = scalar(field);
+                let leaf = self.leaf(Leaf {
+                    path: inner.path,
+                    numbers: inner.numbers,
+                    kind,
+                    lists: inner.lists,
+                    ends_in_list: is_list,
+                    is_single: inner.lists == 0 && !inner.is_optional,
+                    is_optional: inner.lists == 0 && inner.is_optional,
+                });
+                Content::Scalar { leaf, scalar }
+            }
+        };
+        let group = field.containing_oneof().and_then(|g| groups.iter().position(|name| name == g.name()));
+        Slot { number: field.number(), group, is_list, has_presence, count, content }
+    }
+
+    fn unfolds(&self, field: &FieldDescriptor, message: &MessageDescriptor, place: &Place) -> bool {
+        !field.is_group()
+            && place.numbers.len() < MAX_DEPTH
+            && self.leaves.len() + message.fields().len() < MAX_LEAVES
+            && !self.open.iter().any(|name| name == message.full_name())
+    }
+}
+
+fn scalar(field: &FieldDescriptor) -> (Scalar, Type) {
+    match field.kind() {
+        Kind::Double => (Scalar::Double, Type::Double),
+        Kind::Float => (Scalar::Float, Type::Float),
+        Kind::Int32 => (Scalar::Int32, Type::Int),
+        Kind::Int64 => (Scalar::Int64, Type::Int),
+        Kind::Uint32 => (Scalar::UInt32, Type::UInt),
+        Kind::Uint64 => (Scalar::UInt64, Type::UInt),
+        Kind::Sint32 => (Scalar::SInt32, Type::Int),
+        Kind::Sint64 => (Scalar::SInt64, Type::Int),
+        Kind::Fixed32 => (Scalar::Fixed32, Type::UInt),
+        Kind::Fixed64 => (Scalar::Fixed64, Type::UInt),
+        Kind::Sfixed32 => (Scalar::SFixed32, Type::Int),
+        Kind::Sfixed64 => (Scalar::SFixed64, Type::Int),
+        Kind::Bool => (Scalar::Bool, Type::Bool),
+        Kind::Enum(kind) => (Scalar::Enum, Type::Enum(kind)),
+        Kind::String => (Scalar::Text, Type::Text),
+        Kind::Bytes => (Scalar::Bytes, Type::Bytes),
+        Kind::Message(_) if field.is_group() => (Scalar::Group, Type::Bytes),
+        Kind::Message(_) => (Scalar::Bytes, Type::Bytes),
+    }
+}
