@@ -4,7 +4,9 @@ mod export;
 mod info;
 mod output;
 mod plot;
+mod recover;
 mod trace;
+mod verify;
 mod window;
 
 use std::{
@@ -16,13 +18,15 @@ use std::{
 use clap::{Parser, Subcommand};
 
 use crate::{
-    command::{export::ExportError, plot::PlotError, trace::TraceError},
+    command::{export::ExportError, plot::PlotError, recover::RecoverError, trace::TraceError},
     recording::{Damage, Limits, OpenError},
 };
 use export::ExportArguments;
 use info::InfoArguments;
 use plot::PlotArguments;
+use recover::RecoverArguments;
 use trace::TraceArguments;
+use verify::VerifyArguments;
 
 /// Reads protobuf MCAP recordings: tables and pictures of any field, comparison number by number, verification, recovery.
 #[derive(Debug, Parser)]
@@ -65,6 +69,8 @@ Examples:
   percuss-read trace fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 -o stress.csv
   percuss-read plot fig5.mcap                                      the drag, drawn in the terminal
   percuss-read plot fig5.mcap --topic /interface/stress --at-time 1,2,3 -o profiles.svg
+  percuss-read verify fig5.mcap
+  percuss-read recover damaged.mcap -o recovered.mcap
   percuss-read export fig5.mcap --topic /field/stress --at-time 2.5 -o field.vti
 
 Exit status: 0 done, 1 failed, 2 usage, 3 done with loss: a file is damaged or cut off, what is sound is read.";
@@ -77,6 +83,10 @@ enum Command {
     Trace(TraceArguments),
     /// Fields against time, arrays over their axis, matrices as images: SVG, PNG or in the terminal
     Plot(PlotArguments),
+    /// Whether a recording is sound: checksums, index, schemas, counts
+    Verify(VerifyArguments),
+    /// A finished recording from one that is damaged or cut off
+    Recover(RecoverArguments),
     /// Attachments, and fields at one time (NPY, VTK, PNG, SVG)
     Export(ExportArguments),
 }
@@ -114,6 +124,9 @@ pub enum CliError {
     /// No picture.
     #[error(transparent)]
     Plot(#[from] PlotError),
+    /// Nothing recovered.
+    #[error(transparent)]
+    Recover(#[from] RecoverError),
     /// Nothing exported.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -148,6 +161,8 @@ impl Arguments {
             Command::Info(arguments) => arguments.run(limits),
             Command::Trace(arguments) => arguments.run(limits),
             Command::Plot(arguments) => arguments.run(limits),
+            Command::Verify(arguments) => arguments.run(limits),
+            Command::Recover(arguments) => arguments.run(limits),
             Command::Export(arguments) => arguments.run(limits),
         }
     }

@@ -3,4 +3,6 @@
 pub mod export;
 pub mod info;
 pub mod plot;
+pub mod recover;
 pub mod trace;
+pub mod verify;

@@ -1,0 +1,85 @@
+//! Arguments of `recover`.
+
+use std::{fs::OpenOptions, path::PathBuf};
+
+use clap::Args;
+use serde_json::json;
+
+use super::{
+    CliError, Exit,
+    output::{explain, print, refuse_inputs},
+};
+use crate::{
+    command::recover::recover,
+    recording::{Limits, Scan},
+};
+
+const RECOVER_EXAMPLES: &str = "\
+Copies every sound message, attachment and metadata record into a new, finished file, and says what was lost; the new
+file says so too, in the metadata record `percuss.recovered`. The damaged file is left as it is.
+
+Examples:
+  percuss-read recover damaged.mcap -o recovered.mcap
+
+Exit status: 0 nothing was lost, 1 failed, 2 usage, 3 something was lost.";
+
+#[derive(Debug, Args)]
+#[command(after_help = RECOVER_EXAMPLES)]
+pub(super) struct RecoverArguments {
+    /// Damaged recording
+    file: PathBuf,
+    /// New recording
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Overwrite an existing output file
+    #[arg(long)]
+    force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Version of the JSON form of `recover`.
+const RECOVER_VERSION: u32 = 1;
+
+impl RecoverArguments {
+    pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        refuse_inputs(Some(&self.output), std::iter::once(&self.file))?;
+        // what is no recording leaves no new file
+        drop(Scan::open(&self.file, limits)?);
+        let mut options = OpenOptions::new();
+        options.write(true);
+        if self.force {
+            options.create(true).truncate(true)
+        } else {
+            options.create_new(true)
+        };
+        let output = options.open(&self.output).map_err(|error| explain(Some(&self.output), error))?;
+        let recovered = recover(&self.file, output, limits)?;
+        if self.json {
+            let document = json!({
+                "version": RECOVER_VERSION,
+                "file": self.file.to_string_lossy(),
+                "output": self.output.to_string_lossy(),
+                "messages": recovered.messages,
+                "chunks": recovered.chunks,
+                "lost": recovered.lost,
+            });
+            print(&format!("{document:#}\n"))?;
+        } else {
+            let (file, output) = (self.file.display(), self.output.display());
+            let (messages, extras) = (recovered.messages, recovered.extras);
+            let mut text = format!(
+                "{file} -> {output}: {messages} messages, {extras} attachments and metadata records kept\n"
+            );
+            if recovered.lost.is_empty() {
+                text.push_str("  nothing was lost\n");
+            }
+            for lost in &recovered.lost {
+                text.push_str(&format!("  lost: {lost}\n"));
+            }
+            print(&text)?;
+        }
+        Ok(if recovered.lost.is_empty() { Exit::Done } else { Exit::Loss })
+    }
+}

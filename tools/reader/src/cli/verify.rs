@@ -1,0 +1,47 @@
+//! Arguments of `verify`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{CliError, Exit, output::print};
+use crate::{command::verify::verify, recording::Limits};
+
+const VERIFY_EXAMPLES: &str = "\
+Every checksum, the index against the data, the schemas, every message against its schema, the order of times, the counts;
+of percuss recordings also that everything is there that a run records.
+
+Examples:
+  percuss-read verify fig5.mcap
+  percuss-read verify --json *.mcap
+
+Exit status: 0 sound, 1 not sound, 2 usage, 3 sound, but the run did not come to its planned end.";
+
+#[derive(Debug, Args)]
+#[command(after_help = VERIFY_EXAMPLES)]
+pub(super) struct VerifyArguments {
+    /// Recordings
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Print JSON, one document per recording and line
+    #[arg(long)]
+    json: bool,
+}
+
+impl VerifyArguments {
+    pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        let mut exit = Exit::Done;
+        for file in &self.files {
+            let report = verify(file, limits)?;
+            let name = file.to_string_lossy();
+            let text = if self.json { format!("{}\n", report.to_json(&name)) } else { report.to_text(&name) };
+            print(&text)?;
+            exit = match (report.is_sound(), report.partial) {
+                (false, _) => Exit::No,
+                (true, true) if exit == Exit::Done => Exit::Loss,
+                (true, _) => exit,
+            };
+        }
+        Ok(exit)
+    }
+}

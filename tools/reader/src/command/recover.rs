@@ -1,0 +1,274 @@
+//! `recover`: a finished file from one that is damaged or cut off.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs::File,
+    io::BufWriter,
+    path::Path,
+    sync::Arc,
+};
+
+use mcap::{
+    Attachment, Compression, McapError, WriteOptions, Writer,
+    records::{Metadata, Record},
+};
+
+use crate::recording::{Damage, Found, Limits, Next, OpenError, Scan};
+
+/// Name of the metadata record that says what was lost.
+pub const RECORD: &str = "percuss.recovered";
+
+/// Lost definitions that are told one by one.
+const MAX_LOST: usize = 1000;
+
+/// Unpacked size after which a chunk is closed, besides where the chunks of the source end \[bytes\].
+const CHUNK: u64 = 4 << 20;
+
+/// What was kept and what was lost.
+#[derive(Clone, Debug, Default)]
+pub struct Recovered {
+    /// Messages kept.
+    pub messages: u64,
+    /// Chunks kept.
+    pub chunks: u64,
+    /// Attachments and metadata records kept.
+    pub extras: u64,
+    /// What was lost, in words.
+    pub lost: Vec<String>,
+}
+
+/// Why nothing could be recovered.
+#[derive(Debug, thiserror::Error)]
+pub enum RecoverError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// The new file cannot be written.
+    #[error("cannot write the recovered file: {0}")]
+    Write(#[from] McapError),
+}
+
+/// Copies every sound message, attachment and metadata record of a file into a new one, chunk by chunk.
+///
+/// # Errors
+///
+/// The file cannot be read or the new one not written.
+pub fn recover(path: &Path, output: File, limits: Limits) -> Result<Recovered, RecoverError> {
+    let (profile, library, compression) = look_ahead(path, limits)?;
+    let options = WriteOptions::new()
+        .profile(profile)
+        .library(library)
+        .compression(compression)
+        .compression_level(1)
+        .compression_threads(0)
+        .chunk_size(Some(CHUNK))
+        .disable_seeking(true);
+    let writer = options.create(BufWriter::new(output))?;
+    let mut scan = Scan::open(path, limits)?;
+    let mut copy = Copy::new(writer);
+    // the summary may name what the damaged part defined
+    let index = Arc::clone(scan.index());
+    for record in &index.directory {
+        copy.define(record)?;
+    }
+    let mut told = 0;
+    loop {
+        let next = scan.next(|found| copy.take(found))?;
+        for damage in &scan.damages()[told..] {
+            copy.lose(damage);
+        }
+        told = scan.damages().len();
+        match next {
+            Next::Record(result) => result?,
+            Next::Pending | Next::End => break,
+        }
+    }
+    Ok(copy.finish(path)?)
+}
+
+/// Header and first compression of a file.
+fn look_ahead(path: &Path, limits: Limits) -> Result<(String, String, Option<Compression>), OpenError> {
+    let mut scan = Scan::open(path, limits)?;
+    let (mut profile, mut library) = (String::new(), String::new());
+    loop {
+        let next = scan.next(|found| match found.record {
+            Record::Header(header) => {
+                (profile, library) = (header.profile, header.library);
+                None
+            }
+            Record::Chunk { header, .. } => Some(header.compression),
+            _ => None,
+        })?;
+        let compression = match next {
+            Next::Record(None) => continue,
+            Next::Record(Some(name)) => match name.as_str() {
+                "lz4" => Some(Compression::Lz4),
+                "zstd" => Some(Compression::Zstd),
+                _ => None,
+            },
+            Next::Pending | Next::End => Some(Compression::Zstd),
+        };
+        return Ok((profile, library, compression));
+    }
+}
+
+struct Copy {
+    writer: Writer<BufWriter<File>>,
+    result: Recovered,
+    topics: BTreeMap<u16, String>,
+    schemas: BTreeSet<u16>,
+    unknown: BTreeMap<u16, u64>,
+    /// The chunk being copied and the messages taken of it.
+    chunk: Option<(u64, BTreeMap<u16, u64>)>,
+    /// A chunk that was lost, whose indexes may still tell what was in it.
+    lost: Option<Lost>,
+}
+
+struct Lost {
+    text: String,
+    span: (u64, u64),
+    kept: BTreeMap<u16, u64>,
+    indexed: BTreeMap<u16, u64>,
+}
+
+impl Copy {
+    fn new(writer: Writer<BufWriter<File>>) -> Self {
+        Self {
+            writer,
+            result: Recovered::default(),
+            topics: BTreeMap::new(),
+            schemas: BTreeSet::new(),
+            unknown: BTreeMap::new(),
+            chunk: None,
+            lost: None,
+        }
+    }
+
+    fn define(&mut self, record: &Record<'_>) -> Result<(), McapError> {
+        let defined = match record {
+            Record::Schema { header, data } if self.schemas.insert(header.id) => {
+                self.writer.add_schema_with_id(header.id, &header.name, &header.encoding, data)
+            }
+            Record::Channel(channel) if !self.topics.contains_key(&channel.id) => {
+                if channel.schema_id != 0 && !self.schemas.contains(&channel.schema_id) {
+                    return Ok(());
+                }
+                let (encoding, metadata) = (&channel.message_encoding, &channel.metadata);
+                let (id, schema, topic) = (channel.id, channel.schema_id, &channel.topic);
+                let added = self.writer.add_channel_with_id(id, schema, topic, encoding, metadata);
+                if added.is_ok() {
+                    self.topics.insert(id, topic.clone());
+                }
+                added
+            }
+            _ => return Ok(()),
+        };
+        match defined {
+            Err(error @ McapError::Io(_)) => Err(error),
+            Err(error) => {
+                // a hostile file may hold millions of them
+                if self.result.lost.len() < MAX_LOST {
+                    self.result.lost.push(format!("a definition: {error}"));
+                }
+                Ok(())
+            }
+            Ok(_) => Ok(()),
+        }
+    }
+
+    fn take(&mut self, found: Found<'_>) -> Result<(), McapError> {
+        let Found { offset, inside, record } = found;
+        if inside.is_none() && !matches!(record, Record::MessageIndex(_)) {
+            self.end_chunk()?;
+        }
+        self.define(&record)?;
+        match record {
+            Record::Chunk { header, .. } => {
+                self.chunk = Some((offset, BTreeMap::new()));
+                let span = (header.message_start_time, header.message_end_time);
+                let (kept, indexed) = (BTreeMap::new(), BTreeMap::new());
+                self.lost = Some(Lost { text: String::new(), span, kept, indexed });
+            }
+            Record::Message { header, data } => {
+                if !self.topics.contains_key(&header.channel_id) {
+                    *self.unknown.entry(header.channel_id).or_default() += 1;
+                    return Ok(());
+                }
+                self.writer.write_to_known_channel(&header, &data)?;
+                self.result.messages += 1;
+                if let Some((_, taken)) = &mut self.chunk {
+                    *taken.entry(header.channel_id).or_default() += 1;
+                }
+            }
+            Record::MessageIndex(index) => {
+                if let Some(lost) = &mut self.lost {
+                    lost.indexed.insert(index.channel_id, index.records.len() as u64);
+                }
+            }
+            Record::Attachment { header, data, .. } => {
+                self.result.extras += 1;
+                self.writer.attach(&Attachment {
+                    log_time: header.log_time,
+                    create_time: header.create_time,
+                    name: header.name,
+                    media_type: header.media_type,
+                    data,
+                })?;
+            }
+            Record::Metadata(record) => {
+                self.result.extras += 1;
+                self.writer.write_metadata(&record)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Takes note of a damage; if it is that of the open chunk, its indexes are still to come.
+    fn lose(&mut self, damage: &Damage) {
+        let Damage { offset, bytes, reason } = damage;
+        let text = format!("{bytes} bytes at byte {offset}: {reason}");
+        match (&self.chunk, &mut self.lost) {
+            (Some((chunk, taken)), Some(lost)) if chunk == offset => {
+                lost.text = text;
+                lost.kept.clone_from(taken);
+            }
+            _ => self.result.lost.push(text),
+        }
+    }
+
+    /// Called once all that belongs to a chunk has been seen.
+    fn end_chunk(&mut self) -> Result<(), McapError> {
+        let Some((_, taken)) = self.chunk.take() else { return Ok(()) };
+        self.writer.flush()?;
+        self.result.chunks += u64::from(!taken.is_empty());
+        let Some(lost) = self.lost.take().filter(|lost| !lost.text.is_empty()) else { return Ok(()) };
+        let count = |(id, indexed): (&u16, &u64)| {
+            let missing = indexed - lost.kept.get(id).copied().unwrap_or(0).min(*indexed);
+            let topic = self.topics.get(id).map_or_else(|| format!("channel {id}"), Clone::clone);
+            format!("{missing} of {topic}")
+        };
+        let counts: Vec<String> = lost.indexed.iter().map(count).collect();
+        let what = if counts.is_empty() { "unknown messages".into() } else { counts.join(", ") };
+        let (from, to) = (lost.span.0 as f64 * 1e-9, lost.span.1 as f64 * 1e-9);
+        self.result.lost.push(format!("{}; a chunk of log time {from} s to {to} s with {what}", lost.text));
+        Ok(())
+    }
+
+    fn finish(mut self, source: &Path) -> Result<Recovered, McapError> {
+        self.end_chunk()?;
+        for (id, count) in std::mem::take(&mut self.unknown) {
+            self.result.lost.push(format!("{count} messages of channel {id}, whose definition is lost"));
+        }
+        if !self.result.lost.is_empty() {
+            let mut metadata = BTreeMap::from([("source".to_owned(), source.display().to_string())]);
+            let lost = self.result.lost.iter().enumerate();
+            metadata.extend(lost.map(|(i, text)| (format!("lost.{i:03}"), text.clone())));
+            self.writer.write_metadata(&Metadata { name: RECORD.into(), metadata })?;
+        }
+        self.writer.finish()?;
+        let file = self.writer.into_inner();
+        file.into_inner().map_err(|error| McapError::Io(error.into_error()))?;
+        Ok(self.result)
+    }
+}
