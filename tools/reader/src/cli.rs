@@ -1,10 +1,12 @@
 //! The command line: arguments, where output goes, errors and exit status.
 
+mod cat;
 mod export;
 mod info;
 mod output;
 mod plot;
 mod recover;
+mod schema;
 mod trace;
 mod verify;
 mod window;
@@ -18,13 +20,18 @@ use std::{
 use clap::{Parser, Subcommand};
 
 use crate::{
-    command::{export::ExportError, plot::PlotError, recover::RecoverError, trace::TraceError},
+    command::{
+        cat::CatError, export::ExportError, plot::PlotError, recover::RecoverError, schema::SchemaError,
+        trace::TraceError,
+    },
     recording::{Damage, Limits, OpenError},
 };
+use cat::CatArguments;
 use export::ExportArguments;
 use info::InfoArguments;
 use plot::PlotArguments;
 use recover::RecoverArguments;
+use schema::SchemaArguments;
 use trace::TraceArguments;
 use verify::VerifyArguments;
 
@@ -72,6 +79,7 @@ Examples:
   percuss-read verify fig5.mcap
   percuss-read recover damaged.mcap -o recovered.mcap
   percuss-read export fig5.mcap --topic /field/stress --at-time 2.5 -o field.vti
+  percuss-read cat running.mcap --topic /drag --follow
 
 Exit status: 0 done, 1 failed, 2 usage, 3 done with loss: a file is damaged or cut off, what is sound is read.";
 
@@ -89,6 +97,10 @@ enum Command {
     Recover(RecoverArguments),
     /// Attachments, and fields at one time (NPY, VTK, PNG, SVG)
     Export(ExportArguments),
+    /// Whole messages as JSON lines, also of a recording that is still being written
+    Cat(CatArguments),
+    /// The message types of a recording, as text
+    Schema(SchemaArguments),
 }
 
 /// How a command has ended without an error.
@@ -130,6 +142,12 @@ pub enum CliError {
     /// Nothing exported.
     #[error(transparent)]
     Export(#[from] ExportError),
+    /// No messages shown.
+    #[error(transparent)]
+    Cat(#[from] CatError),
+    /// No schema shown.
+    #[error(transparent)]
+    Schema(#[from] SchemaError),
     /// The command line asks for something that does not go together.
     #[error("{0}")]
     Usage(String),
@@ -164,6 +182,8 @@ impl Arguments {
             Command::Verify(arguments) => arguments.run(limits),
             Command::Recover(arguments) => arguments.run(limits),
             Command::Export(arguments) => arguments.run(limits),
+            Command::Cat(arguments) => arguments.run(limits),
+            Command::Schema(arguments) => arguments.run(limits),
         }
     }
 }
@@ -180,6 +200,8 @@ pub fn report(error: &CliError) -> ExitCode {
         | CliError::Export(
             ExportError::UnknownTopic(_) | ExportError::NoAttachment { .. } | ExportError::NoMatrix(_),
         )
+        | CliError::Cat(CatError::UnknownTopic(_))
+        | CliError::Schema(SchemaError::UnknownTopic(_))
         | CliError::SameFile(_)
         | CliError::Usage(_) => 2,
         _ => 1,
