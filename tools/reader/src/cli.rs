@@ -1,6 +1,7 @@
 //! The command line: arguments, where output goes, errors and exit status.
 
 mod cat;
+mod diff;
 mod export;
 mod info;
 mod output;
@@ -24,9 +25,11 @@ use crate::{
         cat::CatError, export::ExportError, plot::PlotError, recover::RecoverError, schema::SchemaError,
         trace::TraceError,
     },
+    compare::CompareError,
     recording::{Damage, Limits, OpenError},
 };
 use cat::CatArguments;
+use diff::DiffArguments;
 use export::ExportArguments;
 use info::InfoArguments;
 use plot::PlotArguments;
@@ -76,12 +79,14 @@ Examples:
   percuss-read trace fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 -o stress.csv
   percuss-read plot fig5.mcap                                      the drag, drawn in the terminal
   percuss-read plot fig5.mcap --topic /interface/stress --at-time 1,2,3 -o profiles.svg
+  percuss-read diff old.mcap new.mcap --peak-rel 1e-9
   percuss-read verify fig5.mcap
   percuss-read recover damaged.mcap -o recovered.mcap
   percuss-read export fig5.mcap --topic /field/stress --at-time 2.5 -o field.vti
   percuss-read cat running.mcap --topic /drag --follow
 
-Exit status: 0 done, 1 failed, 2 usage, 3 done with loss: a file is damaged or cut off, what is sound is read.";
+Exit status: 0 done, 1 failed, 2 usage, 3 done with loss: a file is damaged or cut off, what is sound is read. diff: 0 equal
+within tolerance, 1 different, 2 could not compare. verify: 1 not sound, 3 sound, but the run was not finished.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -91,6 +96,8 @@ enum Command {
     Trace(TraceArguments),
     /// Fields against time, arrays over their axis, matrices as images: SVG, PNG or in the terminal
     Plot(PlotArguments),
+    /// Two recordings, or folders of them, number by number
+    Diff(Box<DiffArguments>),
     /// Whether a recording is sound: checksums, index, schemas, counts
     Verify(VerifyArguments),
     /// A finished recording from one that is damaged or cut off
@@ -148,6 +155,12 @@ pub enum CliError {
     /// No schema shown.
     #[error(transparent)]
     Schema(#[from] SchemaError),
+    /// A comparison could not be made.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+    /// Why there is no comparison.
+    #[error(transparent)]
+    NotCompared(Box<CliError>),
     /// The command line asks for something that does not go together.
     #[error("{0}")]
     Usage(String),
@@ -184,6 +197,10 @@ impl Arguments {
             Command::Export(arguments) => arguments.run(limits),
             Command::Cat(arguments) => arguments.run(limits),
             Command::Schema(arguments) => arguments.run(limits),
+            // status 1 says that recordings differ: whatever fails here is another
+            Command::Diff(arguments) => {
+                arguments.run(limits).map_err(|error| CliError::NotCompared(Box::new(error)))
+            }
         }
     }
 }
@@ -203,7 +220,8 @@ pub fn report(error: &CliError) -> ExitCode {
         | CliError::Cat(CatError::UnknownTopic(_))
         | CliError::Schema(SchemaError::UnknownTopic(_))
         | CliError::SameFile(_)
-        | CliError::Usage(_) => 2,
+        | CliError::Usage(_)
+        | CliError::NotCompared(_) => 2,
         _ => 1,
     };
     ExitCode::from(status)

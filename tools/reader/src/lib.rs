@@ -34,6 +34,7 @@
 mod axis;
 pub mod cli;
 pub mod command;
+pub mod compare;
 pub mod field;
 pub mod format;
 pub mod messages;

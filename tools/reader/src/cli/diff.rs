@@ -1,0 +1,267 @@
+//! Arguments of `diff`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::json;
+
+use super::{
+    CliError, Exit, has_colour,
+    output::{print, refuse_inputs, write},
+    plot::medium,
+    say,
+    window::Window,
+};
+use crate::{
+    command::diff::{
+        DiffWriter, JSON_VERSION, Job, Style, Verdict, bless, diff, jobs, picture, summary, to_json, to_text,
+        verdict,
+    },
+    compare::{Comparison, Mode, Options, Rule, Rules},
+    recording::Limits,
+    select::Pattern,
+};
+
+const DIFF_EXAMPLES: &str = "\
+Examples:
+  percuss-read diff old.mcap new.mcap                              every bit
+  percuss-read diff old.mcap new.mcap --peak-rel 1e-9
+  percuss-read diff run.mcap exact.mcap --tol '/drag.*:rel=1e-6' --tol '/interface/*:peak_rel=0.004'
+  percuss-read diff coarse.mcap fine.mcap --topic /interface/stress --align cubic --l2-rel 0.01
+  percuss-read diff golden/ results/ --tolerances tol.toml --summary
+  percuss-read diff golden.mcap new.mcap --bless                   accept the new one
+
+A tolerance is PATTERN:KEY=VALUE,... or KEY=VALUE,... for all fields; the pattern is of topic.field or of a topic, `*`
+stands for anything, and the first that fits counts. Keys: abs, rel (of the reference value), peak_rel (of the largest
+magnitude of the field), range_rel (of its range), ulp (units in the last place), tube=TIME:VALUE (half-widths around the
+reference curve), l2_rel (norm of the whole field), ignore, bitwise. A value may differ by the largest of abs, rel,
+peak_rel and range_rel, or by ulp, or lie in the tube. Without any tolerance all bits must agree (-0 is +0). The file of
+--tolerances holds the same as [[tolerance]] tables: field = \"/drag.*\", abs = 1e-9, tube = { time = 0.01, value = 1e-3 }.
+
+Exit status: 0 equal within tolerance, 1 different, 2 could not compare, 3 an input is damaged or partial: the sound part
+was compared.";
+
+#[derive(Debug, Args)]
+#[command(after_help = DIFF_EXAMPLES)]
+pub(super) struct DiffArguments {
+    /// Reference, and one or more recordings (or folders) to compare with it
+    #[arg(required = true, num_args = 2.., value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Topics, separated by commas; `*` stands for anything [default: all]
+    #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
+    topics: Vec<Pattern>,
+    /// Fields, separated by commas; `*` stands for anything [default: all]
+    #[arg(long = "field", value_name = "NAME", value_delimiter = ',')]
+    fields: Vec<Pattern>,
+    #[command(flatten)]
+    window: Window,
+    /// How messages are brought together [default: by step or exact time where they agree, else linear]
+    #[arg(long, value_enum)]
+    align: Option<Mode>,
+    /// Tolerance, [PATTERN:]KEY=VALUE,...; may be repeated
+    #[arg(long = "tol", value_name = "RULE")]
+    tolerances: Vec<Rule>,
+    /// File of tolerances (TOML); rules of the command line come first
+    #[arg(long = "tolerances", value_name = "FILE")]
+    tolerance_file: Option<PathBuf>,
+    /// Absolute tolerance of all other fields
+    #[arg(long, value_name = "X")]
+    abs: Option<f64>,
+    /// Tolerance relative to the reference value, of all other fields
+    #[arg(long, value_name = "X")]
+    rel: Option<f64>,
+    /// Tolerance relative to the peak of the field, of all other fields
+    #[arg(long, value_name = "X")]
+    peak_rel: Option<f64>,
+    /// Tolerance relative to the range of the field, of all other fields
+    #[arg(long, value_name = "X")]
+    range_rel: Option<f64>,
+    /// Tolerance in units in the last place, of all other fields
+    #[arg(long, value_name = "N")]
+    ulp: Option<u64>,
+    /// Tolerance in the relative L2 norm, of all other fields
+    #[arg(long, value_name = "X")]
+    l2_rel: Option<f64>,
+    /// Topics or topic.fields that are not compared; `*` stands for anything
+    #[arg(long, value_name = "PATTERN", value_delimiter = ',')]
+    ignore: Vec<String>,
+    /// Not-a-number is equal to itself
+    #[arg(long)]
+    nan_equal: bool,
+    /// Stop at the first difference beyond tolerance
+    #[arg(long)]
+    fail_fast: bool,
+    /// Also say which fields are equal, and which rule applied to each
+    #[arg(long)]
+    explain: bool,
+    /// One line per channel
+    #[arg(long, conflicts_with_all = ["json", "explain"])]
+    summary: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Draw the fields that differ most, both curves and their difference (SVG or PNG)
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Write the difference, new minus reference, as a recording
+    #[arg(long, value_name = "FILE")]
+    write_diff: Option<PathBuf>,
+    /// Put the new recording in the place of the reference
+    #[arg(long)]
+    bless: bool,
+    /// Overwrite existing output files
+    #[arg(long)]
+    force: bool,
+}
+
+impl DiffArguments {
+    pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        let options = self.options()?;
+        let jobs = jobs(&self.files).map_err(|error| CliError::Usage(error.to_string()))?;
+        let outputs = [&self.plot, &self.write_diff];
+        for output in outputs.into_iter().flatten() {
+            refuse_inputs(Some(output), jobs.iter().flat_map(|job| job.a.iter().chain(&job.b)))?;
+            if output.exists() && !self.force {
+                return Err(CliError::Exists(output.clone()));
+            }
+        }
+        if jobs.len() > 1 && outputs.iter().any(|output| output.is_some()) {
+            return Err(CliError::Usage("--plot and --write-diff need just two recordings".into()));
+        }
+        if self.bless && self.files.len() > 2 {
+            return Err(CliError::Usage("--bless needs one reference and one new recording".into()));
+        }
+        self.plot.as_deref().map(medium).transpose()?;
+        let style = Style { colour: has_colour(), explain: self.explain };
+        let (mut worst, mut lossy) = (Verdict::Equal, false);
+        let mut documents = Vec::new();
+        for job in &jobs {
+            let (Some(a), Some(b)) = (&job.a, &job.b) else {
+                worst = Verdict::Different;
+                self.tell_lonely(job, &mut documents)?;
+                continue;
+            };
+            let mut writer = self.write_diff.as_ref().map(|path| DiffWriter::new(path, self.force));
+            let comparison = diff(a, b, &options, limits, writer.as_mut())?;
+            worst = worst.max(verdict(&comparison));
+            lossy |= comparison.is_lossy();
+            self.tell_unwritten(&comparison);
+            let names = (a.to_string_lossy(), b.to_string_lossy());
+            let names = (names.0.as_ref(), names.1.as_ref());
+            if self.json {
+                documents.push(to_json(names, &comparison));
+            } else if self.summary {
+                print(&summary(names, &comparison, style))?;
+            } else {
+                print(&to_text(names, &comparison, style))?;
+            }
+            self.draw(a, b, &comparison, limits)?;
+            if self.bless {
+                self.accept(a, b, &comparison)?;
+                (worst, lossy) = (Verdict::Equal, false);
+            }
+            if self.fail_fast && worst == Verdict::Different {
+                break;
+            }
+        }
+        if self.json {
+            let document = json!({
+                "version": JSON_VERSION,
+                "verdict": if worst == Verdict::Different { "different" } else { "within" },
+                "comparisons": documents,
+            });
+            print(&format!("{document:#}\n"))?;
+        } else if jobs.len() != 1 {
+            print(&format!("{} comparisons: {}\n", jobs.len(), worst.name()))?;
+        }
+        Ok(match (lossy, worst) {
+            (true, _) => Exit::Loss,
+            (false, Verdict::Different) => Exit::No,
+            (false, _) => Exit::Done,
+        })
+    }
+
+    fn options(&self) -> Result<Options, CliError> {
+        let usage = |error: String| CliError::Usage(error);
+        let mut rules = Rules::default();
+        for pattern in &self.ignore {
+            rules.rules.push(format!("{pattern}:ignore").parse().map_err(usage)?);
+        }
+        rules.rules.extend(self.tolerances.iter().cloned());
+        if let Some(path) = &self.tolerance_file {
+            let text = std::fs::read_to_string(path)
+                .map_err(|error| usage(format!("cannot read `{}`: {error}", path.display())))?;
+            rules.add_file(&path.to_string_lossy(), &text).map_err(usage)?;
+        }
+        let numbers = [
+            ("abs", self.abs),
+            ("rel", self.rel),
+            ("peak_rel", self.peak_rel),
+            ("range_rel", self.range_rel),
+            ("l2_rel", self.l2_rel),
+        ];
+        let mut settings: Vec<String> =
+            numbers.iter().filter_map(|(name, value)| Some(format!("{name}={:e}", (*value)?))).collect();
+        settings.extend(self.ulp.map(|ulp| format!("ulp={ulp}")));
+        if !settings.is_empty() {
+            let mut rule: Rule = settings.join(",").parse().map_err(usage)?;
+            rule.origin = "flags".into();
+            rules.rules.push(rule);
+        }
+        Ok(Options {
+            topics: self.topics.clone(),
+            fields: self.fields.clone(),
+            every: self.window.every,
+            mode: self.align,
+            rules,
+            from: self.window.from,
+            to: self.window.to,
+            nan_equal: self.nan_equal,
+            fail_fast: self.fail_fast,
+        })
+    }
+
+    /// A recording that only one of two folders has.
+    fn tell_lonely(&self, job: &Job, documents: &mut Vec<serde_json::Value>) -> Result<(), CliError> {
+        let (path, what) = match (&job.a, &job.b) {
+            (Some(a), _) => (a, "missing from the new folder"),
+            (None, Some(b)) => (b, "only in the new folder"),
+            (None, None) => return Ok(()),
+        };
+        if self.json {
+            documents.push(json!({ "a": job.a, "b": job.b, "verdict": "different", "text": what }));
+            return Ok(());
+        }
+        print(&format!("{}: {what}\n", path.display()))
+    }
+
+    /// Channels that are not in the recording of differences, because their messages do not go together one by one.
+    fn tell_unwritten(&self, comparison: &Comparison) {
+        let Some(path) = &self.write_diff else { return };
+        let between = |mode| matches!(mode, Some(Mode::Nearest | Mode::Linear | Mode::Cubic));
+        for channel in comparison.channels.iter().filter(|channel| between(channel.alignment.mode)) {
+            say(&format!("`{}` was interpolated in time and is not in `{}`", channel.topic, path.display()));
+        }
+    }
+
+    fn draw(&self, a: &Path, b: &Path, comparison: &Comparison, limits: Limits) -> Result<(), CliError> {
+        let Some(output) = &self.plot else { return Ok(()) };
+        match picture(a, b, comparison, limits, medium(output)?)? {
+            Some(picture) => write(Some(output), self.force, &picture),
+            None => {
+                say(&format!("`{}` is not written: no numbers differ", output.display()));
+                Ok(())
+            }
+        }
+    }
+
+    fn accept(&self, a: &Path, b: &Path, comparison: &Comparison) -> Result<(), CliError> {
+        if comparison.is_lossy() {
+            let text = "a damaged or partial recording is not accepted as a reference (--bless)";
+            return Err(CliError::Usage(text.into()));
+        }
+        bless(a, b).map_err(|error| CliError::Output { path: a.into(), error })?;
+        say(&format!("`{}` is now `{}`", a.display(), b.display()));
+        Ok(())
+    }
+}

@@ -1,0 +1,152 @@
+//! `diff`: two recordings, or two folders of them, compared number by number.
+
+mod json;
+mod picture;
+mod text;
+mod write;
+
+use std::{
+    collections::BTreeSet,
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+pub use json::JSON_VERSION;
+pub use json::to_json;
+pub use picture::picture;
+pub use text::{Style, summary, to_text};
+pub use write::DiffWriter;
+
+use crate::{
+    compare::{CompareError, Comparison, Options, compare},
+    messages::Recording,
+    recording::{Limits, OpenError},
+};
+
+/// A reference and what is compared with it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Job {
+    /// Reference; `None` if there is none of that name.
+    pub a: Option<PathBuf>,
+    /// New recording; `None` if there is none of that name.
+    pub b: Option<PathBuf>,
+}
+
+/// How two recordings compare.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// The same bit for bit.
+    Equal,
+    /// Within tolerance.
+    Within,
+    /// Beyond tolerance.
+    Different,
+}
+
+impl Verdict {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Equal => "equal",
+            Self::Within => "within tolerance",
+            Self::Different => "DIFFERENT",
+        }
+    }
+}
+
+/// Verdict on a comparison.
+pub fn verdict(comparison: &Comparison) -> Verdict {
+    match (comparison.is_equal(), comparison.is_within()) {
+        (true, _) => Verdict::Equal,
+        (false, true) => Verdict::Within,
+        (false, false) => Verdict::Different,
+    }
+}
+
+/// What is to be compared: every file with the first; folders file by file, by their names.
+///
+/// # Errors
+///
+/// A folder cannot be read, or files and folders are mixed.
+pub fn jobs(paths: &[PathBuf]) -> io::Result<Vec<Job>> {
+    let Some((first, others)) = paths.split_first() else { return Ok(Vec::new()) };
+    let mut jobs = Vec::new();
+    for other in others {
+        match (first.is_dir(), other.is_dir()) {
+            (false, false) => jobs.push(Job { a: Some(first.clone()), b: Some(other.clone()) }),
+            (true, true) => {
+                let (names_a, names_b) = (recordings(first)?, recordings(other)?);
+                for name in names_a.union(&names_b) {
+                    let in_folder = |names: &BTreeSet<PathBuf>, folder: &Path| {
+                        names.contains(name).then(|| folder.join(name))
+                    };
+                    jobs.push(Job { a: in_folder(&names_a, first), b: in_folder(&names_b, other) });
+                }
+            }
+            _ => {
+                let kind = io::ErrorKind::InvalidInput;
+                return Err(io::Error::new(kind, "a folder can only be compared with a folder"));
+            }
+        }
+    }
+    Ok(jobs)
+}
+
+/// Names of all recordings under a folder, relative to it.
+fn recordings(folder: &Path) -> io::Result<BTreeSet<PathBuf>> {
+    let mut names = BTreeSet::new();
+    let mut open = vec![PathBuf::new()];
+    while let Some(place) = open.pop() {
+        for entry in fs::read_dir(folder.join(&place))? {
+            let entry = entry?;
+            let name = place.join(entry.file_name());
+            // links are not followed: they may lead around in circles
+            let kind = entry.file_type()?;
+            if kind.is_dir() {
+                open.push(name);
+            } else if name.extension().is_some_and(|extension| extension == "mcap") {
+                names.insert(name);
+            }
+        }
+    }
+    Ok(names)
+}
+
+/// Compares two recordings, writing their difference as well if that is asked for.
+///
+/// # Errors
+///
+/// A file cannot be read or written.
+pub fn diff(
+    a: &Path,
+    b: &Path,
+    options: &Options,
+    limits: Limits,
+    written: Option<&mut DiffWriter>,
+) -> Result<Comparison, CompareError> {
+    let open = |path: &Path| -> Result<Recording, OpenError> { Recording::open(path, limits) };
+    let (a, b) = (open(a)?, open(b)?);
+    match written {
+        None => compare(&a, &b, options, None),
+        Some(writer) => {
+            writer.begin(&a, &b).map_err(CompareError::Watch)?;
+            let comparison = compare(&a, &b, options, Some(&mut |matched| writer.take(matched)))?;
+            writer.finish().map_err(CompareError::Watch)?;
+            Ok(comparison)
+        }
+    }
+}
+
+/// Puts a new recording in the place of the reference, whole or not at all.
+///
+/// # Errors
+///
+/// The file cannot be copied.
+pub fn bless(reference: &Path, new: &Path) -> io::Result<()> {
+    let name = reference.file_name().unwrap_or_default().to_string_lossy();
+    let beside = reference.with_file_name(format!(".{name}.blessed-{}", std::process::id()));
+    fs::copy(new, &beside).and_then(|_| fs::rename(&beside, reference)).inspect_err(|_| {
+        // the first error is the one to tell
+        drop(fs::remove_file(&beside));
+    })
+}

@@ -1,0 +1,147 @@
+//! A comparison for scripts.
+
+use serde_json::{Value, json};
+
+use super::verdict;
+use crate::{
+    command::info::damage_json,
+    compare::{ChannelReport, Comparison, Divergence, FieldReport, Kind, Mode, Place},
+};
+
+/// Version of the JSON form.
+pub const JSON_VERSION: u32 = 1;
+
+/// One comparison. Numbers that are not finite are texts, as in the JSON mapping of protobuf.
+pub fn to_json(names: (&str, &str), comparison: &Comparison) -> Value {
+    let structure = comparison.structure.iter().map(|finding| {
+        let kind = match &finding.kind {
+            Kind::Missing => "missing",
+            Kind::Extra => "extra",
+            Kind::Renamed(_) => "renamed",
+            Kind::Type(..) => "type",
+            Kind::Metadata { key, .. } => key,
+        };
+        json!({ "topic": finding.topic, "field": finding.field, "kind": kind, "text": finding.to_string() })
+    });
+    let provenance = comparison.provenance.iter();
+    let provenance = provenance.map(|c| json!({ "place": c.place, "key": c.key, "a": c.a, "b": c.b }));
+    let damages = comparison.damages.iter().map(|(path, damage)| {
+        let mut value = damage_json(damage);
+        value["file"] = path.to_string_lossy().into();
+        value
+    });
+    let first = |beyond| {
+        comparison.first(beyond).map(|(topic, field, divergence)| {
+            let mut value = divergence_json(divergence);
+            (value["topic"], value["field"]) = (topic.into(), field.path.as_str().into());
+            value
+        })
+    };
+    json!({
+        "a": names.0,
+        "b": names.1,
+        "verdict": match verdict(comparison) {
+            super::Verdict::Equal => "equal",
+            super::Verdict::Within => "within",
+            super::Verdict::Different => "different",
+        },
+        "lossy": comparison.is_lossy(),
+        "stopped_early": comparison.stopped_early,
+        "damages": damages.collect::<Vec<_>>(),
+        "partial": comparison.partial.iter().map(|path| path.to_string_lossy()).collect::<Vec<_>>(),
+        "structure": structure.collect::<Vec<_>>(),
+        "provenance": provenance.collect::<Vec<_>>(),
+        "first": first(false),
+        "first_beyond": first(true),
+        "channels": comparison.channels.iter().map(channel_json).collect::<Vec<_>>(),
+    })
+}
+
+fn channel_json(channel: &ChannelReport) -> Value {
+    let mode = channel.alignment.mode.map(|mode| match mode {
+        Mode::Step => "step",
+        Mode::Time => "time",
+        Mode::Order => "order",
+        Mode::Nearest => "nearest",
+        Mode::Linear => "linear",
+        Mode::Cubic => "cubic",
+    });
+    json!({
+        "topic": channel.topic,
+        "within": channel.is_within(),
+        "align": mode,
+        "align_chosen": channel.alignment.by_itself,
+        "compared": channel.compared,
+        "only_a": channel.only_a,
+        "only_b": channel.only_b,
+        "first_alone": channel.first_alone.as_ref().map(|(place, in_a)| {
+            let mut value = place_json(place);
+            value["in"] = if *in_a { "a" } else { "b" }.into();
+            value
+        }),
+        "outside": channel.outside,
+        "undecoded": channel.undecoded,
+        "axes_differ": channel.axes_differ,
+        "fields": channel.fields.iter().map(field_json).collect::<Vec<_>>(),
+    })
+}
+
+fn field_json(field: &FieldReport) -> Value {
+    let measure = &field.measure;
+    let sprague_geers = measure.sprague_geers();
+    json!({
+        "field": field.path,
+        "unit": field.unit,
+        "compared": !field.ignored,
+        "within": field.within,
+        "tolerance": field.rule.as_ref().map_or("bitwise".to_owned(), |rule| rule.tolerance.to_string()),
+        "rule": field.rule.as_ref().map(|rule| &rule.origin),
+        "values": measure.elements,
+        "differing": measure.differing,
+        "beyond": measure.beyond,
+        "lengths": measure.lengths,
+        "max_abs": measure.max.as_ref().map(|(max, _)| number(*max)),
+        "max_abs_at": measure.max.as_ref().map(|(_, place)| place_json(place)),
+        "max_peak_rel": measure.peak_relative().map(number),
+        "peak": number(measure.scale.peak),
+        "l1": number(measure.sums.d1),
+        "l1_rel": measure.l1_relative().map(number),
+        "l2": number(measure.sums.d2.sqrt()),
+        "l2_rel": measure.l2_relative().map(number),
+        "linf": measure.max.as_ref().map(|(max, _)| number(*max)),
+        "sprague_geers": sprague_geers.map(|[magnitude, phase, combined]| json!({
+            "magnitude": number(magnitude), "phase": number(phase), "combined": number(combined),
+        })),
+        "correlation": measure.correlation().map(number),
+        "shift": field.shift.map(|(samples, time, left)| json!({
+            "samples": samples, "time": number(time), "left": number(left),
+        })),
+        "first": measure.first.as_ref().map(divergence_json),
+        "first_beyond": measure.first_beyond.as_ref().map(divergence_json),
+    })
+}
+
+fn divergence_json(divergence: &Divergence) -> Value {
+    let mut value = place_json(&divergence.place);
+    (value["a"], value["b"]) = (divergence.a.as_str().into(), divergence.b.as_str().into());
+    value
+}
+
+fn place_json(place: &Place) -> Value {
+    json!({
+        "sample": place.sample,
+        "step": place.step,
+        "time": number(place.time),
+        "element": place.element,
+        "position": place.position,
+    })
+}
+
+fn number(value: f64) -> Value {
+    match value {
+        value if value.is_finite() => value.into(),
+        value if value.is_nan() => "NaN".into(),
+        value if value > 0.0 => "Infinity".into(),
+        _ => "-Infinity".into(),
+    }
+}

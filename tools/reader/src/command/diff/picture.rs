@@ -1,0 +1,106 @@
+//! The fields that differ most: both curves, and their difference below.
+
+use std::path::{Path, PathBuf};
+
+use crate::{
+    command::plot::{PlotError, Request, traces},
+    compare::{Comparison, FieldReport},
+    field::Selection,
+    plot::{Curve, Medium, Panel, draw},
+    recording::Limits,
+};
+
+/// Fields that are drawn at most.
+const MAX_FIELDS: usize = 4;
+
+/// Draws the fields that differ most relative to their peaks, arrays at the element where they do; `None` if nothing
+/// differs.
+///
+/// # Errors
+///
+/// A file cannot be read, or the picture cannot be drawn.
+pub fn picture(
+    a: &Path,
+    b: &Path,
+    comparison: &Comparison,
+    limits: Limits,
+    medium: Medium,
+) -> Result<Option<Vec<u8>>, PlotError> {
+    let mut worst: Vec<(f64, &str, &FieldReport)> = Vec::new();
+    for channel in &comparison.channels {
+        for field in channel.fields.iter().filter(|field| !field.ignored && field.measure.differing > 0) {
+            // beyond tolerance comes before within
+            let rank = field.measure.peak_relative().unwrap_or(0.0) + if field.within { 0.0 } else { 1e300 };
+            worst.push((rank, &channel.topic, field));
+        }
+    }
+    worst.sort_by(|x, y| y.0.total_cmp(&x.0));
+    let mut panels = Vec::new();
+    for (_, topic, field) in worst.into_iter().take(MAX_FIELDS) {
+        panels.extend(field_panels(a, b, topic, field, limits)?);
+    }
+    if panels.is_empty() {
+        return Ok(None);
+    }
+    draw(&panels, medium).map(Some).map_err(PlotError::Draw)
+}
+
+fn field_panels(
+    a: &Path,
+    b: &Path,
+    topic: &str,
+    field: &FieldReport,
+    limits: Limits,
+) -> Result<Vec<Panel>, PlotError> {
+    let Some((_, place)) = &field.measure.max else { return Ok(Vec::new()) };
+    let element = field.element.element(place.element);
+    let curve = |path: &Path| -> Result<Option<(Panel, Curve)>, PlotError> {
+        let request = Request {
+            topics: vec![topic.parse().map_err(PlotError::Nothing)?],
+            selection: Selection { fields: vec![element.clone()], at: None },
+            every: 1,
+            ..Request::default()
+        };
+        match traces(&[PathBuf::from(path)], &request, limits) {
+            Ok((mut panel, _)) => Ok(panel.curves.pop().map(|curve| (panel, curve))),
+            // a field that was renamed, or that holds no numbers
+            Err(PlotError::Nothing(_) | PlotError::Trace(_)) => Ok(None),
+            Err(error) => Err(error),
+        }
+    };
+    let (Some((mut panel, curve_a)), Some((_, curve_b))) = (curve(a)?, curve(b)?) else {
+        return Ok(Vec::new());
+    };
+    let difference = Curve {
+        name: "difference".into(),
+        points: subtract(&curve_b.points, &curve_a.points),
+        dashed: false,
+    };
+    let position = place.position.as_ref().map_or(String::new(), |position| format!(" ({position})"));
+    panel.title = format!("{topic}.{element}{position}");
+    let below = Panel {
+        x_label: panel.x_label.clone(),
+        y_label: "new - reference".into(),
+        curves: vec![difference],
+        ..Panel::default()
+    };
+    panel.curves = vec![
+        Curve { name: format!("reference {}", a.display()), ..curve_a },
+        Curve { name: format!("new {}", b.display()), dashed: true, ..curve_b },
+    ];
+    Ok(vec![panel, below])
+}
+
+/// b − a at the times of a, b interpolated linearly.
+fn subtract(b: &[(f64, f64)], a: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let at = |time: f64| {
+        let next = b.partition_point(|point| point.0 < time);
+        let (t1, b1) = *b.get(next)?;
+        if t1 == time {
+            return Some(b1);
+        }
+        let (t0, b0) = *b.get(next.checked_sub(1)?)?;
+        Some(b0 + (b1 - b0) * (time - t0) / (t1 - t0))
+    };
+    a.iter().filter_map(|&(time, value)| Some((time, at(time)? - value))).collect()
+}

@@ -1,0 +1,252 @@
+//! A comparison for people.
+
+use super::{Verdict, verdict};
+use crate::compare::{ChannelReport, Comparison, FieldReport, Mode, Place};
+
+/// How a text is laid out.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Style {
+    /// Colours of a terminal.
+    pub colour: bool,
+    /// Also fields that are equal, with the rule that applied.
+    pub explain: bool,
+}
+
+impl Style {
+    fn paint(self, code: &str, text: &str) -> String {
+        if self.colour { format!("\u{1b}[{code}m{text}\u{1b}[0m") } else { text.to_owned() }
+    }
+
+    fn verdict(self, verdict: Verdict) -> String {
+        let code = match verdict {
+            Verdict::Equal | Verdict::Within => "32",
+            Verdict::Different => "1;31",
+        };
+        self.paint(code, verdict.name())
+    }
+}
+
+/// Largest number of provenance changes and findings that are listed.
+const MAX_LISTED: usize = 40;
+
+/// All that is different, with the verdict first.
+pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> String {
+    let mut text = format!("{} -> {}: {}\n", names.0, names.1, style.verdict(verdict(comparison)));
+    for (path, damage) in &comparison.damages {
+        let line = format!("{}: {} (at byte {})", path.display(), damage.reason, damage.offset);
+        text.push_str(&format!("  {} {line}; the sound part is compared\n", style.paint("33", "damaged")));
+    }
+    for path in &comparison.partial {
+        let line = format!("{} did not come to its planned end", path.display());
+        text.push_str(&format!("  {} {line}; what there is is compared\n", style.paint("33", "partial")));
+    }
+    if !comparison.structure.is_empty() {
+        text.push_str("\nstructure\n");
+        list(&mut text, comparison.structure.iter().map(ToString::to_string));
+    }
+    if !comparison.provenance.is_empty() {
+        text.push_str("\ncase and provenance (for information)\n");
+        list(
+            &mut text,
+            comparison.provenance.iter().map(|change| {
+                let show =
+                    |value: &Option<String>| value.as_ref().map_or("(none)".into(), |value| short(value));
+                format!("{} {}: {} -> {}", change.place, change.key, show(&change.a), show(&change.b))
+            }),
+        );
+    }
+    for (beyond, what) in [(false, "first difference"), (true, "first beyond tolerance")] {
+        if let Some((topic, field, divergence)) = comparison.first(beyond) {
+            let (name, place) = (field.element.element(divergence.place.element), &divergence.place);
+            let position = place.position.as_ref().map_or(String::new(), |position| format!(" ({position})"));
+            text.push_str(&format!("\n{what}: {topic}.{name}{position} {}", when(place)));
+            text.push_str(&format!("\n  {} -> {}\n", divergence.a, divergence.b));
+        }
+    }
+    let shown = comparison.channels.iter().filter(|channel| style.explain || is_notable(channel));
+    for channel in shown {
+        text.push('\n');
+        text.push_str(&channel_text(channel, style));
+    }
+    let silent = comparison.channels.iter().filter(|channel| !style.explain && !is_notable(channel));
+    let silent: Vec<&str> = silent.map(|channel| channel.topic.as_str()).collect();
+    if !silent.is_empty() {
+        text.push_str(&format!("\nequal: {}\n", silent.join(", ")));
+    }
+    if comparison.stopped_early {
+        text.push_str("\nstopped at the first difference beyond tolerance (--fail-fast)\n");
+    }
+    text
+}
+
+/// One line per channel.
+pub fn summary(names: (&str, &str), comparison: &Comparison, style: Style) -> String {
+    let mut text = String::new();
+    for finding in &comparison.structure {
+        text.push_str(&format!("{}  {finding}\n", style.verdict(Verdict::Different)));
+    }
+    for channel in &comparison.channels {
+        let worst = channel.fields.iter().filter(|field| field.measure.differing > 0 && !field.ignored);
+        let worst = worst.max_by(|a, b| rank(a).total_cmp(&rank(b)));
+        let verdict = match (channel.is_within(), is_notable(channel)) {
+            (false, _) => Verdict::Different,
+            (true, true) => Verdict::Within,
+            (true, false) => Verdict::Equal,
+        };
+        let detail = worst.map_or(String::new(), |field| {
+            let max = field.measure.max.as_ref().map_or(f64::NAN, |(max, _)| *max);
+            format!("  largest {max:.3e} in {}", field.path)
+        });
+        let verdict = style.verdict(verdict);
+        text.push_str(&format!("{verdict}  {}  {} samples{detail}\n", channel.topic, channel.compared));
+    }
+    text.push_str(&format!("{}  {} -> {}\n", style.verdict(verdict(comparison)), names.0, names.1));
+    text
+}
+
+fn rank(field: &FieldReport) -> f64 {
+    field.measure.peak_relative().unwrap_or(f64::INFINITY)
+}
+
+fn list(text: &mut String, lines: impl ExactSizeIterator<Item = String>) {
+    let more = lines.len().saturating_sub(MAX_LISTED);
+    lines.take(MAX_LISTED).for_each(|line| text.push_str(&format!("  {line}\n")));
+    if more > 0 {
+        text.push_str(&format!("  … and {more} more (--json lists all)\n"));
+    }
+}
+
+fn short(text: &str) -> String {
+    const LENGTH: usize = 60;
+    let line = text.replace('\n', " ");
+    match line.char_indices().nth(LENGTH) {
+        Some((at, _)) => format!("{}…", &line[..at]),
+        None => line,
+    }
+}
+
+fn is_notable(channel: &ChannelReport) -> bool {
+    let differs = |field: &FieldReport| !field.ignored && (field.measure.differing > 0 || !field.within);
+    !channel.is_within() || channel.outside > 0 || channel.axes_differ || channel.fields.iter().any(differs)
+}
+
+fn channel_text(channel: &ChannelReport, style: Style) -> String {
+    let mut text = format!("{}  {}\n", style.paint("1", &channel.topic), alignment(channel));
+    let counts = [(channel.only_a, "only in the reference"), (channel.only_b, "only in the new recording")];
+    for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
+        let wanted = what == "only in the reference";
+        let first = channel.first_alone.as_ref().filter(|(_, in_a)| *in_a == wanted);
+        let first = first.map_or(String::new(), |(place, _)| format!(", the first {}", when(place)));
+        text.push_str(&format!("  {} {count} messages {what}{first}\n", style.paint("1;31", "!")));
+    }
+    if channel.undecoded > 0 {
+        let mark = style.paint("1;31", "!");
+        text.push_str(&format!("  {mark} {} messages do not fit their schema\n", channel.undecoded));
+    }
+    if channel.axes_differ {
+        text.push_str("  the axes differ: arrays are compared on their common range, interpolated\n");
+    }
+    let shown = |field: &&FieldReport| {
+        style.explain || (!field.ignored && (field.measure.differing > 0 || !field.within))
+    };
+    for field in channel.fields.iter().filter(shown) {
+        text.push_str(&field_text(field, style));
+    }
+    text
+}
+
+fn alignment(channel: &ChannelReport) -> String {
+    let how = match channel.alignment.mode {
+        None => return "no messages".into(),
+        Some(Mode::Step) => "by step",
+        Some(Mode::Time) => "by exact time",
+        Some(Mode::Order) => "by their order",
+        Some(Mode::Nearest) => "nearest in time",
+        Some(Mode::Linear) => "interpolated linearly in time",
+        Some(Mode::Cubic) => "interpolated by cubics in time",
+    };
+    let outside = match channel.outside {
+        0 => String::new(),
+        outside => format!(", {outside} outside the common window"),
+    };
+    format!("{} samples {how}{outside}", channel.compared)
+}
+
+fn field_text(field: &FieldReport, style: Style) -> String {
+    let measure = &field.measure;
+    let rule = match &field.rule {
+        Some(rule) => format!("{} ({})", rule.tolerance, rule.origin),
+        None => "bitwise".into(),
+    };
+    let unit = field.unit.as_ref().map_or(String::new(), |unit| format!(" [{unit}]"));
+    let state = match (field.ignored, field.within, measure.differing) {
+        (true, _, _) => "not compared".to_owned(),
+        (false, true, 0) => style.paint("32", "equal"),
+        (false, true, _) => style.paint("32", "within"),
+        (false, false, _) => style.paint("1;31", "BEYOND"),
+    };
+    let mut text = format!("  {}{unit}  {state}", field.path);
+    if style.explain {
+        text.push_str(&format!("  rule {rule}"));
+    }
+    text.push('\n');
+    if field.ignored || (measure.differing == 0 && field.within) {
+        return text;
+    }
+    let (differing, elements, beyond) = (measure.differing, measure.elements, measure.beyond);
+    text.push_str(&format!("    {differing} of {elements} values differ, {beyond} beyond tolerance\n"));
+    if measure.lengths > 0 {
+        text.push_str(&format!("    {} samples have different numbers of elements\n", measure.lengths));
+    }
+    if let Some((max, place)) = &measure.max {
+        let relative = measure.peak_relative().map_or(String::new(), |r| format!(", {r:.3e} of the peak"));
+        text.push_str(&format!("    largest {max:.6e}{relative} {}\n", located(field, place)));
+    }
+    if let Some(first) = &measure.first {
+        text.push_str(&format!("    first {}: {} -> {}\n", located(field, &first.place), first.a, first.b));
+    }
+    if let Some(first) = measure.first_beyond.as_ref().filter(|first| Some(*first) != measure.first.as_ref())
+    {
+        text.push_str(&format!(
+            "    first beyond {}: {} -> {}\n",
+            located(field, &first.place),
+            first.a,
+            first.b
+        ));
+    }
+    if let (Some(l1), Some(l2)) = (measure.l1_relative(), measure.l2_relative()) {
+        text.push_str(&format!("    relative: L1 {l1:.3e}, L2 {l2:.3e}"));
+        if let Some([magnitude, phase, combined]) = measure.sprague_geers() {
+            text.push_str(&format!(
+                "; Sprague-Geers magnitude {magnitude:.3e}, phase {phase:.3e}, combined {combined:.3e}"
+            ));
+        }
+        text.push_str(&measure.correlation().map_or(String::new(), |c| format!("; correlation {c:.9}")));
+        text.push('\n');
+    }
+    if let Some((samples, time, left)) = field.shift {
+        let (count, sense) = (samples.abs(), if samples > 0 { "later" } else { "earlier" });
+        let time = if time.is_finite() { format!(" ({:.4e} in time)", time.abs()) } else { String::new() };
+        let left = 100.0 * left;
+        text.push_str(&format!(
+            "    looks {count} samples {sense}{time}: that leaves {left:.2} % of the difference\n"
+        ));
+    }
+    text
+}
+
+fn located(field: &FieldReport, place: &Place) -> String {
+    let element = match field.element.lists {
+        0 => String::new(),
+        _ => format!(", {}", field.element.element(place.element)),
+    };
+    let position = place.position.as_ref().map_or(String::new(), |position| format!(", {position}"));
+    format!("{}{element}{position}", when(place))
+}
+
+fn when(place: &Place) -> String {
+    match place.step {
+        Some(step) => format!("at step {step}, time {}", place.time),
+        None => format!("at time {}", place.time),
+    }
+}

@@ -1,0 +1,177 @@
+//! The difference of two recordings as a recording: the new one minus the reference, message by message.
+
+use std::{
+    collections::{BTreeMap, HashMap},
+    fs::{File, OpenOptions},
+    io::BufWriter,
+    path::{Path, PathBuf},
+};
+
+use mcap::{
+    WriteOptions, Writer,
+    records::{MessageHeader, Metadata},
+};
+use prost_reflect::{DynamicMessage, MessageDescriptor, ReflectMessage, Value, prost::Message};
+
+use crate::{compare::Matched, messages::Recording, overview::Channel};
+
+/// Put before the topics of differences.
+pub const PREFIX: &str = "/diff";
+
+/// Writes differences: on `/diff/TOPIC`, in the message type of the topic, every floating-point number but times and
+/// axes is b − a, all else is that of the reference. Viewers show such a file like a recording.
+pub struct DiffWriter {
+    path: PathBuf,
+    overwrite: bool,
+    open: Option<Open>,
+}
+
+struct Open {
+    writer: Writer<BufWriter<File>>,
+    channels: HashMap<u16, Target>,
+    sequence: u32,
+}
+
+/// A channel that is written.
+struct Target {
+    id: u16,
+    a: MessageDescriptor,
+    b: MessageDescriptor,
+    /// Fields that are not subtracted.
+    kept: Vec<String>,
+}
+
+impl DiffWriter {
+    /// Will write to a file; an existing one only if that is wanted.
+    pub fn new(path: &Path, overwrite: bool) -> Self {
+        Self { path: path.into(), overwrite, open: None }
+    }
+
+    fn fail(&self) -> impl Fn(&dyn std::fmt::Display) -> String + use<> {
+        let path = self.path.clone();
+        move |error| format!("cannot write `{}`: {error}", path.display())
+    }
+
+    /// Creates the file with a channel for every topic that both recordings have.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written; the answer says why.
+    pub(super) fn begin(&mut self, a: &Recording, b: &Recording) -> Result<(), String> {
+        let fail = self.fail();
+        let mut options = OpenOptions::new();
+        options.write(true);
+        if self.overwrite {
+            options.create(true).truncate(true)
+        } else {
+            options.create_new(true)
+        };
+        let file = options.open(&self.path).map_err(|error| fail(&error))?;
+        let options = WriteOptions::new()
+            .library(concat!("percuss-read/", env!("CARGO_PKG_VERSION")))
+            .compression_threads(0)
+            .disable_seeking(true);
+        let mut writer = options.create(BufWriter::new(file)).map_err(|error| fail(&error))?;
+        let mut channels = HashMap::new();
+        for (&id, channel) in &a.channels {
+            let other = b.channels.values().find(|other| other.topic == channel.topic);
+            let (Some(layout), Some(layout_b)) =
+                (&channel.layout, other.and_then(|other| other.layout.as_ref()))
+            else {
+                continue;
+            };
+            let descriptor = layout.descriptor();
+            let pool = descriptor.parent_pool().encode_to_vec();
+            let schema = writer.add_schema(descriptor.full_name(), "protobuf", &pool);
+            let schema = schema.map_err(|error| fail(&error))?;
+            let topic =
+                format!("{PREFIX}{}{}", if channel.topic.starts_with('/') { "" } else { "/" }, channel.topic);
+            let target = writer.add_channel(schema, &topic, "protobuf", &channel.metadata);
+            let target = Target {
+                id: target.map_err(|error| fail(&error))?,
+                a: descriptor.clone(),
+                b: layout_b.descriptor().clone(),
+                kept: kept(channel),
+            };
+            channels.insert(id, target);
+        }
+        let entries = [("a", a.path.display().to_string()), ("b", b.path.display().to_string())];
+        let metadata =
+            entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect::<BTreeMap<_, _>>();
+        let record = Metadata { name: "percuss.diff".into(), metadata };
+        writer.write_metadata(&record).map_err(|error| fail(&error))?;
+        self.open = Some(Open { writer, channels, sequence: 0 });
+        Ok(())
+    }
+
+    /// Writes the difference of two messages.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written; the answer says why.
+    pub(super) fn take(&mut self, matched: &Matched<'_>) -> Result<(), String> {
+        let fail = self.fail();
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let Some(target) = open.channels.get(&matched.channel) else { return Ok(()) };
+        let decode = |descriptor: &MessageDescriptor, data| DynamicMessage::decode(descriptor.clone(), data);
+        let (Ok(mut a), Ok(b)) = (decode(&target.a, matched.a), decode(&target.b, matched.b)) else {
+            return Ok(());
+        };
+        subtract(&mut a, &b, "", &target.kept);
+        let header = MessageHeader {
+            channel_id: target.id,
+            sequence: open.sequence,
+            log_time: matched.log_time,
+            publish_time: matched.log_time,
+        };
+        open.sequence = open.sequence.wrapping_add(1);
+        open.writer.write_to_known_channel(&header, &a.encode_to_vec()).map_err(|error| fail(&error))
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written; the answer says why.
+    pub(super) fn finish(&mut self) -> Result<(), String> {
+        let fail = self.fail();
+        let Some(mut open) = self.open.take() else { return Ok(()) };
+        open.writer.finish().map_err(|error| fail(&error))?;
+        open.writer.into_inner().into_inner().map_err(|error| fail(&error.into_error()))?;
+        Ok(())
+    }
+}
+
+/// Fields that say where and when the others are.
+fn kept(channel: &Channel) -> Vec<String> {
+    let axes = channel.axis_parts().into_iter().map(str::to_owned);
+    axes.chain(["time".to_owned()]).collect()
+}
+
+/// a ← b − a for floating-point numbers.
+fn subtract(a: &mut DynamicMessage, b: &DynamicMessage, prefix: &str, kept: &[String]) {
+    let fields: Vec<_> = a.descriptor().fields().collect();
+    for field in fields {
+        let path = format!("{prefix}{}", field.name());
+        let other = b.get_field_by_name(field.name());
+        let Some(other) = other.filter(|_| !kept.contains(&path)) else { continue };
+        if field.supports_presence() && !a.has_field(&field) {
+            continue;
+        }
+        let mut value = a.get_field(&field).into_owned();
+        subtract_value(&mut value, &other, &format!("{path}."), kept);
+        a.set_field(&field, value);
+    }
+}
+
+fn subtract_value(a: &mut Value, b: &Value, prefix: &str, kept: &[String]) {
+    match (a, b) {
+        (Value::F64(a), Value::F64(b)) => *a = *b - *a,
+        (Value::F32(a), Value::F32(b)) => *a = *b - *a,
+        (Value::List(a), Value::List(b)) => {
+            a.iter_mut().zip(b).for_each(|(a, b)| subtract_value(a, b, prefix, kept));
+        }
+        (Value::Message(a), Value::Message(b)) => subtract(a, b, prefix, kept),
+        _ => {}
+    }
+}

@@ -1,0 +1,145 @@
+//! How far two fields are apart: what a comparison tells of a field.
+
+/// When and where a value stands.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Place {
+    /// Number of the sample among those compared.
+    pub sample: u64,
+    /// Step, where messages have one.
+    pub step: Option<u64>,
+    /// Time of the reference, or its log time in seconds.
+    pub time: f64,
+    /// Number of the element.
+    pub element: usize,
+    /// Position of the element on its axes, in words: `r = 0.5`.
+    pub position: Option<String>,
+}
+
+/// Two values that differ.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Divergence {
+    /// When and where.
+    pub place: Place,
+    /// Value in the reference, as text.
+    pub a: String,
+    /// Value in the new recording, as text.
+    pub b: String,
+}
+
+/// Largest and least value of a reference field.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    /// Largest magnitude.
+    pub peak: f64,
+    /// Least value.
+    pub least: f64,
+    /// Greatest value.
+    pub greatest: f64,
+}
+
+impl Default for Scale {
+    fn default() -> Self {
+        Self { peak: 0.0, least: f64::INFINITY, greatest: f64::NEG_INFINITY }
+    }
+}
+
+impl Scale {
+    /// Takes finite values into account.
+    pub fn add(&mut self, values: &[f64]) {
+        for &value in values.iter().filter(|value| value.is_finite()) {
+            self.peak = self.peak.max(value.abs());
+            self.least = self.least.min(value);
+            self.greatest = self.greatest.max(value);
+        }
+    }
+
+    pub(super) fn range(&self) -> f64 {
+        (self.greatest - self.least).max(0.0)
+    }
+}
+
+/// Sums over all elements compared.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sums {
+    /// Number of elements.
+    pub n: f64,
+    /// Σ|a − b|.
+    pub d1: f64,
+    /// Σ(a − b)².
+    pub d2: f64,
+    /// Σ|a|.
+    pub a1: f64,
+    /// Σa.
+    pub a: f64,
+    /// Σb.
+    pub b: f64,
+    /// Σa².
+    pub aa: f64,
+    /// Σb².
+    pub bb: f64,
+    /// Σab.
+    pub ab: f64,
+}
+
+/// How far two fields are apart.
+#[derive(Clone, Debug, Default)]
+pub struct Measure {
+    /// Elements compared.
+    pub elements: u64,
+    /// Elements that differ at all.
+    pub differing: u64,
+    /// Elements beyond tolerance.
+    pub beyond: u64,
+    /// Samples whose numbers of elements differ.
+    pub lengths: u64,
+    /// Largest absolute difference, and where; infinite where one of the two is no finite number.
+    pub max: Option<(f64, Place)>,
+    /// Earliest difference.
+    pub first: Option<Divergence>,
+    /// Earliest difference beyond tolerance.
+    pub first_beyond: Option<Divergence>,
+    /// Sums over elements that are finite in both.
+    pub sums: Sums,
+    /// Magnitude of the reference over the samples compared.
+    pub scale: Scale,
+}
+
+impl Measure {
+    /// Largest difference relative to the largest magnitude of the reference.
+    pub fn peak_relative(&self) -> Option<f64> {
+        let (max, _) = self.max.as_ref()?;
+        (self.scale.peak > 0.0).then(|| max / self.scale.peak)
+    }
+
+    /// ‖a − b‖₁ / ‖a‖₁.
+    pub fn l1_relative(&self) -> Option<f64> {
+        (self.sums.a1 > 0.0).then(|| self.sums.d1 / self.sums.a1)
+    }
+
+    /// ‖a − b‖₂ / ‖a‖₂.
+    pub fn l2_relative(&self) -> Option<f64> {
+        (self.sums.aa > 0.0).then(|| (self.sums.d2 / self.sums.aa).sqrt())
+    }
+
+    /// Sprague and Geers: magnitude √(Σb²/Σa²) − 1, phase acos(Σab/√(Σa²Σb²))/π, and both combined.
+    pub fn sprague_geers(&self) -> Option<[f64; 3]> {
+        let Sums { aa, bb, ab, .. } = self.sums;
+        if aa <= 0.0 || bb <= 0.0 {
+            return None;
+        }
+        let magnitude = (bb / aa).sqrt() - 1.0;
+        let phase = if self.sums.d2 == 0.0 {
+            0.0
+        } else {
+            (ab / (aa.sqrt() * bb.sqrt())).clamp(-1.0, 1.0).acos() / std::f64::consts::PI
+        };
+        Some([magnitude, phase, magnitude.hypot(phase)])
+    }
+
+    /// Correlation of the two fields. Shown, never a criterion: it does not see a wrong scale.
+    pub fn correlation(&self) -> Option<f64> {
+        let Sums { n, a, b, aa, bb, ab, .. } = self.sums;
+        let (va, vb) = (aa - a * a / n, bb - b * b / n);
+        (va > 0.0 && vb > 0.0).then(|| ((ab - a * b / n) / (va * vb).sqrt()).clamp(-1.0, 1.0))
+    }
+}

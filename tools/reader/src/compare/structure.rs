@@ -1,0 +1,290 @@
+//! What two recordings have in common before any number is compared: channels, fields, units; and what else they say
+//! of themselves.
+
+use std::{
+    collections::{BTreeMap, BTreeSet, hash_map::DefaultHasher},
+    hash::{Hash, Hasher},
+};
+
+use super::Options;
+use crate::{
+    messages::Recording,
+    overview::Channel,
+    recording::OpenError,
+    wire::{Leaf, Type},
+};
+
+/// A difference of structure.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// Topic.
+    pub topic: String,
+    /// Field, if it is about one.
+    pub field: Option<String>,
+    /// What is different.
+    pub kind: Kind,
+}
+
+/// What is different.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Only the reference has it.
+    Missing,
+    /// Only the new recording has it.
+    Extra,
+    /// A field with this number has another name in the new recording.
+    Renamed(String),
+    /// Type or message type.
+    Type(String, String),
+    /// Entry of the channel metadata: unit, axis, symmetry.
+    Metadata {
+        /// Key, for example `unit`.
+        key: String,
+        /// In the reference.
+        a: String,
+        /// In the new recording.
+        b: String,
+    },
+}
+
+impl std::fmt::Display for Finding {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.topic)?;
+        if let Some(field) = &self.field {
+            write!(f, ".{field}")?;
+        }
+        match &self.kind {
+            Kind::Missing => f.write_str(": missing from the new recording"),
+            Kind::Extra => f.write_str(": only in the new recording"),
+            Kind::Renamed(name) => write!(f, ": renamed to `{name}`"),
+            Kind::Type(a, b) => write!(f, ": type {a} became {b}"),
+            Kind::Metadata { key, a, b } => write!(f, ": {key} `{a}` became `{b}`"),
+        }
+    }
+}
+
+/// Two channels to be compared.
+pub(super) struct Pair {
+    pub(super) a: u16,
+    pub(super) b: u16,
+    /// Leaves of both; empty where messages are compared as bytes.
+    pub(super) leaves: Vec<(usize, usize)>,
+}
+
+/// Pairs the channels of two recordings, and tells what cannot be paired.
+pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair>, Vec<Finding>) {
+    let topics = &options.topics;
+    let chosen = |channel: &Channel| {
+        (topics.is_empty() || topics.iter().any(|topic| topic.fits(&channel.topic)))
+            && !options.rules.ignores(&channel.topic, None)
+    };
+    let (mut pairs, mut findings) = (Vec::new(), Vec::new());
+    let mut taken = BTreeSet::new();
+    for (&id_a, channel_a) in a.channels.iter().filter(|(_, channel)| chosen(channel)) {
+        let free =
+            || b.channels.iter().filter(|(id, other)| !taken.contains(*id) && other.topic == channel_a.topic);
+        let found = free().find(|(_, other)| other.schema == channel_a.schema).or_else(|| free().next());
+        let Some((&id_b, channel_b)) = found else {
+            findings.push(Finding { topic: channel_a.topic.clone(), field: None, kind: Kind::Missing });
+            continue;
+        };
+        taken.insert(id_b);
+        let leaves = fields(channel_a, channel_b, options, &mut findings);
+        pairs.push(Pair { a: id_a, b: id_b, leaves });
+    }
+    for (_, channel) in b.channels.iter().filter(|(id, channel)| !taken.contains(*id) && chosen(channel)) {
+        findings.push(Finding { topic: channel.topic.clone(), field: None, kind: Kind::Extra });
+    }
+    (pairs, findings)
+}
+
+/// Pairs the fields of two channels by name, then by number.
+fn fields(a: &Channel, b: &Channel, options: &Options, findings: &mut Vec<Finding>) -> Vec<(usize, usize)> {
+    let topic = &a.topic;
+    let mut find = |field: Option<&str>, kind: Kind| {
+        if field.map_or_else(|| !options.rules.ignores(topic, None), |field| options.compares(topic, field)) {
+            findings.push(Finding { topic: topic.clone(), field: field.map(str::to_owned), kind });
+        }
+    };
+    if a.encoding != b.encoding {
+        find(None, Kind::Type(a.encoding.clone(), b.encoding.clone()));
+        return Vec::new();
+    }
+    if a.schema != b.schema {
+        find(None, Kind::Type(a.schema.clone(), b.schema.clone()));
+    }
+    let (Some(layout_a), Some(layout_b)) = (&a.layout, &b.layout) else {
+        if a.layout.is_some() != b.layout.is_some() {
+            let state =
+                |channel: &Channel| if channel.layout.is_some() { "sound schema" } else { "no sound schema" };
+            find(None, Kind::Type(state(a).into(), state(b).into()));
+        }
+        return Vec::new();
+    };
+    let mut pairs = Vec::new();
+    let mut taken = BTreeSet::new();
+    for (i, leaf) in layout_a.leaves.iter().enumerate() {
+        let by_number = || {
+            let same = |other: &&(usize, &Leaf)| {
+                other.1.numbers == leaf.numbers && layout_a.find(&other.1.path).is_none()
+            };
+            layout_b.leaves.iter().enumerate().find(|other| same(&other)).map(|(j, _)| j)
+        };
+        let Some(j) = layout_b.find(&leaf.path).or_else(by_number) else {
+            find(Some(&leaf.path), Kind::Missing);
+            continue;
+        };
+        taken.insert(j);
+        let other = &layout_b.leaves[j];
+        if other.path != leaf.path {
+            find(Some(&leaf.path), Kind::Renamed(other.path.clone()));
+        }
+        let names = |leaf: &Leaf| {
+            let list = if leaf.lists > 0 { "repeated " } else { "" };
+            format!("{list}{}", leaf.kind.name())
+        };
+        if names(leaf) != names(other) {
+            find(Some(&leaf.path), Kind::Type(names(leaf), names(other)));
+        }
+        for key in ["unit", "axis", "symmetry"] {
+            let entry =
+                |channel: &Channel, path: &str| channel.metadata.get(&format!("{key}.{path}")).cloned();
+            let (of_a, of_b) = (entry(a, &leaf.path), entry(b, &other.path));
+            if of_a != of_b {
+                let (a, b) = (of_a.unwrap_or_default(), of_b.unwrap_or_default());
+                find(Some(&leaf.path), Kind::Metadata { key: key.into(), a, b });
+            }
+        }
+        let both_numbers = leaf.kind.is_number() && other.kind.is_number();
+        let same_kind = match (&leaf.kind, &other.kind) {
+            (Type::Enum(_), Type::Enum(_)) => true,
+            (kind, other) => kind == other,
+        };
+        if both_numbers || same_kind {
+            pairs.push((i, j));
+        }
+    }
+    for (_, leaf) in layout_b.leaves.iter().enumerate().filter(|(j, _)| !taken.contains(j)) {
+        find(Some(&leaf.path), Kind::Extra);
+    }
+    pairs
+}
+
+/// Something that two recordings say differently of themselves. It says why numbers differ, and is no difference of
+/// its own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// Record or attachment.
+    pub place: String,
+    /// Key in it.
+    pub key: String,
+    /// In the reference; `None` if it is not there.
+    pub a: Option<String>,
+    /// In the new recording; `None` if it is not there.
+    pub b: Option<String>,
+}
+
+/// Records that say where and when, not what.
+const NEVER_COMPARED: &str = "percuss.host";
+
+/// Compares metadata records and attachments; attachments in TOML key by key.
+///
+/// # Errors
+///
+/// A file cannot be read.
+pub(super) fn provenance(a: &Recording, b: &Recording) -> Result<Vec<Change>, OpenError> {
+    let mut changes = Vec::new();
+    let names: BTreeSet<&str> =
+        a.metadata.iter().chain(&b.metadata).map(|record| record.name.as_str()).collect();
+    for name in names.into_iter().filter(|name| *name != NEVER_COMPARED) {
+        let empty = BTreeMap::new();
+        compare_entries(
+            name,
+            a.entries(name).unwrap_or(&empty),
+            b.entries(name).unwrap_or(&empty),
+            &mut changes,
+        );
+    }
+    let (all_a, all_b) = (digests(a)?, digests(b)?);
+    let names: BTreeSet<&String> = all_a.keys().chain(all_b.keys()).collect();
+    // the resolved case says all that the case file says
+    let resolved = names.iter().any(|name| *name == "case.resolved.toml");
+    for name in names.into_iter().filter(|name| !(resolved && *name == "case.toml")) {
+        let (of_a, of_b) = (all_a.get(name), all_b.get(name));
+        if of_a.map(|digest| digest.hash) == of_b.map(|digest| digest.hash) {
+            continue;
+        }
+        let table =
+            |digest: Option<&Digest>| digest.map_or(Some(BTreeMap::new()), |digest| digest.table.clone());
+        match (table(of_a), table(of_b)) {
+            (Some(a), Some(b)) => compare_entries(name, &a, &b, &mut changes),
+            _ => {
+                let size = |digest: Option<&Digest>| digest.map(|digest| format!("{} bytes", digest.size));
+                let (a, b) = (size(of_a), size(of_b));
+                changes.push(Change { place: name.clone(), key: "content".into(), a, b });
+            }
+        }
+    }
+    if !a.library.is_empty() && !b.library.is_empty() && a.library != b.library {
+        let (a, b) = (Some(a.library.clone()), Some(b.library.clone()));
+        changes.push(Change { place: "header".into(), key: "library".into(), a, b });
+    }
+    Ok(changes)
+}
+
+/// What is kept of an attachment to compare it.
+struct Digest {
+    size: usize,
+    hash: u64,
+    /// Entries of a TOML file, by dotted keys.
+    table: Option<BTreeMap<String, String>>,
+}
+
+/// Largest TOML file that is compared key by key \[bytes\].
+const MAX_TOML: usize = 1 << 20;
+
+/// Digests of all attachments by name, in one pass.
+fn digests(recording: &Recording) -> Result<BTreeMap<String, Digest>, OpenError> {
+    let mut digests = BTreeMap::new();
+    // as many as the recording has room for in its own list
+    let room = recording.attachments.len();
+    recording.find_attachment(|name, content| {
+        let text = std::str::from_utf8(content).ok().filter(|text| text.len() <= MAX_TOML);
+        let table = text.filter(|_| name.ends_with(".toml")).and_then(|text| text.parse().ok());
+        let table = table.map(|table| {
+            let mut flat = BTreeMap::new();
+            flatten("", &toml::Value::Table(table), &mut flat);
+            flat
+        });
+        let mut hasher = DefaultHasher::new();
+        content.hash(&mut hasher);
+        digests.insert(name.to_owned(), Digest { size: content.len(), hash: hasher.finish(), table });
+        (digests.len() >= room).then_some(())
+    })?;
+    Ok(digests)
+}
+
+fn compare_entries(
+    place: &str,
+    a: &BTreeMap<String, String>,
+    b: &BTreeMap<String, String>,
+    changes: &mut Vec<Change>,
+) {
+    let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+    for key in keys.into_iter().filter(|key| a.get(*key) != b.get(*key)) {
+        let (a, b) = (a.get(key).cloned(), b.get(key).cloned());
+        changes.push(Change { place: place.into(), key: key.clone(), a, b });
+    }
+}
+
+fn flatten(prefix: &str, value: &toml::Value, into: &mut BTreeMap<String, String>) {
+    match value {
+        toml::Value::Table(table) => {
+            for (key, value) in table {
+                let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+                flatten(&path, value, into);
+            }
+        }
+        other => drop(into.insert(prefix.into(), other.to_string())),
+    }
+}

@@ -1,0 +1,252 @@
+//! What differences are allowed, field by field.
+
+use serde::Deserialize;
+
+use crate::select::Pattern;
+
+/// What is allowed of a field.
+///
+/// An element of the new recording, b, may differ from that of the reference, a, by
+///
+/// ```text
+/// |a − b| ≤ max(abs, rel·|a|, peak_rel·max|a|, range_rel·(max a − min a))
+/// ```
+///
+/// or by `ulp` units in the last place, or lie in the `tube` around the reference. `l2_rel` is asked of the field as a
+/// whole: ‖a − b‖₂ ≤ l2_rel·‖a‖₂; alone, it leaves single elements free. Without any of these, all bits must agree
+/// (but −0 is +0).
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Tolerance {
+    /// Absolute.
+    pub abs: Option<f64>,
+    /// Relative to the reference element.
+    pub rel: Option<f64>,
+    /// Relative to the largest magnitude of the reference field over all samples compared.
+    pub peak_rel: Option<f64>,
+    /// Relative to the range of the reference field over all samples compared.
+    pub range_rel: Option<f64>,
+    /// Units in the last place of the field's type.
+    pub ulp: Option<u64>,
+    /// Relative to the reference in the L2 norm, for the field as a whole.
+    pub l2_rel: Option<f64>,
+    /// Around the reference in time and value.
+    pub tube: Option<Tube>,
+    /// Not compared at all.
+    #[serde(default)]
+    pub ignore: bool,
+}
+
+/// A tube around the reference: b(t) must lie between the least and greatest a(t'), |t' − t| ≤ `time`, widened by
+/// `value`.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Tube {
+    /// Half-width in time.
+    pub time: f64,
+    /// Half-width in value.
+    pub value: f64,
+}
+
+impl Tolerance {
+    /// True if single elements are held to something.
+    pub fn holds_elements(&self) -> bool {
+        let allowances = [self.abs, self.rel, self.peak_rel, self.range_rel];
+        let any = allowances.iter().any(Option::is_some) || self.ulp.is_some() || self.tube.is_some();
+        any || self.l2_rel.is_none()
+    }
+
+    /// True if the reference has to be read before it is compared.
+    pub fn needs_scale(&self) -> bool {
+        self.peak_rel.is_some() || self.range_rel.is_some()
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let tube = self.tube.map(|tube| [("tube.time", tube.time), ("tube.value", tube.value)]);
+        let named = [
+            ("abs", self.abs),
+            ("rel", self.rel),
+            ("peak_rel", self.peak_rel),
+            ("range_rel", self.range_rel),
+            ("l2_rel", self.l2_rel),
+        ];
+        let named = named.into_iter().filter_map(|(name, value)| Some((name, value?)));
+        match named.chain(tube.into_iter().flatten()).find(|(_, value)| !(*value >= 0.0 && value.is_finite()))
+        {
+            Some((name, value)) => {
+                Err(format!("`{name}` = {value} is not possible: a number >= 0 is needed"))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+impl std::fmt::Display for Tolerance {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut parts: Vec<String> = Vec::new();
+        let named = [
+            ("abs", self.abs),
+            ("rel", self.rel),
+            ("peak_rel", self.peak_rel),
+            ("range_rel", self.range_rel),
+            ("l2_rel", self.l2_rel),
+        ];
+        parts.extend(named.iter().filter_map(|(name, value)| value.map(|value| format!("{name}={value:e}"))));
+        parts.extend(self.ulp.map(|ulp| format!("ulp={ulp}")));
+        parts.extend(self.tube.map(|tube| format!("tube={:e}:{:e}", tube.time, tube.value)));
+        match (self.ignore, parts.is_empty()) {
+            (true, _) => f.write_str("ignore"),
+            (false, true) => f.write_str("bitwise"),
+            (false, false) => f.write_str(&parts.join(",")),
+        }
+    }
+}
+
+/// A tolerance and the fields it is for.
+#[derive(Clone, Debug)]
+pub struct Rule {
+    /// Pattern of `topic.field`, or of a topic, then for all of its fields.
+    pub fields: Pattern,
+    /// What is allowed.
+    pub tolerance: Tolerance,
+    /// Where it was given: `flag` or the file and number.
+    pub origin: String,
+}
+
+impl std::str::FromStr for Rule {
+    type Err = String;
+
+    /// `PATTERN:abs=1e-9,peak_rel=1e-6`, `PATTERN:tube=TIME:VALUE`, `PATTERN:ignore`, or without the pattern for all.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (pattern, settings) = match text.find(':') {
+            Some(at) if !text[..at].contains('=') => (&text[..at], &text[at + 1..]),
+            _ => ("*", text),
+        };
+        let mut tolerance = Tolerance::default();
+        for setting in settings.split(',').map(str::trim).filter(|setting| *setting != "bitwise") {
+            let (name, value) = setting.split_once('=').unwrap_or((setting, ""));
+            let number = |text: &str| {
+                text.parse::<f64>().map_err(|_| format!("`{text}` in `{setting}` is not a number"))
+            };
+            match name {
+                "abs" => tolerance.abs = Some(number(value)?),
+                "rel" => tolerance.rel = Some(number(value)?),
+                "peak_rel" => tolerance.peak_rel = Some(number(value)?),
+                "range_rel" => tolerance.range_rel = Some(number(value)?),
+                "l2_rel" => tolerance.l2_rel = Some(number(value)?),
+                "ulp" => {
+                    tolerance.ulp = Some(value.parse().map_err(|_| format!("`{value}` is not a count"))?)
+                }
+                "tube" => {
+                    let (time, value) = value.split_once(':').ok_or("write a tube as tube=TIME:VALUE")?;
+                    tolerance.tube = Some(Tube { time: number(time)?, value: number(value)? });
+                }
+                "ignore" if value.is_empty() => tolerance.ignore = true,
+                _ => {
+                    let known = "abs, rel, peak_rel, range_rel, ulp, l2_rel, tube, ignore, bitwise";
+                    return Err(format!("`{name}` is no tolerance; there are {known}"));
+                }
+            }
+        }
+        tolerance.check()?;
+        Ok(Self { fields: pattern.parse()?, tolerance, origin: format!("--tol {text}") })
+    }
+}
+
+/// All tolerances; the first that fits a field counts.
+#[derive(Clone, Debug, Default)]
+pub struct Rules {
+    /// In order.
+    pub rules: Vec<Rule>,
+}
+
+/// A tolerance file: a list of `[[tolerance]]` tables.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    #[serde(default)]
+    tolerance: Vec<Entry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    field: String,
+    abs: Option<f64>,
+    rel: Option<f64>,
+    peak_rel: Option<f64>,
+    range_rel: Option<f64>,
+    ulp: Option<u64>,
+    l2_rel: Option<f64>,
+    tube: Option<Tube>,
+    #[serde(default)]
+    ignore: bool,
+}
+
+impl Rules {
+    /// Adds the rules of a TOML file, after those that are there.
+    ///
+    /// # Errors
+    ///
+    /// The text is no list of tolerances; the answer says where and why.
+    pub fn add_file(&mut self, name: &str, text: &str) -> Result<(), String> {
+        let document: Document = toml::from_str(text).map_err(|error| format!("`{name}`: {error}"))?;
+        for (i, entry) in document.tolerance.into_iter().enumerate() {
+            let origin = format!("{name}, tolerance {}", i + 1);
+            let Entry { abs, rel, peak_rel, range_rel, ulp, l2_rel, tube, ignore, .. } = entry;
+            let tolerance = Tolerance { abs, rel, peak_rel, range_rel, ulp, l2_rel, tube, ignore };
+            tolerance.check().map_err(|error| format!("{origin}: {error}"))?;
+            let fields = entry.field.parse().map_err(|error| format!("{origin}: {error}"))?;
+            self.rules.push(Rule { fields, tolerance, origin });
+        }
+        Ok(())
+    }
+
+    /// The rule for a field; `None` is bitwise.
+    pub fn of(&self, topic: &str, field: &str) -> Option<&Rule> {
+        let name = format!("{topic}.{field}");
+        self.rules.iter().find(|rule| rule.fields.fits(&name) || rule.fields.fits(topic))
+    }
+
+    /// True if a topic, or a field, is to be left out.
+    pub fn ignores(&self, topic: &str, field: Option<&str>) -> bool {
+        let name = field.map(|field| format!("{topic}.{field}"));
+        let fits = |rule: &&Rule| {
+            rule.fields.fits(topic) || name.as_ref().is_some_and(|name| rule.fields.fits(name))
+        };
+        self.rules.iter().find(fits).is_some_and(|rule| rule.tolerance.ignore)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rules_are_read_and_the_first_counts() {
+        let mut rules = Rules { rules: vec!["/drag.*:abs=1e-9,rel=1e-6".parse().expect("a rule")] };
+        let file = "[[tolerance]]\nfield = \"/drag\"\nulp = 4\n[[tolerance]]\nfield = \"*\"\ntube = { time = 0.1, value = 2 }\n";
+        rules.add_file("t.toml", file).expect("a file");
+        let of = |topic, field| rules.of(topic, field).map(|rule| rule.tolerance.to_string());
+        assert_eq!(of("/drag", "force").as_deref(), Some("abs=1e-9,rel=1e-6"));
+        assert_eq!(of("/velocity", "velocity").as_deref(), Some("tube=1e-1:2e0"));
+        assert_eq!(rules.of("/velocity", "x").expect("a rule").origin, "t.toml, tolerance 2");
+    }
+
+    #[test]
+    fn misfits_are_told() {
+        for (text, expected) in [
+            ("abs=x", "not a number"),
+            ("abs=-1", ">= 0"),
+            ("abs=nan", ">= 0"),
+            ("/drag:size=1", "no tolerance"),
+            ("tube=1", "tube=TIME:VALUE"),
+            ("ulp=0.5", "not a count"),
+        ] {
+            let error = text.parse::<Rule>().expect_err("a misfit");
+            assert!(error.contains(expected), "{error}");
+        }
+        let mut rules = Rules::default();
+        assert!(rules.add_file("t", "[[tolerance]]\nfield='*'\nabsolute=1\n").is_err());
+    }
+}

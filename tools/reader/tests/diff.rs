@@ -1,0 +1,544 @@
+//! `diff` finds whatever is different, tells where, and nothing else: 500 random mutations, 100 equal pairs, and one
+//! test per way of comparing.
+
+mod forge;
+
+use std::{fs, path::PathBuf};
+
+use forge::{Dice, Forged, forge, plain, time};
+use mcap::{Compression, WriteOptions};
+use percuss_reader::{
+    command::diff::{Verdict, verdict},
+    compare::{Comparison, Kind, Mode, Options, Rules, compare},
+    messages::Recording,
+    recording::Limits,
+};
+use prost_reflect::Value;
+use tempfile::TempDir;
+
+struct Desk {
+    folder: TempDir,
+}
+
+impl Desk {
+    fn new() -> Self {
+        Self { folder: tempfile::tempdir().expect("a folder") }
+    }
+
+    fn put(&self, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = self.folder.path().join(name);
+        fs::write(&path, bytes).expect("a file");
+        path
+    }
+
+    fn compare(&self, a: &[u8], b: &[u8], options: &Options) -> Comparison {
+        let open =
+            |name, bytes| Recording::open(&self.put(name, bytes), Limits::default()).expect("a recording");
+        compare(&open("a.mcap", a), &open("b.mcap", b), options, None).expect("a comparison")
+    }
+
+    fn forged(&self, a: &Forged, b: &Forged, options: &Options) -> Comparison {
+        self.compare(&a.write(plain()), &b.write(plain()), options)
+    }
+}
+
+fn rules(rules: &[&str]) -> Options {
+    let rules = rules.iter().map(|rule| rule.parse().expect("a rule")).collect();
+    Options { rules: Rules { rules }, ..Options::default() }
+}
+
+/// Largest difference, first step and topic.field[element] that a comparison tells.
+fn first(comparison: &Comparison) -> Option<(u64, String)> {
+    let (topic, field, divergence) = comparison.first(false)?;
+    let name = format!("{topic}.{}", field.element.element(divergence.place.element));
+    Some((divergence.place.step?, name))
+}
+
+/// What a mutation should be told as.
+enum Expected {
+    /// First difference at a step and element.
+    At(u64, String),
+    /// A message without counterpart at a step of a topic.
+    Alone(u64, &'static str),
+    /// A finding of structure on topic.field.
+    Structure(String),
+    /// No difference at all.
+    Equal,
+}
+
+fn add(value: &mut Value, how: usize) {
+    let f64_next = |x: f64| match how {
+        0 => x.next_up(),
+        1 => x + 1e-9,
+        _ => f64::NAN,
+    };
+    match value {
+        Value::F64(x) => *x = f64_next(*x),
+        // 1e-9 is less than half a unit in the last place of a float near 1
+        Value::F32(x) if how < 2 => *x = x.next_up(),
+        Value::F32(x) => *x = f32::NAN,
+        other => panic!("{other:?} is no floating-point number"),
+    }
+}
+
+/// Changes one thing somewhere in a recording.
+fn mutate(recording: &mut Forged, dice: &mut Dice) -> Expected {
+    let steps = recording.channels[0].messages.len() as u64;
+    let kind = dice.below(10);
+    match kind {
+        // one value: a unit in the last place, 1e-9, not a number
+        0..=2 => {
+            let (topic, field) =
+                [("/scalar", "force"), ("/scalar", "load"), ("/profile", "p"), ("/slice", "values")]
+                    [dice.below(4)];
+            let channel = recording.channel(topic);
+            let at = dice.below(channel.messages.len());
+            let message = &mut channel.messages[at].1;
+            let step = message.get_field_by_name("step").expect("a step").as_u64().expect("a number");
+            let mut value = message.get_field_by_name(field).expect("a field").into_owned();
+            let name = match &mut value {
+                Value::List(list) => {
+                    let i = dice.below(list.len());
+                    add(&mut list[i], kind);
+                    format!("{topic}.{field}[{i}]")
+                }
+                value => {
+                    add(value, kind);
+                    format!("{topic}.{field}")
+                }
+            };
+            message.set_field_by_name(field, value);
+            Expected::At(step, name)
+        }
+        // a series is three steps late from some step on
+        3 => {
+            let from = 5 + dice.below(steps as usize - 20);
+            let channel = recording.channel("/scalar");
+            let old: Vec<Value> = channel
+                .messages
+                .iter()
+                .map(|(_, message)| message.get_field_by_name("force").expect("a field").into_owned())
+                .collect();
+            for (i, (_, message)) in channel.messages.iter_mut().enumerate().skip(from) {
+                message.set_field_by_name("force", old[i - 3].clone());
+            }
+            Expected::At(from as u64, "/scalar.force".into())
+        }
+        4 => {
+            let topic = ["/scalar", "/profile", "/slice", "/note"][dice.below(4)];
+            let channel = recording.channel(topic);
+            let at = dice.below(channel.messages.len());
+            let (_, message) = channel.messages.remove(at);
+            let step = message.get_field_by_name("step").expect("a step").as_u64().expect("a number");
+            Expected::Alone(step, topic)
+        }
+        5 => {
+            let (message, topic) = [(0, "/scalar"), (1, "/profile")][dice.below(2)];
+            let fields = &mut recording.file.message_type[message].field;
+            let i = 2 + dice.below(fields.len() - 2);
+            let name = fields[i].name.replace("renamed".into()).unwrap_or_default();
+            Expected::Structure(format!("{topic}.{name}"))
+        }
+        6 => {
+            let (topic, field, unit) =
+                [("/scalar", "force", "kN"), ("/profile", "p", "MPa"), ("/profile", "r0", "mm")]
+                    [dice.below(3)];
+            recording.channel(topic).metadata.insert(format!("unit.{field}"), unit.into());
+            Expected::Structure(format!("{topic}.{field}"))
+        }
+        7 => {
+            let channel = recording.channel("/scalar");
+            let at = dice.below(channel.messages.len());
+            let message = &mut channel.messages[at].1;
+            let field = ["count", "flag"][dice.below(2)];
+            let value = match message.get_field_by_name(field).expect("a field").into_owned() {
+                Value::I64(count) => Value::I64(count + 1),
+                Value::Bool(flag) => Value::Bool(!flag),
+                other => other,
+            };
+            message.set_field_by_name(field, value);
+            Expected::At(at as u64, format!("/scalar.{field}"))
+        }
+        8 => {
+            let channel = recording.channel("/note");
+            let at = dice.below(channel.messages.len());
+            let message = &mut channel.messages[at].1;
+            let step = message.get_field_by_name("step").expect("a step").as_u64().expect("a number");
+            let mut list = message.get_field_by_name("parts").expect("a field").into_owned();
+            let name = match (dice.below(3), &mut list) {
+                (0, _) => {
+                    message.set_field_by_name("text", Value::String("other".into()));
+                    "/note.text"
+                }
+                (1, Value::List(parts)) => {
+                    let Value::Message(part) = &mut parts[1] else { panic!("a message") };
+                    part.set_field_by_name("x", Value::F64(-7.0));
+                    "/note.parts[1].x"
+                }
+                (_, Value::List(parts)) => {
+                    let Value::Message(part) = &mut parts[0] else { panic!("a message") };
+                    part.set_field_by_name("tags", Value::List(vec![Value::I32(1), Value::I32(-3)]));
+                    "/note.parts.tags[1]"
+                }
+                _ => panic!("a list"),
+            };
+            message.set_field_by_name("parts", list);
+            Expected::At(step, name.into())
+        }
+        // the sign of zero is no difference
+        _ => {
+            let channel = recording.channel("/scalar");
+            let at = dice.below(channel.messages.len());
+            channel.messages[at].1.set_field_by_name("force", Value::F64(-0.0));
+            Expected::Equal
+        }
+    }
+}
+
+#[test]
+fn five_hundred_mutations_are_found_and_located() {
+    let desk = Desk::new();
+    let mut dice = Dice(20_261_121);
+    for round in 0..500 {
+        let mut a = forge(60, round);
+        let mut b = a.clone();
+        let expected = mutate(&mut b, &mut dice);
+        if let Expected::Equal = expected {
+            // the same step in the reference: +0
+            let zero = |m: &(u64, prost_reflect::DynamicMessage)| {
+                m.1.get_field_by_name("force").and_then(|force| force.as_f64()) == Some(0.0)
+            };
+            let at = b.channel("/scalar").messages.iter().position(zero).expect("the zero");
+            a.channel("/scalar").messages[at].1.set_field_by_name("force", Value::F64(0.0));
+        }
+        let comparison = desk.forged(&a, &b, &Options::default());
+        match expected {
+            Expected::Equal => assert_eq!(verdict(&comparison), Verdict::Equal, "round {round}"),
+            Expected::At(step, name) => {
+                assert_eq!(verdict(&comparison), Verdict::Different, "round {round}: {name}");
+                assert_eq!(first(&comparison), Some((step, name)), "round {round}");
+            }
+            Expected::Alone(step, topic) => {
+                assert_eq!(verdict(&comparison), Verdict::Different, "round {round}: {topic}");
+                let channel =
+                    comparison.channels.iter().find(|channel| channel.topic == topic).expect("the channel");
+                assert_eq!((channel.only_a, channel.only_b), (1, 0), "round {round}: {topic}");
+                let (place, in_a) = channel.first_alone.as_ref().expect("a place");
+                assert_eq!((place.step, *in_a), (Some(step), true), "round {round}: {topic}");
+            }
+            Expected::Structure(name) => {
+                assert_eq!(verdict(&comparison), Verdict::Different, "round {round}: {name}");
+                let told = |finding: &percuss_reader::compare::Finding| {
+                    format!("{}.{}", finding.topic, finding.field.clone().unwrap_or_default()) == name
+                };
+                assert!(
+                    comparison.structure.iter().any(told),
+                    "round {round}: {name}, {:?}",
+                    comparison.structure
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_hundred_equal_pairs_raise_no_alarm() {
+    let desk = Desk::new();
+    let containers = || {
+        [
+            plain(),
+            WriteOptions::new().compression(Some(Compression::Zstd)),
+            WriteOptions::new().compression(Some(Compression::Lz4)).chunk_size(Some(1000)),
+            plain().use_chunks(false),
+            plain().emit_summary_records(false).emit_summary_offsets(false),
+        ]
+    };
+    for round in 0..100 {
+        let recording = forge(40, round);
+        let a = recording.write(containers()[round as usize % 5].clone());
+        let b = recording.write(containers()[round as usize / 5 % 5].clone());
+        let comparison = desk.compare(&a, &b, &Options::default());
+        assert_eq!(verdict(&comparison), Verdict::Equal, "round {round}");
+        assert!(!comparison.is_lossy() && comparison.first(false).is_none());
+        let compared: u64 = comparison.channels.iter().map(|channel| channel.compared).sum();
+        assert_eq!(compared, 40 + 40 + 4 + 2);
+    }
+}
+
+#[test]
+fn not_a_number_equals_itself_only_when_asked() {
+    let desk = Desk::new();
+    let mut a = forge(30, 1);
+    a.channel("/scalar").messages[7].1.set_field_by_name("force", Value::F64(f64::NAN));
+    let strict = desk.forged(&a, &a, &Options::default());
+    assert_eq!((verdict(&strict), first(&strict)), (Verdict::Different, Some((7, "/scalar.force".into()))));
+    let asked = desk.forged(&a, &a, &Options { nan_equal: true, ..Options::default() });
+    assert_eq!(verdict(&asked), Verdict::Equal);
+}
+
+#[test]
+fn tolerances_apply_to_what_they_name() {
+    let desk = Desk::new();
+    let a = forge(60, 2);
+    let mut b = a.clone();
+    for (_, message) in &mut b.channel("/scalar").messages {
+        let force = message.get_field_by_name("force").and_then(|force| force.as_f64()).expect("a number");
+        message.set_field_by_name("force", Value::F64(force * (1.0 + 1e-6)));
+    }
+    for (given, expected) in [
+        (&[] as &[&str], Verdict::Different),
+        (&["rel=2e-6"], Verdict::Within),
+        (&["/scalar.force:rel=2e-6"], Verdict::Within),
+        (&["/scalar:peak_rel=1.1e-6"], Verdict::Within),
+        (&["/scalar:peak_rel=0.9e-6"], Verdict::Different),
+        (&["/scalar:range_rel=1e-5"], Verdict::Within),
+        (&["/scalar:abs=1e-7"], Verdict::Different),
+        (&["/scalar:abs=1e-5"], Verdict::Within),
+        (&["/scalar:l2_rel=1.1e-6"], Verdict::Within),
+        (&["/scalar:l2_rel=0.9e-6"], Verdict::Different),
+        (&["/scalar:ulp=1000000000000"], Verdict::Within),
+        (&["/profile:abs=1"], Verdict::Different),
+        (&["/scalar.force:bitwise", "*:abs=1"], Verdict::Different),
+        (&["/scalar.force:ignore"], Verdict::Equal),
+        (&["/scalar:tube=0.01:1e-9"], Verdict::Within),
+    ] {
+        let comparison = desk.forged(&a, &b, &rules(given));
+        // the curve has a maximum: there no neighbour reaches a value that is a millionth larger
+        let expected = if given == ["/scalar:tube=0.01:1e-9"] { Verdict::Different } else { expected };
+        assert_eq!(verdict(&comparison), expected, "{given:?}");
+    }
+    assert_eq!(verdict(&desk.forged(&a, &b, &rules(&["/scalar:tube=0.01:4e-6"]))), Verdict::Within);
+}
+
+#[test]
+fn a_late_series_is_told_as_late() {
+    let desk = Desk::new();
+    let (a, mut b) = (forge(120, 3), forge(120, 3));
+    let force = |step: u64| (3.0 * time(step)).sin();
+    let set = |recording: &mut Forged, late: u64| {
+        for (step, (_, message)) in (0..).zip(&mut recording.channel("/scalar").messages) {
+            let step = if step < 30 { step } else { step - late };
+            message.set_field_by_name("force", Value::F64(force(step)));
+        }
+    };
+    let mut a = a;
+    set(&mut a, 0);
+    set(&mut b, 3);
+    let comparison = desk.forged(&a, &b, &Options::default());
+    let channel = comparison.channels.iter().find(|channel| channel.topic == "/scalar").expect("the channel");
+    let field = channel.fields.iter().find(|field| field.path == "force").expect("the field");
+    let (samples, duration, _) = field.shift.expect("a shift");
+    assert_eq!(samples, 3);
+    assert!((duration - 0.03).abs() < 1e-9);
+    assert!(field.measure.sprague_geers().expect("numbers")[1] > 0.0);
+}
+
+/// A recording of a function of time and radius at other times and radii.
+fn sampled(steps: u64, interval: f64, dr: f64, n: usize) -> Forged {
+    let mut recording = forge(steps, 0);
+    recording.channels.truncate(2);
+    let f = |t: f64, r: f64| (2.0 * t).sin() * (1.0 - r * r) + t;
+    for (step, (at, message)) in (0..).zip(&mut recording.channel("/profile").messages) {
+        let t = f64::from(step) * interval;
+        *at = (t * 1e9).round() as u64;
+        message.set_field_by_name("time", Value::F64(t));
+        message.set_field_by_name("r0", Value::F64(dr / 2.0));
+        message.set_field_by_name("dr", Value::F64(dr));
+        let p = (0..n).map(|i| Value::F64(f(t, (i as f64 + 0.5) * dr))).collect();
+        message.set_field_by_name("p", Value::List(p));
+    }
+    for (step, (at, message)) in (0..).zip(&mut recording.channel("/scalar").messages) {
+        let t = f64::from(step) * interval;
+        *at = (t * 1e9).round() as u64;
+        message.set_field_by_name("time", Value::F64(t));
+        message.set_field_by_name("force", Value::F64(f(t, 0.0)));
+        message.set_field_by_name("load", Value::F32(0.0));
+    }
+    recording
+}
+
+#[test]
+fn other_times_and_meshes_are_interpolated() {
+    let desk = Desk::new();
+    let (coarse, fine) = (sampled(50, 0.02, 0.1, 10), sampled(140, 0.007, 0.03, 31));
+    let loose = |mode| {
+        let options = rules(&["/scalar.count:ignore", "/scalar.flag:ignore", "*:abs=10"]);
+        Options { mode, ..options }
+    };
+    let worst = |comparison: &Comparison, topic: &str, field: &str| {
+        let channel = comparison.channels.iter().find(|channel| channel.topic == topic).expect("the channel");
+        let field = channel.fields.iter().find(|candidate| candidate.path == field).expect("the field");
+        field.measure.max.as_ref().map_or(0.0, |(max, _)| *max)
+    };
+    let linear = desk.forged(&coarse, &fine, &loose(None));
+    assert_eq!(verdict(&linear), Verdict::Within, "{:?}", linear.structure);
+    let profile = linear.channels.iter().find(|channel| channel.topic == "/profile").expect("the channel");
+    assert_eq!(profile.alignment.mode, Some(Mode::Linear));
+    assert!(profile.alignment.by_itself && profile.axes_differ);
+    // the fine recording ends at 139 · 0.007 = 0.973
+    assert_eq!((profile.compared, profile.outside), (49, 1));
+    let (by_linear, by_cubic, by_nearest) = (
+        worst(&linear, "/scalar", "force"),
+        worst(&desk.forged(&coarse, &fine, &loose(Some(Mode::Cubic))), "/scalar", "force"),
+        worst(&desk.forged(&coarse, &fine, &loose(Some(Mode::Nearest))), "/scalar", "force"),
+    );
+    // f'' = 4: h²/8·f'' = 2.5e-5; the cubic's error is of fourth order; the nearest is off by up to h/2·f'
+    assert!((1e-6..2.5e-5).contains(&by_linear), "{by_linear}");
+    assert!(by_cubic < 1e-7, "{by_cubic}");
+    assert!((1e-3..1.2e-2).contains(&by_nearest), "{by_nearest}");
+    assert!(worst(&linear, "/profile", "p") < 4e-4, "interpolated in the radius too");
+    // unasked, other radii are a difference like any other
+    assert_eq!(verdict(&desk.forged(&coarse, &fine, &Options::default())), Verdict::Different);
+}
+
+#[test]
+fn matrices_on_other_grids_are_compared_where_both_are() {
+    let desk = Desk::new();
+    let make = |dr: f64, nr: u32, dz: f64, nz: u32| {
+        let mut recording = forge(30, 0);
+        recording.channels.retain(|channel| channel.topic == "/slice");
+        for (_, message) in &mut recording.channel("/slice").messages {
+            message.set_field_by_name("dr", Value::F64(dr));
+            message.set_field_by_name("dz", Value::F64(dz));
+            message.set_field_by_name("nr", Value::U32(nr));
+            message.set_field_by_name("nz", Value::U32(nz));
+            let value = |j: u32, i: u32| (2.0 * f64::from(j) * dz + 3.0 * f64::from(i) * dr) as f32;
+            let values = (0..nz).flat_map(|j| (0..nr).map(move |i| Value::F32(value(j, i)))).collect();
+            message.set_field_by_name("values", Value::List(values));
+        }
+        recording
+    };
+    let options = rules(&["*:abs=1e-5"]);
+    let comparison = desk.forged(&make(0.1, 6, 0.2, 4), &make(0.04, 20, 0.05, 9), &options);
+    assert_eq!(verdict(&comparison), Verdict::Within);
+    let channel = &comparison.channels[0];
+    let values = channel.fields.iter().find(|field| field.path == "values").expect("the field");
+    // rows to 0.4 of 0.6, columns to 0.5 of 0.5
+    assert_eq!((values.measure.elements, channel.axes_differ), (3 * 3 * 6, true));
+    // the same grid, cut off elsewhere: the common part agrees, the sizes do not
+    let cut = desk.forged(&make(0.1, 6, 0.2, 4), &make(0.1, 5, 0.2, 3), &options);
+    assert_eq!(verdict(&cut), Verdict::Different);
+    let wrong: Vec<&str> = cut.channels[0]
+        .fields
+        .iter()
+        .filter(|field| !field.within)
+        .map(|field| field.path.as_str())
+        .collect();
+    assert_eq!(wrong, ["nr", "nz"]);
+}
+
+#[test]
+fn schemas_of_different_versions_are_aligned() {
+    let desk = Desk::new();
+    let a = forge(30, 4);
+    let mut b = a.clone();
+    let fields = &mut b.file.message_type[0].field;
+    fields[3].name = Some("weight".into());
+    fields.remove(5);
+    fields.push(forge::field(
+        "extra",
+        11,
+        prost_reflect::prost_types::field_descriptor_proto::Label::Optional,
+        prost_reflect::prost_types::field_descriptor_proto::Type::Double,
+        None,
+    ));
+    // the same values in the new type
+    let pool = forge::pool(&b.file);
+    let descriptor = pool.get_message_by_name("lab.Scalar").expect("the message");
+    for (_, message) in &mut b.channel("/scalar").messages {
+        message.clear_field_by_name("flag");
+        let bytes = prost_reflect::prost::Message::encode_to_vec(message);
+        *message =
+            prost_reflect::DynamicMessage::decode(descriptor.clone(), bytes.as_slice()).expect("a message");
+    }
+    let comparison = desk.forged(&a, &b, &Options::default());
+    let kinds: Vec<(Option<&str>, &Kind)> =
+        comparison.structure.iter().map(|finding| (finding.field.as_deref(), &finding.kind)).collect();
+    assert!(kinds.contains(&(Some("load"), &Kind::Renamed("weight".into()))), "{kinds:?}");
+    assert!(kinds.contains(&(Some("flag"), &Kind::Missing)), "{kinds:?}");
+    assert!(kinds.contains(&(Some("extra"), &Kind::Extra)), "{kinds:?}");
+    let scalar = comparison.channels.iter().find(|channel| channel.topic == "/scalar").expect("the channel");
+    assert!(scalar.fields.iter().all(|field| field.within), "what both have agrees");
+    let ignoring =
+        desk.forged(&a, &b, &rules(&["/scalar.load:ignore", "/scalar.flag:ignore", "/scalar.extra:ignore"]));
+    assert_eq!(verdict(&ignoring), Verdict::Equal, "{:?}", ignoring.structure);
+}
+
+#[test]
+fn what_the_case_says_differently_is_told() {
+    let desk = Desk::new();
+    let a = forge(30, 5);
+    let mut b = a.clone();
+    b.attachments[0].1 = b"seed = 6\nsteps = 30\n[mesh]\ncells = 4\n".to_vec();
+    b.metadata[0].1.insert("who".into(), "you".into());
+    let comparison = desk.forged(&a, &b, &Options::default());
+    assert_eq!(verdict(&comparison), Verdict::Equal, "provenance is told, and is no difference of numbers");
+    let told: Vec<String> = comparison
+        .provenance
+        .iter()
+        .map(|change| format!("{} {} {:?} {:?}", change.place, change.key, change.a, change.b))
+        .collect();
+    let expected = [
+        "lab who Some(\"me\") Some(\"you\")",
+        "case.toml mesh.cells None Some(\"4\")",
+        "case.toml seed Some(\"5\") Some(\"6\")",
+    ];
+    assert_eq!(told, expected);
+}
+
+#[test]
+fn damaged_recordings_are_compared_as_far_as_they_are_sound() {
+    let desk = Desk::new();
+    let a = forge(400, 6).write(plain());
+    let cut = &a[..a.len() * 2 / 3];
+    let comparison = desk.compare(&a, cut, &Options::default());
+    assert!(comparison.is_lossy());
+    let scalar = comparison.channels.iter().find(|channel| channel.topic == "/scalar").expect("the channel");
+    assert!(scalar.compared > 100 && scalar.only_a > 50 && scalar.only_b == 0);
+    assert!(scalar.fields.iter().all(|field| field.measure.differing == 0));
+}
+
+#[test]
+fn recordings_in_other_orders_are_equal_or_refused() {
+    let desk = Desk::new();
+    let a = forge(300, 8);
+    let mut b = a.clone();
+    // all profiles at the end of the file
+    for (at, _) in &mut b.channel("/profile").messages {
+        *at += 1_000_000_000_000;
+    }
+    let open = |name: &str, bytes: &[u8], memory| {
+        Recording::open(&desk.put(name, bytes), Limits { memory }).expect("a recording")
+    };
+    let run = |memory, topics: &[&str]| {
+        let topics = topics.iter().map(|topic| topic.parse().expect("a topic")).collect();
+        let options = Options { topics, ..Options::default() };
+        let (a, b) = (open("a.mcap", &a.write(plain()), memory), open("b.mcap", &b.write(plain()), memory));
+        compare(&a, &b, &options, None)
+    };
+    assert_eq!(verdict(&run(1 << 30, &[]).expect("a comparison")), Verdict::Equal);
+    let refused = run(1 << 20, &[]).expect_err("no room to wait");
+    assert!(refused.to_string().contains("`/profile`"), "{refused}");
+    assert_eq!(verdict(&run(1 << 20, &["/profile"]).expect("a comparison")), Verdict::Equal);
+}
+
+#[test]
+fn maps_in_another_order_are_equal() {
+    // two entries of `sizes` as two writers may order them
+    let entry = |key: &str, value: f64| {
+        let mut inner = vec![0x0a, key.len() as u8];
+        inner.extend(key.bytes());
+        inner.push(0x11);
+        inner.extend(value.to_le_bytes());
+        [vec![0x42, inner.len() as u8], inner].concat()
+    };
+    let descriptor = forge::pool(&forge::file()).get_message_by_name("lab.Note").expect("the message");
+    let layout = percuss_reader::wire::Layout::of(&descriptor);
+    let decode = |bytes: &[u8]| {
+        let mut values = layout.values();
+        layout.decode(bytes, &mut values).expect("a message");
+        values
+    };
+    let (a, b) = (entry("a", 1.0), entry("b", 2.0));
+    assert_eq!(decode(&[a.clone(), b.clone()].concat()), decode(&[b, a].concat()));
+}

@@ -1,0 +1,407 @@
+//! The verbs as programs: exit status, outputs, what is written where.
+
+mod forge;
+
+use std::{
+    fs,
+    io::Write,
+    path::PathBuf,
+    process::{Command, Output, Stdio},
+    thread,
+    time::Duration,
+};
+
+use forge::{forge, plain};
+use prost_reflect::Value;
+use serde_json::Value as Json;
+use tempfile::TempDir;
+
+struct Desk {
+    folder: TempDir,
+}
+
+impl Desk {
+    /// `a.mcap`, the same again as `same.mcap`, and `b.mcap` that differs a little at step 20.
+    fn new() -> Self {
+        let desk = Self { folder: tempfile::tempdir().expect("a folder") };
+        let a = forge(60, 1);
+        let mut b = a.clone();
+        let message = &mut b.channel("/scalar").messages[20].1;
+        let force = message.get_field_by_name("force").and_then(|force| force.as_f64()).expect("a number");
+        message.set_field_by_name("force", Value::F64(force + 1e-6));
+        for (name, recording) in [("a.mcap", &a), ("same.mcap", &a), ("b.mcap", &b)] {
+            fs::write(desk.path(name), recording.write(plain())).expect("a file");
+        }
+        desk
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss-read"));
+        command.current_dir(self.folder.path()).args(arguments).stdin(Stdio::null());
+        command
+    }
+
+    fn read(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().expect("the program starts")
+    }
+
+    /// Standard output of a run that ends with a status.
+    fn text(&self, status: i32, arguments: &[&str]) -> String {
+        let output = self.read(arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {stderr}");
+        String::from_utf8(output.stdout).expect("text")
+    }
+
+    fn error(&self, status: i32, arguments: &[&str]) -> String {
+        let output = self.read(arguments);
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}");
+        String::from_utf8(output.stderr).expect("text")
+    }
+}
+
+#[test]
+fn diff_says_where_and_ends_accordingly() {
+    let desk = Desk::new();
+    assert!(desk.text(0, &["diff", "a.mcap", "same.mcap"]).starts_with("a.mcap -> same.mcap: equal\n"));
+    let text = desk.text(1, &["diff", "a.mcap", "b.mcap"]);
+    for part in [
+        "DIFFERENT",
+        "first difference: /scalar.force at step 20, time 0.2",
+        "equal: /profile, /slice, /note",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(!text.contains('\u{1b}'), "no colours where there is no terminal");
+    assert!(desk.text(0, &["diff", "a.mcap", "b.mcap", "--abs", "1e-5"]).contains("within tolerance"));
+    let explained = desk.text(0, &["diff", "a.mcap", "b.mcap", "--tol", "/scalar.*:rel=1e-3", "--explain"]);
+    assert!(explained.contains("rule rel=1e-3 (--tol /scalar.*:rel=1e-3)"), "{explained}");
+    assert!(explained.contains("rule bitwise"), "{explained}");
+    fs::write(desk.path("t.toml"), "[[tolerance]]\nfield = '/scalar.force'\npeak_rel = 1e-6\n")
+        .expect("a file");
+    desk.text(0, &["diff", "a.mcap", "b.mcap", "--tolerances", "t.toml"]);
+    assert_eq!(desk.text(1, &["diff", "a.mcap", "b.mcap", "--summary"]).lines().count(), 5);
+    let fast = desk.text(1, &["diff", "a.mcap", "b.mcap", "--fail-fast"]);
+    assert!(fast.contains("--fail-fast"), "{fast}");
+    assert!(desk.text(0, &["diff", "a.mcap", "same.mcap", "b.mcap", "--abs", "1"]).contains("2 comparisons"));
+    desk.text(0, &["diff", "a.mcap", "b.mcap", "--field", "load,p,values"]);
+    desk.text(1, &["diff", "a.mcap", "b.mcap", "--field", "fo*"]);
+    desk.text(0, &["diff", "a.mcap", "b.mcap", "--every", "3"]);
+    desk.text(1, &["diff", "a.mcap", "b.mcap", "--every", "4"]);
+    desk.text(0, &["diff", "a.mcap", "b.mcap", "--to", "0.19"]);
+    desk.text(0, &["diff", "a.mcap", "b.mcap", "--from", "0.21"]);
+    // what could not be compared
+    assert!(desk.error(2, &["diff", "a.mcap", "none.mcap"]).contains("none.mcap"));
+    assert!(desk.error(2, &["diff", "a.mcap"]).contains("FILE"));
+    assert!(desk.error(2, &["diff", "a.mcap", "b.mcap", "--tol", "size=1"]).contains("no tolerance"));
+    fs::write(desk.path("bad.toml"), "[[tolerance]]\nfield = '*'\nsize = 1\n").expect("a file");
+    assert!(desk.error(2, &["diff", "a.mcap", "b.mcap", "--tolerances", "bad.toml"]).contains("size"));
+    // a damaged one: what is sound is compared
+    let bytes = fs::read(desk.path("a.mcap")).expect("a file");
+    fs::write(desk.path("cut.mcap"), &bytes[..bytes.len() - 3000]).expect("a file");
+    assert!(desk.text(3, &["diff", "a.mcap", "cut.mcap"]).contains("damaged"));
+}
+
+#[test]
+fn diff_as_json() {
+    let desk = Desk::new();
+    let json: Json =
+        serde_json::from_str(&desk.text(1, &["diff", "a.mcap", "b.mcap", "--json"])).expect("JSON");
+    assert_eq!((&json["version"], &json["verdict"]), (&Json::from(1), &Json::from("different")));
+    let comparison = &json["comparisons"][0];
+    assert_eq!(comparison["first_beyond"]["step"], 20);
+    assert_eq!(comparison["first_beyond"]["topic"], "/scalar");
+    let fields = comparison["channels"][0]["fields"].as_array().expect("a list");
+    let force = fields.iter().find(|field| field["field"] == "force").expect("the field");
+    assert_eq!(
+        (&force["differing"], &force["unit"], &force["within"]),
+        (&1.into(), &"N".into(), &false.into())
+    );
+    assert!((force["max_abs"].as_f64().expect("a number") - 1e-6).abs() < 1e-12);
+    for key in ["l1_rel", "l2_rel", "linf", "max_peak_rel", "correlation", "sprague_geers"] {
+        assert!(!force[key].is_null(), "{key}");
+    }
+}
+
+#[test]
+fn folders_are_compared_file_by_file() {
+    let desk = Desk::new();
+    for (folder, files) in
+        [("old", &[("x", "a"), ("sub/y", "a")] as &[_]), ("new", &[("x", "same"), ("sub/y", "b")])]
+    {
+        for (name, source) in files {
+            let target = desk.path(folder).join(format!("{name}.mcap"));
+            fs::create_dir_all(target.parent().expect("a folder")).expect("a folder");
+            fs::copy(desk.path(&format!("{source}.mcap")), target).expect("a file");
+        }
+    }
+    let text = desk.text(1, &["diff", "old", "new", "--summary"]);
+    assert!(text.contains("old/x.mcap -> new/x.mcap") && text.contains("2 comparisons: DIFFERENT"), "{text}");
+    desk.text(0, &["diff", "old", "new", "--abs", "1"]);
+    fs::remove_file(desk.path("new/x.mcap")).expect("a file");
+    assert!(desk.text(1, &["diff", "old", "new", "--abs", "1"]).contains("missing from the new folder"));
+    assert!(desk.error(2, &["diff", "old", "a.mcap"]).contains("folder"));
+}
+
+#[test]
+fn a_new_recording_is_accepted_only_when_asked() {
+    let desk = Desk::new();
+    let before = fs::read(desk.path("a.mcap")).expect("a file");
+    desk.text(1, &["diff", "a.mcap", "b.mcap"]);
+    assert_eq!(fs::read(desk.path("a.mcap")).expect("a file"), before);
+    desk.text(0, &["diff", "a.mcap", "b.mcap", "--bless"]);
+    assert_eq!(
+        fs::read(desk.path("a.mcap")).expect("a file"),
+        fs::read(desk.path("b.mcap")).expect("a file")
+    );
+    let bytes = fs::read(desk.path("a.mcap")).expect("a file");
+    fs::write(desk.path("cut.mcap"), &bytes[..bytes.len() - 3000]).expect("a file");
+    assert!(desk.error(2, &["diff", "a.mcap", "cut.mcap", "--bless"]).contains("damaged"));
+    assert_eq!(fs::read(desk.path("a.mcap")).expect("a file"), bytes);
+}
+
+#[test]
+fn the_difference_is_a_picture_and_a_recording() {
+    let desk = Desk::new();
+    desk.text(1, &["diff", "a.mcap", "b.mcap", "--plot", "d.svg", "--write-diff", "d.mcap"]);
+    let svg = fs::read_to_string(desk.path("d.svg")).expect("a picture");
+    assert!(svg.contains("/scalar.force") && svg.contains("new - reference"));
+    let rows = desk.text(0, &["trace", "d.mcap", "--topic", "/diff/scalar", "--field", "force,step"]);
+    let row = rows.lines().nth(21).expect("the row of step 20");
+    let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().expect("a number")).collect();
+    assert!((cells[1] - 1e-6).abs() < 1e-12 && cells[2] == 20.0, "{row}");
+    assert!(rows.lines().nth(20).expect("a row").contains(",0.0,"));
+    desk.text(0, &["verify", "d.mcap"]);
+    // existing outputs are kept
+    assert!(desk.error(2, &["diff", "a.mcap", "b.mcap", "--plot", "d.svg"]).contains("--force"));
+    assert!(
+        desk.error(2, &["diff", "a.mcap", "b.mcap", "--write-diff", "a.mcap", "--force"]).contains("itself")
+    );
+    desk.text(0, &["diff", "a.mcap", "same.mcap", "--plot", "none.svg"]);
+    assert!(!desk.path("none.svg").exists(), "no picture of no difference");
+}
+
+#[test]
+fn verify_and_recover() {
+    let desk = Desk::new();
+    assert!(desk.text(0, &["verify", "a.mcap"]).contains("sound"));
+    let bytes = fs::read(desk.path("a.mcap")).expect("a file");
+    fs::write(desk.path("cut.mcap"), &bytes[..bytes.len() / 2]).expect("a file");
+    let json: Json = serde_json::from_str(&desk.text(1, &["verify", "--json", "cut.mcap"])).expect("JSON");
+    assert_eq!((&json["version"], &json["sound"]), (&1.into(), &false.into()));
+    let text = desk.text(3, &["recover", "cut.mcap", "-o", "whole.mcap"]);
+    assert!(text.contains("lost:"), "{text}");
+    desk.text(0, &["verify", "whole.mcap"]);
+    let info = desk.text(0, &["info", "whole.mcap"]);
+    assert!(info.contains("percuss.recovered") && info.contains("lost.000"), "{info}");
+    assert!(desk.error(1, &["recover", "cut.mcap", "-o", "whole.mcap"]).contains("--force"));
+    assert!(desk.error(2, &["recover", "cut.mcap", "-o", "cut.mcap", "--force"]).contains("itself"));
+    // a sound one: nothing is lost, all is there
+    assert!(desk.text(0, &["recover", "a.mcap", "-o", "copy.mcap"]).contains("nothing was lost"));
+    assert!(desk.text(0, &["diff", "a.mcap", "copy.mcap"]).contains("equal"));
+}
+
+#[test]
+fn topics_and_files_share_rows() {
+    let desk = Desk::new();
+    let rows = desk.text(
+        0,
+        &["trace", "a.mcap", "--topic", "/scalar,/slice", "--field", "force,values[3]", "--to", "0.1"],
+    );
+    let lines: Vec<&str> = rows.lines().collect();
+    assert_eq!(lines[0], "time,/scalar.force [N],/slice.values[3] [Pa]");
+    assert_eq!(lines.len(), 1 + 11);
+    let gaps: Vec<usize> = (1..12).filter(|&i| lines[i].ends_with(',')).collect();
+    assert_eq!(gaps, [2, 3, 4, 5, 6, 7, 8, 9, 10], "a slice every tenth step");
+    let rows = desk.text(
+        0,
+        &[
+            "trace",
+            "a.mcap",
+            "--topic",
+            "/scalar,/slice",
+            "--field",
+            "force,values[3]",
+            "--to",
+            "0.1",
+            "--align",
+            "linear",
+        ],
+    );
+    assert!(rows.lines().all(|line| !line.ends_with(',')), "{rows}");
+    let rows = desk.text(0, &["trace", "a.mcap", "b.mcap", "--topic", "/scalar", "--field", "force"]);
+    assert_eq!(rows.lines().next(), Some("time [s],a:force [N],b:force [N]"));
+    let differing = rows.lines().skip(1).filter(|line| {
+        let cells: Vec<&str> = line.split(',').collect();
+        cells[1] != cells[2]
+    });
+    assert_eq!(differing.count(), 1);
+    let rows =
+        desk.text(0, &["trace", "a.mcap", "b.mcap", "--topic", "/scalar", "--field", "force", "--stack"]);
+    assert_eq!(rows.lines().count(), 1 + 120);
+    assert!(rows.lines().nth(61).expect("a row").starts_with("b.mcap,0.0,"));
+    // nested fields and positions
+    let rows = desk.text(
+        0,
+        &["trace", "a.mcap", "--topic", "/note", "--field", "place.x,parts[1].x,kind,sizes.value[0]"],
+    );
+    assert_eq!(rows.lines().nth(1), Some("0.05,0.05,0.05,LOUD,1.0"));
+    let rows = desk.text(0, &["trace", "a.mcap", "--topic", "/profile", "--field", "p@r=0.05", "--to", "0"]);
+    assert!(rows.starts_with("time,p@r=0.05 [Pa]\n0.0,"), "{rows}");
+    assert!(desk.error(2, &["trace", "a.mcap", "--topic", "/nothing*"]).contains("/scalar"));
+}
+
+#[test]
+fn tables_in_every_format() {
+    let desk = Desk::new();
+    for name in ["t.csv", "t.jsonl", "t.parquet", "t.npy", "t.npz"] {
+        desk.text(0, &["trace", "a.mcap", "--topic", "/scalar", "-o", name]);
+    }
+    let start = |name: &str, length: usize| fs::read(desk.path(name)).expect("a table")[..length].to_vec();
+    assert_eq!(start("t.parquet", 4), b"PAR1");
+    assert_eq!(start("t.npy", 6), b"\x93NUMPY");
+    assert_eq!(start("t.npz", 2), b"PK");
+    let matrix: ndarray::Array2<f64> = ndarray_npy::read_npy(desk.path("t.npy")).expect("a matrix");
+    assert_eq!(matrix.dim(), (60, 6));
+    assert_eq!((matrix[[7, 0]], matrix[[7, 1]], matrix[[7, 4]]), (0.07, 7.0, 46.0));
+    let mut archive =
+        ndarray_npy::NpzReader::new(fs::File::open(desk.path("t.npz")).expect("a file")).expect("npz");
+    let count: ndarray::Array1<i64> = archive.by_name("count").expect("an array of integers");
+    assert_eq!(count[59], 59 * 7 - 3);
+    let flag: ndarray::Array1<bool> = archive.by_name("flag").expect("an array of truth values");
+    assert!(flag[0] && !flag[1]);
+    let error = desk.error(1, &["trace", "a.mcap", "--topic", "/note", "-o", "n.npy"]);
+    assert!(error.contains("text"), "{error}");
+    assert!(!desk.path("n.npy").exists());
+}
+
+#[test]
+fn pictures_in_every_medium() {
+    let desk = Desk::new();
+    for arguments in [
+        &["plot", "a.mcap", "b.mcap", "--topic", "/scalar", "--field", "force", "-o", "p.svg"] as &[_],
+        &["plot", "a.mcap", "--topic", "/profile", "--at-time", "0.1,0.5", "-o", "q.svg"],
+        &["plot", "a.mcap", "--topic", "/slice", "--at-time", "0.3", "-o", "r.png"],
+        &[
+            "plot",
+            "a.mcap",
+            "--topic",
+            "/slice",
+            "--at",
+            "z=0.3",
+            "--at-time",
+            "0.3",
+            "--log",
+            "x",
+            "-o",
+            "s.svg",
+        ],
+        &[
+            "plot",
+            "a.mcap",
+            "--topic",
+            "/scalar",
+            "--field",
+            "force",
+            "--range",
+            "-1,4",
+            "--x-range",
+            "0,1",
+            "-o",
+            "t.png",
+        ],
+    ] {
+        desk.text(0, arguments);
+    }
+    let svg = |name: &str| fs::read_to_string(desk.path(name)).expect("a picture");
+    for part in ["force [N]", "a:force", "b:force", "font-face", "time"] {
+        assert!(svg("p.svg").contains(part), "{part}");
+    }
+    for part in ["p [Pa]", "r [m]", "time 0.1", "time 0.5"] {
+        assert!(svg("q.svg").contains(part), "{part}");
+    }
+    assert!(svg("s.svg").contains("values [Pa]"));
+    for name in ["r.png", "t.png"] {
+        assert_eq!(fs::read(desk.path(name)).expect("a picture")[..4], *b"\x89PNG");
+    }
+    let drawn = desk.text(0, &["plot", "a.mcap", "--topic", "/scalar", "--field", "force"]);
+    assert!(drawn.lines().count() >= 20 && drawn.contains("time [s]"), "{drawn}");
+    assert!(drawn.chars().any(|c| ('\u{2801}'..='\u{28ff}').contains(&c)), "braille: {drawn}");
+    assert!(!drawn.contains('\u{1b}'), "no colours where there is no terminal");
+    assert!(
+        desk.error(2, &["plot", "a.mcap", "--topic", "/note", "--at-time", "0.1", "--field", "text"])
+            .contains("nothing to draw")
+    );
+    assert!(desk.error(2, &["plot", "a.mcap", "-o", "p.pdf"]).contains(".svg"));
+    assert!(desk.error(1, &["plot", "a.mcap", "--topic", "/scalar", "-o", "p.svg"]).contains("--force"));
+}
+
+#[test]
+fn fields_and_attachments_are_exported() {
+    let desk = Desk::new();
+    let error = desk.error(0, &["export", "a.mcap", "--topic", "/slice", "--at-time", "0.21", "-o", "f.npy"]);
+    assert!(error.contains("at time 0.2"), "{error}");
+    let matrix: ndarray::Array2<f64> = ndarray_npy::read_npy(desk.path("f.npy")).expect("a matrix");
+    assert_eq!(matrix.dim(), (4, 6));
+    desk.text(0, &["export", "a.mcap", "--topic", "/slice", "-o", "f.vti"]);
+    let vti = fs::read(desk.path("f.vti")).expect("a file");
+    let head = String::from_utf8_lossy(&vti[..600]).into_owned();
+    assert!(head.contains("WholeExtent=\"0 5 0 3 0 0\"") && head.contains("Spacing=\"0.1 0.2 1\""), "{head}");
+    assert_eq!(desk.text(0, &["export", "a.mcap", "--attachment", "case.toml"]), "seed = 1\nsteps = 60\n");
+    assert_eq!(desk.text(0, &["export", "a.mcap", "--attachments", "-o", "out"]), "out/case.toml\n");
+    assert!(desk.error(2, &["export", "a.mcap", "--attachment", "none"]).contains("case.toml"));
+    assert!(desk.error(2, &["export", "a.mcap", "--topic", "/scalar", "-o", "f.png"]).contains("no matrix"));
+}
+
+#[test]
+fn schemas_and_messages_as_text() {
+    let desk = Desk::new();
+    let schema = desk.text(0, &["schema", "a.mcap", "--topic", "/note"]);
+    for part in [
+        "message Note {",
+        "map<string, double> sizes = 8;",
+        "repeated lab.Place parts = 6;",
+        "enum Kind {",
+        "LOUD = 1;",
+    ] {
+        assert!(schema.contains(part), "{part}: {schema}");
+    }
+    let lines = desk.text(0, &["cat", "a.mcap", "--topic", "/note,/slice", "--to", "0.1"]);
+    let lines: Vec<Json> = lines.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    assert_eq!(lines.len(), 3);
+    assert_eq!(lines[1]["topic"], "/note");
+    assert_eq!(lines[1]["message"]["place"]["x"], 0.05);
+    assert_eq!(lines[1]["message"]["kind"], "LOUD");
+    assert_eq!(lines[1]["message"]["sizes"]["b"], 2.0);
+}
+
+#[test]
+fn a_recording_is_followed_while_it_is_written() {
+    let desk = Desk::new();
+    let bytes = forge(400, 1).write(plain());
+    let growing = desk.path("growing.mcap");
+    let mut file = fs::File::create(&growing).expect("a file");
+    file.write_all(&bytes[..bytes.len() / 3]).expect("a part");
+    for arguments in [
+        &["cat", "growing.mcap", "--topic", "/scalar", "--follow"] as &[_],
+        &["trace", "growing.mcap", "--topic", "/scalar", "--follow"],
+    ] {
+        fs::write(&growing, &bytes[..bytes.len() / 3]).expect("a part");
+        let child =
+            desk.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+        thread::sleep(Duration::from_millis(300));
+        let mut file = fs::OpenOptions::new().append(true).open(&growing).expect("the file");
+        for part in bytes[bytes.len() / 3..].chunks(7_001) {
+            file.write_all(part).expect("a part");
+            thread::sleep(Duration::from_millis(3));
+        }
+        let output = child.wait_with_output().expect("it ends");
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let lines = String::from_utf8(output.stdout).expect("text").lines().count();
+        assert_eq!(lines, 400 + usize::from(arguments[0] == "trace"), "{arguments:?}");
+    }
+}
