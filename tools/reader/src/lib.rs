@@ -1,26 +1,42 @@
-//! Reads MCAP recordings whose messages are protobuf: what is in them, and any field against time.
+//! Reads MCAP recordings whose messages are protobuf: tables, pictures and comparisons of what is in them.
 //!
 //! The reader knows nothing of the program that wrote a recording. It decodes messages through the descriptors that
 //! are embedded in the file, and takes units and axes from the metadata of the channels, so it reads recordings of
 //! any version of percuss and any other protobuf MCAP file.
 //!
 //! ```text
-//! file -> recording::Scan -> overview::Overview                         -> command::info
-//!                         -> field::Column (what to take of a message)  -> table::Sink -> command::trace
+//! file -> recording::Scan -> messages::Recording, Messages -> wire::Layout, Values -+-> field::Column -> table::Sink
+//!                                                                                   +-> slice::{Profile, Slice} -> plot
+//!                                                                                   +-> compare
 //! ```
 //!
 //! | Module | Owns |
 //! |---|---|
-//! | [`recording`] | opening a file, limits, checksums, records in the order of the file |
-//! | [`overview`] | what a recording holds: channels, counts, times, metadata, attachments |
+//! | [`recording`] | opening a file, limits, checksums, the index, records in the order of the file, stepping over damage |
+//! | [`messages`] | a recording that is open: its channels, and the messages of some of them, by the index if there is one |
+//! | [`overview`] | channels and what else a recording says of itself |
+//! | [`wire`] | messages taken apart into typed lists, one per leaf of their type |
 //! | [`field`], `axis` | fields of messages: names, units; positions on the axes of arrays and values between them |
-//! | [`table`] | named columns with units, and what takes their rows |
-//! | [`mod@format`] | one file per output format |
+//! | [`select`] | patterns of topics, the same for every verb |
+//! | [`mod@slice`] | arrays over their axis and matrices, at one time |
+//! | [`table`], [`mod@format`] | named columns with units, and what takes their rows: one file per output format |
+//! | [`compare`] | two recordings number by number: structure, alignment, tolerances, measures. Pure: no output |
+//! | [`mod@plot`] | curves and images as SVG, PNG or text |
 //! | [`command`] | one file per verb |
 //! | [`cli`] | arguments, errors, exit status |
 //!
-//! Every checksum of a file is verified (chunks before anything in them is used), and no record larger than a stated
-//! limit is taken into memory. A file that ends early or is damaged is read up to there, and that is said.
+//! # Damage and limits
+//!
+//! Every checksum of what is read is verified, chunks before anything in them is used. A damaged part is stepped over,
+//! told, and makes the exit status 3. Where the index at the end of a file is sound, only chunks that hold what is asked
+//! for are read; `verify` and `info` always read everything. `--max-memory` caps what a file can make the reader take:
+//! a record or unpacked chunk may have a quarter of it (two files with a chunk packed and unpacked each make the whole),
+//! all schemas, channels and metadata records a 64th, messages that wait for their counterparts in a comparison a 16th per file (if that is not enough, the comparison is
+//! refused, never wrong). Lengths
+//! inside a record are checked before it is parsed. A type inside itself, or nested deeper than 32, is kept as bytes.
+//!
+//! Memory does not depend on the length of a recording. The exceptions say so: NumPy files begin with their lengths, so
+//! their columns are kept in memory, up to `--max-memory`; pictures keep the points of their curves.
 //!
 //! # Channel metadata
 //!
@@ -30,6 +46,50 @@
 //! | `meaning.<field>` | the field in words |
 //! | `axis.<field>` | positions of an array: `r0,dr` names two fields of the message, the first position and the step; a list of numbers is the positions; `z0,dz,nz;r0,dr,nr` is a row-major matrix |
 //! | `symmetry.<field>` | `even`: the array is even about the origin of its axis |
+//!
+//! # How a comparison goes
+//!
+//! 1. Channels are paired by topic and message type, fields by name, then by number. What has no partner, has another
+//!    name, type, unit or axis is a difference, told before any number. Metadata records and attachments are compared
+//!    too, TOML key by key, but only for information: they say why numbers differ. `percuss.host` never takes part.
+//! 2. Messages are paired by step if equal steps are at equal times, else by exact time if more than half of them have
+//!    a partner, else the new recording is interpolated at the times of the reference, on the common window. The first
+//!    16 messages of a channel decide; `--align` does so for good. Arrays on other axes are compared on the common range,
+//!    interpolated linearly; the fields that describe the axes are left out then, and so is `step` between messages.
+//! 3. Values are held against the first rule that fits `topic.field`, see [`compare::Tolerance`]; without a rule every bit
+//!    counts, but −0 is +0, infinities are equal by sign, and not-a-number is equal to nothing unless that is asked for.
+//!
+//! # From exodiff
+//!
+//! Who knows `exodiff` of SEACAS finds its options here:
+//!
+//! | exodiff | percuss-read diff |
+//! |---|---|
+//! | `-tolerance`, `-absolute`, `-relative` | `--abs`, `--rel`; relative to the reference, not to the larger of the two |
+//! | `-combined` | `--abs X --rel Y`: the larger of both counts |
+//! | `-Floor`, `-use_old_floor` | `--abs` (the old floor: differences below it are none); or `peak_rel`, which knows the scale of the field |
+//! | `-ulps_double`, `-ulps_float` | `--ulp N`, in the type of the field |
+//! | `-eigen_absolute`, `-eigen_relative`, `-eigen_combined` | none: the sign of a recorded quantity has a meaning |
+//! | `-ignore`, `ignore` in the command file | `--ignore PATTERN`, `ignore = true` |
+//! | `-file`, `-f` (command file) | `--tolerances FILE` (TOML), `--tol RULE` |
+//! | `-summary` (writes a command file with ranges) | peaks and ranges need no writing down: `peak_rel`, `range_rel` |
+//! | `-interpolate` | by itself where times differ; `--align linear`, `cubic`, `nearest` |
+//! | `-final_time_tolerance` | none: what lies outside the common window is counted and told |
+//! | `-TimeStepOffset`, `-T`, `-TA`, `-TM`, `-explicit` | `--align time` or `order`; the best shift in time is told for every field that differs |
+//! | `-steps`, `-x`, `-exclude` | `--from`, `--to`, `--every` |
+//! | `-map`, `-m`, `-partial`, `-p`, `-match_ids`, `-match_file_order`, `-match_by_name`, `-nsmap`, `-ssmap`, `-no_nsmap`, `-no_ssmap`, `-dumpmap`, `-show_unmatched`, `-ignore_maps`, `-ignore_dups` | arrays have axes: different ones are brought together by position, the common range is compared |
+//! | `-norms`, `-l1norms`, `-l2norms` | always told; `--l2-rel` makes one a criterion |
+//! | `-show_all_diffs` | counts, first, largest; every single one: `--write-diff` |
+//! | third file argument | `--write-diff FILE` |
+//! | `-quiet` | the exit status; `--summary` for a line per channel |
+//! | `-status`, `-ignore_status` | 0 within, 1 different, 2 could not compare, 3 damaged; ignoring it is up to the caller |
+//! | `-pedantic` | the default: every bit |
+//! | `-allow_name_mismatch`, `-nosymmetric_name_check` | `--ignore` names what may be missing or new |
+//! | `-ignore_case`, `-i`, `-case_sensitive` | names are case-sensitive, as in protobuf |
+//! | `-ignore_nans` | `--nan-equal`; not-a-number against a number is a difference always |
+//! | `-ignore_attributes`, `-ignore_sideset_df` | `--ignore` |
+//! | `-short`, `-no_short`, `-s`, `-64-bit`, `-maxnames`, `-min_coordinate_separation` | nothing of the kind in a recording |
+//! | `-help`, `-Help`, `-version`, `-copyright` | `--help`, `--version`, the licence files |
 
 mod axis;
 pub mod cli;
