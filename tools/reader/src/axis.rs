@@ -66,6 +66,15 @@ impl Axis {
         }
     }
 
+    /// Name of the coordinate of an array; lists carry no name, they are radii.
+    pub(crate) fn coordinate(&self) -> &str {
+        match self {
+            Self::Uniform { coordinate, .. } => coordinate,
+            Self::Listed(_) => "r",
+            Self::Matrix { .. } | Self::Unknown => "index",
+        }
+    }
+
     /// The axis as it is in a message.
     pub(crate) fn place(&self, values: &Values) -> Place<'_> {
         let number = |leaf: usize| values.lists[leaf].number(0);

@@ -1,5 +1,11 @@
 //! The verbs, one file each: from arguments to a result, printing left to [`crate::cli`].
 
+use std::{
+    fs::{File, OpenOptions},
+    io,
+    path::Path,
+};
+
 pub mod cat;
 pub mod diff;
 pub mod export;
@@ -9,3 +15,15 @@ pub mod recover;
 pub mod schema;
 pub mod trace;
 pub mod verify;
+
+/// Creates a file, a new one unless it may be overwritten.
+pub(crate) fn create(path: &Path, overwrite: bool) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true);
+    if overwrite {
+        options.create(true).truncate(true)
+    } else {
+        options.create_new(true)
+    };
+    options.open(path)
+}

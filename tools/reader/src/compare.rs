@@ -274,7 +274,7 @@ fn scales(
             let channel: &Channel = &a.channels[&message.channel];
             let Some(layout) = &channel.layout else { return };
             let values = values.entry(message.channel).or_insert_with(|| layout.values());
-            let time = align::time_of(channel, message.data, message.log_time);
+            let time = channel.time_of(message.data, message.log_time);
             let is_outside =
                 options.from.is_some_and(|from| time < from) || options.to.is_some_and(|to| time > to);
             if is_outside || layout.decode(message.data, values).is_err() {

@@ -8,14 +8,18 @@ use std::{
     fs::File,
     io::{Read, Seek, SeekFrom},
     path::{Path, PathBuf},
+    time::Duration,
 };
 
 use mcap::records::{Record, op};
 
 use crate::{
     overview::{Attachment, Channel, Directory, Metadata, Overview},
-    recording::{Damage, Index, Limits, Next, OpenError, Scan, parse},
+    recording::{Damage, Index, Limits, Next, OpenError, PREFIX, Scan, parse},
 };
+
+/// Pause before looking again for more of a file that is being written.
+pub const POLL: Duration = Duration::from_millis(100);
 
 /// A recording and what it says of itself.
 pub struct Recording {
@@ -207,7 +211,6 @@ fn record_at(
     opcode: u8,
     limits: Limits,
 ) -> std::io::Result<Option<Vec<u8>>> {
-    const PREFIX: u64 = 9;
     if length < PREFIX || length > limits.record() as u64 {
         return Ok(None);
     }

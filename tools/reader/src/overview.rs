@@ -10,6 +10,7 @@ use mcap::records::Record;
 use prost_reflect::DescriptorPool;
 
 use crate::{
+    field::time_leaf,
     recording::{Damage, Found, Limits, Next, OpenError, Scan},
     wire::Layout,
 };
@@ -37,6 +38,12 @@ impl Channel {
     /// Unit of a field; `None` if unknown or a plain number.
     pub fn unit(&self, field: &str) -> Option<&str> {
         self.metadata.get(&format!("unit.{field}")).map(String::as_str).filter(|unit| *unit != "1")
+    }
+
+    /// Time of a message: its field `time`, else its log time in seconds.
+    pub fn time_of(&self, bytes: &[u8], log_time: u64) -> f64 {
+        let time = self.layout.as_ref().and_then(|layout| layout.peek(time_leaf(layout)?, bytes));
+        time.unwrap_or(log_time as f64 * 1e-9)
     }
 
     /// What the axes of arrays are made of: names of fields that only describe them, or positions.
@@ -208,23 +215,15 @@ impl Directory {
         self.channels
     }
 
-    /// The descriptors of a schema, with the name of its message; `None` if it is not protobuf or not sound.
-    pub fn schema(&self, id: u16) -> Option<(&str, &DescriptorPool)> {
+    /// What is known of a schema.
+    pub fn schema(&self, id: u16) -> Option<SchemaState> {
         let schema = self.schemas.get(&id)?;
-        Some((schema.name.as_str(), schema.pool.as_ref()?))
-    }
-
-    /// Names, encodings and soundness of all schemas, by their ids.
-    pub fn schemas(&self) -> BTreeMap<u16, SchemaState> {
-        let state = |schema: &Schema| SchemaState {
+        let pool = schema.pool.as_ref();
+        Some(SchemaState {
             name: schema.name.clone(),
             encoding: schema.encoding.clone(),
-            is_sound: schema
-                .pool
-                .as_ref()
-                .is_some_and(|pool| pool.get_message_by_name(&schema.name).is_some()),
-        };
-        self.schemas.iter().map(|(&id, schema)| (id, state(schema))).collect()
+            is_sound: pool.is_some_and(|pool| pool.get_message_by_name(&schema.name).is_some()),
+        })
     }
 }
 

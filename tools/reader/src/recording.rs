@@ -15,6 +15,7 @@ use std::{
 };
 
 pub use index::Index;
+pub(crate) use index::PREFIX;
 pub(crate) use parse::parse;
 pub use scan::{Found, Next, Scan, Source};
 

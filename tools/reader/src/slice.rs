@@ -2,7 +2,6 @@
 
 use crate::{
     axis::Axis,
-    field::time_leaf,
     messages::Recording,
     overview::Channel,
     recording::{Damage, Next, OpenError},
@@ -91,11 +90,9 @@ pub fn moments(
     let mut messages = recording.messages([id], None)?;
     let wanted = if times.is_empty() { &[f64::INFINITY][..] } else { times };
     let mut nearest: Vec<Option<(f64, Vec<u8>)>> = vec![None; wanted.len()];
-    let time_leaf = time_leaf(layout);
     loop {
         let next = messages.next(|message| {
-            let time = time_leaf.and_then(|leaf| layout.peek(leaf, message.data));
-            let time = time.unwrap_or(message.log_time as f64 * 1e-9);
+            let time = channel.time_of(message.data, message.log_time);
             for (slot, &at) in nearest.iter_mut().zip(wanted) {
                 let is_nearer = match slot {
                     Some((known, _)) if at.is_infinite() => time >= *known,
@@ -135,11 +132,7 @@ pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profil
     let place = axis.place(&moment.values);
     let list = &moment.values.lists[leaf];
     let point = |i: usize| Some((place.position(i).unwrap_or(i as f64), list.number(i)?));
-    let coordinate = match &axis {
-        Axis::Uniform { coordinate, .. } => coordinate.clone(),
-        Axis::Listed(_) => "r".into(),
-        Axis::Matrix { .. } | Axis::Unknown => "index".into(),
-    };
+    let coordinate = axis.coordinate().to_owned();
     Some(Profile {
         name: field.path.clone(),
         unit: channel.unit(&field.path).map(str::to_owned),

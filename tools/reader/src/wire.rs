@@ -88,8 +88,6 @@ pub struct Leaf {
     pub ends_in_list: bool,
     /// True if it always holds exactly one value.
     pub is_single: bool,
-    /// True if it may hold one value or none.
-    pub is_optional: bool,
 }
 
 impl Leaf {
@@ -102,7 +100,6 @@ impl Leaf {
             lists: 0,
             ends_in_list: false,
             is_single: true,
-            is_optional: false,
         }
     }
 
@@ -332,7 +329,6 @@ impl Layout {
             lists: 1,
             ends_in_list: true,
             is_single: false,
-            is_optional: false,
         });
         Self { leaves: builder.leaves, descriptor: descriptor.clone(), root }
     }
@@ -425,7 +421,6 @@ impl Builder {
                 lists: place.lists,
                 ends_in_list: true,
                 is_single: false,
-                is_optional: false,
             })
         });
         let content = match message {
@@ -442,7 +437,6 @@ impl Builder {
                     lists: inner.lists,
                     ends_in_list: is_list,
                     is_single: inner.lists == 0 && !inner.is_optional,
-                    is_optional: inner.lists == 0 && inner.is_optional,
                 });
                 Content::Scalar { leaf, scalar }
             }

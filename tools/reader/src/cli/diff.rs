@@ -17,7 +17,7 @@ use crate::{
         DiffWriter, JSON_VERSION, Job, Style, Verdict, bless, diff, jobs, picture, summary, to_json, to_text,
         verdict,
     },
-    compare::{Comparison, Mode, Options, Rule, Rules},
+    compare::{Comparison, Mode, Options, Rule, Rules, Tolerance},
     recording::Limits,
     select::Pattern,
 };
@@ -185,7 +185,8 @@ impl DiffArguments {
         let usage = |error: String| CliError::Usage(error);
         let mut rules = Rules::default();
         for pattern in &self.ignore {
-            rules.rules.push(format!("{pattern}:ignore").parse().map_err(usage)?);
+            let tolerance = Tolerance { ignore: true, ..Tolerance::default() };
+            rules.rules.push(Rule::new(pattern, tolerance, format!("--ignore {pattern}")).map_err(usage)?);
         }
         rules.rules.extend(self.tolerances.iter().cloned());
         if let Some(path) = &self.tolerance_file {
@@ -193,20 +194,17 @@ impl DiffArguments {
                 .map_err(|error| usage(format!("cannot read `{}`: {error}", path.display())))?;
             rules.add_file(&path.to_string_lossy(), &text).map_err(usage)?;
         }
-        let numbers = [
-            ("abs", self.abs),
-            ("rel", self.rel),
-            ("peak_rel", self.peak_rel),
-            ("range_rel", self.range_rel),
-            ("l2_rel", self.l2_rel),
-        ];
-        let mut settings: Vec<String> =
-            numbers.iter().filter_map(|(name, value)| Some(format!("{name}={:e}", (*value)?))).collect();
-        settings.extend(self.ulp.map(|ulp| format!("ulp={ulp}")));
-        if !settings.is_empty() {
-            let mut rule: Rule = settings.join(",").parse().map_err(usage)?;
-            rule.origin = "flags".into();
-            rules.rules.push(rule);
+        let for_all = Tolerance {
+            abs: self.abs,
+            rel: self.rel,
+            peak_rel: self.peak_rel,
+            range_rel: self.range_rel,
+            l2_rel: self.l2_rel,
+            ulp: self.ulp,
+            ..Tolerance::default()
+        };
+        if for_all != Tolerance::default() {
+            rules.rules.push(Rule::new("*", for_all, "flags".into()).map_err(usage)?);
         }
         Ok(Options {
             topics: self.topics.clone(),

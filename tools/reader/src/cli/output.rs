@@ -1,12 +1,13 @@
 //! Where output goes: standard output, or a file that is never overwritten unasked.
 
 use std::{
-    fs::{File, OpenOptions},
+    fs::File,
     io::{self, Write},
     path::{Path, PathBuf},
 };
 
 use super::CliError;
+use crate::command::create;
 
 /// Standard output, or a file that is created when the first byte is written: a request that fails leaves none.
 pub(super) enum Output {
@@ -26,14 +27,7 @@ impl Output {
     /// Creates the file, if that is still to be done.
     fn open(&mut self) -> io::Result<()> {
         if let Self::Planned { path, overwrite } = self {
-            let mut options = OpenOptions::new();
-            options.write(true);
-            if *overwrite {
-                options.create(true).truncate(true)
-            } else {
-                options.create_new(true)
-            };
-            *self = Self::Opened(options.open(path)?);
+            *self = Self::Opened(create(path, *overwrite)?);
         }
         Ok(())
     }

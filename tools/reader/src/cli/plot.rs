@@ -10,14 +10,12 @@ use clap::Args;
 use super::{
     CliError, Exit, has_colour, loss,
     output::{refuse_inputs, write},
-    window::Window,
+    window::{Chosen, Window},
 };
 use crate::{
     command::plot::{Request, plot},
-    field::{Positions, Selection},
     plot::Medium,
     recording::Limits,
-    select::Pattern,
 };
 
 const PLOT_EXAMPLES: &str = "\
@@ -35,15 +33,8 @@ pub(super) struct PlotArguments {
     /// Recordings, drawn over each other
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Topics, separated by commas; `*` stands for anything [default: /drag; with --at-time /interface/stress]
-    #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
-    topics: Vec<Pattern>,
-    /// Fields, separated by commas: name, a.b.c, name[3], name@r=0.5 [default: all]
-    #[arg(long = "field", value_name = "NAME", value_delimiter = ',')]
-    fields: Vec<String>,
-    /// Positions on the axis of arrays, for example r=0,0.5,0.9; of matrices with --at-time z=0.1
-    #[arg(long, value_name = "R=LIST")]
-    at: Option<Positions>,
+    #[command(flatten)]
+    chosen: Chosen,
     /// Times: arrays over their axis, or a matrix as an image, at the nearest messages
     #[arg(long, value_name = "T", value_delimiter = ',', allow_negative_numbers = true)]
     at_time: Option<Vec<f64>>,
@@ -111,8 +102,8 @@ impl PlotArguments {
         }
         let log = self.log.as_deref().unwrap_or_default();
         let request = Request {
-            topics: self.topics.clone(),
-            selection: Selection { fields: self.fields.clone(), at: self.at.clone() },
+            topics: self.chosen.topics.clone(),
+            selection: self.chosen.selection(),
             at_times: self.at_time.clone(),
             from: self.window.from,
             to: self.window.to,

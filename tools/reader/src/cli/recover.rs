@@ -1,6 +1,6 @@
 //! Arguments of `recover`.
 
-use std::{fs::OpenOptions, path::PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
@@ -10,7 +10,7 @@ use super::{
     output::{explain, print, refuse_inputs},
 };
 use crate::{
-    command::recover::recover,
+    command::{create, recover::recover},
     recording::{Limits, Scan},
 };
 
@@ -47,14 +47,7 @@ impl RecoverArguments {
         refuse_inputs(Some(&self.output), std::iter::once(&self.file))?;
         // what is no recording leaves no new file
         drop(Scan::open(&self.file, limits)?);
-        let mut options = OpenOptions::new();
-        options.write(true);
-        if self.force {
-            options.create(true).truncate(true)
-        } else {
-            options.create_new(true)
-        };
-        let output = options.open(&self.output).map_err(|error| explain(Some(&self.output), error))?;
+        let output = create(&self.output, self.force).map_err(|error| explain(Some(&self.output), error))?;
         let recovered = recover(&self.file, output, limits)?;
         if self.json {
             let document = json!({

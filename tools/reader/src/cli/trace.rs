@@ -11,11 +11,10 @@ use super::{
     CliError, Exit, loss,
     output::{Output, explain, refuse_inputs},
     say,
-    window::Window,
+    window::{Chosen, Window},
 };
 use crate::{
     command::trace::{Align, Request, TraceError, trace},
-    field::{Positions, Selection},
     format::{
         csv::Csv,
         json_lines::JsonLines,
@@ -23,7 +22,6 @@ use crate::{
         parquet::Parquet,
     },
     recording::Limits,
-    select::Pattern,
 };
 
 const TRACE_EXAMPLES: &str = "\
@@ -39,15 +37,8 @@ pub(super) struct TraceArguments {
     /// Recordings
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Topics, separated by commas; `*` stands for anything [default: /drag]
-    #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
-    topics: Vec<Pattern>,
-    /// Fields, separated by commas: name, a.b.c, name[3], name@r=0.5 [default: all]
-    #[arg(long = "field", value_name = "NAME", value_delimiter = ',')]
-    fields: Vec<String>,
-    /// Positions on the axis of arrays, for example r=0,0.5,0.9; linear interpolation
-    #[arg(long, value_name = "R=LIST")]
-    at: Option<Positions>,
+    #[command(flatten)]
+    chosen: Chosen,
     #[command(flatten)]
     window: Window,
     /// How several topics or files share rows
@@ -87,8 +78,8 @@ enum Format {
 impl TraceArguments {
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         let request = Request {
-            topics: self.topics.clone(),
-            selection: Selection { fields: self.fields.clone(), at: self.at.clone() },
+            topics: self.chosen.topics.clone(),
+            selection: self.chosen.selection(),
             from: self.window.from,
             to: self.window.to,
             every: self.window.every,

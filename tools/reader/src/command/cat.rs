@@ -4,22 +4,17 @@ use std::{
     io::{self, Write},
     path::Path,
     thread,
-    time::Duration,
 };
 
 use prost_reflect::{DynamicMessage, SerializeOptions};
 use serde_json::{Value, json};
 
 use crate::{
-    field::time_leaf,
-    messages::{Message, Recording},
+    messages::{Message, POLL, Recording},
     overview::Channel,
     recording::{Damage, Limits, Next, OpenError},
     select::{self, Pattern, UnknownTopic},
 };
-
-/// Pause before looking again for more of a file that is being written.
-const POLL: Duration = Duration::from_millis(100);
 
 /// What to show.
 #[derive(Clone, Debug, Default)]
@@ -83,7 +78,7 @@ pub fn cat(
     loop {
         let next = messages.next(|message| {
             let channel = &recording.channels[&message.channel];
-            let time = time(channel, &message);
+            let time = channel.time_of(message.data, message.log_time);
             if request.from.is_some_and(|from| time < from) || request.to.is_some_and(|to| time > to) {
                 return Ok(());
             }
@@ -106,12 +101,6 @@ pub fn cat(
     }
     output.flush()?;
     Ok(messages.damages().to_vec())
-}
-
-fn time(channel: &Channel, message: &Message<'_>) -> f64 {
-    let layout = channel.layout.as_ref();
-    let time = layout.and_then(|layout| layout.peek(time_leaf(layout)?, message.data));
-    time.unwrap_or(message.log_time as f64 * 1e-9)
 }
 
 fn line(channel: &Channel, message: &Message<'_>) -> Value {

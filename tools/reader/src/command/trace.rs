@@ -6,12 +6,11 @@ use std::{
     collections::HashMap,
     io,
     path::{Path, PathBuf},
-    time::Duration,
 };
 
 use crate::{
     field::{Column, Selection, SelectionError, columns},
-    messages::{Messages, Recording},
+    messages::{Messages, POLL, Recording},
     overview::Channel,
     recording::{Damage, Limits, Next, OpenError},
     select::{self, Pattern, UnknownTopic},
@@ -24,9 +23,6 @@ use join::{Joiner, Rows};
 
 /// Topic that is traced if none is named: the drag of percuss.
 pub const DEFAULT_TOPIC: &str = "/drag";
-
-/// Pause before looking again for more of a file that is being written.
-const POLL: Duration = Duration::from_millis(100);
 
 /// What to trace.
 #[derive(Clone, Debug, Default)]

@@ -241,7 +241,7 @@ impl State {
         match record {
             Record::Schema { header, .. } if self.schemas.insert(header.id) => {
                 self.directory.learn(record);
-                let state = self.directory.schemas().remove(&header.id);
+                let state = self.directory.schema(header.id);
                 if state.is_some_and(|schema| schema.encoding == "protobuf" && !schema.is_sound) {
                     let text = format!("the schema `{}` does not describe its message", header.name);
                     self.report.problem(offset, text);

@@ -15,7 +15,6 @@ use super::{
 };
 use crate::{
     axis::Axis,
-    field::time_leaf,
     messages::Recording,
     overview::Channel,
     wire::{Layout, Leaf, List, Type, Values},
@@ -57,13 +56,6 @@ const LOOKED_AT: usize = 16;
 fn ordered(time: f64) -> u64 {
     let bits = time.to_bits();
     if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
-}
-
-/// Time of a message: its field `time`, else its log time in seconds.
-pub(super) fn time_of(channel: &Channel, bytes: &[u8], log_time: u64) -> f64 {
-    let layout = channel.layout.as_ref();
-    let time = layout.and_then(|layout| layout.peek(time_leaf(layout)?, bytes));
-    time.unwrap_or(log_time as f64 * 1e-9)
 }
 
 /// Leaf of the step of a message: a plain whole number named `step`.
@@ -202,7 +194,7 @@ impl<'a> Aligner<'a> {
         watch: &mut Option<Watch<'_>>,
     ) -> Result<(), CompareError> {
         let channel = [self.a, self.b][side];
-        let time = time_of(channel, item.bytes(), item.log_time);
+        let time = channel.time_of(item.bytes(), item.log_time);
         if self.from.is_some_and(|from| time < from) || self.to.is_some_and(|to| time > to) {
             return Ok(());
         }

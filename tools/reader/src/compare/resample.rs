@@ -76,22 +76,14 @@ pub(super) fn measure(
         }
         let (place_a, place_b) = (field.axis_a.place(a), field.axis_b.place(b));
         let (grid_a, grid_b) = (field.axis_a.grid(a), field.axis_b.grid(b));
-        let coordinate = match &field.axis_a {
-            Axis::Uniform { coordinate, .. } => coordinate.clone(),
-            Axis::Listed(_) => "r".into(),
-            Axis::Matrix { .. } | Axis::Unknown => String::new(),
-        };
-        let names = match &field.axis_a {
-            Axis::Matrix { coordinates, .. } => Some(coordinates.clone()),
-            _ => None,
-        };
-        let position = |index: usize| match (&grid_a, &names) {
-            (Some(grid), Some([row, column])) => {
+        let axis_a = &field.axis_a;
+        let position = |index: usize| match (axis_a, &grid_a) {
+            (Axis::Matrix { coordinates: [row, column], .. }, Some(grid)) => {
                 let width = grid.columns.length.max(1);
                 let (z, r) = (grid.rows.at(index / width), grid.columns.at(index % width));
                 Some(format!("{row} = {z}, {column} = {r}"))
             }
-            _ => place_a.position(index).map(|position| format!("{coordinate} = {position}")),
+            _ => place_a.position(index).map(|position| format!("{} = {position}", axis_a.coordinate())),
         };
         let sample = |a, b, position| Sample { a, b, place: place.clone(), position };
         if let (Some(grid_a), Some(grid_b)) = (grid_a, grid_b) {
@@ -103,7 +95,7 @@ pub(super) fn measure(
                 continue;
             }
         } else if let Some((common_a, common_b, first)) =
-            on_common_axis(field, list_a, place_a, list_b, place_b)
+            on_common_axis(field.even, list_a, place_a, list_b, place_b)
         {
             axes_differ = true;
             field.meter.take(&sample(&common_a, &common_b, &|i| position(first + i)));
@@ -132,7 +124,7 @@ fn near(x: f64, y: f64, step: f64) -> bool {
 /// Arrays on different axes: the reference on the common range, the new one interpolated there, and the number of the
 /// first element. `None` if the axes are the same.
 fn on_common_axis(
-    field: &Field,
+    even: bool,
     a: &List,
     place_a: axis::Place<'_>,
     b: &List,
@@ -150,7 +142,7 @@ fn on_common_axis(
     }
     let (mut common_a, mut common_b, mut first) = (Vec::new(), Vec::new(), None);
     for i in 0..a.len() {
-        let found = place_a.position(i).and_then(|position| at(b, place_b, field.even, position));
+        let found = place_a.position(i).and_then(|position| at(b, place_b, even, position));
         if let (Some(x), Some(y)) = (a.number(i), found) {
             first.get_or_insert(i);
             common_a.push(x);

@@ -61,8 +61,8 @@ impl Tolerance {
         self.peak_rel.is_some() || self.range_rel.is_some()
     }
 
-    fn check(&self) -> Result<(), String> {
-        let tube = self.tube.map(|tube| [("tube.time", tube.time), ("tube.value", tube.value)]);
+    /// The plain numbers that are given, by their names.
+    fn numbers(&self) -> impl Iterator<Item = (&'static str, f64)> + use<> {
         let named = [
             ("abs", self.abs),
             ("rel", self.rel),
@@ -70,8 +70,15 @@ impl Tolerance {
             ("range_rel", self.range_rel),
             ("l2_rel", self.l2_rel),
         ];
-        let named = named.into_iter().filter_map(|(name, value)| Some((name, value?)));
-        match named.chain(tube.into_iter().flatten()).find(|(_, value)| !(*value >= 0.0 && value.is_finite()))
+        named.into_iter().filter_map(|(name, value)| Some((name, value?)))
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let tube = self.tube.map(|tube| [("tube.time", tube.time), ("tube.value", tube.value)]);
+        match self
+            .numbers()
+            .chain(tube.into_iter().flatten())
+            .find(|(_, value)| !(*value >= 0.0 && value.is_finite()))
         {
             Some((name, value)) => {
                 Err(format!("`{name}` = {value} is not possible: a number >= 0 is needed"))
@@ -84,14 +91,7 @@ impl Tolerance {
 impl std::fmt::Display for Tolerance {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let mut parts: Vec<String> = Vec::new();
-        let named = [
-            ("abs", self.abs),
-            ("rel", self.rel),
-            ("peak_rel", self.peak_rel),
-            ("range_rel", self.range_rel),
-            ("l2_rel", self.l2_rel),
-        ];
-        parts.extend(named.iter().filter_map(|(name, value)| value.map(|value| format!("{name}={value:e}"))));
+        parts.extend(self.numbers().map(|(name, value)| format!("{name}={value:e}")));
         parts.extend(self.ulp.map(|ulp| format!("ulp={ulp}")));
         parts.extend(self.tube.map(|tube| format!("tube={:e}:{:e}", tube.time, tube.value)));
         match (self.ignore, parts.is_empty()) {
@@ -111,6 +111,18 @@ pub struct Rule {
     pub tolerance: Tolerance,
     /// Where it was given: `flag` or the file and number.
     pub origin: String,
+}
+
+impl Rule {
+    /// A rule, if its numbers are possible.
+    ///
+    /// # Errors
+    ///
+    /// The pattern or a number is not possible; the answer says which.
+    pub fn new(fields: &str, tolerance: Tolerance, origin: String) -> Result<Self, String> {
+        tolerance.check()?;
+        Ok(Self { fields: fields.parse()?, tolerance, origin })
+    }
 }
 
 impl std::str::FromStr for Rule {
@@ -148,8 +160,7 @@ impl std::str::FromStr for Rule {
                 }
             }
         }
-        tolerance.check()?;
-        Ok(Self { fields: pattern.parse()?, tolerance, origin: format!("--tol {text}") })
+        Self::new(pattern, tolerance, format!("--tol {text}"))
     }
 }
 
@@ -195,9 +206,8 @@ impl Rules {
             let origin = format!("{name}, tolerance {}", i + 1);
             let Entry { abs, rel, peak_rel, range_rel, ulp, l2_rel, tube, ignore, .. } = entry;
             let tolerance = Tolerance { abs, rel, peak_rel, range_rel, ulp, l2_rel, tube, ignore };
-            tolerance.check().map_err(|error| format!("{origin}: {error}"))?;
-            let fields = entry.field.parse().map_err(|error| format!("{origin}: {error}"))?;
-            self.rules.push(Rule { fields, tolerance, origin });
+            let rule = Rule::new(&entry.field, tolerance, origin.clone());
+            self.rules.push(rule.map_err(|error| format!("{origin}: {error}"))?);
         }
         Ok(())
     }

@@ -13,7 +13,7 @@ use mcap::{
 use super::{Limits, parse::parse};
 
 /// Bytes of opcode and length before every record.
-pub(super) const PREFIX: u64 = 9;
+pub(crate) const PREFIX: u64 = 9;
 
 /// Bytes of the content of a footer.
 const FOOTER: u64 = 20;

@@ -158,16 +158,6 @@ impl Scan {
         self.read
     }
 
-    /// Length of the file \[bytes\].
-    pub fn length(&self) -> u64 {
-        self.length
-    }
-
-    /// Where the next record begins, or the chunk that is open.
-    pub fn position(&self) -> u64 {
-        self.open.as_ref().map_or(self.position, |open| open.offset)
-    }
-
     /// What was wrong so far.
     pub fn damages(&self) -> &[Damage] {
         &self.damages

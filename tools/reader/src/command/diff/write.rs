@@ -2,7 +2,7 @@
 
 use std::{
     collections::{BTreeMap, HashMap},
-    fs::{File, OpenOptions},
+    fs::File,
     io::BufWriter,
     path::{Path, PathBuf},
 };
@@ -13,7 +13,7 @@ use mcap::{
 };
 use prost_reflect::{DynamicMessage, MessageDescriptor, ReflectMessage, Value, prost::Message};
 
-use crate::{compare::Matched, messages::Recording, overview::Channel};
+use crate::{command::create, compare::Matched, messages::Recording, overview::Channel};
 
 /// Put before the topics of differences.
 pub const PREFIX: &str = "/diff";
@@ -59,14 +59,7 @@ impl DiffWriter {
     /// The file cannot be written; the answer says why.
     pub(super) fn begin(&mut self, a: &Recording, b: &Recording) -> Result<(), String> {
         let fail = self.fail();
-        let mut options = OpenOptions::new();
-        options.write(true);
-        if self.overwrite {
-            options.create(true).truncate(true)
-        } else {
-            options.create_new(true)
-        };
-        let file = options.open(&self.path).map_err(|error| fail(&error))?;
+        let file = create(&self.path, self.overwrite).map_err(|error| fail(&error))?;
         let options = WriteOptions::new()
             .library(concat!("percuss-read/", env!("CARGO_PKG_VERSION")))
             .compression_threads(0)
