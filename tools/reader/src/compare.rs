@@ -56,10 +56,33 @@ pub struct Options {
     pub from: Option<f64>,
     /// Last time compared.
     pub to: Option<f64>,
-    /// Not-a-number is equal to itself.
-    pub nan_equal: bool,
+    /// What not-a-number is equal to.
+    pub nan: NotANumber,
     /// Stop at the first difference beyond tolerance.
     pub fail_fast: bool,
+}
+
+/// What not-a-number is equal to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NotANumber {
+    /// Nothing.
+    #[default]
+    Differs,
+    /// Itself.
+    EqualsItself,
+    /// Anything: it stands for no value, and what has none is not compared.
+    Skipped,
+}
+
+impl NotANumber {
+    /// True if `x` and `y` count as equal because of what is not a number.
+    fn forgives(self, x: f64, y: f64) -> bool {
+        match self {
+            Self::Differs => false,
+            Self::EqualsItself => x.is_nan() && y.is_nan(),
+            Self::Skipped => x.is_nan() || y.is_nan(),
+        }
+    }
 }
 
 /// Messages of both recordings that belong together, as they stand in the files.
@@ -198,6 +221,7 @@ pub fn compare(
     options: &Options,
     mut watch: Option<Watch<'_>>,
 ) -> Result<Comparison, CompareError> {
+    structure::find_chosen(a, b, options)?;
     let (pairs, structure) = structure::pair(a, b, options);
     let provenance = structure::provenance(a, b)?;
     let mut comparison = Comparison { structure, provenance, ..Comparison::default() };
@@ -238,6 +262,14 @@ pub enum CompareError {
     /// A file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// A topic or field that was asked for is in neither recording: to call them equal would be no answer.
+    #[error("neither recording has a {what} `{pattern}`")]
+    Unknown {
+        /// Topic or field.
+        what: &'static str,
+        /// As it was asked for.
+        pattern: String,
+    },
     /// Messages of the recordings are in orders so different that there is no memory to wait for counterparts.
     #[error(
         "messages of `{topic}` are too far from their counterparts in the other recording to be kept until those come; \

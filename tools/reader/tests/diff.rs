@@ -9,7 +9,7 @@ use forge::{Dice, Forged, forge, plain, time};
 use mcap::{Compression, WriteOptions};
 use percuss_reader::{
     command::diff::{Verdict, verdict},
-    compare::{Comparison, Kind, Mode, Options, Rules, compare},
+    compare::{Comparison, Kind, Mode, NotANumber, Options, Rules, compare},
     messages::Recording,
     recording::Limits,
 };
@@ -272,8 +272,14 @@ fn not_a_number_equals_itself_only_when_asked() {
     a.channel("/scalar").messages[7].1.set_field_by_name("force", Value::F64(f64::NAN));
     let strict = desk.forged(&a, &a, &Options::default());
     assert_eq!((verdict(&strict), first(&strict)), (Verdict::Different, Some((7, "/scalar.force".into()))));
-    let asked = desk.forged(&a, &a, &Options { nan_equal: true, ..Options::default() });
+    let asked = desk.forged(&a, &a, &Options { nan: NotANumber::EqualsItself, ..Options::default() });
     assert_eq!(verdict(&asked), Verdict::Equal);
+    // against a number it differs still, unless it stands for no value
+    let whole = forge(30, 1);
+    let [strict, skipped] = [NotANumber::EqualsItself, NotANumber::Skipped]
+        .map(|nan| desk.forged(&whole, &a, &Options { nan, ..Options::default() }));
+    assert_eq!(first(&strict), Some((7, "/scalar.force".into())));
+    assert_eq!(verdict(&skipped), Verdict::Equal);
 }
 
 #[test]

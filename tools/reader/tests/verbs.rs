@@ -84,6 +84,10 @@ fn diff_says_where_and_ends_accordingly() {
     fs::write(desk.path("t.toml"), "[[tolerance]]\nfield = '/scalar.force'\npeak_rel = 1e-6\n")
         .expect("a file");
     desk.text(0, &["diff", "a.mcap", "b.mcap", "--tolerances", "t.toml"]);
+    // to compare nothing is no answer
+    for more in [["--topic", "/nowhere"], ["--field", "nothing"]] {
+        desk.text(2, &[&["diff", "a.mcap", "same.mcap"][..], &more].concat());
+    }
     assert_eq!(desk.text(1, &["diff", "a.mcap", "b.mcap", "--summary"]).lines().count(), 5);
     let fast = desk.text(1, &["diff", "a.mcap", "b.mcap", "--fail-fast"]);
     assert!(fast.contains("--fail-fast"), "{fast}");

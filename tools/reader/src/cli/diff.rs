@@ -17,7 +17,7 @@ use crate::{
         DiffWriter, JSON_VERSION, Job, Style, Verdict, bless, diff, jobs, picture, summary, to_json, to_text,
         verdict,
     },
-    compare::{Comparison, Mode, Options, Rule, Rules, Tolerance},
+    compare::{Comparison, Mode, NotANumber, Options, Rule, Rules, Tolerance},
     recording::Limits,
     select::Pattern,
 };
@@ -88,6 +88,9 @@ pub(super) struct DiffArguments {
     /// Not-a-number is equal to itself
     #[arg(long)]
     nan_equal: bool,
+    /// Not-a-number stands for no value: such elements of either recording are not compared
+    #[arg(long, conflicts_with = "nan_equal")]
+    skip_nan: bool,
     /// Stop at the first difference beyond tolerance
     #[arg(long)]
     fail_fast: bool,
@@ -214,7 +217,11 @@ impl DiffArguments {
             rules,
             from: self.window.from,
             to: self.window.to,
-            nan_equal: self.nan_equal,
+            nan: match (self.nan_equal, self.skip_nan) {
+                (_, true) => NotANumber::Skipped,
+                (true, _) => NotANumber::EqualsItself,
+                _ => NotANumber::Differs,
+            },
             fail_fast: self.fail_fast,
         })
     }

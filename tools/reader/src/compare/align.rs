@@ -127,7 +127,7 @@ impl<'a> Aligner<'a> {
                 even,
                 ignored,
                 is_place: places.contains(&path.as_str()),
-                meter: Meter::new(rule, known, options.nan_equal),
+                meter: Meter::new(rule, known, options.nan),
                 leaf: layout_a.leaves[leaf_a].clone(),
                 path,
             })
@@ -137,7 +137,7 @@ impl<'a> Aligner<'a> {
             let path = "(message)".to_owned();
             let rule = options.rules.of(topic, &path).cloned();
             let (axis_a, axis_b) = (Axis::Unknown, Axis::Unknown);
-            let meter = Meter::new(rule, None, options.nan_equal);
+            let meter = Meter::new(rule, None, options.nan);
             let (unit, even, ignored, is_place) = (None, false, false, false);
             let (leaf_a, leaf_b) = (0, 0);
             let leaf = Leaf::whole(&path);

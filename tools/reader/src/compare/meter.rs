@@ -1,6 +1,7 @@
 //! One field of two recordings, compared sample by sample.
 
 use super::{
+    NotANumber,
     measure::{Divergence, Measure, Place, Scale},
     shift::Shift,
     sums::{Pairs, Quick},
@@ -14,7 +15,7 @@ pub(super) struct Meter {
     pub(super) measure: Measure,
     pub(super) rule: Option<Rule>,
     pub(super) shift: Shift,
-    nan_equal: bool,
+    nan: NotANumber,
     /// Both fields are of single precision.
     floats: bool,
     /// Scale of the reference over all samples, if a tolerance needs it.
@@ -34,13 +35,13 @@ pub(super) struct Sample<'a> {
 }
 
 impl Meter {
-    pub(super) fn new(rule: Option<Rule>, known: Option<Scale>, nan_equal: bool) -> Self {
-        let tube = rule.as_ref().and_then(|rule| rule.tolerance.tube).map(TubeState::new);
+    pub(super) fn new(rule: Option<Rule>, known: Option<Scale>, nan: NotANumber) -> Self {
+        let tube = rule.as_ref().and_then(|rule| rule.tolerance.tube).map(|tube| TubeState::new(tube, nan));
         Self {
             measure: Measure::default(),
             rule,
             shift: Shift::default(),
-            nan_equal,
+            nan,
             floats: false,
             known,
             tube,
@@ -198,7 +199,7 @@ impl Meter {
                 sum_a += x;
                 sum_b += y;
             }
-            if same(x, y, self.nan_equal) {
+            if same(x, y, self.nan) {
                 continue;
             }
             self.measure.differing += 1;
@@ -227,8 +228,7 @@ impl Meter {
         let fixed = tolerance.abs.unwrap_or(0.0);
         let fixed = fixed.max(tolerance.peak_rel.map_or(0.0, |share| share * scale.peak));
         let fixed = fixed.max(tolerance.range_rel.map_or(0.0, |share| share * scale.range()));
-        let (rel, ulp, nan_equal, floats) =
-            (tolerance.rel.unwrap_or(0.0), tolerance.ulp, self.nan_equal, self.floats);
+        let (rel, ulp, nan, floats) = (tolerance.rel.unwrap_or(0.0), tolerance.ulp, self.nan, self.floats);
         // equal elements, infinities too, are within any tolerance; what is not a number is beyond all
         let is_beyond = |x: f64, y: f64| x != y && !within((x - y).abs(), fixed.max(rel * x.abs()));
         let count = a.iter().zip(b).filter(|&(&x, &y)| is_beyond(x, y)).count();
@@ -236,12 +236,12 @@ impl Meter {
             return;
         }
         let forgiven = |x: f64, y: f64| {
-            (nan_equal && x.is_nan() && y.is_nan())
+            nan.forgives(x, y)
                 || ulp.is_some_and(|ulp| ulps(x, y, floats).is_some_and(|distance| distance <= ulp))
         };
         let stands = |x: f64, y: f64| is_beyond(x, y) && !forgiven(x, y);
         let pairs = || a.iter().zip(b);
-        let beyond = if ulp.is_none() && !nan_equal {
+        let beyond = if ulp.is_none() && nan == NotANumber::Differs {
             count
         } else {
             pairs().filter(|&(&x, &y)| stands(x, y)).count()
@@ -318,8 +318,8 @@ fn within(difference: f64, allowed: f64) -> bool {
 }
 
 /// Equal as numbers: −0 is +0, infinities by sign; not-a-number only if that is asked for.
-pub(super) fn same(x: f64, y: f64, nan_equal: bool) -> bool {
-    x == y || (nan_equal && x.is_nan() && y.is_nan())
+pub(super) fn same(x: f64, y: f64, nan: NotANumber) -> bool {
+    x == y || nan.forgives(x, y)
 }
 
 /// Distance of two numbers of the same type in units in the last place.
@@ -379,7 +379,7 @@ mod tests {
 
     fn meter(rule: &str) -> Meter {
         let rule = (!rule.is_empty()).then(|| rule.parse().expect("a rule"));
-        Meter::new(rule, None, false)
+        Meter::new(rule, None, NotANumber::Differs)
     }
 
     fn put(meter: &mut Meter, k: u64, a: &[f64], b: &[f64]) {
@@ -397,7 +397,8 @@ mod tests {
         put(&mut plain, 2, &[f64::NAN], &[f64::NAN]);
         put(&mut plain, 3, &[1.0], &[f64::NAN]);
         assert_eq!((plain.measure.differing, plain.measure.beyond), (3, 3));
-        let mut nan_equal = Meter::new(Some("abs=9".parse().expect("a rule")), None, true);
+        let mut nan_equal =
+            Meter::new(Some("abs=9".parse().expect("a rule")), None, NotANumber::EqualsItself);
         put(&mut nan_equal, 0, &[f64::NAN, 1.0], &[f64::NAN, f64::NAN]);
         assert_eq!((nan_equal.measure.differing, nan_equal.measure.beyond), (1, 1));
         assert!(!nan_equal.is_within());

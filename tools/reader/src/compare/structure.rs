@@ -6,7 +6,7 @@ use std::{
     hash::{Hash, Hasher},
 };
 
-use super::Options;
+use super::{CompareError, Options};
 use crate::{
     messages::Recording,
     overview::Channel,
@@ -69,6 +69,26 @@ pub(super) struct Pair {
     pub(super) b: u16,
     /// Leaves of both; empty where messages are compared as bytes.
     pub(super) leaves: Vec<(usize, usize)>,
+}
+
+/// Finds every topic and field that was asked for in one of the recordings.
+pub(super) fn find_chosen(a: &Recording, b: &Recording, options: &Options) -> Result<(), CompareError> {
+    let channels = || a.channels.values().chain(b.channels.values());
+    for topic in &options.topics {
+        if !channels().any(|channel| topic.fits(&channel.topic)) {
+            return Err(CompareError::Unknown { what: "topic", pattern: topic.text().to_owned() });
+        }
+    }
+    let chosen = |channel: &&Channel| {
+        options.topics.is_empty() || options.topics.iter().any(|topic| topic.fits(&channel.topic))
+    };
+    for field in &options.fields {
+        let paths = channels().filter(chosen).filter_map(|channel| channel.layout.as_ref());
+        if !paths.flat_map(|layout| &layout.leaves).any(|leaf| field.fits(&leaf.path)) {
+            return Err(CompareError::Unknown { what: "field", pattern: field.text().to_owned() });
+        }
+    }
+    Ok(())
 }
 
 /// Pairs the channels of two recordings, and tells what cannot be paired.

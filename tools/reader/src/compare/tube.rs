@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use super::{
+    NotANumber,
     measure::{Divergence, Place},
     meter::same,
     tolerance::Tube,
@@ -11,13 +12,14 @@ use super::{
 /// Samples of a field that wait until the tube around them is known.
 pub(super) struct TubeState {
     tube: Tube,
+    nan: NotANumber,
     reference: VecDeque<(f64, Vec<f64>)>,
     waiting: VecDeque<(Place, Vec<f64>)>,
 }
 
 impl TubeState {
-    pub(super) fn new(tube: Tube) -> Self {
-        Self { tube, reference: VecDeque::new(), waiting: VecDeque::new() }
+    pub(super) fn new(tube: Tube, nan: NotANumber) -> Self {
+        Self { tube, nan, reference: VecDeque::new(), waiting: VecDeque::new() }
     }
 
     pub(super) fn put(&mut self, a: &[f64], b: &[f64], place: Place) -> Vec<Divergence> {
@@ -71,7 +73,7 @@ impl TubeState {
                 }
             }
             let inside = low - self.tube.value <= value && value <= high + self.tube.value;
-            if !inside && !same(centre, value, false) {
+            if !inside && !same(centre, value, self.nan) {
                 let place = Place { element: i, ..place.clone() };
                 late.push(Divergence { place, a: format!("{low:?} to {high:?}"), b: format!("{value:?}") });
             }
