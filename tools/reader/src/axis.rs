@@ -1,5 +1,7 @@
 //! Axes of arrays: positions of their elements, and values between them.
 
+use percuss_picture::Side;
+
 use crate::{
     overview::Channel,
     wire::{Layout, List, Values},
@@ -96,24 +98,6 @@ impl Axis {
             Some(Side { start: number(0)?, step: number(1)?, length: number(2)? as usize })
         };
         Some(Grid { rows: side(rows)?, columns: side(columns)? })
-    }
-}
-
-/// One side of a matrix: positions `start + i·step`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Side {
-    /// First position.
-    pub start: f64,
-    /// Distance of positions.
-    pub step: f64,
-    /// Number of positions.
-    pub length: usize,
-}
-
-impl Side {
-    /// Position of an element.
-    pub fn at(&self, index: usize) -> f64 {
-        self.start + index as f64 * self.step
     }
 }
 

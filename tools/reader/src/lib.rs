@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! file -> recording::Scan -> messages::Recording, Messages -> wire::Layout, Values -+-> field::Column -> table::Sink
-//!                                                                                   +-> slice::{Profile, Slice} -> plot
+//!                                                                                   +-> slice::{Profile, Slice} -> percuss_picture
 //!                                                                                   +-> compare
 //! ```
 //!
@@ -21,7 +21,7 @@
 //! | [`mod@slice`] | arrays over their axis and matrices, at one time |
 //! | [`table`], [`mod@format`] | named columns with units, and what takes their rows: one file per output format |
 //! | [`compare`] | two recordings number by number: structure, alignment, tolerances, measures. Pure: no output |
-//! | [`mod@plot`] | curves and images as SVG, PNG or text |
+//! | `percuss-picture` | curves and images as SVG, PNG or text, a crate of its own |
 //! | [`command`] | one file per verb |
 //! | [`cli`] | arguments, errors, exit status |
 //!
@@ -99,7 +99,6 @@ pub mod field;
 pub mod format;
 pub mod messages;
 pub mod overview;
-pub mod plot;
 pub mod recording;
 pub mod select;
 pub mod slice;

@@ -8,7 +8,8 @@ use crate::{
     wire::Values,
 };
 
-pub use crate::axis::Side;
+use percuss_picture::Image;
+pub use percuss_picture::Side;
 
 /// An array over its axis at one time.
 #[derive(Clone, Debug)]
@@ -57,11 +58,20 @@ impl Slice {
         format!("{}{unit} at time {}", self.topic, self.time)
     }
 
-    /// Smallest and largest value.
-    pub fn range(&self) -> (f64, f64) {
-        let finite = self.values.iter().copied().filter(|value| value.is_finite());
-        finite
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+    /// The matrix as a picture shows it.
+    pub fn image(&self) -> Image {
+        let label = |i: usize| match &self.units[i] {
+            Some(unit) => format!("{} [{unit}]", self.coordinates[i]),
+            None => self.coordinates[i].clone(),
+        };
+        Image {
+            title: self.title(),
+            row_label: label(0),
+            column_label: label(1),
+            rows: self.rows,
+            columns: self.columns,
+            values: self.values.clone(),
+        }
     }
 }
 

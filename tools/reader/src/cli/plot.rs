@@ -12,9 +12,10 @@ use super::{
     output::{refuse_inputs, write},
     window::{Chosen, Window},
 };
+use percuss_picture::Medium;
+
 use crate::{
     command::plot::{Request, plot},
-    plot::Medium,
     recording::Limits,
 };
 

@@ -5,11 +5,12 @@ use std::path::{Component, Path};
 use ndarray::Array2;
 use ndarray_npy::WriteNpyExt;
 
+use percuss_picture::{Medium, draw_image};
+
 use crate::{
     axis::Axis,
     format::vti::vti,
     messages::Recording,
-    plot::{Medium, draw_image},
     recording::{Damage, Limits, OpenError},
     select::{self, Pattern, UnknownTopic},
     slice::{Slice, moments, slice},
@@ -153,8 +154,8 @@ pub fn matrix(
 pub fn form(slice: &Slice, form: Form) -> Result<Vec<u8>, ExportError> {
     match form {
         Form::Vti => Ok(vti(slice)),
-        Form::Png => draw_image(slice, None, Medium::Png).map_err(ExportError::Draw),
-        Form::Svg => draw_image(slice, None, Medium::Svg).map_err(ExportError::Draw),
+        Form::Png => draw_image(&slice.image(), None, Medium::Png).map_err(ExportError::Draw),
+        Form::Svg => draw_image(&slice.image(), None, Medium::Svg).map_err(ExportError::Draw),
         Form::Npy => {
             let shape = (slice.rows.length, slice.columns.length);
             let array = Array2::from_shape_vec(shape, slice.values.clone());

@@ -6,12 +6,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use percuss_picture::{Curve, Medium, Panel, draw, draw_image};
+
 use crate::{
     axis::Axis,
     command::trace::{Align, Request as Traced, TraceError, trace},
     field::{Selection, SelectionError},
     messages::Recording,
-    plot::{Curve, Medium, Panel, draw, draw_image},
     recording::{Damage, Limits, OpenError},
     select::{self, Pattern, UnknownTopic},
     slice::{Profile, Slice, moments, profile, row, slice},
@@ -293,7 +294,7 @@ fn at_times(
 }
 
 fn image_of(image: &Slice, request: &Request, medium: Medium) -> Result<Vec<u8>, PlotError> {
-    draw_image(image, request.range, medium).map_err(PlotError::Draw)
+    draw_image(&image.image(), request.range, medium).map_err(PlotError::Draw)
 }
 
 fn profiles_panel(profiles: &[(String, Profile)], request: &Request, title: &str) -> Panel {
@@ -304,6 +305,7 @@ fn profiles_panel(profiles: &[(String, Profile)], request: &Request, title: &str
             name: format!("{file}{field}time {:.6}", Round(profile.time)),
             points: profile.points.clone(),
             dashed: false,
+            colour: None,
         }
     };
     let heading = |name: &str, unit: &Option<String>| Heading {

@@ -1,5 +1,7 @@
 //! Samples brought to common places: the new recording between its messages, arrays between their elements.
 
+use percuss_picture::Side;
+
 use super::{
     measure::Place,
     meter::{Meter, Sample},
@@ -155,7 +157,7 @@ fn on_common_axis(
 }
 
 fn same_spacing(a: &Grid, b: &Grid) -> bool {
-    let same = |a: &axis::Side, b: &axis::Side| {
+    let same = |a: &Side, b: &Side| {
         let length = a.length.max(1) as f64;
         near(a.start, b.start, a.step) && near(a.step * length, b.step * length, a.step)
     };
@@ -168,7 +170,7 @@ fn on_common_grid(a: &List, grid_a: &Grid, b: &List, grid_b: &Grid) -> (List, Li
     let (mut common_a, mut common_b, mut chosen) = (Vec::new(), Vec::new(), Vec::new());
     let width = grid_b.columns.length;
     // the element before a position and the share of the next; a rounding error is no distance
-    let split = |side: &axis::Side, position: f64| {
+    let split = |side: &Side, position: f64| {
         let x = (position - side.start) / side.step;
         let x = if (x - x.round()).abs() < 1e-9 { x.round() } else { x };
         let last = side.length.checked_sub(1)? as f64;

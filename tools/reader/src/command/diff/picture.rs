@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use percuss_picture::{Curve, Medium, Panel, draw};
+
 use crate::{
     command::plot::{PlotError, Request, traces},
     compare::{Comparison, FieldReport},
     field::Selection,
-    plot::{Curve, Medium, Panel, draw},
     recording::Limits,
 };
 
@@ -75,6 +76,7 @@ fn field_panels(
         name: "difference".into(),
         points: subtract(&curve_b.points, &curve_a.points),
         dashed: false,
+        colour: None,
     };
     let position = place.position.as_ref().map_or(String::new(), |position| format!(" ({position})"));
     panel.title = format!("{topic}.{element}{position}");

@@ -1,4 +1,7 @@
 //! Pictures: curves and images as SVG, PNG, or text for a terminal. The same input gives the same bytes.
+//!
+//! Knows numbers, labels and colours, nothing of recordings or physics: the reader, the solver's convergence studies and
+//! the figures draw with it.
 
 use std::sync::Arc;
 
@@ -8,8 +11,6 @@ use kuva::{
     plot::{ColorMap, Heatmap, LegendPosition, LinePlot, LineStyle},
     render::{figure::Figure, layout::Layout, plots::Plot, render::Scene},
 };
-
-use crate::slice::Slice;
 
 /// What a picture is drawn as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,12 +33,58 @@ pub enum Medium {
 /// A curve.
 #[derive(Clone, Debug, Default)]
 pub struct Curve {
-    /// Name in the legend.
+    /// Name in the legend; it is not there if empty.
     pub name: String,
     /// Points in the order they are joined; those that are not finite leave a gap.
     pub points: Vec<(f64, f64)>,
-    /// Drawn with dashes, so that a curve below it is seen.
+    /// Drawn with thin dashes, so that a curve below it is seen.
     pub dashed: bool,
+    /// Number of its colour; its own number among the curves if none.
+    pub colour: Option<usize>,
+}
+
+/// A matrix to be drawn as an image.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// Title.
+    pub title: String,
+    /// What stands along the vertical axis.
+    pub row_label: String,
+    /// What stands along the horizontal axis.
+    pub column_label: String,
+    /// Positions of rows, the first at the top.
+    pub rows: Side,
+    /// Positions of columns.
+    pub columns: Side,
+    /// Row-major.
+    pub values: Vec<f64>,
+}
+
+impl Image {
+    /// Smallest and largest value.
+    pub fn range(&self) -> (f64, f64) {
+        let finite = self.values.iter().copied().filter(|value| value.is_finite());
+        finite
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+    }
+}
+
+/// One side of a matrix: positions `start + i·step`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Side {
+    /// First position.
+    pub start: f64,
+    /// Distance of positions.
+    pub step: f64,
+    /// Number of positions.
+    pub length: usize,
+}
+
+impl Side {
+    /// Position of an element.
+    pub fn at(&self, index: usize) -> f64 {
+        self.start + index as f64 * self.step
+    }
 }
 
 /// A diagram with curves.
@@ -77,6 +124,9 @@ const MAX_CELLS: (usize, usize) = (220, 320);
 /// black. Yellow is left out, it is hard to see on white.
 const COLOURS: [usize; 7] = [4, 5, 2, 0, 6, 1, 7];
 
+/// An eighth colour.
+const GREY: &str = "#8c8c8c";
+
 /// Curves beyond which a legend does not help.
 const MAX_NAMED: usize = 24;
 
@@ -91,8 +141,7 @@ pub fn draw(panels: &[Panel], medium: Medium) -> Result<Vec<u8>, String> {
         Ok([(plots, layout)]) => kuva::render::render::render_multiple(plots, layout),
         Err(drawn) => {
             let (plots, layouts): (Vec<_>, Vec<_>) = drawn.into_iter().unzip();
-            let rows = plots.len();
-            Figure::new(rows, 1)
+            Figure::new(plots.len(), 1)
                 .with_plots(plots)
                 .with_layouts(layouts)
                 .with_cell_size(SIZE.0 + 150.0, SIZE.1 * 0.8)
@@ -109,32 +158,32 @@ pub fn draw(panels: &[Panel], medium: Medium) -> Result<Vec<u8>, String> {
 /// # Errors
 ///
 /// The picture cannot be drawn; the answer says why.
-pub fn draw_image(slice: &Slice, range: Option<(f64, f64)>, medium: Medium) -> Result<Vec<u8>, String> {
-    let (rows, columns) = (slice.rows.length, slice.columns.length);
+pub fn draw_image(image: &Image, range: Option<(f64, f64)>, medium: Medium) -> Result<Vec<u8>, String> {
+    let (rows, columns) = (image.rows.length, image.columns.length);
     if rows == 0 || columns == 0 {
-        return Err(format!("`{}` at time {} has no values to draw", slice.name, slice.time));
+        return Err(format!("`{}` has no values to draw", image.title));
     }
-    let (low, high) = range.unwrap_or_else(|| slice.range());
+    let (low, high) = range.unwrap_or_else(|| image.range());
     if !(low.abs() < LARGEST && high.abs() < LARGEST) {
-        return Err(format!("`{}` at time {} holds no numbers that can be drawn", slice.name, slice.time));
+        return Err(format!("`{}` holds no numbers that can be drawn", image.title));
     }
-    let is_odd = |side: &crate::slice::Side| {
+    let is_odd = |side: &Side| {
         // not-a-number compares false
         let far = side.at(side.length).abs();
         !(side.start.abs() < LARGEST && far < LARGEST && side.step > 0.0 && far - side.start > 0.0)
     };
-    if is_odd(&slice.rows) || is_odd(&slice.columns) {
-        return Err(format!("the axes of `{}` at time {} do not increase", slice.name, slice.time));
+    if is_odd(&image.rows) || is_odd(&image.columns) {
+        return Err(format!("the axes of `{}` do not increase", image.title));
     }
     if let Medium::Terminal { columns, rows, colour: false } = medium {
-        return Ok(shades(slice, low, high, columns, rows).into_bytes());
+        return Ok(shades(image, low, high, columns, rows).into_bytes());
     }
     // means of blocks of cells
     let (down, along) = (rows.div_ceil(MAX_CELLS.0), columns.div_ceil(MAX_CELLS.1));
     let block = |j: usize, i: usize| {
         let cells = (j * down..((j + 1) * down).min(rows))
             .flat_map(|row| (i * along..((i + 1) * along).min(columns)).map(move |column| (row, column)));
-        let values: Vec<f64> = cells.map(|(row, column)| slice.values[row * columns + column]).collect();
+        let values: Vec<f64> = cells.map(|(row, column)| image.values[row * columns + column]).collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         // what is no number is drawn like the lowest
         if mean.is_nan() { low } else { mean.clamp(low, high) }
@@ -150,27 +199,23 @@ pub fn draw_image(slice: &Slice, range: Option<(f64, f64)>, medium: Medium) -> R
     let colours = ColorMap::Custom(Arc::new(move |share: f64| {
         ColorMap::Viridis.map(((least + share * (most - least) - low) / span).clamp(0.0, 1.0))
     }));
-    let end = |side: &crate::slice::Side, blocks: usize, per: usize| {
+    let end = |side: &Side, blocks: usize, per: usize| {
         (side.start - 0.5 * side.step, side.start + ((blocks * per) as f64 - 0.5) * side.step)
     };
-    let (x, y) = (end(&slice.columns, blocks_along, along), end(&slice.rows, blocks_down, down));
+    let (x, y) = (end(&image.columns, blocks_along, along), end(&image.rows, blocks_down, down));
     let (bottom, top) = (-y.1, -y.0);
-    let image = Heatmap::new()
+    let heatmap = Heatmap::new()
         .with_data(data)
         .with_color_map(colours)
         .with_cell_size(1.0)
         .with_x_range(x.0, x.1)
         .with_y_range(bottom, top);
-    let plots: Vec<Plot> = vec![image.into()];
-    let label = |i: usize| match &slice.units[i] {
-        Some(unit) => format!("{} [{unit}]", slice.coordinates[i]),
-        None => slice.coordinates[i].clone(),
-    };
+    let plots: Vec<Plot> = vec![heatmap.into()];
     let layout = base(Layout::auto_from_plots(&plots), medium)
-        .with_title(slice.title())
+        .with_title(image.title.as_str())
         .with_title_wrap(90)
-        .with_x_label(label(1))
-        .with_y_label(label(0))
+        .with_x_label(image.column_label.as_str())
+        .with_y_label(image.row_label.as_str())
         .with_x_axis_min(x.0)
         .with_x_axis_max(x.1)
         .with_y_axis_min(bottom)
@@ -181,26 +226,26 @@ pub fn draw_image(slice: &Slice, range: Option<(f64, f64)>, medium: Medium) -> R
 }
 
 /// A matrix in shades of text, where there are no colours: from blank at the lower end to full at the upper.
-fn shades(slice: &Slice, low: f64, high: f64, columns: usize, rows: usize) -> String {
+fn shades(image: &Image, low: f64, high: f64, columns: usize, rows: usize) -> String {
     const SHADES: [char; 5] = [' ', '░', '▒', '▓', '█'];
     /// Room for the positions at the left.
     const MARGIN: usize = 12;
-    let (nz, nr) = (slice.rows.length, slice.columns.length);
+    let (nz, nr) = (image.rows.length, image.columns.length);
     let lines = rows.saturating_sub(4).clamp(1, nz);
     let width = columns.saturating_sub(MARGIN + 2).clamp(1, nr);
     let span = if high > low { high - low } else { 1.0 };
-    let mut text = format!("{}, {} {low} to {} {high}\n", slice.title(), SHADES[0], SHADES[4]);
+    let mut text = format!("{}, {} {low} to {} {high}\n", image.title, SHADES[0], SHADES[4]);
     for line in 0..lines {
         let j = line * nz / lines;
         let cell = |i: usize| {
-            let share = (slice.values[j * nr + i * nr / width] - low) / span;
+            let share = (image.values[j * nr + i * nr / width] - low) / span;
             SHADES[((share.clamp(0.0, 1.0) * 4.0).round() as usize).min(4)]
         };
-        let position = format!("{} {:.4}", slice.coordinates[0], slice.rows.at(j));
+        let position = format!("{:.4}", image.rows.at(j));
         text.push_str(&format!("{position:>MARGIN$} │{}│\n", (0..width).map(cell).collect::<String>()));
     }
-    let (first, last) = (slice.columns.at(0), slice.columns.at((width - 1) * nr / width));
-    let ends = format!("{} {first:.4} to {last:.4}", slice.coordinates[1]);
+    let (first, last) = (image.columns.at(0), image.columns.at((width - 1) * nr / width));
+    let ends = format!("{} {first:.4} to {last:.4}", image.column_label);
     text.push_str(&format!("{:>MARGIN$}  {ends}\n", ""));
     text
 }
@@ -215,11 +260,13 @@ fn base(layout: Layout, medium: Medium) -> Layout {
 
 fn scene(panel: &Panel, medium: Medium) -> Result<(Vec<Plot>, Layout), String> {
     let palette = Palette::okabe_ito();
-    let colours: Vec<&String> = COLOURS.iter().filter_map(|&i| palette.colors().get(i)).collect();
+    let colours = COLOURS.iter().filter_map(|&i| palette.colors().get(i)).map(String::as_str);
+    let colours: Vec<&str> = colours.chain([GREY]).collect();
     let named = panel.curves.len() > 1 && panel.curves.len() <= MAX_NAMED;
     let mut plots: Vec<Plot> = Vec::new();
     for (i, curve) in panel.curves.iter().enumerate() {
-        let style = match (i / colours.len()) % 3 {
+        let colour = curve.colour.unwrap_or(i);
+        let style = match (colour / colours.len()) % 3 {
             _ if curve.dashed => LineStyle::Dashed,
             0 => LineStyle::Solid,
             1 => LineStyle::Dashed,
@@ -234,10 +281,11 @@ fn scene(panel: &Panel, medium: Medium) -> Result<(Vec<Plot>, Layout), String> {
         for stretch in curve.points.split(|point| !visible(point)).filter(|stretch| !stretch.is_empty()) {
             let mut line = LinePlot::new()
                 .with_data(thin(stretch))
-                .with_color(colours[i % colours.len()].as_str())
-                .with_stroke_width(1.8)
+                .with_color(colours[colour % colours.len()])
+                // thinner, so that a curve below it is seen
+                .with_stroke_width(if curve.dashed { 1.0 } else { 1.8 })
                 .with_line_style(style.clone());
-            if named && std::mem::take(&mut is_first) {
+            if named && !curve.name.is_empty() && std::mem::take(&mut is_first) {
                 line = line.with_legend(curve.name.as_str());
             }
             plots.push(line.into());
@@ -364,6 +412,7 @@ mod tests {
             name: name.into(),
             points: (0..9000).map(|i| f64::from(i) * 1e-3).map(|x| (x, f(x))).collect(),
             dashed: false,
+            colour: None,
         };
         let curves =
             vec![curve("sine", f64::sin), curve("gap", |x| if x < 4.0 { f64::NAN } else { x.cos() })];
@@ -406,7 +455,8 @@ mod tests {
             &[(0.0, 1e300), (1.0, -1e300), (2.0, 5e-324)],
         ];
         for (points, log_y) in curves.into_iter().flat_map(|points| [(points, false), (points, true)]) {
-            let curves = vec![Curve { name: "a".into(), points: points.to_vec(), dashed: false }];
+            let curves =
+                vec![Curve { name: "a".into(), points: points.to_vec(), dashed: false, colour: None }];
             let panel = Panel { curves, log_y, ..Panel::default() };
             for medium in media {
                 let drawn = draw(std::slice::from_ref(&panel), medium);
@@ -414,36 +464,22 @@ mod tests {
                 assert_eq!(drawn.is_ok(), points.iter().any(visible), "{points:?} {drawn:?}");
             }
         }
-        let side = |length| crate::slice::Side { start: 0.0, step: 0.1, length };
-        let odd_axis = |step| Slice {
-            name: "a".into(),
-            topic: "/a".into(),
-            unit: None,
-            time: 0.0,
-            rows: crate::slice::Side { start: 0.0, step, length: 2 },
-            columns: side(1),
-            coordinates: ["z".into(), "r".into()],
-            units: [None, None],
-            values: vec![0.0, 1.0],
+        let side = |step, length| Side { start: 0.0, step, length };
+        let image = |step, columns, values: &[f64]| Image {
+            title: "a".into(),
+            row_label: "z".into(),
+            column_label: "r".into(),
+            rows: side(step, 2),
+            columns: side(0.1, columns),
+            values: values.to_vec(),
         };
         for step in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e300] {
-            assert!(draw_image(&odd_axis(step), None, Medium::Svg).is_err(), "{step}");
+            assert!(draw_image(&image(step, 1, &[0.0, 1.0]), None, Medium::Svg).is_err(), "{step}");
         }
         for values in [[f64::NAN; 6], [1.0; 6], [0.0, 1.0, f64::NAN, f64::INFINITY, -1e300, 1e300]] {
-            let slice = Slice {
-                name: "a".into(),
-                topic: "/a".into(),
-                unit: None,
-                time: 0.0,
-                rows: side(2),
-                columns: side(3),
-                coordinates: ["z".into(), "r".into()],
-                units: [None, None],
-                values: values.to_vec(),
-            };
             for medium in media {
                 for range in [None, Some((0.0, 1.0))] {
-                    let drawn = draw_image(&slice, range, medium);
+                    let drawn = draw_image(&image(0.1, 3, &values), range, medium);
                     let wild = values.iter().all(|v| v.is_nan()) || values.contains(&1e300);
                     assert_eq!(drawn.is_ok(), !wild || range.is_some(), "{values:?}");
                 }
