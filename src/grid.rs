@@ -99,6 +99,58 @@ impl Spacing {
     }
 }
 
+/// Part of the surface, with weights, that a node stands for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Support {
+    /// One point \[R\].
+    Point(f64),
+    /// `inner < r < outer`, all of it alike.
+    Cell {
+        /// Inner face \[R\].
+        inner: f64,
+        /// Outer face \[R\].
+        outer: f64,
+    },
+    /// Weight `1 − |r − middle|/width`, 0 beyond; what would lie at r < 0 is folded over.
+    Hat {
+        /// Where the weight is largest \[R\].
+        middle: f64,
+        /// Distance at which it has fallen to 0 \[R\].
+        width: f64,
+    },
+}
+
+impl Support {
+    /// Smallest and largest radius \[R\].
+    pub fn ends(&self) -> (f64, f64) {
+        match *self {
+            Self::Point(r) => (r, r),
+            Self::Cell { inner, outer } => (inner, outer),
+            Self::Hat { middle, width } => ((middle - width).max(0.0), middle + width),
+        }
+    }
+
+    /// Radii between the ends where the weight has a kink \[R\].
+    pub fn kinks(&self) -> Vec<f64> {
+        match *self {
+            Self::Point(_) | Self::Cell { .. } => Vec::new(),
+            Self::Hat { middle, width } if width > middle => vec![width - middle, middle],
+            Self::Hat { middle, .. } => vec![middle],
+        }
+    }
+
+    /// Weight of radius `r`, up to a factor.
+    pub fn weight(&self, r: f64) -> f64 {
+        match *self {
+            Self::Point(_) | Self::Cell { .. } => 1.0,
+            Self::Hat { middle, width } => {
+                let hat = |r: f64| (1.0 - (r - middle).abs() / width).max(0.0);
+                hat(r) + hat(-r)
+            }
+        }
+    }
+}
+
 /// Positions and weights of the nodes along `r`, and the size of the mesh.
 #[derive(Clone, Debug)]
 pub struct Grid {
@@ -168,10 +220,11 @@ impl Grid {
         }
     }
 
-    /// Inner and outer end of what node `i` takes a given motion of the surface from \[R\]: the mean over its cell, or
-    /// on the paper's mesh the node itself, where both ends are the same.
-    pub fn support(&self, i: usize) -> (f64, f64) {
-        if self.half_cell_start { (self.r(i), self.r(i)) } else { self.cell(i) }
+    /// What node `i` takes a given motion of the surface from: a mean that falls off linearly to the neighbouring
+    /// nodes, or on the paper's mesh the node itself.
+    pub fn support(&self, i: usize) -> Support {
+        let middle = self.r(i);
+        if self.half_cell_start { Support::Point(middle) } else { Support::Hat { middle, width: self.dr } }
     }
 
     /// Weights of the conservative radial operator, shape `(nr,)` each, dimensionless:

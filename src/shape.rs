@@ -1,9 +1,9 @@
-//! Indenter shapes: the profile `z = f(r)` of a rigid body, and what of a cell it has wetted.
+//! Indenter shapes: the profile `z = f(r)` of a rigid body, and what of the surface it has wetted.
 //!
-//! A shape knows nothing of meshes, motion or contact rules. Cell averages are those of the *prescribed* motion,
+//! A shape knows nothing of meshes, motion or contact rules. Averages are those of the *prescribed* motion,
 //! in which every point of the surface moves with the indenter from the moment it is reached.
 
-use crate::grid::Geometry;
+use crate::grid::{Geometry, Support};
 
 mod profile;
 
@@ -35,12 +35,12 @@ pub struct Shape {
     radius: f64,
 }
 
-/// What the indenter has done to one cell of the surface.
+/// What the indenter has done to a part of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wetted {
-    /// Mean of `max(0, w − f)` over the cell \[R\].
+    /// Mean of `max(0, w − f)` \[R\].
     pub penetration: f64,
-    /// Share of the cell's area with `f ≤ w`, 0 to 1.
+    /// Share of the area with `f ≤ w`, 0 to 1.
     pub fraction: f64,
 }
 
@@ -86,67 +86,79 @@ impl Shape {
         free.min(self.radius)
     }
 
-    /// Mean penetration and wetted share of the cell `inner < r < outer`, weighted by `r` (axisymmetric) or 1
+    /// Mean penetration and wetted share of a part of the surface, weighted by the area `r dr` (axisymmetric) or `dx`
     /// (plane).
     ///
     /// \[KA\] Eq. 10 integrated in time: a point moves with V0 from the moment `w = f(r)` on, so its displacement
-    /// is `max(0, w − f)`. The integrals are exact for every head: the cell is split where `f = w` and at knots. A cell
-    /// without width is a point.
-    pub fn wetted(&self, depth: f64, inner: f64, outer: f64, geometry: Geometry) -> Wetted {
+    /// is `max(0, w − f)`; with `blur` > 0 its mean over depths `w ± blur`, see [`ramp`]. The integrals are exact for
+    /// every head but for what a rule of degree 7 leaves: the part is split where `w − f` is 0 or `± blur`, at knots of the head
+    /// and at kinks of the weight.
+    ///
+    /// * `blur`: half-width of the hat in depth \[R\]
+    pub fn wetted(&self, depth: f64, blur: f64, support: &Support, geometry: Geometry) -> Wetted {
+        let (inner, outer) = support.ends();
         if inner == outer {
-            let wet = self.profile(inner) <= depth;
-            let penetration = if wet { depth - self.profile(inner) } else { 0.0 };
-            return Wetted { penetration, fraction: if wet { 1.0 } else { 0.0 } };
+            let (penetration, fraction) = ramp(depth - self.profile(inner), blur);
+            return Wetted { penetration, fraction };
         }
-        let weight = |r: f64| if geometry == Geometry::Axisymmetric { r } else { 1.0 };
+        let weight = |r: f64| support.weight(r) * if geometry == Geometry::Axisymmetric { r } else { 1.0 };
         let (mut volume, mut area, mut whole) = (0.0, 0.0, 0.0);
-        let mut add = |from: f64, to: f64, wet: bool| {
+        let mut add = |from: f64, to: f64| {
             let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
             for (x, w) in GAUSS {
                 let r = middle + half * x;
                 let share = w * half * weight(r);
                 whole += share;
-                if wet {
-                    area += share;
-                    volume += share * (depth - self.head_depth(r));
+                if r < self.radius {
+                    let (penetration, fraction) = ramp(depth - self.head_depth(r), blur);
+                    volume += share * penetration;
+                    area += share * fraction;
                 }
             }
         };
-        let edge = outer.min(self.radius).max(inner);
-        let mut pieces = vec![inner];
+        let mut pieces = vec![inner, outer];
+        pieces.extend(support.kinks());
+        pieces.extend(Some(self.radius).filter(|&edge| edge > inner && edge < outer));
         if let Head::Profile(profile) = &self.head {
-            pieces.extend(profile.knots().filter(|&r| r > inner && r < edge));
+            pieces.extend(profile.knots().filter(|&r| r > inner && r < outer));
         }
-        pieces.push(edge);
+        pieces.sort_by(f64::total_cmp);
         for ends in pieces.windows(2).filter(|ends| ends[1] > ends[0]) {
-            let (from, to) = (ends[0], ends[1]);
-            let (wet_from, wet_to) = (self.head_depth(from) <= depth, self.head_depth(to) <= depth);
-            if wet_from == wet_to {
-                add(from, to, wet_from);
-            } else {
-                let split = self.crossing(depth, from, to);
-                add(from, split, wet_from);
-                add(split, to, wet_to);
+            let (mut from, to) = (ends[0], ends[1]);
+            let (f_from, f_to) = (self.head_depth(from), self.head_depth(to));
+            let levels = if f_from <= f_to { [-blur, 0.0, blur] } else { [blur, 0.0, -blur] };
+            for level in levels.map(|offset| depth + offset) {
+                let crosses = (f_from <= level) != (f_to <= level);
+                if crosses && from < self.radius {
+                    let split = self.crossing(level, from, to);
+                    add(from, split);
+                    from = split;
+                }
             }
-        }
-        if outer > edge {
-            add(edge, outer, false);
+            add(from, to);
         }
         Wetted { penetration: volume / whole, fraction: area / whole }
     }
 
-    /// Smallest profile depth in `inner ≤ r ≤ outer` \[R\], infinite outside the cylinder.
-    pub fn foremost(&self, inner: f64, outer: f64) -> f64 {
+    /// Smallest and largest profile depth in `inner ≤ r ≤ outer` \[R\], infinite outside the cylinder.
+    pub fn depths(&self, inner: f64, outer: f64) -> (f64, f64) {
         if inner > self.radius {
-            return f64::INFINITY;
+            return (f64::INFINITY, f64::INFINITY);
         }
-        let ends = self.head_depth(inner).min(self.head_depth(outer.min(self.radius)));
-        match &self.head {
-            Head::Profile(profile) => {
-                profile.knots().filter(|&r| r > inner && r < outer).fold(ends, |f, r| f.min(profile.at(r)))
+        let ends = (self.head_depth(inner), self.head_depth(outer.min(self.radius)));
+        let (mut least, mut most) = (ends.0.min(ends.1), ends.0.max(ends.1));
+        if let Head::Profile(profile) = &self.head {
+            for f in profile.knots().filter(|&r| r > inner && r < outer).map(|r| profile.at(r)) {
+                (least, most) = (least.min(f), most.max(f));
             }
-            _ => ends,
         }
+        // a node that stands on the edge but for rounding belongs to the punch
+        if outer > self.radius * (1.0 + 1e-12) { (least, f64::INFINITY) } else { (least, most) }
+    }
+
+    /// True if all points have the same depth.
+    pub fn is_flat(&self) -> bool {
+        self.head == Head::Flat
     }
 
     /// Profile of the head alone, as if it were unbounded \[R\].
@@ -171,6 +183,25 @@ impl Shape {
     }
 }
 
+/// Mean of `max(0, d + s)` over `|s| < blur` with the weight of a hat, and its derivative by d:
+///
+/// ```text
+/// x = d/blur:   blur·(1 + x)³/6  for −1 < x < 0      blur·(x + (1 − x)³/6)  for 0 < x < 1
+/// ```
+fn ramp(d: f64, blur: f64) -> (f64, f64) {
+    if d >= blur {
+        (d, 1.0)
+    } else if d <= -blur {
+        (0.0, 0.0)
+    } else if d < 0.0 {
+        let x = 1.0 + d / blur;
+        (blur * x * x * x / 6.0, 0.5 * x * x)
+    } else {
+        let x = 1.0 - d / blur;
+        (d + blur * x * x * x / 6.0, 1.0 - 0.5 * x * x)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -186,16 +217,28 @@ mod tests {
     }
 
     #[test]
-    fn cell_averages_agree_with_a_fine_sum() {
+    fn averages_agree_with_a_fine_sum() {
         for shape in shapes() {
             for geometry in [Geometry::Axisymmetric, Geometry::Plane] {
-                for (inner, outer) in [(0.0, 0.1), (0.25, 0.45), (0.9, 1.1), (1.2, 1.3)] {
+                let cell = |inner, outer| Support::Cell { inner, outer };
+                let hat = |middle, width| Support::Hat { middle, width };
+                for support in [
+                    cell(0.0, 0.1),
+                    cell(0.25, 0.45),
+                    cell(0.9, 1.1),
+                    cell(1.2, 1.3),
+                    hat(0.05, 0.1),
+                    hat(0.35, 0.1),
+                    hat(0.95, 0.3),
+                ] {
                     let depth = 0.07;
-                    let got = shape.wetted(depth, inner, outer, geometry);
+                    let got = shape.wetted(depth, 0.0, &support, geometry);
+                    let (inner, outer) = support.ends();
                     let (n, mut volume, mut area, mut whole) = (200_000, 0.0, 0.0, 0.0);
                     for m in 0..n {
                         let r = inner + (outer - inner) * (m as f64 + 0.5) / n as f64;
                         let weight = if geometry == Geometry::Axisymmetric { r } else { 1.0 };
+                        let weight = weight * support.weight(r);
                         let penetration = depth - shape.profile(r);
                         whole += weight;
                         if penetration > 0.0 {
@@ -203,10 +246,60 @@ mod tests {
                             area += weight;
                         }
                     }
-                    assert!((got.penetration - volume / whole).abs() < 1e-6, "{shape:?} {inner} {got:?}");
-                    assert!((got.fraction - area / whole).abs() < 1e-5, "{shape:?} {inner} {got:?}");
+                    assert!((got.penetration - volume / whole).abs() < 1e-6, "{shape:?} {support:?} {got:?}");
+                    assert!((got.fraction - area / whole).abs() < 2e-5, "{shape:?} {support:?} {got:?}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_blur_is_a_mean_over_depths() {
+        for shape in shapes() {
+            for (support, depth) in [
+                (Support::Hat { middle: 0.05, width: 0.1 }, 0.004),
+                (Support::Hat { middle: 0.35, width: 0.1 }, 0.06),
+                (Support::Cell { inner: 0.9, outer: 1.1 }, 0.4),
+                (Support::Point(0.4), 0.09),
+            ] {
+                let blur = 0.03;
+                let got = shape.wetted(depth, blur, &support, Geometry::Axisymmetric);
+                let (n, mut penetration, mut fraction) = (2000, 0.0, 0.0);
+                for m in 0..n {
+                    let x = 2.0 * (f64::from(m) + 0.5) / f64::from(n) - 1.0;
+                    let wetted = shape.wetted(depth + x * blur, 0.0, &support, Geometry::Axisymmetric);
+                    let weight = (1.0 - x.abs()) * 2.0 / f64::from(n);
+                    penetration += weight * wetted.penetration;
+                    fraction += weight * wetted.fraction;
+                }
+                assert!(
+                    (got.penetration - penetration).abs() < 1e-6,
+                    "{shape:?} {support:?} {got:?} {penetration}"
+                );
+                assert!((got.fraction - fraction).abs() < 2e-3, "{shape:?} {support:?} {got:?} {fraction}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_means_do_to_waves() {
+        // a hat passes sinc²(q/2) of a wave: all of a long one but for q²/12, nothing flat around q = 2π, which a mesh takes
+        // for a long one
+        let passed = |q: f64| {
+            let n = 4000;
+            let x = |m: i32| 2.0 * (f64::from(m) + 0.5) / f64::from(n) - 1.0;
+            (0..n).map(|m| (1.0 - x(m).abs()) * (q * x(m)).cos() * 2.0 / f64::from(n)).sum::<f64>()
+        };
+        for q in [0.05, 0.1, 0.2_f64] {
+            assert!((passed(q) - (1.0 - q * q / 12.0)).abs() < q.powi(4) / 300.0);
+            let folded = passed(2.0 * std::f64::consts::PI + q);
+            assert!(folded < (q / 6.0).powi(2), "{folded}");
+        }
+        // and the ramp is what a hat makes of max(0, d): its bend, ramp'', is the hat
+        let (h, step) = (0.7, 1e-4);
+        for d in [-0.6, -0.2, 0.1, 0.5] {
+            let bend = (ramp(d + step, h).0 - 2.0 * ramp(d, h).0 + ramp(d - step, h).0) / (step * step);
+            assert!((bend - (1.0 - f64::abs(d) / h) / h).abs() < 1e-5, "{d}: {bend}");
         }
     }
 
