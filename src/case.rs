@@ -5,6 +5,7 @@
 //!
 //! * `document`: TOML text with spans, `--set` overrides, one section at a time
 //! * `read`, `read_indenter`: from a document to a case, section by section
+//! * `frames`: which steps are frames
 //! * `sizes`: what follows from it
 //! * `resolved`: from a case back to TOML, with nothing left implicit
 //! * `builtin`: the cases of the paper
@@ -25,12 +26,14 @@ use crate::{
 
 pub mod builtin;
 mod document;
+mod frames;
 mod read;
 mod read_indenter;
 mod resolved;
 mod sizes;
 
 pub use document::{CaseErrors, Problem};
+pub use frames::{FrameSteps, Frames};
 
 /// A checked, complete case.
 #[derive(Clone, Debug)]
@@ -153,8 +156,8 @@ pub struct Record {
     pub probes: Vec<f64>,
     /// Fields recorded in frames.
     pub fields: Vec<Field>,
-    /// Number of frames over the run, first and last step included.
-    pub frames: usize,
+    /// Steps at which fields and energy are shown.
+    pub frames: Frames,
     /// Compression of chunks.
     pub compression: Compression,
     /// Seconds of log time per unit of dimensionless time.
@@ -245,6 +248,11 @@ impl Case {
     pub fn grid(&self) -> Grid {
         let Sizes { dr, dz, nr, nz, layer, .. } = self.sizes;
         Grid::new(self.geometry, self.mesh.kind, Spacing { dr, dz, layer_rows: layer.then_some(nz) }, nr, nz)
+    }
+
+    /// The steps that are frames.
+    pub fn frames(&self) -> FrameSteps {
+        self.record.frames.of(self.sizes.steps, self.sizes.dt)
     }
 
     /// Number of columns that may have moved at a step, about: where contact has been, and one more for every step

@@ -136,6 +136,22 @@ impl Catalogue {
         Self { channels, playback_rate: case.record.playback_rate }
     }
 
+    /// The channels that a closed form can fill for `case`.
+    ///
+    /// * `knows_drag`: true if it knows the drag
+    pub fn exact(case: &Case, knows_drag: bool) -> Self {
+        let mut channels: Vec<Box<dyn Channel>> = vec![
+            Box::new(interface_stress::InterfaceStress::new(case)),
+            Box::new(velocity::Velocity),
+            Box::new(probes::Probes::new(case)),
+            Box::new(log::Log),
+        ];
+        if knows_drag {
+            channels.push(Box::new(drag::Drag));
+        }
+        Self { channels, playback_rate: case.record.playback_rate }
+    }
+
     /// Topics, schemas and metadata of all channels.
     pub fn specs(&self) -> Vec<ChannelSpec> {
         let specs = self.channels.iter().map(|channel| ChannelSpec {
@@ -204,9 +220,4 @@ fn metadata(fields: &[FieldNote]) -> BTreeMap<String, String> {
 /// Number of messages of a channel that speaks every step.
 fn every_step(case: &Case) -> u64 {
     case.sizes.steps + 1
-}
-
-/// Number of frames of a case.
-fn frames(case: &Case) -> u64 {
-    (case.record.frames as u64).min(every_step(case))
 }

@@ -13,12 +13,15 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 
 use crate::{
     case::{Case, CaseErrors},
+    exact::answer::NoAnswer,
     recording::RecordingError,
     simulation::SimulationError,
 };
 
 mod cases;
 mod check;
+mod exact;
+mod output;
 mod progress;
 mod run;
 
@@ -34,6 +37,7 @@ const EXAMPLES: &str = "\
 Examples:
   percuss run fig5                              compute Fig. 5 of the paper into fig5.mcap
   percuss run fig5 --set mesh.cells=400 -o fine.mcap
+  percuss exact fig2-prescribed                 the closed form of a case, to compare with
   percuss check my.toml --resolved > full.toml  the case with every default written out
   percuss-read trace fig5.mcap                  the drag against time
 
@@ -43,9 +47,11 @@ Exit status: 0 done, 1 failed, 2 usage or invalid case, 130 or 143 interrupted w
 enum Command {
     /// Compute a case and record it
     Run(run::Run),
+    /// Record the closed form that answers a case
+    Exact(exact::Exact),
     /// Validate a case; print sizes, memory, file size and time it will take
     Check(check::Check),
-    /// List the built-in cases
+    /// List the built-in cases and their closed forms
     Cases(cases::Cases),
 }
 
@@ -92,6 +98,9 @@ pub enum CliError {
     /// The request makes no sense.
     #[error("{0}")]
     Usage(String),
+    /// No closed form answers the case.
+    #[error(transparent)]
+    NoAnswer(#[from] NoAnswer),
     /// The computation failed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
@@ -123,6 +132,7 @@ impl Arguments {
     pub fn run(&self) -> Result<Exit, CliError> {
         match &self.command {
             Command::Run(run) => run.run(),
+            Command::Exact(exact) => exact.run(),
             Command::Check(check) => check.run(),
             Command::Cases(cases) => cases.run(),
         }
@@ -133,7 +143,7 @@ impl Arguments {
 pub fn report(error: &CliError) -> ExitCode {
     let (text, status) = match error {
         CliError::Case(errors) => (render(errors), 2),
-        CliError::Usage(_) | CliError::Simulation(SimulationError::NoSolver) => {
+        CliError::Usage(_) | CliError::NoAnswer(_) | CliError::Simulation(SimulationError::NoSolver) => {
             (format!("error: {error}\n"), 2)
         }
         _ => (format!("error: {error}\n"), 1),
@@ -169,12 +179,13 @@ fn print(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// Default output of a case: its name with `.mcap`, in the current folder.
-fn default_output(case: &str) -> PathBuf {
+/// Default output of a case: its name, a suffix and `.mcap`, in the current folder.
+fn default_output(case: &str, suffix: &str) -> PathBuf {
     let path = PathBuf::from(case);
     let is_file = path.extension().is_some_and(|extension| extension == "toml");
     let stem = if is_file { path.file_stem() } else { path.file_name() };
     let mut name = stem.unwrap_or(path.as_os_str()).to_owned();
+    name.push(suffix);
     name.push(".mcap");
     name.into()
 }
@@ -191,7 +202,7 @@ mod tests {
 
     #[test]
     fn outputs_are_named_after_cases() {
-        assert_eq!(default_output("fig8-m2.5"), PathBuf::from("fig8-m2.5.mcap"));
-        assert_eq!(default_output("cases/my.toml"), PathBuf::from("my.mcap"));
+        assert_eq!(default_output("fig8-m2.5", ""), PathBuf::from("fig8-m2.5.mcap"));
+        assert_eq!(default_output("cases/my.toml", "-exact"), PathBuf::from("my-exact.mcap"));
     }
 }

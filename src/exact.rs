@@ -2,16 +2,26 @@
 //!
 //! | Closed form | Of what |
 //! |---|---|
-//! | [`paraboloid`] | pressure on the axis under a paraboloid with prescribed motion, half-space or layer |
+//! | [`elastic_paraboloid`] | full theory: pressure on the axis under a paraboloid with prescribed motion |
+//! | [`paraboloid`] | its twin in the simplified theory |
+//! | [`spreading`] | simplified theory: pressure and drag under a spreading cone or paraboloid, at any place |
 //! | [`plane_punch`] | pressure and drag of a plane flat punch before the waves of its edges meet |
-//! | [`disc_stiffness`] | slope of the drag of a flat punch on a layer at long times |
+//! | [`disc_stiffness`], [`strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
+//! | [`mod@column`] | a layer without shear waves under a body of finite mass |
 //!
-//! All belong to model `rakhmatulin`. Each checks its parameters and the range in which it holds; outside it the
-//! answer is an error, not a number.
+//! All but the first belong to model `rakhmatulin`. Each checks its parameters and the range in which it holds; outside
+//! it the answer is an error, not a number. [`answer`] chooses the form that answers a case and shows it step by step,
+//! as a computed run is shown.
 
+pub mod answer;
+pub mod column;
 pub mod disc_stiffness;
+pub mod elastic_paraboloid;
 pub mod paraboloid;
 pub mod plane_punch;
+mod quadrature;
+pub mod spreading;
+pub mod strip_stiffness;
 
 /// Why a closed form has no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -36,6 +46,35 @@ pub enum ExactError {
         /// Where it holds.
         bound: String,
     },
+}
+
+/// Distances that waves have travelled that are at depth `z` of a target at time `t`, each with its share: `2mh + z` and
+/// `2(m+1)h − z`; \[KA\] Eq. 16, misprint corrected (it prints `(2m+1)h − z`, which Eq. 14 and causality exclude). A wave
+/// whose front arrives at this very time counts half, the others whole.
+fn distances(z: f64, thickness: Option<f64>, t: f64) -> Result<Vec<(f64, f64)>, ExactError> {
+    let outside = |name, value, bound| Err(ExactError::OutsideRange { name, value, bound });
+    let depth = thickness.unwrap_or(f64::INFINITY);
+    if !(z >= 0.0 && z <= depth) {
+        return outside("z", z, format!("0 ≤ z ≤ {depth}"));
+    }
+    if !(t >= 0.0 && t.is_finite()) {
+        return outside("t", t, "t ≥ 0".into());
+    }
+    let rounding = 1e-12 * t;
+    let mut list = Vec::new();
+    let mut add = |d: f64| {
+        if d <= t + rounding {
+            list.push((d, if (d - t).abs() <= rounding { 0.5 } else { 1.0 }));
+        }
+    };
+    add(z);
+    let mut way = 2.0 * depth;
+    while way - z <= t + rounding {
+        add(way - z);
+        add(way + z);
+        way += 2.0 * depth;
+    }
+    Ok(list)
 }
 
 /// Checks `0 < value < high`.

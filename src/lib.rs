@@ -2,7 +2,8 @@
 //! scheme of minimised mesh dispersion, and every run is recorded as a standard MCAP file.
 //!
 //! ```text
-//! case.toml -> Case -> Simulation{ model <-surface-> contact(indenter) } -> View -> channels -> Recorder -> run.mcap
+//! case.toml -> Case -> Simulation{ model <-surface-> contact(indenter) } -+
+//!              Case -> exact::Answer ------------------------------------+-> View -> channels -> Recorder -> run.mcap
 //! ```
 //!
 //! # The house
@@ -19,7 +20,7 @@
 //! | [`model`] | what lies behind the surface: trait, one file per model, stencils |
 //! | [`simulation`] | the order of one step |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
-//! | [`exact`] | closed forms, one file each, independent of the solver |
+//! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::answer`] chooses the one for a case |
 //! | [`view`] | what one step shows to observers |
 //! | [`channels`], [`message`] | recorded channels, one file each, and their messages |
 //! | [`recording`], [`session`] | the MCAP writer; a recording of one case from first record to status |
@@ -31,7 +32,7 @@
 //!
 //! `units, material, shape, indenter, grid, surface` use nothing of ours but each other's plain types; `model` uses
 //! `surface, grid`; `contact` uses `surface, shape, indenter, grid`; `simulation` uses `case, model, contact, view`;
-//! `channels` use `view, recording`; `recording` knows no physics; `exact` never uses the solver.
+//! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver.
 //!
 //! # Invariants
 //!
@@ -51,7 +52,7 @@
 //! | indenter shape, contact rule, mesh | a variant in [`shape`], [`contact`], [`grid`]; the compiler lists the arms |
 //! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in [`channels::Catalogue::new`] |
 //! | model | `src/model/<x>.rs`, one line in [`simulation::Simulation::new`] |
-//! | closed form | `src/exact/<x>.rs`, one line in [`exact`] |
+//! | closed form | `src/exact/<x>.rs`, one line in [`exact`]; if it answers cases, an arm of [`exact::answer::Answer::to`] |
 //! | built-in case | `src/case/builtin/<x>.toml`, its name in `src/case/builtin.rs` |
 //!
 //! # Units, signs, symbols

@@ -61,6 +61,46 @@ impl Status {
     }
 }
 
+/// Where the numbers of a recording come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// A computed run.
+    Simulation,
+    /// A closed form.
+    Exact {
+        /// Its name.
+        form: &'static str,
+        /// True if it knows the drag.
+        knows_drag: bool,
+    },
+}
+
+impl Source {
+    fn catalogue(self, case: &Case) -> Catalogue {
+        match self {
+            Self::Simulation => Catalogue::new(case),
+            Self::Exact { knows_drag, .. } => Catalogue::exact(case, knows_drag),
+        }
+    }
+
+    /// What the run record says about it.
+    fn entries(self) -> BTreeMap<String, String> {
+        match self {
+            Self::Simulation => to_map([("source", "simulation".to_owned())]),
+            Self::Exact { form, .. } => {
+                to_map([("source", "exact".to_owned()), ("closed_form", form.to_owned())])
+            }
+        }
+    }
+
+    fn noun(self) -> &'static str {
+        match self {
+            Self::Simulation => "run",
+            Self::Exact { .. } => "closed form",
+        }
+    }
+}
+
 /// Length that `percuss.host` is filled up to \[bytes\].
 const HOST_LENGTH: usize = 1024;
 
@@ -68,6 +108,7 @@ const HOST_LENGTH: usize = 1024;
 pub struct Session {
     recorder: Recorder,
     catalogue: Catalogue,
+    source: Source,
     scale_speed: Option<f64>,
     chunk_steps: u64,
     steps: u64,
@@ -83,18 +124,27 @@ impl Session {
     /// # Errors
     ///
     /// The file exists, or cannot be written.
-    pub fn begin(case: &Case, path: &Path, overwrite: bool, threads: usize) -> Result<Self, RecordingError> {
+    pub fn begin(
+        case: &Case,
+        source: Source,
+        path: &Path,
+        overwrite: bool,
+        threads: usize,
+    ) -> Result<Self, RecordingError> {
         let mut recorder = Recorder::create(path, overwrite, case.record.compression)?;
-        recorder.metadata("percuss.run", run_record(case))?;
+        let mut run = run_record(case);
+        run.extend(source.entries());
+        recorder.metadata("percuss.run", run)?;
         recorder.metadata("percuss.host", host_record(threads))?;
         recorder.attach("case.toml", "application/toml", case.text.clone().into_bytes())?;
         let resolved = case.resolved_toml().into_bytes();
         recorder.attach("case.resolved.toml", "application/toml", resolved)?;
-        let catalogue = Catalogue::new(case);
+        let catalogue = source.catalogue(case);
         recorder.channels(catalogue.specs())?;
         let steps = case.sizes.steps;
         let per_step = catalogue.size(case) / (steps + 1) + 1;
         let session = Self {
+            source,
             scale_speed: case.scales().speed,
             chunk_steps: (CHUNK_TARGET / per_step).max(1),
             steps,
@@ -113,7 +163,7 @@ impl Session {
     pub fn observe(&mut self, view: &View<'_>) -> Result<(), RecordingError> {
         if self.last.is_none() {
             // the version is in the metadata: here it would make every release differ from every other
-            let text = format!("run of {} steps begins", self.steps);
+            let text = format!("{} of {} steps begins", self.source.noun(), self.steps);
             self.catalogue.say(Level::Info, view.time, &text, &mut self.recorder)?;
         }
         self.catalogue.observe(view, &mut self.recorder)?;
@@ -176,7 +226,6 @@ fn run_record(case: &Case) -> BTreeMap<String, String> {
     let mut map = to_map([
         ("format_version", FORMAT_VERSION.to_owned()),
         ("percuss_version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("source", "simulation".to_owned()),
         ("title", case.title.clone()),
         ("model", name(json["model"].clone())),
         ("geometry", name(json["geometry"].clone())),

@@ -11,7 +11,7 @@
 //! [`Simulation::step`] may stop calling at any time.
 
 use crate::{
-    case::{Case, Stop},
+    case::{Case, FrameSteps, Stop},
     contact::{
         Contact, Touch,
         event::{Event, EventKind, Watch},
@@ -42,7 +42,7 @@ pub enum SimulationError {
     },
     /// There is no solver for this model yet.
     #[error(
-        "model = \"elastic\" is not available in `percuss run` of this version; use model = \"rakhmatulin\""
+        "model = \"elastic\" is not available in `percuss run` of this version; use model = \"rakhmatulin\", or `percuss exact` where there is a closed form"
     )]
     NoSolver,
 }
@@ -71,7 +71,7 @@ pub struct Simulation {
     ledger: Ledger,
     validity: Validity,
     layer: bool,
-    frames: usize,
+    frames: FrameSteps,
     steps: u64,
     stop: Stop,
     next_step: u64,
@@ -88,7 +88,7 @@ impl Simulation {
     pub fn new(case: &Case) -> Result<Self, SimulationError> {
         let sizes = &case.sizes;
         let grid = case.grid();
-        let sight = if sizes.layer || case.record.frames > 0 {
+        let sight = if sizes.layer || !case.record.frames.is_none() {
             Sight::Field
         } else {
             Sight::Surface { last_step: sizes.steps as usize }
@@ -110,7 +110,7 @@ impl Simulation {
             indenter,
             model,
             layer: sizes.layer,
-            frames: case.record.frames,
+            frames: case.frames(),
             steps: sizes.steps,
             stop: case.run.stop,
             next_step: 0,
@@ -131,7 +131,7 @@ impl Simulation {
         }
         let step = self.next_step;
         let time = step as f64 * self.grid.dt();
-        let is_frame = is_frame(step, self.steps, self.frames);
+        let is_frame = self.frames.contain(step);
 
         self.model.predict(&mut self.surface);
         let before = is_frame.then(|| self.ledger.entry(self.model.energy(), &self.indenter));
@@ -177,6 +177,7 @@ impl Simulation {
                 pressure: &self.surface.pressure[..reached],
                 punch_radius: self.contact.punch_radius(),
                 complete: reached == self.contact.profile().len(),
+                exact: None,
             },
             drag: touch.drag,
             contact_radius: touch.contact_radius,
@@ -241,21 +242,6 @@ impl Fields for Simulation {
     }
 }
 
-/// True if step k of `0..=steps` is one of `frames` frames spread evenly over them, first and last included.
-pub fn is_frame(step: u64, steps: u64, frames: usize) -> bool {
-    match frames as u64 {
-        0 => false,
-        1 => step == steps,
-        frames => {
-            // frame m falls on step round(m·steps/(frames − 1)); is any m mapped to this step?
-            let gaps = frames - 1;
-            let at = |m: u64| ((2 * m as u128 * steps as u128 + gaps as u128) / (2 * gaps as u128)) as u64;
-            let m = (step as u128 * gaps as u128 / (steps as u128).max(1)) as u64;
-            (m.saturating_sub(1)..=m + 1).any(|m| m <= gaps && at(m) == step)
-        }
-    }
-}
-
 /// Running sums of the energy ledger.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ledger {
@@ -290,23 +276,5 @@ fn mean(a: Energy, b: Energy) -> Energy {
         dissipated: half(a.dissipated, b.dissipated),
         work: half(a.work, b.work),
         residual: half(a.residual, b.residual),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::is_frame;
-
-    #[test]
-    fn frames_are_as_many_as_asked_for() {
-        for (steps, frames) in [(300, 200), (1000, 200), (199, 200), (7, 3), (10, 1), (5, 2), (1_000_003, 17)]
-        {
-            let hits: Vec<u64> = (0..=steps).filter(|&k| is_frame(k, steps, frames)).collect();
-            assert_eq!(hits.len(), frames, "{steps} steps");
-            assert_eq!(hits.last(), Some(&steps));
-            assert!(frames == 1 || hits[0] == 0);
-        }
-        assert_eq!((0..=50).filter(|&k| is_frame(k, 50, 200)).count(), 51);
-        assert!(!is_frame(0, 10, 0));
     }
 }

@@ -73,7 +73,7 @@ fn a_good_case_runs() {
 }
 
 /// Line of `GOOD` (from its start) to replace, by what, and what the message must name.
-const BAD: [(&str, &str, &str); 35] = [
+const BAD: [(&str, &str, &str); 37] = [
     ("velocity", "velocity = nan", "`impact.velocity` = NaN"),
     ("velocity", "velocity = inf", "`impact.velocity` = inf"),
     ("velocity", "velocity = 0", "`impact.velocity` = 0.0"),
@@ -113,6 +113,8 @@ const BAD: [(&str, &str, &str); 35] = [
     ("probes", "probes = [0.0, nan]", "`record.probes` contains NaN"),
     ("fields", "fields = [\"stress\", \"stress\"]", "twice"),
     ("frames", "frames = 1.5", "`record.frames`"),
+    ("frames", "frame_times = [0.1]\nframes = 3", "both given"),
+    ("frames", "frame_times = [0.1, 1e3]", "`record.frame_times` contains 1000.0"),
 ];
 
 #[test]
@@ -342,7 +344,9 @@ fn built_in_cases_are_listed_and_valid() {
     let cases = json["cases"].as_array().expect("a list");
     let names: Vec<&str> = cases.iter().filter_map(|case| case["name"].as_str()).collect();
     let mut expected: Vec<String> =
-        ["fig2", "fig3", "fig4", "fig5", "fig5-plane"].map(str::to_owned).to_vec();
+        ["fig2", "fig2a", "fig2-prescribed", "fig3", "fig4", "fig5", "fig5-plane"]
+            .map(str::to_owned)
+            .to_vec();
     expected.extend(["a", "b", "c", "d"].map(|part| format!("fig6{part}")));
     expected.extend(["a", "b"].map(|part| format!("fig7{part}")));
     expected.extend(["2.5", "5", "10"].map(|mass| format!("fig8-m{mass}")));
@@ -351,4 +355,33 @@ fn built_in_cases_are_listed_and_valid() {
     for name in names {
         assert!(percuss(folder.path(), &["check", name, "--resolved"]).status.success(), "{name}");
     }
+}
+
+#[test]
+fn closed_forms_are_recorded_or_refused() {
+    let folder = folder();
+    let output = percuss(folder.path(), &["exact", "fig2a"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(output.stdout.is_empty() && folder.path().join("fig2a-exact.mcap").exists());
+    // an existing recording stays
+    let again = percuss(folder.path(), &["exact", "fig2a"]);
+    assert!(again.status.code() == Some(1) && stderr(&again).contains("--force"), "{}", stderr(&again));
+    for (arguments, reason) in [
+        (&["exact", "fig8-m5"][..], "infinite mass"),
+        (
+            &["exact", "fig6a", "--set", "indenter.spread_rate=0.4", "--set", "impact.contact=unilateral"],
+            "slower than the waves",
+        ),
+        (&["exact", "fig2", "--set", "geometry=plane"], "plane"),
+        (&["exact", "fig4", "--set", "model=elastic"], "elastic"),
+    ] {
+        let output = percuss(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(
+            stderr(&output).contains("no closed form") && stderr(&output).contains(reason),
+            "{}",
+            stderr(&output)
+        );
+    }
+    assert_eq!(recordings(folder.path()), ["fig2a-exact.mcap"]);
 }

@@ -9,10 +9,12 @@ use std::{
 use mcap::{MessageStream, Summary};
 use percuss::{
     case::{Case, builtin},
+    exact::answer::Answer,
     message::percuss as message,
     recording::{FORMAT_VERSION, RecordingError},
-    session::{Session, Status},
+    session::{Session, Source, Status},
     simulation::{Simulation, SimulationError},
+    validity::Validity,
 };
 use prost::Message;
 
@@ -25,7 +27,7 @@ fn case(name: &str, overrides: &[&str]) -> Case {
 /// Runs a case into a file and returns its bytes.
 fn record(case: &Case, path: &Path) -> Vec<u8> {
     let mut simulation = Simulation::new(case).expect("a solver");
-    let mut session = Session::begin(case, path, false, 1).expect("a new file");
+    let mut session = Session::begin(case, Source::Simulation, path, false, 1).expect("a new file");
     while let Some(view) = simulation.step().expect("finite numbers") {
         session.observe(&view).expect("room on the disk");
     }
@@ -237,7 +239,7 @@ fn numbers_that_overflow_end_the_run_with_a_status() {
     // no case file can ask for this
     case.impact.velocity = f64::MAX;
     let mut simulation = Simulation::new(&case).expect("a solver");
-    let mut session = Session::begin(&case, &path, false, 1).expect("a new file");
+    let mut session = Session::begin(&case, Source::Simulation, &path, false, 1).expect("a new file");
     let error = loop {
         match simulation.step() {
             Ok(Some(view)) => session.observe(&view).expect("room on the disk"),
@@ -260,7 +262,7 @@ fn a_recording_given_up_has_no_end() {
     let path = folder.path().join("a.mcap");
     let case = case("fig5", &["mesh.cells=20"]);
     let mut simulation = Simulation::new(&case).expect("a solver");
-    let mut session = Session::begin(&case, &path, false, 1).expect("a new file");
+    let mut session = Session::begin(&case, Source::Simulation, &path, false, 1).expect("a new file");
     for _ in 0..10 {
         let view = simulation.step().expect("finite numbers").expect("a step");
         session.observe(&view).expect("room on the disk");
@@ -277,7 +279,67 @@ fn an_existing_file_is_left_alone() {
     let folder = folder();
     let path: PathBuf = folder.path().join("a.mcap");
     fs::write(&path, "precious").expect("a file");
-    let result = Session::begin(&case("fig5", &[]), &path, false, 1);
+    let result = Session::begin(&case("fig5", &[]), Source::Simulation, &path, false, 1);
     assert!(matches!(result.err(), Some(RecordingError::Exists(_))));
     assert_eq!(fs::read(&path).expect("the file"), b"precious");
+}
+
+/// Records the closed form of a case and returns the bytes.
+fn record_exact(case: &Case, path: &Path) -> Vec<u8> {
+    let mut answer = Answer::to(case).expect("a closed form");
+    let source = Source::Exact { form: answer.name(), knows_drag: answer.knows_drag() };
+    let mut session = Session::begin(case, source, path, false, 1).expect("a new file");
+    for step in 0..=answer.last_step() {
+        answer.go_to(step);
+        session.observe(&answer.view()).expect("room on the disk");
+    }
+    session.end(&Status::Completed, &Validity::new(case.impact.velocity)).expect("room on the disk");
+    fs::read(path).expect("the recording")
+}
+
+#[test]
+fn a_closed_form_is_on_the_channels_of_the_run() {
+    let folder = folder();
+    for (name, rms) in
+        [("fig2-prescribed", 0.2), ("fig6a", 0.12), ("fig7a", 0.12), ("fig3", 0.1), ("fig5-plane", 0.1)]
+    {
+        let case = case(name, &["mesh.cells=50", "record.fields=[]", "run.end_time=1.5", "record.frames=0"]);
+        let run = record(&case, &folder.path().join(format!("{name}.mcap")));
+        let exact = record_exact(&case, &folder.path().join(format!("{name}-exact.mcap")));
+        let told = &metadata(&exact)["percuss.run"];
+        assert_eq!((told["source"].as_str(), told.contains_key("closed_form")), ("exact", true));
+        // the same steps, the same arrays, about the same numbers wherever the form knows one
+        let topic = "/interface/stress";
+        let (run, exact) = (
+            messages::<message::InterfaceStress>(&run, topic),
+            messages::<message::InterfaceStress>(&exact, topic),
+        );
+        assert_eq!(run.len(), exact.len(), "{name}");
+        let (mut error, mut norm) = (0.0, 0.0);
+        for ((time_a, a), (time_b, b)) in run.iter().zip(&exact) {
+            assert_eq!((time_a, a.step, a.r0, a.dr), (time_b, b.step, b.r0, b.dr), "{name}");
+            assert_eq!(a.stress.len(), b.stress.len(), "{name} step {}", a.step);
+            for (p, e) in a.stress.iter().zip(&b.stress).filter(|(_, e)| e.is_finite()) {
+                error += (p - e) * (p - e);
+                norm += e * e;
+            }
+        }
+        // fronts are spread over two steps, the edge of a slow contact is singular
+        assert!(norm > 0.0 && f64::sqrt(error / norm) < rms, "{name}: {}", f64::sqrt(error / norm));
+    }
+}
+
+#[test]
+fn frames_land_on_the_times_asked_for() {
+    let folder = folder();
+    let case = case("fig4", &["mesh.cells=50", "record.frame_times=[1.0, 0.05, 2.0]"]);
+    let bytes = record(&case, &folder.path().join("a.mcap"));
+    let frames = messages::<message::FieldSlice>(&bytes, "/field/stress");
+    let dt = case.sizes.dt;
+    let expected: Vec<u64> = [0.05, 1.0, 2.0].iter().map(|time| (time / dt).round() as u64).collect();
+    assert_eq!(frames.iter().map(|(_, frame)| frame.step).collect::<Vec<_>>(), expected);
+    for (_, frame) in &frames {
+        // every message says its own time
+        assert_eq!(frame.time, frame.step as f64 * dt);
+    }
 }

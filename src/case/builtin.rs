@@ -9,6 +9,8 @@ macro_rules! cases {
 
 cases!(
     "fig2",
+    "fig2a",
+    "fig2-prescribed",
     "fig3",
     "fig4",
     "fig5",

@@ -8,7 +8,7 @@ use std::path::Path;
 use serde::{Deserialize, Deserializer, de};
 
 use super::{
-    Case, CaseErrors, Impact, Mesh, Record, Run, Stop, Target,
+    Case, CaseErrors, Frames, Impact, Mesh, Record, Run, Stop, Target,
     document::{Bounds, Document, Given, Section, Sources},
     read_indenter::read_indenter,
     sizes::Plan,
@@ -48,7 +48,7 @@ pub fn case(name: &str, text: &str, overrides: &[String], folder: &Path) -> Resu
         Impact { velocity: velocity.velocity, contact: velocity.contact.map_or(Rule::Unilateral, value) };
     let mesh = read_mesh(doc, &mut root);
     let (run, end_time) = read_run(doc, &mut root);
-    let record = read_record(doc, &mut root);
+    let record = read_record(doc, &mut root, run.end_time);
     root.end(doc);
 
     // sizes are worth deriving only from a case that is sound so far
@@ -212,7 +212,7 @@ fn read_run<'t>(doc: &mut Document<'t>, root: &mut Section<'t>) -> (Run, Span) {
     (Run { end_time: end_time.map_or(1.0, value), stop }, span)
 }
 
-fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>) -> Record {
+fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>, end_time: f64) -> Record {
     let mut section = root.section(doc, "record");
     let interface_every = section.count(doc, "interface_every", 1..=1_000_000_000).map_or(1, value);
     let probes = section.get::<Vec<f64>>(doc, "probes", "a list of radii ≥ 0");
@@ -237,7 +237,33 @@ fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>) -> Record {
         }
         given.value
     });
-    let frames = section.count(doc, "frames", 0..=1_000_000).map_or(DEFAULT_FRAMES, value) as usize;
+    let frames = section.count(doc, "frames", 0..=1_000_000);
+    let frame_times = section.get::<Vec<f64>>(doc, "frame_times", "a list of times, 0 ≤ t ≤ run.end_time");
+    let frames = match (frames, frame_times) {
+        (Some(_), Some(times)) => {
+            let message = "`record.frames` and `record.frame_times` are both given".to_owned();
+            doc.problem(times.span, message, Some("leave one of them out".into()));
+            Frames::At(Vec::new())
+        }
+        (None, Some(times)) => {
+            // with a stand-in for the end time there is no telling
+            let bounds = Bounds::within(0.0, if doc.is_sound() { end_time } else { 1e12 });
+            if let Some(bad) = times.value.iter().find(|time| !bounds.contain(**time)) {
+                let message = format!("`record.frame_times` contains {bad:?}");
+                doc.problem(
+                    times.span.clone(),
+                    message,
+                    Some(format!("allowed: {bounds}, the time of the run")),
+                );
+            }
+            if times.value.len() > MAX_LIST {
+                let message = format!("`record.frame_times` has {} times", times.value.len());
+                doc.problem(times.span.clone(), message, Some(format!("allowed: at most {MAX_LIST}")));
+            }
+            Frames::At(times.value)
+        }
+        (frames, None) => Frames::Spread(frames.map_or(DEFAULT_FRAMES, value) as usize),
+    };
     let compression = section.get(doc, "compression", "none, lz4, zstd").map_or(Compression::Zstd, value);
     let playback_rate = section.number(doc, "playback_rate", Bounds::within(1e-9, 1e9));
     section.end(doc);

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Case, HeadKind, Stop};
+use super::{Case, Frames, HeadKind, Stop};
 use crate::{
     contact::Rule,
     grid::{Geometry, MeshKind},
@@ -92,7 +92,10 @@ struct Record<'a> {
     interface_every: u64,
     probes: &'a [f64],
     fields: &'a [Field],
-    frames: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frames: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frame_times: Option<&'a [f64]>,
     compression: Compression,
     playback_rate: f64,
 }
@@ -107,6 +110,10 @@ fn resolved(case: &Case) -> Resolved<'_> {
     };
     let material = case.target.material;
     let record = &case.record;
+    let (frames, frame_times) = match &record.frames {
+        Frames::Spread(frames) => (Some(*frames), None),
+        Frames::At(times) => (None, Some(times.as_slice())),
+    };
     Resolved {
         title: &case.title,
         model: case.model,
@@ -132,7 +139,8 @@ fn resolved(case: &Case) -> Resolved<'_> {
             interface_every: record.interface_every,
             probes: &record.probes,
             fields: &record.fields,
-            frames: record.frames,
+            frames,
+            frame_times,
             compression: record.compression,
             playback_rate: record.playback_rate,
         },

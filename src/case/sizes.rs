@@ -79,7 +79,7 @@ impl Plan<'_> {
         let nz = match spacing.layer_rows {
             Some(rows) => rows as f64,
             // the wave goes one row per step; if only the surface is looked at, half as deep is enough
-            None if self.record.frames > 0 => steps + 2.0,
+            None if !self.record.frames.is_none() => steps + 2.0,
             None => (steps / 2.0).ceil() + 2.0,
         };
         if nr * nz > MAX_NODES {
@@ -132,7 +132,7 @@ impl Plan<'_> {
             ModelKind::Rakhmatulin => self.target.material.shear_wave_speed,
             ModelKind::Elastic => 1.0,
         };
-        let fields = self.record.frames > 0 && !self.record.fields.is_empty();
+        let fields = !self.record.frames.is_none() && !self.record.fields.is_empty();
         let run = speed * steps * spacing.dz * if fields { 1.0 } else { 0.5 };
         let margin = (PRECURSOR * steps.cbrt() + 2.0).ceil() * spacing.dr;
         Some(contact_reach + run + margin)

@@ -1,6 +1,6 @@
 //! `/energy`: the energy ledger, at frames.
 
-use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, frames, step_and_time};
+use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, step_and_time};
 use crate::{case::Case, message::percuss, recording::RecordingError, view::View};
 
 /// The energy channel.
@@ -50,6 +50,6 @@ impl Channel for Energy {
     }
 
     fn size(&self, case: &Case) -> u64 {
-        frames(case) * (60 + MESSAGE_OVERHEAD)
+        case.frames().count() * (60 + MESSAGE_OVERHEAD)
     }
 }

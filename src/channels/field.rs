@@ -1,6 +1,6 @@
 //! `/field/displacement`, `/field/velocity`, `/field/stress`: a field over the section, at frames.
 
-use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, frames, step_and_time};
+use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, step_and_time};
 use crate::{case::Case, message::percuss, model::Field, recording::RecordingError, view::View};
 
 /// The channel of one field.
@@ -64,12 +64,9 @@ impl Channel for FieldSlice {
 
     fn size(&self, case: &Case) -> u64 {
         let sizes = &case.sizes;
-        let gaps = frames(case).saturating_sub(1).max(1);
-        let nodes = |frame: u64| {
-            let step = sizes.steps as f64 * frame as f64 / gaps as f64;
-            case.lit_columns(step) * (step + 1.0).min(sizes.nz as f64 + 1.0)
-        };
-        let nodes: f64 = (0..frames(case)).map(nodes).sum();
-        4 * nodes as u64 + frames(case) * (70 + MESSAGE_OVERHEAD)
+        let frames = case.frames();
+        let nodes = |step: &f64| case.lit_columns(*step) * (step + 1.0).min(sizes.nz as f64 + 1.0);
+        let nodes: f64 = frames.about().iter().map(nodes).sum();
+        4 * nodes as u64 + frames.count() * (70 + MESSAGE_OVERHEAD)
     }
 }

@@ -1,11 +1,16 @@
-//! `percuss cases`: the built-in cases.
+//! `percuss cases`: the built-in cases and their closed forms.
+
+use std::fmt::Write;
 
 use clap::Args;
 
 use super::{CliError, Exit, print};
-use crate::case::{Case, builtin};
+use crate::{
+    case::{Case, builtin},
+    exact::answer::Answer,
+};
 
-/// Lists the built-in cases.
+/// Lists the built-in cases, and which closed form answers them.
 #[derive(Debug, Args)]
 pub(super) struct Cases {
     /// Print JSON
@@ -17,16 +22,33 @@ impl Cases {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let mut rows = Vec::new();
         for name in builtin::names() {
-            rows.push((name, Case::load(name, &[])?.title));
+            let case = Case::load(name, &[])?;
+            rows.push((name, Answer::to(&case).ok(), case.title));
         }
         let text = if self.json {
             let list: Vec<_> = rows
                 .iter()
-                .map(|(name, title)| serde_json::json!({ "name": name, "title": title }))
+                .map(|(name, answer, title)| {
+                    let exact = answer.as_ref().map(|answer| {
+                        serde_json::json!({
+                            "form": answer.name(),
+                            "text": answer.to_string(),
+                            "end_time": Some(answer.end_time()).filter(|time| time.is_finite()),
+                        })
+                    });
+                    serde_json::json!({ "name": name, "title": title, "exact": exact })
+                })
                 .collect();
             format!("{:#}\n", serde_json::json!({ "version": 1, "cases": list }))
         } else {
-            rows.iter().map(|(name, title)| format!("{name:<11} {title}\n")).collect()
+            let mut text = String::new();
+            for (name, answer, title) in &rows {
+                writeln!(text, "{name:<16} {title}").expect("a String grows");
+                if let Some(answer) = answer {
+                    writeln!(text, "{:<16}   exact: {answer}", "").expect("a String grows");
+                }
+            }
+            text
         };
         print(&text)?;
         Ok(Exit::Done)

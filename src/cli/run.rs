@@ -2,26 +2,25 @@
 
 use std::{
     fs,
-    num::NonZeroUsize,
-    path::{Path, PathBuf},
+    path::Path,
     sync::{
         Arc,
-        atomic::{AtomicBool, AtomicUsize, Ordering},
+        atomic::{AtomicUsize, Ordering},
     },
     time::Instant,
 };
 
 use clap::Args;
 use indicatif::BinaryBytes;
-use signal_hook::{
-    consts::{SIGINT, SIGTERM},
-    flag,
-};
 
-use super::{CaseArguments, CliError, Exit, default_output, progress::Progress};
+use super::{
+    CaseArguments, CliError, Exit,
+    output::{OutputArguments, interrupted_by, watch_signals},
+    progress::Progress,
+};
 use crate::{
     case::Case,
-    session::{Session, Status},
+    session::{Session, Source, Status},
     simulation::{Simulation, SimulationError},
 };
 
@@ -37,44 +36,25 @@ Examples:
 pub(super) struct Run {
     #[command(flatten)]
     case: CaseArguments,
-    /// Recording to write [default: the name of the case with .mcap]
-    #[arg(short, long, value_name = "OUT.mcap")]
-    output: Option<PathBuf>,
-    /// Number of threads [default: all cores]; the recording does not depend on it
-    #[arg(long, value_name = "N")]
-    threads: Option<NonZeroUsize>,
-    /// Overwrite an existing recording
-    #[arg(long)]
-    force: bool,
-    /// Say nothing but errors
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: OutputArguments,
 }
-
-/// Largest number of threads that makes sense to ask for.
-const MAX_THREADS: usize = 1024;
 
 impl Run {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
         let simulation = Simulation::new(&case)?;
-        let output = self.output.clone().unwrap_or_else(|| default_output(&self.case.case));
-        if is_same_file(&output, Path::new(&self.case.case)) {
-            let text =
-                format!("`{}` is the case file itself; choose another output with -o", output.display());
-            return Err(CliError::Usage(text));
-        }
-        let threads = self.threads.map_or_else(rayon::current_num_threads, NonZeroUsize::get);
-        if threads > MAX_THREADS {
-            return Err(CliError::Usage(format!("--threads {threads}: at most {MAX_THREADS}")));
-        }
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map_err(|error| CliError::system(format!("cannot start {threads} threads"), error))?;
+        let output = self.output.path(&self.case.case, "")?;
+        let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;
-        let session = Session::begin(&case, &output, self.force, threads)?;
-        let progress = Progress::new(case.sizes.steps, case.sizes.dt, self.quiet);
+        let session = Session::begin(
+            &case,
+            Source::Simulation,
+            &output,
+            self.output.force,
+            pool.current_num_threads(),
+        )?;
+        let progress = Progress::new(case.sizes.steps, case.sizes.dt, self.output.quiet);
         progress.say(&format!("{}: {}", self.case.case, case.title));
         let mut run = Running { case: &case, simulation, session, progress, signal };
         let start = Instant::now();
@@ -122,10 +102,7 @@ impl Running<'_> {
 
     fn end(mut self, outcome: Outcome, output: &Path, start: Instant) -> Result<Exit, CliError> {
         let status = match (&outcome, self.simulation.ending()) {
-            (Outcome::Interrupted(signal), _) => {
-                let name = if *signal == SIGINT as usize { "SIGINT" } else { "SIGTERM" };
-                Status::Interrupted(format!("interrupted by {name}"))
-            }
+            (Outcome::Interrupted(signal), _) => Status::Interrupted(interrupted_by(*signal)),
             (Outcome::Failed(error), _) => Status::Failed(error.to_string()),
             (Outcome::Ended, Some(ending)) => ending.into(),
             (Outcome::Ended, None) => unreachable!("a simulation ends with an ending"),
@@ -149,25 +126,5 @@ impl Running<'_> {
             Outcome::Interrupted(signal) => Ok(Exit::Interrupted(signal as u8)),
             _ => Ok(Exit::Done),
         }
-    }
-}
-
-/// Remembers SIGINT and SIGTERM instead of dying; a second one kills at once.
-fn watch_signals() -> Result<Arc<AtomicUsize>, CliError> {
-    let seen = Arc::new(AtomicUsize::new(0));
-    let armed = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        let fail = |error| CliError::system("cannot watch for signals", error);
-        flag::register_conditional_default(signal, armed.clone()).map_err(fail)?;
-        flag::register(signal, armed.clone()).map_err(fail)?;
-        flag::register_usize(signal, seen.clone(), signal as usize).map_err(fail)?;
-    }
-    Ok(seen)
-}
-
-fn is_same_file(a: &Path, b: &Path) -> bool {
-    match (fs::canonicalize(a), fs::canonicalize(b)) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
     }
 }

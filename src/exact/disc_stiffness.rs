@@ -1,4 +1,4 @@
-//! Slope of the drag of an axisymmetric flat punch on a layer at long times.
+//! Slopes of drag and pressure of an axisymmetric flat punch on a layer at long times.
 //!
 //! When the waves have spread, the displacement under a punch moving with V0 is that of a static disc pressed in by
 //! `V0·t`, and the drag grows as `F = A_d·V0·t/h`. `A_d` is the stiffness of a rigid disc on a layer free of stress
@@ -18,53 +18,128 @@
 //! ```
 //!
 //! an alternating series that repeated averaging of its partial sums (Euler's transformation) sums to rounding.
+//!
+//! The pressure follows from the same f, with `r' = r/c_s` and f' from the differentiated integral equation,
+//!
+//! ```text
+//! p → A(r)·V0·t/h      A(r) = h·[ f(a)/√(a² − r'²) − ∫_{r'}^a f'(t)/√(t² − r'²) dt ]
+//! ```
 
-use super::{ExactError, positive};
+use std::f64::consts::PI;
+
+use super::{
+    ExactError, positive,
+    quadrature::{gauss_legendre, gauss_legendre_on, solve},
+};
 
 /// Nodes of the quadrature; 40 give all digits for `a/h` up to 20.
 const NODES: usize = 80;
 
-/// Relative drag slope `A_d` of a flat punch of radius 1 on a layer.
-///
-/// * `thickness`: h \[R\]
-/// * `shear_wave_speed`: c_s \[c_p\]
-///
-/// # Errors
-///
-/// A parameter that is not positive, `c_s ≥ 1`, or a layer so thin, `h·c_s < 0.02`, that the quadrature does not
-/// resolve the kernel.
-pub fn disc_stiffness(thickness: f64, shear_wave_speed: f64) -> Result<f64, ExactError> {
-    let h = positive("thickness", thickness, f64::INFINITY, "h > 0")?;
-    let c_s = positive("shear_wave_speed", shear_wave_speed, 1.0, "0 < c_s < 1")?;
-    let a = 1.0 / c_s;
-    if h < 0.02 * a {
-        let bound = "thickness·c_s ≥ 0.02".to_owned();
-        return Err(ExactError::OutsideRange { name: "thickness", value: h, bound });
-    }
-    let (nodes, weights): (Vec<f64>, Vec<f64>) =
-        gauss_legendre(NODES).into_iter().map(|(x, w)| (0.5 * a * (x + 1.0), 0.5 * a * w)).unzip();
-    let mut matrix = vec![vec![0.0; NODES]; NODES];
-    for (row, &t) in matrix.iter_mut().zip(&nodes) {
-        for ((entry, &s), &w) in row.iter_mut().zip(&nodes).zip(&weights) {
-            *entry = -w / std::f64::consts::PI * (kernel(t - s, h) + kernel(t + s, h));
-        }
-    }
-    for (i, row) in matrix.iter_mut().enumerate() {
-        row[i] += 1.0;
-    }
-    let f = solve(matrix, vec![2.0 / std::f64::consts::PI; NODES]);
-    let integral: f64 = f.iter().zip(&weights).map(|(f, w)| f * w).sum();
-    Ok(2.0 * h / (a * a) * integral)
+/// A disc on a layer.
+#[derive(Clone, Debug)]
+pub struct DiscStiffness {
+    thickness: f64,
+    shear_wave_speed: f64,
+    /// Nodes, weights and f of the quadrature over `0..a`.
+    nodes: Vec<(f64, f64, f64)>,
 }
 
-/// `g(y) = ∫_0^∞ (1 − tanh ξh) cos ξy dξ`
+impl DiscStiffness {
+    /// * `thickness`: h of the layer \[R\]
+    /// * `shear_wave_speed`: c_s \[c_p\]
+    ///
+    /// # Errors
+    ///
+    /// A parameter that is not positive, `c_s ≥ 1`, or a layer so thin, `h·c_s < 0.02`, that the quadrature does not
+    /// resolve the kernel.
+    pub fn new(thickness: f64, shear_wave_speed: f64) -> Result<Self, ExactError> {
+        let h = positive("thickness", thickness, f64::INFINITY, "h > 0")?;
+        let c_s = positive("shear_wave_speed", shear_wave_speed, 1.0, "0 < c_s < 1")?;
+        let a = 1.0 / c_s;
+        if h < 0.02 * a {
+            let bound = "thickness·c_s ≥ 0.02".to_owned();
+            return Err(ExactError::OutsideRange { name: "thickness", value: h, bound });
+        }
+        let rule = gauss_legendre_on(NODES, 0.0, a);
+        let entry = |t: f64, s: f64, w: f64| -w / PI * (kernel(t - s, h) + kernel(t + s, h));
+        let row = |&(t, _): &(f64, f64)| rule.iter().map(|&(s, w)| entry(t, s, w)).collect();
+        let mut matrix: Vec<Vec<f64>> = rule.iter().map(row).collect();
+        for (i, row) in matrix.iter_mut().enumerate() {
+            row[i] += 1.0;
+        }
+        let f = solve(matrix, vec![2.0 / PI; NODES]);
+        let nodes = rule.into_iter().zip(f).map(|((t, w), f)| (t, w, f)).collect();
+        Ok(Self { thickness: h, shear_wave_speed: c_s, nodes })
+    }
+
+    /// `A_d` of the drag `F → A_d·V0·t/h`.
+    pub fn drag_slope(&self) -> f64 {
+        let integral: f64 = self.nodes.iter().map(|(_, w, f)| w * f).sum();
+        2.0 * self.thickness * self.shear_wave_speed * self.shear_wave_speed * integral
+    }
+
+    /// `A(r)` of the pressure `p → A(r)·V0·t/h`.
+    ///
+    /// # Errors
+    ///
+    /// `r` is not under the punch, `0 ≤ r < 1`.
+    pub fn pressure_slope(&self, r: f64) -> Result<f64, ExactError> {
+        if !(0.0..1.0).contains(&r) {
+            let bound = "0 ≤ r < 1".to_owned();
+            return Err(ExactError::OutsideRange { name: "r", value: r, bound });
+        }
+        let a = 1.0 / self.shear_wave_speed;
+        let r = r * a;
+        let reach = ((a - r) * (a + r)).sqrt();
+        // t = √(r'² + v²) takes the singularity of the kernel away, dt/√(t² − r'²) = dv/t, and f' vanishes like t
+        let integral: f64 = gauss_legendre(NODES)
+            .into_iter()
+            .map(|(x, w)| {
+                let v = 0.5 * reach * (1.0 + x);
+                let t = (r * r + v * v).sqrt();
+                0.5 * reach * w * self.slope(t) / t
+            })
+            .sum();
+        Ok(self.thickness * (self.at(a) / reach - integral))
+    }
+
+    /// f(t), by the integral equation itself.
+    fn at(&self, t: f64) -> f64 {
+        let h = self.thickness;
+        let sum: f64 =
+            self.nodes.iter().map(|&(s, w, f)| w * f * (kernel(t - s, h) + kernel(t + s, h))).sum();
+        (2.0 + sum) / PI
+    }
+
+    /// f'(t)
+    fn slope(&self, t: f64) -> f64 {
+        let h = self.thickness;
+        let sum: f64 = self
+            .nodes
+            .iter()
+            .map(|&(s, w, f)| w * f * (kernel_slope(t - s, h) + kernel_slope(t + s, h)))
+            .sum();
+        sum / PI
+    }
+}
+
+/// `g(y) = 2 Σ_{n≥1} (−1)^{n+1}·2nh/(4n²h² + y²)`
 fn kernel(y: f64, h: f64) -> f64 {
+    alternating(y, h, |p| 2.0 * p / (p * p + y * y))
+}
+
+/// `g'(y) = −4y Σ_{n≥1} (−1)^{n+1}·2nh/(4n²h² + y²)²`
+fn kernel_slope(y: f64, h: f64) -> f64 {
+    alternating(y, h, |p| -4.0 * y * p / (p * p + y * y).powi(2))
+}
+
+/// `Σ_{n≥1} (−1)^{n+1} term(2nh)` for terms that fall smoothly beyond y.
+fn alternating(y: f64, h: f64, term: impl Fn(f64) -> f64) -> f64 {
     // sum the first terms as they are, until 2nh is well beyond y, then average the partial sums of the rest
     const AVERAGED: usize = 40;
     let term = |n: usize| {
-        let p = 2.0 * n as f64 * h;
-        let sign = if n % 2 == 1 { 2.0 } else { -2.0 };
-        sign * p / (p * p + y * y)
+        let sign = if n % 2 == 1 { 1.0 } else { -1.0 };
+        sign * term(2.0 * n as f64 * h)
     };
     let direct = (y.abs() / h).ceil() as usize + 10;
     let mut sum: f64 = (1..=direct).map(term).sum();
@@ -80,63 +155,9 @@ fn kernel(y: f64, h: f64) -> f64 {
     partial[0]
 }
 
-/// Nodes and weights of the Gauss–Legendre rule with `n` points on (−1, 1), by Newton's method on the Legendre
-/// polynomial; \[AS\] 25.4.29.
-fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
-    let rule = |i: usize| {
-        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
-        let mut slope = 1.0;
-        for _ in 0..20 {
-            let (mut p, mut before) = (x, 1.0);
-            for m in 2..=n {
-                let m = m as f64;
-                (p, before) = (((2.0 * m - 1.0) * x * p - (m - 1.0) * before) / m, p);
-            }
-            slope = n as f64 * (x * p - before) / (x * x - 1.0);
-            x -= p / slope;
-        }
-        (x, 2.0 / ((1.0 - x * x) * slope * slope))
-    };
-    (0..n).map(rule).collect()
-}
-
-/// Solves a linear system by Gaussian elimination with row pivoting.
-fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
-    let n = right.len();
-    for column in 0..n {
-        let larger = |&a: &usize, &b: &usize| matrix[a][column].abs().total_cmp(&matrix[b][column].abs());
-        let pivot = (column..n).max_by(larger).expect("there are rows left");
-        matrix.swap(column, pivot);
-        right.swap(column, pivot);
-        for row in column + 1..n {
-            let factor = matrix[row][column] / matrix[column][column];
-            let (above, below) = matrix.split_at_mut(row);
-            for (entry, pivot) in below[0].iter_mut().zip(&above[column]).skip(column) {
-                *entry -= factor * pivot;
-            }
-            right[row] -= factor * right[column];
-        }
-    }
-    for row in (0..n).rev() {
-        let known: f64 = (row + 1..n).map(|k| matrix[row][k] * right[k]).sum();
-        right[row] = (right[row] - known) / matrix[row][row];
-    }
-    right
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn gauss_rule_is_exact_on_polynomials() {
-        let rule = gauss_legendre(12);
-        for degree in 0..24 {
-            let sum: f64 = rule.iter().map(|(x, w)| w * x.powi(degree)).sum();
-            let exact = if degree % 2 == 0 { 2.0 / f64::from(degree + 1) } else { 0.0 };
-            assert!((sum - exact).abs() < 1e-14, "degree {degree}");
-        }
-    }
 
     #[test]
     fn kernel_is_its_integral() {
@@ -157,19 +178,45 @@ mod tests {
     #[test]
     fn known_value_and_limits() {
         // the paper reads about 1.5
-        let value = disc_stiffness(1.0, 0.5).expect("parameters");
+        let slope = |h, c_s| DiscStiffness::new(h, c_s).expect("parameters").drag_slope();
+        let value = slope(1.0, 0.5);
         assert!((value - 1.483_765_2).abs() < 1e-7, "{value}");
         // thick layer: a disc on a half-space, F = (4/π)(h/a)·V0·t/h
         let (h, c_s) = (2000.0, 0.4);
-        let thick = disc_stiffness(h, c_s).expect("parameters");
-        assert!((thick / (4.0 / std::f64::consts::PI * h * c_s) - 1.0).abs() < 1e-3);
+        let thick = slope(h, c_s);
+        assert!((thick / (4.0 / PI * h * c_s) - 1.0).abs() < 1e-3);
         // without shear stiffness only the column under the disc resists
-        let column = disc_stiffness(1.0, 0.021).expect("parameters");
+        let column = slope(1.0, 0.021);
         assert!((column - 1.0).abs() < 0.03, "{column}");
         // only h·c_s matters
-        let same =
-            disc_stiffness(0.5, 0.8).expect("parameters") - disc_stiffness(1.0, 0.4).expect("parameters");
+        let same = slope(0.5, 0.8) - slope(1.0, 0.4);
         assert!(same.abs() < 1e-12);
-        assert!(disc_stiffness(0.001, 0.5).is_err());
+        assert!(DiscStiffness::new(0.001, 0.5).is_err());
+    }
+
+    #[test]
+    fn drag_is_the_integral_of_pressure() {
+        for (h, c_s) in [(1.0, 0.5), (0.4, 0.3), (3.0, 0.7)] {
+            let disc = DiscStiffness::new(h, c_s).expect("parameters");
+            // r = sin φ takes the singularity of the edge away
+            let sum: f64 = gauss_legendre_on(40, 0.0, 0.5 * PI)
+                .into_iter()
+                .map(|(phi, w)| {
+                    let r = phi.sin();
+                    w * 2.0 * r * phi.cos() * disc.pressure_slope(r).expect("under the punch")
+                })
+                .sum();
+            assert!((sum / disc.drag_slope() - 1.0).abs() < 1e-6, "{sum} {}", disc.drag_slope());
+        }
+        assert!(DiscStiffness::new(1.0, 0.5).expect("parameters").pressure_slope(1.0).is_err());
+    }
+
+    #[test]
+    fn thick_layer_has_the_pressure_of_a_half_space() {
+        // p = (2/π)·w/√(a² − r'²)
+        let (h, c_s, r) = (3000.0, 0.5, 0.6_f64);
+        let disc = DiscStiffness::new(h, c_s).expect("parameters");
+        let expected = 2.0 / PI * h * c_s / (1.0 - r * r).sqrt();
+        assert!((disc.pressure_slope(r).expect("range") / expected - 1.0).abs() < 1e-3);
     }
 }

@@ -13,6 +13,7 @@ mod energy_and_momentum;
 mod fig2_paraboloid;
 mod fig4_half_space;
 mod fig5_layer;
+mod fig6_cones;
 mod fig8_finite_mass;
 mod one_dimensional;
 mod plane_flat_punch;

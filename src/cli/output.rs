@@ -1,0 +1,111 @@
+//! What commands that write a recording have in common: where to, with how many threads, and how they are interrupted.
+
+use std::{
+    fs,
+    num::NonZeroUsize,
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, AtomicUsize},
+    },
+};
+
+use clap::Args;
+use rayon::ThreadPool;
+use signal_hook::{
+    consts::{SIGINT, SIGTERM},
+    flag,
+};
+
+use super::{CliError, default_output};
+
+/// Where a recording goes and how it is made.
+#[derive(Debug, Args)]
+pub(super) struct OutputArguments {
+    /// Recording to write [default: the name of the case with .mcap]
+    #[arg(short, long, value_name = "OUT.mcap")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) threads: ThreadArguments,
+    /// Overwrite an existing recording
+    #[arg(long)]
+    pub(super) force: bool,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub(super) quiet: bool,
+}
+
+/// How many threads may be used.
+#[derive(Debug, Args)]
+pub(super) struct ThreadArguments {
+    /// Number of threads [default: all cores]; no result depends on it
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+}
+
+/// Largest number of threads that makes sense to ask for.
+const MAX_THREADS: usize = 1024;
+
+impl OutputArguments {
+    /// Path of the recording of `case`.
+    ///
+    /// * `suffix`: what the default name adds to that of the case
+    ///
+    /// # Errors
+    ///
+    /// It is the case file itself.
+    pub(super) fn path(&self, case: &str, suffix: &str) -> Result<PathBuf, CliError> {
+        let path = self.output.clone().unwrap_or_else(|| default_output(case, suffix));
+        if is_same_file(&path, Path::new(case)) {
+            let text = format!("`{}` is the case file itself; choose another output with -o", path.display());
+            return Err(CliError::Usage(text));
+        }
+        Ok(path)
+    }
+}
+
+impl ThreadArguments {
+    /// Number of threads.
+    pub(super) fn count(&self) -> Result<usize, CliError> {
+        let threads = self.threads.map_or_else(rayon::current_num_threads, NonZeroUsize::get);
+        if threads > MAX_THREADS {
+            return Err(CliError::Usage(format!("--threads {threads}: at most {MAX_THREADS}")));
+        }
+        Ok(threads)
+    }
+
+    /// A pool of that many threads.
+    pub(super) fn pool(&self) -> Result<ThreadPool, CliError> {
+        let threads = self.count()?;
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|error| CliError::system(format!("cannot start {threads} threads"), error))
+    }
+}
+
+/// Remembers SIGINT and SIGTERM instead of dying; a second one kills at once. The signal seen is the value, 0 for none.
+pub(super) fn watch_signals() -> Result<Arc<AtomicUsize>, CliError> {
+    let seen = Arc::new(AtomicUsize::new(0));
+    let armed = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        let fail = |error| CliError::system("cannot watch for signals", error);
+        flag::register_conditional_default(signal, armed.clone()).map_err(fail)?;
+        flag::register(signal, armed.clone()).map_err(fail)?;
+        flag::register_usize(signal, seen.clone(), signal as usize).map_err(fail)?;
+    }
+    Ok(seen)
+}
+
+/// What the status record says about a signal.
+pub(super) fn interrupted_by(signal: usize) -> String {
+    let name = if signal == SIGINT as usize { "SIGINT" } else { "SIGTERM" };
+    format!("interrupted by {name}")
+}
+
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    match (fs::canonicalize(a), fs::canonicalize(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
+}

@@ -1,0 +1,149 @@
+//! Integrals and small linear systems for the closed forms.
+
+use std::f64::consts::PI;
+
+/// Nodes and weights of the Gauss–Legendre rule with `n` points on (−1, 1), by Newton's method on the Legendre
+/// polynomial; \[AS\] 25.4.29.
+pub(super) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
+    let rule = |i: usize| {
+        let mut x = (PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
+        let mut slope = 1.0;
+        for _ in 0..20 {
+            let (mut p, mut before) = (x, 1.0);
+            for m in 2..=n {
+                let m = m as f64;
+                (p, before) = (((2.0 * m - 1.0) * x * p - (m - 1.0) * before) / m, p);
+            }
+            slope = n as f64 * (x * p - before) / (x * x - 1.0);
+            x -= p / slope;
+        }
+        (x, 2.0 / ((1.0 - x * x) * slope * slope))
+    };
+    (0..n).map(rule).collect()
+}
+
+/// The rule with `n` points on (a, b).
+pub(super) fn gauss_legendre_on(n: usize, a: f64, b: f64) -> Vec<(f64, f64)> {
+    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
+    gauss_legendre(n).into_iter().map(|(x, w)| (middle + half * x, half * w)).collect()
+}
+
+/// Relative change between one refinement and the next at which an integral counts as known.
+const TOLERANCE: f64 = 1e-11;
+
+/// `∫_0^π f dφ` of a function that is even in φ and has the period 2π: the trapezoidal rule, which converges faster
+/// than any power, refined by two until it no longer changes.
+///
+/// * `stretch`: how much larger than elsewhere f is at φ = π. The substitution `tan φ/2 = √stretch·tan ψ/2`, which keeps the
+///   period, makes a pole beside π, `1/(1 + a cos φ)`, as smooth as it can be. f is also given `π − φ`.
+pub(super) fn over_half_circle(stretch: f64, mut f: impl FnMut(f64, f64) -> f64) -> f64 {
+    let b = stretch.sqrt();
+    let mut f = |psi: f64| {
+        let (sin, cos) = (0.5 * psi).sin_cos();
+        let (phi, rest) = (2.0 * (b * sin).atan2(cos), 2.0 * cos.atan2(b * sin));
+        f(phi, rest) * b / (cos * cos + b * b * sin * sin)
+    };
+    const MOST: usize = 1 << 13;
+    let mut n = 8;
+    let mut sum = 0.5 * (f(0.0) + f(PI)) + (1..n).map(|m| f(PI * m as f64 / n as f64)).sum::<f64>();
+    loop {
+        let before = sum / n as f64;
+        sum += (0..n).map(|m| f(PI * (m as f64 + 0.5) / n as f64)).sum::<f64>();
+        n *= 2;
+        let now = sum / n as f64;
+        if (now - before).abs() <= TOLERANCE * now.abs() || n >= MOST {
+            return PI * now;
+        }
+    }
+}
+
+/// `∫_0^b f dx` of a function that may be singular at either end, by the substitution `x/b = e^u/(e^u + e^−u)`,
+/// `u = (π/2) sinh v` (Takahasi and Mori), with steps refined by two until it no longer changes. `f` is also given
+/// `b − x`, without cancellation.
+pub(super) fn singular_at_ends(b: f64, mut f: impl FnMut(f64, f64) -> f64) -> f64 {
+    const REACH: f64 = 3.6;
+    const MOST: usize = 1 << 11;
+    let mut at = |v: f64| {
+        let u = 0.5 * PI * v.sinh();
+        let (left, right) = (1.0 / (1.0 + (-2.0 * u).exp()), 1.0 / (1.0 + (2.0 * u).exp()));
+        // dx/dv = b·left·right·2·du/dv
+        f(b * left, b * right) * b * left * right * PI * v.cosh()
+    };
+    let mut n = 16;
+    let mut step = 2.0 * REACH / n as f64;
+    let mut sum: f64 = (0..=n).map(|m| at(-REACH + m as f64 * step)).sum();
+    loop {
+        let before = sum * step;
+        sum += (0..n).map(|m| at(-REACH + (m as f64 + 0.5) * step)).sum::<f64>();
+        (n, step) = (2 * n, 0.5 * step);
+        let now = sum * step;
+        if (now - before).abs() <= TOLERANCE * now.abs() || n >= MOST {
+            return now;
+        }
+    }
+}
+
+/// Solves a linear system by Gaussian elimination with row pivoting.
+pub(super) fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
+    let n = right.len();
+    for column in 0..n {
+        let larger = |&a: &usize, &b: &usize| matrix[a][column].abs().total_cmp(&matrix[b][column].abs());
+        let pivot = (column..n).max_by(larger).expect("there are rows left");
+        matrix.swap(column, pivot);
+        right.swap(column, pivot);
+        for row in column + 1..n {
+            let factor = matrix[row][column] / matrix[column][column];
+            let (above, below) = matrix.split_at_mut(row);
+            for (entry, pivot) in below[0].iter_mut().zip(&above[column]).skip(column) {
+                *entry -= factor * pivot;
+            }
+            right[row] -= factor * right[column];
+        }
+    }
+    for row in (0..n).rev() {
+        let known: f64 = (row + 1..n).map(|k| matrix[row][k] * right[k]).sum();
+        right[row] = (right[row] - known) / matrix[row][row];
+    }
+    right
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gauss_rule_is_exact_on_polynomials() {
+        let rule = gauss_legendre(12);
+        for degree in 0..24 {
+            let sum: f64 = rule.iter().map(|(x, w)| w * x.powi(degree)).sum();
+            let exact = if degree % 2 == 0 { 2.0 / f64::from(degree + 1) } else { 0.0 };
+            assert!((sum - exact).abs() < 1e-14, "degree {degree}");
+        }
+    }
+
+    #[test]
+    fn half_circle() {
+        // ∫_0^π dφ/(1 + a cos φ) = π/√(1 − a²)
+        for a in [0.1, 0.9, 0.999_999] {
+            let got = over_half_circle((1.0 + a) / (1.0 - a), |phi, _| 1.0 / (1.0 + a * phi.cos()));
+            assert!((got / (PI / (1.0 - a * a).sqrt()) - 1.0).abs() < 1e-10, "{a}");
+        }
+    }
+
+    #[test]
+    fn singular_ends() {
+        let root = singular_at_ends(2.0, |x, rest| 1.0 / (x * rest).sqrt());
+        assert!((root - PI).abs() < 1e-6, "{root}");
+        let log = singular_at_ends(3.0, |x, _| x.ln());
+        assert!((log - 3.0 * (3.0_f64.ln() - 1.0)).abs() < 1e-10, "{log}");
+    }
+
+    #[test]
+    fn linear_systems() {
+        let x =
+            solve(vec![vec![0.0, 2.0, 1.0], vec![1.0, 1.0, 0.0], vec![3.0, 0.0, 1.0]], vec![7.0, 3.0, 6.0]);
+        for (x, expected) in x.iter().zip([1.0, 2.0, 3.0]) {
+            assert!((x - expected).abs() < 1e-14);
+        }
+    }
+}

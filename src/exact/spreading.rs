@@ -1,0 +1,481 @@
+//! Pressure under a surface set in motion by a spreading contact: cones, paraboloids, flat faces; on a layer or
+//! half-space of the simplified theory, anywhere under the contact.
+//!
+//! Every point of the surface moves with V0 from the moment `t = τ(r)` at which the contact reaches it,
+//!
+//! ```text
+//! g(r, t) = V0·(t − τ(r))₊     cone τ = r/V*,  paraboloid τ = r²/k,  flat τ = 0
+//! ```
+//!
+//! **Derivation.** The image of the equation of motion (Laplace in t, Hankel in r, `P = √(s² + c²ξ²)`, c = c_s) has the
+//! solution `p = P·cosh P(h − z)/sinh Ph · g`, that is a sum over the distances d a wave may have travelled,
+//!
+//! ```text
+//! p = Σ_d P e^{−dP} g      d = 2mh + z  and  2(m+1)h − z,  m = 0, 1, …   (half-space: d = z alone)
+//! ```
+//!
+//! Write `P e^{−dP} = (s² + c²ξ²)·(e^{−dP}/P)`. The first factor is the operator `∂_t² − c²∇²`, applied to g; the second
+//! is the image of `J0(cξ√(t² − d²))·H(t − d)`, the mean over a circle of radius `c√(t² − d²)`. So each term is a
+//! retarded potential of a surface source, with the delay E a wave needs from y to the point:
+//!
+//! ```text
+//! p_d(x, t) = 1/(2πc²) ∫ S(y, t − E)/E d²y          E = √(d² + |y − x|²/c²)
+//! S = g_tt − c²∇²g = V0·(1 − c²τ'²)·δ(t − τ) + c²V0·∇²τ·H(t − τ)
+//! ```
+//!
+//! In polar coordinates (σ, φ) around any point of the region `G = t − τ − E > 0`, which is convex because τ and E are,
+//! every ray leaves the region once, at σ*, and
+//!
+//! ```text
+//! p_d = (V0/πc²) ∫_0^π { (1 − c²τ'²)·σ*/(E·|∂G/∂σ|) + c² ∫_0^{σ*} ∇²τ·σ/E dσ } dφ
+//! ```
+//!
+//! The inner integral is elementary or smooth; the outer one is periodic and smooth but for a logarithm on the ray from x
+//! through the tip of a cone. Both are refined until they no longer change. On the axis of a paraboloid the result is
+//! the closed form of [`super::paraboloid`], which tests check to ten digits; the drag of a contact that outruns all
+//! waves is `V0·Σ (2 −δ_{m0})·r*²(t − 2mh)`, because the mean of p over the whole plane obeys the equation without c.
+//!
+//! **Range.** Contact spreads into surface at rest, so the form holds for *prescribed* motion of an unbounded shape, and
+//! for unilateral contact as long as the contact outruns the waves, `c·τ' ≤ 1`. On the surface it is given under
+//! the contact; it is infinite under the tip of a cone and at the edge of a contact slower than the waves.
+
+use std::f64::consts::PI;
+
+mod ray;
+
+use ray::Ray;
+
+use super::{
+    ExactError, distances, positive,
+    quadrature::{gauss_legendre, gauss_legendre_on, over_half_circle, singular_at_ends},
+};
+
+/// How the contact spreads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Front {
+    /// Everywhere at once.
+    Flat,
+    /// `r* = V*·t`.
+    Cone {
+        /// V* \[c_p\]
+        spread_rate: f64,
+    },
+    /// `r*² = k·t`.
+    Paraboloid {
+        /// k \[R·c_p\]
+        curvature: f64,
+    },
+}
+
+impl Front {
+    /// Time τ(r) at which the contact reaches `r` \[R/c_p\].
+    pub fn arrival(&self, r: f64) -> f64 {
+        match *self {
+            Self::Flat => 0.0,
+            Self::Cone { spread_rate } => r / spread_rate,
+            Self::Paraboloid { curvature } => r * r / curvature,
+        }
+    }
+
+    /// Slowness τ'(r) of the contact \[1/c_p\].
+    pub fn slowness(&self, r: f64) -> f64 {
+        match *self {
+            Self::Flat => 0.0,
+            Self::Cone { spread_rate } => 1.0 / spread_rate,
+            Self::Paraboloid { curvature } => 2.0 * r / curvature,
+        }
+    }
+
+    /// Contact radius r*(t) \[R\].
+    pub fn radius(&self, t: f64) -> f64 {
+        match *self {
+            _ if t < 0.0 => 0.0,
+            Self::Flat => f64::INFINITY,
+            Self::Cone { spread_rate } => spread_rate * t,
+            Self::Paraboloid { curvature } => (curvature * t).sqrt(),
+        }
+    }
+
+    /// Radius out to which the contact spreads at least as fast as waves of speed `c` \[R\].
+    pub fn sonic_radius(&self, c: f64) -> f64 {
+        match *self {
+            Self::Flat => f64::INFINITY,
+            Self::Cone { spread_rate } if spread_rate >= c => f64::INFINITY,
+            Self::Cone { .. } => 0.0,
+            Self::Paraboloid { curvature } => 0.5 * curvature / c,
+        }
+    }
+}
+
+/// Pressure under a spreading contact.
+#[derive(Clone, Debug)]
+pub struct Spreading {
+    front: Front,
+    velocity: f64,
+    c: f64,
+    thickness: Option<f64>,
+    rule: Vec<(f64, f64)>,
+}
+
+/// Nodes of the inner integral of a cone.
+const INNER_NODES: usize = 40;
+
+impl Spreading {
+    /// * `velocity`: V0 \[c_p\]
+    /// * `shear_wave_speed`: c_s \[c_p\]
+    /// * `thickness`: h of a layer \[R\], `None` for a half-space
+    ///
+    /// # Errors
+    ///
+    /// A parameter that is not positive, or `c_s ≥ 1`.
+    pub fn new(
+        front: Front,
+        velocity: f64,
+        shear_wave_speed: f64,
+        thickness: Option<f64>,
+    ) -> Result<Self, ExactError> {
+        match front {
+            Front::Flat => 0.0,
+            Front::Cone { spread_rate } => positive("spread_rate", spread_rate, f64::INFINITY, "V* > 0")?,
+            Front::Paraboloid { curvature } => positive("curvature", curvature, f64::INFINITY, "k > 0")?,
+        };
+        positive("velocity", velocity, f64::INFINITY, "V0 > 0")?;
+        let c = positive("shear_wave_speed", shear_wave_speed, 1.0, "0 < c_s < 1")?;
+        thickness.map(|h| positive("thickness", h, f64::INFINITY, "h > 0")).transpose()?;
+        Ok(Self { front, velocity, c, thickness, rule: gauss_legendre(INNER_NODES) })
+    }
+
+    /// How the contact spreads.
+    pub fn front(&self) -> Front {
+        self.front
+    }
+
+    /// Pressure −σ_zz at radius `r`, depth `z`, time `t` \[γc_p²\]; half the jump of a front that arrives at `t`.
+    ///
+    /// # Errors
+    ///
+    /// `t` is negative; `z` is not in the target; on the surface: `r` is beyond the contact or, for contact slower than
+    /// the waves, at its edge, or the tip of a cone.
+    pub fn pressure(&self, r: f64, z: f64, t: f64) -> Result<f64, ExactError> {
+        let outside = |name, value, bound: String| Err(ExactError::OutsideRange { name, value, bound });
+        if !(r >= 0.0 && r.is_finite()) {
+            return outside("r", r, "r ≥ 0".into());
+        }
+        let paths = self.paths(z, t)?;
+        if z == 0.0 {
+            let fast = r <= self.front.sonic_radius(self.c);
+            let reached = t - self.front.arrival(r);
+            if reached < 0.0 && fast {
+                // the contact outruns every wave: nothing has moved yet
+                return Ok(0.0);
+            }
+            if reached < 0.0 || (reached == 0.0 && !fast) {
+                return outside("r", r, format!("r < r* = {}", self.front.radius(t)));
+            }
+            if r == 0.0 && matches!(self.front, Front::Cone { .. }) {
+                return outside(
+                    "r",
+                    r,
+                    "r > 0: pressure grows without bound towards the tip of a cone".into(),
+                );
+            }
+        }
+        Ok(self.velocity * paths.iter().map(|&(d, count)| count * self.term(r, d, t)).sum::<f64>())
+    }
+
+    /// Drag `F = 2∫_0^{r*} p r dr` at time `t` \[πR²γc_p²\], normalised by the area of the disc of radius 1.
+    ///
+    /// While the contact outruns all waves it is `V0·Σ r*²(t − d)`; after that the pressure is integrated.
+    ///
+    /// # Errors
+    ///
+    /// `t` is negative, or the face is flat and unbounded.
+    pub fn drag(&self, t: f64) -> Result<f64, ExactError> {
+        if self.front == Front::Flat || t.is_nan() || t < 0.0 {
+            let bound = "t ≥ 0, and not for an unbounded flat face".to_owned();
+            return Err(ExactError::OutsideRange { name: "t", value: t, bound });
+        }
+        let edge = self.front.radius(t);
+        let fast = edge <= self.front.sonic_radius(self.c);
+        let term = |d: f64| if fast { self.front.radius(t - d).powi(2) } else { self.term_drag(edge, d, t) };
+        let paths = self.paths(0.0, t)?;
+        Ok(self.velocity * paths.iter().map(|&(d, count)| count * term(d)).sum::<f64>())
+    }
+
+    /// Distances of the waves that may have arrived, with their number: on the surface two each.
+    fn paths(&self, z: f64, t: f64) -> Result<Vec<(f64, f64)>, ExactError> {
+        let mut paths: Vec<(f64, f64)> = Vec::new();
+        for (d, _) in distances(z, self.thickness, t)? {
+            match paths.last_mut() {
+                Some((last, count)) if *last == d => *count += 1.0,
+                _ => paths.push((d, 1.0)),
+            }
+        }
+        Ok(paths)
+    }
+
+    /// Time at which a wave that travels the depth `d` first arrives at `r` \[R/c_p\], and where on the surface it starts.
+    fn first_arrival(&self, r: f64, d: f64) -> (f64, f64) {
+        let time = |y: f64| self.front.arrival(y) + delay(d, r - y, self.c);
+        // time'(y) rises from y = 0 to r, where it is τ'(r) ≥ 0
+        let slope = |y: f64| self.front.slowness(y) - rate(d, r - y, self.c);
+        let (mut low, mut high) = (0.0, r);
+        if slope(0.0) >= 0.0 {
+            return (time(0.0), 0.0);
+        }
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if slope(middle) < 0.0 { low = middle } else { high = middle }
+        }
+        (time(high), high)
+    }
+
+    /// `p_d/V0` at `(r, t)`.
+    fn term(&self, r: f64, d: f64, t: f64) -> f64 {
+        const ROUNDING: f64 = 1e-12;
+        if self.front == Front::Flat {
+            return if (t - d).abs() <= ROUNDING * t { 0.5 } else { 1.0 };
+        }
+        let (arrival, origin) = if d == 0.0 { (self.front.arrival(r), r) } else { self.first_arrival(r, d) };
+        if (t - arrival).abs() <= ROUNDING * t {
+            // a front just arriving: half of what stands behind it
+            const BEHIND: f64 = 1e-7;
+            let step = BEHIND * arrival.max(self.length() / self.c);
+            return 0.5 * self.term_behind(r, d, arrival + step, origin);
+        }
+        if t < arrival { 0.0 } else { self.term_behind(r, d, t, origin) }
+    }
+
+    /// A length of the shape \[R\]: k/c_s, or 1 for a cone, which has none.
+    fn length(&self) -> f64 {
+        match self.front {
+            Front::Paraboloid { curvature } => curvature / self.c,
+            Front::Flat | Front::Cone { .. } => 1.0,
+        }
+    }
+
+    /// The same at a time after the first arrival.
+    ///
+    /// * `origin`: a radius in the region that has sent waves
+    fn term_behind(&self, r: f64, d: f64, t: f64, origin: f64) -> f64 {
+        let cone = matches!(self.front, Front::Cone { .. });
+        let tip_seen = t > delay(d, r, self.c);
+        if d == 0.0 && cone {
+            // around x, where 1/E is singular; the ray through the tip is not smooth
+            return singular_at_ends(PI, |phi, rest| self.ray(Ray::new(self, r, d, t, r, phi, rest))) / PI;
+        }
+        let speed = 1.0 / (self.c * self.front.slowness(r));
+        if d == 0.0 && speed < 1.0 {
+            // Rays that meet the edge of a slow contact leave at once, those that run away from it far off; between them, at
+            // cos φ = −1/cτ', lies a peak as narrow as x is near to the edge.
+            let between = (-speed).acos();
+            let ray = |phi: f64| self.ray(Ray::new(self, r, d, t, r, phi, PI - phi));
+            let met = singular_at_ends(between, |_, rest| ray(between - rest));
+            let missed = singular_at_ends(PI - between, |more, _| ray(between + more));
+            return (met + missed) / PI;
+        }
+        // the tip of a cone, where ∇²τ is singular; else where G is largest, from where no side of the region is near
+        let centre = if cone && tip_seen { 0.0 } else { origin };
+        let slope = |phi| {
+            let ray = Ray::new(self, r, d, t, centre, phi, PI - phi);
+            ray.at(ray.end()).slope
+        };
+        let stretch = (slope(0.0) / slope(PI)).clamp(1.0, 1e12);
+        over_half_circle(stretch, |phi, rest| self.ray(Ray::new(self, r, d, t, centre, phi, rest))) / PI
+    }
+
+    /// Both integrands on one ray: what leaves at its end, and what comes from along it.
+    fn ray(&self, ray: Ray<'_>) -> f64 {
+        let end = ray.end();
+        let point = ray.at(end);
+        let c2 = self.c * self.c;
+        // σ/E → c at d = 0 around x itself, where E = σ/c
+        let ratio = if point.delay > 0.0 { end / point.delay } else { self.c };
+        let leaving = (1.0 - c2 * point.slowness * point.slowness) * ratio / -point.slope;
+        leaving / c2 + ray.along(end)
+    }
+
+    /// `2∫_0^{r*} p_d r dr / V0`.
+    fn term_drag(&self, edge: f64, d: f64, t: f64) -> f64 {
+        const NODES: usize = 32;
+        let integrand = |r: f64| 2.0 * r * self.term(r, d, t);
+        if d == 0.0 {
+            // logarithmic at the edge, where r = r*·(1 − v⁴) makes it vanish like v³ ln v
+            let at = |v: f64| integrand(edge * (1.0 - v.powi(4))) * edge * 4.0 * v.powi(3);
+            return gauss_legendre_on(NODES, 0.0, 1.0).into_iter().map(|(v, w)| w * at(v)).sum();
+        }
+        // the front of this reflection may end under the contact
+        let (mut low, mut high) = (0.0, edge);
+        if self.first_arrival(edge, d).0 > t {
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if self.first_arrival(middle, d).0 <= t { low = middle } else { high = middle }
+            }
+        }
+        gauss_legendre_on(NODES, 0.0, high).into_iter().map(|(r, w)| w * integrand(r)).sum()
+    }
+}
+
+/// Delay E of a wave through the depth `d` and the distance `x` along the surface.
+fn delay(d: f64, x: f64, c: f64) -> f64 {
+    (d * d + x * x / (c * c)).sqrt()
+}
+
+/// `dE/dx`
+fn rate(d: f64, x: f64, c: f64) -> f64 {
+    if d == 0.0 { x.signum() / c } else { x / (c * c * delay(d, x, c)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exact::paraboloid::Paraboloid;
+
+    const CONE: Front = Front::Cone { spread_rate: 2.0 };
+
+    #[test]
+    fn agrees_with_the_closed_form_on_the_axis() {
+        for (v, k, c, h) in [(0.1, 0.2, 0.5, Some(1.0)), (1.0, 2.5, 0.3, None), (0.7, 0.6, 0.9, Some(0.4))] {
+            let closed = Paraboloid::new(v, k, c, h).expect("parameters");
+            let general = Spreading::new(Front::Paraboloid { curvature: k }, v, c, h).expect("parameters");
+            for t in [0.013, 0.3, 0.77, 1.87, 2.33, 4.93] {
+                for z in [0.0, 0.1, 0.37] {
+                    let (a, b) = (closed.axis_pressure(z, t), general.pressure(0.0, z, t));
+                    let (a, b) = (a.expect("range"), b.expect("range"));
+                    assert!((a - b).abs() <= 1e-10 * v, "k={k} c={c} z={z} t={t}: {a} {b}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn is_smooth_towards_the_axis_and_where_the_centre_changes() {
+        // just off the axis the value is that of the axis; the centre of the rays changes with the arrival of d
+        let front = Front::Paraboloid { curvature: 0.2 };
+        let layer = Spreading::new(front, 0.1, 0.5, Some(1.0)).expect("parameters");
+        let axis = layer.pressure(0.0, 0.0, 4.3).expect("range");
+        assert!((layer.pressure(1e-5, 0.0, 4.3).expect("range") - axis).abs() < 1e-8);
+        let r = 0.5;
+        let switch = 2.0 + front.arrival(r);
+        let [before, after] = [-1e-7, 1e-7].map(|step| layer.pressure(r, 0.0, switch + step).expect("range"));
+        assert!((before - after).abs() < 1e-6, "{before} {after}");
+    }
+
+    #[test]
+    fn drag_is_the_integral_of_pressure() {
+        // faster than all waves: closed form against pressure integrated over the contact
+        let paraboloid = Front::Paraboloid { curvature: 2.5 };
+        for (front, h, t) in [(CONE, None, 0.7), (CONE, Some(0.2), 1.1), (paraboloid, Some(0.3), 1.5)] {
+            let contact = Spreading::new(front, 0.8, 0.4, h).expect("parameters");
+            let edge = front.radius(t);
+            let mut sum = 0.0;
+            // pressure jumps where reflections end
+            let mut ends: Vec<f64> = vec![0.0, edge];
+            for (d, _) in contact.paths(0.0, t).expect("range").into_iter().filter(|path| path.0 > 0.0) {
+                let (mut low, mut high) = (0.0, edge);
+                for _ in 0..60 {
+                    let middle = 0.5 * (low + high);
+                    if contact.first_arrival(middle, d).0 <= t { low = middle } else { high = middle }
+                }
+                ends.push(low);
+            }
+            ends.sort_by(f64::total_cmp);
+            for ends in ends.windows(2) {
+                sum += singular_at_ends(ends[1] - ends[0], |x, rest| {
+                    let r = if x < rest { ends[0] + x } else { ends[1] - rest };
+                    if r <= 0.0 || r >= edge {
+                        0.0
+                    } else {
+                        2.0 * r * contact.pressure(r, 0.0, t).expect("contact")
+                    }
+                });
+            }
+            let drag = contact.drag(t).expect("range");
+            assert!((sum / drag - 1.0).abs() < 1e-6, "{front:?} {h:?}: {sum} {drag}");
+        }
+    }
+
+    #[test]
+    fn a_slow_contact_begins_like_a_fast_one() {
+        // F is continuous where the contact falls behind the waves, r* = k/2c
+        let front = Front::Paraboloid { curvature: 0.2 };
+        let contact = Spreading::new(front, 1.0, 0.5, Some(1.0)).expect("parameters");
+        let [before, after] = [0.2 - 1e-6, 0.2 + 1e-6].map(|t| contact.drag(t).expect("range"));
+        assert!((before - after).abs() < 1e-5, "{before} {after}");
+        assert!((before - 0.04).abs() < 1e-5);
+    }
+
+    #[test]
+    fn front_of_a_cone() {
+        // a plane front of slowness 1/V* carries V0·√(1 − c²/V*²), on the surface as in the depth
+        let (c, rate) = (0.5, 2.0);
+        let layer = Spreading::new(CONE, 1.0, c, Some(1.0)).expect("parameters");
+        let amplitude = (1.0 - (c / rate).powi(2)).sqrt();
+        let r = 3.0;
+        let front = layer.pressure(r, 0.0, r / rate + 1e-9).expect("range");
+        assert!((front - amplitude).abs() < 1e-6, "{front} {amplitude}");
+        assert_eq!(layer.pressure(r, 0.0, r / rate - 1e-9), Ok(0.0));
+        // the first reflection arrives d·√(1 − c²/V*²) after the contact, for a while like a plane wave
+        let arrival = r / rate + 2.0 * amplitude;
+        let [before, after] =
+            [-1e-6, 1e-6].map(|step| layer.pressure(r, 0.0, arrival + step).expect("range"));
+        assert!(after - before > amplitude && after - before < 2.0 * amplitude, "{before} {after}");
+    }
+
+    #[test]
+    fn scaling_of_a_cone() {
+        // a cone on a half-space has no length: p depends on r/t alone
+        let space = Spreading::new(CONE, 0.3, 0.6, None).expect("parameters");
+        let p = space.pressure(0.4, 0.0, 0.9).expect("range");
+        for factor in [1e-3, 7.0] {
+            let scaled = space.pressure(0.4 * factor, 0.0, 0.9 * factor).expect("range");
+            assert!((scaled / p - 1.0).abs() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn without_shear_waves_every_column_is_a_rod() {
+        let layer = Spreading::new(CONE, 0.5, 1e-4, Some(1.0)).expect("parameters");
+        // 0.25 after the contact reaches r, then two reflections later
+        for (t, expected) in [(0.75, 0.5), (3.0, 1.5), (5.0, 2.5)] {
+            let p = layer.pressure(1.0, 0.0, t).expect("range");
+            assert!((p - expected).abs() < 1e-3, "{t}: {p}");
+        }
+    }
+
+    #[test]
+    fn the_flat_face_is_a_plane_wave() {
+        let layer = Spreading::new(Front::Flat, 2.0, 0.5, Some(1.0)).expect("parameters");
+        for (z, t, expected) in
+            [(0.0, 0.0, 1.0), (0.0, 0.5, 2.0), (0.0, 2.0, 4.0), (0.0, 2.1, 6.0), (0.5, 1.0, 2.0)]
+        {
+            assert_eq!(layer.pressure(0.3, z, t), Ok(expected), "{z} {t}");
+        }
+    }
+
+    #[test]
+    fn half_a_jump_where_a_front_arrives() {
+        let layer =
+            Spreading::new(Front::Paraboloid { curvature: 0.2 }, 0.1, 0.5, Some(1.0)).expect("parameters");
+        assert!((layer.pressure(0.0, 0.0, 0.0).expect("range") - 0.05).abs() < 1e-6);
+        let [before, at, after] =
+            [2.0 - 1e-7, 2.0, 2.0 + 1e-7].map(|t| layer.pressure(0.0, 0.0, t).expect("range"));
+        assert!((at - 0.5 * (before + after)).abs() < 1e-6 && after > before + 0.03);
+    }
+
+    #[test]
+    fn outside_its_range_there_is_no_number() {
+        let cone = Spreading::new(CONE, 1.0, 0.5, None).expect("parameters");
+        assert!(cone.pressure(0.0, 0.0, 1.0).is_err(), "the tip");
+        assert!(cone.pressure(0.0, 0.1, 1.0).is_ok());
+        let paraboloid =
+            Spreading::new(Front::Paraboloid { curvature: 0.2 }, 1.0, 0.5, Some(1.0)).expect("parameters");
+        assert!(paraboloid.pressure(0.9, 0.0, 1.0).is_err(), "beyond a slow contact");
+        assert!(paraboloid.pressure(0.1, 1.2, 1.0).is_err(), "below the layer");
+        assert!(paraboloid.pressure(0.1, 0.0, f64::NAN).is_err());
+        assert!(Spreading::new(Front::Cone { spread_rate: -1.0 }, 1.0, 0.5, None).is_err());
+    }
+}
