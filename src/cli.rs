@@ -24,6 +24,7 @@ mod exact;
 mod output;
 mod progress;
 mod run;
+mod study;
 
 /// Computes the impact of a rigid indenter on an elastic layer or half-space and records it as MCAP.
 #[derive(Debug, Parser)]
@@ -49,6 +50,8 @@ enum Command {
     Run(run::Run),
     /// Record the closed form that answers a case
     Exact(exact::Exact),
+    /// Run a case on refined meshes; orders, extrapolated values, error bars
+    Study(study::StudyArguments),
     /// Validate a case; print sizes, memory, file size and time it will take
     Check(check::Check),
     /// List the built-in cases and their closed forms
@@ -133,6 +136,7 @@ impl Arguments {
         match &self.command {
             Command::Run(run) => run.run(),
             Command::Exact(exact) => exact.run(),
+            Command::Study(study) => study.run(),
             Command::Check(check) => check.run(),
             Command::Cases(cases) => cases.run(),
         }

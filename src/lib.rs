@@ -21,6 +21,7 @@
 //! | [`simulation`] | the order of one step |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::answer`] chooses the one for a case |
+//! | [`study`] | a case on refined meshes: orders, extrapolated values, error bars |
 //! | [`view`] | what one step shows to observers |
 //! | [`channels`], [`message`] | recorded channels, one file each, and their messages |
 //! | [`recording`], [`session`] | the MCAP writer; a recording of one case from first record to status |
@@ -32,7 +33,12 @@
 //!
 //! `units, material, shape, indenter, grid, surface` use nothing of ours but each other's plain types; `model` uses
 //! `surface, grid`; `contact` uses `surface, shape, indenter, grid`; `simulation` uses `case, model, contact, view`;
-//! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver.
+//! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver; `study` runs
+//! simulations and asks `exact`, and records nothing.
+//!
+//! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader, by
+//! `percuss study` and by the figures), the figures of the paper (`tools/figures`, which runs both programs) and
+//! benchmarks (`tools/bench`).
 //!
 //! # Invariants
 //!
@@ -67,6 +73,7 @@
 //!   Axisymmetric problem*. Equation and figure numbers are this paper's; where it has misprints the text here says
 //!   so and gives the corrected form.
 //! * \[FC\] F. N. Fritsch, R. E. Carlson, *Monotone piecewise cubic interpolation*, SIAM J. Numer. Anal. 17 (1980).
+//! * \[Ro\] P. J. Roache, *Verification and validation in computational science and engineering* (1998).
 //! * \[AS\] M. Abramowitz, I. A. Stegun, *Handbook of mathematical functions*.
 
 pub mod case;
@@ -83,6 +90,7 @@ pub mod recording;
 pub mod session;
 pub mod shape;
 pub mod simulation;
+pub mod study;
 pub mod surface;
 pub mod units;
 pub mod validity;

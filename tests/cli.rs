@@ -385,3 +385,41 @@ fn closed_forms_are_recorded_or_refused() {
     }
     assert_eq!(recordings(folder.path()), ["fig2a-exact.mcap"]);
 }
+
+#[test]
+fn a_study_reports_orders_and_error_bars() {
+    let folder = folder();
+    let study = ["study", "fig5-plane", "--set", "mesh.cells=25", "--times", "1.5", "--probes", "0.5"];
+    let output =
+        percuss(folder.path(), &[&study[..], &["--json", "--plot", "order.svg", "--quiet"]].concat());
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", stderr(&output));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(json["closed_form"], "plane_punch");
+    let cells: Vec<u64> = json["levels"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .filter_map(|level| level["cells"].as_u64())
+        .collect();
+    assert_eq!(cells, [25, 50, 100]);
+    let stress = &json["quantities"][1];
+    assert!(stress["name"].as_str().expect("a name").starts_with("stress at r = 0.5"));
+    let error = stress["errors"][2].as_f64().expect("a number");
+    assert!(error.abs() < 1e-3 && stress["exact_order"].as_f64().expect("an order") > 1.5, "{stress}");
+    assert!(fs::read_to_string(folder.path().join("order.svg")).expect("a picture").contains("<svg"));
+    let table = percuss(folder.path(), &[&study[..], &["--quiet"]].concat());
+    let text = String::from_utf8(table.stdout).expect("text");
+    assert!(text.contains("100 cells") && text.contains("drag, t = 1.5"), "{text}");
+    for (more, reason) in [
+        (&["--refine", "3"][..], "power of two"),
+        (&["--times", "99"], "the run is from 0"),
+        (&["--plot", "order.pdf"], ".svg or .png"),
+        (&["--plot", "order.svg"], "--force"),
+    ] {
+        // the last value of an option that is given twice would be an error of its own
+        let base = if more[0] == "--times" { &study[..4] } else { &study[..] };
+        let output = percuss(folder.path(), &[base, more].concat());
+        assert_eq!(output.status.code(), Some(2), "{more:?}");
+        assert!(stderr(&output).contains(reason), "{}", stderr(&output));
+    }
+}

@@ -1,0 +1,230 @@
+//! `percuss study`: a case on meshes refined by two, with orders and error bars.
+
+use std::{
+    fmt::Write as _,
+    fs::OpenOptions,
+    io::Write as _,
+    path::{Path, PathBuf},
+};
+
+use clap::Args;
+use percuss_picture::{Curve, Medium, Panel, draw};
+
+use super::{CaseArguments, CliError, Exit, output::ThreadArguments, print, progress::Progress};
+use crate::{
+    case::{Case, Frames},
+    study::{Plan, Quantity, Study, study},
+};
+
+const EXAMPLES: &str = "\
+Examples:
+  percuss study fig5 --set mesh.cells=50                     50, 100 and 200 cells
+  percuss study fig2-prescribed --set mesh.cells=50 --refine 8 --times 1,3,5 --probes 0,0.2
+  percuss study fig8-m5 --refine 4 --json > fig8-m5.json
+  percuss study fig4 --plot fig4-order.svg
+
+The order is observed on the last three meshes, the extrapolated value is Richardson's, the error bar is 1.25 of what it
+adds; without an order it is three times the largest difference. Stress at r = 0 under the waves of an edge and the
+stress at an edge do not converge, and the table shows it.";
+
+/// Runs a case on meshes refined by two and reports observed orders, extrapolated values and error bars.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct StudyArguments {
+    #[command(flatten)]
+    case: CaseArguments,
+    /// Refine by so much, a power of two: 4 computes the cells of the case, twice and four times as many
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    refine: usize,
+    /// Times to look at [default: 0.23, 0.48, 0.73, 0.98 of the run: numbers at the very arrival of a front tell nothing]
+    #[arg(long, value_name = "T", value_delimiter = ',')]
+    times: Vec<f64>,
+    /// Radii of the stress to look at [default: the probes of the case]
+    #[arg(long, value_name = "R", value_delimiter = ',')]
+    probes: Vec<f64>,
+    #[command(flatten)]
+    threads: ThreadArguments,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Also draw errors against cell size, as .svg or .png
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Overwrite an existing picture
+    #[arg(long)]
+    force: bool,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Largest refinement that makes sense to ask for: time grows with its cube.
+const MAX_REFINE: usize = 64;
+
+impl StudyArguments {
+    pub(super) fn run(&self) -> Result<Exit, CliError> {
+        let picture =
+            self.plot.as_deref().map(|path| Ok::<_, CliError>((path, medium(path)?))).transpose()?;
+        if let Some((path, _)) = picture
+            && path.exists()
+            && !self.force
+        {
+            let text =
+                format!("`{}` exists; choose another name, or overwrite it with --force", path.display());
+            return Err(CliError::Usage(text));
+        }
+        let cases = self.cases()?;
+        let plan = self.plan(&cases[0])?;
+        let pool = self.threads.pool()?;
+        let finest = cases.last().expect("there are cases");
+        let mut progress = Progress::new(finest.sizes.steps, finest.sizes.dt, self.quiet);
+        let cells: Vec<String> = cases.iter().map(|case| case.mesh.cells.to_string()).collect();
+        progress.say(&format!("{}: {}, on {} cells", self.case.case, finest.title, cells.join(", ")));
+        let result = pool.install(|| study(&cases, &plan, |step, time| progress.advance(step, time)));
+        progress.end();
+        let study = result?;
+        print(&if self.json { json(finest, &study) } else { table(&study) })?;
+        if let Some((path, medium)) = picture {
+            let drawn = draw(&[panel(finest, &study)], medium);
+            let drawn = drawn.map_err(|error| CliError::system("cannot draw", error))?;
+            write(path, &drawn, self.force)?;
+        }
+        Ok(Exit::Done)
+    }
+
+    /// The case on all meshes. Nothing is recorded, so there are no frames.
+    fn cases(&self) -> Result<Vec<Case>, CliError> {
+        if !(self.refine.is_power_of_two() && (4..=MAX_REFINE).contains(&self.refine)) {
+            let text = format!("--refine {}: a power of two from 4 to {MAX_REFINE}", self.refine);
+            return Err(CliError::Usage(text));
+        }
+        let given = self.case.load()?;
+        let no_frames = match given.record.frames {
+            Frames::Spread(_) => "record.frames=0",
+            Frames::At(_) => "record.frame_times=[]",
+        };
+        let levels = (0..=self.refine.ilog2()).map(|level| given.mesh.cells << level);
+        let case = |cells: usize| {
+            let more = [no_frames.to_owned(), "record.fields=[]".into(), format!("mesh.cells={cells}")];
+            Ok(Case::load(&self.case.case, &[self.case.overrides.as_slice(), &more].concat())?)
+        };
+        levels.map(case).collect()
+    }
+
+    fn plan(&self, case: &Case) -> Result<Plan, CliError> {
+        let end = case.run.end_time;
+        if let Some(bad) = self.times.iter().find(|time| !(**time >= 0.0 && **time <= end)) {
+            return Err(CliError::Usage(format!("--times {bad}: the run is from 0 to {end}")));
+        }
+        if let Some(bad) = self.probes.iter().find(|r| !(**r >= 0.0 && r.is_finite())) {
+            return Err(CliError::Usage(format!("--probes {bad}: a radius is not negative")));
+        }
+        let spread = || [0.23, 0.48, 0.73, 0.98].map(|share| (share * end * 1e6).round() / 1e6).to_vec();
+        Ok(Plan {
+            times: if self.times.is_empty() { spread() } else { self.times.clone() },
+            probes: if self.probes.is_empty() { case.record.probes.clone() } else { self.probes.clone() },
+        })
+    }
+}
+
+fn medium(path: &Path) -> Result<Medium, CliError> {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("svg") => Ok(Medium::Svg),
+        Some("png") => Ok(Medium::Png),
+        _ => Err(CliError::Usage(format!("--plot {}: name it .svg or .png", path.display()))),
+    }
+}
+
+fn write(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
+    let mut options = OpenOptions::new();
+    options.write(true);
+    if overwrite {
+        options.create(true).truncate(true)
+    } else {
+        options.create_new(true)
+    };
+    let written = options.open(path).and_then(|mut file| file.write_all(bytes));
+    written.map_err(|error| CliError::system(format!("cannot write `{}`", path.display()), error))
+}
+
+fn json(case: &Case, study: &Study) -> String {
+    let value = serde_json::json!({
+        "version": 1,
+        "title": case.title,
+        "levels": study.levels,
+        "closed_form": study.closed_form,
+        "quantities": study.quantities,
+    });
+    format!("{value:#}\n")
+}
+
+fn table(study: &Study) -> String {
+    let exact = study.closed_form.is_some();
+    let mut head: Vec<String> = vec!["quantity".into()];
+    head.extend(study.levels.iter().map(|level| format!("{} cells", level.cells)));
+    head.extend(["order", "extrapolated", "error bar"].map(str::to_owned));
+    if exact {
+        head.extend(["exact", "error", "order"].map(str::to_owned));
+    }
+    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.6}"));
+    let short = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2e}"));
+    let order = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
+    let mut rows = vec![head];
+    for quantity in &study.quantities {
+        let mut row = vec![format!("{} [{}]", quantity.name, quantity.unit)];
+        row.extend(quantity.values.iter().map(|value| number(*value)));
+        row.extend([order(quantity.order), number(quantity.extrapolated), short(quantity.error_bar)]);
+        if exact {
+            let error = quantity.errors.as_ref().and_then(|errors| errors.last().copied());
+            row.extend([number(quantity.exact), short(error), order(quantity.exact_order)]);
+        }
+        rows.push(row);
+    }
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
+    let mut text = String::new();
+    for row in &rows {
+        for (i, (cell, width)) in row.iter().zip(&widths).enumerate() {
+            let padding = width - cell.chars().count();
+            let written = if i == 0 {
+                write!(text, "{cell}{:padding$}", "")
+            } else {
+                write!(text, "  {:padding$}{cell}", "")
+            };
+            written.expect("a String grows");
+        }
+        text.push('\n');
+    }
+    if let Some(form) = study.closed_form {
+        text.push_str(&format!("exact: closed form `{form}`, where it holds\n"));
+    }
+    text
+}
+
+/// Relative difference that may be rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Relative differences from the best value there is, against cell size.
+fn panel(case: &Case, study: &Study) -> Panel {
+    let curve = |quantity: &Quantity| {
+        let best = quantity.reference()?;
+        let relative = |value: f64| ((value - best) / best).abs();
+        let points: Vec<(f64, f64)> = study
+            .levels
+            .iter()
+            .zip(&quantity.values)
+            .filter_map(|(level, value)| Some((level.dr, relative((*value)?))))
+            .filter(|(_, error)| *error > ROUNDING)
+            .collect();
+        (points.len() > 1).then(|| Curve { name: quantity.name.clone(), points, ..Curve::default() })
+    };
+    Panel {
+        title: case.title.clone(),
+        x_label: "Δr [R]".into(),
+        y_label: "relative difference from closed form or extrapolated value".into(),
+        curves: study.quantities.iter().filter_map(curve).collect(),
+        log_x: true,
+        log_y: true,
+        ..Panel::default()
+    }
+}

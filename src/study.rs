@@ -1,0 +1,317 @@
+//! Convergence studies: one case on meshes refined by two, and what its numbers tend to.
+//!
+//! Of every quantity there is a value per mesh. From the last three, `v_1, v_2, v_3` on meshes refined by ρ,
+//!
+//! ```text
+//! observed order   p = ln((v_2 − v_1)/(v_3 − v_2))/ln ρ
+//! extrapolated     v = v_3 + (v_3 − v_2)/(ρ^p − 1)            (Richardson)
+//! error bar        1.25·|v_3 − v_2|/(ρ^p − 1)                 (grid convergence index, \[Ro\])
+//! ```
+//!
+//! if they tend to something with an order between ½ and 4; otherwise the finest value stands, with three times the largest
+//! difference as its error bar. Where a closed form answers the case, errors and their order are those against it.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::{
+    case::Case,
+    contact::event::EventKind,
+    exact::answer::Answer,
+    simulation::{Simulation, SimulationError},
+    view::View,
+};
+
+/// What to look at.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    /// Times of drag, velocity and stress \[R/c_p\].
+    pub times: Vec<f64>,
+    /// Radii of stress \[R\].
+    pub probes: Vec<f64>,
+}
+
+/// One mesh of a study.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Level {
+    /// Cells as the case gives them.
+    pub cells: usize,
+    /// Radial distance of nodes \[R\].
+    pub dr: f64,
+    /// Time step \[R/c_p\].
+    pub dt: f64,
+    /// Number of the last step.
+    pub steps: u64,
+}
+
+/// A quantity on all meshes, and what follows.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Quantity {
+    /// Name.
+    pub name: String,
+    /// Unit.
+    pub unit: &'static str,
+    /// Values, from the coarsest mesh to the finest; `None` where there is none.
+    pub values: Vec<Option<f64>>,
+    /// Observed order, if the values tend to something.
+    pub order: Option<f64>,
+    /// Extrapolated value, if there is an order.
+    pub extrapolated: Option<f64>,
+    /// Half-width of the interval the true value is expected in.
+    pub error_bar: Option<f64>,
+    /// Value of the closed form.
+    pub exact: Option<f64>,
+    /// Errors against the closed form.
+    pub errors: Option<Vec<f64>>,
+    /// Order of the last two errors against the closed form.
+    pub exact_order: Option<f64>,
+}
+
+/// A study and its results.
+#[derive(Clone, Debug, Serialize)]
+pub struct Study {
+    /// Meshes, from the coarsest to the finest.
+    pub levels: Vec<Level>,
+    /// Closed form the values are held against, if there is one.
+    pub closed_form: Option<&'static str>,
+    /// Quantities.
+    pub quantities: Vec<Quantity>,
+}
+
+/// What one mesh gives: steps with drag, velocity and stresses, and first times of events.
+struct Trace {
+    times: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+    events: BTreeMap<&'static str, f64>,
+}
+
+/// Computes a case on several meshes, in parallel.
+///
+/// * `cases`: the case on meshes refined by the same factor, from the coarsest to the finest, at least three
+/// * `watch`: is told the step and time of the finest, the longest
+///
+/// # Errors
+///
+/// A simulation that cannot begin or fails.
+///
+/// # Panics
+///
+/// Fewer than three cases.
+pub fn study(
+    cases: &[Case],
+    plan: &Plan,
+    mut watch: impl FnMut(u64, f64) + Send,
+) -> Result<Study, SimulationError> {
+    assert!(cases.len() >= 3, "an order needs three meshes");
+    let (finest, coarser) = cases.split_last().expect("there are cases");
+    let (last, first) = rayon::join(
+        || trace(finest, plan, &mut watch),
+        || coarser.par_iter().map(|case| trace(case, plan, |_, _| {})).collect::<Result<Vec<_>, _>>(),
+    );
+    let mut traces = first?;
+    traces.push(last?);
+    let levels: Vec<Level> = cases
+        .iter()
+        .map(|case| Level {
+            cells: case.mesh.cells,
+            dr: case.sizes.dr,
+            dt: case.sizes.dt,
+            steps: case.sizes.steps,
+        })
+        .collect();
+    let answer = Answer::to(finest).ok();
+    let ratio = levels[levels.len() - 2].dr / levels[levels.len() - 1].dr;
+    let assess = |name, unit, values, exact| Quantity::assess(name, unit, values, exact, ratio);
+    let mut quantities = Vec::new();
+    let mut columns = vec![("drag".to_owned(), "πR²γc_p²")];
+    if finest.indenter.mass.is_finite() {
+        columns.push(("velocity".into(), "c_p"));
+    }
+    columns.extend(plan.probes.iter().map(|r| (format!("stress at r = {r}"), "γc_p²")));
+    for (name, unit) in &columns {
+        for &time in &plan.times {
+            let column = column_of(name, plan);
+            let values: Vec<_> = traces.iter().map(|trace| trace.at(column, time)).collect();
+            if values.iter().all(Option::is_none) {
+                // the run has stopped before
+                continue;
+            }
+            let exact = answer.as_ref().and_then(|answer| {
+                let value = match column {
+                    0 => answer.drag_at(time),
+                    1 => return None,
+                    probe => answer.pressure_at(plan.probes[probe - 2], time),
+                };
+                Some(value).filter(|value| value.is_finite())
+            });
+            quantities.push(assess(format!("{name}, t = {time}"), *unit, values, exact));
+        }
+    }
+    for name in EVENTS.map(|(_, name)| name) {
+        let values: Vec<_> = traces.iter().map(|trace| trace.events.get(name).copied()).collect();
+        if values.iter().any(Option::is_some) {
+            quantities.push(assess(format!("time of {name}"), "R/c_p", values, None));
+        }
+    }
+    Ok(Study { levels, closed_form: answer.map(|answer| answer.name()), quantities })
+}
+
+/// Events whose times are looked at.
+const EVENTS: [(EventKind, &str); 3] = [
+    (EventKind::Extension, "extension"),
+    (EventKind::Rebound, "rebound"),
+    (EventKind::Separation, "separation"),
+];
+
+/// Column of a trace: drag, velocity, then the probes.
+fn column_of(name: &str, plan: &Plan) -> usize {
+    match name {
+        "drag" => 0,
+        "velocity" => 1,
+        _ => {
+            2 + plan.probes.iter().position(|r| name.ends_with(&format!("= {r}"))).expect("one of the probes")
+        }
+    }
+}
+
+fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64, f64)) -> Result<Trace, SimulationError> {
+    let mut simulation = Simulation::new(case)?;
+    let columns = vec![Vec::new(); 2 + plan.probes.len()];
+    let mut trace = Trace { times: Vec::new(), columns, events: BTreeMap::new() };
+    while let Some(view) = simulation.step()? {
+        trace.observe(&view, plan);
+        watch(view.step, view.time);
+    }
+    Ok(trace)
+}
+
+impl Trace {
+    fn observe(&mut self, view: &View<'_>, plan: &Plan) {
+        self.times.push(view.time);
+        let stresses = plan.probes.iter().map(|&r| view.interface.stress_at(r));
+        let numbers = [view.drag, view.velocity].into_iter().chain(stresses);
+        self.columns.iter_mut().zip(numbers).for_each(|(column, number)| column.push(number));
+        for event in view.events {
+            if let Some((_, name)) = EVENTS.iter().find(|(kind, _)| *kind == event.kind) {
+                let time = if event.kind == EventKind::Rebound { self.standstill() } else { view.time };
+                self.events.entry(name).or_insert(time);
+            }
+        }
+    }
+
+    /// Time at which the velocity, linear between the last two steps, was 0.
+    fn standstill(&self) -> f64 {
+        match (&self.times[..], &self.columns[1][..]) {
+            (&[.., t0, t1], &[.., v0, v1]) if v0 > v1 => t0 + (t1 - t0) * v0 / (v0 - v1),
+            _ => self.times[self.times.len() - 1],
+        }
+    }
+
+    /// Value at `time`, linear between steps; `None` if the run ended before.
+    fn at(&self, column: usize, time: f64) -> Option<f64> {
+        let values = &self.columns[column];
+        // the last step may lie half a step before the end time
+        let half = 0.5 * self.times.get(1).unwrap_or(&0.0);
+        let last = *self.times.last()?;
+        if time > last + half {
+            return None;
+        }
+        let i = self.times.partition_point(|t| *t < time.min(last));
+        let before = i.saturating_sub(1);
+        let span = self.times[i] - self.times[before];
+        let share = if span > 0.0 { (time.min(last) - self.times[before]) / span } else { 0.0 };
+        Some(values[before] + share * (values[i] - values[before]))
+    }
+}
+
+impl Quantity {
+    /// What the values of a quantity say.
+    ///
+    /// * `ratio`: factor of the refinement
+    fn assess(
+        name: String,
+        unit: &'static str,
+        values: Vec<Option<f64>>,
+        exact: Option<f64>,
+        ratio: f64,
+    ) -> Self {
+        const ORDERS: std::ops::RangeInclusive<f64> = 0.5..=4.0;
+        const ROUNDING: f64 = 1e-12;
+        let mut quantity = Self {
+            name,
+            unit,
+            values,
+            order: None,
+            extrapolated: None,
+            error_bar: None,
+            exact,
+            errors: None,
+            exact_order: None,
+        };
+        let Some(known) = quantity.values.iter().copied().collect::<Option<Vec<f64>>>() else {
+            return quantity;
+        };
+        if let [.., v1, v2, v3] = known[..] {
+            let (coarse, fine) = (v2 - v1, v3 - v2);
+            let order = (coarse / fine).ln() / ratio.ln();
+            if ORDERS.contains(&order) && fine.abs() > ROUNDING * v3.abs() {
+                let rest = fine / (ratio.powf(order) - 1.0);
+                quantity.order = Some(order);
+                quantity.extrapolated = Some(v3 + rest);
+                quantity.error_bar = Some(1.25 * rest.abs());
+            } else {
+                quantity.error_bar = Some(3.0 * coarse.abs().max(fine.abs()).max((v3 - v1).abs()));
+            }
+        }
+        if let Some(exact) = exact {
+            let errors: Vec<f64> = known.iter().map(|value| value - exact).collect();
+            if let [.., coarse, fine] = errors[..] {
+                let order = (coarse / fine).abs().ln() / ratio.ln();
+                quantity.exact_order =
+                    Some(order).filter(|order| order.is_finite() && fine.abs() > ROUNDING * exact.abs());
+            }
+            quantity.errors = Some(errors);
+        }
+        quantity
+    }
+
+    /// Best value there is: the closed form's, the extrapolated one, the finest one.
+    pub fn reference(&self) -> Option<f64> {
+        self.exact.or(self.extrapolated).or(self.values.last().copied().flatten())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn assess(values: [f64; 3], exact: Option<f64>) -> Quantity {
+        Quantity::assess("q".into(), "1", values.map(Some).to_vec(), exact, 2.0)
+    }
+
+    #[test]
+    fn a_known_order_is_observed_and_extrapolated() {
+        for p in [1.0, 1.7, 2.0] {
+            let v = |h: f64| 3.0 + 0.4 * h.powf(p);
+            let quantity = assess([v(1.0), v(0.5), v(0.25)], Some(3.0));
+            assert!((quantity.order.expect("an order") - p).abs() < 1e-12);
+            assert!((quantity.exact_order.expect("an order") - p).abs() < 1e-12);
+            assert!((quantity.extrapolated.expect("a value") - 3.0).abs() < 1e-12);
+            assert!(quantity.error_bar.expect("a bar") >= (v(0.25) - 3.0).abs());
+        }
+    }
+
+    #[test]
+    fn what_does_not_tend_to_anything_has_no_order() {
+        for values in [[1.0, 2.0, 1.0], [1.0, 1.1, 1.3], [1.0, 1.0, 1.0]] {
+            let quantity = assess(values, None);
+            assert_eq!((quantity.order, quantity.extrapolated), (None, None));
+            let spread = values.iter().fold(0.0, |most: f64, v| most.max((v - values[2]).abs()));
+            assert!(quantity.error_bar.expect("a bar") >= spread);
+        }
+        let partly = Quantity::assess("q".into(), "1", vec![Some(1.0), None, Some(2.0)], None, 2.0);
+        assert_eq!(partly.error_bar, None);
+    }
+}
