@@ -1,0 +1,104 @@
+//! What a figure of the page consists of.
+
+use percuss_picture::{Curve, Panel};
+
+use crate::lab::{Made, Points};
+
+/// A figure of the paper, computed.
+#[derive(Default)]
+pub struct Figure {
+    /// Number in the paper, or a word for what it does not have: also the name of its files.
+    pub id: String,
+    /// What it shows.
+    pub title: String,
+    /// What the reader should know.
+    pub text: String,
+    /// Diagrams, one below the other.
+    pub panels: Vec<Panel>,
+    /// Recordings it was drawn from.
+    pub made: Vec<Made>,
+    /// What the paper states beside what was computed.
+    pub statements: Vec<Statement>,
+}
+
+/// A statement of the paper and what was computed.
+pub struct Statement {
+    /// What the paper says.
+    pub paper: String,
+    /// What was computed.
+    pub computed: String,
+    /// Do they agree?
+    pub verdict: Verdict,
+    /// Convergence check or closed form behind the computed number.
+    pub check: String,
+}
+
+/// Do a statement and a computation agree?
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Within what the paper's digits and figures tell.
+    Agrees,
+    /// They do not.
+    Differs,
+    /// The paper states nothing that could be held against it.
+    Given,
+}
+
+impl Verdict {
+    /// Agrees if `computed` is within the relative distance `tolerance` of `stated`.
+    pub fn of(computed: f64, stated: f64, tolerance: f64) -> Self {
+        if ((computed - stated) / stated).abs() <= tolerance { Self::Agrees } else { Self::Differs }
+    }
+
+    /// Agrees if `condition` holds.
+    pub fn that(condition: bool) -> Self {
+        if condition { Self::Agrees } else { Self::Differs }
+    }
+
+    /// In one word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Agrees => "agrees",
+            Self::Differs => "differs",
+            Self::Given => "computed only",
+        }
+    }
+}
+
+/// A statement with its verdict.
+pub fn statement(
+    paper: impl Into<String>,
+    computed: impl Into<String>,
+    verdict: Verdict,
+    check: impl Into<String>,
+) -> Statement {
+    Statement { paper: paper.into(), computed: computed.into(), verdict, check: check.into() }
+}
+
+/// A curve.
+pub fn curve(name: impl Into<String>, points: Points, colour: usize) -> Curve {
+    Curve { name: name.into(), points, dashed: false, colour: Some(colour) }
+}
+
+/// A closed form, drawn with dashes in black over the curve it belongs to.
+pub fn exact(name: impl Into<String>, points: Points) -> Curve {
+    /// Number of black among the colours of pictures.
+    const BLACK: usize = 6;
+    Curve { name: name.into(), points, dashed: true, colour: Some(BLACK) }
+}
+
+/// A diagram of stress against time.
+pub fn over_time(title: &str, curves: Vec<Curve>) -> Panel {
+    Panel {
+        title: title.into(),
+        x_label: "t [R/c_p]".into(),
+        y_label: "p = −σ_zz [γc_p²]".into(),
+        curves,
+        ..Panel::default()
+    }
+}
+
+/// A diagram of stress against radius.
+pub fn over_radius(title: &str, curves: Vec<Curve>) -> Panel {
+    Panel { x_label: "r [R]".into(), ..over_time(title, curves) }
+}

@@ -1,0 +1,199 @@
+//! Runs cases through the command line of percuss and reads their recordings as any user would.
+
+use std::{io, path::PathBuf};
+
+use clap::Parser;
+use percuss::cli::{Arguments, Exit};
+use percuss_reader::{
+    command::trace::{Align, Request, trace},
+    messages::Recording,
+    recording::Limits,
+    slice::{moments, profile, row, slice},
+    table::{Cell, Heading, Sink},
+};
+
+use crate::{Failure, Progress};
+
+/// Where recordings are, and what was done.
+pub struct Lab<'a> {
+    folder: PathBuf,
+    progress: &'a Progress,
+}
+
+/// Points of a curve.
+pub type Points = Vec<(f64, f64)>;
+
+/// A recording and the command that makes it.
+#[derive(Clone, Debug)]
+pub struct Made {
+    /// The file.
+    pub path: PathBuf,
+    /// The command, as it would be typed.
+    pub command: String,
+}
+
+impl<'a> Lab<'a> {
+    /// A lab that keeps its recordings in `folder`.
+    pub fn new(folder: PathBuf, progress: &'a Progress) -> Self {
+        Self { folder, progress }
+    }
+
+    /// Computes a case.
+    pub fn run(&self, name: &str, case: &str, sets: &[&str]) -> Result<Made, Failure> {
+        self.make("run", name, case, sets)
+    }
+
+    /// Records the closed form of a case.
+    pub fn exact(&self, name: &str, case: &str, sets: &[&str]) -> Result<Made, Failure> {
+        self.make("exact", name, case, sets)
+    }
+
+    fn make(&self, verb: &str, name: &str, case: &str, sets: &[&str]) -> Result<Made, Failure> {
+        let file = format!("{name}.mcap");
+        let mut words = vec!["percuss".to_owned(), verb.into(), case.into()];
+        words.extend(sets.iter().flat_map(|set| ["--set".to_owned(), (*set).to_owned()]));
+        words.extend(["-o".to_owned(), file.clone()]);
+        let command = words.join(" ");
+        self.progress.next(&command);
+        let path = self.folder.join(file);
+        if let Some(last) = words.last_mut() {
+            *last = path.display().to_string();
+        }
+        words.extend(["--force".to_owned(), "--quiet".to_owned()]);
+        let arguments = Arguments::try_parse_from(&words).map_err(|error| Failure(error.to_string()))?;
+        match arguments.run().map_err(|error| Failure(format!("{command}: {error}")))? {
+            Exit::Done => Ok(Made { path, command }),
+            Exit::Interrupted(_) => Err(Failure("interrupted".into())),
+        }
+    }
+}
+
+/// Takes all columns of a table.
+#[derive(Default)]
+struct Columns {
+    headings: Vec<Heading>,
+    columns: Vec<Points>,
+}
+
+impl Sink for Columns {
+    fn begin(&mut self, headings: &[Heading]) -> io::Result<()> {
+        self.headings = headings.to_vec();
+        self.columns = vec![Vec::new(); headings.len()];
+        Ok(())
+    }
+
+    fn row(&mut self, cells: &[Cell]) -> io::Result<()> {
+        let time = cells.first().and_then(Cell::number).unwrap_or(f64::NAN);
+        for (column, cell) in self.columns.iter_mut().zip(cells) {
+            column.push((time, cell.number().unwrap_or(f64::NAN)));
+        }
+        Ok(())
+    }
+
+    fn end(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// A field of a topic against time: `name` is a column as `percuss-read trace` names it.
+pub fn series(made: &Made, topic: &str, name: &str) -> Result<Points, Failure> {
+    let request = Request {
+        topics: vec![topic.parse().map_err(|error| Failure(format!("{topic}: {error}")))?],
+        every: 1,
+        align: Align::Exact,
+        ..Request::default()
+    };
+    let mut table = Columns::default();
+    trace(std::slice::from_ref(&made.path), &request, Limits::default(), &mut table)?;
+    let found = table.headings.iter().position(|heading| heading.name == name);
+    let column = found.ok_or_else(|| {
+        let names: Vec<&str> = table.headings.iter().map(|heading| heading.name.as_str()).collect();
+        Failure(format!("{}: no column {name} among {}", made.path.display(), names.join(", ")))
+    })?;
+    Ok(table.columns.swap_remove(column))
+}
+
+/// Interface stress at a probe against time.
+pub fn probe(made: &Made, r: f64) -> Result<Points, Failure> {
+    series(made, "/probes", &format!("stress@r={r}"))
+}
+
+/// Interface stress over r at the time nearest to `time`, and that time.
+pub fn surface(made: &Made, time: f64) -> Result<(f64, Points), Failure> {
+    let found =
+        fields(made, "/interface/stress", time, |channel, moment, leaf| profile(channel, leaf, moment))?;
+    Ok((found.time, found.points))
+}
+
+/// A field over r at a depth, at the frame nearest to `time`.
+pub fn section(made: &Made, field: &str, time: f64, z: f64) -> Result<(f64, Points), Failure> {
+    let found = fields(made, &format!("/field/{field}"), time, |channel, moment, leaf| {
+        slice(channel, leaf, moment).and_then(|slice| row(&slice, z))
+    })?;
+    Ok((found.time, found.points))
+}
+
+fn fields(
+    made: &Made,
+    topic: &str,
+    time: f64,
+    take: impl Fn(
+        &percuss_reader::overview::Channel,
+        &percuss_reader::slice::Moment,
+        usize,
+    ) -> Option<percuss_reader::slice::Profile>,
+) -> Result<percuss_reader::slice::Profile, Failure> {
+    let nothing = || Failure(format!("{}: nothing of {topic} at t = {time}", made.path.display()));
+    let recording = Recording::open(&made.path, Limits::default())?;
+    let (id, channel) =
+        recording.channels.iter().find(|(_, channel)| channel.topic == topic).ok_or_else(nothing)?;
+    let (moments, _) = moments(&recording, *id, &[time])?;
+    let moment = moments.first().ok_or_else(nothing)?;
+    let leaves = channel.layout.as_ref().map_or(0, |layout| layout.leaves.len());
+    (0..leaves).find_map(|leaf| take(channel, moment, leaf)).ok_or_else(nothing)
+}
+
+/// Entry of a metadata record.
+pub fn metadata(made: &Made, record: &str, key: &str) -> Result<f64, Failure> {
+    let recording = Recording::open(&made.path, Limits::default())?;
+    let entry = recording.metadata.iter().find(|known| known.name == record);
+    let value = entry.and_then(|entry| entry.entries.get(key)).and_then(|text| text.parse().ok());
+    value.ok_or_else(|| Failure(format!("{}: no number {record} {key}", made.path.display())))
+}
+
+/// Value at `t`, linear between points.
+pub fn at(points: &Points, t: f64) -> f64 {
+    let i = points.partition_point(|point| point.0 < t).clamp(1, points.len() - 1);
+    let ((t0, v0), (t1, v1)) = (points[i - 1], points[i]);
+    v0 + (v1 - v0) * (t - t0) / (t1 - t0)
+}
+
+/// Largest value and where it is.
+pub fn largest(points: &Points) -> (f64, f64) {
+    points
+        .iter()
+        .copied()
+        .filter(|p| p.1.is_finite())
+        .fold((f64::NAN, f64::NEG_INFINITY), |best, p| if p.1 > best.1 { p } else { best })
+}
+
+/// Slope of the straight line nearest to the points from `t0` to `t1`.
+pub fn slope(points: &Points, t0: f64, t1: f64) -> f64 {
+    let inside: Vec<&(f64, f64)> = points.iter().filter(|p| (t0..=t1).contains(&p.0)).collect();
+    let n = inside.len() as f64;
+    let (st, sv) = inside.iter().fold((0.0, 0.0), |sum, p| (sum.0 + p.0 / n, sum.1 + p.1 / n));
+    let (tv, tt) = inside
+        .iter()
+        .fold((0.0, 0.0), |sum, p| (sum.0 + (p.0 - st) * (p.1 - sv), sum.1 + (p.0 - st) * (p.0 - st)));
+    tv / tt
+}
+
+/// Relative rms difference of `points` from `reference`, which has the same times, over those that `choose` accepts.
+pub fn rms(points: &Points, reference: &Points, choose: impl Fn(f64) -> bool) -> f64 {
+    let pairs = points.iter().zip(reference).filter(|(p, e)| choose(p.0) && e.1.is_finite());
+    let (error, norm) = pairs.fold((0.0, 0.0), |sum, (p, e)| {
+        debug_assert!((p.0 - e.0).abs() < 1e-9, "the same steps");
+        (sum.0 + (p.1 - e.1) * (p.1 - e.1), sum.1 + e.1 * e.1)
+    });
+    f64::sqrt(error / norm)
+}
