@@ -99,11 +99,7 @@ impl Contact {
                 (0..nr).take_while(|&i| shape.profile(grid.r(i)).is_finite()).map(meeting).collect()
             }
         };
-        let profile: Vec<f64> = (0..nr)
-            .zip(&meetings)
-            .map(|(i, meeting)| meeting.profile(&shape, grid.r(i)))
-            .take_while(|f| f.is_finite())
-            .collect();
+        let profile: Vec<f64> = meetings.iter().map(|m| m.mean).take_while(|f| f.is_finite()).collect();
         let cells: Vec<(f64, f64)> = (0..nr).map(|i| grid.cell(i)).collect();
         Self {
             rule,

@@ -109,6 +109,18 @@ enum Job {
     Finish,
 }
 
+/// Creates a file, a new one unless it may be overwritten.
+pub(crate) fn create_file(path: &Path, overwrite: bool) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true);
+    if overwrite {
+        options.create(true).truncate(true)
+    } else {
+        options.create_new(true)
+    };
+    options.open(path)
+}
+
 /// An MCAP file being written.
 pub struct Recorder {
     path: PathBuf,
@@ -128,14 +140,7 @@ impl Recorder {
     ///
     /// The file exists, or cannot be created.
     pub fn create(path: &Path, overwrite: bool, compression: Compression) -> Result<Self, RecordingError> {
-        let mut options = OpenOptions::new();
-        options.write(true);
-        if overwrite {
-            options.create(true).truncate(true)
-        } else {
-            options.create_new(true)
-        };
-        let file = options.open(path).map_err(|error| match error.kind() {
+        let file = create_file(path, overwrite).map_err(|error| match error.kind() {
             io::ErrorKind::AlreadyExists => RecordingError::Exists(path.into()),
             _ => RecordingError::Create { path: path.into(), error },
         })?;

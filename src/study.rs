@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{
-    case::Case,
+    case::{Case, CaseErrors, Frames},
     contact::event::EventKind,
     exact::answer::Answer,
     simulation::{Simulation, SimulationError},
@@ -87,6 +87,26 @@ struct Trace {
     events: BTreeMap<&'static str, f64>,
 }
 
+/// A case on several meshes. Nothing of a study is recorded, so it has no frames.
+///
+/// * `name`, `overrides`: as for [`Case::load`]
+/// * `cells`: `mesh.cells` of every mesh
+///
+/// # Errors
+///
+/// Every problem of the case and the overrides.
+pub fn on_meshes(name: &str, overrides: &[String], cells: &[usize]) -> Result<Vec<Case>, CaseErrors> {
+    let no_frames = match Case::load(name, overrides)?.record.frames {
+        Frames::Spread(_) => "record.frames=0",
+        Frames::At(_) => "record.frame_times=[]",
+    };
+    let case = |cells: &usize| {
+        let more = [no_frames.to_owned(), "record.fields=[]".into(), format!("mesh.cells={cells}")];
+        Case::load(name, &[overrides, &more].concat())
+    };
+    cells.iter().map(case).collect()
+}
+
 /// Computes a case on several meshes, in parallel.
 ///
 /// * `cases`: the case on meshes refined by the same factor, from the coarsest to the finest, at least three
@@ -125,14 +145,15 @@ pub fn study(
     let ratio = levels[levels.len() - 2].dr / levels[levels.len() - 1].dr;
     let assess = |name, unit, values, exact| Quantity::assess(name, unit, values, exact, ratio);
     let mut quantities = Vec::new();
-    let mut columns = vec![("drag".to_owned(), "πR²γc_p²")];
+    // number of the column in a trace, name, unit
+    let mut columns = vec![(DRAG, "drag".to_owned(), "πR²γc_p²")];
     if finest.indenter.mass.is_finite() {
-        columns.push(("velocity".into(), "c_p"));
+        columns.push((VELOCITY, "velocity".into(), "c_p"));
     }
-    columns.extend(plan.probes.iter().map(|r| (format!("stress at r = {r}"), "γc_p²")));
-    for (name, unit) in &columns {
+    let probe = |(i, r)| (FIRST_PROBE + i, format!("stress at r = {r}"), "γc_p²");
+    columns.extend(plan.probes.iter().enumerate().map(probe));
+    for (column, name, unit) in columns {
         for &time in &plan.times {
-            let column = column_of(name, plan);
             let values: Vec<_> = traces.iter().map(|trace| trace.at(column, time)).collect();
             if values.iter().all(Option::is_none) {
                 // the run has stopped before
@@ -140,13 +161,13 @@ pub fn study(
             }
             let exact = answer.as_ref().and_then(|answer| {
                 let value = match column {
-                    0 => answer.drag_at(time),
-                    1 => return None,
-                    probe => answer.pressure_at(plan.probes[probe - 2], time),
+                    DRAG => answer.drag_at(time),
+                    VELOCITY => return None,
+                    probe => answer.pressure_at(plan.probes[probe - FIRST_PROBE], time),
                 };
                 Some(value).filter(|value| value.is_finite())
             });
-            quantities.push(assess(format!("{name}, t = {time}"), *unit, values, exact));
+            quantities.push(assess(format!("{name}, t = {time}"), unit, values, exact));
         }
     }
     for name in EVENTS.map(|(_, name)| name) {
@@ -165,20 +186,14 @@ const EVENTS: [(EventKind, &str); 3] = [
     (EventKind::Separation, "separation"),
 ];
 
-/// Column of a trace: drag, velocity, then the probes.
-fn column_of(name: &str, plan: &Plan) -> usize {
-    match name {
-        "drag" => 0,
-        "velocity" => 1,
-        _ => {
-            2 + plan.probes.iter().position(|r| name.ends_with(&format!("= {r}"))).expect("one of the probes")
-        }
-    }
-}
+/// Columns of a trace.
+const DRAG: usize = 0;
+const VELOCITY: usize = 1;
+const FIRST_PROBE: usize = 2;
 
 fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64, f64)) -> Result<Trace, SimulationError> {
     let mut simulation = Simulation::new(case)?;
-    let columns = vec![Vec::new(); 2 + plan.probes.len()];
+    let columns = vec![Vec::new(); FIRST_PROBE + plan.probes.len()];
     let mut trace = Trace { times: Vec::new(), columns, events: BTreeMap::new() };
     while let Some(view) = simulation.step()? {
         trace.observe(&view, plan);
@@ -203,7 +218,7 @@ impl Trace {
 
     /// Time at which the velocity, linear between the last two steps, was 0.
     fn standstill(&self) -> f64 {
-        match (&self.times[..], &self.columns[1][..]) {
+        match (&self.times[..], &self.columns[VELOCITY][..]) {
             (&[.., t0, t1], &[.., v0, v1]) if v0 > v1 => t0 + (t1 - t0) * v0 / (v0 - v1),
             _ => self.times[self.times.len() - 1],
         }

@@ -217,15 +217,7 @@ fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>, end_time: f64
     let interface_every = section.count(doc, "interface_every", 1..=1_000_000_000).map_or(1, value);
     let probes = section.get::<Vec<f64>>(doc, "probes", "a list of radii ≥ 0");
     let probes = probes.map_or(DEFAULT_PROBES.to_vec(), |given| {
-        let bounds = Bounds::within(0.0, HUGE);
-        if let Some(bad) = given.value.iter().find(|r| !bounds.contain(**r)) {
-            let message = format!("`record.probes` contains {bad:?}");
-            doc.problem(given.span.clone(), message, Some(format!("allowed: {bounds}")));
-        }
-        if given.value.len() > MAX_LIST {
-            let message = format!("`record.probes` has {} radii", given.value.len());
-            doc.problem(given.span.clone(), message, Some(format!("allowed: at most {MAX_LIST}")));
-        }
+        check_list(doc, &given, ("probes", "radii"), Bounds::within(0.0, HUGE), "");
         given.value
     });
     let fields = section.get::<Vec<Field>>(doc, "fields", "a list of displacement, velocity, stress");
@@ -248,18 +240,7 @@ fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>, end_time: f64
         (None, Some(times)) => {
             // with a stand-in for the end time there is no telling
             let bounds = Bounds::within(0.0, if doc.is_sound() { end_time } else { 1e12 });
-            if let Some(bad) = times.value.iter().find(|time| !bounds.contain(**time)) {
-                let message = format!("`record.frame_times` contains {bad:?}");
-                doc.problem(
-                    times.span.clone(),
-                    message,
-                    Some(format!("allowed: {bounds}, the time of the run")),
-                );
-            }
-            if times.value.len() > MAX_LIST {
-                let message = format!("`record.frame_times` has {} times", times.value.len());
-                doc.problem(times.span.clone(), message, Some(format!("allowed: at most {MAX_LIST}")));
-            }
+            check_list(doc, &times, ("frame_times", "times"), bounds, ", the time of the run");
             Frames::At(times.value)
         }
         (frames, None) => Frames::Spread(frames.map_or(DEFAULT_FRAMES, value) as usize),
@@ -269,6 +250,28 @@ fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>, end_time: f64
     section.end(doc);
     let playback_rate = playback_rate.map_or(1.0, value);
     Record { interface_every, probes, fields, frames, compression, playback_rate }
+}
+
+/// Checks a list of `record`: every number, and how many there are.
+///
+/// * `names`: of the key, and of what it lists
+/// * `remark`: what to add to the bounds
+fn check_list(
+    doc: &mut Document<'_>,
+    given: &Given<Vec<f64>>,
+    names: (&str, &str),
+    bounds: Bounds,
+    remark: &str,
+) {
+    let (key, noun) = names;
+    if let Some(bad) = given.value.iter().find(|number| !bounds.contain(**number)) {
+        let message = format!("`record.{key}` contains {bad:?}");
+        doc.problem(given.span.clone(), message, Some(format!("allowed: {bounds}{remark}")));
+    }
+    if given.value.len() > MAX_LIST {
+        let message = format!("`record.{key}` has {} {noun}", given.value.len());
+        doc.problem(given.span.clone(), message, Some(format!("allowed: at most {MAX_LIST}")));
+    }
 }
 
 /// Where a value was given.

@@ -2,7 +2,6 @@
 
 use std::{
     fmt::Write as _,
-    fs::OpenOptions,
     io::Write as _,
     path::{Path, PathBuf},
 };
@@ -12,8 +11,9 @@ use percuss_picture::{Curve, Medium, Panel, draw};
 
 use super::{CaseArguments, CliError, Exit, output::ThreadArguments, print, progress::Progress};
 use crate::{
-    case::{Case, Frames},
-    study::{Plan, Quantity, Study, study},
+    case::Case,
+    recording::create_file,
+    study::{Plan, Quantity, Study, on_meshes, study},
 };
 
 const EXAMPLES: &str = "\
@@ -92,23 +92,15 @@ impl StudyArguments {
         Ok(Exit::Done)
     }
 
-    /// The case on all meshes. Nothing is recorded, so there are no frames.
+    /// The case on all meshes.
     fn cases(&self) -> Result<Vec<Case>, CliError> {
         if !(self.refine.is_power_of_two() && (4..=MAX_REFINE).contains(&self.refine)) {
             let text = format!("--refine {}: a power of two from 4 to {MAX_REFINE}", self.refine);
             return Err(CliError::Usage(text));
         }
-        let given = self.case.load()?;
-        let no_frames = match given.record.frames {
-            Frames::Spread(_) => "record.frames=0",
-            Frames::At(_) => "record.frame_times=[]",
-        };
-        let levels = (0..=self.refine.ilog2()).map(|level| given.mesh.cells << level);
-        let case = |cells: usize| {
-            let more = [no_frames.to_owned(), "record.fields=[]".into(), format!("mesh.cells={cells}")];
-            Ok(Case::load(&self.case.case, &[self.case.overrides.as_slice(), &more].concat())?)
-        };
-        levels.map(case).collect()
+        let cells = self.case.load()?.mesh.cells;
+        let levels: Vec<usize> = (0..=self.refine.ilog2()).map(|level| cells << level).collect();
+        Ok(on_meshes(&self.case.case, &self.case.overrides, &levels)?)
     }
 
     fn plan(&self, case: &Case) -> Result<Plan, CliError> {
@@ -136,14 +128,7 @@ fn medium(path: &Path) -> Result<Medium, CliError> {
 }
 
 fn write(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
-    let mut options = OpenOptions::new();
-    options.write(true);
-    if overwrite {
-        options.create(true).truncate(true)
-    } else {
-        options.create_new(true)
-    };
-    let written = options.open(path).and_then(|mut file| file.write_all(bytes));
+    let written = create_file(path, overwrite).and_then(|mut file| file.write_all(bytes));
     written.map_err(|error| CliError::system(format!("cannot write `{}`", path.display()), error))
 }
 

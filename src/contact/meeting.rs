@@ -33,8 +33,9 @@ pub(super) struct Meeting {
     /// Smallest and largest profile depth of the support, infinite beyond the punch \[R\].
     pub(super) foremost: f64,
     pub(super) hindmost: f64,
-    /// Mean profile depth of the support \[R\].
-    mean: f64,
+    /// Profile depth that the node stands for once it is wetted: the mean over the support, or that at the node if the
+    /// punch ends in it \[R\].
+    pub(super) mean: f64,
 }
 
 /// Share of `blur` that may be rounding.
@@ -63,12 +64,6 @@ impl Meeting {
             hindmost,
             mean,
         }
-    }
-
-    /// Profile depth that the node stands for once it is wetted: the mean, or that at the node if the punch ends in its
-    /// support \[R\].
-    pub(super) fn profile(&self, shape: &Shape, r: f64) -> f64 {
-        if self.hindmost.is_finite() { self.mean } else { shape.profile(r) }
     }
 
     /// True if the indenter has wetted all of the support, before and after this time.

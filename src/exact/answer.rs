@@ -46,6 +46,8 @@ enum Form {
 #[derive(Clone, Debug)]
 pub struct Answer {
     form: Form,
+    /// How the contact spreads.
+    front: Front,
     rule: Rule,
     velocity: f64,
     shear_wave_speed: f64,
@@ -83,12 +85,17 @@ impl Answer {
         let punch_radius = case.indenter.radius.unwrap_or(f64::INFINITY);
         let unfit = |error: super::ExactError| NoAnswer { reason: error.to_string() };
         let mut edge = punch_radius;
-        let form = match (case.model, case.geometry, &case.indenter.head) {
-            (_, _, HeadKind::Profile { .. }) => return none("it needs a flat face, a paraboloid or a cone"),
-            (ModelKind::Elastic, Geometry::Axisymmetric, HeadKind::Paraboloid { curvature })
+        let front = match case.indenter.head {
+            HeadKind::Flat => Front::Flat,
+            HeadKind::Paraboloid { curvature } => Front::Paraboloid { curvature },
+            HeadKind::Cone { spread_rate } => Front::Cone { spread_rate },
+            HeadKind::Profile { .. } => return none("it needs a flat face, a paraboloid or a cone"),
+        };
+        let form = match (case.model, case.geometry, front) {
+            (ModelKind::Elastic, Geometry::Axisymmetric, Front::Paraboloid { curvature })
                 if rule == Rule::Prescribed && punch_radius.is_infinite() =>
             {
-                let form = ElasticParaboloid::new(velocity, *curvature, (1.0, c_s), thickness);
+                let form = ElasticParaboloid::new(velocity, curvature, (1.0, c_s), thickness);
                 Form::ElasticParaboloid(form.map_err(unfit)?)
             }
             (ModelKind::Elastic, ..) => {
@@ -96,7 +103,7 @@ impl Answer {
                     "model \"elastic\" has one for an unbounded axisymmetric paraboloid with contact = \"prescribed\"",
                 );
             }
-            (ModelKind::Rakhmatulin, Geometry::Plane, HeadKind::Flat) if rule != Rule::Prescribed => {
+            (ModelKind::Rakhmatulin, Geometry::Plane, Front::Flat) if rule != Rule::Prescribed => {
                 if punch_radius != 1.0 {
                     return none("the plane flat punch has one for indenter.radius = 1");
                 }
@@ -106,12 +113,7 @@ impl Answer {
             (ModelKind::Rakhmatulin, Geometry::Plane, _) => {
                 return none("in the plane only the flat punch (unilateral or bilateral) has one");
             }
-            (ModelKind::Rakhmatulin, Geometry::Axisymmetric, head) => {
-                let front = match *head {
-                    HeadKind::Paraboloid { curvature } => Front::Paraboloid { curvature },
-                    HeadKind::Cone { spread_rate } => Front::Cone { spread_rate },
-                    HeadKind::Flat | HeadKind::Profile { .. } => Front::Flat,
-                };
+            (ModelKind::Rakhmatulin, Geometry::Axisymmetric, front) => {
                 if rule != Rule::Prescribed {
                     edge = edge.min(front.sonic_radius(c_s));
                 }
@@ -126,13 +128,14 @@ impl Answer {
         let grid = case.grid();
         Ok(Self {
             form,
+            front,
             rule,
             velocity,
             shear_wave_speed: c_s,
             thickness,
             edge,
             punch_radius,
-            takes_means: case.mesh.kind == MeshKind::Matched && case.indenter.head != HeadKind::Flat,
+            takes_means: case.mesh.kind == MeshKind::Matched && front != Front::Flat,
             r0: grid.r0,
             dr: grid.dr,
             dt: grid.dt(),
@@ -156,7 +159,7 @@ impl Answer {
     /// Time up to which the closed form knows something, infinite if it always does \[R/c_p\].
     pub fn end_time(&self) -> f64 {
         match &self.form {
-            Form::Spreading(form) => form.front().arrival(self.edge) + self.edge / self.shear_wave_speed,
+            Form::Spreading(_) => self.front.arrival(self.edge) + self.edge / self.shear_wave_speed,
             Form::PlanePunch(_) => {
                 let meeting = 2.0 / self.shear_wave_speed;
                 self.thickness.map_or(meeting, |h| meeting.min(2.0 * h))
@@ -168,7 +171,7 @@ impl Answer {
     /// True if the drag is known as long as the pressure is.
     pub fn knows_drag(&self) -> bool {
         match &self.form {
-            Form::Spreading(form) => form.front() != Front::Flat && self.edge.is_infinite(),
+            Form::Spreading(_) => self.front != Front::Flat && self.edge.is_infinite(),
             Form::PlanePunch(_) => true,
             Form::ElasticParaboloid(_) => false,
         }
@@ -254,12 +257,7 @@ impl Answer {
 
     /// Contact radius if the surface does not give way ahead of the contact \[R\].
     fn contact_radius(&self, t: f64) -> f64 {
-        let free = match &self.form {
-            Form::Spreading(form) => form.front().radius(t),
-            Form::PlanePunch(_) => f64::INFINITY,
-            Form::ElasticParaboloid(form) => form.contact_radius(t),
-        };
-        free.min(self.punch_radius)
+        self.front.radius(t).min(self.punch_radius)
     }
 
     /// Number of nodes a run has had in contact after this step. A node that takes a mean is met one step and one
@@ -292,8 +290,8 @@ impl Answer {
     /// Radius beyond which the wave of the edge has changed the pressure \[R\].
     fn known_radius(&self, time: f64) -> f64 {
         match &self.form {
-            Form::Spreading(form) if self.edge.is_finite() => {
-                let since = time - form.front().arrival(self.edge);
+            Form::Spreading(_) if self.edge.is_finite() => {
+                let since = time - self.front.arrival(self.edge);
                 self.edge - self.shear_wave_speed * since.max(0.0)
             }
             _ => f64::INFINITY,
@@ -310,7 +308,7 @@ impl StressAt for Answer {
 impl fmt::Display for Answer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = match &self.form {
-            Form::Spreading(form) if form.front() == Front::Flat => {
+            Form::Spreading(_) if self.front == Front::Flat => {
                 "plane wave, until the wave of the edge arrives"
             }
             Form::Spreading(_) if self.edge.is_finite() => {

@@ -29,7 +29,7 @@ use std::f64::consts::PI;
 
 use super::{
     ExactError, positive,
-    quadrature::{gauss_legendre, gauss_legendre_on, solve},
+    quadrature::{gauss_legendre_on, solve},
 };
 
 /// Nodes of the quadrature; 40 give all digits for `a/h` up to 20.
@@ -92,12 +92,13 @@ impl DiscStiffness {
         let r = r * a;
         let reach = ((a - r) * (a + r)).sqrt();
         // t = √(r'² + v²) takes the singularity of the kernel away, dt/√(t² − r'²) = dv/t, and f' vanishes like t
-        let integral: f64 = gauss_legendre(NODES)
-            .into_iter()
-            .map(|(x, w)| {
-                let v = 0.5 * reach * (1.0 + x);
+        let integral: f64 = self
+            .nodes
+            .iter()
+            .map(|(node, w, _)| {
+                let v = reach * node / a;
                 let t = (r * r + v * v).sqrt();
-                0.5 * reach * w * self.slope(t) / t
+                reach / a * w * self.slope(t) / t
             })
             .sum();
         Ok(self.thickness * (self.at(a) / reach - integral))

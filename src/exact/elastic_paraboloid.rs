@@ -50,11 +50,6 @@ impl ElasticParaboloid {
         Ok(Self { velocity, curvature, longitudinal, shear, thickness })
     }
 
-    /// Contact radius `r* = √(kt)`.
-    pub fn contact_radius(&self, t: f64) -> f64 {
-        (self.curvature * t.max(0.0)).sqrt()
-    }
-
     /// Pressure −σ_zz on the axis at depth `z` and time `t` \[γα²\]; half the jump of a front that arrives
     /// at `t`.
     ///

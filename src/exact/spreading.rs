@@ -145,11 +145,6 @@ impl Spreading {
         Ok(Self { front, velocity, c, thickness, rule: gauss_legendre(INNER_NODES) })
     }
 
-    /// How the contact spreads.
-    pub fn front(&self) -> Front {
-        self.front
-    }
-
     /// Pressure −σ_zz at radius `r`, depth `z`, time `t` \[γc_p²\]; half the jump of a front that arrives at `t`.
     ///
     /// # Errors

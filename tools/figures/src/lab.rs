@@ -7,8 +7,9 @@ use percuss::cli::{Arguments, Exit};
 use percuss_reader::{
     command::trace::{Align, Request, trace},
     messages::Recording,
+    overview::Channel,
     recording::Limits,
-    slice::{moments, profile, row, slice},
+    slice::{Moment, moments, profile, row, slice},
     table::{Cell, Heading, Sink},
 };
 
@@ -120,37 +121,47 @@ pub fn probe(made: &Made, r: f64) -> Result<Points, Failure> {
 
 /// Interface stress over r at the time nearest to `time`, and that time.
 pub fn surface(made: &Made, time: f64) -> Result<(f64, Points), Failure> {
-    let found =
-        fields(made, "/interface/stress", time, |channel, moment, leaf| profile(channel, leaf, moment))?;
+    let found = fields(made, "/interface/stress", &[time], profile)?.remove(0);
     Ok((found.time, found.points))
 }
 
 /// A field over r at a depth, at the frame nearest to `time`.
 pub fn section(made: &Made, field: &str, time: f64, z: f64) -> Result<(f64, Points), Failure> {
-    let found = fields(made, &format!("/field/{field}"), time, |channel, moment, leaf| {
-        slice(channel, leaf, moment).and_then(|slice| row(&slice, z))
-    })?;
-    Ok((found.time, found.points))
+    let (time, mut rows) = sections(made, field, &[time], &[z])?.remove(0);
+    Ok((time, rows.remove(0)))
 }
 
-fn fields(
+/// A field over r at some depths, at the frames nearest to some times, in one reading of the file.
+pub fn sections(
+    made: &Made,
+    field: &str,
+    times: &[f64],
+    depths: &[f64],
+) -> Result<Vec<(f64, Vec<Points>)>, Failure> {
+    let found = fields(made, &format!("/field/{field}"), times, |channel, leaf, moment| {
+        let slice = slice(channel, leaf, moment)?;
+        let rows = depths.iter().map(|&z| Some(row(&slice, z)?.points)).collect::<Option<_>>()?;
+        Some((moment.time, rows))
+    })?;
+    Ok(found)
+}
+
+/// What `take` makes of a field of a topic, at the messages nearest to some times.
+fn fields<T>(
     made: &Made,
     topic: &str,
-    time: f64,
-    take: impl Fn(
-        &percuss_reader::overview::Channel,
-        &percuss_reader::slice::Moment,
-        usize,
-    ) -> Option<percuss_reader::slice::Profile>,
-) -> Result<percuss_reader::slice::Profile, Failure> {
-    let nothing = || Failure(format!("{}: nothing of {topic} at t = {time}", made.path.display()));
+    times: &[f64],
+    take: impl Fn(&Channel, usize, &Moment) -> Option<T>,
+) -> Result<Vec<T>, Failure> {
+    let nothing = || Failure(format!("{}: nothing of {topic} at t = {times:?}", made.path.display()));
     let recording = Recording::open(&made.path, Limits::default())?;
     let (id, channel) =
         recording.channels.iter().find(|(_, channel)| channel.topic == topic).ok_or_else(nothing)?;
-    let (moments, _) = moments(&recording, *id, &[time])?;
-    let moment = moments.first().ok_or_else(nothing)?;
     let leaves = channel.layout.as_ref().map_or(0, |layout| layout.leaves.len());
-    (0..leaves).find_map(|leaf| take(channel, moment, leaf)).ok_or_else(nothing)
+    let (moments, _) = moments(&recording, *id, times)?;
+    let taken = moments.iter().map(|moment| (0..leaves).find_map(|leaf| take(channel, leaf, moment)));
+    let taken = taken.collect::<Option<Vec<T>>>().ok_or_else(nothing)?;
+    if taken.len() == times.len() { Ok(taken) } else { Err(nothing()) }
 }
 
 /// Entry of a metadata record.

@@ -1,9 +1,6 @@
 //! The figures of the paper, with its statements.
 
-use percuss::{
-    case::Case,
-    study::{Plan, Study, study},
-};
+use percuss::study::{Plan, Study, on_meshes, study};
 
 use crate::{
     Failure, Progress,
@@ -27,18 +24,8 @@ pub fn figures(lab: &Lab<'_>) -> Result<Vec<Figure>, Failure> {
 }
 
 /// A convergence study of a built-in case.
-fn convergence(case: &str, sets: &[&str], cells: &[usize], plan: &Plan) -> Result<Study, Failure> {
-    let load = |cells: &usize| {
-        let mut overrides: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
-        overrides.extend([
-            "record.frames=0".into(),
-            "record.fields=[]".into(),
-            format!("mesh.cells={cells}"),
-        ]);
-        Case::load(case, &overrides)
-    };
-    let cases = cells.iter().map(load).collect::<Result<Vec<_>, _>>()?;
-    Ok(study(&cases, plan, |_, _| {})?)
+fn convergence(case: &str, cells: &[usize], plan: &Plan) -> Result<Study, Failure> {
+    Ok(study(&on_meshes(case, &[], cells)?, plan, |_, _| {})?)
 }
 
 /// Value, extrapolated value and error bar of a quantity in words.
@@ -69,7 +56,7 @@ pub fn closed_forms(progress: &Progress) -> Result<Table, Failure> {
     for (case, cells, time, r) in cases {
         progress.next(&format!("percuss study {case} --times {time} --probes {r}"));
         let plan = Plan { times: vec![time], probes: vec![r] };
-        let study = convergence(case, &[], &cells, &plan)?;
+        let study = convergence(case, &cells, &plan)?;
         for quantity in &study.quantities {
             let Some(errors) = &quantity.errors else { continue };
             let errors: Vec<String> = errors.iter().map(|error| format!("{error:.1e}")).collect();
