@@ -8,15 +8,20 @@ use std::{env, error::Error, fs, path::PathBuf};
 
 use prost_build::Config;
 
-/// Every message file, relative to this folder; one top-level message each.
-const FILES: [&str; 8] = [
+/// The message of every channel, relative to this folder; what these files import comes with them.
+const FILES: [&str; 13] = [
     "drag.proto",
     "energy.proto",
     "event.proto",
     "field_slice.proto",
+    "foxglove/CompressedImage.proto",
+    "foxglove/FrameTransforms.proto",
+    "foxglove/Grid.proto",
     "foxglove/Log.proto",
+    "foxglove/SceneUpdate.proto",
     "interface_stress.proto",
     "probes.proto",
+    "surface_profile.proto",
     "velocity.proto",
 ];
 

@@ -156,12 +156,37 @@ pub struct Record {
     pub probes: Vec<f64>,
     /// Fields recorded in frames.
     pub fields: Vec<Field>,
+    /// Channels for viewers, at frames.
+    pub views: Vec<ViewChannel>,
     /// Steps at which fields and energy are shown.
     pub frames: Frames,
     /// Compression of chunks.
     pub compression: Compression,
     /// Seconds of log time per unit of dimensionless time.
     pub playback_rate: f64,
+}
+
+/// A channel for viewers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ViewChannel {
+    /// `/view/field`: the recorded fields as a grid.
+    Field,
+    /// `/view/image`: the first recorded field as a picture.
+    Image,
+    /// `/view/scene`: indenter, surface, drag.
+    Scene,
+    /// `/view/fronts`: wave fronts by geometry.
+    Fronts,
+    /// `/view/tf`: where the indenter stands.
+    Tf,
+    /// `/view/profile`: the surface for x–y plots.
+    Profile,
+}
+
+impl ViewChannel {
+    /// All of them.
+    pub const ALL: [Self; 6] = [Self::Field, Self::Image, Self::Scene, Self::Fronts, Self::Tf, Self::Profile];
 }
 
 /// Sizes that follow from a case.

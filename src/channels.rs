@@ -10,7 +10,6 @@ use prost::Message;
 use crate::{
     case::Case,
     message::descriptor_set,
-    model::Field,
     recording::{ChannelSpec, Recorder, RecordingError},
     view::View,
 };
@@ -23,6 +22,7 @@ mod interface_stress;
 pub mod log;
 mod probes;
 mod velocity;
+pub mod view;
 
 /// A recorded channel.
 pub trait Channel: Send {
@@ -34,6 +34,11 @@ pub trait Channel: Send {
 
     /// Units and meanings of the numeric fields.
     fn fields(&self) -> Vec<FieldNote>;
+
+    /// What else the metadata of the channel says.
+    fn remarks(&self) -> Vec<(String, String)> {
+        Vec::new()
+    }
 
     /// Writes what the channel has to say about a step.
     ///
@@ -128,11 +133,10 @@ impl Catalogue {
             Box::new(event::Event),
             Box::new(log::Log),
         ];
-        for field in [Field::Displacement, Field::Velocity, Field::Stress] {
-            if case.record.fields.contains(&field) {
-                channels.push(Box::new(field::FieldSlice::new(field)));
-            }
-        }
+        let slices: Vec<_> = case.record.fields.iter().map(|field| field::FieldSlice::new(*field)).collect();
+        let views = view::channels(case, &slices);
+        channels.extend(slices.into_iter().map(|slice| Box::new(slice) as Box<dyn Channel>));
+        channels.extend(views);
         Self { channels, playback_rate: case.record.playback_rate }
     }
 
@@ -158,9 +162,14 @@ impl Catalogue {
             topic: channel.topic().into(),
             schema: channel.schema().into(),
             descriptors: descriptor_set(channel.schema()),
-            metadata: metadata(&channel.fields()),
+            metadata: metadata(&channel.fields()).into_iter().chain(channel.remarks()).collect(),
         });
         specs.collect()
+    }
+
+    /// Topics of all channels.
+    pub fn topics(&self) -> Vec<String> {
+        self.channels.iter().map(|channel| channel.topic().to_owned()).collect()
     }
 
     /// Lets every channel look at a step.

@@ -21,6 +21,7 @@ use crate::{
 mod cases;
 mod check;
 mod exact;
+mod layout;
 mod output;
 mod progress;
 mod run;
@@ -54,6 +55,8 @@ enum Command {
     Study(study::StudyArguments),
     /// Validate a case; print sizes, memory, file size and time it will take
     Check(check::Check),
+    /// Print or write the layout of a viewer for a case
+    Layout(layout::Layout),
     /// List the built-in cases and their closed forms
     Cases(cases::Cases),
 }
@@ -138,6 +141,7 @@ impl Arguments {
             Command::Exact(exact) => exact.run(),
             Command::Study(study) => study.run(),
             Command::Check(check) => check.run(),
+            Command::Layout(layout) => layout.run(),
             Command::Cases(cases) => cases.run(),
         }
     }

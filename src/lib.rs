@@ -24,6 +24,7 @@
 //! | [`study`] | a case on refined meshes: orders, extrapolated values, error bars |
 //! | [`view`] | what one step shows to observers |
 //! | [`channels`], [`message`] | recorded channels, one file each, and their messages |
+//! | [`layout`] | layouts of viewers, made for a case |
 //! | [`recording`], [`session`] | the MCAP writer; a recording of one case from first record to status |
 //! | [`cli`] | the command line |
 //!
@@ -83,6 +84,7 @@ pub mod contact;
 pub mod exact;
 pub mod grid;
 pub mod indenter;
+pub mod layout;
 pub mod material;
 pub mod message;
 pub mod model;

@@ -37,6 +37,17 @@ pub enum Field {
     Stress,
 }
 
+impl Field {
+    /// Its name in case files and topics.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Displacement => "displacement",
+            Self::Velocity => "velocity",
+            Self::Stress => "stress",
+        }
+    }
+}
+
 /// Energy of the target at a half step \[πR³γc_p²\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TargetEnergy {
@@ -86,6 +97,10 @@ pub trait Model: Send {
 
     /// Writes a field at level k, row-major `[[j, i]]`, after [`Model::advance`] and [`Model::energy`] of step k.
     fn sample(&self, field: Field, surface: &Surface, values: &mut Vec<f32>) -> Extent;
+
+    /// Writes the displacement of the surface at level k into `values`, after [`Model::advance`] of step k; nodes beyond
+    /// them are at rest.
+    fn surface(&self, values: &mut Vec<f64>);
 
     /// First place `(r, z)` where the displacement is not finite, if any \[R\].
     fn find_non_finite(&mut self) -> Option<(f64, f64)>;

@@ -13,6 +13,7 @@ use std::{collections::BTreeMap, path::Path, time::SystemTime};
 use crate::{
     case::Case,
     channels::{Catalogue, log::Level},
+    layout::{self, Scenery},
     recording::{CHUNK_TARGET, FORMAT_VERSION, Recorder, RecordingError},
     simulation::Ending,
     validity::{Peak, STRAIN_LIMIT, Validity},
@@ -140,6 +141,8 @@ impl Session {
         let resolved = case.resolved_toml().into_bytes();
         recorder.attach("case.resolved.toml", "application/toml", resolved)?;
         let catalogue = source.catalogue(case);
+        let layout = Scenery::new(case, &catalogue.topics()).lichtblick().into_bytes();
+        recorder.attach(layout::ATTACHMENT, "application/json", layout)?;
         recorder.channels(catalogue.specs())?;
         let steps = case.sizes.steps;
         let per_step = catalogue.size(case) / (steps + 1) + 1;

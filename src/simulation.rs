@@ -237,6 +237,10 @@ impl Fields for Simulation {
         self.model.sample(field, &self.surface, values)
     }
 
+    fn surface(&self, values: &mut Vec<f64>) {
+        self.model.surface(values);
+    }
+
     fn lattice(&self) -> Lattice {
         Lattice { r0: self.grid.r0, dr: self.grid.dr, dz: self.grid.dz }
     }

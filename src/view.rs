@@ -84,6 +84,9 @@ pub trait Fields {
     /// Writes `field` row-major `[[j, i]]` into `values`; rows and columns at rest are left out.
     fn sample(&self, field: Field, values: &mut Vec<f32>) -> Extent;
 
+    /// Writes the displacement of the surface into `values`, shape `(columns,)`; what lies beyond them is at rest \[R\].
+    fn surface(&self, values: &mut Vec<f64>);
+
     /// Distances of rows and columns.
     fn lattice(&self) -> Lattice;
 }

@@ -10,7 +10,7 @@ use mcap::{MessageStream, Summary};
 use percuss::{
     case::{Case, builtin},
     exact::answer::Answer,
-    message::percuss as message,
+    message::{foxglove, percuss as message},
     recording::{FORMAT_VERSION, RecordingError},
     session::{Session, Source, Status},
     simulation::{Simulation, SimulationError},
@@ -102,7 +102,7 @@ fn everything_the_contract_promises_is_there() {
     assert!(summary.attachment_indexes.iter().all(|index| index.log_time == 0 && index.create_time == 0));
     for channel in summary.channels.values() {
         assert_eq!(channel.message_encoding, "protobuf");
-        if channel.topic != "/log" {
+        if channel.schema.as_ref().is_some_and(|schema| schema.name.starts_with("percuss.")) {
             assert!(channel.metadata.contains_key("unit.time"), "{}", channel.topic);
         }
     }
@@ -129,6 +129,142 @@ fn si_scales_are_recorded_where_they_are_known() {
     assert!((case.target.material.shear_wave_speed - (0.4f64 / 1.4).sqrt()).abs() < 1e-15);
     let allowed = number("percuss.validity", "admissible_velocity_m_per_s");
     assert!((allowed / (c_p * number("percuss.validity", "admissible_velocity")) - 1.0).abs() < 1e-14);
+}
+
+#[test]
+fn views_show_what_the_other_channels_say() {
+    let folder = folder();
+    let case =
+        case("fig3", &["mesh.cells=25", "record.frames=9", "record.fields=[\"stress\", \"velocity\"]"]);
+    let bytes = record(&case, &folder.path().join("a.mcap"));
+    let summary = Summary::read(&bytes).expect("a sound file").expect("a summary");
+    let metadata = |topic: &str| {
+        let channel = summary.channels.values().find(|channel| channel.topic == topic);
+        &channel.expect("a channel").metadata
+    };
+    let number = |topic: &str, key: &str| metadata(topic)[key].parse::<f64>().expect("a number");
+
+    // the grid: every level is the value of the field at the nearest node
+    let grids: Vec<(u64, foxglove::Grid)> = messages(&bytes, "/view/field");
+    let fields: Vec<(u64, message::FieldSlice)> = messages(&bytes, "/field/stress");
+    assert_eq!((grids.len(), fields.len()), (9, 9));
+    let ((log_time, grid), (_, field)) = (&grids[6], &fields[6]);
+    let stamp = grid.timestamp.expect("a time");
+    assert_eq!(*log_time, (stamp.seconds * 1_000_000_000 + i64::from(stamp.nanos)) as u64);
+    assert_eq!((grid.row_stride, grid.cell_stride), (2 * grid.column_count, 2));
+    assert_eq!(grid.data.len() % grid.row_stride as usize, 0);
+    let names: Vec<&str> = grid.fields.iter().map(|field| field.name.as_str()).collect();
+    assert_eq!(names, ["stress", "velocity"]);
+    let corner = grid.pose.as_ref().and_then(|pose| pose.position).expect("a corner");
+    let size = grid.cell_size.expect("a size");
+    let (step, range) =
+        (number("/view/field", "level.step.stress"), 126.0 * number("/view/field", "level.step.stress"));
+    let mut seen = 0;
+    for (row, cells) in grid.data.chunks_exact(grid.row_stride as usize).enumerate() {
+        for (column, cell) in cells.chunks_exact(2).enumerate() {
+            let x = corner.x + (column as f64 + 0.5) * size.x;
+            let z = -(corner.y + (row as f64 + 0.5) * size.y);
+            let (i, j) = (((x.abs() - field.r0) / field.dr).round(), (z / field.dz).round());
+            let inside = i < f64::from(field.nr) && j < f64::from(field.nz);
+            let node = (j * f64::from(field.nr) + i.max(0.0)) as usize;
+            let value = if inside { f64::from(field.values[node]) } else { 0.0 };
+            let shown = (f64::from(cell[0]) - number("/view/field", "level.zero")) * step;
+            assert!(
+                (shown - value.clamp(-range, range)).abs() <= 0.51 * step,
+                "x = {x}, z = {z}: {shown}, {value}"
+            );
+            seen += usize::from(value.abs() > step);
+        }
+    }
+    assert!(seen > 1000, "there is something to see");
+
+    // the picture: a PNG of the same size with a strip above it
+    let images: Vec<(u64, foxglove::CompressedImage)> = messages(&bytes, "/view/image");
+    let image = png::Decoder::new(std::io::Cursor::new(&images[6].1.data)).read_info().expect("a PNG");
+    assert_eq!(image.info().width, grid.column_count);
+    assert!(image.info().height as usize > grid.data.len() / grid.row_stride as usize);
+
+    // the indenter is where the exaggerated displacement puts it
+    let transforms: Vec<(u64, foxglove::FrameTransforms)> = messages(&bytes, "/view/tf");
+    let motion: Vec<(u64, message::Velocity)> = messages(&bytes, "/velocity");
+    let scale = number("/view/tf", "exaggeration");
+    assert_eq!(metadata("/view/scene")["exaggeration"], metadata("/view/tf")["exaggeration"]);
+    for (log_time, transform) in &transforms {
+        let (_, at) = motion.iter().find(|(time, _)| time == log_time).expect("the same step");
+        let translation = transform.transforms[0].translation.expect("always set");
+        assert_eq!(translation.y, -scale * at.displacement);
+        assert!(transform.transforms[0].rotation.is_some());
+    }
+
+    // the profile: the surface follows the indenter where it is pressed, and is not above it anywhere
+    let profiles: Vec<(u64, message::SurfaceProfile)> = messages(&bytes, "/view/profile");
+    let (_, profile) = &profiles[6];
+    assert!(profile.r.len() <= 500 && profile.r.len() == profile.indenter.len());
+    let interface: Vec<(u64, message::InterfaceStress)> = messages(&bytes, "/interface/stress");
+    let (_, interface) = &interface[profile.step as usize];
+    let mut pressed = 0;
+    for (i, p) in profile.stress.iter().enumerate() {
+        let place = ((f64::from(profile.r[i]) - interface.r0) / interface.dr).round() as usize;
+        assert_eq!(*p, interface.stress.get(place).copied().unwrap_or(0.0) as f32);
+        if *p != 0.0 && profile.r[i] < 0.5 {
+            assert!((profile.displacement[i] - profile.indenter[i]).abs() < 1e-3, "r = {}", profile.r[i]);
+            pressed += 1;
+        }
+    }
+    assert!(pressed > 5);
+    assert!(profile.indenter.last().is_some_and(|edge| edge.is_nan()), "beside the indenter");
+}
+
+#[test]
+fn views_can_be_left_out() {
+    let folder = folder();
+    let views = |name: &str, overrides: &[&str]| -> Vec<String> {
+        let bytes = record(&case("fig5", overrides), &folder.path().join(name));
+        let summary = Summary::read(&bytes).expect("a sound file").expect("a summary");
+        let mut topics: Vec<String> =
+            summary.channels.values().map(|channel| channel.topic.clone()).collect();
+        topics.retain(|topic| topic.starts_with("/view"));
+        topics.sort();
+        topics
+    };
+    let small = ["mesh.cells=10", "run.end_time=1.0"];
+    assert_eq!(views("a", &[&small[..], &["record.views=[]"]].concat()), [""; 0]);
+    assert_eq!(views("b", &[&small[..], &["record.views=[\"tf\"]"]].concat()), ["/view/tf"]);
+    // pictures of fields need fields
+    let all = ["/view/fronts", "/view/profile", "/view/scene", "/view/tf"];
+    assert_eq!(views("c", &[&small[..], &["record.fields=[]"]].concat()), all);
+}
+
+#[test]
+fn layouts_point_at_what_is_recorded() {
+    let folder = folder();
+    for (name, overrides) in
+        [("fig5", &[][..]), ("fig2-prescribed", &["record.fields=[]", "record.views=[]"][..])]
+    {
+        let case = case(name, &[&["mesh.cells=10", "run.end_time=1.0"], overrides].concat());
+        let bytes = record(&case, &folder.path().join(name));
+        let summary = Summary::read(&bytes).expect("a sound file").expect("a summary");
+        let index =
+            summary.attachment_indexes.iter().find(|index| index.name == "layout.json").expect("a layout");
+        let layout = mcap::read::attachment(&bytes, index).expect("an attachment").data;
+        let layout: serde_json::Value = serde_json::from_slice(&layout).expect("JSON");
+        let topics: Vec<&str> = summary.channels.values().map(|channel| channel.topic.as_str()).collect();
+        let panels = layout["configById"].as_object().expect("panels");
+        for (name, panel) in panels {
+            assert!(layout["layout"].to_string().contains(name.as_str()), "{name} is shown");
+            for path in panel["paths"].as_array().into_iter().flatten() {
+                let topic = path["value"].as_str().and_then(|path| path.split('.').next()).expect("a path");
+                assert!(topics.contains(&topic), "{topic}");
+            }
+            for topic in panel["topics"].as_object().into_iter().flat_map(|topics| topics.keys()) {
+                assert!(topics.contains(&topic.as_str()), "{topic}");
+            }
+        }
+        assert_eq!(panels.contains_key("3D!section"), overrides.is_empty());
+        let probes = panels["Plot!probes"]["paths"].as_array().expect("paths");
+        assert_eq!(probes.len(), case.record.probes.len());
+        assert_eq!(probes[1]["label"], format!("r = {}", case.record.probes[1]));
+    }
 }
 
 #[test]

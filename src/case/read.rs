@@ -3,12 +3,12 @@
 //! Reading goes on after a problem with a stand-in value, so that one pass finds all of them; the stand-ins never
 //! leave this module, because a document with problems yields no case.
 
-use std::path::Path;
+use std::{fmt, path::Path};
 
-use serde::{Deserialize, Deserializer, de};
+use serde::{Deserialize, Deserializer, de, de::DeserializeOwned};
 
 use super::{
-    Case, CaseErrors, Frames, Impact, Mesh, Record, Run, Stop, Target,
+    Case, CaseErrors, Frames, Impact, Mesh, Record, Run, Stop, Target, ViewChannel,
     document::{Bounds, Document, Given, Section, Sources},
     read_indenter::read_indenter,
     sizes::Plan,
@@ -92,7 +92,7 @@ impl<'de> Deserialize<'de> for Thickness {
         struct Visitor;
         impl de::Visitor<'_> for Visitor {
             type Value = Thickness;
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("a number > 0 or \"half-space\"")
             }
             fn visit_f64<E: de::Error>(self, value: f64) -> Result<Thickness, E> {
@@ -220,15 +220,8 @@ fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>, end_time: f64
         check_list(doc, &given, ("probes", "radii"), Bounds::within(0.0, HUGE), "");
         given.value
     });
-    let fields = section.get::<Vec<Field>>(doc, "fields", "a list of displacement, velocity, stress");
-    let fields = fields.map_or(vec![Field::Stress], |given| {
-        let repeated = given.value.iter().enumerate().find(|(i, field)| given.value[..*i].contains(field));
-        if let Some((_, field)) = repeated {
-            let message = format!("`record.fields` names {field:?} twice").to_lowercase();
-            doc.problem(given.span.clone(), message, Some("name every field once".into()));
-        }
-        given.value
-    });
+    let fields = read_names(doc, &mut section, "fields", "displacement, velocity, stress");
+    let views = read_names(doc, &mut section, "views", "field, image, scene, fronts, tf, profile");
     let frames = section.count(doc, "frames", 0..=1_000_000);
     let frame_times = section.get::<Vec<f64>>(doc, "frame_times", "a list of times, 0 ≤ t ≤ run.end_time");
     let frames = match (frames, frame_times) {
@@ -249,7 +242,33 @@ fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>, end_time: f64
     let playback_rate = section.number(doc, "playback_rate", Bounds::within(1e-9, 1e9));
     section.end(doc);
     let playback_rate = playback_rate.map_or(1.0, value);
-    Record { interface_every, probes, fields, frames, compression, playback_rate }
+    Record {
+        interface_every,
+        probes,
+        fields: fields.unwrap_or(vec![Field::Stress]),
+        views: views.unwrap_or(ViewChannel::ALL.to_vec()),
+        frames,
+        compression,
+        playback_rate,
+    }
+}
+
+/// A list of names, each at most once.
+///
+/// * `known`: the names there are
+fn read_names<'t, T: DeserializeOwned + PartialEq + fmt::Debug>(
+    doc: &mut Document<'t>,
+    section: &mut Section<'t>,
+    key: &'static str,
+    known: &str,
+) -> Option<Vec<T>> {
+    let given = section.get::<Vec<T>>(doc, key, &format!("a list of {known}"))?;
+    let repeated = given.value.iter().enumerate().find(|(i, name)| given.value[..*i].contains(name));
+    if let Some((_, name)) = repeated {
+        let message = format!("`record.{key}` names {name:?} twice").to_lowercase();
+        doc.problem(given.span.clone(), message, Some("name each once".into()));
+    }
+    Some(given.value)
 }
 
 /// Checks a list of `record`: every number, and how many there are.

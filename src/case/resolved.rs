@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Case, Frames, HeadKind, Stop};
+use super::{Case, Frames, HeadKind, Stop, ViewChannel};
 use crate::{
     contact::Rule,
     grid::{Geometry, MeshKind},
@@ -92,6 +92,7 @@ struct Record<'a> {
     interface_every: u64,
     probes: &'a [f64],
     fields: &'a [Field],
+    views: &'a [ViewChannel],
     #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -139,6 +140,7 @@ fn resolved(case: &Case) -> Resolved<'_> {
             interface_every: record.interface_every,
             probes: &record.probes,
             fields: &record.fields,
+            views: &record.views,
             frames,
             frame_times,
             compression: record.compression,

@@ -1,18 +1,28 @@
 //! `/field/displacement`, `/field/velocity`, `/field/stress`: a field over the section, at frames.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, step_and_time};
 use crate::{case::Case, message::percuss, model::Field, recording::RecordingError, view::View};
+
+/// A field as it was sampled last.
+pub type SharedSlice = Arc<Mutex<percuss::FieldSlice>>;
 
 /// The channel of one field.
 pub struct FieldSlice {
     field: Field,
-    message: percuss::FieldSlice,
+    message: SharedSlice,
 }
 
 impl FieldSlice {
     /// The channel of `field`.
     pub fn new(field: Field) -> Self {
-        Self { field, message: percuss::FieldSlice::default() }
+        Self { field, message: SharedSlice::default() }
+    }
+
+    /// What this channel has sampled, for the channels after it.
+    pub fn shared(&self) -> SharedSlice {
+        Arc::clone(&self.message)
     }
 }
 
@@ -53,7 +63,7 @@ impl Channel for FieldSlice {
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
         let Some(frame) = view.frame else { return Ok(()) };
-        let message = &mut self.message;
+        let message = &mut *self.message.lock().unwrap_or_else(PoisonError::into_inner);
         let extent = frame.fields.sample(self.field, &mut message.values);
         let lattice = frame.fields.lattice();
         (message.step, message.time) = (view.step, view.time);

@@ -13,12 +13,15 @@ pub const TOPIC: &str = "/log";
 /// The log channel: events appear in it by themselves.
 pub struct Log;
 
+/// A log time \[ns\] as a message carries it.
+pub fn timestamp(log_time: u64) -> Timestamp {
+    Timestamp { seconds: (log_time / 1_000_000_000) as i64, nanos: (log_time % 1_000_000_000) as i32 }
+}
+
 /// A line of log at a log time \[ns\].
 pub fn line(level: Level, log_time: u64, text: &str) -> foxglove::Log {
-    let timestamp =
-        Timestamp { seconds: (log_time / 1_000_000_000) as i64, nanos: (log_time % 1_000_000_000) as i32 };
     foxglove::Log {
-        timestamp: Some(timestamp),
+        timestamp: Some(timestamp(log_time)),
         level: level.into(),
         message: text.into(),
         name: "percuss".into(),

@@ -2,6 +2,7 @@
 
 use std::{
     fs,
+    io::Write,
     num::NonZeroUsize,
     path::{Path, PathBuf},
     sync::{
@@ -18,6 +19,7 @@ use signal_hook::{
 };
 
 use super::{CliError, default_output};
+use crate::recording::create_file;
 
 /// Where a recording goes and how it is made.
 #[derive(Debug, Args)]
@@ -108,4 +110,12 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
         (Ok(a), Ok(b)) => a == b,
         _ => false,
     }
+}
+
+/// Writes a small file.
+///
+/// * `overwrite`: replace what is at `path`
+pub(super) fn write_file(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
+    let written = create_file(path, overwrite).and_then(|mut file| file.write_all(bytes));
+    written.map_err(|error| CliError::system(format!("cannot write `{}`", path.display()), error))
 }

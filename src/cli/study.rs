@@ -2,17 +2,20 @@
 
 use std::{
     fmt::Write as _,
-    io::Write as _,
     path::{Path, PathBuf},
 };
 
 use clap::Args;
 use percuss_picture::{Curve, Medium, Panel, draw};
 
-use super::{CaseArguments, CliError, Exit, output::ThreadArguments, print, progress::Progress};
+use super::{
+    CaseArguments, CliError, Exit,
+    output::{ThreadArguments, write_file},
+    print,
+    progress::Progress,
+};
 use crate::{
     case::Case,
-    recording::create_file,
     study::{Plan, Quantity, Study, on_meshes, study},
 };
 
@@ -87,7 +90,7 @@ impl StudyArguments {
         if let Some((path, medium)) = picture {
             let drawn = draw(&[panel(finest, &study)], medium);
             let drawn = drawn.map_err(|error| CliError::system("cannot draw", error))?;
-            write(path, &drawn, self.force)?;
+            write_file(path, &drawn, self.force)?;
         }
         Ok(Exit::Done)
     }
@@ -125,11 +128,6 @@ fn medium(path: &Path) -> Result<Medium, CliError> {
         Some("png") => Ok(Medium::Png),
         _ => Err(CliError::Usage(format!("--plot {}: name it .svg or .png", path.display()))),
     }
-}
-
-fn write(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
-    let written = create_file(path, overwrite).and_then(|mut file| file.write_all(bytes));
-    written.map_err(|error| CliError::system(format!("cannot write `{}`", path.display()), error))
 }
 
 fn json(case: &Case, study: &Study) -> String {

@@ -268,6 +268,12 @@ impl Model for Rakhmatulin {
         Extent { nr, nz: rows }
     }
 
+    fn surface(&self, values: &mut Vec<f64>) {
+        let shown = self.shown();
+        values.clear();
+        values.extend((0..self.columns).map(|i| self.levels.column(shown, i)[0]));
+    }
+
     fn find_non_finite(&mut self) -> Option<(f64, f64)> {
         self.catch_up();
         let rows = self.rows(self.level).max(1);

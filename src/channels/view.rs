@@ -1,0 +1,119 @@
+//! The channels under `/view`: what viewers draw by themselves, at frames.
+//!
+//! They show the same run as the other channels, ready to look at: thinned out, rounded, mirrored to r < 0 and with
+//! displacements drawn to a scale that suits the eye. Numbers are to be taken from the other channels.
+//!
+//! World frame of all pictures: x = r, y up (depth is −y), z towards the viewer, unit R. The frame `indenter` moves
+//! with the indenter; displacements are drawn [`Stage::exaggeration`] times their size, which the metadata of the
+//! channels state.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use prost_types::Timestamp;
+
+use super::{
+    Channel, Outlet,
+    field::{FieldSlice, SharedSlice},
+};
+use crate::{
+    case::{Case, ViewChannel},
+    message::foxglove,
+};
+
+mod colours;
+mod fronts;
+mod grid;
+mod image;
+mod profile;
+mod scene;
+mod section;
+mod stage;
+mod tf;
+
+pub use section::level_range;
+pub use stage::Stage;
+
+use section::Section;
+
+/// Name of the frame of reference that stands still.
+pub const WORLD: &str = "world";
+/// Name of the frame of reference that moves with the indenter.
+pub const INDENTER: &str = "indenter";
+
+/// The view channels of a case.
+///
+/// * `slices`: the field channels; what they have sampled is shown here too, so they come before
+pub(super) fn channels(case: &Case, slices: &[FieldSlice]) -> Vec<Box<dyn Channel>> {
+    let stage = Arc::new(Stage::new(case));
+    let shared: Vec<SharedSlice> = slices.iter().map(FieldSlice::shared).collect();
+    let section = Arc::new(Mutex::new(Section::new(case, &stage, shared)));
+    let wanted = |view: &&ViewChannel| match view {
+        // these show recorded fields
+        ViewChannel::Field | ViewChannel::Image => !slices.is_empty(),
+        _ => true,
+    };
+    let channel = |view: &ViewChannel| -> Box<dyn Channel> {
+        match view {
+            ViewChannel::Field => Box::new(grid::Grid::new(case, &stage, &section)),
+            ViewChannel::Image => Box::new(image::Image::new(case, &stage, &section)),
+            ViewChannel::Scene => Box::new(scene::Scene::new(case, &stage)),
+            ViewChannel::Fronts => Box::new(fronts::Fronts::new(case, &stage)),
+            ViewChannel::Tf => Box::new(tf::Transforms::new(&stage)),
+            ViewChannel::Profile => Box::new(profile::Profile::new(case)),
+        }
+    };
+    case.record.views.iter().filter(wanted).map(channel).collect()
+}
+
+/// What is shared, whatever has happened to a thread that held it.
+fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Log time of a message as the viewers' messages carry it.
+fn timestamp(outlet: &Outlet<'_>) -> Timestamp {
+    super::log::timestamp(outlet.log_time())
+}
+
+fn vector(x: f64, y: f64) -> foxglove::Vector3 {
+    foxglove::Vector3 { x, y, z: 0.0 }
+}
+
+fn point(x: f64, y: f64) -> foxglove::Point3 {
+    foxglove::Point3 { x, y, z: 0.0 }
+}
+
+/// No rotation.
+fn upright() -> foxglove::Quaternion {
+    foxglove::Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }
+}
+
+/// A pose without rotation.
+fn at(x: f64, y: f64) -> foxglove::Pose {
+    foxglove::Pose { position: Some(vector(x, y)), orientation: Some(upright()) }
+}
+
+/// A line two pixels thick through points.
+fn line(points: Vec<foxglove::Point3>, colour: foxglove::Color) -> foxglove::LinePrimitive {
+    foxglove::LinePrimitive {
+        r#type: foxglove::line_primitive::Type::LineStrip.into(),
+        pose: Some(at(0.0, 0.0)),
+        thickness: 2.0,
+        scale_invariant: true,
+        points,
+        color: Some(colour),
+        ..foxglove::LinePrimitive::default()
+    }
+}
+
+/// An empty entity of a scene.
+fn entity(id: &str, frame: &str, outlet: &Outlet<'_>) -> foxglove::SceneEntity {
+    foxglove::SceneEntity {
+        timestamp: Some(timestamp(outlet)),
+        frame_id: frame.into(),
+        id: id.into(),
+        lifetime: Some(prost_types::Duration::default()),
+        frame_locked: true,
+        ..foxglove::SceneEntity::default()
+    }
+}

@@ -1,0 +1,177 @@
+//! `/view/fronts`: where the wave fronts are by geometry, as thin lines. A topic of its own, so that a viewer can switch them
+//! off.
+//!
+//! The edge of the contact sends out waves from the moment they run ahead of it. In the equation of motion \[KA\] Eq. 18
+//! they run at c_p along z and at c_s along r, so their front is an ellipse about the edge; a backing folds it back.
+//! Under a flat punch there is the plane front besides.
+
+use std::sync::Arc;
+
+use super::{Stage, WORLD, colours, entity, line, point, stage::Edge};
+use crate::{
+    case::{Case, HeadKind},
+    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
+    message::foxglove::{LinePrimitive, Point3, SceneUpdate},
+    recording::RecordingError,
+    view::View,
+};
+
+/// Points of half an ellipse.
+const POINTS: u32 = 48;
+/// Fronts are drawn until they have crossed the layer so many times.
+const CROSSINGS: f64 = 4.0;
+
+/// The channel.
+pub struct Fronts {
+    stage: Arc<Stage>,
+    is_flat: bool,
+    /// Unit half circle, `(cos, sin)` from r = 1 over z = 1 to r = −1.
+    circle: Vec<(f64, f64)>,
+}
+
+impl Fronts {
+    /// The channel of a case.
+    pub fn new(case: &Case, stage: &Arc<Stage>) -> Self {
+        Self {
+            stage: Arc::clone(stage),
+            is_flat: case.indenter.head == HeadKind::Flat,
+            circle: (0..=POINTS).map(|part| on_circle(f64::from(part) / f64::from(POINTS))).collect(),
+        }
+    }
+
+    fn lines(&self, time: f64) -> Vec<LinePrimitive> {
+        let Some(edge) = self.stage.edge else { return Vec::new() };
+        let age = time - edge.time;
+        if age <= 0.0 || self.stage.thickness.is_some_and(|thickness| age > CROSSINGS * thickness) {
+            return Vec::new();
+        }
+        let mut lines = Vec::new();
+        for side in [-1.0, 1.0] {
+            let run = self.arc(edge, age).into_iter().map(|(r, z)| point(side * r, -self.folded(z)));
+            lines.push(run.collect());
+        }
+        if self.is_flat {
+            let depth = self.folded(age);
+            lines.push(vec![point(-edge.r, -depth), point(edge.r, -depth)]);
+        }
+        let thin = |points: Vec<Point3>| LinePrimitive { thickness: 1.0, ..line(points, colours::FRONT) };
+        lines.into_iter().filter(|points: &Vec<_>| points.len() > 1).map(thin).collect()
+    }
+
+    /// The front from the edge at r > 0, as far as it is on the stage: points `(r, z)` of the unfolded ellipse.
+    fn arc(&self, edge: Edge, age: f64) -> Vec<(f64, f64)> {
+        let c_s = self.stage.shear_wave_speed;
+        let points = self.circle.iter().map(|(cos, sin)| (edge.r + c_s * age * cos, age * sin));
+        points
+            .filter(|(r, z)| r.abs() <= self.stage.half_width && self.folded(*z) <= self.stage.depth)
+            .collect()
+    }
+
+    /// Depth of a front that has come to depth z if nothing was in its way: backing and surface fold it.
+    fn folded(&self, z: f64) -> f64 {
+        match self.stage.thickness {
+            None => z,
+            Some(thickness) => {
+                let rest = z % (2.0 * thickness);
+                rest.min(2.0 * thickness - rest)
+            }
+        }
+    }
+}
+
+/// A point of the half circle, at a share of the way around: by half angles, which take square roots only and so give
+/// the same bits on every machine.
+fn on_circle(share: f64) -> (f64, f64) {
+    // halving the arc between (1, 0) and (−1, 0) until the share is met
+    let (mut from, mut to) = ((1.0, 0.0), (-1.0, 0.0));
+    let (mut low, mut high) = (0.0, 1.0);
+    if share <= 0.0 {
+        return from;
+    }
+    if share >= 1.0 {
+        return to;
+    }
+    let mut middle: (f64, f64) = (0.0, 1.0);
+    for _ in 0..40 {
+        let half = 0.5 * (low + high);
+        if share < half {
+            (high, to) = (half, middle);
+        } else {
+            (low, from) = (half, middle);
+        }
+        let (x, y) = (from.0 + to.0, from.1 + to.1);
+        let length = (x * x + y * y).sqrt();
+        middle = (x / length, y / length);
+    }
+    middle
+}
+
+impl Channel for Fronts {
+    fn topic(&self) -> &'static str {
+        "/view/fronts"
+    }
+
+    fn schema(&self) -> &'static str {
+        "foxglove.SceneUpdate"
+    }
+
+    fn fields(&self) -> Vec<FieldNote> {
+        vec![FieldNote::new(
+            "entities",
+            "R",
+            "wave fronts from the edge of the contact by geometry: ((r - r_e)/c_s)² + (z/c_p)² = (t - t_e)²",
+        )]
+    }
+
+    fn remarks(&self) -> Vec<(String, String)> {
+        match self.stage.edge {
+            Some(edge) => {
+                vec![("edge.r".into(), edge.r.to_string()), ("edge.time".into(), edge.time.to_string())]
+            }
+            None => Vec::new(),
+        }
+    }
+
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+        if view.frame.is_none() {
+            return Ok(());
+        }
+        let mut fronts = entity("fronts", WORLD, outlet);
+        fronts.lines = self.lines(view.time);
+        outlet.put(&SceneUpdate { deletions: Vec::new(), entities: vec![fronts] })
+    }
+
+    fn size(&self, case: &Case) -> u64 {
+        case.frames().count() * (25 * u64::from(2 * POINTS) + 200 + MESSAGE_OVERHEAD)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_angles_make_a_circle() {
+        for part in 0..=POINTS {
+            let share = f64::from(part) / f64::from(POINTS);
+            let (sin, cos) = (std::f64::consts::PI * share).sin_cos();
+            let (x, y) = on_circle(share);
+            assert!((x - cos).abs() < 1e-11 && (y - sin).abs() < 1e-11, "{share}");
+        }
+    }
+
+    #[test]
+    fn fronts_are_folded_by_a_layer() {
+        let case = Case::load("fig5", &[]).expect("a built-in case");
+        let fronts = Fronts::new(&case, &Arc::new(Stage::new(&case)));
+        for (z, depth) in [(0.25, 0.25), (1.25, 0.75), (2.25, 0.25), (3.0, 1.0)] {
+            assert!((fronts.folded(z) - depth).abs() < 1e-15, "{z}");
+        }
+        // t = 1.5: the plane front is on its way back at z = 0.5, the ellipse is 2 · 0.75 wide at the surface
+        let lines = fronts.lines(1.5);
+        assert_eq!(lines.len(), 3);
+        assert_eq!(lines[2].points, [point(-1.0, -0.5), point(1.0, -0.5)]);
+        assert_eq!(lines[1].points[0], point(1.75, 0.0));
+        assert!(fronts.lines(0.0).is_empty() && fronts.lines(4.5).is_empty());
+    }
+}

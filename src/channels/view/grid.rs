@@ -1,0 +1,102 @@
+//! `/view/field`: the recorded fields over the section, both sides of the axis, for the 3D panels of viewers.
+//!
+//! One byte per field and cell: viewers colour bytes over 0 to 255 unless told otherwise, so the picture is right
+//! without any setting.
+
+use std::sync::{Arc, Mutex};
+
+use super::{
+    Stage, WORLD, at, lock,
+    section::{Section, ZERO, level_step},
+    stage::range,
+    timestamp,
+};
+use crate::{
+    case::Case,
+    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
+    message::foxglove::{self, PackedElementField, packed_element_field::NumericType},
+    model::Field,
+    recording::RecordingError,
+    view::View,
+};
+
+/// The channel.
+pub struct Grid {
+    section: Arc<Mutex<Section>>,
+    ranges: Vec<(Field, f64)>,
+    message: foxglove::Grid,
+}
+
+impl Grid {
+    /// The channel of a case.
+    pub fn new(case: &Case, stage: &Stage, section: &Arc<Mutex<Section>>) -> Self {
+        let fields = lock(section).fields() as u32;
+        let packed = |(offset, field): (usize, &Field)| PackedElementField {
+            name: field.name().into(),
+            offset: offset as u32,
+            r#type: NumericType::Uint8.into(),
+        };
+        let message = foxglove::Grid {
+            timestamp: None,
+            frame_id: WORLD.into(),
+            // the lower left corner of the section
+            pose: Some(at(-(stage.columns as f64) * stage.pixel, -(stage.rows as f64) * stage.pixel)),
+            column_count: 2 * stage.columns as u32,
+            cell_size: Some(foxglove::Vector2 { x: stage.pixel, y: stage.pixel }),
+            row_stride: 2 * stage.columns as u32 * fields,
+            cell_stride: fields,
+            fields: case.record.fields.iter().enumerate().map(packed).collect(),
+            data: Vec::new(),
+        };
+        let ranges = case.record.fields.iter().map(|field| (*field, range(case, *field))).collect();
+        Self { section: Arc::clone(section), ranges, message }
+    }
+}
+
+impl Channel for Grid {
+    fn topic(&self) -> &'static str {
+        "/view/field"
+    }
+
+    fn schema(&self) -> &'static str {
+        "foxglove.Grid"
+    }
+
+    fn fields(&self) -> Vec<FieldNote> {
+        vec![
+            FieldNote::new("column_count", "1", "cells of a row, r < 0 and r > 0"),
+            FieldNote::new("row_stride", "bytes", "from row to row"),
+            FieldNote::new("cell_stride", "bytes", "from cell to cell"),
+            FieldNote::new("cell_size", "R", "size of a cell"),
+            FieldNote::new(
+                "data",
+                "1",
+                "levels: value = (level - level.zero) * level.step.<field>, held at colour_range.<field>; exact values are in /field/<field>",
+            ),
+        ]
+    }
+
+    fn remarks(&self) -> Vec<(String, String)> {
+        let mut remarks = vec![("level.zero".to_owned(), ZERO.to_string())];
+        for (field, range) in &self.ranges {
+            remarks.push((format!("level.step.{}", field.name()), level_step(*range).to_string()));
+            remarks.push((format!("colour_range.{}", field.name()), format!("{},{range}", -range)));
+        }
+        remarks
+    }
+
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+        if view.frame.is_none() {
+            return Ok(());
+        }
+        self.message.timestamp = Some(timestamp(outlet));
+        self.message.data.clear();
+        self.message.data.extend_from_slice(lock(&self.section).levels(view.step));
+        outlet.put(&self.message)
+    }
+
+    fn size(&self, case: &Case) -> u64 {
+        let cells = u64::from(self.message.row_stride) * lock(&self.section).rows() as u64;
+        case.frames().count() * (cells + 140 + MESSAGE_OVERHEAD)
+    }
+}

@@ -1,0 +1,128 @@
+//! `/view/image`: the section as a picture file, for every viewer that shows images.
+//!
+//! The picture is a PNG of palette colours whose pixels are the levels of `/view/field` themselves, stored and not
+//! packed: the compression of the chunk finds the same bytes in the grid before it, and is quicker than two.
+
+use std::sync::{Arc, Mutex};
+
+use super::{Stage, WORLD, colours::palette, lock, section::Section, stage::range, timestamp};
+use crate::{
+    case::Case,
+    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
+    message::foxglove,
+    model::Field,
+    recording::RecordingError,
+    view::View,
+};
+
+/// Levels that are colours of their own in the palette.
+const NOTHING: u8 = 0;
+const INDENTER: u8 = 1;
+
+/// The channel.
+pub struct Image {
+    section: Arc<Mutex<Section>>,
+    columns: usize,
+    rows: usize,
+    /// Rows above the surface that show where the contact is.
+    strip: usize,
+    pixel: f64,
+    shown: Field,
+    range: f64,
+    palette: Vec<u8>,
+    pixels: Vec<u8>,
+    message: foxglove::CompressedImage,
+}
+
+impl Image {
+    /// The channel of a case: it shows the first of the recorded fields.
+    pub fn new(case: &Case, stage: &Stage, section: &Arc<Mutex<Section>>) -> Self {
+        let shown = case.record.fields[0];
+        let message = foxglove::CompressedImage {
+            frame_id: WORLD.into(),
+            format: "png".into(),
+            ..foxglove::CompressedImage::default()
+        };
+        Self {
+            section: Arc::clone(section),
+            columns: 2 * stage.columns,
+            rows: stage.rows,
+            strip: (stage.rows / 16).max(2),
+            pixel: stage.pixel,
+            shown,
+            range: range(case, shown),
+            palette: palette(),
+            pixels: Vec::new(),
+            message,
+        }
+    }
+
+    fn draw(&mut self, view: &View<'_>) {
+        let half = self.columns / 2;
+        let contact = ((view.contact_radius / self.pixel).round() as usize).min(half);
+        self.pixels.clear();
+        for _ in 0..self.strip {
+            let row = self.pixels.len();
+            self.pixels.resize(row + self.columns, NOTHING);
+            self.pixels[row + half - contact..row + half + contact].fill(INDENTER);
+        }
+        let mut section = lock(&self.section);
+        let fields = section.fields();
+        // rows of images begin at the top
+        for row in section.levels(view.step).chunks_exact(self.columns * fields).rev() {
+            self.pixels.extend(row.iter().step_by(fields));
+        }
+    }
+
+    /// Writes the pixels as a file.
+    fn encode(&mut self) -> Result<(), png::EncodingError> {
+        let data = &mut self.message.data;
+        data.clear();
+        let mut encoder = png::Encoder::new(data, self.columns as u32, (self.rows + self.strip) as u32);
+        encoder.set_color(png::ColorType::Indexed);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_palette(self.palette.as_slice());
+        encoder.set_compression(png::Compression::NoCompression);
+        encoder.set_filter(png::Filter::NoFilter);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&self.pixels)?;
+        writer.finish()
+    }
+}
+
+impl Channel for Image {
+    fn topic(&self) -> &'static str {
+        "/view/image"
+    }
+
+    fn schema(&self) -> &'static str {
+        "foxglove.CompressedImage"
+    }
+
+    fn fields(&self) -> Vec<FieldNote> {
+        Vec::new()
+    }
+
+    fn remarks(&self) -> Vec<(String, String)> {
+        vec![
+            ("shows".into(), format!("/field/{}", self.shown.name())),
+            (format!("colour_range.{}", self.shown.name()), format!("{},{}", -self.range, self.range)),
+            ("colours".into(), "blue tension, white 0, red compression; grey above: the contact".into()),
+        ]
+    }
+
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+        if view.frame.is_none() {
+            return Ok(());
+        }
+        self.message.timestamp = Some(timestamp(outlet));
+        self.draw(view);
+        self.encode().expect("memory takes every byte");
+        outlet.put(&self.message)
+    }
+
+    fn size(&self, case: &Case) -> u64 {
+        let pixels = (self.rows + self.strip) * (self.columns + 1);
+        case.frames().count() * (pixels as u64 + 900 + MESSAGE_OVERHEAD)
+    }
+}

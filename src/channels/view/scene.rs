@@ -1,0 +1,207 @@
+//! `/view/scene`: indenter, deformed surface, drag and contact radius, for the 3D panels of viewers.
+
+use std::sync::Arc;
+
+use super::{INDENTER, Stage, WORLD, at, colours, entity, line, point, stage::range, vector};
+use crate::{
+    case::Case,
+    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
+    message::foxglove::{
+        ArrowPrimitive, Color, LinePrimitive, Point3, Pose, Quaternion, SceneEntity, SceneUpdate,
+        TextPrimitive, TriangleListPrimitive, line_primitive,
+    },
+    model::Field,
+    recording::RecordingError,
+    view::View,
+};
+
+/// Largest number of points on one side of the surface.
+const SURFACE_POINTS: f64 = 120.0;
+
+/// The channel.
+pub struct Scene {
+    stage: Arc<Stage>,
+    /// Length of the arrow per unit of drag.
+    drag_scale: f64,
+    /// Shown nodes of the surface, and every how many of them.
+    nodes: usize,
+    every: usize,
+    displacement: Vec<f64>,
+    /// What of the indenter and the target is the same in all frames.
+    body: (LinePrimitive, TriangleListPrimitive),
+    backing: Option<LinePrimitive>,
+}
+
+impl Scene {
+    /// The channel of a case.
+    pub fn new(case: &Case, stage: &Arc<Stage>) -> Self {
+        let nodes = (stage.half_width / case.sizes.dr).floor();
+        // the colour's full stress on all of the contact is an arrow of half the stage
+        let area = stage.reach.min(stage.half_width).powi(2);
+        let full = 0.5 * stage.depth.min(stage.half_width);
+        let backing = stage.thickness.map(|thickness| {
+            let ends = [-stage.half_width, stage.half_width].map(|x| point(x, -thickness));
+            line(ends.to_vec(), colours::OUTLINE)
+        });
+        Self {
+            drag_scale: full / (range(case, Field::Stress) * area),
+            nodes: nodes as usize,
+            every: ((nodes / SURFACE_POINTS).ceil() as usize).max(1),
+            displacement: Vec::new(),
+            body: body(stage),
+            backing,
+            stage: Arc::clone(stage),
+        }
+    }
+
+    fn surface(&mut self, view: &View<'_>) -> Vec<Point3> {
+        if let Some(frame) = view.frame {
+            frame.fields.surface(&mut self.displacement);
+        }
+        let moved = self.nodes.min(self.displacement.len());
+        let node = |i: usize| {
+            let r = view.interface.r0 + i as f64 * view.interface.dr;
+            (r, self.stage.height(self.displacement[i]))
+        };
+        let mut right: Vec<(f64, f64)> = (0..moved).step_by(self.every).map(node).collect();
+        // the rest is level: its two ends tell all of it
+        let rest = view.interface.r0 + moved as f64 * view.interface.dr;
+        if rest < self.stage.half_width {
+            right.extend([(rest, 0.0), (self.stage.half_width, 0.0)]);
+        }
+        let left = right.iter().rev().map(|(x, y)| (-x, *y));
+        left.chain(right.iter().copied()).map(|(x, y)| rounded(x, y)).collect()
+    }
+
+    fn entities(&mut self, view: &View<'_>, outlet: &Outlet<'_>) -> Vec<SceneEntity> {
+        let stage = Arc::clone(&self.stage);
+        let new = |id: &str, frame: &str| entity(id, frame, outlet);
+        let lines = |lines: Vec<LinePrimitive>, entity: SceneEntity| SceneEntity { lines, ..entity };
+        let mut entities = vec![
+            SceneEntity {
+                lines: vec![self.body.0.clone()],
+                triangles: vec![self.body.1.clone()],
+                ..new("indenter", INDENTER)
+            },
+            lines(vec![line(self.surface(view), colours::SURFACE)], new("surface", WORLD)),
+        ];
+        if let Some(backing) = &self.backing {
+            entities.push(lines(vec![backing.clone()], new("backing", WORLD)));
+        }
+        let tick = 0.05 * stage.depth;
+        let foot = stage.height(view.depth);
+        let contact = [-1.0, 1.0].map(|side| side * view.contact_radius);
+        let points = contact.iter().flat_map(|x| [rounded(*x, foot), rounded(*x, foot - tick)]).collect();
+        entities.push(lines(
+            vec![LinePrimitive {
+                r#type: line_primitive::Type::LineList.into(),
+                ..line(points, colours::CONTACT)
+            }],
+            new("contact", WORLD),
+        ));
+        let tail = foot + stage.top;
+        entities.push(SceneEntity {
+            arrows: arrow(tail, self.drag_scale * view.drag, tick),
+            texts: vec![label(
+                format!("t = {:.3}   F = {:.3}", view.time, view.drag),
+                (0.0, tail - 1.5 * tick),
+            )],
+            ..new("drag", WORLD)
+        });
+        entities
+    }
+}
+
+/// A point rounded to single precision: half of its bytes are zeros then and pack well.
+fn rounded(x: f64, y: f64) -> Point3 {
+    point(f64::from(x as f32), f64::from(y as f32))
+}
+
+/// Outline and filling of the indenter in its own frame.
+fn body(stage: &Stage) -> (LinePrimitive, TriangleListPrimitive) {
+    let mirror = |[x, y]: [f64; 2]| [-x, y];
+    let face: Vec<[f64; 2]> =
+        stage.face.iter().skip(1).rev().map(|p| mirror(*p)).chain(stage.face.iter().copied()).collect();
+    let edge = stage.face.last().map_or(0.0, |point| point[0]);
+    let mut outline: Vec<Point3> = face.iter().map(|[x, y]| point(*x, *y)).collect();
+    outline.extend([point(edge, stage.top), point(-edge, stage.top)]);
+    let corners = |pair: &[[f64; 2]]| {
+        let ([a, b], [c, d]) = (pair[0], pair[1]);
+        let top = stage.top;
+        [point(a, b), point(c, d), point(c, top), point(a, b), point(c, top), point(a, top)]
+    };
+    let outline =
+        LinePrimitive { r#type: line_primitive::Type::LineLoop.into(), ..line(outline, colours::OUTLINE) };
+    let filling = TriangleListPrimitive {
+        pose: Some(at(0.0, 0.0)),
+        points: face.windows(2).flat_map(corners).collect(),
+        color: Some(colours::BODY),
+        ..TriangleListPrimitive::default()
+    };
+    (outline, filling)
+}
+
+/// The drag: up from the indenter where the target pushes, down where it pulls, nothing where there is none.
+fn arrow(tail: f64, length: f64, width: f64) -> Vec<ArrowPrimitive> {
+    if !length.is_finite() || length.abs() < 1e-3 * width {
+        return Vec::new();
+    }
+    let head = length.abs().min(1.5 * width);
+    // arrows point along x: a quarter turn about z
+    let half = 0.5_f64.sqrt();
+    let turn = Quaternion { x: 0.0, y: 0.0, z: half * length.signum(), w: half };
+    vec![ArrowPrimitive {
+        pose: Some(Pose { position: Some(vector(0.0, tail)), orientation: Some(turn) }),
+        shaft_length: length.abs() - head,
+        shaft_diameter: 0.5 * width,
+        head_length: head,
+        head_diameter: width,
+        color: Some(colours::DRAG),
+    }]
+}
+
+fn label(text: String, (x, y): (f64, f64)) -> TextPrimitive {
+    TextPrimitive {
+        pose: Some(at(x, y)),
+        billboard: true,
+        font_size: 14.0,
+        scale_invariant: true,
+        color: Some(Color { a: 1.0, ..Color::default() }),
+        text,
+    }
+}
+
+impl Channel for Scene {
+    fn topic(&self) -> &'static str {
+        "/view/scene"
+    }
+
+    fn schema(&self) -> &'static str {
+        "foxglove.SceneUpdate"
+    }
+
+    fn fields(&self) -> Vec<FieldNote> {
+        vec![FieldNote::new(
+            "entities",
+            "R",
+            "indenter, deformed surface, backing, contact radius, drag; x = r, y up, displacements times exaggeration",
+        )]
+    }
+
+    fn remarks(&self) -> Vec<(String, String)> {
+        vec![self.stage.remark(), ("arrow_length_per_drag".into(), self.drag_scale.to_string())]
+    }
+
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+        if view.frame.is_none() {
+            return Ok(());
+        }
+        let entities = self.entities(view, outlet);
+        outlet.put(&SceneUpdate { deletions: Vec::new(), entities })
+    }
+
+    fn size(&self, case: &Case) -> u64 {
+        let points = 2 * self.nodes.div_ceil(self.every) + 12 * self.stage.face.len();
+        case.frames().count() * (20 * points as u64 + 700 + MESSAGE_OVERHEAD)
+    }
+}

@@ -1,0 +1,198 @@
+//! The stage: what part of the target is shown, how large, and in what ranges of colours. Known before the run begins.
+
+use crate::{
+    case::{Case, HeadKind},
+    model::Field,
+    shape::Shape,
+};
+
+/// Points on one side of the outline of a head that is not flat.
+const HEAD_POINTS: u32 = 24;
+/// Share of the smaller side of the stage that the deepest displacement may take.
+const DEEPEST: f64 = 0.2;
+
+/// The part of the target that pictures show, and the scales they are drawn to.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// Shown out to this radius, to both sides of the axis \[R\].
+    pub half_width: f64,
+    /// Shown down to this depth \[R\].
+    pub depth: f64,
+    /// Length of the edge of a pixel \[R\].
+    pub pixel: f64,
+    /// Pixels of half a row.
+    pub columns: usize,
+    /// Rows of pixels.
+    pub rows: usize,
+    /// Displacements and heads are drawn so many times as high as they are.
+    pub exaggeration: f64,
+    /// Right half of the face of the indenter in its own frame, from the axis outwards, to scale: shape `(n, [x, y])` \[R\].
+    pub face: Vec<[f64; 2]>,
+    /// Upper end of the indenter in its own frame \[R\].
+    pub top: f64,
+    /// Largest radius that contact reaches \[R\].
+    pub reach: f64,
+    /// Where and when the waves of the edge set out.
+    pub edge: Option<Edge>,
+    /// Thickness of the layer \[R\]; `None` for a half-space.
+    pub thickness: Option<f64>,
+    /// c_s / c_p.
+    pub shear_wave_speed: f64,
+}
+
+/// Where the contact stops outrunning the waves: from there on they run ahead of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// Radius \[R\].
+    pub r: f64,
+    /// Time \[R/c_p\].
+    pub time: f64,
+}
+
+impl Stage {
+    /// The stage of a case.
+    pub fn new(case: &Case) -> Self {
+        let sizes = &case.sizes;
+        let shape = case.shape();
+        let end_time = sizes.steps as f64 * sizes.dt;
+        let c_s = case.target.material.shear_wave_speed;
+        let reach = sizes.contact_reach;
+        let half_width = (reach + c_s * end_time).min(sizes.outer_radius);
+        let depth = if sizes.layer { sizes.depth } else { end_time.min(sizes.depth) };
+        // as many pixels as an eighth of the nodes shown: pictures stay small beside the fields
+        let nodes = (half_width / sizes.dr) * (depth / sizes.dz);
+        let pixels = (nodes / 8.0).clamp(8e3, 4e4);
+        let pixel = (half_width * depth / pixels).sqrt();
+        let exaggeration = round_down(DEEPEST * depth.min(half_width) / largest_displacement(case));
+        let face = face(&shape, &case.indenter.head, reach.min(half_width), exaggeration);
+        let highest = face.iter().map(|point| point[1]).fold(0.0, f64::max);
+        Self {
+            half_width,
+            depth,
+            pixel,
+            columns: ((half_width / pixel).ceil() as usize).max(1),
+            rows: ((depth / pixel).ceil() as usize).max(1),
+            exaggeration,
+            top: highest + 0.4 * reach.min(half_width).min(depth),
+            face,
+            reach,
+            edge: edge(&shape, case.impact.velocity, c_s, sizes.dt, sizes.steps),
+            thickness: case.target.thickness,
+            shear_wave_speed: c_s,
+        }
+    }
+
+    /// Height at which a displacement into the target is drawn.
+    pub fn height(&self, displacement: f64) -> f64 {
+        -displacement * self.exaggeration
+    }
+
+    /// What channels say of their scale in their metadata.
+    pub fn remark(&self) -> (String, String) {
+        ("exaggeration".into(), self.exaggeration.to_string())
+    }
+}
+
+/// Half of the range of values that colours stand for, estimated before the run.
+///
+/// In one dimension, a column of unit stiffness struck at V0 carries the stress V0, and every 2h of time the reflection from
+/// the backing adds 2·V0 to it; a mass M gives a column no more than the energy it has, `½MV0² = ½p²h`, on top
+/// of the first front. Displacement: V0·T under constant velocity, `V0·T·M/(T + M)` about under a mass.
+pub fn range(case: &Case, field: Field) -> f64 {
+    let velocity = case.impact.velocity;
+    let end_time = case.sizes.steps as f64 * case.sizes.dt;
+    match field {
+        Field::Velocity => velocity,
+        Field::Displacement => largest_displacement(case),
+        Field::Stress => match case.target.thickness {
+            None => velocity,
+            Some(thickness) => {
+                let driven = 1.0 + 2.0 * (end_time / (2.0 * thickness)).floor();
+                velocity * driven.min(1.0 + (case.indenter.mass / thickness).sqrt())
+            }
+        },
+    }
+}
+
+fn largest_displacement(case: &Case) -> f64 {
+    let end_time = case.sizes.steps as f64 * case.sizes.dt;
+    // T·M/(T + M), finite for an infinite mass
+    case.impact.velocity * end_time / (1.0 + end_time / case.indenter.mass)
+}
+
+/// The largest of 1, 2, 5, 10, 20, … that is not above `x`, decades down to 1e-15 too.
+fn round_down(x: f64) -> f64 {
+    let steps = (-15..=15).flat_map(|decade| [1, 2, 5].map(|digit| format!("{digit}e{decade}")));
+    let steps = steps.map(|text| text.parse::<f64>().expect("a number"));
+    steps.take_while(|step| *step <= x).last().unwrap_or(1e-15)
+}
+
+fn face(shape: &Shape, head: &HeadKind, reach: f64, exaggeration: f64) -> Vec<[f64; 2]> {
+    if *head == HeadKind::Flat {
+        return vec![[0.0, 0.0], [reach, 0.0]];
+    }
+    let radius = |part| reach * f64::from(part) / f64::from(HEAD_POINTS);
+    (0..=HEAD_POINTS).map(|part| [radius(part), shape.profile(radius(part)) * exaggeration]).collect()
+}
+
+/// The first step at which the contact spreads no faster than c_s; `None` if it outruns the waves to the end.
+fn edge(shape: &Shape, velocity: f64, c_s: f64, dt: f64, steps: u64) -> Option<Edge> {
+    const SAMPLES: u64 = 10_000;
+    let samples = steps.min(SAMPLES);
+    let time = |sample: u64| sample as f64 / samples as f64 * steps as f64 * dt;
+    let reach = |sample| shape.reach(velocity * time(sample));
+    let slow = |sample: &u64| reach(sample + 1) - reach(*sample) <= c_s * (time(sample + 1) - time(*sample));
+    (0..samples).find(slow).map(|sample| Edge { r: reach(sample), time: time(sample) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stage(name: &str) -> (Case, Stage) {
+        let case = Case::load(name, &[]).expect("a built-in case");
+        let stage = Stage::new(&case);
+        (case, stage)
+    }
+
+    #[test]
+    fn scales_are_round() {
+        for (x, round) in [(0.03, 0.02), (0.05, 0.05), (1.0, 1.0), (999.0, 500.0)] {
+            assert_eq!(round_down(x), round);
+        }
+    }
+
+    #[test]
+    fn a_flat_punch_has_its_edge_at_once() {
+        let (case, stage) = stage("fig5");
+        assert_eq!(stage.edge, Some(Edge { r: 1.0, time: 0.0 }));
+        assert_eq!(stage.face, [[0.0, 0.0], [1.0, 0.0]]);
+        assert_eq!(range(&case, Field::Stress), 7.0);
+        // w = 6 at the end of the run, drawn no deeper than a fifth of the layer
+        assert_eq!(stage.exaggeration, 0.02);
+        assert!(2.0 * stage.half_width / stage.pixel < 800.0);
+    }
+
+    #[test]
+    fn a_paraboloid_is_overtaken_where_it_slows_down_to_c_s() {
+        let (case, stage) = stage("fig2");
+        // r*² = k·t: dr*/dt = c_s at t = k/(4 c_s²), r = k/(2 c_s)
+        let HeadKind::Paraboloid { curvature } = case.indenter.head else { panic!("a paraboloid") };
+        let c_s = case.target.material.shear_wave_speed;
+        let edge = stage.edge.expect("it slows down");
+        let step = case.sizes.steps as f64 * case.sizes.dt / 1e4;
+        assert!(
+            (edge.time - curvature / (4.0 * c_s * c_s)).abs() < 2.0 * case.sizes.dt.max(step),
+            "{edge:?}"
+        );
+        assert!((edge.r - curvature / (2.0 * c_s)).abs() < 0.02, "{edge:?}");
+    }
+
+    #[test]
+    fn a_fast_cone_is_never_overtaken() {
+        assert_eq!(stage("fig6a").1.edge, None);
+        // with a radius it is, where the cylinder begins
+        let edge = stage("fig6c").1.edge.expect("an edge");
+        assert!((edge.r - 1.0).abs() < 0.02 && (edge.time - 0.5).abs() < 0.02, "{edge:?}");
+    }
+}

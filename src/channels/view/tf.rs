@@ -1,0 +1,62 @@
+//! `/view/tf`: where the indenter stands in the pictures.
+
+use super::{INDENTER, Stage, WORLD, timestamp, upright, vector};
+use crate::{
+    case::Case,
+    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
+    message::foxglove::{self, FrameTransform},
+    recording::RecordingError,
+    view::View,
+};
+
+/// The channel.
+pub struct Transforms {
+    stage: std::sync::Arc<Stage>,
+}
+
+impl Transforms {
+    /// The channel of a stage.
+    pub fn new(stage: &std::sync::Arc<Stage>) -> Self {
+        Self { stage: stage.clone() }
+    }
+}
+
+impl Channel for Transforms {
+    fn topic(&self) -> &'static str {
+        "/view/tf"
+    }
+
+    fn schema(&self) -> &'static str {
+        "foxglove.FrameTransforms"
+    }
+
+    fn fields(&self) -> Vec<FieldNote> {
+        vec![FieldNote::new(
+            "transforms",
+            "R",
+            "place of the indenter: y = -exaggeration * displacement w, y up",
+        )]
+    }
+
+    fn remarks(&self) -> Vec<(String, String)> {
+        vec![self.stage.remark()]
+    }
+
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+        if view.frame.is_none() {
+            return Ok(());
+        }
+        let transform = FrameTransform {
+            timestamp: Some(timestamp(outlet)),
+            parent_frame_id: WORLD.into(),
+            child_frame_id: INDENTER.into(),
+            translation: Some(vector(0.0, self.stage.height(view.depth))),
+            rotation: Some(upright()),
+        };
+        outlet.put(&foxglove::FrameTransforms { transforms: vec![transform] })
+    }
+
+    fn size(&self, case: &Case) -> u64 {
+        case.frames().count() * (60 + MESSAGE_OVERHEAD)
+    }
+}

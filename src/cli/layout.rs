@@ -1,0 +1,59 @@
+//! `percuss layout`: a viewer's layout for recordings of a case.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::{CaseArguments, CliError, Exit, output::write_file, print};
+use crate::{channels::Catalogue, layout::Scenery};
+
+const EXAMPLES: &str = "\
+Examples:
+  percuss layout fig5 -o fig5-layout.json                    for Lichtblick and Foxglove: import it there
+  percuss layout my.toml --viewer plotjuggler -o my.xml      for PlotJuggler: load it there
+
+Every recording carries its layout for Lichtblick and Foxglove as the attachment layout.json:
+  percuss-read export fig5.mcap --attachment layout.json -o layout.json";
+
+/// Prints or writes the layout of a viewer for recordings of a case.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Layout {
+    #[command(flatten)]
+    case: CaseArguments,
+    /// Which viewer
+    #[arg(long, value_enum, default_value_t = Viewer::Lichtblick)]
+    viewer: Viewer,
+    /// File to write; stdout if none
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Overwrite the file
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Viewer {
+    /// Lichtblick; Foxglove imports it too
+    #[value(alias = "foxglove")]
+    Lichtblick,
+    /// PlotJuggler
+    Plotjuggler,
+}
+
+impl Layout {
+    pub(super) fn run(&self) -> Result<Exit, CliError> {
+        let case = self.case.load()?;
+        let topics = Catalogue::new(&case).topics();
+        let scenery = Scenery::new(&case, &topics);
+        let text = match self.viewer {
+            Viewer::Lichtblick => scenery.lichtblick(),
+            Viewer::Plotjuggler => scenery.plotjuggler(),
+        };
+        match &self.output {
+            None => print(&text)?,
+            Some(path) => write_file(path, text.as_bytes(), self.force)?,
+        }
+        Ok(Exit::Done)
+    }
+}

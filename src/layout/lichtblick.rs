@@ -1,0 +1,144 @@
+//! The layout of Lichtblick, which Foxglove imports too: a section with indenter above, plots against time and along the
+//! surface below, and the log.
+
+use serde_json::{Map, Value, json};
+
+use super::Scenery;
+use crate::channels::view::{INDENTER, WORLD, level_range};
+
+/// Panels by their names, and how they share the window.
+#[derive(Default)]
+struct Panels(Map<String, Value>);
+
+impl Panels {
+    /// Adds a panel and returns its name.
+    fn add(&mut self, kind: &str, name: &str, title: &str, mut settings: Value) -> Value {
+        settings["foxglovePanelTitle"] = title.into();
+        let name = format!("{kind}!{name}");
+        self.0.insert(name.clone(), settings);
+        name.into()
+    }
+}
+
+/// The layout.
+pub fn layout(scenery: &Scenery<'_>) -> Value {
+    let mut panels = Panels::default();
+    let views = ["/view/field", "/view/scene", "/view/fronts"].iter().any(|topic| scenery.has(topic));
+    let section = views.then(|| panels.add("3D", "section", &scenery.case.title, section(scenery)));
+    let mut motion = Vec::new();
+    if scenery.has("/drag") {
+        motion.push(path("/drag.force", "drag F [πR²γc_p²]"));
+    }
+    motion.push(path("/velocity.velocity", "velocity V [c_p]"));
+    let motion = panels.add("Plot", "motion", "Drag and velocity against time", plot(&motion));
+    let probes: Vec<Value> =
+        scenery.probes().map(|(i, r)| path(&format!("/probes.stress[{i}]"), &format!("r = {r}"))).collect();
+    let probes = (!probes.is_empty())
+        .then(|| panels.add("Plot", "probes", "Interface stress [γc_p²] against time", plot(&probes)));
+    let profile = scenery.has("/view/profile").then(|| {
+        let curves =
+            [("stress", "stress [γc_p²]"), ("displacement", "surface [R]"), ("indenter", "indenter [R]")];
+        let curves = curves.map(|(field, label)| path(&format!("/view/profile.{field}[:]"), label));
+        let mut settings = plot(&curves);
+        settings["xAxisVal"] = "currentCustom".into();
+        settings["xAxisPath"] = json!({ "value": "/view/profile.r[:]", "enabled": true });
+        settings["isSynced"] = false.into();
+        panels.add("Plot", "profile", "Along the surface at the current time, against r [R]", settings)
+    });
+    let log = panels.add("RosOut", "log", "Log", json!({ "searchTerms": [], "minLogLevel": 1 }));
+
+    let left = split("column", motion, log, 70);
+    let plots =
+        [probes, profile].into_iter().flatten().rev().reduce(|right, left| split("row", left, right, 50));
+    let lower = match plots {
+        Some(plots) => split("row", left, plots, 33),
+        None => left,
+    };
+    let layout = match section {
+        Some(section) => split("column", section, lower, 45),
+        None => lower,
+    };
+    json!({
+        "configById": panels.0,
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": { "speed": 1 },
+        "layout": layout,
+    })
+}
+
+fn split(direction: &str, first: Value, second: Value, percentage: u32) -> Value {
+    json!({ "direction": direction, "first": first, "second": second, "splitPercentage": percentage })
+}
+
+fn path(value: &str, label: &str) -> Value {
+    json!({ "value": value, "label": label, "enabled": true, "timestampMethod": "receiveTime", "showLine": true })
+}
+
+fn plot(paths: &[Value]) -> Value {
+    json!({
+        "paths": paths,
+        "xAxisVal": "timestamp",
+        "showXAxisLabels": true,
+        "showYAxisLabels": true,
+        "showLegend": true,
+        "legendDisplay": "floating",
+        "showPlotValuesInLegend": false,
+        "isSynced": true,
+        "sidebarDimension": 240,
+    })
+}
+
+/// The section from the front, without perspective, all of it in view.
+fn section(scenery: &Scenery<'_>) -> Value {
+    let stage = &scenery.stage;
+    // such a panel is two to three times as wide as it is high
+    let width = 2.0 * stage.half_width;
+    let height = stage.depth + 2.0 * stage.top;
+    let distance = 1.1 * height.max(width / 2.5);
+    let mut topics = Map::new();
+    if scenery.has("/view/field")
+        && let Some(field) = scenery.case.record.fields.first()
+    {
+        let (low, high) = level_range();
+        topics.insert(
+            "/view/field".into(),
+            json!({
+                "visible": true,
+                "colorMode": "colormap",
+                "colorField": field.name(),
+                "colorMap": "turbo",
+                "minValue": low,
+                "maxValue": high,
+            }),
+        );
+    }
+    for topic in ["/view/scene", "/view/fronts"] {
+        if scenery.has(topic) {
+            topics.insert(topic.into(), json!({ "visible": true }));
+        }
+    }
+    json!({
+        "cameraState": {
+            "perspective": false,
+            "distance": distance,
+            "phi": 0,
+            "thetaOffset": 0,
+            "target": [0, 0, 0],
+            "targetOffset": [0, 0.5 * (1.5 * stage.top - stage.depth), 0],
+            "targetOrientation": [0, 0, 0, 1],
+            "fovy": 45,
+            "near": 0.01,
+            "far": 5000,
+        },
+        "followMode": "follow-none",
+        "followTf": WORLD,
+        "scene": { "backgroundColor": "#ffffff", "transforms": { "showLabel": false } },
+        "transforms": {
+            format!("frame:{WORLD}"): { "visible": false },
+            format!("frame:{INDENTER}"): { "visible": false },
+        },
+        "topics": topics,
+        "layers": {},
+    })
+}
