@@ -3,15 +3,22 @@
 //! A channel turns a [`View`] into messages and says in plain text what their fields mean. It knows nothing of how
 //! a view came about or of files.
 
-use std::collections::BTreeMap;
+use std::{
+    collections::BTreeMap,
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        mpsc::{self, Receiver, Sender},
+    },
+};
 
 use prost::Message;
 
 use crate::{
     case::Case,
     message::descriptor_set,
-    recording::{ChannelSpec, Recorder, RecordingError},
-    view::View,
+    model::Field,
+    recording::{Batch, ChannelSpec, Recorder, RecordingError},
+    view::{Frame, View},
 };
 
 mod drag;
@@ -21,8 +28,11 @@ mod field;
 mod interface_stress;
 pub mod log;
 mod probes;
+mod snapshot;
 mod velocity;
 pub mod view;
+
+use snapshot::Snapshot;
 
 /// A recorded channel.
 pub trait Channel: Send {
@@ -41,11 +51,7 @@ pub trait Channel: Send {
     }
 
     /// Writes what the channel has to say about a step.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the recorder.
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError>;
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>);
 
     /// Size of all messages of a run before compression, about \[bytes\].
     fn size(&self, case: &Case) -> u64;
@@ -86,19 +92,15 @@ fn step_and_time() -> [FieldNote; 2] {
 
 /// Where a channel puts its messages.
 pub struct Outlet<'a> {
-    recorder: &'a mut Recorder,
+    batch: &'a mut Batch,
     channel: usize,
     log_time: u64,
 }
 
 impl Outlet<'_> {
     /// Adds a message.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the recorder.
-    pub fn put(&mut self, message: &impl Message) -> Result<(), RecordingError> {
-        self.recorder.message(self.channel, self.log_time, message)
+    pub fn put(&mut self, message: &impl Message) {
+        self.batch.put(self.channel, self.log_time, message);
     }
 
     /// Log time of the step \[ns\].
@@ -115,16 +117,35 @@ pub fn log_time(time: f64, playback_rate: f64) -> u64 {
 /// Bytes a message takes beside its payload: record header and index entry.
 const MESSAGE_OVERHEAD: u64 = 31 + 16;
 
+/// Size of messages before compression \[bytes\].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Of channels that hold numbers.
+    pub numbers: u64,
+    /// Of channels for viewers, which pack much better.
+    pub views: u64,
+}
+
+impl Size {
+    /// Of all channels.
+    pub fn total(self) -> u64 {
+        self.numbers + self.views
+    }
+}
+
 /// All channels of a case. To add one, add its line here.
 pub struct Catalogue {
+    /// Channels that look at every step, numbered from 0.
     channels: Vec<Box<dyn Channel>>,
+    /// Channels of frames, numbered after them.
+    frames: FrameChannels,
     playback_rate: f64,
 }
 
 impl Catalogue {
     /// The channels that `case` records.
     pub fn new(case: &Case) -> Self {
-        let mut channels: Vec<Box<dyn Channel>> = vec![
+        let channels: Vec<Box<dyn Channel>> = vec![
             Box::new(interface_stress::InterfaceStress::new(case)),
             Box::new(drag::Drag),
             Box::new(velocity::Velocity),
@@ -135,9 +156,9 @@ impl Catalogue {
         ];
         let slices: Vec<_> = case.record.fields.iter().map(|field| field::FieldSlice::new(*field)).collect();
         let views = view::channels(case, &slices);
-        channels.extend(slices.into_iter().map(|slice| Box::new(slice) as Box<dyn Channel>));
-        channels.extend(views);
-        Self { channels, playback_rate: case.record.playback_rate }
+        let slices = slices.into_iter().map(|slice| Box::new(slice) as Box<dyn Channel>);
+        let frames = FrameChannels::new(slices.chain(views).collect(), case.record.fields.clone());
+        Self { channels, frames, playback_rate: case.record.playback_rate }
     }
 
     /// The channels that a closed form can fill for `case`.
@@ -153,23 +174,29 @@ impl Catalogue {
         if knows_drag {
             channels.push(Box::new(drag::Drag));
         }
-        Self { channels, playback_rate: case.record.playback_rate }
+        let frames = FrameChannels::new(Vec::new(), Vec::new());
+        Self { channels, frames, playback_rate: case.record.playback_rate }
+    }
+
+    /// Asks every channel something, in the order of their numbers.
+    fn each<T>(&self, ask: impl Fn(&dyn Channel) -> T) -> Vec<T> {
+        let frames = self.frames.lock();
+        self.channels.iter().chain(frames.iter()).map(|channel| ask(channel.as_ref())).collect()
     }
 
     /// Topics, schemas and metadata of all channels.
     pub fn specs(&self) -> Vec<ChannelSpec> {
-        let specs = self.channels.iter().map(|channel| ChannelSpec {
+        self.each(|channel| ChannelSpec {
             topic: channel.topic().into(),
             schema: channel.schema().into(),
             descriptors: descriptor_set(channel.schema()),
             metadata: metadata(&channel.fields()).into_iter().chain(channel.remarks()).collect(),
-        });
-        specs.collect()
+        })
     }
 
     /// Topics of all channels.
     pub fn topics(&self) -> Vec<String> {
-        self.channels.iter().map(|channel| channel.topic().to_owned()).collect()
+        self.each(|channel| channel.topic().to_owned())
     }
 
     /// Lets every channel look at a step.
@@ -179,10 +206,11 @@ impl Catalogue {
     /// The first error of the recorder.
     pub fn observe(&mut self, view: &View<'_>, recorder: &mut Recorder) -> Result<(), RecordingError> {
         let log_time = log_time(view.time, self.playback_rate);
-        for (channel, observer) in self.channels.iter_mut().enumerate() {
-            observer.observe(view, &mut Outlet { recorder, channel, log_time })?;
+        let_speak(&mut self.channels, 0, view, log_time, recorder.batch());
+        match &view.frame {
+            Some(frame) => self.frames.observe(view, frame, self.channels.len(), log_time, recorder),
+            None => recorder.hand_over_if_full(),
         }
-        Ok(())
     }
 
     /// Writes a line to the log channel.
@@ -202,12 +230,70 @@ impl Catalogue {
         let channel = self.channels.iter().position(|channel| channel.topic() == log::TOPIC);
         let channel = channel.expect("the log is in the catalogue");
         let log_time = log_time(time, self.playback_rate);
-        Outlet { recorder, channel, log_time }.put(&log::line(level, log_time, text))
+        Outlet { batch: recorder.batch(), channel, log_time }.put(&log::line(level, log_time, text));
+        recorder.hand_over_if_full()
     }
 
     /// Size of all messages of a run before compression, about \[bytes\].
-    pub fn size(&self, case: &Case) -> u64 {
-        self.channels.iter().map(|channel| channel.size(case)).sum()
+    pub fn size(&self, case: &Case) -> Size {
+        let sizes = self.each(|channel| (channel.topic().starts_with(view::TOPICS), channel.size(case)));
+        let sum =
+            |of_views| sizes.iter().filter(|(is_view, _)| *is_view == of_views).map(|(_, size)| size).sum();
+        Size { numbers: sum(false), views: sum(true) }
+    }
+}
+
+fn let_speak(
+    channels: &mut [Box<dyn Channel>],
+    first: usize,
+    view: &View<'_>,
+    log_time: u64,
+    batch: &mut Batch,
+) {
+    for (channel, observer) in channels.iter_mut().enumerate() {
+        observer.observe(view, &mut Outlet { batch, channel: first + channel, log_time });
+    }
+}
+
+/// Channels that speak at frames only: fields and pictures. They do it on the thread that writes, from a snapshot of the frame,
+/// while the run goes on.
+struct FrameChannels {
+    channels: Arc<Mutex<Vec<Box<dyn Channel>>>>,
+    /// Fields that they show.
+    fields: Vec<Field>,
+    /// Snapshots that are done with come back here.
+    spare: (Sender<Snapshot>, Receiver<Snapshot>),
+}
+
+impl FrameChannels {
+    fn new(channels: Vec<Box<dyn Channel>>, fields: Vec<Field>) -> Self {
+        Self { channels: Arc::new(Mutex::new(channels)), fields, spare: mpsc::channel() }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Box<dyn Channel>>> {
+        self.channels.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Hands a frame over to the writer.
+    ///
+    /// * `first`: number of the first channel
+    fn observe(
+        &self,
+        view: &View<'_>,
+        frame: &Frame<'_>,
+        first: usize,
+        log_time: u64,
+        recorder: &mut Recorder,
+    ) -> Result<(), RecordingError> {
+        let mut snapshot = self.spare.1.try_recv().unwrap_or_default();
+        snapshot.take(view, frame, &self.fields);
+        let (channels, give_back) = (Arc::clone(&self.channels), self.spare.0.clone());
+        recorder.later(Box::new(move |batch| {
+            let mut channels = channels.lock().unwrap_or_else(PoisonError::into_inner);
+            let_speak(&mut channels, first, &snapshot.view(), log_time, batch);
+            // if nobody wants it any more, the run is over
+            let _ = give_back.send(snapshot);
+        }))
     }
 }
 

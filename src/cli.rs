@@ -10,6 +10,7 @@ use std::{
 
 use clap::{Args, Parser, Subcommand};
 use miette::{GraphicalReportHandler, GraphicalTheme};
+use percuss_serve::ServeError;
 
 use crate::{
     case::{Case, CaseErrors},
@@ -39,6 +40,7 @@ const EXAMPLES: &str = "\
 Examples:
   percuss run fig5                              compute Fig. 5 of the paper into fig5.mcap
   percuss run fig5 --set mesh.cells=400 -o fine.mcap
+  percuss run fig5 --live --pace --wait         watch it in a viewer while it is computed
   percuss exact fig2-prescribed                 the closed form of a case, to compare with
   percuss check my.toml --resolved > full.toml  the case with every default written out
   percuss-read trace fig5.mcap                  the drag against time
@@ -110,6 +112,9 @@ pub enum CliError {
     /// The computation failed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// Viewers cannot be served.
+    #[error(transparent)]
+    Serve(#[from] ServeError),
     /// The recording failed.
     #[error(transparent)]
     Recording(#[from] RecordingError),

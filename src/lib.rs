@@ -23,9 +23,10 @@
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::answer`] chooses the one for a case |
 //! | [`study`] | a case on refined meshes: orders, extrapolated values, error bars |
 //! | [`view`] | what one step shows to observers |
-//! | [`channels`], [`message`] | recorded channels, one file each, and their messages |
+//! | [`channels`], [`message`] | recorded channels, one file each, those for viewers in [`channels::view`], and their messages |
 //! | [`layout`] | layouts of viewers, made for a case |
 //! | [`recording`], [`session`] | the MCAP writer; a recording of one case from first record to status |
+//! | [`live`] | serving a run to viewers, and its pace |
 //! | [`cli`] | the command line |
 //!
 //! Parts meet at plain types only. [`surface::Surface`]: the model predicts a free surface and its compliance, the
@@ -38,14 +39,15 @@
 //! simulations and asks `exact`, and records nothing.
 //!
 //! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader, by
-//! `percuss study` and by the figures), the figures of the paper (`tools/figures`, which runs both programs) and
+//! `percuss study` and by the figures), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
 //! benchmarks (`tools/bench`).
 //!
 //! # Invariants
 //!
 //! * Nothing under the loop of [`simulation`] does input or output.
 //! * Observers hold a [`view::View`] by reference: recording cannot change a number, output never alters the time
-//!   step.
+//!   step. Channels of frames get a copy of it and speak on the thread that writes, in the same order.
+//! * Viewers of a live run are served from what is written; they can neither slow the run nor change the file.
 //! * Nothing from clock, host or thread count enters a channel. The same case gives the same bytes on any number of
 //!   threads: every sum is taken in the order of rows and nodes.
 //! * No kernel asks for geometry or mesh: [`grid::Grid`] turns both into weights.
@@ -58,6 +60,7 @@
 //! |---|---|
 //! | indenter shape, contact rule, mesh | a variant in [`shape`], [`contact`], [`grid`]; the compiler lists the arms |
 //! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in [`channels::Catalogue::new`] |
+//! | channel for viewers | `src/channels/view/<x>.rs`, a variant of [`case::ViewChannel`]; a panel in [`layout`] |
 //! | model | `src/model/<x>.rs`, one line in [`simulation::Simulation::new`] |
 //! | closed form | `src/exact/<x>.rs`, one line in [`exact`]; if it answers cases, an arm of [`exact::answer::Answer::to`] |
 //! | built-in case | `src/case/builtin/<x>.toml`, its name in `src/case/builtin.rs` |
@@ -85,6 +88,7 @@ pub mod exact;
 pub mod grid;
 pub mod indenter;
 pub mod layout;
+pub mod live;
 pub mod material;
 pub mod message;
 pub mod model;

@@ -2,7 +2,7 @@
 //!
 //! The caller encodes messages into batches; a writer thread compresses and writes them. The queue between them is
 //! bounded: a slow disk slows the caller down, and nothing is dropped. The first error of the writer ends the
-//! recording and comes back from the next call.
+//! recording and comes back from the next call. What can wait is left to the writer thread whole, as work that makes messages.
 //!
 //! Chunks are closed when the caller says so, at fixed steps, and written whole: after a crash every chunk that was
 //! closed can be read. Everything that reaches the bytes of the file is set explicitly here.
@@ -90,23 +90,46 @@ pub struct ChannelSpec {
 
 /// Messages on their way to the writer.
 #[derive(Default)]
-struct Batch {
+pub struct Batch {
     bytes: Vec<u8>,
     entries: Vec<Entry>,
 }
 
 struct Entry {
-    header: MessageHeader,
+    channel: usize,
+    log_time: u64,
     end: usize,
+}
+
+impl Batch {
+    /// Adds a message.
+    ///
+    /// * `channel`: number of the channel
+    /// * `log_time`: log and publish time \[ns\]
+    pub fn put(&mut self, channel: usize, log_time: u64, message: &impl Message) {
+        message.encode(&mut self.bytes).expect("a Vec grows");
+        self.entries.push(Entry { channel, log_time, end: self.bytes.len() });
+    }
 }
 
 enum Job {
     Messages(Batch),
+    Later(Box<dyn FnOnce(&mut Batch) + Send>),
     CloseChunk,
     Attachment { name: String, media_type: String, data: Vec<u8> },
     Metadata { name: String, entries: BTreeMap<String, String> },
     Channels(Vec<ChannelSpec>),
+    Tap(Box<dyn Tap>),
     Finish,
+}
+
+/// Somebody who gets every message that is written, on the thread that writes.
+pub trait Tap: Send {
+    /// Takes a message.
+    ///
+    /// * `channel`: its number
+    /// * `log_time`: its log time \[ns\]
+    fn message(&mut self, channel: usize, log_time: u64, bytes: &[u8]);
 }
 
 /// Creates a file, a new one unless it may be overwritten.
@@ -128,7 +151,6 @@ pub struct Recorder {
     spare: Receiver<Batch>,
     writer: Option<JoinHandle<Result<(), McapError>>>,
     batch: Batch,
-    sequences: Vec<u32>,
 }
 
 impl Recorder {
@@ -156,7 +178,6 @@ impl Recorder {
             spare,
             writer: Some(writer),
             batch: Batch::default(),
-            sequences: Vec::new(),
         })
     }
 
@@ -166,32 +187,50 @@ impl Recorder {
     ///
     /// As for all methods below: the first error of the writer.
     pub fn channels(&mut self, channels: Vec<ChannelSpec>) -> Result<(), RecordingError> {
-        self.sequences = vec![0; channels.len()];
         self.send(Job::Channels(channels))
     }
 
-    /// Adds a message.
-    ///
-    /// * `channel`: number of the channel
-    /// * `log_time`: log and publish time \[ns\]
+    /// Hands every message from here on to `tap` too.
     ///
     /// # Errors
     ///
     /// The first error of the writer.
-    pub fn message(
-        &mut self,
-        channel: usize,
-        log_time: u64,
-        message: &impl Message,
-    ) -> Result<(), RecordingError> {
-        let sequence = self.sequences[channel];
-        self.sequences[channel] = sequence.wrapping_add(1);
-        // ids in the file count from 1
-        let channel_id = channel as u16 + 1;
-        let header = MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
-        message.encode(&mut self.batch.bytes).expect("a Vec grows");
-        self.batch.entries.push(Entry { header, end: self.batch.bytes.len() });
+    pub fn tap(&mut self, tap: Box<dyn Tap>) -> Result<(), RecordingError> {
+        self.send_batch()?;
+        self.send(Job::Tap(tap))
+    }
+
+    /// Gives the writer what has been collected for it.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the writer.
+    pub fn hand_over(&mut self) -> Result<(), RecordingError> {
+        self.send_batch()
+    }
+
+    /// Where messages are collected for the writer.
+    pub fn batch(&mut self) -> &mut Batch {
+        &mut self.batch
+    }
+
+    /// Gives the writer what has been collected for it, once that is worth it.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the writer.
+    pub fn hand_over_if_full(&mut self) -> Result<(), RecordingError> {
         if self.batch.bytes.len() >= BATCH_TARGET { self.send_batch() } else { Ok(()) }
+    }
+
+    /// Leaves it to the writer to make messages; they come after those that were added before.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the writer.
+    pub fn later(&mut self, make: Box<dyn FnOnce(&mut Batch) + Send>) -> Result<(), RecordingError> {
+        self.send_batch()?;
+        self.send(Job::Later(make))
     }
 
     /// Closes the chunk: everything so far survives a crash.
@@ -293,10 +332,11 @@ fn write(
         .calculate_data_section_crc(true)
         .calculate_summary_section_crc(true)
         .calculate_attachment_crcs(true);
-    let mut writer = options.create(NoSeek::new(BufWriter::new(file)))?;
-    let result = jobs.iter().try_for_each(|job| carry_out(&mut writer, job, give_back));
+    let writer = options.create(NoSeek::new(BufWriter::new(file)))?;
+    let mut scribe = Scribe { writer, give_back, sequences: Vec::new(), made: Batch::default(), tap: None };
+    let result = jobs.iter().try_for_each(|job| scribe.carry_out(job));
     // taking the stream back keeps the writer from finishing a file that has failed or was given up
-    let mut output = writer.into_inner().into_inner();
+    let mut output = scribe.writer.into_inner().into_inner();
     result?;
     output.flush()?;
     match output.get_ref().sync_all() {
@@ -306,30 +346,79 @@ fn write(
     }
 }
 
-fn carry_out(writer: &mut Writer<Output>, job: Job, give_back: &SyncSender<Batch>) -> Result<(), McapError> {
-    match job {
-        Job::Messages(mut batch) => {
-            let mut start = 0;
-            for entry in batch.entries.drain(..) {
-                writer.write_to_known_channel(&entry.header, &batch.bytes[start..entry.end])?;
-                start = entry.end;
+/// Who writes, and what has to be remembered about it.
+struct Scribe<'a> {
+    writer: Writer<Output>,
+    give_back: &'a SyncSender<Batch>,
+    /// Number of the next message of every channel.
+    sequences: Vec<u32>,
+    /// Messages made here.
+    made: Batch,
+    tap: Option<Box<dyn Tap>>,
+}
+
+impl Scribe<'_> {
+    fn carry_out(&mut self, job: Job) -> Result<(), McapError> {
+        match job {
+            Job::Messages(mut batch) => {
+                self.write(&mut batch)?;
+                // if there is no room for spares there are enough of them
+                drop(self.give_back.try_send(batch));
+                Ok(())
             }
-            batch.bytes.clear();
-            // if there is no room for spares there are enough of them
-            drop(give_back.try_send(batch));
-            Ok(())
+            Job::Later(make) => {
+                let mut batch = std::mem::take(&mut self.made);
+                make(&mut batch);
+                self.write(&mut batch)?;
+                self.made = batch;
+                Ok(())
+            }
+            Job::Tap(tap) => {
+                self.tap = Some(tap);
+                Ok(())
+            }
+            Job::CloseChunk => self.writer.flush(),
+            Job::Attachment { name, media_type, data } => {
+                let data = data.into();
+                self.writer.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data })
+            }
+            Job::Metadata { name, entries } => {
+                self.writer.write_metadata(&Metadata { name, metadata: entries })
+            }
+            Job::Finish => self.writer.finish().map(drop),
+            Job::Channels(channels) => self.declare(channels),
         }
-        Job::CloseChunk => writer.flush(),
-        Job::Attachment { name, media_type, data } => {
-            writer.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data: data.into() })
-        }
-        Job::Metadata { name, entries } => writer.write_metadata(&Metadata { name, metadata: entries }),
-        Job::Finish => writer.finish().map(drop),
-        Job::Channels(channels) => channels.into_iter().enumerate().try_for_each(|(index, channel)| {
-            let schema = writer.add_schema(&channel.schema, "protobuf", &channel.descriptors)?;
-            let id = index as u16 + 1;
-            writer.add_channel_with_id(id, schema, &channel.topic, "protobuf", &channel.metadata)?;
-            Ok(())
-        }),
     }
+
+    /// Writes the messages of a batch and empties it.
+    fn write(&mut self, batch: &mut Batch) -> Result<(), McapError> {
+        let mut start = 0;
+        for Entry { channel, log_time, end } in batch.entries.drain(..) {
+            let (bytes, sequence) = (&batch.bytes[start..end], self.sequences[channel]);
+            self.sequences[channel] = sequence.wrapping_add(1);
+            let header =
+                MessageHeader { channel_id: id(channel), sequence, log_time, publish_time: log_time };
+            self.writer.write_to_known_channel(&header, bytes)?;
+            if let Some(tap) = &mut self.tap {
+                tap.message(channel, log_time, bytes);
+            }
+            start = end;
+        }
+        batch.bytes.clear();
+        Ok(())
+    }
+
+    fn declare(&mut self, channels: Vec<ChannelSpec>) -> Result<(), McapError> {
+        self.sequences = vec![0; channels.len()];
+        channels.into_iter().enumerate().try_for_each(|(channel, spec)| {
+            let schema = self.writer.add_schema(&spec.schema, "protobuf", &spec.descriptors)?;
+            self.writer.add_channel_with_id(id(channel), schema, &spec.topic, "protobuf", &spec.metadata)?;
+            Ok(())
+        })
+    }
+}
+
+/// Id of a channel in the file: they count from 1.
+fn id(channel: usize) -> u16 {
+    channel as u16 + 1
 }

@@ -14,7 +14,7 @@ use crate::{
     case::Case,
     channels::{Catalogue, log::Level},
     layout::{self, Scenery},
-    recording::{CHUNK_TARGET, FORMAT_VERSION, Recorder, RecordingError},
+    recording::{CHUNK_TARGET, FORMAT_VERSION, Recorder, RecordingError, Tap},
     simulation::Ending,
     validity::{Peak, STRAIN_LIMIT, Validity},
     view::View,
@@ -114,6 +114,8 @@ pub struct Session {
     chunk_steps: u64,
     steps: u64,
     last: Option<(u64, f64)>,
+    /// True if somebody watches, and wants every step at once.
+    is_live: bool,
 }
 
 impl Session {
@@ -145,17 +147,28 @@ impl Session {
         recorder.attach(layout::ATTACHMENT, "application/json", layout)?;
         recorder.channels(catalogue.specs())?;
         let steps = case.sizes.steps;
-        let per_step = catalogue.size(case) / (steps + 1) + 1;
+        let per_step = catalogue.size(case).total() / (steps + 1) + 1;
         let session = Self {
             source,
             scale_speed: case.scales().speed,
             chunk_steps: (CHUNK_TARGET / per_step).max(1),
             steps,
             last: None,
+            is_live: false,
             recorder,
             catalogue,
         };
         Ok(session)
+    }
+
+    /// Hands every message to `tap` too, step by step.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the recorder.
+    pub fn show(&mut self, tap: Box<dyn Tap>) -> Result<(), RecordingError> {
+        self.is_live = true;
+        self.recorder.tap(tap)
     }
 
     /// Records a step.
@@ -171,7 +184,13 @@ impl Session {
         }
         self.catalogue.observe(view, &mut self.recorder)?;
         self.last = Some((view.step, view.time));
-        if (view.step + 1).is_multiple_of(self.chunk_steps) { self.recorder.close_chunk() } else { Ok(()) }
+        if (view.step + 1).is_multiple_of(self.chunk_steps) {
+            self.recorder.close_chunk()
+        } else if self.is_live {
+            self.recorder.hand_over()
+        } else {
+            Ok(())
+        }
     }
 
     /// Ends the recording: last words, validity, status, summary.

@@ -92,7 +92,7 @@ pub trait Fields {
 }
 
 /// Positions of field nodes: `(r0 + i·dr, j·dz)` \[R\].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lattice {
     /// Radius of column 0.
     pub r0: f64,

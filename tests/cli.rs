@@ -423,3 +423,57 @@ fn a_study_reports_orders_and_error_bars() {
         assert!(stderr(&output).contains(reason), "{}", stderr(&output));
     }
 }
+
+#[test]
+fn layouts_are_printed_or_written() {
+    let folder = folder();
+    let printed = percuss(folder.path(), &["layout", "fig5"]);
+    assert!(printed.status.success());
+    let layout: serde_json::Value = serde_json::from_slice(&printed.stdout).expect("JSON");
+    assert_eq!(layout["configById"]["3D!section"]["foxglovePanelTitle"], "Flat punch on a layer, Fig. 5");
+    let write = ["layout", "fig5", "--viewer", "plotjuggler", "-o", "layout.xml"];
+    assert!(percuss(folder.path(), &write).status.success());
+    let text = fs::read_to_string(folder.path().join("layout.xml")).expect("a layout");
+    assert!(text.contains("<curve name=\"/probes/stress[5]\""));
+    let again = percuss(folder.path(), &write);
+    assert_eq!(again.status.code(), Some(1));
+    assert!(stderr(&again).contains("layout.xml"), "{}", stderr(&again));
+    assert!(percuss(folder.path(), &[&write[..], &["--force"]].concat()).status.success());
+    assert_eq!(percuss(folder.path(), &["layout", "fig55"]).status.code(), Some(2));
+}
+
+#[test]
+fn views_that_do_not_exist_are_refused() {
+    let folder = folder();
+    for (views, said) in [("[\"scenery\"]", "scene"), ("[\"tf\", \"tf\"]", "twice")] {
+        let output = percuss(folder.path(), &["check", "fig5", "--set", &format!("record.views={views}")]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains(said), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn live_runs_need_an_address_that_is_free() {
+    let folder = folder();
+    let small = ["run", "fig5", "--set", "mesh.cells=10", "--set", "run.end_time=0.5"];
+    let run = |more: &[&str]| percuss(folder.path(), &[&small[..], more].concat());
+    for bad in ["a:b", "127.0.0.1:99999"] {
+        assert_eq!(run(&["--live", bad]).status.code(), Some(2));
+    }
+    assert_eq!(run(&["--pace", "0"]).status.code(), Some(2));
+    assert_eq!(run(&["--wait"]).status.code(), Some(2), "nobody to wait for");
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = taken.local_addr().expect("an address").to_string();
+    let output = run(&["--live", &address]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains(&address), "{}", stderr(&output));
+    assert_eq!(recordings(folder.path()), [""; 0], "no file is left behind");
+    // nobody watches: the run takes its pace and ends by itself
+    let start = Instant::now();
+    let output = run(&["--live", "0", "--pace", "2", "-o", "paced.mcap"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("live at ws://127.0.0.1:") && stderr(&output).contains("this machine only")
+    );
+    assert!(start.elapsed() >= Duration::from_millis(240), "half a unit at twice the speed");
+}

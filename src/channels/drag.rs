@@ -1,7 +1,7 @@
 //! `/drag`: resistance to the indenter, every step.
 
 use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, every_step, step_and_time};
-use crate::{case::Case, message::percuss, recording::RecordingError, view::View};
+use crate::{case::Case, message::percuss, view::View};
 
 /// The drag channel.
 pub struct Drag;
@@ -26,13 +26,13 @@ impl Channel for Drag {
         fields
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         outlet.put(&percuss::Drag {
             step: view.step,
             time: view.time,
             force: view.drag,
             contact_radius: view.contact_radius,
-        })
+        });
     }
 
     fn size(&self, case: &Case) -> u64 {

@@ -1,7 +1,7 @@
 //! `/energy`: the energy ledger, at frames.
 
 use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, step_and_time};
-use crate::{case::Case, message::percuss, recording::RecordingError, view::View};
+use crate::{case::Case, message::percuss, view::View};
 
 /// The energy channel.
 pub struct Energy;
@@ -34,8 +34,8 @@ impl Channel for Energy {
         fields
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
-        let Some(frame) = view.frame else { return Ok(()) };
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
+        let Some(frame) = view.frame else { return };
         let energy = frame.energy;
         outlet.put(&percuss::Energy {
             step: view.step,
@@ -46,7 +46,7 @@ impl Channel for Energy {
             dissipated: energy.dissipated,
             work: energy.work,
             residual: energy.residual,
-        })
+        });
     }
 
     fn size(&self, case: &Case) -> u64 {

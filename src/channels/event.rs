@@ -5,7 +5,6 @@ use crate::{
     case::Case,
     contact::event::EventKind,
     message::percuss::{self, event::Kind},
-    recording::RecordingError,
     view::View,
 };
 
@@ -27,7 +26,7 @@ impl Channel for Event {
         fields
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         for event in view.events {
             let kind = match event.kind {
                 EventKind::Extension => Kind::Extension,
@@ -42,9 +41,8 @@ impl Channel for Event {
                 kind: kind.into(),
                 text: event.text.clone(),
                 r: event.r,
-            })?;
+            });
         }
-        Ok(())
     }
 
     fn size(&self, _case: &Case) -> u64 {

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, step_and_time};
-use crate::{case::Case, message::percuss, model::Field, recording::RecordingError, view::View};
+use crate::{case::Case, message::percuss, model::Field, view::View};
 
 /// A field as it was sampled last.
 pub type SharedSlice = Arc<Mutex<percuss::FieldSlice>>;
@@ -61,15 +61,15 @@ impl Channel for FieldSlice {
         fields
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
-        let Some(frame) = view.frame else { return Ok(()) };
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
+        let Some(frame) = view.frame else { return };
         let message = &mut *self.message.lock().unwrap_or_else(PoisonError::into_inner);
         let extent = frame.fields.sample(self.field, &mut message.values);
         let lattice = frame.fields.lattice();
         (message.step, message.time) = (view.step, view.time);
         (message.r0, message.dr, message.nr) = (lattice.r0, lattice.dr, extent.nr as u32);
         (message.z0, message.dz, message.nz) = (0.0, lattice.dz, extent.nz as u32);
-        outlet.put(message)
+        outlet.put(message);
     }
 
     fn size(&self, case: &Case) -> u64 {

@@ -1,7 +1,7 @@
 //! `/interface/stress`: stress at the surface nodes out to the largest radius ever in contact.
 
 use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, every_step, step_and_time};
-use crate::{case::Case, message::percuss, recording::RecordingError, view::View};
+use crate::{case::Case, message::percuss, view::View};
 
 /// The interface stress channel.
 pub struct InterfaceStress {
@@ -34,16 +34,16 @@ impl Channel for InterfaceStress {
         fields
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         if !view.step.is_multiple_of(self.every) {
-            return Ok(());
+            return;
         }
         let message = &mut self.message;
         (message.step, message.time) = (view.step, view.time);
         (message.r0, message.dr) = (view.interface.r0, view.interface.dr);
         message.stress.clear();
         message.stress.extend_from_slice(view.interface.pressure);
-        outlet.put(message)
+        outlet.put(message);
     }
 
     fn size(&self, case: &Case) -> u64 {

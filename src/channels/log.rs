@@ -5,7 +5,7 @@ use prost_types::Timestamp;
 pub use crate::message::foxglove::log::Level;
 
 use super::{Channel, FieldNote, Outlet};
-use crate::{case::Case, message::foxglove, recording::RecordingError, view::View};
+use crate::{case::Case, message::foxglove, view::View};
 
 /// Topic of the log.
 pub const TOPIC: &str = "/log";
@@ -46,12 +46,11 @@ impl Channel for Log {
         ]
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         for event in view.events {
             let text = line(Level::Info, outlet.log_time(), &event.text);
-            outlet.put(&text)?;
+            outlet.put(&text);
         }
-        Ok(())
     }
 
     fn size(&self, _case: &Case) -> u64 {

@@ -1,7 +1,7 @@
 //! `/probes`: interface stress at chosen radii, every step.
 
 use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, every_step, step_and_time};
-use crate::{case::Case, message::percuss, recording::RecordingError, view::View};
+use crate::{case::Case, message::percuss, view::View};
 
 /// The probes channel.
 pub struct Probes {
@@ -33,12 +33,12 @@ impl Channel for Probes {
         fields
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         self.message.step = view.step;
         self.message.time = view.time;
         self.message.stress.clear();
         self.message.stress.extend(self.radii.iter().map(|&r| view.interface.stress_at(r)));
-        outlet.put(&self.message)
+        outlet.put(&self.message);
     }
 
     fn size(&self, case: &Case) -> u64 {

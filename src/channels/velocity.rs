@@ -1,7 +1,7 @@
 //! `/velocity`: motion of the indenter, every step.
 
 use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, every_step, step_and_time};
-use crate::{case::Case, message::percuss, recording::RecordingError, view::View};
+use crate::{case::Case, message::percuss, view::View};
 
 /// The velocity channel.
 pub struct Velocity;
@@ -22,13 +22,13 @@ impl Channel for Velocity {
         fields
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         outlet.put(&percuss::Velocity {
             step: view.step,
             time: view.time,
             velocity: view.velocity,
             displacement: view.depth,
-        })
+        });
     }
 
     fn size(&self, case: &Case) -> u64 {

@@ -35,6 +35,8 @@ pub use stage::Stage;
 
 use section::Section;
 
+/// What all topics of these channels begin with.
+pub const TOPICS: &str = "/view/";
 /// Name of the frame of reference that stands still.
 pub const WORLD: &str = "world";
 /// Name of the frame of reference that moves with the indenter.

@@ -12,6 +12,7 @@ use std::{
 
 use clap::Args;
 use indicatif::BinaryBytes;
+use percuss_serve::{Address, speed};
 
 use super::{
     CaseArguments, CliError, Exit,
@@ -20,6 +21,8 @@ use super::{
 };
 use crate::{
     case::Case,
+    channels::{Catalogue, log_time},
+    live::{Live, Pace},
     session::{Session, Source, Status},
     simulation::{Simulation, SimulationError},
 };
@@ -28,7 +31,8 @@ const EXAMPLES: &str = "\
 Examples:
   percuss run fig8-m5                                        a built-in case, into fig8-m5.mcap
   percuss run my.toml -o runs/first.mcap --threads 2
-  percuss run fig5 --set mesh.cells=400 --set run.end_time=12 --force";
+  percuss run fig5 --set mesh.cells=400 --set run.end_time=12 --force
+  percuss run fig5 --live --pace --wait     watch it: connect a viewer to ws://127.0.0.1:8765";
 
 /// Computes a case and records it.
 #[derive(Debug, Args)]
@@ -38,6 +42,16 @@ pub(super) struct Run {
     case: CaseArguments,
     #[command(flatten)]
     output: OutputArguments,
+    /// Serve the run to viewers over the Foxglove WebSocket protocol while it is recorded; without ADDR to this machine
+    /// only, at 127.0.0.1:8765
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
+    live: Option<Address>,
+    /// Hold the run back so that a person can watch: log time that passes in a second; 1 without SPEED
+    #[arg(long, value_name = "SPEED", num_args = 0..=1, default_missing_value = "1", value_parser = speed)]
+    pace: Option<f64>,
+    /// Begin when this many viewers have subscribed to something; 1 without N
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", requires = "live")]
+    wait: Option<usize>,
 }
 
 impl Run {
@@ -47,7 +61,8 @@ impl Run {
         let output = self.output.path(&self.case.case, "")?;
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;
-        let session = Session::begin(
+        let live = self.live.as_ref().map(|address| self.open(address, &case)).transpose()?;
+        let mut session = Session::begin(
             &case,
             Source::Simulation,
             &output,
@@ -56,10 +71,28 @@ impl Run {
         )?;
         let progress = Progress::new(case.sizes.steps, case.sizes.dt, self.output.quiet);
         progress.say(&format!("{}: {}", self.case.case, case.title));
-        let mut run = Running { case: &case, simulation, session, progress, signal };
+        if let Some(live) = &live {
+            session.show(live.tap())?;
+            live.wait_for(self.wait.unwrap_or(0), || signal.load(Ordering::Relaxed) != 0);
+        }
+        let pace = self.pace.map(Pace::new);
+        let mut run = Running { case: &case, simulation, session, progress, signal, pace };
         let start = Instant::now();
         let outcome = pool.install(|| run.steps())?;
-        run.end(outcome, &output, start)
+        let exit = run.end(outcome, &output, start);
+        if let Some(live) = live {
+            live.linger();
+        }
+        exit
+    }
+
+    /// Opens the server of a live run and says where it is.
+    fn open(&self, address: &Address, case: &Case) -> Result<Live, CliError> {
+        let live = Live::open(address, &case.title, Catalogue::new(case).specs())?;
+        if !self.output.quiet {
+            eprintln!("live at {} for {}", live.url(), address.reach());
+        }
+        Ok(live)
     }
 }
 
@@ -70,6 +103,7 @@ struct Running<'a> {
     session: Session,
     progress: Progress,
     signal: Arc<AtomicUsize>,
+    pace: Option<Pace>,
 }
 
 /// How the loop over steps has ended.
@@ -89,6 +123,10 @@ impl Running<'_> {
                         self.progress.say(&event.text);
                     }
                     self.session.observe(&view)?;
+                    if let Some(pace) = &mut self.pace {
+                        let log_time = log_time(view.time, self.case.record.playback_rate);
+                        pace.keep(log_time, || self.signal.load(Ordering::Relaxed) != 0);
+                    }
                     self.progress.advance(view.step, view.time);
                 }
                 Err(error) => return Ok(Outcome::Failed(error)),

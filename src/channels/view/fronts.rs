@@ -12,12 +12,11 @@ use crate::{
     case::{Case, HeadKind},
     channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
     message::foxglove::{LinePrimitive, Point3, SceneUpdate},
-    recording::RecordingError,
     view::View,
 };
 
 /// Points of half an ellipse.
-const POINTS: u32 = 48;
+const POINTS: u32 = 36;
 /// Fronts are drawn until they have crossed the layer so many times.
 const CROSSINGS: f64 = 4.0;
 
@@ -132,13 +131,13 @@ impl Channel for Fronts {
         }
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         if view.frame.is_none() {
-            return Ok(());
+            return;
         }
         let mut fronts = entity("fronts", WORLD, outlet);
         fronts.lines = self.lines(view.time);
-        outlet.put(&SceneUpdate { deletions: Vec::new(), entities: vec![fronts] })
+        outlet.put(&SceneUpdate { deletions: Vec::new(), entities: vec![fronts] });
     }
 
     fn size(&self, case: &Case) -> u64 {

@@ -16,7 +16,6 @@ use crate::{
     channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
     message::foxglove::{self, PackedElementField, packed_element_field::NumericType},
     model::Field,
-    recording::RecordingError,
     view::View,
 };
 
@@ -85,14 +84,14 @@ impl Channel for Grid {
         remarks
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         if view.frame.is_none() {
-            return Ok(());
+            return;
         }
         self.message.timestamp = Some(timestamp(outlet));
         self.message.data.clear();
         self.message.data.extend_from_slice(lock(&self.section).levels(view.step));
-        outlet.put(&self.message)
+        outlet.put(&self.message);
     }
 
     fn size(&self, case: &Case) -> u64 {

@@ -11,7 +11,6 @@ use crate::{
     channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
     message::foxglove,
     model::Field,
-    recording::RecordingError,
     view::View,
 };
 
@@ -70,7 +69,11 @@ impl Image {
         let fields = section.fields();
         // rows of images begin at the top
         for row in section.levels(view.step).chunks_exact(self.columns * fields).rev() {
-            self.pixels.extend(row.iter().step_by(fields));
+            if fields == 1 {
+                self.pixels.extend_from_slice(row);
+            } else {
+                self.pixels.extend(row.iter().step_by(fields));
+            }
         }
     }
 
@@ -111,14 +114,14 @@ impl Channel for Image {
         ]
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         if view.frame.is_none() {
-            return Ok(());
+            return;
         }
         self.message.timestamp = Some(timestamp(outlet));
         self.draw(view);
         self.encode().expect("memory takes every byte");
-        outlet.put(&self.message)
+        outlet.put(&self.message);
     }
 
     fn size(&self, case: &Case) -> u64 {

@@ -4,7 +4,6 @@ use crate::{
     case::Case,
     channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, step_and_time},
     message::percuss,
-    recording::RecordingError,
     shape::Shape,
     view::View,
 };
@@ -64,8 +63,8 @@ impl Channel for Profile {
         fields
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
-        let Some(frame) = view.frame else { return Ok(()) };
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
+        let Some(frame) = view.frame else { return };
         frame.fields.surface(&mut self.displacement);
         let message = &mut self.message;
         (message.step, message.time) = (view.step, view.time);
@@ -81,7 +80,7 @@ impl Channel for Profile {
             message.displacement.push(at(&self.displacement, i));
             message.indenter.push(if face.is_finite() { face as f32 } else { f32::NAN });
         }
-        outlet.put(message)
+        outlet.put(message);
     }
 
     fn size(&self, case: &Case) -> u64 {

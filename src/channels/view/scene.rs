@@ -11,12 +11,11 @@ use crate::{
         TextPrimitive, TriangleListPrimitive, line_primitive,
     },
     model::Field,
-    recording::RecordingError,
     view::View,
 };
 
 /// Largest number of points on one side of the surface.
-const SURFACE_POINTS: f64 = 120.0;
+const SURFACE_POINTS: f64 = 100.0;
 
 /// The channel.
 pub struct Scene {
@@ -59,13 +58,11 @@ impl Scene {
             frame.fields.surface(&mut self.displacement);
         }
         let moved = self.nodes.min(self.displacement.len());
-        let node = |i: usize| {
-            let r = view.interface.r0 + i as f64 * view.interface.dr;
-            (r, self.stage.height(self.displacement[i]))
-        };
+        let radius = |i: usize| view.interface.r0 + i as f64 * view.interface.dr;
+        let node = |i: usize| (radius(i), self.stage.height(self.displacement[i]));
         let mut right: Vec<(f64, f64)> = (0..moved).step_by(self.every).map(node).collect();
         // the rest is level: its two ends tell all of it
-        let rest = view.interface.r0 + moved as f64 * view.interface.dr;
+        let rest = radius(moved);
         if rest < self.stage.half_width {
             right.extend([(rest, 0.0), (self.stage.half_width, 0.0)]);
         }
@@ -192,12 +189,12 @@ impl Channel for Scene {
         vec![self.stage.remark(), ("arrow_length_per_drag".into(), self.drag_scale.to_string())]
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         if view.frame.is_none() {
-            return Ok(());
+            return;
         }
         let entities = self.entities(view, outlet);
-        outlet.put(&SceneUpdate { deletions: Vec::new(), entities })
+        outlet.put(&SceneUpdate { deletions: Vec::new(), entities });
     }
 
     fn size(&self, case: &Case) -> u64 {

@@ -96,17 +96,21 @@ fn fill(
     let (nr, nz) = (slice.nr as usize, slice.nz as usize);
     let columns = nodes.columns.len();
     let moved = nodes.columns.partition_point(|&node| node < nr);
+    let mut half = vec![ZERO; moved];
     for (row, &node) in levels.chunks_exact_mut(2 * columns * fields).zip(&nodes.rows) {
         if node >= nz {
             continue;
         }
         let values = &slice.values[node * nr..][..nr];
+        for (pixel, &node) in half.iter_mut().zip(&nodes.columns) {
+            *pixel = level(values[node] * scale);
+        }
         let (left, right) = row.split_at_mut(columns * fields);
-        let right = right.iter_mut().skip(field).step_by(fields);
-        let left = left.iter_mut().rev().skip(fields - 1 - field).step_by(fields);
-        for ((right, left), &node) in right.zip(left).zip(&nodes.columns[..moved]) {
-            let level = level(values[node] * scale);
-            (*right, *left) = (level, level);
+        for (cell, pixel) in right.chunks_exact_mut(fields).zip(&half) {
+            cell[field] = *pixel;
+        }
+        for (cell, pixel) in left.chunks_exact_mut(fields).rev().zip(&half) {
+            cell[field] = *pixel;
         }
     }
 }

@@ -5,7 +5,6 @@ use crate::{
     case::Case,
     channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
     message::foxglove::{self, FrameTransform},
-    recording::RecordingError,
     view::View,
 };
 
@@ -42,9 +41,9 @@ impl Channel for Transforms {
         vec![self.stage.remark()]
     }
 
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) -> Result<(), RecordingError> {
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         if view.frame.is_none() {
-            return Ok(());
+            return;
         }
         let transform = FrameTransform {
             timestamp: Some(timestamp(outlet)),
@@ -53,7 +52,7 @@ impl Channel for Transforms {
             translation: Some(vector(0.0, self.stage.height(view.depth))),
             rotation: Some(upright()),
         };
-        outlet.put(&foxglove::FrameTransforms { transforms: vec![transform] })
+        outlet.put(&foxglove::FrameTransforms { transforms: vec![transform] });
     }
 
     fn size(&self, case: &Case) -> u64 {

@@ -1,0 +1,101 @@
+//! Live runs: what is recorded is also served to viewers, and the run can be paced so that a person can follow it.
+//!
+//! The messages are tapped where they are written to the file, on the thread that writes it: the run computes the same
+//! numbers and the file gets the same bytes whether anybody watches or not.
+
+use std::{
+    sync::Arc,
+    thread,
+    time::{Duration, Instant},
+};
+
+use percuss_serve::{Address, Channel, ServeError, Server};
+
+use crate::recording::{ChannelSpec, Tap};
+
+/// Longest sleep, so that signals are noticed.
+const NAP: Duration = Duration::from_millis(50);
+
+/// A server of the messages of a run.
+pub struct Live {
+    server: Arc<Server>,
+}
+
+/// The end at the recorder.
+struct Feed {
+    server: Arc<Server>,
+}
+
+impl Tap for Feed {
+    fn message(&mut self, channel: usize, log_time: u64, bytes: &[u8]) {
+        self.server.send(channel, log_time, bytes);
+    }
+}
+
+impl Live {
+    /// Opens a server of `channels`.
+    ///
+    /// # Errors
+    ///
+    /// The address is not to be had.
+    pub fn open(address: &Address, title: &str, channels: Vec<ChannelSpec>) -> Result<Self, ServeError> {
+        let channel = |spec: ChannelSpec| Channel {
+            topic: spec.topic,
+            encoding: "protobuf".into(),
+            schema: Some((spec.schema, "protobuf".into(), spec.descriptors)),
+            metadata: spec.metadata,
+        };
+        let channels: Vec<Channel> = channels.into_iter().map(channel).collect();
+        let server = Server::open(address, &format!("percuss: {title}"), &channels, None)?;
+        Ok(Self { server: Arc::new(server) })
+    }
+
+    /// Address for viewers.
+    pub fn url(&self) -> String {
+        self.server.url()
+    }
+
+    /// What the recorder is to hand its messages to.
+    pub fn tap(&self) -> Box<dyn Tap> {
+        Box::new(Feed { server: Arc::clone(&self.server) })
+    }
+
+    /// Waits until so many viewers have subscribed to something, or `is_over`.
+    pub fn wait_for(&self, viewers: usize, is_over: impl Fn() -> bool) {
+        while self.server.viewers() < viewers && !is_over() {
+            thread::sleep(NAP);
+        }
+    }
+
+    /// Gives viewers a while to fetch what is under way.
+    pub fn linger(&self) {
+        self.server.linger();
+    }
+}
+
+/// Holds a run back to a pace.
+#[derive(Debug)]
+pub struct Pace {
+    /// Log time that passes in a second.
+    speed: f64,
+    start: Option<Instant>,
+}
+
+impl Pace {
+    /// A pace of `speed` seconds of log time per second.
+    pub fn new(speed: f64) -> Self {
+        Self { speed, start: None }
+    }
+
+    /// Sleeps until it is time for a log time \[ns\], or `is_over`. The first call starts the clock.
+    pub fn keep(&mut self, log_time: u64, is_over: impl Fn() -> bool) {
+        let start = *self.start.get_or_insert_with(Instant::now);
+        let due = Duration::try_from_secs_f64(log_time as f64 * 1e-9 / self.speed).unwrap_or(Duration::MAX);
+        while !is_over() {
+            match due.checked_sub(start.elapsed()) {
+                Some(rest) if rest > Duration::ZERO => thread::sleep(rest.min(NAP)),
+                _ => break,
+            }
+        }
+    }
+}
