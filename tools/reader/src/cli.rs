@@ -7,6 +7,8 @@ mod info;
 mod output;
 mod plot;
 mod recover;
+mod replay;
+mod report;
 mod schema;
 mod trace;
 mod verify;
@@ -22,8 +24,8 @@ use clap::{Parser, Subcommand};
 
 use crate::{
     command::{
-        cat::CatError, export::ExportError, plot::PlotError, recover::RecoverError, schema::SchemaError,
-        trace::TraceError,
+        cat::CatError, export::ExportError, plot::PlotError, recover::RecoverError, replay::ReplayError,
+        report::ReportError, schema::SchemaError, trace::TraceError,
     },
     compare::CompareError,
     recording::{Damage, Limits, OpenError},
@@ -34,6 +36,8 @@ use export::ExportArguments;
 use info::InfoArguments;
 use plot::PlotArguments;
 use recover::RecoverArguments;
+use replay::ReplayArguments;
+use report::ReportArguments;
 use schema::SchemaArguments;
 use trace::TraceArguments;
 use verify::VerifyArguments;
@@ -83,6 +87,8 @@ Examples:
   percuss-read verify fig5.mcap
   percuss-read recover damaged.mcap -o recovered.mcap
   percuss-read export fig5.mcap --topic /field/stress --at-time 2.5 -o field.vti
+  percuss-read replay fig5.mcap                                    to viewers that connect
+  percuss-read report fig5.mcap                                    into fig5.html
   percuss-read cat running.mcap --topic /drag --follow
 
 Exit status: 0 done, 1 failed, 2 usage, 3 done with loss: a file is damaged or cut off, what is sound is read. diff: 0 equal
@@ -102,6 +108,10 @@ enum Command {
     Verify(VerifyArguments),
     /// A finished recording from one that is damaged or cut off
     Recover(RecoverArguments),
+    /// A recording served to viewers in its own time, with play, pause and seek
+    Replay(ReplayArguments),
+    /// A recording of a run as one web page, for people without a viewer
+    Report(ReportArguments),
     /// Attachments, and fields at one time (NPY, VTK, PNG, SVG)
     Export(ExportArguments),
     /// Whole messages as JSON lines, also of a recording that is still being written
@@ -146,6 +156,12 @@ pub enum CliError {
     /// Nothing recovered.
     #[error(transparent)]
     Recover(#[from] RecoverError),
+    /// Nothing replayed.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// No report.
+    #[error(transparent)]
+    Report(#[from] ReportError),
     /// Nothing exported.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -194,6 +210,8 @@ impl Arguments {
             Command::Plot(arguments) => arguments.run(limits),
             Command::Verify(arguments) => arguments.run(limits),
             Command::Recover(arguments) => arguments.run(limits),
+            Command::Replay(arguments) => arguments.run(limits),
+            Command::Report(arguments) => arguments.run(limits),
             Command::Export(arguments) => arguments.run(limits),
             Command::Cat(arguments) => arguments.run(limits),
             Command::Schema(arguments) => arguments.run(limits),
@@ -219,6 +237,8 @@ pub fn report(error: &CliError) -> ExitCode {
         )
         | CliError::Cat(CatError::UnknownTopic(_))
         | CliError::Schema(SchemaError::UnknownTopic(_))
+        | CliError::Replay(ReplayError::Empty { .. })
+        | CliError::Report(ReportError::NotPercuss(_))
         | CliError::SameFile(_)
         | CliError::Usage(_)
         | CliError::NotCompared(_) => 2,

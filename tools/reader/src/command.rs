@@ -12,6 +12,8 @@ pub mod export;
 pub mod info;
 pub mod plot;
 pub mod recover;
+pub mod replay;
+pub mod report;
 pub mod schema;
 pub mod trace;
 pub mod verify;

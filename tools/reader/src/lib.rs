@@ -20,6 +20,8 @@
 //! | [`select`] | patterns of topics, the same for every verb |
 //! | [`mod@slice`] | arrays over their axis and matrices, at one time |
 //! | [`table`], [`mod@format`] | named columns with units, and what takes their rows: one file per output format |
+//! | [`timeline`] | messages by their log time, from any time on |
+//! | `percuss-serve` | messages to viewers over the Foxglove WebSocket protocol, a crate of its own |
 //! | [`compare`] | two recordings number by number: structure, alignment, tolerances, measures. Pure: no output |
 //! | `percuss-picture` | curves and images as SVG, PNG or text, a crate of its own |
 //! | [`command`] | one file per verb |
@@ -103,4 +105,5 @@ pub mod recording;
 pub mod select;
 pub mod slice;
 pub mod table;
+pub mod timeline;
 pub mod wire;

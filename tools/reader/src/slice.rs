@@ -126,6 +126,35 @@ pub fn moments(
     Ok((moments, messages.damages().to_vec()))
 }
 
+/// Hands every n-th message of a channel to `take`, decoded.
+///
+/// # Errors
+///
+/// The file cannot be read.
+pub fn visit(
+    recording: &Recording,
+    id: u16,
+    every: u64,
+    mut take: impl FnMut(Moment),
+) -> Result<Vec<Damage>, OpenError> {
+    let channel = &recording.channels[&id];
+    let Some(layout) = &channel.layout else { return Ok(Vec::new()) };
+    let mut messages = recording.messages([id], None)?;
+    let mut count = 0_u64;
+    loop {
+        let next = messages.next(|message| {
+            count += 1;
+            let mut values = layout.values();
+            if (count - 1).is_multiple_of(every) && layout.decode(message.data, &mut values).is_ok() {
+                take(Moment { time: channel.time_of(message.data, message.log_time), values });
+            }
+        })?;
+        if !matches!(next, Next::Record(())) {
+            return Ok(messages.damages().to_vec());
+        }
+    }
+}
+
 fn unit_of_coordinate(channel: &Channel, axis: &str) -> Option<String> {
     // the unit of the field that holds the first position is that of all
     channel.unit(&format!("{axis}0")).or_else(|| channel.unit(axis)).map(str::to_owned)

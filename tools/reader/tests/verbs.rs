@@ -409,3 +409,31 @@ fn a_recording_is_followed_while_it_is_written() {
         assert_eq!(lines, 400 + usize::from(arguments[0] == "trace"), "{arguments:?}");
     }
 }
+
+#[test]
+fn reports_are_of_runs() {
+    let desk = Desk::new();
+    let error = desk.error(2, &["report", "a.mcap"]);
+    assert!(error.contains("a.mcap") && error.contains("percuss.run"), "{error}");
+    assert!(!desk.path("a.html").exists());
+    assert!(desk.error(2, &["report", "a.mcap", "-o", "a.mcap", "--force"]).contains("recording itself"));
+    desk.error(1, &["report", "missing.mcap"]);
+}
+
+#[test]
+fn what_cannot_be_replayed() {
+    let desk = Desk::new();
+    for address in ["a:b", "ws://127.0.0.1:1", "localhost:99999"] {
+        assert!(desk.error(2, &["replay", "a.mcap", "--addr", address]).contains("HOST:PORT"));
+    }
+    for speed in ["0", "-1", "nan"] {
+        desk.error(2, &["replay", "a.mcap", &format!("--speed={speed}")]);
+    }
+    let error = desk.error(2, &["replay", "a.mcap", "--from", "1e6", "--addr", "0"]);
+    assert!(error.contains("no messages from 1000000"), "{error}");
+    desk.error(1, &["replay", "missing.mcap"]);
+    // an address that is taken
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = taken.local_addr().expect("an address").to_string();
+    assert!(desk.error(1, &["replay", "a.mcap", "--addr", &address]).contains(&address));
+}

@@ -148,6 +148,18 @@ impl Scan {
         self.grows = true;
     }
 
+    /// Goes on at a record of the file, a chunk for example. The checksum over the whole file cannot be verified then; that
+    /// of every chunk that is read still is.
+    ///
+    /// # Errors
+    ///
+    /// The system fails to read.
+    pub fn go_to(&mut self, offset: u64) -> Result<(), OpenError> {
+        self.seek(offset).map_err(OpenError::io(&self.path))?;
+        (self.open, self.crc, self.part) = (None, None, Part::Data);
+        Ok(())
+    }
+
     /// The summary of the file, empty if there is none.
     pub fn index(&self) -> &Arc<Index> {
         &self.index

@@ -1,0 +1,45 @@
+//! Arguments of `report`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{
+    CliError, Exit, loss,
+    output::{refuse_inputs, write},
+    say,
+};
+use crate::{command::report::report, recording::Limits};
+
+const REPORT_EXAMPLES: &str = "\
+The page needs nothing else and fetches nothing: it can be mailed, and opened by any browser.
+
+Examples:
+  percuss-read report fig5.mcap                       into fig5.html
+  percuss-read report fig5.mcap -o for-the-paper.html --force";
+
+#[derive(Debug, Args)]
+#[command(after_help = REPORT_EXAMPLES)]
+pub(super) struct ReportArguments {
+    /// Recording of a run
+    file: PathBuf,
+    /// Page to write [default: the name of the recording with .html]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Overwrite an existing page
+    #[arg(long)]
+    force: bool,
+}
+
+impl ReportArguments {
+    pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        let default = || PathBuf::from(self.file.with_extension("html").file_name().unwrap_or_default());
+        let output = self.output.clone().unwrap_or_else(default);
+        refuse_inputs(Some(&output), std::iter::once(&self.file))?;
+        let (page, damages) = report(&self.file, limits)?;
+        write(Some(&output), self.force, page.as_bytes())?;
+        say(&format!("{}: {:.1} MB", output.display(), page.len() as f64 * 1e-6));
+        let damages: Vec<_> = damages.into_iter().map(|damage| (self.file.clone(), damage)).collect();
+        Ok(loss(&damages))
+    }
+}

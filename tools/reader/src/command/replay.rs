@@ -1,0 +1,286 @@
+//! `replay`: a recording served to viewers in its own time, with play, pause and seek.
+
+use std::{
+    collections::HashMap,
+    fs::File,
+    io,
+    path::Path,
+    time::{Duration, Instant},
+};
+
+use percuss_serve::{Address, Channel, Playback, Playing, ServeError, Server};
+
+use crate::{
+    command::recover::{RecoverError, recover},
+    messages::Recording,
+    recording::{Damage, Limits, OpenError},
+    timeline::{Definition, Event, Timeline, TimelineError},
+};
+
+/// Longest wait between two looks at what viewers want.
+const NAP: Duration = Duration::from_millis(50);
+
+/// What to replay, and how.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// Where to serve.
+    pub address: Address,
+    /// Log time that passes in a second \[s\].
+    pub speed: f64,
+    /// First time, of the field `time` or the log time in seconds.
+    pub from: Option<f64>,
+    /// Last time.
+    pub to: Option<f64>,
+    /// Begins again at the end.
+    pub repeat: bool,
+    /// Ends at the end.
+    pub once: bool,
+}
+
+/// Why nothing can be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// The messages cannot be put in the order of time.
+    #[error(transparent)]
+    Timeline(#[from] TimelineError),
+    /// A file without a sound index cannot be made whole.
+    #[error(transparent)]
+    Recover(#[from] RecoverError),
+    /// There is no room for a temporary file.
+    #[error("cannot create a temporary file: {0}")]
+    Temporary(io::Error),
+    /// The address is not to be had.
+    #[error(transparent)]
+    Serve(#[from] ServeError),
+    /// There are no messages.
+    #[error("no messages from {from} to {to}")]
+    Empty {
+        /// First time that was asked for.
+        from: f64,
+        /// Last time.
+        to: f64,
+    },
+}
+
+/// Serves a recording until the end if that is asked for, else for good. Returns what of the file was lost.
+///
+/// * `say`: is told what a user wants to know
+///
+/// # Errors
+///
+/// The file cannot be read or nothing served.
+pub fn replay(
+    path: &Path,
+    request: &Request,
+    limits: Limits,
+    say: &mut dyn FnMut(&str),
+) -> Result<Vec<Damage>, ReplayError> {
+    let recording = Recording::open(path, limits)?;
+    let (timeline, lost) = open(path, limits, say)?;
+    let span = timeline.span().and_then(|(first, last)| {
+        let (low, high) = match recording.log_window(request.from, request.to) {
+            Some(window) => window,
+            None => {
+                let nanoseconds = |time: f64| (time * 1e9).clamp(0.0, u64::MAX as f64) as u64;
+                (request.from.map_or(0, nanoseconds), request.to.map_or(u64::MAX, nanoseconds))
+            }
+        };
+        let span = (first.max(low), last.min(high));
+        (span.0 <= span.1).then_some(span)
+    });
+    let Some(span) = span else {
+        let (from, to) = (request.from.unwrap_or(0.0), request.to.unwrap_or(f64::INFINITY));
+        return Err(ReplayError::Empty { from, to });
+    };
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    let channels: Vec<Channel> = timeline.channels().values().map(channel).collect();
+    let numbers = timeline.channels().keys().enumerate().map(|(number, id)| (*id, number)).collect();
+    let server = Server::open(&request.address, &name, &channels, Some(span))?;
+    say(&format!(
+        "{name}: at {} for {}; plays when a viewer has subscribed",
+        server.url(),
+        request.address.reach()
+    ));
+    let mut player = Player {
+        server,
+        timeline,
+        numbers,
+        span,
+        speed: request.speed,
+        state: Playing::Playing,
+        head: None,
+        clock: (Instant::now(), span.0),
+        arrivals: 0,
+    };
+    player.run(request)?;
+    player.server.linger();
+    let mut damages = player.timeline.damages().to_vec();
+    damages.extend(lost);
+    Ok(damages)
+}
+
+/// The recording by log time; one without a sound index is made whole in a temporary file first.
+fn open(
+    path: &Path,
+    limits: Limits,
+    say: &mut dyn FnMut(&str),
+) -> Result<(Timeline, Vec<Damage>), ReplayError> {
+    let file = File::open(path).map_err(|error| OpenError::Io { path: path.into(), error })?;
+    if let Some(timeline) = Timeline::open(Box::new(file), path, limits)? {
+        return Ok((timeline, Vec::new()));
+    }
+    say("it has no sound index: reading all of it first");
+    let temporary = tempfile::tempfile().map_err(ReplayError::Temporary)?;
+    let copy = temporary.try_clone().map_err(ReplayError::Temporary)?;
+    let recovered = recover(path, copy, limits)?;
+    let damages = recovered.lost.into_iter().map(|reason| Damage { offset: 0, bytes: 0, reason });
+    match Timeline::open(Box::new(temporary), path, limits)? {
+        Some(timeline) => Ok((timeline, damages.collect())),
+        None => Err(ReplayError::Empty { from: 0.0, to: f64::INFINITY }),
+    }
+}
+
+fn channel(definition: &Definition) -> Channel {
+    Channel {
+        topic: definition.topic.clone(),
+        encoding: definition.encoding.clone(),
+        schema: definition.schema.clone(),
+        metadata: definition.metadata.clone(),
+    }
+}
+
+/// Plays a recording to a server.
+struct Player {
+    server: Server,
+    timeline: Timeline,
+    /// Numbers of channels at the server by their ids.
+    numbers: HashMap<u16, usize>,
+    span: (u64, u64),
+    speed: f64,
+    state: Playing,
+    /// The message that comes next.
+    head: Option<Event>,
+    /// A moment and the log time at it, if it plays.
+    clock: (Instant, u64),
+    /// Subscriptions there have been when it ended.
+    arrivals: u64,
+}
+
+impl Player {
+    fn run(&mut self, request: &Request) -> Result<(), ReplayError> {
+        while self.server.arrivals() == 0 {
+            std::thread::sleep(NAP);
+        }
+        self.start()?;
+        loop {
+            let wait = match (self.state, &self.head) {
+                (Playing::Playing, Some(head)) => self.until(head.log_time).min(NAP),
+                _ => NAP,
+            };
+            if self.state == Playing::Playing && self.head.is_none() {
+                if request.once {
+                    return Ok(());
+                }
+                if request.repeat {
+                    self.start()?;
+                } else {
+                    (self.state, self.arrivals) = (Playing::Ended, self.server.arrivals());
+                    self.clock = (Instant::now(), self.span.1);
+                    self.server.tell_playback(self.playback(), false);
+                }
+                continue;
+            }
+            if let Some(asked) = self.server.request(wait) {
+                self.obey(asked)?;
+                continue;
+            }
+            match self.state {
+                Playing::Playing => self.play()?,
+                // who comes after the end sees it from the beginning
+                Playing::Ended if self.server.viewers() == 0 => self.arrivals = self.server.arrivals(),
+                Playing::Ended if self.server.viewers() == 1 && self.server.arrivals() > self.arrivals => {
+                    self.start()?;
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// From the beginning.
+    fn start(&mut self) -> Result<(), ReplayError> {
+        self.state = Playing::Playing;
+        self.go_to(self.span.0)
+    }
+
+    fn go_to(&mut self, time: u64) -> Result<(), ReplayError> {
+        let time = time.clamp(self.span.0, self.span.1);
+        self.timeline.go_to(time);
+        self.head = self.next()?;
+        self.clock = (Instant::now(), time);
+        self.server.tell_playback(self.playback(), true);
+        Ok(())
+    }
+
+    fn next(&mut self) -> Result<Option<Event>, ReplayError> {
+        let next = self.timeline.next_event()?;
+        Ok(next.filter(|event| event.log_time <= self.span.1))
+    }
+
+    fn obey(&mut self, asked: percuss_serve::Request) -> Result<(), ReplayError> {
+        self.clock = (Instant::now(), self.time());
+        self.speed = asked.speed;
+        self.state = if asked.play { Playing::Playing } else { Playing::Paused };
+        if let Some(time) = asked.seek {
+            // what a picture of that time is made of
+            for event in
+                self.timeline.latest_before(time.clamp(self.span.0, self.span.1).saturating_add(1))?
+            {
+                self.send(&event);
+            }
+            self.go_to(time)?;
+        }
+        Ok(())
+    }
+
+    /// Sends what is due.
+    fn play(&mut self) -> Result<(), ReplayError> {
+        let now = self.time();
+        while let Some(event) = self.head.take_if(|event| event.log_time <= now) {
+            self.send(&event);
+            self.head = self.next()?;
+        }
+        self.server.tell_time(now.min(self.span.1));
+        self.server.note_playback(self.playback());
+        Ok(())
+    }
+
+    fn send(&self, event: &Event) {
+        if let Some(number) = self.numbers.get(&event.channel) {
+            self.server.send(*number, event.log_time, &event.data);
+        }
+    }
+
+    /// Log time of this moment.
+    fn time(&self) -> u64 {
+        let (moment, time) = self.clock;
+        match self.state {
+            Playing::Playing => {
+                time.saturating_add((moment.elapsed().as_secs_f64() * self.speed * 1e9) as u64)
+            }
+            Playing::Paused | Playing::Ended => time,
+        }
+    }
+
+    /// Time from now until a log time.
+    fn until(&self, log_time: u64) -> Duration {
+        let rest = log_time.saturating_sub(self.time()) as f64 * 1e-9 / self.speed;
+        Duration::try_from_secs_f64(rest).unwrap_or(Duration::MAX)
+    }
+
+    fn playback(&self) -> Playback {
+        Playback { state: self.state, time: self.time().min(self.span.1), speed: self.speed }
+    }
+}

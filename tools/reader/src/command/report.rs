@@ -1,0 +1,125 @@
+//! `report`: a recording as one page that needs nothing else, for people without a viewer.
+//!
+//! The page is a template with the data of the recording in it as JSON; a script in the page draws it. Nothing is
+//! fetched from anywhere: the page's own policy forbids it.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+mod animation;
+mod curves;
+
+use crate::{
+    command::{plot::PlotError, verify::verify},
+    messages::Recording,
+    overview::Channel,
+    recording::{Damage, Limits, OpenError},
+};
+
+const PAGE: &str = include_str!("report/page.html");
+const STYLE: &str = include_str!("report/style.css");
+const SCRIPT: &str = include_str!("report/script.js");
+
+/// Version of the data in the page.
+const VERSION: u32 = 1;
+
+/// Why there is no report.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// Nothing to draw.
+    #[error(transparent)]
+    Plot(#[from] PlotError),
+    /// Not a recording of a run.
+    #[error(
+        "`{0}` is not a percuss recording: it has no metadata record percuss.run; `percuss-read plot` draws its fields"
+    )]
+    NotPercuss(String),
+}
+
+/// Writes the report of a recording.
+///
+/// # Errors
+///
+/// The file cannot be read or is no recording of percuss.
+pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), ReportError> {
+    let recording = Recording::open(path, limits)?;
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    let Some(run) = recording.entries("percuss.run") else { return Err(ReportError::NotPercuss(name)) };
+    let verdict = verify(path, limits)?;
+    let case = recording.attachment("case.resolved.toml")?;
+    let mut host = recording.entries("percuss.host").cloned().unwrap_or_default();
+    host.remove("padding");
+    let mut damages = recording.damages.clone();
+    let curves = curves::charts(path, &recording, limits)?;
+    let profiles = match find(&recording, |topic| topic == "/interface/stress") {
+        Some(id) => curves::profiles(&recording, id, &mut damages)?,
+        None => Value::Null,
+    };
+    // the stress if it is recorded, else what there is
+    let field = find(&recording, |topic| topic == "/field/stress")
+        .or_else(|| find(&recording, |topic| topic.starts_with("/field/")));
+    let field = match field {
+        Some(id) => animation::animation(&recording, id, &mut damages)?,
+        None => Value::Null,
+    };
+    let data = json!({
+        "version": VERSION,
+        "file": name,
+        "title": run.get("title"),
+        "library": recording.library,
+        "run": run,
+        "host": host,
+        "status": recording.entries("percuss.status"),
+        "validity": recording.entries("percuss.validity"),
+        "sound": verdict.is_sound(),
+        "partial": verdict.partial,
+        "verdict": verdict.to_text(&name),
+        "events": curves::events(&recording, &mut damages)?,
+        "charts": curves,
+        "profiles": profiles,
+        "field": field,
+        "case": case.map(|text| String::from_utf8_lossy(&text).into_owned()),
+    });
+    Ok((page(&data), damages))
+}
+
+fn find(recording: &Recording, fits: impl Fn(&str) -> bool) -> Option<u16> {
+    let fits = |channel: &Channel| channel.count > 0 && channel.layout.is_some() && fits(&channel.topic);
+    recording.channels.iter().find(|(_, channel)| fits(channel)).map(|(id, _)| *id)
+}
+
+fn page(data: &Value) -> String {
+    let title = data["title"].as_str().unwrap_or("percuss");
+    let title = title.replace('&', "&amp;").replace('<', "&lt;");
+    // in a script element nothing but `<` could end it
+    let data = data.to_string().replace('<', "\\u003c");
+    let mut page = String::with_capacity(PAGE.len() + STYLE.len() + SCRIPT.len() + data.len());
+    let mut rest = PAGE;
+    for (mark, text) in
+        [("{title}", title.as_str()), ("{style}", STYLE), ("{data}", &data), ("{script}", SCRIPT)]
+    {
+        let (before, after) = rest.split_once(mark).expect("the template has its marks in this order");
+        page.push_str(before);
+        page.push_str(text);
+        rest = after;
+    }
+    page.push_str(rest);
+    page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_file_says_cannot_leave_its_place_in_the_page() {
+        let page = page(&json!({ "title": "a</title><script>", "x": "</script><b>{script}" }));
+        assert!(page.contains("a&lt;/title>&lt;script>"));
+        assert_eq!(page.matches("</script>").count(), 2);
+        assert_eq!(page.matches("<b>").count(), 0);
+    }
+}
