@@ -1,0 +1,81 @@
+"""Opens the report of a recording in headless Chromium, moves its slider and reads what the page shows.
+
+    check_report.py REPORT.html SCREENSHOT.png
+
+Needs the PyPI package selenium and Debian's packages chromium and chromium-driver. The screenshot is for people.
+"""
+
+import pathlib
+import sys
+
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.ui import WebDriverWait
+
+page, screenshot = map(pathlib.Path, sys.argv[1:])
+text = page.read_text()
+for outside in ["http://", "https://", "//cdn", "@import", "url("]:
+    # the name space of SVG is a name, not an address that is asked for anything
+    assert outside not in text.replace("http://www.w3.org/2000/svg", ""), f"the page mentions {outside}"
+
+options = webdriver.ChromeOptions()
+for option in [
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--hide-scrollbars",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--window-size=1300,1700",
+]:
+    options.add_argument(option)
+options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
+try:
+    driver.get(page.resolve().as_uri())
+    assert driver.find_element(By.TAG_NAME, "body").get_attribute("data-ready") == "true", "the script came to its end"
+
+    def state():
+        """What is drawn: time, profile, field, values in the legends."""
+        profile = driver.find_element(By.CSS_SELECTOR, "#profile .curve").get_attribute("d")
+        field = driver.execute_script("return document.querySelector('#field canvas').toDataURL()")
+        drag = driver.find_element(By.CSS_SELECTOR, "#chart-drag .legend span").text
+        return driver.find_element(By.ID, "now").text, profile, field, drag
+
+    def move(value):
+        driver.execute_script(
+            "const s = document.getElementById('time'); s.value = arguments[0];"
+            "s.dispatchEvent(new Event('input', { bubbles: true }));", value)
+        return state()
+
+    begin, middle, end = move(0), move(500), move(1000)
+    for a, b in [(begin, middle), (middle, end)]:
+        assert all(x != y for x, y in zip(a, b)), "the slider moves everything"
+    assert begin[0] == "t = 0", begin[0]
+    assert all(len(profile) > 100 for _, profile, _, _ in (begin, middle, end))
+    assert float(end[3]) > float(middle[3]) > 0, "the drag grows"
+
+    # with the keyboard and the button, as a person would
+    slider = driver.find_element(By.ID, "time")
+    slider.send_keys("\ue012")  # arrow left
+    assert state()[0] != end[0], "arrow keys move the slider"
+    move(100)
+    driver.find_element(By.ID, "play").click()
+    driver.implicitly_wait(1)
+    WebDriverWait(driver, 5).until(lambda _: float(state()[0][4:]) > 1.0)
+    driver.find_element(By.ID, "play").click()
+    stopped = state()
+    assert stopped[1] != begin[1], "it plays"
+
+    badges = [badge.text for badge in driver.find_elements(By.CSS_SELECTOR, "#verdict li")]
+    assert any(badge.startswith("completed") for badge in badges) and "recording sound" in badges, badges
+    for id in ["run", "validity", "ledger"]:
+        assert len(driver.find_elements(By.CSS_SELECTOR, f"#{id} tr")) > 3, id
+    assert "shear_wave_speed" in driver.find_element(By.ID, "case").get_attribute("textContent")
+    charts = [chart.get_attribute("id") for chart in driver.find_elements(By.CSS_SELECTOR, "#charts figure")]
+    assert charts == ["chart-drag", "chart-velocity", "chart-probes", "chart-energy"], charts
+
+    move(420)
+    driver.save_screenshot(str(screenshot))
+    assert screenshot.stat().st_size > 50_000, "a picture with something in it"
+    log = driver.get_log("browser")
+    assert not log, f"the console says {log}"
+finally:
+    driver.quit()
+print(f"{page.name}: the slider moves profile, field and values; {len(charts)} charts; nothing on the console")
