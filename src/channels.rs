@@ -190,7 +190,7 @@ impl Catalogue {
             topic: channel.topic().into(),
             schema: channel.schema().into(),
             descriptors: descriptor_set(channel.schema()),
-            metadata: metadata(&channel.fields()).into_iter().chain(channel.remarks()).collect(),
+            metadata: all_metadata(channel),
         })
     }
 
@@ -259,6 +259,7 @@ fn let_speak(
 /// while the run goes on.
 struct FrameChannels {
     channels: Arc<Mutex<Vec<Box<dyn Channel>>>>,
+    is_empty: bool,
     /// Fields that they show.
     fields: Vec<Field>,
     /// Snapshots that are done with come back here.
@@ -267,7 +268,8 @@ struct FrameChannels {
 
 impl FrameChannels {
     fn new(channels: Vec<Box<dyn Channel>>, fields: Vec<Field>) -> Self {
-        Self { channels: Arc::new(Mutex::new(channels)), fields, spare: mpsc::channel() }
+        let is_empty = channels.is_empty();
+        Self { channels: Arc::new(Mutex::new(channels)), is_empty, fields, spare: mpsc::channel() }
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<Box<dyn Channel>>> {
@@ -285,6 +287,9 @@ impl FrameChannels {
         log_time: u64,
         recorder: &mut Recorder,
     ) -> Result<(), RecordingError> {
+        if self.is_empty {
+            return recorder.hand_over_if_full();
+        }
         let mut snapshot = self.spare.1.try_recv().unwrap_or_default();
         snapshot.take(view, frame, &self.fields);
         let (channels, give_back) = (Arc::clone(&self.channels), self.spare.0.clone());
@@ -295,6 +300,16 @@ impl FrameChannels {
             let _ = give_back.send(snapshot);
         }))
     }
+}
+
+fn all_metadata(channel: &dyn Channel) -> BTreeMap<String, String> {
+    let mut map = metadata(&channel.fields());
+    map.extend(channel.remarks());
+    if channel.topic().starts_with(view::TOPICS) {
+        // readers that compare recordings leave such channels to what they are made from
+        map.insert("derived".into(), "drawn from the other channels".into());
+    }
+    map
 }
 
 fn metadata(fields: &[FieldNote]) -> BTreeMap<String, String> {

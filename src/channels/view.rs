@@ -30,6 +30,7 @@ mod section;
 mod stage;
 mod tf;
 
+pub use profile::MARGIN as PROFILE_MARGIN;
 pub use section::level_range;
 pub use stage::Stage;
 

@@ -4,7 +4,7 @@
 use serde_json::{Map, Value, json};
 
 use super::Scenery;
-use crate::channels::view::{INDENTER, WORLD, level_range};
+use crate::channels::view::{INDENTER, PROFILE_MARGIN, WORLD, level_range};
 
 /// Panels by their names, and how they share the window.
 #[derive(Default)]
@@ -23,23 +23,27 @@ impl Panels {
 /// The layout.
 pub fn layout(scenery: &Scenery<'_>) -> Value {
     let mut panels = Panels::default();
+    let case = scenery.case;
+    // viewers count the seconds of log time
+    let seconds = case.sizes.steps as f64 * case.sizes.dt * case.record.playback_rate;
     let views = ["/view/field", "/view/scene", "/view/fronts"].iter().any(|topic| scenery.has(topic));
-    let section = views.then(|| panels.add("3D", "section", &scenery.case.title, section(scenery)));
+    let section = views.then(|| panels.add("3D", "section", &case.title, section(scenery)));
     let mut motion = Vec::new();
     if scenery.has("/drag") {
         motion.push(path("/drag.force", "drag F [πR²γc_p²]"));
     }
     motion.push(path("/velocity.velocity", "velocity V [c_p]"));
-    let motion = panels.add("Plot", "motion", "Drag and velocity against time", plot(&motion));
+    let motion = panels.add("Plot", "motion", "Drag and velocity against time", plot(&motion, seconds));
     let probes: Vec<Value> =
         scenery.probes().map(|(i, r)| path(&format!("/probes.stress[{i}]"), &format!("r = {r}"))).collect();
-    let probes = (!probes.is_empty())
-        .then(|| panels.add("Plot", "probes", "Interface stress [γc_p²] against time", plot(&probes)));
+    let probes = (!probes.is_empty()).then(|| {
+        panels.add("Plot", "probes", "Interface stress [γc_p²] against time", plot(&probes, seconds))
+    });
     let profile = scenery.has("/view/profile").then(|| {
         let curves =
             [("stress", "stress [γc_p²]"), ("displacement", "surface [R]"), ("indenter", "indenter [R]")];
         let curves = curves.map(|(field, label)| path(&format!("/view/profile.{field}[:]"), label));
-        let mut settings = plot(&curves);
+        let mut settings = plot(&curves, PROFILE_MARGIN * case.sizes.contact_reach);
         settings["xAxisVal"] = "currentCustom".into();
         settings["xAxisPath"] = json!({ "value": "/view/profile.r[:]", "enabled": true });
         settings["isSynced"] = false.into();
@@ -75,10 +79,13 @@ fn path(value: &str, label: &str) -> Value {
     json!({ "value": value, "label": label, "enabled": true, "timestampMethod": "receiveTime", "showLine": true })
 }
 
-fn plot(paths: &[Value]) -> Value {
+/// * `end`: right end of the horizontal axis, which begins at 0
+fn plot(paths: &[Value], end: f64) -> Value {
     json!({
         "paths": paths,
         "xAxisVal": "timestamp",
+        "minXValue": 0,
+        "maxXValue": end,
         "showXAxisLabels": true,
         "showYAxisLabels": true,
         "showLegend": true,

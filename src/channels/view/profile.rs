@@ -11,7 +11,7 @@ use crate::{
 /// Largest number of points of a profile: some viewers leave arrays of more than 500 values out.
 const POINTS: f64 = 400.0;
 /// Shown out to so many times the radius that contact reaches.
-const MARGIN: f64 = 2.0;
+pub const MARGIN: f64 = 2.0;
 
 /// The channel.
 pub struct Profile {
@@ -54,11 +54,7 @@ impl Channel for Profile {
             FieldNote::new("r", "R", "radii of the points"),
             FieldNote::new("stress", "γc_p²", "interface stress, compression positive"),
             FieldNote::new("displacement", "R", "displacement of the surface into the target"),
-            FieldNote::new(
-                "indenter",
-                "R",
-                "face of the indenter, w - f(r); not a number beside the indenter",
-            ),
+            FieldNote::new("indenter", "R", "face of the indenter, w - f(r); 0 beside the indenter"),
         ]);
         fields
     }
@@ -78,7 +74,7 @@ impl Channel for Profile {
             message.r.push(r as f32);
             message.stress.push(at(view.interface.pressure, i));
             message.displacement.push(at(&self.displacement, i));
-            message.indenter.push(if face.is_finite() { face as f32 } else { f32::NAN });
+            message.indenter.push(if face.is_finite() { face as f32 } else { 0.0 });
         }
         outlet.put(message);
     }

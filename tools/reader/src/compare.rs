@@ -21,7 +21,7 @@ mod tolerance;
 mod tube;
 
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::{BTreeMap, BTreeSet, HashMap},
     path::PathBuf,
 };
 
@@ -111,6 +111,8 @@ pub struct Comparison {
     pub provenance: Vec<Change>,
     /// Channels that both have.
     pub channels: Vec<ChannelReport>,
+    /// Topics left out because they show what others hold; they are compared if they are named.
+    pub derived: BTreeSet<String>,
     /// What is damaged, by file.
     pub damages: Vec<(PathBuf, Damage)>,
     /// Recordings that did not come to their planned end.
@@ -224,7 +226,8 @@ pub fn compare(
     structure::find_chosen(a, b, options)?;
     let (pairs, structure) = structure::pair(a, b, options);
     let provenance = structure::provenance(a, b)?;
-    let mut comparison = Comparison { structure, provenance, ..Comparison::default() };
+    let derived = structure::derived(a, b, options);
+    let mut comparison = Comparison { structure, provenance, derived, ..Comparison::default() };
     let scales = if pairs.iter().any(|pair| needs_scale(a, pair, &options.rules)) {
         scales(a, &pairs, options)?
     } else {

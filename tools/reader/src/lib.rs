@@ -47,6 +47,7 @@
 //! | `unit.<field>` | unit, `1` for plain numbers |
 //! | `meaning.<field>` | the field in words |
 //! | `axis.<field>` | positions of an array: `r0,dr` names two fields of the message, the first position and the step; a list of numbers is the positions; `z0,dz,nz;r0,dr,nr` is a row-major matrix |
+//! | `derived` | the channel shows in another form what others hold; `diff` leaves it out unless it is named |
 //! | `symmetry.<field>` | `even`: the array is even about the origin of its axis |
 //!
 //! # How a comparison goes

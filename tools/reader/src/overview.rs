@@ -40,6 +40,11 @@ impl Channel {
         self.metadata.get(&format!("unit.{field}")).map(String::as_str).filter(|unit| *unit != "1")
     }
 
+    /// True if it shows in another form what other channels hold: its metadata has the key `derived`.
+    pub fn is_derived(&self) -> bool {
+        self.metadata.contains_key("derived")
+    }
+
     /// Time of a message: its field `time`, else its log time in seconds.
     pub fn time_of(&self, bytes: &[u8], log_time: u64) -> f64 {
         let time = self.layout.as_ref().and_then(|layout| layout.peek(time_leaf(layout)?, bytes));

@@ -111,6 +111,24 @@ fn diff_says_where_and_ends_accordingly() {
 }
 
 #[test]
+fn diff_leaves_derived_channels_to_what_they_are_made_from() {
+    let desk = Desk::new();
+    let (a, mut b) = (forge(60, 1), forge(60, 2));
+    b.channels = a.channels.clone();
+    for (name, recording, force) in [("c.mcap", &a, 1.0), ("d.mcap", &b, 2.0)] {
+        let mut recording = recording.clone();
+        let channel = recording.channel("/scalar");
+        channel.metadata.insert("derived".into(), "from elsewhere".into());
+        channel.messages[20].1.set_field_by_name("force", Value::F64(force));
+        fs::write(desk.path(name), recording.write(plain())).expect("a file");
+    }
+    let text = desk.text(0, &["diff", "c.mcap", "d.mcap"]);
+    assert!(text.contains("not compared, made from the others: /scalar"), "{text}");
+    let text = desk.text(1, &["diff", "c.mcap", "d.mcap", "--topic", "/scalar"]);
+    assert!(text.contains("/scalar.force at step 20") && !text.contains("not compared"), "{text}");
+}
+
+#[test]
 fn diff_as_json() {
     let desk = Desk::new();
     let json: Json =

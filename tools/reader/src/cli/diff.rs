@@ -47,7 +47,7 @@ pub(super) struct DiffArguments {
     /// Reference, and one or more recordings (or folders) to compare with it
     #[arg(required = true, num_args = 2.., value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Topics, separated by commas; `*` stands for anything [default: all]
+    /// Topics, separated by commas; `*` stands for anything [default: all but those derived from others]
     #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
     topics: Vec<Pattern>,
     /// Fields, separated by commas; `*` stands for anything [default: all]

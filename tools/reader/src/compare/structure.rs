@@ -91,12 +91,23 @@ pub(super) fn find_chosen(a: &Recording, b: &Recording, options: &Options) -> Re
     Ok(())
 }
 
+/// Topics that are left out because they are derived from others and were not asked for.
+pub(super) fn derived(a: &Recording, b: &Recording, options: &Options) -> BTreeSet<String> {
+    let channels = a.channels.values().chain(b.channels.values());
+    let left_out = |channel: &&Channel| options.topics.is_empty() && channel.is_derived();
+    channels.filter(left_out).map(|channel| channel.topic.clone()).collect()
+}
+
 /// Pairs the channels of two recordings, and tells what cannot be paired.
 pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair>, Vec<Finding>) {
     let topics = &options.topics;
     let chosen = |channel: &Channel| {
-        (topics.is_empty() || topics.iter().any(|topic| topic.fits(&channel.topic)))
-            && !options.rules.ignores(&channel.topic, None)
+        let asked = match topics.as_slice() {
+            // what it is made from is compared
+            [] => !channel.is_derived(),
+            topics => topics.iter().any(|topic| topic.fits(&channel.topic)),
+        };
+        asked && !options.rules.ignores(&channel.topic, None)
     };
     let (mut pairs, mut findings) = (Vec::new(), Vec::new());
     let mut taken = BTreeSet::new();

@@ -48,6 +48,7 @@ pub fn to_json(names: (&str, &str), comparison: &Comparison) -> Value {
         "lossy": comparison.is_lossy(),
         "stopped_early": comparison.stopped_early,
         "damages": damages.collect::<Vec<_>>(),
+        "derived": comparison.derived,
         "partial": comparison.partial.iter().map(|path| path.to_string_lossy()).collect::<Vec<_>>(),
         "structure": structure.collect::<Vec<_>>(),
         "provenance": provenance.collect::<Vec<_>>(),

@@ -73,6 +73,10 @@ pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> St
     if !silent.is_empty() {
         text.push_str(&format!("\nequal: {}\n", silent.join(", ")));
     }
+    if !comparison.derived.is_empty() {
+        let topics: Vec<&str> = comparison.derived.iter().map(String::as_str).collect();
+        text.push_str(&format!("not compared, made from the others: {}\n", topics.join(", ")));
+    }
     if comparison.stopped_early {
         text.push_str("\nstopped at the first difference beyond tolerance (--fail-fast)\n");
     }
