@@ -53,7 +53,7 @@ def main(recording, trace):
     total = summary.statistics.message_count
     check(total == len(messages), f"{len(messages)} of {total} messages were decoded")
     check(metadata["percuss.status"]["status"] == "completed", metadata["percuss.status"])
-    check({"case.toml", "case.resolved.toml"} <= set(attachments), "attachments are missing")
+    check({"case.toml", "case.resolved.toml", "layout.json"} <= set(attachments), "attachments are missing")
     check(all(a.log_time == 0 and a.create_time == 0 for a in attachments.values()), "attachments have times")
 
     run = metadata["percuss.run"]
@@ -64,7 +64,7 @@ def main(recording, trace):
         check(log_time == publish_time, f"{topic}: log and publish time differ")
         check(log_time >= last, f"{topic}: time runs backwards")
         last = log_time
-        if topic != "/log":
+        if proto.DESCRIPTOR.full_name.startswith("percuss."):
             check(log_time == round(1e9 * rate * proto.time), f"{topic}: log time is not that of the step")
 
     with open(trace, encoding="utf-8", newline="") as stream:
