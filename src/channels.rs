@@ -180,7 +180,7 @@ impl Catalogue {
 
     /// Asks every channel something, in the order of their numbers.
     fn each<T>(&self, ask: impl Fn(&dyn Channel) -> T) -> Vec<T> {
-        let frames = self.frames.lock();
+        let frames = lock(&self.frames.channels);
         self.channels.iter().chain(frames.iter()).map(|channel| ask(channel.as_ref())).collect()
     }
 
@@ -243,6 +243,11 @@ impl Catalogue {
     }
 }
 
+/// What is shared, whatever has happened to a thread that held it.
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 fn let_speak(
     channels: &mut [Box<dyn Channel>],
     first: usize,
@@ -272,10 +277,6 @@ impl FrameChannels {
         Self { channels: Arc::new(Mutex::new(channels)), is_empty, fields, spare: mpsc::channel() }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Vec<Box<dyn Channel>>> {
-        self.channels.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Hands a frame over to the writer.
     ///
     /// * `first`: number of the first channel
@@ -294,7 +295,7 @@ impl FrameChannels {
         snapshot.take(view, frame, &self.fields);
         let (channels, give_back) = (Arc::clone(&self.channels), self.spare.0.clone());
         recorder.later(Box::new(move |batch| {
-            let mut channels = channels.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut channels = lock(&channels);
             let_speak(&mut channels, first, &snapshot.view(), log_time, batch);
             // if nobody wants it any more, the run is over
             let _ = give_back.send(snapshot);

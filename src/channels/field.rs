@@ -1,8 +1,8 @@
 //! `/field/displacement`, `/field/velocity`, `/field/stress`: a field over the section, at frames.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
-use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, step_and_time};
+use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, lock, step_and_time};
 use crate::{case::Case, message::percuss, model::Field, view::View};
 
 /// A field as it was sampled last.
@@ -63,7 +63,7 @@ impl Channel for FieldSlice {
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         let Some(frame) = view.frame else { return };
-        let message = &mut *self.message.lock().unwrap_or_else(PoisonError::into_inner);
+        let message = &mut *lock(&self.message);
         let extent = frame.fields.sample(self.field, &mut message.values);
         let lattice = frame.fields.lattice();
         (message.step, message.time) = (view.step, view.time);

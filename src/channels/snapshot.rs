@@ -3,6 +3,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use super::lock;
 use crate::{
     model::{Extent, Field},
     view::{Energy, Fields, Frame, Interface, Lattice, View},
@@ -85,7 +86,7 @@ impl Snapshot {
 impl Fields for Snapshot {
     /// Exchanges `values` for the values taken: every field can be asked for once.
     fn sample(&self, field: Field, values: &mut Vec<f32>) -> Extent {
-        let mut samples = self.samples.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut samples = lock(&self.samples);
         let sample = samples.iter_mut().find(|sample| sample.field == field);
         let sample = sample.expect("a snapshot takes every field that is recorded");
         std::mem::swap(&mut sample.values, values);

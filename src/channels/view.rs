@@ -7,7 +7,7 @@
 //! with the indenter; displacements are drawn [`Stage::exaggeration`] times their size, which the metadata of the
 //! channels state.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use prost_types::Timestamp;
 
@@ -66,11 +66,6 @@ pub(super) fn channels(case: &Case, slices: &[FieldSlice]) -> Vec<Box<dyn Channe
         }
     };
     case.record.views.iter().filter(wanted).map(channel).collect()
-}
-
-/// What is shared, whatever has happened to a thread that held it.
-fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Log time of a message as the viewers' messages carry it.

@@ -34,7 +34,9 @@ impl Fronts {
         Self {
             stage: Arc::clone(stage),
             is_flat: case.indenter.head == HeadKind::Flat,
-            circle: (0..=POINTS).map(|part| on_circle(f64::from(part) / f64::from(POINTS))).collect(),
+            circle: (0..=POINTS)
+                .map(|part| on_circle(2.0 * f64::from(part) / f64::from(POINTS) - 1.0))
+                .collect(),
         }
     }
 
@@ -78,31 +80,10 @@ impl Fronts {
     }
 }
 
-/// A point of the half circle, at a share of the way around: by half angles, which take square roots only and so give
-/// the same bits on every machine.
-fn on_circle(share: f64) -> (f64, f64) {
-    // halving the arc between (1, 0) and (−1, 0) until the share is met
-    let (mut from, mut to) = ((1.0, 0.0), (-1.0, 0.0));
-    let (mut low, mut high) = (0.0, 1.0);
-    if share <= 0.0 {
-        return from;
-    }
-    if share >= 1.0 {
-        return to;
-    }
-    let mut middle: (f64, f64) = (0.0, 1.0);
-    for _ in 0..40 {
-        let half = 0.5 * (low + high);
-        if share < half {
-            (high, to) = (half, middle);
-        } else {
-            (low, from) = (half, middle);
-        }
-        let (x, y) = (from.0 + to.0, from.1 + to.1);
-        let length = (x * x + y * y).sqrt();
-        middle = (x / length, y / length);
-    }
-    middle
+/// A point of the half circle, from (1, 0) at s = −1 over (0, 1) to (−1, 0) at s = 1: the rational parametrisation, the
+/// same bits on every machine.
+fn on_circle(s: f64) -> (f64, f64) {
+    (-2.0 * s / (1.0 + s * s), (1.0 - s * s) / (1.0 + s * s))
 }
 
 impl Channel for Fronts {
@@ -150,13 +131,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn half_angles_make_a_circle() {
-        for part in 0..=POINTS {
-            let share = f64::from(part) / f64::from(POINTS);
-            let (sin, cos) = (std::f64::consts::PI * share).sin_cos();
-            let (x, y) = on_circle(share);
-            assert!((x - cos).abs() < 1e-11 && (y - sin).abs() < 1e-11, "{share}");
-        }
+    fn points_lie_on_a_circle() {
+        assert_eq!([-1.0, 0.0, 1.0].map(on_circle), [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)]);
+        let points: Vec<(f64, f64)> = (-18..=18).map(|part| on_circle(f64::from(part) / 18.0)).collect();
+        assert!(points.iter().all(|(x, y)| (x * x + y * y - 1.0).abs() < 1e-15));
+        assert!(points.windows(2).all(|pair| pair[0].0 > pair[1].0), "once around");
     }
 
     #[test]

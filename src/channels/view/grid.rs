@@ -6,14 +6,14 @@
 use std::sync::{Arc, Mutex};
 
 use super::{
-    Stage, WORLD, at, lock,
+    Stage, WORLD, at,
     section::{Section, ZERO, level_step},
     stage::range,
     timestamp,
 };
 use crate::{
     case::Case,
-    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
+    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, lock},
     message::foxglove::{self, PackedElementField, packed_element_field::NumericType},
     model::Field,
     view::View,

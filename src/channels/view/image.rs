@@ -5,10 +5,10 @@
 
 use std::sync::{Arc, Mutex};
 
-use super::{Stage, WORLD, colours::palette, lock, section::Section, stage::range, timestamp};
+use super::{Stage, WORLD, colours::palette, section::Section, stage::range, timestamp};
 use crate::{
     case::Case,
-    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
+    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, lock},
     message::foxglove,
     model::Field,
     view::View,

@@ -2,11 +2,12 @@
 //!
 //! The pictures of a frame share it, so that it is made once.
 
-use super::{
-    lock,
-    stage::{Stage, range},
+use super::stage::{Stage, range};
+use crate::{
+    case::Case,
+    channels::{field::SharedSlice, lock},
+    message::percuss,
 };
-use crate::{case::Case, channels::field::SharedSlice, message::percuss};
 
 /// Level of the value 0.
 pub const ZERO: u8 = 128;

@@ -5,6 +5,7 @@ use crate::{
     messages::Recording,
     overview::Channel,
     recording::{Damage, Next, OpenError},
+    table::Heading,
     wire::Values,
 };
 
@@ -49,6 +50,18 @@ pub struct Slice {
     pub units: [Option<String>; 2],
     /// Row-major.
     pub values: Vec<f64>,
+}
+
+impl Profile {
+    /// Name and unit of the field.
+    pub fn heading(&self) -> Heading {
+        Heading { name: self.name.clone(), unit: self.unit.clone(), ..Heading::default() }
+    }
+
+    /// Name and unit of the coordinate.
+    pub fn axis_heading(&self) -> Heading {
+        Heading { name: self.coordinate.clone(), unit: self.coordinate_unit.clone(), ..Heading::default() }
+    }
 }
 
 impl Slice {

@@ -8,6 +8,7 @@ use std::{
 };
 
 use mcap::records::Record;
+use percuss_serve::Channel;
 
 use crate::recording::{Damage, Limits, Next, OpenError, Scan, Source};
 
@@ -27,19 +28,6 @@ pub struct Event {
     pub data: Vec<u8>,
 }
 
-/// Definition of a channel.
-#[derive(Clone, Debug)]
-pub struct Definition {
-    /// Topic.
-    pub topic: String,
-    /// Encoding of the messages.
-    pub encoding: String,
-    /// Name, encoding and data of the schema, if there is one.
-    pub schema: Option<(String, String, Vec<u8>)>,
-    /// Metadata.
-    pub metadata: BTreeMap<String, String>,
-}
-
 #[derive(Clone, Copy)]
 struct Chunk {
     first: u64,
@@ -51,7 +39,7 @@ struct Chunk {
 pub struct Timeline {
     scan: Scan,
     /// Channels by their ids.
-    channels: BTreeMap<u16, Definition>,
+    channels: BTreeMap<u16, Channel>,
     /// By their first log time.
     chunks: Vec<Chunk>,
     /// Number of the next chunk to unpack.
@@ -115,7 +103,7 @@ impl Timeline {
     }
 
     /// Channels by their ids.
-    pub fn channels(&self) -> &BTreeMap<u16, Definition> {
+    pub fn channels(&self) -> &BTreeMap<u16, Channel> {
         &self.channels
     }
 
@@ -213,7 +201,7 @@ impl Timeline {
 }
 
 /// Channels with their schemas.
-fn definitions(directory: &[Record<'static>]) -> BTreeMap<u16, Definition> {
+fn definitions(directory: &[Record<'static>]) -> BTreeMap<u16, Channel> {
     let mut schemas = HashMap::new();
     for record in directory {
         if let Record::Schema { header, data } = record {
@@ -223,7 +211,7 @@ fn definitions(directory: &[Record<'static>]) -> BTreeMap<u16, Definition> {
     let definition = |record: &Record<'static>| match record {
         // a channel whose schema is not repeated in the summary cannot be defined from it
         Record::Channel(channel) if channel.schema_id == 0 || schemas.contains_key(&channel.schema_id) => {
-            let definition = Definition {
+            let definition = Channel {
                 topic: channel.topic.clone(),
                 encoding: channel.message_encoding.clone(),
                 schema: schemas.get(&channel.schema_id).cloned(),

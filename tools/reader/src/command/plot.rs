@@ -308,13 +308,8 @@ fn profiles_panel(profiles: &[(String, Profile)], request: &Request, title: &str
             colour: None,
         }
     };
-    let heading = |name: &str, unit: &Option<String>| Heading {
-        name: name.into(),
-        unit: unit.clone(),
-        ..Heading::default()
-    };
-    let headings: Vec<Heading> = profiles.iter().map(|(_, p)| heading(&p.name, &p.unit)).collect();
-    let x = profiles.first().map(|(_, p)| heading(&p.coordinate, &p.coordinate_unit).with_unit());
+    let headings: Vec<Heading> = profiles.iter().map(|(_, profile)| profile.heading()).collect();
+    let x = profiles.first().map(|(_, profile)| profile.axis_heading().with_unit());
     Panel {
         title: title.into(),
         x_label: x.unwrap_or_default(),

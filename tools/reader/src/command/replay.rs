@@ -14,7 +14,7 @@ use crate::{
     command::recover::{RecoverError, recover},
     messages::Recording,
     recording::{Damage, Limits, OpenError},
-    timeline::{Definition, Event, Timeline, TimelineError},
+    timeline::{Event, Timeline, TimelineError},
 };
 
 /// Longest wait between two looks at what viewers want.
@@ -96,7 +96,7 @@ pub fn replay(
         return Err(ReplayError::Empty { from, to });
     };
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    let channels: Vec<Channel> = timeline.channels().values().map(channel).collect();
+    let channels: Vec<Channel> = timeline.channels().values().cloned().collect();
     let numbers = timeline.channels().keys().enumerate().map(|(number, id)| (*id, number)).collect();
     let server = Server::open(&request.address, &name, &channels, Some(span))?;
     say(&format!(
@@ -140,15 +140,6 @@ fn open(
     match Timeline::open(Box::new(temporary), path, limits)? {
         Some(timeline) => Ok((timeline, damages.collect())),
         None => Err(ReplayError::Empty { from: 0.0, to: f64::INFINITY }),
-    }
-}
-
-fn channel(definition: &Definition) -> Channel {
-    Channel {
-        topic: definition.topic.clone(),
-        encoding: definition.encoding.clone(),
-        schema: definition.schema.clone(),
-        metadata: definition.metadata.clone(),
     }
 }
 

@@ -118,14 +118,7 @@ pub fn profiles(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> Re
             "x": points.iter().map(|point| number(point.0)).collect::<Vec<_>>(),
             "y": points.iter().map(|point| number(point.1)).collect::<Vec<_>>(),
         }));
-        let with_unit = |name: &str, unit: &Option<String>| match unit {
-            Some(unit) => format!("{name} [{unit}]"),
-            None => name.to_owned(),
-        };
-        labels = json!([
-            with_unit(&profile.coordinate, &profile.coordinate_unit),
-            with_unit(&profile.name, &profile.unit)
-        ]);
+        labels = json!([profile.axis_heading().with_unit(), profile.heading().with_unit()]);
     })?);
     Ok(json!({ "frames": frames, "x": labels[0], "y": labels[1] }))
 }
