@@ -280,17 +280,17 @@ impl Case {
         self.record.frames.of(self.sizes.steps, self.sizes.dt)
     }
 
-    /// Number of columns that may have moved at a step, about: where contact has been, and one more for every step
-    /// since.
+    /// Number of columns that may have moved at a step, about: where contact has been, and λ more for every step since.
     ///
     /// ```text
-    /// max over earlier steps s of  r_contact(s)/Δr + (step − s)
+    /// max over earlier steps s of  r_contact(s)/Δr + λ·(step − s),   λ = c_sΔt/Δr
     /// ```
     pub fn lit_columns(&self, step: f64) -> f64 {
         const SAMPLES: u32 = 16;
+        let courant = self.target.material.shear_wave_speed * self.sizes.dt / self.sizes.dr;
         let columns = |part: u32| {
             let earlier = step * f64::from(part) / f64::from(SAMPLES);
-            self.touched_columns(earlier) + (step - earlier)
+            self.touched_columns(earlier) + courant * (step - earlier)
         };
         (0..=SAMPLES).map(columns).fold(1.0, f64::max).min(self.sizes.nr as f64)
     }

@@ -17,7 +17,7 @@
 //! | [`indenter`] | the rigid body |
 //! | [`surface`] | what model and contact exchange on z = 0 |
 //! | [`contact`] | contact rules, active set, drag, events |
-//! | [`model`] | what lies behind the surface: trait, one file per model, stencils |
+//! | [`model`] | what lies behind the surface: trait, one file per model, light cone, stencils, vectors, sweeps |
 //! | [`simulation`] | the order of one step |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::answer`] chooses the one for a case |
@@ -52,8 +52,9 @@
 //!   threads: every sum is taken in the order of rows and nodes.
 //! * No kernel asks for geometry or mesh: [`grid::Grid`] turns both into weights.
 //! * A model may run its interior behind the surface, many steps in one pass ([`model::sweep`]), but never shows it
-//!   before it has caught up.
-//! * `unsafe` stands only in [`model::stencil`] and [`model::sweep`], each block with its proof.
+//!   before it has caught up. What it leaves out is outside the light cone ([`model::cone`]).
+//! * Vectors of any width give the same bits: no operation is fused, sums over a row are taken in packs of one size.
+//! * `unsafe` stands only in [`model::lanes`], [`model::stencil`] and [`model::sweep`], each block with its proof.
 //! * A recording reproduces its run: `percuss run` on its attachment `case.resolved.toml` gives the same messages.
 //!
 //! | To add | Touch |

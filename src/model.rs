@@ -11,6 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::surface::Surface;
 
+pub mod cone;
+pub mod lanes;
 pub mod rakhmatulin;
 pub mod stencil;
 pub mod sweep;

@@ -18,10 +18,7 @@ use crate::{
     },
     grid::Grid,
     indenter::Indenter,
-    model::{
-        Extent, Field, Model, ModelKind, TargetEnergy,
-        rakhmatulin::{Rakhmatulin, Sight},
-    },
+    model::{Extent, Field, Model, ModelKind, TargetEnergy, cone::Sight, rakhmatulin::Rakhmatulin},
     surface::Surface,
     validity::Validity,
     view::{Energy, Fields, Frame, Interface, Lattice, View},
@@ -86,13 +83,22 @@ impl Simulation {
     ///
     /// [`SimulationError::NoSolver`] for model `elastic`.
     pub fn new(case: &Case) -> Result<Self, SimulationError> {
-        let sizes = &case.sizes;
-        let grid = case.grid();
-        let sight = if sizes.layer || !case.record.frames.is_none() {
+        let sight = if case.sizes.layer || !case.record.frames.is_none() {
             Sight::Field
         } else {
-            Sight::Surface { last_step: sizes.steps as usize }
+            Sight::Surface { last_step: case.sizes.steps as usize }
         };
+        Self::with_sight(case, sight)
+    }
+
+    /// Sets up a case of which more is computed than is looked at, for comparisons.
+    ///
+    /// # Errors
+    ///
+    /// As [`Simulation::new`].
+    pub fn with_sight(case: &Case, sight: Sight) -> Result<Self, SimulationError> {
+        let sizes = &case.sizes;
+        let grid = case.grid();
         let model: Box<dyn Model> = match case.model {
             ModelKind::Rakhmatulin => {
                 Box::new(Rakhmatulin::new(grid.clone(), case.target.material.shear_wave_speed, sight))

@@ -9,11 +9,7 @@ use crate::{
     case::{Case, Sizes},
     channels::{Catalogue, Size},
     grid::{Geometry, Grid, MeshKind, Spacing},
-    model::{
-        Model, ModelKind,
-        rakhmatulin::{Rakhmatulin, Sight},
-        sweep::LAG,
-    },
+    model::{Model, ModelKind, cone::Sight, rakhmatulin::Rakhmatulin, sweep::MAX_LAG},
     recording::Compression,
     surface::Surface,
 };
@@ -116,7 +112,7 @@ fn node_rate(sizes: &Sizes) -> f64 {
         start.elapsed().as_secs_f64()
     };
     steps(rows);
-    let timed = 4 * LAG;
+    let timed = 4 * MAX_LAG;
     (rows * columns * timed) as f64 / steps(timed)
 }
 

@@ -15,11 +15,13 @@
 //!
 //! so nothing is dispersed along z, and for λ = 1 nothing along r either.
 //!
-//! Fields are stored column by column, the nodes of one radius in the order of depth. A patch is advanced by marching
-//! outwards with some rows side by side: sums over z and differences of U are carried from column to column, so every
-//! node is loaded once and nine operations do an update.
+//! Fields are stored row by row, the nodes of one depth in the order of radii. A patch is advanced by marching outwards
+//! with some rows side by side, a vector at a time: sums over z are shared by the rows and carried from vector to
+//! vector, so every node is loaded once or twice and nine operations do an update.
 
 use std::ops::Range;
+
+use super::lanes::{PACK, Vector};
 
 /// Part of a field that is advanced in place, at two levels.
 #[derive(Clone, Copy)]
@@ -28,7 +30,7 @@ pub struct Patch<'a> {
     pub now: *const f64,
     /// Node (0, 0) of the level that is written; before, it holds the level before the one that is read.
     pub next: *mut f64,
-    /// Distance from a node to its outer neighbour, in numbers.
+    /// Distance from a node to the one below it, in numbers.
     pub stride: usize,
     /// Radial weights times `λ²/4`, by column. 0 where there is no neighbour.
     pub outward: &'a [f64],
@@ -36,80 +38,90 @@ pub struct Patch<'a> {
     pub inward: &'a [f64],
 }
 
-/// Advances `rows` of `columns`.
+/// Rows that are marched side by side: what two of them carry fits into 16 registers.
+const ABREAST: usize = 2;
+
+/// Advances `rows` of `columns`, whole vectors.
 ///
 /// Always inlined, so that a caller compiled for wider vectors gets them here; no operation is fused and their order is
 /// fixed, so the bits are those of any other caller.
 ///
 /// # Safety
 ///
-/// The nodes of the patch and their neighbours on all eight sides must be numbers that may be read at level `now`; the
-/// nodes of the patch must be numbers that may be read and written at level `next`, and nobody else may touch them
-/// meanwhile.
+/// The machine must have the instructions of `V`. The nodes of the patch and their neighbours, one row above and below
+/// and one vector on either side, must be numbers that may be read at level `now`; the nodes of the patch must be numbers
+/// that may be read and written at level `next`, and nobody else may touch them meanwhile.
 #[inline(always)]
 #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
-pub unsafe fn advance(patch: Patch<'_>, rows: Range<usize>, columns: Range<usize>) {
+pub unsafe fn advance<V: Vector>(patch: Patch<'_>, rows: Range<usize>, columns: Range<usize>) {
     assert!(columns.end <= patch.outward.len() && columns.end <= patch.inward.len());
+    assert!(columns.len().is_multiple_of(V::WIDTH), "columns come in whole vectors");
     let mut j = rows.start;
-    // eight rows side by side: what is carried fits into the registers of 256 bits; what did not would go through a
-    // stack that may lie across a page, where it is several times slower
-    macro_rules! march {
-        ($n:literal) => {
-            while rows.end.saturating_sub(j) >= $n {
-                // SAFETY: rows j to j + n − 1 belong to the patch
-                unsafe { march::<$n>(patch, j, columns.clone()) };
-                j += $n;
-            }
-        };
+    while j + ABREAST <= rows.end {
+        // SAFETY: rows j and j + 1 belong to the patch
+        unsafe { march::<V, ABREAST>(patch, j, columns.clone()) };
+        j += ABREAST;
     }
-    march!(8);
-    march!(4);
-    march!(2);
-    march!(1);
+    while j < rows.end {
+        // SAFETY: row j belongs to the patch
+        unsafe { march::<V, 1>(patch, j, columns.clone()) };
+        j += 1;
+    }
 }
 
-/// Advances `N` rows from row `j` on, column by column outwards.
+/// Advances `N` rows from row `j` on, vector by vector outwards.
 ///
 /// # Safety
 ///
 /// As [`advance`] for these rows.
 #[inline(always)]
 #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
-unsafe fn march<const N: usize>(patch: Patch<'_>, j: usize, columns: Range<usize>) {
+unsafe fn march<V: Vector, const N: usize>(patch: Patch<'_>, j: usize, columns: Range<usize>) {
     let Patch { now, next, stride, outward, inward } = patch;
-    // sums u_{j−1} + u_{j+1} and 4·U, counting columns from the one before column 0
-    let sums = |i: usize| {
-        // SAFETY: the patch has a column before its first one, and a row above and below; see `advance`
-        let column = unsafe { std::slice::from_raw_parts(now.add(i * stride + j).sub(stride + 1), N + 2) };
-        let (mut ends, mut four) = ([0.0; N], [0.0; N]);
-        for l in 0..N {
-            ends[l] = column[l] + column[l + 2];
-            four[l] = ends[l] + 2.0 * column[l + 1];
+    // SAFETY, here and below: the nodes of the patch, a row around them and a vector on either side are numbers, of
+    // which those of the patch at level `next` are nobody else's; the machine has the instructions
+    unsafe {
+        let (now, next) = (now.add(j * stride), next.add(j * stride));
+        // sums u_{j−1} + u_{j+1} and 4·U of all rows, counting columns from the vector before column 0
+        let sums = |i: usize| {
+            let mut above = V::load(now.add(i).sub(V::WIDTH + stride));
+            let mut here = V::load(now.add(i).sub(V::WIDTH));
+            let mut sums = [(above, here); N];
+            for (row, sum) in sums.iter_mut().enumerate() {
+                let below = V::load(now.add(i + (row + 1) * stride).sub(V::WIDTH));
+                let ends = above.add(below);
+                *sum = (ends, ends.add_twice(here));
+                (above, here) = (here, below);
+            }
+            sums
+        };
+        let before = sums(columns.start);
+        let mut here = sums(columns.start + V::WIDTH);
+        let mut inner = [here[0].1; N];
+        for row in 0..N {
+            inner[row] = V::seam(before[row].1, here[row].1).1;
         }
-        (ends, four)
-    };
-    let (_, before) = sums(columns.start);
-    let (mut ends, mut four) = sums(columns.start + 1);
-    let mut inner = [0.0; N];
-    for l in 0..N {
-        inner[l] = four[l] - before[l];
-    }
-    for i in columns {
-        let (next_ends, next_four) = sums(i + 2);
-        // SAFETY: column i of the patch, which nobody else touches; see `advance`
-        let row = unsafe { std::slice::from_raw_parts_mut(next.add(i * stride + j), N) };
-        let (out, inw) = (outward[i], inward[i]);
-        for l in 0..N {
-            let outer = next_four[l] - four[l];
-            row[l] = (ends[l] - row[l]) + (out * outer - inw * inner[l]);
-            inner[l] = outer;
+        let mut i = columns.start;
+        while i < columns.end {
+            let after = sums(i + 2 * V::WIDTH);
+            let (out, inw) = (V::load(outward.as_ptr().add(i)), V::load(inward.as_ptr().add(i)));
+            for row in 0..N {
+                let (ends, four) = here[row];
+                let (outer, next_inner) = V::seam(four, after[row].1);
+                let node = next.add(i + row * stride);
+                let axial = ends.sub(V::load(node));
+                let radial = out.mul(outer.sub(four)).sub(inw.mul(four.sub(inner[row])));
+                axial.add(radial).store(node);
+                inner[row] = next_inner;
+            }
+            here = after;
+            i += V::WIDTH;
         }
-        (ends, four) = (next_ends, next_four);
     }
 }
 
 /// Rows 0 and 1 of a column, as the surface sees them.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub struct Top {
     /// u_0.
     pub surface: f64,
@@ -132,62 +144,95 @@ pub fn free_surface(before: f64, around: [Top; 3], outward: f64, inward: f64) ->
     (ends[1] - before) + (outward * (four[2] - four[1]) - inward * (four[1] - four[0]))
 }
 
-/// A column at two levels.
+/// Two neighbouring rows at two levels, each one node longer than the weights.
 #[derive(Clone, Copy)]
-pub struct Column<'a> {
-    /// Level k.
-    pub earlier: &'a [f64],
-    /// Level k+1.
-    pub later: &'a [f64],
+pub struct Rows<'a> {
+    /// Rows j and j+1 at level k.
+    pub earlier: [&'a [f64]; 2],
+    /// Rows j and j+1 at level k+1.
+    pub later: [&'a [f64]; 2],
 }
 
-/// Kinetic energy of a column between two levels over `½a·Δz`, the surface with half a cell:
-/// `Σ_j κ_j ((u^{k+1} − u^k)/Δt)²`, κ_0 = ½.
-pub fn column_kinetic(column: Column<'_>, dt: f64) -> f64 {
-    let squares = column.earlier.iter().zip(column.later).map(|(e, l)| (l - e) * (l - e));
-    let first = column.later[0] - column.earlier[0];
-    (squares.sum::<f64>() - 0.5 * first * first) / (dt * dt)
+/// Energy of row j and of what lies between it and row j+1, each up to a factor of the mesh, between two levels as the
+/// leapfrog scheme conserves it: strains are products of two levels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RowEnergy {
+    /// `Σ_i a_i (u^{k+1} − u^k)²`
+    pub kinetic: f64,
+    /// `Σ_i a_i (δ_z u^k)(δ_z u^{k+1})`
+    pub axial: f64,
+    /// `Σ_i f_{i+½} (δ_r ū^k)(δ_r ū^{k+1})` with `ū = (u_j + u_{j+1})/2`
+    pub shear: f64,
 }
 
-/// Axial strain energy of a column over `½a/Δz` as the leapfrog scheme conserves it, a product of two levels:
-/// `Σ_j (δ_z u^k)(δ_z u^{k+1})`.
-pub fn column_axial(column: Column<'_>) -> f64 {
-    let steps = column.earlier.windows(2).zip(column.later.windows(2));
-    steps.map(|(e, l)| (e[1] - e[0]) * (l[1] - l[0])).sum()
-}
-
-/// Shear strain energy between two columns over `½·face·c_s²·Δz/Δr`, likewise a product of two levels:
-/// `Σ_j (δ_r ū^k)(δ_r ū^{k+1})` with `ū = (u_j + u_{j+1})/2`.
-pub fn columns_shear(inner: Column<'_>, outer: Column<'_>) -> f64 {
-    let slope = |inner: &[f64], outer: &[f64]| 0.5 * (outer[0] + outer[1]) - 0.5 * (inner[0] + inner[1]);
-    let earlier = inner.earlier.windows(2).zip(outer.earlier.windows(2));
-    let later = inner.later.windows(2).zip(outer.later.windows(2));
-    earlier.zip(later).map(|(e, l)| slope(e.0, e.1) * slope(l.0, l.1)).sum()
+/// Energy of a row. Columns are summed up in the order of [`PACK`] interleaved sums, whatever the machine.
+///
+/// * `area`, `face`: cell areas a_i and face weights, of as many columns, a whole number of packs
+///
+/// # Safety
+///
+/// The machine must have the instructions of `V`.
+#[inline(always)]
+#[expect(unsafe_code, reason = "instructions that not every machine has")]
+pub unsafe fn row_energy<V: Vector>(rows: Rows<'_>, area: &[f64], face: &[f64]) -> RowEnergy {
+    let n = area.len();
+    let lines = [rows.earlier[0], rows.earlier[1], rows.later[0], rows.later[1]];
+    assert!(n.is_multiple_of(PACK) && face.len() >= n && lines.iter().all(|line| line.len() > n));
+    let lines = lines.map(<[f64]>::as_ptr);
+    let mut sums = [[0.0; PACK]; 3];
+    // SAFETY: a pack from column i on, and one from column i + 1 on, lie within n + 1 numbers, as has been checked; the
+    // machine has the instructions
+    unsafe {
+        let (zero, half) = (V::load([0.0; PACK].as_ptr()), V::load([0.5; PACK].as_ptr()));
+        let mut lanes = [[zero; PACK]; 3];
+        for first in (0..n).step_by(PACK) {
+            for (m, i) in (first..first + PACK).step_by(V::WIDTH).enumerate() {
+                let (area, face) = (V::load(area.as_ptr().add(i)), V::load(face.as_ptr().add(i)));
+                let [e0, e1, l0, l1] = lines.map(|line| V::load(line.add(i)));
+                let [e2, e3, l2, l3] = lines.map(|line| V::load(line.add(i + 1)));
+                let moved = l0.sub(e0);
+                let slope = |a: V, b: V, c: V, d: V| half.mul(c.add(d)).sub(half.mul(a.add(b)));
+                let shear = slope(e0, e1, e2, e3).mul(slope(l0, l1, l2, l3));
+                lanes[0][m] = lanes[0][m].add(area.mul(moved.mul(moved)));
+                lanes[1][m] = lanes[1][m].add(area.mul(e1.sub(e0).mul(l1.sub(l0))));
+                lanes[2][m] = lanes[2][m].add(face.mul(shear));
+            }
+        }
+        for (sum, lanes) in sums.iter_mut().zip(lanes) {
+            for (m, lane) in lanes.iter().enumerate().take(PACK / V::WIDTH) {
+                lane.store(sum.as_mut_ptr().add(m * V::WIDTH));
+            }
+        }
+    }
+    let [kinetic, axial, shear] = sums.map(|lanes| lanes.iter().sum());
+    RowEnergy { kinetic, axial, shear }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::lanes::Lanes;
 
     /// One step of the plane scheme on a standing wave in the middle of an unbounded mesh.
-    fn advance_wave(q_z: f64, q_r: f64, lambda: f64, phase: f64) -> (f64, f64) {
+    fn advance_wave(lanes: Lanes, q_z: f64, q_r: f64, lambda: f64, phase: f64) -> (f64, f64) {
         let omega = dispersion(q_z, q_r, lambda);
-        let (rows, columns) = (40, 20);
+        let (rows, columns) = (20, 40);
         let wave = |k: f64| {
-            let node = |m: usize| q_z * (m % rows) as f64 + q_r * (m / rows) as f64 - omega * k + phase;
+            let node = |m: usize| q_z * (m / columns) as f64 + q_r * (m % columns) as f64 - omega * k + phase;
             (0..rows * columns).map(|m| node(m).cos()).collect::<Vec<f64>>()
         };
         let (mut next, now) = (wave(-1.0), wave(0.0));
         let weights = vec![0.25 * lambda * lambda; columns];
         let (read, write) = (now.as_ptr(), next.as_mut_ptr());
-        let patch = Patch { now: read, next: write, stride: rows, outward: &weights, inward: &weights };
-        // SAFETY: one node is left on all sides
+        let patch = Patch { now: read, next: write, stride: columns, outward: &weights, inward: &weights };
+        // SAFETY: a pack is left on all sides
         #[expect(unsafe_code, reason = "the function under test")]
         unsafe {
-            advance(patch, 1..rows - 1, 1..columns - 1);
+            lanes.advance(patch, 1..rows - 1, PACK..columns - PACK);
         }
-        let inside =
-            |m: &usize| (1..rows - 1).contains(&(m % rows)) && (1..columns - 1).contains(&(m / rows));
+        let inside = |m: &usize| {
+            (1..rows - 1).contains(&(m / columns)) && (PACK..columns - PACK).contains(&(m % columns))
+        };
         let exact = wave(1.0);
         let error = |m: usize| (next[m] - exact[m]).abs();
         ((0..rows * columns).filter(inside).map(error).fold(0.0, f64::max), omega)
@@ -203,8 +248,12 @@ mod tests {
         for lambda in [0.3, 0.5, 0.97, 1.0] {
             for q_z in [0.0, 0.4, 1.7, 3.0] {
                 for q_r in [0.0, 0.6, 2.2, 3.1] {
-                    let (error, omega) = advance_wave(q_z, q_r, lambda, 0.7);
-                    assert!(error < 1e-12, "λ={lambda} q=({q_z}, {q_r}): {error:e}");
+                    let mut omega = 0.0;
+                    for lanes in Lanes::all() {
+                        let error;
+                        (error, omega) = advance_wave(lanes, q_z, q_r, lambda, 0.7);
+                        assert!(error < 1e-12, "{lanes:?} λ={lambda} q=({q_z}, {q_r}): {error:e}");
+                    }
                     if lambda == 1.0 {
                         // cos ω/2 = cos q_z/2 · cos q_r/2: no dispersion along either axis
                         let product = (q_z / 2.0).cos() * (q_r / 2.0).cos();
@@ -217,18 +266,51 @@ mod tests {
 
     #[test]
     fn the_free_surface_is_the_mirrored_interior() {
-        // rows −1, 0, 1 of three columns, row −1 the image of row 1
+        // rows −1, 0, 1 of three columns, row −1 the image of row 1; what lies around them is at rest
         let tops = [(0.3, -0.2), (0.7, 0.4), (-0.1, 0.9)].map(|(surface, below)| Top { surface, below });
-        let now: Vec<f64> = tops.iter().flat_map(|top| [top.below, top.surface, top.below]).collect();
-        let mut next = vec![0.0, 0.0, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 0.0];
-        let (outward, inward) = ([0.0, 0.11, 0.0], [0.0, 0.07, 0.0]);
+        let stride = 3 * PACK;
+        let (mut now, mut next) = (vec![0.0; 3 * stride], vec![0.0; 3 * stride]);
+        for (i, top) in tops.iter().enumerate() {
+            for (j, u) in [top.below, top.surface, top.below].into_iter().enumerate() {
+                now[j * stride + PACK + i] = u;
+            }
+        }
+        let node = stride + PACK + 1;
+        next[node] = 0.25;
+        let (mut outward, mut inward) = (vec![0.0; stride], vec![0.0; stride]);
+        (outward[PACK + 1], inward[PACK + 1]) = (0.11, 0.07);
         let (read, write) = (now.as_ptr(), next.as_mut_ptr());
-        let patch = Patch { now: read, next: write, stride: 3, outward: &outward, inward: &inward };
-        // SAFETY: the only node of the patch has all its neighbours
+        let patch = Patch { now: read, next: write, stride, outward: &outward, inward: &inward };
+        // SAFETY: a row and a pack are left on all sides
         #[expect(unsafe_code, reason = "the function under test")]
         unsafe {
-            advance(patch, 1..2, 1..2);
+            Lanes::BASELINE.advance(patch, 1..2, PACK..2 * PACK);
         }
-        assert_eq!(next[4], free_surface(0.25, tops, 0.11, 0.07));
+        assert_eq!(next[node], free_surface(0.25, tops, 0.11, 0.07));
+    }
+
+    #[test]
+    fn the_energy_of_a_row_is_the_plain_sum_with_any_instructions() {
+        let n = 5 * PACK;
+        let line = |seed: usize| -> Vec<f64> {
+            (0..=n).map(|i| ((i * 7 + seed * 13) % 31) as f64 / 31.0 - 0.4).collect()
+        };
+        let [e0, e1, l0, l1, area, face] = [0, 1, 2, 3, 4, 5].map(line);
+        let (area, face) = (&area[..n], &face[..n]);
+        let rows = Rows { earlier: [&e0, &e1], later: [&l0, &l1] };
+        let mut plain = RowEnergy::default();
+        for i in 0..n {
+            let slope = |a: &[f64], b: &[f64]| 0.5 * (a[i + 1] + b[i + 1]) - 0.5 * (a[i] + b[i]);
+            plain.kinetic += area[i] * (l0[i] - e0[i]).powi(2);
+            plain.axial += area[i] * (e1[i] - e0[i]) * (l1[i] - l0[i]);
+            plain.shear += face[i] * slope(&e0, &e1) * slope(&l0, &l1);
+        }
+        let baseline = Lanes::BASELINE.row_energy(rows, area, face);
+        let pairs =
+            [(baseline.kinetic, plain.kinetic), (baseline.axial, plain.axial), (baseline.shear, plain.shear)];
+        assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 1e-13), "{baseline:?} {plain:?}");
+        for lanes in Lanes::all() {
+            assert_eq!(lanes.row_energy(rows, area, face), baseline, "{lanes:?}");
+        }
     }
 }

@@ -3,7 +3,7 @@
 //! Contact couples the whole surface in every step; the interior is not coupled to anything but its neighbours. So a
 //! strip of rows under the surface goes step by step, one row less each time, and the rows below follow later, many
 //! levels in one pass through memory. They are cut into blocks of rows and strips of columns; a tile is one block of
-//! one strip, and every level of a tile is shifted by one row and one column towards the origin:
+//! one strip, and every level of a tile is shifted by one row and one vector of columns towards the origin:
 //!
 //! ```text
 //!  rows of a tile at levels t = 1, 2, 3      level t needs level t−1 one node around it: the shift
@@ -13,9 +13,10 @@
 //!    1  2  ·                                 field are therefore updated in place.
 //! ```
 //!
-//! Tile `(p, s)` (block p, strip s) needs `(p', s')` for all `p' ≤ p`, `s' ≤ s`. One thread does the strips of a block
-//! from left to right, and stays behind the thread of the block above. The numbers do not depend on who does what:
-//! every node is computed once per level, from the same neighbours, by the same operations.
+//! Tile `(p, s)` (block p, strip s) needs `(p', s')` for all `p' ≤ p`, `s' ≤ s`. A thread takes a group of blocks, does
+//! its strips from left to right and the blocks of a strip downwards, and stays behind the thread of the group above.
+//! The numbers do not depend on who does what: every node is computed once per level, from the same neighbours, by the
+//! same operations.
 
 use std::{
     ops::Range,
@@ -25,65 +26,122 @@ use std::{
     },
 };
 
-use ndarray::Array2;
+use ndarray::{ArrayView2, s};
 
-use super::stencil::{Patch, Top, advance};
+use super::{
+    lanes::{Lanes, PACK},
+    stencil::Patch,
+};
 
-/// Number of levels that the interior may lag behind the surface.
-pub const LAG: usize = 16;
+/// Largest number of levels that the interior may lag behind the surface.
+pub const MAX_LAG: usize = 24;
 
-/// Rows of the strip under the surface: rows 0 and 1 must be up to date when the interior lags by [`LAG`].
-pub const STRIP: usize = LAG + 2;
+/// Number of levels that the interior may lag behind the surface over `nz` rows: the more, the less often memory is gone
+/// through; but the strip under the surface, which one thread does, should stay a small part of the whole.
+pub fn lag(nz: usize) -> usize {
+    (nz / 20).clamp(8, MAX_LAG)
+}
 
-/// Rows and columns of a tile: with its shift, `(64 + 16)·(16 + 16)` nodes on two levels fill 40 KiB of the second
-/// cache, and one level of it half of the first. Between 32 and 128 rows, 16 and 32 columns little changes.
-const TILE_ROWS: usize = 64;
-const TILE_COLUMNS: usize = 16;
+/// Rows of the strip under the surface: rows 0 and 1 must be up to date when the interior lags by `lag`.
+pub fn strip(lag: usize) -> usize {
+    lag + 2
+}
+
+/// Rows and columns of a tile. One level of it, `16·(128 + 8)` nodes of two levels, about fits into the first cache;
+/// all of it into a small part of the second.
+const TILE_ROWS: usize = 16;
+const TILE_COLUMNS: usize = 32 * PACK;
+
+/// Fewest columns of a tile, where a mesh is so narrow that threads would wait for each other.
+const NARROW_COLUMNS: usize = 8 * PACK;
+
+/// Strips that a mesh should have for every thread.
+const STRIPS_PER_THREAD: usize = 8;
+
+/// Blocks of a group, about: with its shift, one strip of it fits into the second cache. What a thread takes up after
+/// another one comes from farther away.
+const GROUP_BLOCKS: usize = 4;
 
 /// Nodes in a sweep below which a second thread is not worth waking.
 const NODES_PER_THREAD: usize = 100_000;
 
-/// Two levels of a field, column by column in the order of depth. Level k is in the array `k % 2`. A column of zeros
-/// stands before the first one and after the last one.
+/// Numbers in a line of the cache.
+const LINE: usize = 8;
+
+/// Two levels of a field, row by row. Level k is in the array `k % 2`. Every row has a pack of zeros before its first
+/// column and after its last one, and begins at a line of the cache.
 pub struct Levels {
-    arrays: [Array2<f64>; 2],
+    arrays: [Vec<f64>; 2],
+    /// Number that each array begins with.
+    start: [usize; 2],
+    rows: usize,
+    columns: usize,
+    stride: usize,
+    /// Rows that have been written to.
+    opened: usize,
 }
 
 impl Levels {
     /// A field at rest.
     pub fn new(rows: usize, columns: usize) -> Self {
-        // columns that are a multiple of 4 KiB apart would share the same sets of the first cache
-        let stride = rows.next_multiple_of(8);
-        let stride = if stride.is_multiple_of(64) { stride + 8 } else { stride };
-        Self { arrays: [Array2::zeros((columns + 2, stride)), Array2::zeros((columns + 2, stride))] }
+        let columns = columns.next_multiple_of(PACK);
+        // rows that are a multiple of 4 KiB apart would share the same sets of the first cache: an odd number of lines
+        let lines = (columns + 2 * PACK).div_ceil(LINE) | 1;
+        let stride = lines * LINE;
+        // zeros that nobody has touched take no memory
+        let arrays = [vec![0.0; rows * stride + LINE], vec![0.0; rows * stride + LINE]];
+        let start =
+            arrays.each_ref().map(|array| array.as_ptr().align_offset(LINE * size_of::<f64>()).min(LINE));
+        Self { arrays, start, rows, columns, stride, opened: 0 }
     }
 
-    /// Column `i` at a level.
-    pub fn column(&self, level: usize, i: usize) -> &[f64] {
-        self.arrays[level % 2].row(i + 1).to_slice().expect("columns are contiguous")
+    /// Writes zeros to `rows` rows, if nobody has done so yet. Memory that is read before it is written to is given out
+    /// twice by the system, and the second time all threads stop for it.
+    pub fn open(&mut self, rows: usize) {
+        let rows = rows.min(self.rows);
+        if rows > self.opened {
+            for (array, start) in self.arrays.iter_mut().zip(self.start) {
+                array[start + self.opened * self.stride..][..(rows - self.opened) * self.stride].fill(0.0);
+            }
+            self.opened = rows;
+        }
     }
 
-    /// Column `i` at a level, to be changed.
-    pub fn column_mut(&mut self, level: usize, i: usize) -> &mut [f64] {
-        self.arrays[level % 2].row_mut(i + 1).into_slice().expect("columns are contiguous")
+    /// Number of columns, a whole number of packs.
+    pub fn columns(&self) -> usize {
+        self.columns
     }
 
-    /// Rows 0 and 1 of the column before column `i`.
-    pub fn top_before(&self, level: usize, i: usize) -> Top {
-        let array = &self.arrays[level % 2];
-        Top { surface: array[[i, 0]], below: array[[i, 1]] }
+    /// A level, shape `(rows, columns + 1)`: there is a column of zeros at the end.
+    pub fn level(&self, level: usize) -> ArrayView2<'_, f64> {
+        let array = &self.arrays[level % 2][self.start[level % 2]..][..self.rows * self.stride];
+        let whole =
+            ArrayView2::from_shape((self.rows, self.stride), array).expect("an array is rows of a stride");
+        whole.slice_move(s![.., PACK..PACK + self.columns + 1])
     }
 
-    /// Distance from a node to its outer neighbour, in numbers.
-    fn stride(&self) -> usize {
-        self.arrays[0].ncols()
+    /// Row `j` at a level, with a zero at its end.
+    pub fn row(&self, level: usize, j: usize) -> &[f64] {
+        &self.arrays[level % 2][self.index(level, j)..][..self.columns + 1]
+    }
+
+    /// Row `j` at a level, to be changed.
+    pub fn row_mut(&mut self, level: usize, j: usize) -> &mut [f64] {
+        let index = self.index(level, j);
+        &mut self.arrays[level % 2][index..][..self.columns]
+    }
+
+    /// Where row `j` begins.
+    fn index(&self, level: usize, j: usize) -> usize {
+        assert!(j < self.rows, "row {j} of {}", self.rows);
+        self.start[level % 2] + j * self.stride + PACK
     }
 
     /// Nodes (0, 0) of level `level`, and of the level after or before it.
     fn origins(&mut self, level: usize) -> [*mut f64; 2] {
-        let stride = self.stride();
-        // a column of zeros comes first
-        let [even, odd] = self.arrays.each_mut().map(|array| array.as_mut_ptr().wrapping_add(stride));
+        let [even, odd] = self.start;
+        let origins = [self.arrays[0][even + PACK..].as_mut_ptr(), self.arrays[1][odd + PACK..].as_mut_ptr()];
+        let [even, odd] = origins;
         if level.is_multiple_of(2) { [even, odd] } else { [odd, even] }
     }
 }
@@ -93,7 +151,7 @@ impl Levels {
 pub struct Lit {
     /// Rows that may differ from 0 and are still of use.
     pub rows: usize,
-    /// Columns that may differ from 0.
+    /// Columns that may differ from 0, a whole number of packs.
     pub columns: usize,
 }
 
@@ -122,49 +180,6 @@ impl RowPeak {
     }
 }
 
-/// Instructions that the machine has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lanes {
-    /// What every x86-64 or other machine has.
-    Baseline,
-    /// 256-bit vectors.
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-}
-
-impl Lanes {
-    /// The best this machine has.
-    pub fn detect() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
-            return Self::Avx2;
-        }
-        Self::Baseline
-    }
-}
-
-/// [`advance`] with the given instructions.
-///
-/// # Safety
-///
-/// As [`advance`].
-#[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
-unsafe fn advance_on(lanes: Lanes, patch: Patch<'_>, rows: Range<usize>, columns: Range<usize>) {
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    unsafe fn avx2(patch: Patch<'_>, rows: Range<usize>, columns: Range<usize>) {
-        // SAFETY: handed on to the caller
-        unsafe { advance(patch, rows, columns) }
-    }
-    match lanes {
-        // SAFETY: handed on to the caller
-        Lanes::Baseline => unsafe { advance(patch, rows, columns) },
-        // SAFETY: handed on to the caller; this variant is only made where the instructions were detected
-        #[cfg(target_arch = "x86_64")]
-        Lanes::Avx2 => unsafe { avx2(patch, rows, columns) },
-    }
-}
-
 /// Advances the strip under the surface to `level`, `rows` of it from row 1 on.
 pub fn advance_strip(
     levels: &mut Levels,
@@ -174,20 +189,20 @@ pub fn advance_strip(
     lit: Lit,
     lanes: Lanes,
 ) {
-    let stride = levels.stride();
+    let stride = levels.stride;
     let rows = 1..rows.min(lit.rows);
-    assert!(rows.end < stride && lit.columns + 2 <= levels.arrays[0].nrows());
+    assert!(rows.end < levels.rows && lit.columns <= levels.columns);
     let [next, now] = levels.origins(level);
     let patch = Patch { now, next, stride, outward: weights.outward, inward: weights.inward };
-    // SAFETY: rows and columns lie inside the arrays with one node around them, as has just been checked; the arrays are
-    // borrowed for this call alone
+    // SAFETY: rows and columns lie inside the arrays with a row and a pack around them, as has just been checked; the
+    // arrays are borrowed for this call alone
     #[expect(unsafe_code, reason = "one kernel for strip and interior")]
     unsafe {
-        advance_on(lanes, patch, rows, 0..lit.columns);
+        lanes.advance(patch, rows, 0..lit.columns);
     }
 }
 
-/// Radial weights times λ²/4, by column.
+/// Radial weights times λ²/4, by column, for whole packs.
 #[derive(Clone, Copy)]
 pub struct Weights<'a> {
     /// Towards larger radii.
@@ -204,8 +219,10 @@ pub struct Sweep<'a> {
     pub weights: Weights<'a>,
     /// Level of the interior.
     pub base: usize,
-    /// Levels to do, from `base + 1` on; at most [`LAG`].
+    /// Levels to do, from `base + 1` on; at most `lag`.
     pub lit: &'a [Lit],
+    /// Levels that the interior may lag behind the surface.
+    pub lag: usize,
     /// Row before the backing.
     pub last_row: usize,
     /// Instructions to use.
@@ -222,8 +239,14 @@ struct Shared<'a> {
     lit: &'a [Lit],
     last_row: usize,
     lanes: Lanes,
+    /// Rows of the strip under the surface at the first level.
+    strip: usize,
+    /// Columns of a tile.
+    tile_columns: usize,
     strips: usize,
-    /// Number of strips of each block that are done.
+    blocks: usize,
+    groups: usize,
+    /// Number of strips of each group that are done.
     progress: Vec<AtomicUsize>,
     /// Peaks of the row before the backing: of all levels but the last, and of the last.
     peaks: Mutex<[RowPeak; 2]>,
@@ -238,13 +261,25 @@ impl Sweep<'_> {
     /// last one, and of the last one.
     pub fn run(self) -> [RowPeak; 2] {
         let lag = self.lit.len();
-        assert!(lag <= LAG, "the strip is not deep enough");
+        assert!(lag <= self.lag, "the strip is not deep enough");
+        let strip = strip(self.lag);
         let rows = self.lit.iter().map(|lit| lit.rows).max().unwrap_or(0);
         let columns = self.lit.iter().map(|lit| lit.columns).max().unwrap_or(0);
-        let blocks = (rows + lag).saturating_sub(STRIP).div_ceil(TILE_ROWS);
-        let strips = (columns + lag).saturating_sub(1).div_ceil(TILE_COLUMNS);
-        let stride = self.levels.stride();
-        assert!(rows < stride && columns + 2 <= self.levels.arrays[0].nrows());
+        let blocks = (rows + lag).saturating_sub(strip).div_ceil(TILE_ROWS);
+        let threads = if rows * columns * lag > NODES_PER_THREAD { rayon::current_num_threads() } else { 1 };
+        // as many groups for one thread as for the other
+        let groups = (blocks.div_ceil(GROUP_BLOCKS * threads) * threads).min(blocks);
+        let tile_columns = if threads > 1 {
+            columns
+                .div_ceil(STRIPS_PER_THREAD * threads)
+                .next_multiple_of(PACK)
+                .clamp(NARROW_COLUMNS, TILE_COLUMNS)
+        } else {
+            TILE_COLUMNS
+        };
+        let strips = (columns + lag.saturating_sub(1) * self.lanes.width()).div_ceil(tile_columns);
+        let stride = self.levels.stride;
+        assert!(rows < self.levels.rows && columns <= self.levels.columns);
         let shared = Shared {
             origins: self.levels.origins(self.base),
             stride,
@@ -253,22 +288,26 @@ impl Sweep<'_> {
             lit: self.lit,
             last_row: self.last_row,
             lanes: self.lanes,
+            strip,
+            tile_columns,
             strips,
-            progress: (0..blocks).map(|_| AtomicUsize::new(0)).collect(),
+            blocks,
+            groups,
+            progress: (0..groups).map(|_| AtomicUsize::new(0)).collect(),
             peaks: Mutex::default(),
         };
         let next = AtomicUsize::new(0);
         let work = || {
-            // blocks are taken in order, so the block above is done or in somebody's hands
+            // groups are taken in order, so the group above is done or in somebody's hands
             loop {
-                let block = next.fetch_add(1, Ordering::Relaxed);
-                if block >= blocks {
+                let group = next.fetch_add(1, Ordering::Relaxed);
+                if group >= groups {
                     return;
                 }
-                shared.block(block);
+                shared.group(group);
             }
         };
-        if blocks > 1 && rows * columns * lag > NODES_PER_THREAD && rayon::current_num_threads() > 1 {
+        if groups > 1 && threads > 1 {
             rayon::broadcast(|_| work());
         } else {
             work();
@@ -278,10 +317,10 @@ impl Sweep<'_> {
 }
 
 impl Shared<'_> {
-    /// Does the strips of a block from left to right, behind the block above.
-    fn block(&self, block: usize) {
+    /// Does the strips of a group from left to right, behind the group above.
+    fn group(&self, group: usize) {
         for strip in 0..self.strips {
-            if let Some(above) = block.checked_sub(1) {
+            if let Some(above) = group.checked_sub(1) {
                 let mut patience = 0;
                 while self.progress[above].load(Ordering::Acquire) <= strip {
                     // the other thread needs microseconds; but it may have lost its core
@@ -289,17 +328,21 @@ impl Shared<'_> {
                     if patience < 1000 { std::hint::spin_loop() } else { std::thread::yield_now() }
                 }
             }
-            self.tile(block, strip);
-            self.progress[block].store(strip + 1, Ordering::Release);
+            for block in group * self.blocks / self.groups..(group + 1) * self.blocks / self.groups {
+                self.tile(block, strip);
+            }
+            self.progress[group].store(strip + 1, Ordering::Release);
         }
     }
 
     /// All levels of a tile.
     fn tile(&self, block: usize, strip: usize) {
         for (t, lit) in (1..).zip(self.lit) {
-            let rows = STRIP + block * TILE_ROWS - t..(STRIP + (block + 1) * TILE_ROWS - t).min(lit.rows);
-            let columns = (strip * TILE_COLUMNS).saturating_sub(t - 1)
-                ..((strip + 1) * TILE_COLUMNS).saturating_sub(t - 1).min(lit.columns);
+            let first = self.strip + block * TILE_ROWS - t;
+            let rows = first..(first + TILE_ROWS).min(lit.rows);
+            let shift = (t - 1) * self.lanes.width();
+            let columns = (strip * self.tile_columns).saturating_sub(shift)
+                ..((strip + 1) * self.tile_columns).saturating_sub(shift).min(lit.columns);
             if rows.is_empty() || columns.is_empty() {
                 continue;
             }
@@ -307,15 +350,15 @@ impl Shared<'_> {
             let Weights { outward, inward } = self.weights;
             let patch = Patch { now, next, stride: self.stride, outward, inward };
             let has_last = rows.contains(&self.last_row);
-            // SAFETY: rows lie in 1 ≤ j ≤ nz − 1 and columns in 0 ≤ i < nr (`lit` stays below both), so with one node
-            // around them they are inside the arrays. No other thread writes to what is read here or touches what is
+            // SAFETY: rows lie in 1 ≤ j ≤ nz − 1 and columns in 0 ≤ i < nr (`lit` stays below both), so with a row and
+            // a pack around them they are inside the arrays. No other thread writes to what is read here or touches what is
             // written here: the nodes of a tile at level t are read by tiles to the right and below at level t + 1,
             // which start after this one has ended; those of level t − 1 around this tile were written by tiles above
             // and to the left, which have ended, and are overwritten at level t + 1 only by tiles that are shifted one
-            // node farther, which is past them.
+            // row and one vector farther, which is past them.
             #[expect(unsafe_code, reason = "tiles of one array are updated in place by several threads")]
             unsafe {
-                advance_on(self.lanes, patch, rows, columns.clone());
+                self.lanes.advance(patch, rows, columns.clone());
             }
             if has_last {
                 self.note_peak(next, t, columns);
@@ -330,7 +373,7 @@ impl Shared<'_> {
         for i in columns {
             // SAFETY: a node of the tile this thread is working on
             #[expect(unsafe_code, reason = "as in the tile")]
-            let value = unsafe { *next.add(i * self.stride + self.last_row) };
+            let value = unsafe { *next.add(self.last_row * self.stride + i) };
             *peak = peak.with(value, self.base + t, i);
         }
     }
