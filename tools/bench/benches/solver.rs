@@ -1,0 +1,79 @@
+//! Kernels and encoder, with criterion: `cargo bench -p percuss-bench`.
+
+use std::hint::black_box;
+
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use percuss::{
+    grid::{Geometry, Grid, MeshKind, Spacing},
+    message::percuss::InterfaceStress,
+    model::{Field, Model, cone::Sight, rakhmatulin::Rakhmatulin},
+    recording::Batch,
+    surface::Surface,
+};
+
+/// A target in full motion, and its surface.
+fn target(n: usize) -> (Rakhmatulin, Surface) {
+    let spacing = Spacing { dr: 1.0, dz: 1.0, layer_rows: Some(n) };
+    let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, 4 * n, n);
+    let mut surface = Surface::new(4 * n);
+    surface.loaded = 4 * n;
+    let mut target = (Rakhmatulin::new(grid, 0.5, Sight::Field), surface);
+    advance(&mut target, n);
+    target
+}
+
+fn advance((model, surface): &mut (Rakhmatulin, Surface), steps: usize) {
+    for _ in 0..steps {
+        model.predict(surface);
+        surface.displacement.copy_from_slice(&surface.free);
+        surface.displacement[..surface.loaded / 4].fill(1.0);
+        model.advance(surface);
+    }
+}
+
+fn kernels(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("steps");
+    for n in [100, 200, 500] {
+        let mut target = target(n);
+        const STEPS: usize = 48;
+        group.throughput(Throughput::Elements((STEPS * 4 * n * n) as u64));
+        group.bench_function(format!("N = {n}"), |bench| bench.iter(|| advance(&mut target, STEPS)));
+    }
+    group.finish();
+
+    let mut group = criterion.benchmark_group("frame, N = 500");
+    let mut target = target(500);
+    group.throughput(Throughput::Elements(4 * 500 * 500));
+    group.bench_function("energy", |bench| bench.iter(|| target.0.energy()));
+    let mut values = Vec::new();
+    for field in [Field::Stress, Field::Velocity] {
+        group.bench_function(field.name(), |bench| {
+            bench.iter(|| target.0.sample(field, &target.1, &mut values));
+        });
+    }
+    group.finish();
+}
+
+fn encoder(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("encoder");
+    let stress: Vec<f64> = (0..1000).map(|i| 1.0 / (1.0 + i as f64)).collect();
+    let message = InterfaceStress { step: 1, time: 0.1, r0: 0.0, dr: 1e-3, stress };
+    const MESSAGES: u64 = 100;
+    group.throughput(Throughput::Bytes(MESSAGES * 8 * message.stress.len() as u64));
+    group.bench_function("interface stress", |bench| {
+        bench.iter_batched(
+            Batch::default,
+            |mut batch| {
+                for k in 0..MESSAGES {
+                    batch.put(0, k, black_box(&message));
+                }
+                batch
+            },
+            BatchSize::LargeInput,
+        );
+    });
+    group.finish();
+}
+
+criterion_group!(benches, kernels, encoder);
+criterion_main!(benches);

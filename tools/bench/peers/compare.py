@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""How fast percuss is beside other tools: the reference case, in alternation, as ratios.
+
+    compare.py [--peers plain-c,numba,pystencils,devito] [-n N ...] [-t T] [--threads K] [--rounds R]
+
+Needs gcc, `cargo build --release`, and a Python with numpy, numba, pystencils and devito (see --python). The peers sweep
+the whole field, record nothing, and are timed without start and compilation. percuss computes contact in every step and
+records stress, drag, velocity and probes of every step to a file; it is timed as a whole process. Ratios are medians over
+the rounds of ratios within a round.
+"""
+
+import argparse
+import json
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+HERE = pathlib.Path(__file__).resolve().parent
+PERCUSS = HERE.parents[2] / "target" / "release" / "percuss"
+
+
+def percuss(n, end, threads, folder):
+    settings = ["mesh.kind=paper", f"mesh.cells={n}", "mesh.outer_radius=4", "record.frames=0", f"run.end_time={end}"]
+    arguments = [option for setting in settings for option in ("--set", setting)]
+    command = [PERCUSS, "run", "fig5", *arguments, "--threads", str(threads), "-o", folder / "run.mcap", "--force", "-q"]
+    start = time.perf_counter()
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    return time.perf_counter() - start
+
+
+def peer(python, name, n, end, threads):
+    command = [python, HERE / "peer.py", name, "-n", str(n), "-t", str(end), "--threads", str(threads)]
+    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()[-1])["seconds"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--peers", default="plain-c,numba,pystencils,devito")
+    parser.add_argument("-n", type=int, nargs="+", default=[200, 500, 1000], help="nodes per unit of length")
+    parser.add_argument("-t", type=float, default=6.0, help="end time")
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--python", default=sys.executable, help="Python that has the peers")
+    options = parser.parse_args()
+    peers = options.peers.split(",")
+    if "plain-c" not in peers:
+        parser.error("plain-c is what the others are compared with")
+    for name in peers:
+        command = [options.python, HERE / "peer.py", name, "-n", "40", "--threads", str(options.threads), "--check"]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    for n in options.n:
+        rounds = []
+        with tempfile.TemporaryDirectory() as folder:
+            for _ in range(options.rounds):
+                seconds = {name: peer(options.python, name, n, options.t, options.threads) for name in peers}
+                seconds["percuss"] = percuss(n, options.t, options.threads, pathlib.Path(folder))
+                rounds.append(seconds)
+        updates = (n + 1) * (4 * n + 1) * round(options.t * n)
+        print(f"\nN = {n}, t = {options.t:g}, {options.threads} threads, medians of {options.rounds} rounds")
+        print(f"{'':12}{'s':>9}{'1e9/s':>8}{'ratio':>8}")
+        for name in [*peers, "percuss"]:
+            median = statistics.median(seconds[name] for seconds in rounds)
+            ratio = statistics.median(seconds["plain-c"] / seconds[name] for seconds in rounds)
+            print(f"{name:12}{median:9.3f}{updates / median / 1e9:8.2f}{ratio:8.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

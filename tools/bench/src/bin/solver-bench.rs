@@ -1,0 +1,179 @@
+//! What recording costs, what the light cone saves, and how time grows with the mesh.
+//!
+//! ```text
+//! cargo build --release --workspace
+//! target/release/solver-bench recording          a run with and without its recording
+//! target/release/solver-bench cone               a half-space with and without the light cone
+//! target/release/solver-bench growth             time over N³, N = 250 to 2000
+//! ```
+//!
+//! Runs of a comparison alternate; ratios are medians of the ratios of neighbouring runs. Everything is timed in this
+//! process, from the first step to the last; recordings with everything until the file is closed.
+
+use std::{error::Error, path::Path, process::ExitCode, time::Instant};
+
+use clap::{Parser, Subcommand};
+use percuss::{
+    case::Case,
+    model::cone::Sight,
+    session::{Session, Source, Status},
+    simulation::Simulation,
+};
+
+#[derive(Parser)]
+#[command(about, long_about = None)]
+struct Arguments {
+    #[command(subcommand)]
+    what: What,
+    /// Threads that compute
+    #[arg(long, default_value_t = 2, global = true)]
+    threads: usize,
+    /// Runs of each
+    #[arg(long, default_value_t = 5, global = true)]
+    repeat: usize,
+}
+
+#[derive(Subcommand)]
+enum What {
+    /// A run with and without its recording: finite mass, stress, drag, velocity and probes of every step, frames of stress
+    Recording {
+        /// Case
+        #[arg(default_value = "fig5")]
+        case: String,
+        /// Settings of the case [default: the reference case with a mass of 5]
+        #[arg(long)]
+        set: Vec<String>,
+    },
+    /// A half-space with and without the light cone
+    Cone {
+        /// Case
+        #[arg(default_value = "fig8-m5")]
+        case: String,
+        /// Settings of the case
+        #[arg(long, default_value = "mesh.cells=400")]
+        set: Vec<String>,
+    },
+    /// Time over N³ of the reference case
+    Growth {
+        /// Nodes per unit of length
+        #[arg(long, value_delimiter = ',', default_value = "250,500,1000,2000")]
+        cells: Vec<usize>,
+        /// End time
+        #[arg(long, default_value_t = 6.0)]
+        end: f64,
+    },
+}
+
+type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<()> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build()?;
+    let repeat = arguments.repeat;
+    pool.install(|| match &arguments.what {
+        What::Recording { case, set } => recording(case, set, repeat),
+        What::Cone { case, set } => cone(case, set, repeat),
+        What::Growth { cells, end } => growth(cells, *end, repeat),
+    })
+}
+
+/// The flat punch on a layer of the paper, nodes i/N and j/N out to r = 4.
+fn reference(n: usize) -> Vec<String> {
+    ["mesh.kind=\"paper\"".into(), format!("mesh.cells={n}"), "mesh.outer_radius=4".into()].into()
+}
+
+fn recording(name: &str, set: &[String], repeat: usize) -> Result<()> {
+    let mut settings = set.to_vec();
+    if settings.is_empty() {
+        settings = reference(1000);
+        settings.push("indenter.mass=5.0".into());
+    }
+    let case = Case::load(name, &settings)?;
+    settings.push("record.frames=0".into());
+    let without_frames = Case::load(name, &settings)?;
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("run.mcap");
+    let mut rows = Vec::new();
+    for _ in 0..repeat {
+        let off = computed(&without_frames, None)?;
+        rows.push([off, recorded(&without_frames, &file)?, recorded(&case, &file)?]);
+    }
+    println!("{name}: not recorded {:.3} s; times as long:", median(rows.iter().map(|row| row[0])));
+    println!("  channels of every step   {:.3}", median(rows.iter().map(|row| row[1] / row[0])));
+    println!(
+        "  and {:3} frames           {:.3}",
+        case.frames().count(),
+        median(rows.iter().map(|row| row[2] / row[0]))
+    );
+    println!("  file {:.1} MB", file.metadata()?.len() as f64 / 1e6);
+    Ok(())
+}
+
+fn cone(name: &str, set: &[String], repeat: usize) -> Result<()> {
+    let case = Case::load(name, set)?;
+    let mut rows = Vec::new();
+    for _ in 0..repeat {
+        rows.push([computed(&case, None)?, computed(&case, Some(Sight::Everything))?]);
+    }
+    println!(
+        "{name}: {:.3} s; without the light cone {:.2} times as long",
+        median(rows.iter().map(|row| row[0])),
+        median(rows.iter().map(|row| row[1] / row[0]))
+    );
+    Ok(())
+}
+
+fn growth(cells: &[usize], end: f64, repeat: usize) -> Result<()> {
+    let mut rows = vec![Vec::new(); cells.len()];
+    for _ in 0..repeat {
+        for (row, &n) in rows.iter_mut().zip(cells) {
+            let mut settings = reference(n);
+            settings.extend(["record.frames=0".into(), format!("run.end_time={end:?}")]);
+            row.push(computed(&Case::load("fig5", &settings)?, None)?);
+        }
+    }
+    println!("     N         s   s/N³ [1e-9]");
+    for (row, n) in rows.into_iter().zip(cells) {
+        let seconds = median(row.into_iter());
+        println!("{n:6} {seconds:9.3} {:9.3}", seconds * 1e9 / (*n as f64).powi(3));
+    }
+    Ok(())
+}
+
+/// Time of a run that nobody looks at.
+fn computed(case: &Case, sight: Option<Sight>) -> Result<f64> {
+    let start = Instant::now();
+    let mut simulation = match sight {
+        Some(sight) => Simulation::with_sight(case, sight)?,
+        None => Simulation::new(case)?,
+    };
+    while simulation.step()?.is_some() {}
+    Ok(start.elapsed().as_secs_f64())
+}
+
+/// Time of a run with its recording.
+fn recorded(case: &Case, file: &Path) -> Result<f64> {
+    let start = Instant::now();
+    let mut simulation = Simulation::new(case)?;
+    let mut session = Session::begin(case, Source::Simulation, file, true, rayon::current_num_threads())?;
+    while let Some(view) = simulation.step()? {
+        session.observe(&view)?;
+    }
+    session.end(&Status::Completed, &simulation.validity())?;
+    Ok(start.elapsed().as_secs_f64())
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
