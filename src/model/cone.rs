@@ -50,7 +50,6 @@ pub struct Cone {
     /// Row of the backing, number of columns.
     nz: usize,
     nr: usize,
-    level: usize,
     /// Columns that the scheme has reached.
     reached: usize,
     /// Column of the wave front.
@@ -65,32 +64,31 @@ impl Cone {
     /// * `courant`: radial Courant number λ = c_sΔt/Δr, at most 1
     /// * `nz`, `nr`: row of the backing, number of columns
     pub fn new(sight: Sight, courant: f64, nz: usize, nr: usize) -> Self {
-        Self { sight, courant, nz, nr, level: 0, reached: 0, front: 0.0, margin: 0 }
+        Self { sight, courant, nz, nr, reached: 0, front: 0.0, margin: 0 }
     }
 
-    /// Goes on to the next level, `loaded` columns of the surface being loaded on the way.
-    pub fn advance(&mut self, loaded: usize) {
-        self.level += 1;
+    /// Goes on to `level`, the next one, `loaded` columns of the surface being loaded on the way.
+    pub fn advance(&mut self, level: usize, loaded: usize) {
         self.front = (self.front + self.courant).max(loaded as f64);
-        let ahead = |margin: usize| decay(self.courant, self.level as f64, margin as f64);
+        let ahead = |margin: usize| decay(self.courant, level as f64, margin as f64);
         while ahead(self.margin) < -libm::log(NOTHING) {
             self.margin += 1;
         }
         let seen = libm::ceil(self.front) as usize + self.margin;
-        self.reached = (self.reached + 1).min(seen).max(self.reached).max(loaded).min(self.nr);
+        self.reached = (self.reached + 1).min(seen).max(loaded).min(self.nr);
     }
 
-    /// Number of columns that have moved at this level; those beyond are at rest.
+    /// Number of columns that have moved; those beyond are at rest.
     pub fn columns(&self) -> usize {
         if self.sight == Sight::Everything { self.nr } else { self.reached }
     }
 
-    /// What is to be computed of this level.
-    pub fn lit(&self) -> Lit {
+    /// What is to be computed of `level`, the one the cone stands at.
+    pub fn lit(&self, level: usize) -> Lit {
         // a node needs its neighbours: p^K needs rows 0 and 1 at level K, and one row more for each step before
         let rows = match self.sight {
-            Sight::Field => self.level,
-            Sight::Surface { last_step } => self.level.min((last_step + 2).saturating_sub(self.level)),
+            Sight::Field => level,
+            Sight::Surface { last_step } => level.min((last_step + 2).saturating_sub(level)),
             Sight::Everything => self.nz,
         };
         Lit { rows: rows.min(self.nz), columns: self.columns().next_multiple_of(PACK) }
@@ -141,7 +139,7 @@ mod tests {
         let mut cone = Cone::new(Sight::Field, 0.5, 1000, 100_000);
         let mut margins = Vec::new();
         for step in 1..=8000 {
-            cone.advance(10);
+            cone.advance(step, 10);
             if [1000, 8000].contains(&step) {
                 margins.push(cone.margin as f64);
             }
@@ -153,19 +151,19 @@ mod tests {
     fn without_dispersion_the_cone_is_that_of_the_scheme() {
         let mut cone = Cone::new(Sight::Field, 1.0, 50, 400);
         for step in 1..=300 {
-            cone.advance(20);
+            cone.advance(step, 20);
             assert_eq!(cone.columns(), 20 + step - 1);
-            assert_eq!(cone.lit().rows, step.min(50));
+            assert_eq!(cone.lit(step).rows, step.min(50));
         }
     }
 
     #[test]
     fn the_surface_sees_less_and_less_of_the_depth() {
         let mut cone = Cone::new(Sight::Surface { last_step: 99 }, 1.0, 500, 400);
-        let rows: Vec<usize> = (0..100)
-            .map(|_| {
-                cone.advance(20);
-                cone.lit().rows
+        let rows: Vec<usize> = (1..=100)
+            .map(|level| {
+                cone.advance(level, 20);
+                cone.lit(level).rows
             })
             .collect();
         assert_eq!(rows[..50], (1..=50).collect::<Vec<_>>());

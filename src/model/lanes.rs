@@ -53,9 +53,9 @@ impl Lanes {
         match self.0 {
             Kind::Baseline => Pair::WIDTH,
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => 4,
+            Kind::Avx2 => std::arch::x86_64::__m256d::WIDTH,
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => 8,
+            Kind::Avx512 => std::arch::x86_64::__m512d::WIDTH,
         }
     }
 
@@ -86,10 +86,10 @@ impl Lanes {
             Kind::Baseline => unsafe { advance::<Pair>(patch, rows, columns) },
             // SAFETY: handed on to the caller; the machine has the instructions
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { x86::avx2(patch, rows, columns) },
+            Kind::Avx2 => unsafe { x86::advance_avx2(patch, rows, columns) },
             // SAFETY: likewise
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => unsafe { x86::avx512(patch, rows, columns) },
+            Kind::Avx512 => unsafe { x86::advance_avx512(patch, rows, columns) },
         }
     }
 }
@@ -176,9 +176,16 @@ mod x86 {
 
     /// [`advance`] compiled for 256-bit vectors.
     #[target_feature(enable = "avx2,fma")]
-    pub unsafe fn avx2(patch: Patch<'_>, rows: Range<usize>, columns: Range<usize>) {
+    pub unsafe fn advance_avx2(patch: Patch<'_>, rows: Range<usize>, columns: Range<usize>) {
         // SAFETY: handed on to the caller
         unsafe { advance::<__m256d>(patch, rows, columns) }
+    }
+
+    /// [`advance`] compiled for 512-bit vectors.
+    #[target_feature(enable = "avx512f")]
+    pub unsafe fn advance_avx512(patch: Patch<'_>, rows: Range<usize>, columns: Range<usize>) {
+        // SAFETY: handed on to the caller
+        unsafe { advance::<__m512d>(patch, rows, columns) }
     }
 
     /// [`row_energy`] compiled for 256-bit vectors.
@@ -193,13 +200,6 @@ mod x86 {
     pub unsafe fn row_energy_avx512(rows: Rows<'_>, area: &[f64], face: &[f64]) -> RowEnergy {
         // SAFETY: handed on to the caller
         unsafe { row_energy::<__m512d>(rows, area, face) }
-    }
-
-    /// [`advance`] compiled for 512-bit vectors.
-    #[target_feature(enable = "avx512f")]
-    pub unsafe fn avx512(patch: Patch<'_>, rows: Range<usize>, columns: Range<usize>) {
-        // SAFETY: handed on to the caller
-        unsafe { advance::<__m512d>(patch, rows, columns) }
     }
 
     // SAFETY of all blocks below: the caller says that the machine has the instructions, and where numbers may be read

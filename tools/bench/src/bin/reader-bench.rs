@@ -20,6 +20,7 @@ use std::{
 
 use clap::Parser;
 use mcap::records::{Record, op};
+use percuss_bench::{exit, median};
 
 #[derive(Parser)]
 #[command(about, long_about = None)]
@@ -40,13 +41,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit(run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> io::Result<()> {
@@ -79,11 +74,6 @@ fn run(arguments: &Arguments) -> io::Result<()> {
     );
     println!("largest memory   {} MB", memory / 1000);
     Ok(())
-}
-
-fn median(mut times: Vec<Duration>) -> Duration {
-    times.sort();
-    times[times.len() / 2]
 }
 
 /// Reads and unpacks every chunk of a file; answers the size of their content.

@@ -19,6 +19,7 @@ use percuss::{
     session::{Session, Source, Status},
     simulation::Simulation,
 };
+use percuss_bench::{exit, median};
 
 #[derive(Parser)]
 #[command(about, long_about = None)]
@@ -67,13 +68,7 @@ enum What {
 type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit(run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<()> {
@@ -143,7 +138,7 @@ fn growth(cells: &[usize], end: f64, repeat: usize) -> Result<()> {
     }
     println!("     N         s   s/N³ [1e-9]");
     for (row, n) in rows.into_iter().zip(cells) {
-        let seconds = median(row.into_iter());
+        let seconds = median(row);
         println!("{n:6} {seconds:9.3} {:9.3}", seconds * 1e9 / (*n as f64).powi(3));
     }
     Ok(())
@@ -170,10 +165,4 @@ fn recorded(case: &Case, file: &Path) -> Result<f64> {
     }
     session.end(&Status::Completed, &simulation.validity())?;
     Ok(start.elapsed().as_secs_f64())
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
 }
