@@ -12,7 +12,9 @@ use serde::{Deserialize, Serialize};
 use crate::surface::Surface;
 
 pub mod cone;
+pub mod interior;
 pub mod lanes;
+pub mod levels;
 pub mod rakhmatulin;
 pub mod stencil;
 pub mod sweep;

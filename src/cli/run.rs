@@ -79,7 +79,7 @@ impl Run {
         let mut run = Running { case: &case, simulation, session, progress, signal, pace };
         let start = Instant::now();
         let outcome = pool.install(|| run.steps())?;
-        let exit = run.end(outcome, &output, start);
+        let exit = pool.install(|| run.end(outcome, &output, start));
         if let Some(live) = live {
             live.linger();
         }

@@ -6,7 +6,7 @@
 //!
 //! Two levels of `u` are kept, rows 0 (the surface) to nz (the backing), in the order of radii; the next level overwrites
 //! the one before. A strip under the surface goes step by step; the interior follows behind it in passes over many
-//! levels ([`super::sweep`]), and catches up before anything of it is shown.
+//! levels ([`super::sweep`], [`super::interior`]), and catches up before anything of it is shown.
 //!
 //! Work is limited to the light cone ([`super::cone`]): what has moved and can still be seen.
 
@@ -16,9 +16,11 @@ use rayon::prelude::*;
 use super::{
     BackingPeak, Extent, Field, Model, TargetEnergy,
     cone::{Cone, Sight},
+    interior::Interior,
     lanes::Lanes,
-    stencil::{RowEnergy, Rows, Top, free_surface},
-    sweep::{Levels, Lit, RowPeak, Sweep, Weights, advance_strip, lag, strip_rows},
+    levels::Levels,
+    stencil::{RowEnergy, Rows, free_surface},
+    sweep::{Ground, Lit, RowPeak, lag, strip_rows},
 };
 use crate::{grid::Grid, surface::Surface};
 
@@ -28,25 +30,22 @@ const NODES_PER_TASK: usize = 16_384;
 /// The simplified model.
 pub struct Rakhmatulin {
     grid: Grid,
-    levels: Levels,
-    outward: Vec<f64>,
-    inward: Vec<f64>,
+    field: Interior,
     /// c_s²·Δz/Δr
     shear: f64,
     cone: Cone,
-    lanes: Lanes,
     /// Level k of the surface.
     level: usize,
-    /// Most levels that the interior may lag behind the surface.
-    lag: usize,
-    /// Levels that it does.
+    /// Levels that no sweep of the interior has begun yet.
     behind: Vec<Lit>,
-    /// Peak of the row before the backing, over all levels but the newest, and at the newest.
+    /// Largest peak of the row before the backing so far, and that of the newest level.
     peaks: [RowPeak; 2],
     /// Cell areas and face weights, for whole packs.
     area: Vec<f64>,
     face: Vec<f64>,
     row_energy: Vec<RowEnergy>,
+    /// Sums over z on the surface.
+    four: Vec<f64>,
 }
 
 impl Rakhmatulin {
@@ -54,6 +53,10 @@ impl Rakhmatulin {
     ///
     /// * `c_s`: shear wave speed \[c_p\]; `c_s·Δt ≤ Δr` for stability
     pub fn new(grid: Grid, c_s: f64, sight: Sight) -> Self {
+        Self::with_lanes(grid, c_s, sight, Lanes::detect())
+    }
+
+    fn with_lanes(grid: Grid, c_s: f64, sight: Sight, lanes: Lanes) -> Self {
         let courant = c_s * grid.dt() / grid.dr;
         assert!(courant <= 1.0 + 1e-9, "unstable: radial Courant number {courant}");
         let levels = Levels::new(grid.nz + 1, grid.nr());
@@ -66,19 +69,23 @@ impl Rakhmatulin {
         let scaled =
             |weights: Vec<f64>| padded(weights.iter().map(|w| 0.25 * courant * courant * w).collect());
         Self {
-            outward: scaled(outward),
-            inward: scaled(inward),
             area: padded(grid.area.clone()),
             face: padded(grid.face.clone()),
-            levels,
+            field: Interior::new(Ground {
+                outward: scaled(outward),
+                inward: scaled(inward),
+                lag: lag(grid.nz),
+                last_row: grid.nz - 1,
+                lanes,
+                levels,
+            }),
             shear: c_s * c_s * grid.dz / grid.dr,
             cone: Cone::new(sight, courant.min(1.0), grid.nz, grid.nr()),
-            lanes: Lanes::detect(),
             level: 0,
-            lag: lag(grid.nz),
             behind: Vec::with_capacity(lag(grid.nz)),
             peaks: Default::default(),
             row_energy: Vec::with_capacity(grid.nz),
+            four: Vec::new(),
             grid,
         }
     }
@@ -91,7 +98,8 @@ impl Rakhmatulin {
     /// Writes row `j` of a field at the level that is shown.
     fn show(&self, field: Field, surface: &Surface, j: usize, values: &mut [f32]) {
         let (dz, dt, nz, shown) = (self.grid.dz, self.grid.dt(), self.grid.nz, self.shown());
-        let row = |j: usize| self.levels.row(shown, j);
+        let row = |j: usize| self.field.row(shown, j);
+        let Ground { outward, inward, .. } = self.field.ground();
         let n = values.len();
         match field {
             Field::Displacement => {
@@ -113,13 +121,13 @@ impl Rakhmatulin {
             Field::Velocity if j == nz => values.fill(0.0),
             Field::Velocity => {
                 // (u^{k+1} − u^{k−1})/(2Δt), where the scheme run backwards gives u^{k−1} again
-                let next = self.levels.row(self.level, j);
+                let next = self.field.row(self.level, j);
                 let (above, here, below) = (if j == 0 { row(1) } else { row(j - 1) }, row(j), row(j + 1));
                 let ends = |i: usize| above[i] + below[i];
                 let four = |i: usize| ends(i) + 2.0 * here[i];
                 for (i, value) in values.iter_mut().enumerate() {
-                    let inner = if i == 0 { 0.0 } else { self.inward[i] * (four(i) - four(i - 1)) };
-                    let radial = self.outward[i] * (four(i + 1) - four(i)) - inner;
+                    let inner = if i == 0 { 0.0 } else { inward[i] * (four(i) - four(i - 1)) };
+                    let radial = outward[i] * (four(i + 1) - four(i)) - inner;
                     let push = if j == 0 { surface.compliance[i] * surface.pressure[i] } else { 0.0 };
                     let before = (ends(i) - next[i]) + radial + push;
                     *value = ((next[i] - before) / (2.0 * dt)) as f32;
@@ -128,34 +136,38 @@ impl Rakhmatulin {
         }
     }
 
-    /// Brings the interior up to the level of the surface.
-    fn catch_up(&mut self) {
-        if self.behind.is_empty() {
-            return;
+    /// Lets the interior follow up to the level of the surface.
+    fn follow(&mut self) {
+        if !self.behind.is_empty() {
+            let peaks = self.field.follow(self.level - self.behind.len(), &self.behind);
+            self.behind.clear();
+            self.note_peaks(&peaks);
         }
-        let sweep = Sweep {
-            levels: &mut self.levels,
-            weights: Weights { outward: &self.outward, inward: &self.inward },
-            base: self.level - self.behind.len(),
-            lit: &self.behind,
-            lag: self.lag,
-            last_row: self.grid.nz - 1,
-            lanes: self.lanes,
-        };
-        let [earlier, newest] = sweep.run();
-        self.note_peaks(earlier, newest);
-        self.behind.clear();
     }
 
-    /// Takes note of peaks of the row before the backing, of levels before the newest one and of the newest. What was the
-    /// newest counts as settled only once the surface has gone on.
-    fn note_peaks(&mut self, earlier: RowPeak, newest: RowPeak) {
-        let [mut settled, mut last] = self.peaks;
-        if last.level < self.level {
-            settled = settled.larger(last);
-            last = RowPeak::default();
+    /// Brings the interior up to the level of the surface.
+    fn catch_up(&mut self) {
+        self.follow();
+        let peaks = self.field.settle();
+        self.note_peaks(&peaks);
+    }
+
+    /// Takes note of peaks of the row before the backing, see [`Interior::follow`].
+    fn note_peaks(&mut self, peaks: &[[RowPeak; 2]]) {
+        for &[earlier, last] in peaks {
+            self.note_peak(earlier);
+            self.note_peak(last);
         }
-        self.peaks = [settled.larger(earlier), last.larger(newest)];
+    }
+
+    /// Takes note of a peak of the row before the backing. That of the newest level counts only once the surface has gone
+    /// on.
+    fn note_peak(&mut self, peak: RowPeak) {
+        let [settled, newest] = &mut self.peaks;
+        for peak in [std::mem::take(newest), peak] {
+            let slot = if peak.level < self.level { &mut *settled } else { &mut *newest };
+            *slot = slot.larger(peak);
+        }
     }
 }
 
@@ -163,39 +175,35 @@ impl Model for Rakhmatulin {
     fn predict(&mut self, surface: &mut Surface) {
         // what is beyond is at rest, and free
         let columns = (self.cone.columns() + 1).min(self.grid.nr());
-        let before = self.levels.row(self.level + 1, 0);
-        let [above, below] = [0, 1].map(|j| self.levels.row(self.level, j));
-        let top = |i: usize| Top { surface: above[i], below: below[i] };
-        let mut around = [Top::default(), Top::default(), top(0)];
-        for (i, (free, before)) in surface.free[..columns].iter_mut().zip(before).enumerate() {
-            around = [around[1], around[2], top(i + 1)];
-            *free = free_surface(*before, around, self.outward[i], self.inward[i]);
-        }
+        let before = self.field.row(self.level + 1, 0);
+        let [top, below] = [0, 1].map(|j| &self.field.row(self.level, j)[..=columns]);
+        let Ground { outward, inward, .. } = self.field.ground();
+        free_surface(before, top, below, [outward, inward], &mut self.four, &mut surface.free[..columns]);
         // half cell of mass a·Δz/2: Δt²·a·p/(a·Δz/2)
         surface.compliance.fill(2.0 * self.grid.dt() * self.grid.dt() / self.grid.dz);
     }
 
     fn advance(&mut self, surface: &Surface) {
-        if self.behind.len() == self.lag {
-            self.catch_up();
+        let lag = self.field.ground().lag;
+        if self.behind.len() == lag {
+            self.follow();
         }
         self.level += 1;
         self.cone.advance(self.level, surface.loaded);
         let (columns, lit) = (self.cone.columns(), self.cone.lit(self.level));
         self.behind.push(lit);
         // the row below the lowest one is read
-        self.levels.open(lit.rows.max(strip_rows(self.lag)) + 1);
+        self.field.open(lit.rows.max(strip_rows(lag)) + 1);
 
-        self.levels.row_mut(self.level, 0)[..columns].copy_from_slice(&surface.displacement[..columns]);
-        let rows = strip_rows(self.lag) - self.behind.len();
-        let weights = Weights { outward: &self.outward, inward: &self.inward };
-        advance_strip(&mut self.levels, self.level, weights, rows, lit, self.lanes);
+        self.field.row_mut(self.level, 0)[..columns].copy_from_slice(&surface.displacement[..columns]);
+        let rows = strip_rows(lag) - self.behind.len();
+        self.field.advance_strip(self.level, rows, lit);
         let last_row = self.grid.nz - 1;
         if last_row < rows.min(lit.rows) {
-            let row = &self.levels.row(self.level, last_row)[..columns];
+            let row = &self.field.row(self.level, last_row)[..columns];
             let start = RowPeak { level: self.level, ..RowPeak::default() };
             let newest = row.iter().enumerate().fold(start, |peak, (i, u)| peak.with(*u, self.level, i));
-            self.note_peaks(RowPeak::default(), newest);
+            self.note_peak(newest);
         }
     }
 
@@ -204,13 +212,13 @@ impl Model for Rakhmatulin {
         let rows = (self.level + 1).min(self.grid.nz);
         let (dz, dt) = (self.grid.dz, self.grid.dt());
         let columns = self.cone.lit(self.level).columns;
-        let (levels, level, lanes) = (&self.levels, self.level, self.lanes);
+        let (field, level, lanes) = (&self.field, self.level, self.field.ground().lanes);
         let (area, face) = (&self.area[..columns], &self.face[..columns]);
         (0..rows)
             .into_par_iter()
             .with_min_len((NODES_PER_TASK / columns.max(1)).max(1))
             .map(|j| {
-                let pair = |level: usize| [levels.row(level, j), levels.row(level, j + 1)];
+                let pair = |level: usize| [field.row(level, j), field.row(level, j + 1)];
                 let rows = Rows { earlier: pair(level + 1), later: pair(level) };
                 lanes.row_energy(rows, area, face)
             })
@@ -229,13 +237,14 @@ impl Model for Rakhmatulin {
     fn backing_peak(&mut self) -> BackingPeak {
         self.catch_up();
         // odd image beyond the backing, u_{nz+1} = −u_{nz−1}: ∂u/∂z = −u_{nz−1}/Δz
+        self.note_peak(RowPeak::default());
         let RowPeak { value, level, column } = self.peaks[0];
         BackingPeak { strain: value / self.grid.dz, r: self.grid.r(column), step: level as u64 }
     }
 
     fn sample(&self, field: Field, surface: &Surface, values: &mut Vec<f32>) -> Extent {
         assert!(
-            self.behind.is_empty(),
+            self.behind.is_empty() && self.field.is_settled(),
             "frames are shown after the energy, which brings the interior up to date"
         );
         let nr = self.cone.columns().max(1);
@@ -253,13 +262,13 @@ impl Model for Rakhmatulin {
     fn surface(&self, values: &mut Vec<f64>) {
         let shown = self.shown();
         values.clear();
-        values.extend_from_slice(&self.levels.row(shown, 0)[..self.cone.columns()]);
+        values.extend_from_slice(&self.field.row(shown, 0)[..self.cone.columns()]);
     }
 
     fn find_non_finite(&mut self) -> Option<(f64, f64)> {
         self.catch_up();
         let rows = self.cone.lit(self.level).rows.max(1);
-        let u = self.levels.level(self.level);
+        let u = self.field.level(self.level);
         let lit = u.slice(s![..rows, ..self.cone.columns()]);
         let bad = lit.indexed_iter().find(|(_, u)| !u.is_finite()).map(|(place, _)| place);
         bad.map(|(j, i)| (self.grid.r(i), j as f64 * self.grid.dz))
@@ -286,7 +295,7 @@ mod tests {
         /// Advances to the next level, the surface being moved to `surface`.
         fn step(&mut self, model: &Rakhmatulin, surface: &[f64]) {
             let nr = surface.len();
-            let now = &self.now;
+            let (now, ground) = (&self.now, model.field.ground());
             for (j, row) in self.before.iter_mut().enumerate() {
                 for i in 0..nr.min(model.cone.lit(model.level).columns) {
                     if j == 0 {
@@ -296,7 +305,7 @@ mod tests {
                         let outer = if i + 1 < nr { mean(i + 1) } else { 0.0 };
                         let inner = if i > 0 { mean(i - 1) } else { 0.0 };
                         let radial =
-                            model.outward[i] * (outer - mean(i)) - model.inward[i] * (mean(i) - inner);
+                            ground.outward[i] * (outer - mean(i)) - ground.inward[i] * (mean(i) - inner);
                         row[i] = ((now[j - 1][i] + now[j + 1][i]) - row[i]) + radial;
                     }
                 }
@@ -325,9 +334,9 @@ mod tests {
         let spacing = Spacing { dr: 0.1, dz: 0.2, layer_rows: Some(nz) };
         let grid = Grid::new(geometry, kind, spacing, nr, nz);
         let c_s = 0.5 * (1 + noise.next(100)) as f64 / 100.0;
-        let mut model = Rakhmatulin::new(grid.clone(), c_s, Sight::Field);
         let lanes = Lanes::all();
-        model.lanes = lanes[noise.next(lanes.len())];
+        let lanes = lanes[noise.next(lanes.len())];
+        let mut model = Rakhmatulin::with_lanes(grid.clone(), c_s, Sight::Field, lanes);
         let mut plain = Plain::new(&grid);
         let mut surface = Surface::new(nr);
         surface.loaded = 1 + noise.next(nr);
@@ -346,7 +355,7 @@ mod tests {
                 for (level, rows) in [(model.level, &plain.now), (model.level + 1, &plain.before)] {
                     for (j, row) in rows.iter().enumerate() {
                         for (i, a) in row.iter().enumerate() {
-                            let b = &model.levels.row(level, j)[i];
+                            let b = &model.field.row(level, j)[i];
                             assert!(
                                 a == b,
                                 "seed {seed}, {threads} threads, step {step}, ({j}, {i}): {a} {b}"

@@ -120,28 +120,37 @@ unsafe fn march<V: Vector, const N: usize>(patch: Patch<'_>, j: usize, columns: 
     }
 }
 
-/// Rows 0 and 1 of a column, as the surface sees them.
-#[derive(Clone, Copy, Default)]
-pub struct Top {
-    /// u_0.
-    pub surface: f64,
-    /// u_1.
-    pub below: f64,
-}
-
-/// Surface node at level k+1 if it were free of stress: the scheme with the mirror image u_{−1} = u_1 (\[KA\] Eq. 19).
+/// Surface nodes at level k+1 if they were free of stress: the scheme with the mirror image u_{−1} = u_1 (\[KA\] Eq. 19).
 ///
 /// ```text
 /// u_free = 2u_1 − u_0^{k−1} + λ²·Λ_r U_0       U_0 = (u_0 + u_1)/2
 /// ```
 ///
 /// * `before`: u_0 at level k−1
-/// * `around`: the inner neighbour, the column itself, the outer neighbour, at level k
-/// * `outward`, `inward`: radial weights times `λ²/4`
-pub fn free_surface(before: f64, around: [Top; 3], outward: f64, inward: f64) -> f64 {
-    let ends = around.map(|top| top.below + top.below);
-    let four = [0, 1, 2].map(|m| ends[m] + 2.0 * around[m].surface);
-    (ends[1] - before) + (outward * (four[2] - four[1]) - inward * (four[1] - four[0]))
+/// * `top`, `below`: u_0 and u_1 at level k, one node more than `free`
+/// * `weights`: radial weights times `λ²/4`, outward and inward; that inward of the first node is 0
+/// * `four`: room for sums
+/// * `free`: the result
+pub fn free_surface(
+    before: &[f64],
+    top: &[f64],
+    below: &[f64],
+    weights: [&[f64]; 2],
+    four: &mut Vec<f64>,
+    free: &mut [f64],
+) {
+    let n = free.len();
+    four.clear();
+    // what is inside the first node counts for nothing
+    four.push(0.0);
+    four.extend(top[..=n].iter().zip(&below[..=n]).map(|(top, below)| (below + below) + 2.0 * top));
+    let (inner, here, outer) = (&four[..n], &four[1..=n], &four[2..n + 2]);
+    let ([outward, inward], below, before) =
+        (weights.map(|weights| &weights[..n]), &below[..n], &before[..n]);
+    for i in 0..n {
+        let radial = outward[i] * (outer[i] - here[i]) - inward[i] * (here[i] - inner[i]);
+        free[i] = ((below[i] + below[i]) - before[i]) + radial;
+    }
 }
 
 /// Two neighbouring rows at two levels, each one node longer than the weights.
@@ -267,18 +276,17 @@ mod tests {
     #[test]
     fn the_free_surface_is_the_mirrored_interior() {
         // rows −1, 0, 1 of three columns, row −1 the image of row 1; what lies around them is at rest
-        let tops = [(0.3, -0.2), (0.7, 0.4), (-0.1, 0.9)].map(|(surface, below)| Top { surface, below });
+        let (top, below) = ([0.3, 0.7, -0.1, 0.0], [-0.2, 0.4, 0.9, 0.0]);
         let stride = 3 * PACK;
         let (mut now, mut next) = (vec![0.0; 3 * stride], vec![0.0; 3 * stride]);
-        for (i, top) in tops.iter().enumerate() {
-            for (j, u) in [top.below, top.surface, top.below].into_iter().enumerate() {
-                now[j * stride + PACK + i] = u;
-            }
+        for (j, row) in [below, top, below].iter().enumerate() {
+            now[j * stride + PACK..][..row.len()].copy_from_slice(row);
         }
-        let node = stride + PACK + 1;
-        next[node] = 0.25;
+        let before = [0.25, -0.4, 0.6];
+        next[stride + PACK..][..3].copy_from_slice(&before);
         let (mut outward, mut inward) = (vec![0.0; stride], vec![0.0; stride]);
-        (outward[PACK + 1], inward[PACK + 1]) = (0.11, 0.07);
+        outward[PACK..][..3].copy_from_slice(&[0.25, 0.11, 0.05]);
+        inward[PACK..][..3].copy_from_slice(&[0.0, 0.07, 0.03]);
         let (read, write) = (now.as_ptr(), next.as_mut_ptr());
         let patch = Patch { now: read, next: write, stride, outward: &outward, inward: &inward };
         // SAFETY: a row and a pack are left on all sides
@@ -286,7 +294,10 @@ mod tests {
         unsafe {
             Lanes::BASELINE.advance(patch, 1..2, PACK..2 * PACK);
         }
-        assert_eq!(next[node], free_surface(0.25, tops, 0.11, 0.07));
+        let mut free = [0.0; 3];
+        let weights = [&outward[PACK..][..3], &inward[PACK..][..3]];
+        free_surface(&before, &top, &below, weights, &mut Vec::new(), &mut free);
+        assert_eq!(next[stride + PACK..][..3], free);
     }
 
     #[test]

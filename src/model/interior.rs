@@ -1,0 +1,219 @@
+//! The interior at work: sweeps that go on while the strip under the surface is already ahead.
+//!
+//! The thread of the run ends a lag by handing over a sweep, does the first group of it itself (the strip needs those
+//! rows), and goes on with the strip, the contact and the recording; helpers in the pool take the other groups, in order,
+//! sweep after sweep. When the next sweep is due but needs what is still to be done of the one before, the thread of the
+//! run takes its share of that. So nobody waits for a whole sweep, what one thread has to do alone is done while the others
+//! have work, and threads that lose their core for a while seldom hold up the others.
+
+use std::{
+    collections::VecDeque,
+    sync::{
+        Arc, Mutex, MutexGuard,
+        atomic::{AtomicBool, AtomicUsize, Ordering},
+    },
+};
+
+use ndarray::ArrayView2;
+
+use super::{
+    levels::Levels,
+    sweep::{Ground, Lit, RowPeak, Sweep, strip_rows, wait_until},
+};
+
+/// Nodes in a sweep below which a second thread is not worth waking.
+const NODES_PER_THREAD: usize = 100_000;
+
+/// How often a helper looks for work before it goes to sleep.
+const PATIENCE: usize = 20_000;
+
+/// Groups that nobody has begun, in the order in which they must be.
+#[derive(Default)]
+struct Queue {
+    /// Sweeps with the next group of each.
+    sweeps: Mutex<VecDeque<(Arc<Sweep>, usize)>>,
+    /// Number of groups.
+    waiting: AtomicUsize,
+    /// Number of helpers that are awake.
+    helpers: AtomicUsize,
+    /// True if the next sweep is far: the pool is wanted for other things.
+    is_over: AtomicBool,
+}
+
+impl Queue {
+    fn lock(&self) -> MutexGuard<'_, VecDeque<(Arc<Sweep>, usize)>> {
+        self.sweeps.lock().expect("no thread panics while it holds the lock")
+    }
+
+    /// Adds all groups of a sweep but the first, which somebody is about to do.
+    fn add_rest(&self, sweep: &Arc<Sweep>) {
+        let rest = sweep.groups().saturating_sub(1);
+        if rest > 0 {
+            self.lock().push_back((Arc::clone(sweep), 1));
+            self.waiting.fetch_add(rest, Ordering::SeqCst);
+        }
+    }
+
+    /// Does the next group; false if there is none.
+    fn work(&self) -> bool {
+        let mut sweeps = self.lock();
+        let Some((sweep, next)) = sweeps.front_mut() else { return false };
+        let (sweep, group) = (Arc::clone(sweep), *next);
+        *next += 1;
+        if *next == sweep.groups() {
+            sweeps.pop_front();
+        }
+        self.waiting.fetch_sub(1, Ordering::SeqCst);
+        drop(sweeps);
+        // groups are taken in order, so those this one waits for are done or in somebody's hands
+        sweep.group(group);
+        true
+    }
+
+    /// What a helper does until there has been nothing to do for a while.
+    fn help(&self) {
+        loop {
+            while self.work() {}
+            let mut patience = PATIENCE;
+            while patience > 0 && self.waiting.load(Ordering::SeqCst) == 0 {
+                std::hint::spin_loop();
+                patience = if self.is_over.load(Ordering::Relaxed) { 0 } else { patience - 1 };
+            }
+            if patience == 0 {
+                self.helpers.fetch_sub(1, Ordering::SeqCst);
+                // who has come in the meantime found a helper awake and woke none
+                if self.waiting.load(Ordering::SeqCst) == 0 {
+                    return;
+                }
+                self.helpers.fetch_add(1, Ordering::SeqCst);
+            }
+        }
+    }
+}
+
+/// A field whose interior follows behind its surface.
+pub struct Interior {
+    ground: Arc<Ground>,
+    queue: Arc<Queue>,
+    /// Sweeps that may be under way, the oldest first.
+    sweeps: VecDeque<Arc<Sweep>>,
+    /// Rows that have been written to.
+    opened: usize,
+}
+
+#[expect(unsafe_code, reason = "sweeps work on the field in place")]
+impl Interior {
+    /// A field at rest.
+    pub fn new(ground: Ground) -> Self {
+        Self { ground: Arc::new(ground), queue: Arc::default(), sweeps: VecDeque::new(), opened: 0 }
+    }
+
+    /// What the field consists of.
+    pub fn ground(&self) -> &Ground {
+        &self.ground
+    }
+
+    fn levels(&self) -> &Levels {
+        &self.ground.levels
+    }
+
+    /// True if no sweep is under way.
+    pub fn is_settled(&self) -> bool {
+        self.sweeps.is_empty()
+    }
+
+    /// Panics if a sweep may be writing to row `j`.
+    fn check(&self, j: usize) {
+        assert!(
+            self.is_settled() || j + 1 < strip_rows(self.ground.lag),
+            "row {j} while the interior is being advanced"
+        );
+    }
+
+    /// Row `j` at a level, with a zero at its end; one of the strip, if the interior is not settled.
+    pub fn row(&self, level: usize, j: usize) -> &[f64] {
+        self.check(j);
+        // SAFETY: sweeps are begun by `&mut self`; those under way do not come up to the strip
+        unsafe { self.levels().row(level, j) }
+    }
+
+    /// Row `j` at a level, to be changed; one of the strip, if the interior is not settled.
+    pub fn row_mut(&mut self, level: usize, j: usize) -> &mut [f64] {
+        self.check(j);
+        // SAFETY: as above, and nobody else holds a row
+        unsafe { self.levels().row_mut(level, j) }
+    }
+
+    /// A level, shape `(rows, columns + 1)`, of a settled interior.
+    pub fn level(&self, level: usize) -> ArrayView2<'_, f64> {
+        assert!(self.is_settled(), "a level while the interior is being advanced");
+        // SAFETY: sweeps are begun by `&mut self`, and none is under way
+        unsafe { self.levels().level(level) }
+    }
+
+    /// Makes sure that `rows` rows are memory.
+    pub fn open(&mut self, rows: usize) {
+        let rows = rows.min(self.levels().rows());
+        if rows > self.opened {
+            // SAFETY: sweeps under way know of no row that has not been opened before they began
+            unsafe { self.levels().open(self.opened, rows - self.opened) };
+            self.opened = rows;
+        }
+    }
+
+    /// Advances the strip under the surface to `level`, `rows` of it from row 1 on.
+    pub fn advance_strip(&mut self, level: usize, rows: usize, lit: Lit) {
+        self.check(rows.saturating_sub(1));
+        // SAFETY: sweeps under way stay below the strip, and nobody else holds a row
+        unsafe { self.ground.advance_strip(level, rows, lit) }
+    }
+
+    /// Begins a sweep over `lit.len()` levels from level `base` on. When this returns the strip can go on.
+    ///
+    /// Returns peaks of the row before the backing of sweeps that have ended, see [`Sweep::peaks`].
+    pub fn follow(&mut self, base: usize, lit: &[Lit]) -> Vec<[RowPeak; 2]> {
+        let nodes: usize = lit.iter().map(|lit| lit.rows * lit.columns).sum();
+        let threads = if nodes > NODES_PER_THREAD { rayon::current_num_threads() } else { 1 };
+        let earlier = self.sweeps.back().map(|sweep| &**sweep);
+        let sweep = Arc::new(Sweep::new(Arc::clone(&self.ground), base, lit.to_vec(), threads, earlier));
+        while !sweep.may_begin(0) {
+            if !self.queue.work() {
+                wait_until(|| sweep.may_begin(0));
+            }
+        }
+        self.queue.is_over.store(false, Ordering::Relaxed);
+        self.queue.add_rest(&sweep);
+        while self.queue.helpers.load(Ordering::SeqCst) + 1 < threads {
+            self.queue.helpers.fetch_add(1, Ordering::SeqCst);
+            let queue = Arc::clone(&self.queue);
+            rayon::spawn(move || queue.help());
+        }
+        if sweep.groups() > 0 {
+            sweep.group(0);
+        }
+        self.sweeps.push_back(sweep);
+        self.retire()
+    }
+
+    /// Ends all sweeps; returns peaks as [`Interior::follow`] does.
+    pub fn settle(&mut self) -> Vec<[RowPeak; 2]> {
+        self.queue.is_over.store(true, Ordering::Relaxed);
+        while self.queue.work() {}
+        for sweep in &self.sweeps {
+            wait_until(|| (0..sweep.groups()).all(|group| sweep.is_done(group)));
+        }
+        self.retire()
+    }
+
+    /// Lets go of sweeps that have ended.
+    fn retire(&mut self) -> Vec<[RowPeak; 2]> {
+        let mut peaks = Vec::new();
+        while let Some(sweep) = self.sweeps.front()
+            && (0..sweep.groups()).all(|group| sweep.is_done(group))
+        {
+            peaks.push(sweep.peaks());
+            self.sweeps.pop_front();
+        }
+        peaks
+    }
+}
