@@ -295,6 +295,21 @@ impl Case {
         (0..=SAMPLES).map(columns).fold(1.0, f64::max).min(self.sizes.nr as f64)
     }
 
+    /// True if more than the surface is looked at: frames, or the backing of a layer.
+    pub fn looks_inside(&self) -> bool {
+        self.sizes.layer || !self.record.frames.is_none()
+    }
+
+    /// The first part of the case, for estimates: steps and frames up to there.
+    ///
+    /// * `part`: of the steps, at most 1
+    pub fn cut(&self, part: f64) -> Self {
+        let mut case = self.clone();
+        case.sizes.steps = ((part * self.sizes.steps as f64) as u64).max(1);
+        case.record.frames = self.record.frames.cut(part, case.sizes.steps as f64 * self.sizes.dt);
+        case
+    }
+
     /// Number of columns under the indenter at a step, if the surface did not give way.
     pub fn touched_columns(&self, step: f64) -> f64 {
         self.shape().reach(self.impact.velocity * step * self.sizes.dt) / self.sizes.dr

@@ -77,6 +77,13 @@ impl CaseArguments {
     fn load(&self) -> Result<Case, CliError> {
         Ok(Case::load(&self.case, &self.overrides)?)
     }
+
+    /// The case with one more key changed.
+    fn load_with(&self, setting: &str) -> Result<Case, CaseErrors> {
+        let mut overrides = self.overrides.clone();
+        overrides.push(setting.to_owned());
+        Case::load(&self.case, &overrides)
+    }
 }
 
 /// How a command has ended without an error.

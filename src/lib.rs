@@ -17,7 +17,7 @@
 //! | [`indenter`] | the rigid body |
 //! | [`surface`] | what model and contact exchange on z = 0 |
 //! | [`contact`] | contact rules, active set, drag, events |
-//! | [`model`] | what lies behind the surface: trait, one file per model, light cone, stencils, vectors, sweeps |
+//! | [`model`] | what lies behind the surface: trait, one file per model, light cone, stencils, vectors, sweeps behind the surface |
 //! | [`simulation`] | the order of one step |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::answer`] chooses the one for a case |
@@ -26,6 +26,7 @@
 //! | [`channels`], [`message`] | recorded channels, one file each, those for viewers in [`channels::view`], and their messages |
 //! | [`layout`] | layouts of viewers, made for a case |
 //! | [`recording`], [`session`] | the MCAP writer; a recording of one case from first record to status |
+//! | [`cost`] | what a run will take: counts of work, rates of the machine, trials |
 //! | [`live`] | serving a run to viewers, and its pace |
 //! | [`cli`] | the command line |
 //!
@@ -36,7 +37,7 @@
 //! `units, material, shape, indenter, grid, surface` use nothing of ours but each other's plain types; `model` uses
 //! `surface, grid`; `contact` uses `surface, shape, indenter, grid`; `simulation` uses `case, model, contact, view`;
 //! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver; `study` runs
-//! simulations and asks `exact`, and records nothing.
+//! simulations and asks `exact`, and records nothing; `cost` runs and records small cases, and reads no file but its cache.
 //!
 //! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader, by
 //! `percuss study` and by the figures), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
@@ -51,10 +52,11 @@
 //! * Nothing from clock, host or thread count enters a channel. The same case gives the same bytes on any number of
 //!   threads: every sum is taken in the order of rows and nodes.
 //! * No kernel asks for geometry or mesh: [`grid::Grid`] turns both into weights.
-//! * A model may run its interior behind the surface, many steps in one pass ([`model::sweep`]), but never shows it
-//!   before it has caught up. What it leaves out is outside the light cone ([`model::cone`]).
+//! * A model may run its interior behind the surface, many steps in one pass ([`model::sweep`]) and by other threads
+//!   ([`model::interior`]), but never shows it before it has caught up. What it leaves out is outside the light cone ([`model::cone`]).
 //! * Vectors of any width give the same bits: no operation is fused, sums over a row are taken in packs of one size.
-//! * `unsafe` stands only in [`model::lanes`], [`model::stencil`] and [`model::sweep`], each block with its proof.
+//! * `unsafe` stands only in [`model::lanes`], [`model::levels`], [`model::stencil`], [`model::sweep`] and
+//!   [`model::interior`], each block with its proof.
 //! * A recording reproduces its run: `percuss run` on its attachment `case.resolved.toml` gives the same messages.
 //!
 //! | To add | Touch |
@@ -85,6 +87,7 @@ pub mod case;
 pub mod channels;
 pub mod cli;
 pub mod contact;
+pub mod cost;
 pub mod exact;
 pub mod grid;
 pub mod indenter;

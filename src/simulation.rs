@@ -83,7 +83,7 @@ impl Simulation {
     ///
     /// [`SimulationError::NoSolver`] for model `elastic`.
     pub fn new(case: &Case) -> Result<Self, SimulationError> {
-        let sight = if case.sizes.layer || !case.record.frames.is_none() {
+        let sight = if case.looks_inside() {
             Sight::Field
         } else {
             Sight::Surface { last_step: case.sizes.steps as usize }

@@ -20,6 +20,8 @@ fn percuss(folder: &Path, arguments: &[&str]) -> Output {
 fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss"));
     command.current_dir(folder).args(arguments).env_remove("NO_COLOR").stdin(Stdio::null());
+    // what `check` measures once is kept beside the tests, not in the cache of whoever runs them
+    command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
     command
 }
 
@@ -315,6 +317,73 @@ fn check_tells_what_a_run_will_take() {
     assert!(output.status.success(), "{}", stderr(&output));
     let size = fs::metadata(folder.path().join("full.mcap")).expect("the recording").len() as f64;
     assert!((size / estimate - 1.0).abs() < 0.1, "estimated {estimate}, is {size}");
+}
+
+#[test]
+fn check_knows_how_large_a_recording_gets_and_when_it_stops() {
+    let folder = folder();
+    // half-spaces: one that stops by itself, tried on a coarser mesh; and one of a growing contact
+    for arguments in
+        [&["fig8-m5"][..], &["fig6b", "--set", "mesh.cells=150", "--set", "record.compression=lz4"]]
+    {
+        let mut check = vec!["check", "--json"];
+        check.extend(arguments);
+        let output = percuss(folder.path(), &check);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let mut run = vec!["run", "--force", "-o", "run.mcap"];
+        run.extend(arguments);
+        let output = percuss(folder.path(), &run);
+        assert!(output.status.success(), "{}", stderr(&output));
+
+        let estimate = json["estimate"]["file_bytes"].as_f64().expect("a number");
+        let size = fs::metadata(folder.path().join("run.mcap")).expect("the recording").len() as f64;
+        assert!((size / estimate - 1.0).abs() < 0.1, "{arguments:?}: estimated {estimate}, is {size}");
+        let stop =
+            stderr(&output).lines().find_map(|line| line.strip_prefix("extension: ").map(str::to_owned));
+        match (json["estimate"]["stops_at"].as_f64(), stop) {
+            (Some(estimate), Some(text)) => {
+                let time: f64 = text.rsplit("t = ").next().expect("a time").trim().parse().expect("a number");
+                assert!((time / estimate - 1.0).abs() < 0.02, "estimated {estimate}, is {time}");
+            }
+            (estimate, stop) => assert!(estimate.is_none() && stop.is_none(), "{estimate:?} {stop:?}"),
+        }
+    }
+}
+
+// where caches are is told to the program the way of this system
+#[cfg(target_os = "linux")]
+#[test]
+fn check_measures_the_machine_once() {
+    let folder = folder();
+    let seconds = |arguments: &[&str]| {
+        let mut command = command(folder.path(), &["check", "fig5", "--json"]);
+        let output =
+            command.args(arguments).env("XDG_CACHE_HOME", folder.path()).output().expect("it starts");
+        assert!(output.status.success(), "{}", stderr(&output));
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        json["estimate"]["seconds"].as_f64().expect("a number")
+    };
+    let measured = seconds(&[]);
+    assert!(measured > 0.0);
+    assert_eq!(seconds(&[]), measured, "nothing is measured again");
+
+    // what is in the cache is what counts
+    let path = folder.path().join("percuss/calibration.json");
+    let edit = |key: [&str; 2], value: serde_json::Value| {
+        let text = fs::read(&path).expect("the cache");
+        let mut json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+        json[key[0]][key[1]] = value;
+        fs::write(&path, json.to_string()).expect("the cache");
+    };
+    edit(["rates", "start"], 1000.0.into());
+    assert!(seconds(&[]) > 1000.0);
+    assert!(seconds(&["--calibrate"]) < 1000.0);
+    // of another machine, or no cache at all
+    edit(["rates", "start"], 1000.0.into());
+    edit(["machine", "host"], "elsewhere".into());
+    assert!(seconds(&[]) < 1000.0);
+    fs::write(&path, "not a cache").expect("the cache");
+    assert!(seconds(&[]) < 1000.0);
 }
 
 #[test]

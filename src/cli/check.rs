@@ -1,17 +1,12 @@
 //! `percuss check`: is a case valid, and what will it take?
 
-use std::time::Instant;
-
 use clap::Args;
 
 use super::{CaseArguments, CliError, Exit, print};
 use crate::{
     case::{Case, Sizes},
-    channels::{Catalogue, Size},
-    grid::{Geometry, Grid, MeshKind, Spacing},
-    model::{Model, ModelKind, cone::Sight, rakhmatulin::Rakhmatulin, sweep::MAX_LAG},
-    recording::Compression,
-    surface::Surface,
+    cost::{Estimate, calibration::Rates},
+    model::ModelKind,
 };
 
 /// Validates a case.
@@ -22,28 +17,12 @@ pub(super) struct Check {
     /// Print the complete case as TOML, every default and derived choice explicit; `percuss run` on it repeats the run
     #[arg(long)]
     resolved: bool,
+    /// Measure again how fast this machine is, as the first check on it has done
+    #[arg(long, conflicts_with = "resolved")]
+    calibrate: bool,
     /// Print everything as JSON
     #[arg(long, conflicts_with = "resolved")]
     json: bool,
-}
-
-/// What a run will take.
-struct Estimate {
-    memory: u64,
-    updates: f64,
-    recording: u64,
-    file: u64,
-    seconds: f64,
-}
-
-/// Size of a recording \[bytes\] from that of its messages; how much they pack was measured on the built-in cases.
-fn packed(size: Size, compression: Compression) -> u64 {
-    let (numbers, views) = match compression {
-        Compression::None => (1.0, 1.0),
-        Compression::Lz4 => (0.93, 0.22),
-        Compression::Zstd => (0.85, 0.10),
-    };
-    (numbers * size.numbers as f64 + views * size.views as f64) as u64
 }
 
 impl Check {
@@ -53,67 +32,13 @@ impl Check {
             print(&case.resolved_toml())?;
             return Ok(Exit::Done);
         }
-        let estimate = estimate(&case);
+        let rates = Rates::of_this_machine(self.calibrate);
+        let estimate =
+            Estimate::new(&case, &rates, |cells| self.case.load_with(&format!("mesh.cells={cells}")));
         let text = if self.json { json(&case, &estimate) } else { table(&self.case.case, &case, &estimate) };
         print(&text)?;
         Ok(Exit::Done)
     }
-}
-
-fn estimate(case: &Case) -> Estimate {
-    let sizes = &case.sizes;
-    let updates = node_updates(case);
-    let recording = Catalogue::new(case).size(case);
-    // time of a step that has next to nothing to compute: contact, channels, hand-over to the pool
-    let per_step = 20e-6;
-    Estimate {
-        memory: 2 * 8 * (sizes.nr as u64 + 1) * (sizes.nz as u64 + 1),
-        updates,
-        recording: recording.total(),
-        file: packed(recording, case.record.compression),
-        seconds: updates / node_rate(sizes) + per_step * sizes.steps as f64,
-    }
-}
-
-/// Node updates inside the light cone over the whole run.
-fn node_updates(case: &Case) -> f64 {
-    let Sizes { steps, nz, .. } = case.sizes;
-    let samples = steps.min(1000);
-    let mean: f64 = (0..samples)
-        .map(|sample| {
-            let step = (sample as f64 + 0.5) / samples as f64 * steps as f64;
-            step.min(nz as f64) * case.lit_columns(step)
-        })
-        .sum::<f64>()
-        / samples as f64;
-    mean * steps as f64
-}
-
-/// Node updates per second that this machine does on a mesh like that of the case, tried out briefly.
-fn node_rate(sizes: &Sizes) -> f64 {
-    const TRIAL_NODES: usize = 1 << 20;
-    let rows = sizes.nz.min(1 << 10);
-    let columns = (TRIAL_NODES / rows).clamp(16, sizes.nr.max(16));
-    let spacing = Spacing { dr: 1.0, dz: 1.0, layer_rows: Some(rows) };
-    let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, columns, rows);
-    let mut model = Rakhmatulin::new(grid, 0.5, Sight::Field);
-    let mut surface = Surface::new(columns);
-    surface.loaded = columns;
-    // the first steps fill the mesh with waves, the next ones are timed
-    let mut steps = |count: usize| {
-        let start = Instant::now();
-        for _ in 0..count {
-            model.predict(&mut surface);
-            for (u, free) in surface.displacement.iter_mut().zip(&surface.free) {
-                *u = free + 1.0;
-            }
-            model.advance(&surface);
-        }
-        start.elapsed().as_secs_f64()
-    };
-    steps(rows);
-    let timed = 4 * MAX_LAG;
-    (rows * columns * timed) as f64 / steps(timed)
 }
 
 fn json(case: &Case, estimate: &Estimate) -> String {
@@ -125,10 +50,11 @@ fn json(case: &Case, estimate: &Estimate) -> String {
         "sizes": case.sizes,
         "estimate": {
             "memory_bytes": estimate.memory,
-            "node_updates": estimate.updates,
-            "message_bytes": estimate.recording,
+            "node_updates": estimate.work.updates,
+            "message_bytes": estimate.work.messages.total(),
             "file_bytes": estimate.file,
             "seconds": estimate.seconds,
+            "stops_at": estimate.stops_at,
         },
     });
     format!("{value:#}\n")
@@ -147,10 +73,20 @@ fn table(name: &str, case: &Case, estimate: &Estimate) -> String {
         ("memory", format!("about {}", bytes(estimate.memory))),
         (
             "recording",
-            format!("about {}, {} before compression", bytes(estimate.file), bytes(estimate.recording)),
+            format!(
+                "about {}, {} before compression",
+                bytes(estimate.file),
+                bytes(estimate.work.messages.total())
+            ),
         ),
-        ("run time", format!("about {:.1} s, {:.2e} node updates", estimate.seconds, estimate.updates)),
+        ("run time", format!("about {:.1} s, {:.2e} node updates", estimate.seconds, estimate.work.updates)),
     ];
+    if let Some(time) = estimate.stops_at {
+        rows.push((
+            "stop",
+            format!("about t = {time:.2}, as run.stop asks; recording and run time are up to there"),
+        ));
+    }
     if case.model == ModelKind::Elastic {
         rows.push((
             "note",

@@ -341,7 +341,10 @@ mod tests {
         let mut surface = Surface::new(nr);
         surface.loaded = 1 + noise.next(nr);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        for step in 0..60 + noise.next(120) {
+        // looked at often, or so seldom that sweeps run into each other
+        let seldom = [9, 400][noise.next(2)];
+        let steps = 60 + noise.next(120);
+        for step in 0..steps {
             model.predict(&mut surface);
             for i in 0..nr {
                 let push = if i < surface.loaded { noise.next(1000) as f64 / 1000.0 } else { 0.0 };
@@ -350,7 +353,7 @@ mod tests {
             surface.loaded = nr.min(surface.loaded + noise.next(2));
             pool.install(|| model.advance(&surface));
             plain.step(&model, &surface.displacement);
-            if noise.next(9) == 0 || step < 3 {
+            if noise.next(seldom) == 0 || step < 3 || step + 1 == steps {
                 pool.install(|| model.catch_up());
                 for (level, rows) in [(model.level, &plain.now), (model.level + 1, &plain.before)] {
                     for (j, row) in rows.iter().enumerate() {

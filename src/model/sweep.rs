@@ -193,7 +193,13 @@ impl Sweep {
     /// When a group is begun, the strip under the surface must be up to date.
     ///
     /// * `earlier`: the sweep before, if it may still be under way
-    pub fn new(ground: Arc<Ground>, base: usize, lit: Vec<Lit>, threads: usize, earlier: Option<&Self>) -> Self {
+    pub fn new(
+        ground: Arc<Ground>,
+        base: usize,
+        lit: Vec<Lit>,
+        threads: usize,
+        earlier: Option<&Self>,
+    ) -> Self {
         let lag = lit.len();
         assert!(lag <= ground.lag, "the strip is not deep enough");
         let rows = lit.iter().map(|lit| lit.rows).max().unwrap_or(0);

@@ -1,0 +1,93 @@
+//! What a run will take: memory, bytes, time.
+//!
+//! The case gives the amount of work ([`Work`]); the machine gives the time of each piece of it, measured once
+//! ([`calibration`]); when it stops and how much its messages pack is tried on a coarser mesh ([`trial`]).
+
+use crate::{
+    case::{Case, CaseErrors, Sizes},
+    channels::{Catalogue, Size},
+};
+
+pub mod calibration;
+pub mod trial;
+
+use calibration::Rates;
+use trial::Trial;
+
+/// Amount of work in a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Work {
+    /// Node updates inside the light cone.
+    pub updates: f64,
+    /// Columns of the surface inside the light cone, summed over the steps.
+    pub columns: f64,
+    /// Nodes inside the light cone, summed over the frames.
+    pub frame_nodes: f64,
+    /// Messages before compression.
+    pub messages: Size,
+}
+
+impl Work {
+    /// The work of a whole run of `case`, if nothing stops it.
+    pub fn of(case: &Case) -> Self {
+        const SAMPLES: u64 = 1000;
+        let Sizes { steps, nz, .. } = case.sizes;
+        let samples = steps.min(SAMPLES);
+        let rows = |step: f64| if case.looks_inside() { step } else { step.min(steps as f64 - step) };
+        let (mut updates, mut columns) = (0.0, 0.0);
+        for sample in 0..samples {
+            let step = (sample as f64 + 0.5) / samples as f64 * steps as f64;
+            columns += case.lit_columns(step);
+            updates += case.lit_columns(step) * rows(step).min(nz as f64);
+        }
+        let each = steps as f64 / samples as f64;
+        let frames = case.frames().about();
+        Self {
+            updates: updates * each,
+            columns: columns * each,
+            frame_nodes: frames.iter().map(|step| case.lit_columns(*step) * step.min(nz as f64)).sum(),
+            messages: Catalogue::new(case).size(case),
+        }
+    }
+
+    /// Time of a run, from the start of the process to its end \[s\].
+    ///
+    /// The thread that writes works beside those that compute; who is faster waits, or all share the cores.
+    pub fn seconds(&self, case: &Case, rates: &Rates) -> f64 {
+        let computing = rates.computing(self);
+        let writing = rates.writing(self, case.record.compression);
+        rates.start + writing.max(computing + writing / rates.cores)
+    }
+}
+
+/// What a run will take.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate {
+    /// Memory for the field \[bytes\].
+    pub memory: u64,
+    /// The work.
+    pub work: Work,
+    /// Size of the recording \[bytes\].
+    pub file: u64,
+    /// Time of the run \[s\].
+    pub seconds: f64,
+    /// Time of the target at which the case's stop condition ends the run \[R/c_p\].
+    pub stops_at: Option<f64>,
+}
+
+impl Estimate {
+    /// Estimates a run of `case`.
+    ///
+    /// * `coarser`: the case on a mesh of so many cells, for the trial
+    pub fn new(case: &Case, rates: &Rates, coarser: impl Fn(u64) -> Result<Case, CaseErrors>) -> Self {
+        let trial = Trial::of(case, coarser);
+        let work = Work::of(&case.cut(trial.part));
+        Self {
+            memory: 2 * 8 * (case.sizes.nr as u64 + 1) * (case.sizes.nz as u64 + 1),
+            file: trial.file_size(work.messages) as u64,
+            seconds: work.seconds(case, rates),
+            stops_at: (trial.part < 1.0).then_some(trial.part * case.sizes.steps as f64 * case.sizes.dt),
+            work,
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! What a piece of work takes on this machine: measured in about a second, then kept in the user's cache.
+
+use std::{
+    fs,
+    io::{self, IsTerminal, Write},
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::{Work, trial};
+use crate::{case::Case, model::Field, model::lanes::Lanes, recording::Compression, simulation::Simulation};
+
+/// Times of pieces of work \[s\].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rates {
+    /// An update of a node.
+    pub update: f64,
+    /// A column of the surface in a step: contact and what else is done step by step.
+    pub column: f64,
+    /// A node of a frame: bringing the field to one level, its energy, showing it.
+    pub frame_node: f64,
+    /// Packing and writing a byte of numbers: without compression, with LZ4, with Zstandard.
+    pub byte: [f64; 3],
+    /// Making, packing and writing a byte of views.
+    pub view_byte: f64,
+    /// Starting and ending a run.
+    pub start: f64,
+    /// Cores that computing and writing share.
+    pub cores: f64,
+}
+
+/// Machine and program that rates belong to.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct Machine {
+    host: String,
+    cores: usize,
+    instructions: String,
+    program: String,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Cached {
+    machine: Machine,
+    rates: Rates,
+}
+
+impl Machine {
+    fn this() -> Self {
+        let build = if cfg!(debug_assertions) { "debug" } else { "release" };
+        Self {
+            host: gethostname::gethostname().to_string_lossy().into_owned(),
+            cores: rayon::current_num_threads(),
+            instructions: format!("{:?}", Lanes::detect()),
+            program: format!("{} {build}", env!("CARGO_PKG_VERSION")),
+        }
+    }
+}
+
+fn compression_index(compression: Compression) -> usize {
+    match compression {
+        Compression::None => 0,
+        Compression::Lz4 => 1,
+        Compression::Zstd => 2,
+    }
+}
+
+impl Rates {
+    /// The rates of this machine: from the cache, or measured and left there.
+    ///
+    /// * `anew`: measure in any case
+    pub fn of_this_machine(anew: bool) -> Self {
+        let (machine, path) = (Machine::this(), cache_path());
+        if !anew && let Some(rates) = path.as_deref().and_then(|path| read(path, &machine)) {
+            return rates;
+        }
+        if io::stderr().is_terminal() {
+            eprintln!("measuring how fast this machine is; this is done once …");
+        }
+        let rates = Self::measure();
+        if let Some(path) = path {
+            // without a cache the next check measures again
+            let _ = write(&path, &Cached { machine, rates: rates.clone() });
+        }
+        rates
+    }
+
+    /// Time of the threads that compute \[s\].
+    pub(super) fn computing(&self, work: &Work) -> f64 {
+        self.update * work.updates + self.column * work.columns + self.frame_node * work.frame_nodes
+    }
+
+    /// Time of the thread that writes \[s\].
+    pub(super) fn writing(&self, work: &Work, compression: Compression) -> f64 {
+        self.byte[compression_index(compression)] * work.messages.numbers as f64
+            + self.view_byte * work.messages.views as f64
+    }
+
+    /// Measures the rates with small runs.
+    pub fn measure() -> Self {
+        let mut rates = Self {
+            update: 0.0,
+            column: 0.0,
+            frame_node: 0.0,
+            byte: [0.0; 3],
+            view_byte: 0.0,
+            start: 0.0,
+            cores: rayon::current_num_threads() as f64,
+        };
+        // steps: two meshes, two unknowns
+        let runs = [(40, 6.0), (300, 3.0)].map(|(cells, end)| {
+            let case = punch(cells, end, &["record.frames=0"]);
+            (Work::of(&case), fastest(|| compute(&case)))
+        });
+        let [(small, small_time), (large, large_time)] = runs;
+        let determinant = small.updates * large.columns - large.updates * small.columns;
+        rates.update = (small_time * large.columns - large_time * small.columns) / determinant;
+        rates.column = ((large.updates * -small_time + large_time * small.updates) / determinant).max(0.0);
+
+        let fields = ["record.frames=200", "record.views=[]"];
+        let case = punch(150, 1.5, &fields);
+        let work = Work::of(&case);
+        rates.frame_node = (fastest(|| compute(&case)) - rates.computing(&work)).max(0.0) / work.frame_nodes;
+
+        let Ok(file) = tempfile::NamedTempFile::new() else { return rates };
+        let recorded = |case: &Case| fastest(|| drop(trial::record(case, file.path())));
+        rates.start = recorded(&punch(20, 0.05, &["record.frames=1"])) + PROCESS;
+        for (compression, name) in [(0, "none"), (1, "lz4"), (2, "zstd")] {
+            let packed = format!("record.compression=\"{name}\"");
+            let case = punch(150, 1.5, &[fields[0], fields[1], &packed]);
+            let work = Work::of(&case);
+            let writing = rates.writing_time(recorded(&case), &work);
+            rates.byte[compression] = writing / work.messages.numbers as f64;
+        }
+        let case = punch(60, 6.0, &fields[..1]);
+        let work = Work::of(&case);
+        let zstd = compression_index(case.record.compression);
+        let numbers = rates.byte[zstd] * work.messages.numbers as f64;
+        let writing = rates.writing_time(recorded(&case), &work);
+        rates.view_byte = (writing - numbers).max(0.0) / work.messages.views as f64;
+        rates
+    }
+
+    /// How long the thread that writes has worked in a run that took `seconds`: the inverse of [`Work::seconds`].
+    fn writing_time(&self, seconds: f64, work: &Work) -> f64 {
+        let seconds = seconds - (self.start - PROCESS);
+        let computing = self.computing(work);
+        // it was the slower one, or all shared the cores
+        ((seconds - computing) * self.cores).clamp(0.0, seconds.max(0.0))
+    }
+}
+
+/// Start and end of a process \[s\].
+const PROCESS: f64 = 2e-3;
+
+/// The flat punch of the paper on the paper's mesh.
+fn punch(cells: usize, end: f64, settings: &[&str]) -> Case {
+    let mut all = vec![
+        "mesh.kind=\"paper\"".to_owned(),
+        "mesh.outer_radius=4".to_owned(),
+        format!("mesh.cells={cells}"),
+        format!("run.end_time={end:?}"),
+    ];
+    all.extend(settings.iter().map(|&setting| setting.to_owned()));
+    Case::load("fig5", &all).expect("a built-in case")
+}
+
+/// Runs a case that nobody looks at but for its frames.
+fn compute(case: &Case) {
+    let mut simulation = Simulation::new(case).expect("a case with a solver");
+    let mut values = Vec::new();
+    while let Some(view) = simulation.step().expect("a sound case") {
+        if let Some(frame) = &view.frame {
+            frame.fields.sample(Field::Stress, &mut values);
+        }
+    }
+}
+
+/// Shortest time of three \[s\].
+fn fastest(run: impl Fn()) -> f64 {
+    let times = (0..3).map(|_| {
+        let start = Instant::now();
+        run();
+        start.elapsed().as_secs_f64()
+    });
+    times.fold(f64::INFINITY, f64::min)
+}
+
+/// Where rates are kept, if the user has a place for such things.
+fn cache_path() -> Option<PathBuf> {
+    Some(dirs::cache_dir()?.join("percuss").join("calibration.json"))
+}
+
+fn read(path: &Path, machine: &Machine) -> Option<Rates> {
+    let cached: Cached = serde_json::from_slice(&fs::read(path).ok()?).ok()?;
+    (cached.machine == *machine).then_some(cached.rates)
+}
+
+/// Replaces the cache as a whole, so that nobody reads half of it.
+fn write(path: &Path, cached: &Cached) -> io::Result<()> {
+    let folder = path.parent().expect("a file in a folder");
+    fs::create_dir_all(folder)?;
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(&serde_json::to_vec_pretty(cached)?)?;
+    file.persist(path)?;
+    Ok(())
+}

@@ -1,0 +1,105 @@
+//! When a case stops and how much its messages pack, tried on a coarser mesh: on a fine mesh fields look much the same.
+
+use std::path::Path;
+
+use super::Work;
+use crate::{
+    case::{Case, CaseErrors, Stop},
+    channels::Size,
+    recording::{Compression, RecordingError},
+    session::{Session, Source, Status},
+    simulation::{Simulation, SimulationError},
+};
+
+/// Largest trial: node updates, bytes of messages.
+const MOST_UPDATES: f64 = 3e7;
+const MOST_BYTES: u64 = 32 << 20;
+
+/// Fractions of the cells that are tried.
+const FRACTIONS: [u64; 10] = [1, 2, 3, 4, 5, 8, 10, 16, 20, 40];
+
+/// What a recording takes beside its messages: schemas, attachments, metadata \[bytes\].
+const FRAMEWORK: f64 = 64e3;
+
+/// Sizes of messages after compression, relative to before: numbers (where there is no trial) and views.
+fn ratios(compression: Compression) -> (f64, f64) {
+    match compression {
+        Compression::None => (1.0, 1.0),
+        Compression::Lz4 => (0.93, 0.22),
+        Compression::Zstd => (0.85, 0.10),
+    }
+}
+
+/// What a trial has shown of a case.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial {
+    /// Part of the run after which its stop condition comes true; 1 if it does not.
+    pub part: f64,
+    /// Size of numbers after compression, relative to before.
+    numbers: f64,
+    /// Size of views after compression, relative to before.
+    views: f64,
+}
+
+impl Trial {
+    /// Tries a case, if it can be learnt from.
+    ///
+    /// * `coarser`: the case on a mesh of so many cells
+    pub fn of(case: &Case, coarser: impl Fn(u64) -> Result<Case, CaseErrors>) -> Self {
+        let (numbers, views) = ratios(case.record.compression);
+        let usual = Self { part: 1.0, numbers, views };
+        if case.record.compression == Compression::None && case.run.stop == Stop::Never {
+            return usual;
+        }
+        try_out(case, usual, coarser).unwrap_or(usual)
+    }
+
+    /// Size of a recording \[bytes\].
+    ///
+    /// * `messages`: sizes of its messages before compression
+    pub fn file_size(&self, messages: Size) -> f64 {
+        FRAMEWORK + self.numbers * messages.numbers as f64 + self.views * messages.views as f64
+    }
+}
+
+/// Records a case small enough. None if there is none, or it fails: then a run would say why.
+fn try_out(case: &Case, usual: Trial, coarser: impl Fn(u64) -> Result<Case, CaseErrors>) -> Option<Trial> {
+    let cells = case.mesh.cells as u64;
+    let case = FRACTIONS.iter().filter(|fraction| cells / **fraction > 0).find_map(|fraction| {
+        let case = coarser(cells / fraction).ok()?;
+        let work = Work::of(&case);
+        (work.updates <= MOST_UPDATES && work.messages.total() <= MOST_BYTES).then_some(case)
+    })?;
+    let file = tempfile::NamedTempFile::new().ok()?;
+    let last_step = record(&case, file.path()).ok()?;
+    let part = last_step as f64 / case.sizes.steps as f64;
+    let messages = Work::of(&case.cut(part)).messages;
+    let size = file.as_file().metadata().ok()?.len() as f64;
+    let others = Trial { numbers: 0.0, ..usual }.file_size(messages);
+    let numbers = (size - others) / messages.numbers as f64;
+    Some(Trial { part, numbers: numbers.clamp(0.0, 1.0), ..usual })
+}
+
+/// Why a trial has failed.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum TrialError {
+    /// The computation failed.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The recording failed.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+}
+
+/// Runs a case and records it at `path`; returns its last step.
+pub(super) fn record(case: &Case, path: &Path) -> Result<u64, TrialError> {
+    let mut simulation = Simulation::new(case)?;
+    let mut session = Session::begin(case, Source::Simulation, path, true, rayon::current_num_threads())?;
+    let mut last_step = 0;
+    while let Some(view) = simulation.step()? {
+        last_step = view.step;
+        session.observe(&view)?;
+    }
+    session.end(&Status::Completed, &simulation.validity())?;
+    Ok(last_step)
+}
