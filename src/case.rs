@@ -156,6 +156,8 @@ pub struct Record {
     pub probes: Vec<f64>,
     /// Fields recorded in frames.
     pub fields: Vec<Field>,
+    /// Nodes from one that fields show to the next, along r and z.
+    pub field_every: usize,
     /// Channels for viewers, at frames.
     pub views: Vec<ViewChannel>,
     /// Steps at which fields and energy are shown.

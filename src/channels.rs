@@ -154,10 +154,15 @@ impl Catalogue {
             Box::new(event::Event),
             Box::new(log::Log),
         ];
-        let slices: Vec<_> = case.record.fields.iter().map(|field| field::FieldSlice::new(*field)).collect();
+        let slices: Vec<_> =
+            case.record.fields.iter().map(|field| field::FieldSlice::new(case, *field)).collect();
         let views = view::channels(case, &slices);
         let slices = slices.into_iter().map(|slice| Box::new(slice) as Box<dyn Channel>);
-        let frames = FrameChannels::new(slices.chain(views).collect(), case.record.fields.clone());
+        let frames = FrameChannels::new(
+            slices.chain(views).collect(),
+            case.record.fields.clone(),
+            case.record.field_every,
+        );
         Self { channels, frames, playback_rate: case.record.playback_rate }
     }
 
@@ -174,7 +179,7 @@ impl Catalogue {
         if knows_drag {
             channels.push(Box::new(drag::Drag));
         }
-        let frames = FrameChannels::new(Vec::new(), Vec::new());
+        let frames = FrameChannels::new(Vec::new(), Vec::new(), 1);
         Self { channels, frames, playback_rate: case.record.playback_rate }
     }
 
@@ -267,14 +272,16 @@ struct FrameChannels {
     is_empty: bool,
     /// Fields that they show.
     fields: Vec<Field>,
+    /// Nodes from one that they show to the next.
+    every: usize,
     /// Snapshots that are done with come back here.
     spare: (Sender<Snapshot>, Receiver<Snapshot>),
 }
 
 impl FrameChannels {
-    fn new(channels: Vec<Box<dyn Channel>>, fields: Vec<Field>) -> Self {
+    fn new(channels: Vec<Box<dyn Channel>>, fields: Vec<Field>, every: usize) -> Self {
         let is_empty = channels.is_empty();
-        Self { channels: Arc::new(Mutex::new(channels)), is_empty, fields, spare: mpsc::channel() }
+        Self { channels: Arc::new(Mutex::new(channels)), is_empty, fields, every, spare: mpsc::channel() }
     }
 
     /// Hands a frame over to the writer.
@@ -292,7 +299,7 @@ impl FrameChannels {
             return recorder.hand_over_if_full();
         }
         let mut snapshot = self.spare.1.try_recv().unwrap_or_default();
-        snapshot.take(view, frame, &self.fields);
+        snapshot.take(view, frame, &self.fields, self.every);
         let (channels, give_back) = (Arc::clone(&self.channels), self.spare.0.clone());
         recorder.later(Box::new(move |batch| {
             let mut channels = lock(&channels);

@@ -100,7 +100,9 @@ pub trait Model: Send {
     fn backing_peak(&mut self) -> BackingPeak;
 
     /// Writes a field at level k, row-major `[[j, i]]`, after [`Model::advance`] and [`Model::energy`] of step k.
-    fn sample(&self, field: Field, surface: &Surface, values: &mut Vec<f32>) -> Extent;
+    ///
+    /// * `every`: nodes from one that is shown to the next, along r and z
+    fn sample(&self, field: Field, every: usize, surface: &Surface, values: &mut Vec<f32>) -> Extent;
 
     /// Writes the displacement of the surface at level k into `values`, after [`Model::advance`] of step k; nodes beyond
     /// them are at rest.

@@ -239,8 +239,8 @@ impl Simulation {
 }
 
 impl Fields for Simulation {
-    fn sample(&self, field: Field, values: &mut Vec<f32>) -> Extent {
-        self.model.sample(field, &self.surface, values)
+    fn sample(&self, field: Field, every: usize, values: &mut Vec<f32>) -> Extent {
+        self.model.sample(field, every, &self.surface, values)
     }
 
     fn surface(&self, values: &mut Vec<f64>) {

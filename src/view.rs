@@ -82,7 +82,9 @@ pub struct Energy {
 /// Fields of a step, computed when asked for.
 pub trait Fields {
     /// Writes `field` row-major `[[j, i]]` into `values`; rows and columns at rest are left out.
-    fn sample(&self, field: Field, values: &mut Vec<f32>) -> Extent;
+    ///
+    /// * `every`: nodes from one that is shown to the next, along r and z; the first is always shown
+    fn sample(&self, field: Field, every: usize, values: &mut Vec<f32>) -> Extent;
 
     /// Writes the displacement of the surface into `values`, shape `(columns,)`; what lies beyond them is at rest \[R\].
     fn surface(&self, values: &mut Vec<f64>);

@@ -55,6 +55,34 @@ fn messages<M: Message + Default>(bytes: &[u8], topic: &str) -> Vec<(u64, M)> {
 }
 
 #[test]
+fn thinned_fields_are_nodes_of_whole_ones() {
+    let folder = folder();
+    let topics = ["/field/displacement", "/field/velocity", "/field/stress"];
+    let settings =
+        ["mesh.cells=20", "record.frames=5", "record.fields=[\"displacement\", \"velocity\", \"stress\"]"];
+    let whole = record(&case("fig8-m5", &settings), &folder.path().join("whole.mcap"));
+    let thinned = [&settings[..], &["record.field_every=3"]].concat();
+    let thinned = record(&case("fig8-m5", &thinned), &folder.path().join("thinned.mcap"));
+    for topic in topics {
+        let whole: Vec<(u64, message::FieldSlice)> = messages(&whole, topic);
+        let thinned: Vec<(u64, message::FieldSlice)> = messages(&thinned, topic);
+        assert_eq!(whole.len(), thinned.len());
+        for ((_, whole), (_, thinned)) in whole.iter().zip(&thinned) {
+            assert_eq!((whole.step, whole.r0, whole.z0), (thinned.step, thinned.r0, thinned.z0));
+            assert_eq!((3.0 * whole.dr, 3.0 * whole.dz), (thinned.dr, thinned.dz));
+            let (nr, nz) = (thinned.nr as usize, thinned.nz as usize);
+            assert_eq!((nr, nz), (whole.nr.div_ceil(3) as usize, whole.nz.div_ceil(3) as usize));
+            assert_eq!(thinned.values.len(), nr * nz);
+            for (m, value) in thinned.values.iter().enumerate() {
+                assert_eq!(*value, whole.values[3 * (m / nr) * whole.nr as usize + 3 * (m % nr)]);
+            }
+        }
+    }
+    let forces = |bytes: &[u8]| -> Vec<(u64, message::Drag)> { messages(bytes, "/drag") };
+    assert_eq!(forces(&whole), forces(&thinned));
+}
+
+#[test]
 fn everything_the_contract_promises_is_there() {
     let folder = folder();
     let case =

@@ -221,6 +221,7 @@ fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>, end_time: f64
         given.value
     });
     let fields = read_names(doc, &mut section, "fields", "displacement, velocity, stress");
+    let field_every = section.count(doc, "field_every", 1..=1_000_000).map_or(1, value) as usize;
     let views = read_names(doc, &mut section, "views", "field, image, scene, fronts, tf, profile");
     let frames = section.count(doc, "frames", 0..=1_000_000);
     let frame_times = section.get::<Vec<f64>>(doc, "frame_times", "a list of times, 0 ≤ t ≤ run.end_time");
@@ -246,6 +247,7 @@ fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>, end_time: f64
         interface_every,
         probes,
         fields: fields.unwrap_or(vec![Field::Stress]),
+        field_every,
         views: views.unwrap_or(ViewChannel::ALL.to_vec()),
         frames,
         compression,

@@ -92,6 +92,7 @@ struct Record<'a> {
     interface_every: u64,
     probes: &'a [f64],
     fields: &'a [Field],
+    field_every: usize,
     views: &'a [ViewChannel],
     #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<usize>,
@@ -140,6 +141,7 @@ fn resolved(case: &Case) -> Resolved<'_> {
             interface_every: record.interface_every,
             probes: &record.probes,
             fields: &record.fields,
+            field_every: record.field_every,
             views: &record.views,
             frames,
             frame_times,

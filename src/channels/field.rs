@@ -11,13 +11,15 @@ pub type SharedSlice = Arc<Mutex<percuss::FieldSlice>>;
 /// The channel of one field.
 pub struct FieldSlice {
     field: Field,
+    /// Nodes from one that is shown to the next.
+    every: usize,
     message: SharedSlice,
 }
 
 impl FieldSlice {
-    /// The channel of `field`.
-    pub fn new(field: Field) -> Self {
-        Self { field, message: SharedSlice::default() }
+    /// The channel of `field`, with as many nodes as `case` asks for.
+    pub fn new(case: &Case, field: Field) -> Self {
+        Self { field, every: case.record.field_every, message: SharedSlice::default() }
     }
 
     /// What this channel has sampled, for the channels after it.
@@ -64,18 +66,21 @@ impl Channel for FieldSlice {
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         let Some(frame) = view.frame else { return };
         let message = &mut *lock(&self.message);
-        let extent = frame.fields.sample(self.field, &mut message.values);
+        let extent = frame.fields.sample(self.field, self.every, &mut message.values);
         let lattice = frame.fields.lattice();
         (message.step, message.time) = (view.step, view.time);
-        (message.r0, message.dr, message.nr) = (lattice.r0, lattice.dr, extent.nr as u32);
-        (message.z0, message.dz, message.nz) = (0.0, lattice.dz, extent.nz as u32);
+        let every = self.every as f64;
+        (message.r0, message.dr, message.nr) = (lattice.r0, every * lattice.dr, extent.nr as u32);
+        (message.z0, message.dz, message.nz) = (0.0, every * lattice.dz, extent.nz as u32);
         outlet.put(message);
     }
 
     fn size(&self, case: &Case) -> u64 {
         let sizes = &case.sizes;
         let frames = case.frames();
-        let nodes = |step: &f64| case.lit_columns(*step) * (step + 1.0).min(sizes.nz as f64 + 1.0);
+        let shown = |nodes: f64| (nodes / self.every as f64).ceil();
+        let nodes =
+            |step: &f64| shown(case.lit_columns(*step)) * shown((step + 1.0).min(sizes.nz as f64 + 1.0));
         let nodes: f64 = frames.about().iter().map(nodes).sum();
         4 * nodes as u64 + frames.count() * (70 + MESSAGE_OVERHEAD)
     }

@@ -38,7 +38,8 @@ impl Snapshot {
     /// Takes a frame; what the snapshot held before is gone, its memory is used again.
     ///
     /// * `fields`: those that will be asked for
-    pub fn take(&mut self, view: &View<'_>, frame: &Frame<'_>, fields: &[Field]) {
+    /// * `every`: nodes from one that they show to the next
+    pub fn take(&mut self, view: &View<'_>, frame: &Frame<'_>, fields: &[Field], every: usize) {
         (self.step, self.time) = (view.step, view.time);
         (self.drag, self.contact_radius) = (view.drag, view.contact_radius);
         (self.velocity, self.depth) = (view.velocity, view.depth);
@@ -56,7 +57,7 @@ impl Snapshot {
         });
         for (sample, field) in samples.iter_mut().zip(fields) {
             sample.field = *field;
-            sample.extent = frame.fields.sample(*field, &mut sample.values);
+            sample.extent = frame.fields.sample(*field, every, &mut sample.values);
         }
     }
 
@@ -84,8 +85,8 @@ impl Snapshot {
 }
 
 impl Fields for Snapshot {
-    /// Exchanges `values` for the values taken: every field can be asked for once.
-    fn sample(&self, field: Field, values: &mut Vec<f32>) -> Extent {
+    /// Exchanges `values` for the values taken: every field can be asked for once, with the nodes it was taken with.
+    fn sample(&self, field: Field, _every: usize, values: &mut Vec<f32>) -> Extent {
         let mut samples = lock(&self.samples);
         let sample = samples.iter_mut().find(|sample| sample.field == field);
         let sample = sample.expect("a snapshot takes every field that is recorded");

@@ -172,7 +172,7 @@ fn compute(case: &Case) {
     let mut values = Vec::new();
     while let Some(view) = simulation.step().expect("a sound case") {
         if let Some(frame) = &view.frame {
-            frame.fields.sample(Field::Stress, &mut values);
+            frame.fields.sample(Field::Stress, 1, &mut values);
         }
     }
 }

@@ -242,21 +242,29 @@ impl Model for Rakhmatulin {
         BackingPeak { strain: value / self.grid.dz, r: self.grid.r(column), step: level as u64 }
     }
 
-    fn sample(&self, field: Field, surface: &Surface, values: &mut Vec<f32>) -> Extent {
+    fn sample(&self, field: Field, every: usize, surface: &Surface, values: &mut Vec<f32>) -> Extent {
         assert!(
             self.behind.is_empty() && self.field.is_settled(),
             "frames are shown after the energy, which brings the interior up to date"
         );
-        let nr = self.cone.columns().max(1);
-        let rows = self.level.min(self.grid.nz + 1);
+        let columns = self.cone.columns().max(1);
+        let (nr, nz) = (columns.div_ceil(every), self.level.min(self.grid.nz + 1).div_ceil(every));
         values.clear();
-        values.resize(nr * rows, 0.0);
-        values
-            .par_chunks_exact_mut(nr)
-            .with_min_len((NODES_PER_TASK / nr).max(1))
-            .enumerate()
-            .for_each(|(j, row)| self.show(field, surface, j, row));
-        Extent { nr, nz: rows }
+        values.resize(nr * nz, 0.0);
+        let rows =
+            values.par_chunks_exact_mut(nr).with_min_len((NODES_PER_TASK / columns).max(1)).enumerate();
+        if every == 1 {
+            rows.for_each(|(j, row)| self.show(field, surface, j, row));
+        } else {
+            rows.for_each_init(
+                || vec![0.0; columns],
+                |whole, (j, row)| {
+                    self.show(field, surface, j * every, whole);
+                    row.iter_mut().zip(whole.iter().step_by(every)).for_each(|(value, node)| *value = *node);
+                },
+            );
+        }
+        Extent { nr, nz }
     }
 
     fn surface(&self, values: &mut Vec<f64>) {
@@ -395,7 +403,7 @@ mod tests {
                 energy.push(model.energy());
             }
         }
-        let extent = model.sample(Field::Displacement, &surface, &mut values);
+        let extent = model.sample(Field::Displacement, 1, &surface, &mut values);
         let mut whole = vec![0.0; 400 * 61];
         for j in 0..extent.nz {
             whole[j * 400..][..extent.nr].copy_from_slice(&values[j * extent.nr..][..extent.nr]);

@@ -44,6 +44,7 @@ impl Section {
     /// The raster of `slices` on a stage.
     pub fn new(case: &Case, stage: &Stage, slices: Vec<SharedSlice>) -> Self {
         let grid = case.grid();
+        let every = case.record.field_every as f64;
         let middle = |pixel: usize| (pixel as f64 + 0.5) * stage.pixel;
         let nearest = |x: f64| x.round().max(0.0) as usize;
         let fields = case.record.fields.iter();
@@ -51,8 +52,10 @@ impl Section {
             scales: fields.map(|field| (1.0 / level_step(range(case, *field))) as f32).collect(),
             slices,
             nodes: Nodes {
-                rows: (0..stage.rows).rev().map(|row| nearest(middle(row) / grid.dz)).collect(),
-                columns: (0..stage.columns).map(|i| nearest((middle(i) - grid.r0) / grid.dr)).collect(),
+                rows: (0..stage.rows).rev().map(|row| nearest(middle(row) / (every * grid.dz))).collect(),
+                columns: (0..stage.columns)
+                    .map(|i| nearest((middle(i) - grid.r0) / (every * grid.dr)))
+                    .collect(),
             },
             step: None,
             levels: Vec::new(),

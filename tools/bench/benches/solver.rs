@@ -48,7 +48,7 @@ fn kernels(criterion: &mut Criterion) {
     let mut values = Vec::new();
     for field in [Field::Stress, Field::Velocity] {
         group.bench_function(field.name(), |bench| {
-            bench.iter(|| target.0.sample(field, &target.1, &mut values));
+            bench.iter(|| target.0.sample(field, 1, &target.1, &mut values));
         });
     }
     group.finish();
