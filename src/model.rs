@@ -92,14 +92,14 @@ pub trait Model: Send {
     /// Advances from level k to k+1 under the surface motion that the contact has settled.
     fn advance(&mut self, surface: &Surface);
 
-    /// Energy between the two levels the model stands at. A model that runs its interior behind the surface brings it
-    /// up to date here.
-    fn energy(&mut self) -> TargetEnergy;
+    /// Energies between levels k−1 and k and between levels k and k+1, after [`Model::advance`] of step k. A model that
+    /// runs its interior behind the surface brings it up to date here.
+    fn energies(&mut self, surface: &Surface) -> [TargetEnergy; 2];
 
     /// Largest |∂u_z/∂z| on the backing over all levels before the newest one.
     fn backing_peak(&mut self) -> BackingPeak;
 
-    /// Writes a field at level k, row-major `[[j, i]]`, after [`Model::advance`] and [`Model::energy`] of step k.
+    /// Writes a field at level k, row-major `[[j, i]]`, after [`Model::advance`] and [`Model::energies`] of step k.
     ///
     /// * `every`: nodes from one that is shown to the next, along r and z
     fn sample(&self, field: Field, every: usize, surface: &Surface, values: &mut Vec<f32>) -> Extent;

@@ -139,13 +139,16 @@ impl Simulation {
         let time = step as f64 * self.grid.dt();
         let is_frame = self.frames.contain(step);
 
+        let before = (self.ledger, self.indenter.kinetic_energy());
         self.model.predict(&mut self.surface);
-        let before = is_frame.then(|| self.ledger.entry(self.model.energy(), &self.indenter));
         let touch = self.contact.step(&mut self.surface, &mut self.indenter);
         self.ledger.add(&touch);
         self.model.advance(&self.surface);
-        let energy =
-            before.map(|before| mean(before, self.ledger.entry(self.model.energy(), &self.indenter)));
+        let energy = is_frame.then(|| {
+            let after = (self.ledger, self.indenter.kinetic_energy());
+            let [target_before, target_after] = self.model.energies(&self.surface);
+            mean(before.0.entry(target_before, before.1), after.0.entry(target_after, after.1))
+        });
 
         self.check_finite(step, &touch, energy.as_ref())?;
         self.observe_strain(step, time);
@@ -267,8 +270,9 @@ impl Ledger {
     }
 
     /// The ledger at a half step.
-    fn entry(&self, target: TargetEnergy, indenter: &Indenter) -> Energy {
-        let indenter = indenter.kinetic_energy();
+    ///
+    /// * `indenter`: kinetic energy of the indenter
+    fn entry(&self, target: TargetEnergy, indenter: f64) -> Energy {
         let TargetEnergy { kinetic, strain } = target;
         let (work, dissipated) = (self.work, self.dissipated);
         let residual = self.initial + work - (kinetic + strain + indenter + dissipated);

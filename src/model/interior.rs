@@ -144,6 +144,23 @@ impl Interior {
         unsafe { self.levels().row_mut(level, j) }
     }
 
+    /// Writes row `j` at level k−1 into `row`, from the field at levels k and k+1: the scheme run backwards gives the level
+    /// before again, but for rounding. Inner rows only.
+    ///
+    /// * `next`: level k+1, at which the interior is settled
+    /// * `row`: whole packs
+    pub fn row_before(&self, next: usize, j: usize, row: &mut [f64]) {
+        assert!(
+            self.is_settled()
+                && (1..=self.ground.last_row).contains(&j)
+                && row.len() <= self.levels().columns()
+        );
+        row.copy_from_slice(&self.row(next, j)[..row.len()]);
+        // SAFETY: row j has rows and packs around it, as has just been checked; nobody writes to the field, and `row` is
+        // borrowed for this call
+        unsafe { self.ground.advance_row(next, j, row) }
+    }
+
     /// A level, shape `(rows, columns + 1)`, of a settled interior.
     pub fn level(&self, level: usize) -> ArrayView2<'_, f64> {
         assert!(self.is_settled(), "a level while the interior is being advanced");

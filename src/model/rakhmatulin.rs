@@ -17,7 +17,7 @@ use super::{
     BackingPeak, Extent, Field, Model, TargetEnergy,
     cone::{Cone, Sight},
     interior::Interior,
-    lanes::Lanes,
+    lanes::{Lanes, PACK},
     levels::Levels,
     stencil::{RowEnergy, Rows, free_surface},
     sweep::{Ground, Lit, RowPeak, lag, strip_rows},
@@ -43,7 +43,7 @@ pub struct Rakhmatulin {
     /// Cell areas and face weights, for whole packs.
     area: Vec<f64>,
     face: Vec<f64>,
-    row_energy: Vec<RowEnergy>,
+    row_energies: Vec<[RowEnergy; 2]>,
     /// Sums over z on the surface.
     four: Vec<f64>,
 }
@@ -84,7 +84,7 @@ impl Rakhmatulin {
             level: 0,
             behind: Vec::with_capacity(lag(grid.nz)),
             peaks: Default::default(),
-            row_energy: Vec::with_capacity(grid.nz),
+            row_energies: Vec::new(),
             four: Vec::new(),
             grid,
         }
@@ -99,7 +99,6 @@ impl Rakhmatulin {
     fn show(&self, field: Field, surface: &Surface, j: usize, values: &mut [f32]) {
         let (dz, dt, nz, shown) = (self.grid.dz, self.grid.dt(), self.grid.nz, self.shown());
         let row = |j: usize| self.field.row(shown, j);
-        let Ground { outward, inward, .. } = self.field.ground();
         let n = values.len();
         match field {
             Field::Displacement => {
@@ -120,18 +119,32 @@ impl Rakhmatulin {
             }
             Field::Velocity if j == nz => values.fill(0.0),
             Field::Velocity => {
-                // (u^{k+1} − u^{k−1})/(2Δt), where the scheme run backwards gives u^{k−1} again
+                // (u^{k+1} − u^{k−1})/(2Δt)
+                let mut before = vec![0.0; n.next_multiple_of(PACK)];
+                self.before(surface, j, &mut before);
                 let next = self.field.row(self.level, j);
-                let (above, here, below) = (if j == 0 { row(1) } else { row(j - 1) }, row(j), row(j + 1));
-                let ends = |i: usize| above[i] + below[i];
-                let four = |i: usize| ends(i) + 2.0 * here[i];
-                for (i, value) in values.iter_mut().enumerate() {
-                    let inner = if i == 0 { 0.0 } else { inward[i] * (four(i) - four(i - 1)) };
-                    let radial = outward[i] * (four(i + 1) - four(i)) - inner;
-                    let push = if j == 0 { surface.compliance[i] * surface.pressure[i] } else { 0.0 };
-                    let before = (ends(i) - next[i]) + radial + push;
-                    *value = ((next[i] - before) / (2.0 * dt)) as f32;
+                for (value, (next, before)) in values.iter_mut().zip(next.iter().zip(&before)) {
+                    *value = ((next - before) / (2.0 * dt)) as f32;
                 }
+            }
+        }
+    }
+
+    /// Writes row `j` at the level before the one that is shown, whole packs of it, from that one and the next one.
+    fn before(&self, surface: &Surface, j: usize, row: &mut [f64]) {
+        if j == self.grid.nz {
+            row.fill(0.0);
+        } else if j > 0 {
+            self.field.row_before(self.level, j, row);
+        } else {
+            // u_0^{k−1} = 2u_1 − u_0^{k+1} + λ²·Λ_r U_0 + compliance·p
+            let n = row.len().min(self.grid.nr());
+            let next = self.field.row(self.level, 0);
+            let [top, below] = [0, 1].map(|j| &self.field.row(self.shown(), j)[..=n]);
+            let Ground { outward, inward, .. } = self.field.ground();
+            free_surface(next, top, below, [outward, inward], &mut Vec::new(), &mut row[..n]);
+            for (u, (p, compliance)) in row.iter_mut().zip(surface.pressure.iter().zip(&surface.compliance)) {
+                *u += compliance * p;
             }
         }
     }
@@ -207,31 +220,44 @@ impl Model for Rakhmatulin {
         }
     }
 
-    fn energy(&mut self) -> TargetEnergy {
+    fn energies(&mut self, surface: &Surface) -> [TargetEnergy; 2] {
         self.catch_up();
-        let rows = (self.level + 1).min(self.grid.nz);
-        let (dz, dt) = (self.grid.dz, self.grid.dt());
+        let rows = self.level.min(self.grid.nz);
         let columns = self.cone.lit(self.level).columns;
-        let (field, level, lanes) = (&self.field, self.level, self.field.ground().lanes);
+        let mut row_energies = std::mem::take(&mut self.row_energies);
+        row_energies.clear();
+        row_energies.resize(rows, Default::default());
+        let rows_per_task = (NODES_PER_TASK / columns.max(1)).max(8);
         let (area, face) = (&self.area[..columns], &self.face[..columns]);
-        (0..rows)
-            .into_par_iter()
-            .with_min_len((NODES_PER_TASK / columns.max(1)).max(1))
-            .map(|j| {
-                let pair = |level: usize| [field.row(level, j), field.row(level, j + 1)];
-                let rows = Rows { earlier: pair(level + 1), later: pair(level) };
-                lanes.row_energy(rows, area, face)
-            })
-            .collect_into_vec(&mut self.row_energy);
+        let lanes = self.field.ground().lanes;
+        row_energies.par_chunks_mut(rows_per_task).enumerate().for_each(|(task, energies)| {
+            let first = task * rows_per_task;
+            // rows j and j + 1 at level k − 1, with a zero at their ends
+            let mut before = [vec![0.0; columns + 1], vec![0.0; columns + 1]];
+            self.before(surface, first, &mut before[0][..columns]);
+            for (j, energies) in (first..).zip(energies) {
+                self.before(surface, j + 1, &mut before[1][..columns]);
+                let pair = |level: usize| [self.field.row(level, j), self.field.row(level, j + 1)];
+                let (here, next) = (pair(self.shown()), pair(self.level));
+                let before_here = Rows { earlier: before.each_ref().map(Vec::as_slice), later: here };
+                let here_next = Rows { earlier: here, later: next };
+                *energies = [before_here, here_next].map(|rows| lanes.row_energy(rows, area, face));
+                before.swap(0, 1);
+            }
+        });
+        let (dz, dt) = (self.grid.dz, self.grid.dt());
         // in the order of rows: the same sum on any number of threads
-        let mut total = TargetEnergy::default();
-        for (j, energy) in self.row_energy.iter().enumerate() {
+        let mut totals = [TargetEnergy::default(); 2];
+        for (j, energies) in row_energies.iter().enumerate() {
             // the surface has half a cell of mass
             let mass = if j == 0 { 0.5 } else { 1.0 };
-            total.kinetic += 0.5 * dz * mass * energy.kinetic / (dt * dt);
-            total.strain += 0.5 * energy.axial / dz + 0.5 * self.shear * energy.shear;
+            for (total, energy) in totals.iter_mut().zip(energies) {
+                total.kinetic += 0.5 * dz * mass * energy.kinetic / (dt * dt);
+                total.strain += 0.5 * energy.axial / dz + 0.5 * self.shear * energy.shear;
+            }
         }
-        total
+        self.row_energies = row_energies;
+        totals
     }
 
     fn backing_peak(&mut self) -> BackingPeak {
@@ -400,7 +426,7 @@ mod tests {
             surface.displacement[..surface.loaded].fill((step + 1) as f64 * 0.01);
             model.advance(&surface);
             if step % 50 == 49 {
-                energy.push(model.energy());
+                energy.push(model.energies(&surface)[1]);
             }
         }
         let extent = model.sample(Field::Displacement, 1, &surface, &mut values);
@@ -427,6 +453,34 @@ mod tests {
             assert_eq!(field.len(), all_field.len());
             let worst = field.iter().zip(&all_field).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             assert!(worst < 1e-6 * largest as f32, "c_s = {c_s}: {worst:e}");
+        }
+    }
+
+    #[test]
+    fn what_one_step_leaves_the_next_one_finds() {
+        for geometry in [Geometry::Axisymmetric, Geometry::Plane] {
+            let spacing = Spacing { dr: 0.1, dz: 0.1, layer_rows: Some(30) };
+            let grid = Grid::new(geometry, MeshKind::Matched, spacing, 75, 30);
+            let mut model = Rakhmatulin::new(grid, 0.7, Sight::Field);
+            let mut surface = Surface::new(75);
+            surface.loaded = 20;
+            let mut left = TargetEnergy::default();
+            for step in 0..150 {
+                model.predict(&mut surface);
+                surface.displacement.copy_from_slice(&surface.free);
+                for i in 0..surface.loaded {
+                    surface.displacement[i] = (0.1 * f64::from(step)).sin();
+                    let push = surface.displacement[i] - surface.free[i];
+                    surface.pressure[i] = push / surface.compliance[i];
+                }
+                model.advance(&surface);
+                let [found, now] = model.energies(&surface);
+                for (a, b) in [(found.kinetic, left.kinetic), (found.strain, left.strain)] {
+                    assert!((a - b).abs() <= 1e-12 * (left.kinetic + left.strain), "step {step}: {a} {b}");
+                }
+                left = now;
+            }
+            assert!(left.kinetic > 0.0 && left.strain > 0.0);
         }
     }
 

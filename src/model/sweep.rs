@@ -134,6 +134,21 @@ impl Ground {
         }
     }
 
+    /// Takes row `j` of the scheme in `row` from one neighbour of level `level − 1` in time to the other one.
+    ///
+    /// # Safety
+    ///
+    /// Row `j` has rows around it, nobody writes to those, and `row` is as long as they at most.
+    #[expect(unsafe_code, reason = "the kernel of all rows")]
+    pub unsafe fn advance_row(&self, level: usize, j: usize, row: &mut [f64]) {
+        let patch = self.patch(level);
+        // SAFETY: what is read lies inside the array, as the caller says; what is written is `row`
+        unsafe {
+            let patch = Patch { now: patch.now.add(j * patch.stride), next: row.as_mut_ptr(), ..patch };
+            self.lanes.advance(patch, 0..1, 0..row.len());
+        }
+    }
+
     /// Advances the strip under the surface to `level`, `rows` of it from row 1 on.
     ///
     /// # Safety
