@@ -69,8 +69,8 @@ pub struct Estimate {
     pub work: Work,
     /// Size of the recording \[bytes\].
     pub file: u64,
-    /// Time of the run \[s\].
-    pub seconds: f64,
+    /// Time of the run \[s\], if the machine is known.
+    pub seconds: Option<f64>,
     /// Time of the target at which the case's stop condition ends the run \[R/c_p\].
     pub stops_at: Option<f64>,
 }
@@ -79,13 +79,17 @@ impl Estimate {
     /// Estimates a run of `case`.
     ///
     /// * `coarser`: the case on a mesh of so many cells, for the trial
-    pub fn new(case: &Case, rates: &Rates, coarser: impl Fn(u64) -> Result<Case, CaseErrors>) -> Self {
+    pub fn new(
+        case: &Case,
+        rates: Option<&Rates>,
+        coarser: impl Fn(u64) -> Result<Case, CaseErrors>,
+    ) -> Self {
         let trial = Trial::of(case, coarser);
         let work = Work::of(&case.cut(trial.part));
         Self {
             memory: 2 * 8 * (case.sizes.nr as u64 + 1) * (case.sizes.nz as u64 + 1),
             file: trial.file_size(work.messages) as u64,
-            seconds: work.seconds(case, rates),
+            seconds: rates.map(|rates| work.seconds(case, rates)),
             stops_at: (trial.part < 1.0).then_some(trial.part * case.sizes.steps as f64 * case.sizes.dt),
             work,
         }

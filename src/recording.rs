@@ -29,14 +29,16 @@ use serde::{Deserialize, Serialize};
 /// * 1.0: the first.
 pub const FORMAT_VERSION: &str = "1.0";
 
-/// Uncompressed size that chunks aim at \[bytes\]: larger ones pack better, smaller ones lose less in a crash.
+/// Uncompressed size that chunks aim at \[bytes\]: smaller ones lose less in a crash and cost more index. From 256 KiB to 4 MiB
+/// the size of the file differs by 0.2 % and the time by less than can be measured.
 pub const CHUNK_TARGET: u64 = 4 << 20;
 
 /// Size at which a batch goes to the writer thread \[bytes\].
 const BATCH_TARGET: usize = 256 << 10;
 /// Batches under way between caller and writer.
 const QUEUE_LENGTH: usize = 8;
-/// Zstandard's fast level: on noise-free waves higher levels gain nothing.
+/// Zstandard's fast level. Level 3 makes files 0.4 to 1 % smaller and takes longer: the last bits of waves are noise. They stay,
+/// because readers shall find the numbers that were computed, in a form that needs no code of ours.
 const ZSTD_LEVEL: u32 = 1;
 
 /// Compression of chunks.

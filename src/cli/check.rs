@@ -34,7 +34,7 @@ impl Check {
         }
         let rates = Rates::of_this_machine(self.calibrate);
         let estimate =
-            Estimate::new(&case, &rates, |cells| self.case.load_with(&format!("mesh.cells={cells}")));
+            Estimate::new(&case, rates.as_ref(), |cells| self.case.load_with(&format!("mesh.cells={cells}")));
         let text = if self.json { json(&case, &estimate) } else { table(&self.case.case, &case, &estimate) };
         print(&text)?;
         Ok(Exit::Done)
@@ -64,6 +64,10 @@ fn table(name: &str, case: &Case, estimate: &Estimate) -> String {
     let Sizes { dr, dz, dt, steps, nr, nz, outer_radius, depth, layer, .. } = case.sizes;
     let target = if layer { format!("layer of thickness {depth}") } else { "half-space".into() };
     let c_s = case.target.material.shear_wave_speed;
+    let seconds = match estimate.seconds {
+        Some(seconds) => format!("about {seconds:.1} s"),
+        None => "unknown, there is no place for temporary files".into(),
+    };
     let mut rows = vec![
         ("case", format!("{name}: {}", case.title)),
         ("target", format!("{target}, c_s = {c_s}")),
@@ -79,7 +83,7 @@ fn table(name: &str, case: &Case, estimate: &Estimate) -> String {
                 bytes(estimate.work.messages.total())
             ),
         ),
-        ("run time", format!("about {:.1} s, {:.2e} node updates", estimate.seconds, estimate.work.updates)),
+        ("run time", format!("{seconds}, {:.2e} node updates", estimate.work.updates)),
     ];
     if let Some(time) = estimate.stops_at {
         rows.push((

@@ -67,23 +67,23 @@ fn compression_index(compression: Compression) -> usize {
 }
 
 impl Rates {
-    /// The rates of this machine: from the cache, or measured and left there.
+    /// The rates of this machine: from the cache, or measured and left there. None if they cannot be measured.
     ///
     /// * `anew`: measure in any case
-    pub fn of_this_machine(anew: bool) -> Self {
+    pub fn of_this_machine(anew: bool) -> Option<Self> {
         let (machine, path) = (Machine::this(), cache_path());
         if !anew && let Some(rates) = path.as_deref().and_then(|path| read(path, &machine)) {
-            return rates;
+            return Some(rates);
         }
         if io::stderr().is_terminal() {
             eprintln!("measuring how fast this machine is; this is done once …");
         }
-        let rates = Self::measure();
+        let rates = Self::measure()?;
         if let Some(path) = path {
             // without a cache the next check measures again
             let _ = write(&path, &Cached { machine, rates: rates.clone() });
         }
-        rates
+        Some(rates)
     }
 
     /// Time of the threads that compute \[s\].
@@ -97,8 +97,11 @@ impl Rates {
             + self.view_byte * work.messages.views as f64
     }
 
-    /// Measures the rates with small runs.
-    pub fn measure() -> Self {
+    /// Measures the rates with small runs; None if there is no place for temporary files.
+    pub fn measure() -> Option<Self> {
+        let file = tempfile::NamedTempFile::new().ok()?;
+        let cores = rayon::current_num_threads() as f64;
+        // what is not known yet takes no time
         let mut rates = Self {
             update: 0.0,
             column: 0.0,
@@ -106,7 +109,7 @@ impl Rates {
             byte: [0.0; 3],
             view_byte: 0.0,
             start: 0.0,
-            cores: rayon::current_num_threads() as f64,
+            cores,
         };
         // steps: two meshes, two unknowns
         let runs = [(40, 6.0), (300, 3.0)].map(|(cells, end)| {
@@ -118,17 +121,16 @@ impl Rates {
         rates.update = (small_time * large.columns - large_time * small.columns) / determinant;
         rates.column = ((large.updates * -small_time + large_time * small.updates) / determinant).max(0.0);
 
-        let fields = ["record.frames=200", "record.views=[]"];
-        let case = punch(150, 1.5, &fields);
+        let fields = ["record.frames=100", "record.views=[]"];
+        let case = punch(150, 6.0, &fields);
         let work = Work::of(&case);
         rates.frame_node = (fastest(|| compute(&case)) - rates.computing(&work)).max(0.0) / work.frame_nodes;
 
-        let Ok(file) = tempfile::NamedTempFile::new() else { return rates };
         let recorded = |case: &Case| fastest(|| drop(trial::record(case, file.path())));
         rates.start = recorded(&punch(20, 0.05, &["record.frames=1"])) + PROCESS;
         for (compression, name) in [(0, "none"), (1, "lz4"), (2, "zstd")] {
             let packed = format!("record.compression=\"{name}\"");
-            let case = punch(150, 1.5, &[fields[0], fields[1], &packed]);
+            let case = punch(150, 6.0, &[fields[0], fields[1], &packed]);
             let work = Work::of(&case);
             let writing = rates.writing_time(recorded(&case), &work);
             rates.byte[compression] = writing / work.messages.numbers as f64;
@@ -139,7 +141,7 @@ impl Rates {
         let numbers = rates.byte[zstd] * work.messages.numbers as f64;
         let writing = rates.writing_time(recorded(&case), &work);
         rates.view_byte = (writing - numbers).max(0.0) / work.messages.views as f64;
-        rates
+        Some(rates)
     }
 
     /// How long the thread that writes has worked in a run that took `seconds`: the inverse of [`Work::seconds`].
