@@ -4,9 +4,9 @@
     compare.py [--peers plain-c,numba,pystencils,devito] [-n N ...] [-t T] [--threads K] [--rounds R]
 
 Needs gcc, `cargo build --release`, and a Python with numpy, numba, pystencils and devito (see --python). The peers sweep
-the whole field, record nothing, and are timed without start and compilation. percuss computes contact in every step and
-records stress, drag, velocity and probes of every step to a file; it is timed as a whole process. Ratios are medians over
-the rounds of ratios within a round.
+the whole field, record nothing, and are timed without start and compilation. percuss computes contact in every step. It is
+timed twice: its steps alone, as the others are, and as a whole process that records stress, drag, velocity and probes of
+every step to a file. Ratios are medians over the rounds of ratios within a round.
 """
 
 import argparse
@@ -19,16 +19,21 @@ import tempfile
 import time
 
 HERE = pathlib.Path(__file__).resolve().parent
-PERCUSS = HERE.parents[2] / "target" / "release" / "percuss"
+RELEASE = HERE.parents[2] / "target" / "release"
 
 
 def percuss(n, end, threads, folder):
     settings = ["mesh.kind=paper", f"mesh.cells={n}", "mesh.outer_radius=4", "record.frames=0", f"run.end_time={end}"]
     arguments = [option for setting in settings for option in ("--set", setting)]
-    command = [PERCUSS, "run", "fig5", *arguments, "--threads", str(threads), "-o", folder / "run.mcap", "--force", "-q"]
+    command = [RELEASE / "percuss", "run", "fig5", *arguments, "--threads", str(threads), "-o", folder / "run.mcap", "--force", "-q"]
     start = time.perf_counter()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return time.perf_counter() - start
+
+
+def percuss_steps(n, end, threads):
+    command = [RELEASE / "solver-bench", "growth", "--cells", str(n), "--end", str(end), "--threads", str(threads), "--repeat", "1"]
+    return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()[-2])
 
 
 def peer(python, name, n, end, threads):
@@ -56,12 +61,13 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             for _ in range(options.rounds):
                 seconds = {name: peer(options.python, name, n, options.t, options.threads) for name in peers}
+                seconds["its steps"] = percuss_steps(n, options.t, options.threads)
                 seconds["percuss"] = percuss(n, options.t, options.threads, pathlib.Path(folder))
                 rounds.append(seconds)
         updates = (n + 1) * (4 * n + 1) * round(options.t * n)
         print(f"\nN = {n}, t = {options.t:g}, {options.threads} threads, medians of {options.rounds} rounds")
         print(f"{'':12}{'s':>9}{'1e9/s':>8}{'ratio':>8}")
-        for name in [*peers, "percuss"]:
+        for name in [*peers, "percuss", "its steps"]:
             median = statistics.median(seconds[name] for seconds in rounds)
             ratio = statistics.median(seconds["plain-c"] / seconds[name] for seconds in rounds)
             print(f"{name:12}{median:9.3f}{updates / median / 1e9:8.2f}{ratio:8.2f}", flush=True)

@@ -139,7 +139,7 @@ fn growth(cells: &[usize], end: f64, repeat: usize) -> Result<()> {
     println!("     N         s   s/N³ [1e-9]");
     for (row, n) in rows.into_iter().zip(cells) {
         let seconds = median(row);
-        println!("{n:6} {seconds:9.3} {:9.3}", seconds * 1e9 / (*n as f64).powi(3));
+        println!("{n:6} {seconds:9.4} {:9.3}", seconds * 1e9 / (*n as f64).powi(3));
     }
     Ok(())
 }
