@@ -78,10 +78,9 @@ impl CaseArguments {
         Ok(Case::load(&self.case, &self.overrides)?)
     }
 
-    /// The case with one more key changed.
-    fn load_with(&self, setting: &str) -> Result<Case, CaseErrors> {
-        let mut overrides = self.overrides.clone();
-        overrides.push(setting.to_owned());
+    /// The case with more keys changed.
+    fn load_with(&self, settings: impl IntoIterator<Item = String>) -> Result<Case, CaseErrors> {
+        let overrides: Vec<String> = self.overrides.iter().cloned().chain(settings).collect();
         Case::load(&self.case, &overrides)
     }
 }

@@ -23,6 +23,8 @@ pub struct Work {
     pub columns: f64,
     /// Nodes inside the light cone, summed over the frames.
     pub frame_nodes: f64,
+    /// Numbers that fields show, summed over the frames.
+    pub shown: f64,
     /// Messages before compression.
     pub messages: Size,
 }
@@ -42,10 +44,13 @@ impl Work {
         }
         let each = steps as f64 / samples as f64;
         let frames = case.frames().about();
+        let frame_nodes: f64 = frames.iter().map(|step| case.lit_columns(*step) * step.min(nz as f64)).sum();
+        let thinning = (case.record.field_every as f64).powi(2);
         Self {
             updates: updates * each,
             columns: columns * each,
-            frame_nodes: frames.iter().map(|step| case.lit_columns(*step) * step.min(nz as f64)).sum(),
+            frame_nodes,
+            shown: case.record.fields.len() as f64 * frame_nodes / thinning,
             messages: Catalogue::new(case).size(case),
         }
     }
@@ -78,13 +83,13 @@ pub struct Estimate {
 impl Estimate {
     /// Estimates a run of `case`.
     ///
-    /// * `coarser`: the case on a mesh of so many cells, for the trial
+    /// * `coarser`: the case on a mesh of so many cells, with every so many nodes of a field, for the trial
     pub fn new(
         case: &Case,
         rates: Option<&Rates>,
-        coarser: impl Fn(u64) -> Result<Case, CaseErrors>,
+        coarser: impl Fn(usize, usize) -> Result<Case, CaseErrors>,
     ) -> Self {
-        let trial = Trial::of(case, coarser);
+        let trial = Trial::of(case, &Work::of(case), coarser);
         let work = Work::of(&case.cut(trial.part));
         Self {
             memory: 2 * 8 * (case.sizes.nr as u64 + 1) * (case.sizes.nz as u64 + 1),

@@ -33,8 +33,9 @@ impl Check {
             return Ok(Exit::Done);
         }
         let rates = Rates::of_this_machine(self.calibrate);
-        let estimate =
-            Estimate::new(&case, rates.as_ref(), |cells| self.case.load_with(&format!("mesh.cells={cells}")));
+        let estimate = Estimate::new(&case, rates.as_ref(), |cells, every| {
+            self.case.load_with([format!("mesh.cells={cells}"), format!("record.field_every={every}")])
+        });
         let text = if self.json { json(&case, &estimate) } else { table(&self.case.case, &case, &estimate) };
         print(&text)?;
         Ok(Exit::Done)

@@ -1,4 +1,4 @@
-//! What a piece of work takes on this machine: measured in about a second, then kept in the user's cache.
+//! What a piece of work takes on this machine: measured in about two seconds, then kept in the user's cache.
 
 use std::{
     fs,
@@ -19,8 +19,10 @@ pub struct Rates {
     pub update: f64,
     /// A column of the surface in a step: contact and what else is done step by step.
     pub column: f64,
-    /// A node of a frame: bringing the field to one level, its energy, showing it.
+    /// A node of a frame: bringing the field to one level, its energy.
     pub frame_node: f64,
+    /// A number that a field shows.
+    pub shown: f64,
     /// Packing and writing a byte of numbers: without compression, with LZ4, with Zstandard.
     pub byte: [f64; 3],
     /// Making, packing and writing a byte of views.
@@ -88,7 +90,10 @@ impl Rates {
 
     /// Time of the threads that compute \[s\].
     pub(super) fn computing(&self, work: &Work) -> f64 {
-        self.update * work.updates + self.column * work.columns + self.frame_node * work.frame_nodes
+        self.update * work.updates
+            + self.column * work.columns
+            + self.frame_node * work.frame_nodes
+            + self.shown * work.shown
     }
 
     /// Time of the thread that writes \[s\].
@@ -106,48 +111,53 @@ impl Rates {
             update: 0.0,
             column: 0.0,
             frame_node: 0.0,
+            shown: 0.0,
             byte: [0.0; 3],
             view_byte: 0.0,
             start: 0.0,
             cores,
         };
         // steps: two meshes, two unknowns
-        let runs = [(40, 6.0), (300, 3.0)].map(|(cells, end)| {
+        let runs = [(40, 6.0), (400, 4.0)].map(|(cells, end)| {
             let case = punch(cells, end, &["record.frames=0"]);
-            (Work::of(&case), fastest(|| compute(&case)))
+            (Work::of(&case), usual_time(|| compute(&case)))
         });
         let [(small, small_time), (large, large_time)] = runs;
         let determinant = small.updates * large.columns - large.updates * small.columns;
         rates.update = (small_time * large.columns - large_time * small.columns) / determinant;
         rates.column = ((large.updates * -small_time + large_time * small.updates) / determinant).max(0.0);
 
+        // frames: none, nothing shown of them, everything
         let fields = ["record.frames=100", "record.views=[]"];
-        let case = punch(150, 6.0, &fields);
-        let work = Work::of(&case);
-        rates.frame_node = (fastest(|| compute(&case)) - rates.computing(&work)).max(0.0) / work.frame_nodes;
+        let [none, few, all] = [
+            punch(150, 6.0, &["record.frames=0"]),
+            punch(150, 6.0, &[fields[0], fields[1], "record.field_every=16"]),
+            punch(150, 6.0, &fields),
+        ]
+        .map(|case| (Work::of(&case), usual_time(|| compute(&case))));
+        rates.frame_node = (few.1 - none.1).max(0.0) / few.0.frame_nodes;
+        rates.shown = (all.1 - few.1).max(0.0) / (all.0.shown - few.0.shown);
 
-        let recorded = |case: &Case| fastest(|| drop(trial::record(case, file.path())));
+        let recorded = |case: &Case| usual_time(|| drop(trial::record(case, file.path())));
         rates.start = recorded(&punch(20, 0.05, &["record.frames=1"])) + PROCESS;
         for (compression, name) in [(0, "none"), (1, "lz4"), (2, "zstd")] {
             let packed = format!("record.compression=\"{name}\"");
             let case = punch(150, 6.0, &[fields[0], fields[1], &packed]);
-            let work = Work::of(&case);
-            let writing = rates.writing_time(recorded(&case), &work);
-            rates.byte[compression] = writing / work.messages.numbers as f64;
+            let writing = rates.writing_time(recorded(&case), all.1);
+            rates.byte[compression] = writing / all.0.messages.numbers as f64;
         }
         let case = punch(60, 6.0, &fields[..1]);
         let work = Work::of(&case);
-        let zstd = compression_index(case.record.compression);
-        let numbers = rates.byte[zstd] * work.messages.numbers as f64;
-        let writing = rates.writing_time(recorded(&case), &work);
+        let numbers = rates.byte[compression_index(case.record.compression)] * work.messages.numbers as f64;
+        let writing = rates.writing_time(recorded(&case), usual_time(|| compute(&case)));
         rates.view_byte = (writing - numbers).max(0.0) / work.messages.views as f64;
         Some(rates)
     }
 
-    /// How long the thread that writes has worked in a run that took `seconds`: the inverse of [`Work::seconds`].
-    fn writing_time(&self, seconds: f64, work: &Work) -> f64 {
+    /// How long the thread that writes has worked in a run that took `seconds`, and `computing` without it: the inverse of
+    /// [`Work::seconds`].
+    fn writing_time(&self, seconds: f64, computing: f64) -> f64 {
         let seconds = seconds - (self.start - PROCESS);
-        let computing = self.computing(work);
         // it was the slower one, or all shared the cores
         ((seconds - computing) * self.cores).clamp(0.0, seconds.max(0.0))
     }
@@ -174,19 +184,20 @@ fn compute(case: &Case) {
     let mut values = Vec::new();
     while let Some(view) = simulation.step().expect("a sound case") {
         if let Some(frame) = &view.frame {
-            frame.fields.sample(Field::Stress, 1, &mut values);
+            frame.fields.sample(Field::Stress, case.record.field_every, &mut values);
         }
     }
 }
 
-/// Shortest time of three \[s\].
-fn fastest(run: impl Fn()) -> f64 {
-    let times = (0..3).map(|_| {
+/// The middle one of five times \[s\].
+fn usual_time(run: impl Fn()) -> f64 {
+    let mut times = [0.0; 5].map(|_: f64| {
         let start = Instant::now();
         run();
         start.elapsed().as_secs_f64()
     });
-    times.fold(f64::INFINITY, f64::min)
+    times.sort_by(f64::total_cmp);
+    times[2]
 }
 
 /// Where rates are kept, if the user has a place for such things.

@@ -11,12 +11,12 @@ use crate::{
     simulation::{Simulation, SimulationError},
 };
 
-/// Largest trial: node updates, bytes of messages.
+/// Largest trial: node updates, bytes of messages; or a tenth of the case, if that is more.
 const MOST_UPDATES: f64 = 3e7;
 const MOST_BYTES: u64 = 32 << 20;
 
 /// Fractions of the cells that are tried.
-const FRACTIONS: [u64; 10] = [1, 2, 3, 4, 5, 8, 10, 16, 20, 40];
+const FRACTIONS: [usize; 10] = [1, 2, 3, 4, 5, 8, 10, 16, 20, 40];
 
 /// What a recording takes beside its messages: schemas, attachments, metadata \[bytes\].
 const FRAMEWORK: f64 = 64e3;
@@ -44,14 +44,15 @@ pub struct Trial {
 impl Trial {
     /// Tries a case, if it can be learnt from.
     ///
-    /// * `coarser`: the case on a mesh of so many cells
-    pub fn of(case: &Case, coarser: impl Fn(u64) -> Result<Case, CaseErrors>) -> Self {
+    /// * `work`: its work
+    /// * `coarser`: the case on a mesh of so many cells, with every so many nodes of a field
+    pub fn of(case: &Case, work: &Work, coarser: impl Fn(usize, usize) -> Result<Case, CaseErrors>) -> Self {
         let (numbers, views) = ratios(case.record.compression);
         let usual = Self { part: 1.0, numbers, views };
         if case.record.compression == Compression::None && case.run.stop == Stop::Never {
             return usual;
         }
-        try_out(case, usual, coarser).unwrap_or(usual)
+        try_out(case, work, usual, coarser).unwrap_or(usual)
     }
 
     /// Size of a recording \[bytes\].
@@ -63,12 +64,19 @@ impl Trial {
 }
 
 /// Records a case small enough. None if there is none, or it fails: then a run would say why.
-fn try_out(case: &Case, usual: Trial, coarser: impl Fn(u64) -> Result<Case, CaseErrors>) -> Option<Trial> {
-    let cells = case.mesh.cells as u64;
+fn try_out(
+    case: &Case,
+    work: &Work,
+    usual: Trial,
+    coarser: impl Fn(usize, usize) -> Result<Case, CaseErrors>,
+) -> Option<Trial> {
+    let most_updates = MOST_UPDATES.max(work.updates / 10.0);
+    let most_bytes = MOST_BYTES.max(work.messages.total() / 10);
+    let (cells, every) = (case.mesh.cells, case.record.field_every);
     let case = FRACTIONS.iter().filter(|fraction| cells / **fraction > 0).find_map(|fraction| {
-        let case = coarser(cells / fraction).ok()?;
+        let case = coarser(cells / fraction, every.div_ceil(*fraction)).ok()?;
         let work = Work::of(&case);
-        (work.updates <= MOST_UPDATES && work.messages.total() <= MOST_BYTES).then_some(case)
+        (work.updates <= most_updates && work.messages.total() <= most_bytes).then_some(case)
     })?;
     let file = tempfile::NamedTempFile::new().ok()?;
     let last_step = record(&case, file.path()).ok()?;
