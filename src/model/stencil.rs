@@ -69,6 +69,34 @@ pub unsafe fn advance<V: Vector>(patch: Patch<'_>, rows: Range<usize>, columns: 
     }
 }
 
+/// Sums `u_{j−1} + u_{j+1}` and `4·U` of `N` rows from row j on, in the vector before column `i`.
+///
+/// A function, because closures are not inlined for certain into one that is compiled for wider vectors.
+///
+/// # Safety
+///
+/// The machine must have the instructions of `V`; the vector is one of numbers in these rows, the one above and the one
+/// below.
+///
+/// * `now`: column 0 of row j
+#[inline(always)]
+#[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
+unsafe fn sums<V: Vector, const N: usize>(now: *const f64, stride: usize, i: usize) -> [(V, V); N] {
+    // SAFETY: rows j − 1 to j + N are numbers there
+    unsafe {
+        let first = now.add(i).sub(V::WIDTH + stride);
+        let (mut above, mut here) = (V::load(first), V::load(first.add(stride)));
+        let mut sums = [(above, here); N];
+        for (row, sum) in sums.iter_mut().enumerate() {
+            let below = V::load(first.add((row + 2) * stride));
+            let ends = above.add(below);
+            *sum = (ends, ends.add_twice(here));
+            (above, here) = (here, below);
+        }
+        sums
+    }
+}
+
 /// Advances `N` rows from row `j` on, vector by vector outwards.
 ///
 /// # Safety
@@ -82,28 +110,15 @@ unsafe fn march<V: Vector, const N: usize>(patch: Patch<'_>, j: usize, columns: 
     // which those of the patch at level `next` are nobody else's; the machine has the instructions
     unsafe {
         let (now, next) = (now.add(j * stride), next.add(j * stride));
-        // sums u_{j−1} + u_{j+1} and 4·U of all rows, counting columns from the vector before column 0
-        let sums = |i: usize| {
-            let mut above = V::load(now.add(i).sub(V::WIDTH + stride));
-            let mut here = V::load(now.add(i).sub(V::WIDTH));
-            let mut sums = [(above, here); N];
-            for (row, sum) in sums.iter_mut().enumerate() {
-                let below = V::load(now.add(i + (row + 1) * stride).sub(V::WIDTH));
-                let ends = above.add(below);
-                *sum = (ends, ends.add_twice(here));
-                (above, here) = (here, below);
-            }
-            sums
-        };
-        let before = sums(columns.start);
-        let mut here = sums(columns.start + V::WIDTH);
+        let before = sums::<V, N>(now, stride, columns.start);
+        let mut here = sums::<V, N>(now, stride, columns.start + V::WIDTH);
         let mut inner = [here[0].1; N];
         for row in 0..N {
             inner[row] = V::seam(before[row].1, here[row].1).1;
         }
         let mut i = columns.start;
         while i < columns.end {
-            let after = sums(i + 2 * V::WIDTH);
+            let after = sums::<V, N>(now, stride, i + 2 * V::WIDTH);
             let (out, inw) = (V::load(outward.as_ptr().add(i)), V::load(inward.as_ptr().add(i)));
             for row in 0..N {
                 let (ends, four) = here[row];
