@@ -39,7 +39,7 @@ pub enum Rule {
 }
 
 /// What one step of contact amounts to.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Touch {
     /// Drag F^k on the indenter \[πR²γc_p²\].
     pub drag: f64,
@@ -74,6 +74,8 @@ pub struct Contact {
     gap: Vec<f64>,
     touching: Vec<bool>,
     meetings: Vec<Meeting>,
+    /// True for nodes that are wholly in contact or not at all, shape `(zone,)`.
+    is_plain: Vec<bool>,
     /// Displacements a prescribed motion gives at levels k−1 and k \[R\].
     given: Vec<(f64, f64)>,
     reached: usize,
@@ -99,6 +101,9 @@ impl Contact {
                 (0..nr).take_while(|&i| shape.profile(grid.r(i)).is_finite()).map(meeting).collect()
             }
         };
+        let is_plain = |meeting: &Meeting| {
+            rule == Rule::Bilateral || meeting.blur == 0.0 || meeting.hindmost.is_infinite()
+        };
         let profile: Vec<f64> = meetings.iter().map(|m| m.mean).take_while(|f| f.is_finite()).collect();
         let cells: Vec<(f64, f64)> = (0..nr).map(|i| grid.cell(i)).collect();
         Self {
@@ -110,6 +115,7 @@ impl Contact {
             gap_before: profile.iter().map(|f| f + velocity * grid.dt()).collect(),
             gap: profile.clone(),
             touching: vec![false; profile.len()],
+            is_plain: meetings[..profile.len()].iter().map(is_plain).collect(),
             profile,
             shape,
             given: vec![(0.0, 0.0); if rule == Rule::Prescribed { nr } else { 0 }],
@@ -210,13 +216,19 @@ impl Contact {
     ///
     /// The gap of a node that is being met never grows while it is pressed, or the contact would give energy back: what
     /// leaves the indenter leaves it as a node.
+    #[inline]
     fn level(&self, i: usize, depth: f64, free: &[f64]) -> (Wetted, bool) {
-        let meeting = &self.meetings[i];
         let plain = Wetted { penetration: depth - self.profile[i], fraction: 1.0 };
-        let is_plain = self.rule == Rule::Bilateral || meeting.blur == 0.0 || meeting.hindmost.is_infinite();
-        if is_plain || self.gap_before[i] <= 0.0 {
-            return (plain, true);
+        if self.is_plain[i] || self.gap_before[i] <= 0.0 {
+            (plain, true)
+        } else {
+            self.meet(i, plain, depth, free)
         }
+    }
+
+    /// [`Contact::level`] of a node that is being met, if it is not wholly in contact.
+    fn meet(&self, i: usize, plain: Wetted, depth: f64, free: &[f64]) -> (Wetted, bool) {
+        let meeting = &self.meetings[i];
         let met = if free[i] >= 0.0 && !meeting.is_whole(depth) {
             // a surface that has risen is not one at rest
             meeting.at(depth, &self.shape, self.geometry)
