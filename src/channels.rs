@@ -5,10 +5,7 @@
 
 use std::{
     collections::BTreeMap,
-    sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
-        mpsc::{self, Receiver, Sender},
-    },
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
 use prost::Message;
@@ -16,7 +13,6 @@ use prost::Message;
 use crate::{
     case::Case,
     message::descriptor_set,
-    model::Field,
     recording::{Batch, ChannelSpec, Recorder, RecordingError},
     view::{Frame, View},
 };
@@ -158,11 +154,7 @@ impl Catalogue {
             case.record.fields.iter().map(|field| field::FieldSlice::new(case, *field)).collect();
         let views = view::channels(case, &slices);
         let slices = slices.into_iter().map(|slice| Box::new(slice) as Box<dyn Channel>);
-        let frames = FrameChannels::new(
-            slices.chain(views).collect(),
-            case.record.fields.clone(),
-            case.record.field_every,
-        );
+        let frames = FrameChannels::new(slices.chain(views).collect());
         Self { channels, frames, playback_rate: case.record.playback_rate }
     }
 
@@ -179,7 +171,7 @@ impl Catalogue {
         if knows_drag {
             channels.push(Box::new(drag::Drag));
         }
-        let frames = FrameChannels::new(Vec::new(), Vec::new(), 1);
+        let frames = FrameChannels::new(Vec::new());
         Self { channels, frames, playback_rate: case.record.playback_rate }
     }
 
@@ -270,18 +262,12 @@ fn let_speak(
 struct FrameChannels {
     channels: Arc<Mutex<Vec<Box<dyn Channel>>>>,
     is_empty: bool,
-    /// Fields that they show.
-    fields: Vec<Field>,
-    /// Nodes from one that they show to the next.
-    every: usize,
-    /// Snapshots that are done with come back here.
-    spare: (Sender<Snapshot>, Receiver<Snapshot>),
 }
 
 impl FrameChannels {
-    fn new(channels: Vec<Box<dyn Channel>>, fields: Vec<Field>, every: usize) -> Self {
+    fn new(channels: Vec<Box<dyn Channel>>) -> Self {
         let is_empty = channels.is_empty();
-        Self { channels: Arc::new(Mutex::new(channels)), is_empty, fields, every, spare: mpsc::channel() }
+        Self { channels: Arc::new(Mutex::new(channels)), is_empty }
     }
 
     /// Hands a frame over to the writer.
@@ -298,14 +284,11 @@ impl FrameChannels {
         if self.is_empty {
             return recorder.hand_over_if_full();
         }
-        let mut snapshot = self.spare.1.try_recv().unwrap_or_default();
-        snapshot.take(view, frame, &self.fields, self.every);
-        let (channels, give_back) = (Arc::clone(&self.channels), self.spare.0.clone());
+        let snapshot = Snapshot::take(view, frame);
+        let channels = Arc::clone(&self.channels);
         recorder.later(Box::new(move |batch| {
             let mut channels = lock(&channels);
             let_speak(&mut channels, first, &snapshot.view(), log_time, batch);
-            // if nobody wants it any more, the run is over
-            let _ = give_back.send(snapshot);
         }))
     }
 }

@@ -47,16 +47,17 @@
 //!
 //! * Nothing under the loop of [`simulation`] does input or output.
 //! * Observers hold a [`view::View`] by reference: recording cannot change a number, output never alters the time
-//!   step. Channels of frames get a copy of it and speak on the thread that writes, in the same order.
+//!   step. Channels of frames get a copy of it, with its fields, and speak on the thread that writes, in the same order.
 //! * Viewers of a live run are served from what is written; they can neither slow the run nor change the file.
 //! * Nothing from clock, host or thread count enters a channel. The same case gives the same bytes on any number of
 //!   threads: every sum is taken in the order of rows and nodes.
 //! * No kernel asks for geometry or mesh: [`grid::Grid`] turns both into weights.
 //! * A model may run its interior behind the surface, many steps in one pass ([`model::sweep`]) and by other threads
-//!   ([`model::interior`]), but never shows it before it has caught up. What it leaves out is outside the light cone ([`model::cone`]).
+//!   ([`model::interior`]). What frames show of it is taken down as it passes ([`model::survey`]); steps are shown in order all
+//!   the same, those after a frame once the frame is there. What it leaves out is outside the light cone ([`model::cone`]).
 //! * Vectors of any width give the same bits: no operation is fused, sums over a row are taken in packs of one size.
-//! * `unsafe` stands only in [`model::lanes`], [`model::levels`], [`model::stencil`], [`model::sweep`] and
-//!   [`model::interior`], each block with its proof.
+//! * `unsafe` stands only in [`model::lanes`], [`model::levels`], [`model::stencil`], [`model::sweep`], [`model::survey`]
+//!   and [`model::interior`], each block with its proof.
 //! * A recording reproduces its run: `percuss run` on its attachment `case.resolved.toml` gives the same messages.
 //!
 //! | To add | Touch |

@@ -1,7 +1,7 @@
 //! Models of the target: what lies behind the surface.
 //!
 //! A model owns the displacement fields and advances them. It meets the contact only through [`Surface`] and shows
-//! its fields only through [`Model::sample`]; it knows nothing of indenters, contact rules or recordings.
+//! its fields only through [`Model::frame`]; it knows nothing of indenters, contact rules or recordings.
 //!
 //! | Model | Unknowns | File |
 //! |---|---|---|
@@ -17,6 +17,7 @@ pub mod lanes;
 pub mod levels;
 pub mod rakhmatulin;
 pub mod stencil;
+pub mod survey;
 pub mod sweep;
 
 /// Theory of the target.
@@ -81,32 +82,57 @@ pub struct Extent {
     pub nz: usize,
 }
 
+/// What frames show of the field.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Show {
+    /// The fields.
+    pub fields: Vec<Field>,
+    /// Nodes from one that is shown to the next, along r and z; the first is always shown.
+    pub every: usize,
+}
+
+/// A field as a frame shows it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    /// The field.
+    pub field: Field,
+    /// Rows and columns.
+    pub extent: Extent,
+    /// Values, row-major `[[j, i]]`.
+    pub values: Vec<f32>,
+}
+
+/// What a model shows of a level k that is a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TargetFrame {
+    /// Energies between levels k−1 and k and between levels k and k+1.
+    pub energies: [TargetEnergy; 2],
+    /// Fields.
+    pub samples: Vec<Sample>,
+    /// Displacement of the surface, shape `(columns,)`; nodes beyond them are at rest \[R\].
+    pub surface: Vec<f64>,
+}
+
 /// An elastic target, advanced explicitly in time.
 ///
 /// Levels: before [`Model::advance`] of step k the model stands between levels k−1 and k, after it between k
-/// and k+1.
+/// and k+1. A model may run its interior behind the surface; then it shows frames later than it was asked for them.
 pub trait Model: Send {
     /// Fills in the surface that would be free of stress during step k, and its compliance.
     fn predict(&mut self, surface: &mut Surface);
 
     /// Advances from level k to k+1 under the surface motion that the contact has settled.
-    fn advance(&mut self, surface: &Surface);
+    ///
+    /// * `is_frame`: true if level k shall be shown
+    fn advance(&mut self, surface: &Surface, is_frame: bool);
 
-    /// Energies between levels k−1 and k and between levels k and k+1, after [`Model::advance`] of step k. A model that
-    /// runs its interior behind the surface brings it up to date here.
-    fn energies(&mut self, surface: &Surface) -> [TargetEnergy; 2];
+    /// The next frame, if it is there by now. Every frame is shown once, in order.
+    ///
+    /// * `now`: do what is needed to have it
+    fn frame(&mut self, now: bool) -> Option<TargetFrame>;
 
     /// Largest |∂u_z/∂z| on the backing over all levels before the newest one.
     fn backing_peak(&mut self) -> BackingPeak;
-
-    /// Writes a field at level k, row-major `[[j, i]]`, after [`Model::advance`] and [`Model::energies`] of step k.
-    ///
-    /// * `every`: nodes from one that is shown to the next, along r and z
-    fn sample(&self, field: Field, every: usize, surface: &Surface, values: &mut Vec<f32>) -> Extent;
-
-    /// Writes the displacement of the surface at level k into `values`, after [`Model::advance`] of step k; nodes beyond
-    /// them are at rest.
-    fn surface(&self, values: &mut Vec<f64>);
 
     /// First place `(r, z)` where the displacement is not finite, if any \[R\].
     fn find_non_finite(&mut self) -> Option<(f64, f64)>;

@@ -9,6 +9,11 @@
 //!
 //! The simulation decides when frames are and when a run ends; it neither writes nor waits. Whoever calls
 //! [`Simulation::step`] may stop calling at any time.
+//!
+//! A model may show a frame some steps later than it was asked for it. Then the simulation goes on computing and holds
+//! back the steps from the frame on, so that all are shown in order.
+
+use std::collections::VecDeque;
 
 use crate::{
     case::{Case, FrameSteps, Stop},
@@ -18,7 +23,7 @@ use crate::{
     },
     grid::Grid,
     indenter::Indenter,
-    model::{Extent, Field, Model, ModelKind, TargetEnergy, cone::Sight, rakhmatulin::Rakhmatulin},
+    model::{Model, ModelKind, Show, TargetEnergy, TargetFrame, cone::Sight, rakhmatulin::Rakhmatulin},
     surface::Surface,
     validity::Validity,
     view::{Energy, Fields, Frame, Interface, Lattice, View},
@@ -72,8 +77,32 @@ pub struct Simulation {
     steps: u64,
     stop: Stop,
     next_step: u64,
-    events: Vec<Event>,
+    /// Steps that have been computed and not been shown.
+    waiting: VecDeque<Step>,
+    /// The step that is shown.
+    shown: Step,
+    /// Frames that may be under way.
+    most_frames: usize,
     ending: Option<Ending>,
+    failure: Option<SimulationError>,
+    is_interrupted: bool,
+}
+
+/// Memory of frames that are under way \[bytes\]; two may be in any case.
+const FRAMES_UNDER_WAY: usize = 64 << 20;
+
+/// A step as it will be shown.
+#[derive(Default)]
+struct Step {
+    step: u64,
+    time: f64,
+    pressure: Vec<f64>,
+    complete: bool,
+    touch: Touch,
+    events: Vec<Event>,
+    /// Ledger and kinetic energy of the indenter before and after the step, as long as the frame is awaited.
+    awaits_frame: Option<[(Ledger, f64); 2]>,
+    frame: Option<(Energy, Fields)>,
 }
 
 impl Simulation {
@@ -101,7 +130,9 @@ impl Simulation {
         let grid = case.grid();
         let model: Box<dyn Model> = match case.model {
             ModelKind::Rakhmatulin => {
-                Box::new(Rakhmatulin::new(grid.clone(), case.target.material.shear_wave_speed, sight))
+                let show = Show { fields: case.record.fields.clone(), every: case.record.field_every };
+                let c_s = case.target.material.shear_wave_speed;
+                Box::new(Rakhmatulin::new(grid.clone(), c_s, sight, show))
             }
             ModelKind::Elastic => return Err(SimulationError::NoSolver),
         };
@@ -120,21 +151,46 @@ impl Simulation {
             steps: sizes.steps,
             stop: case.run.stop,
             next_step: 0,
-            events: Vec::new(),
+            waiting: VecDeque::new(),
+            shown: Step::default(),
+            most_frames: (FRAMES_UNDER_WAY / frame_size(case)).max(2),
             ending: None,
+            failure: None,
+            is_interrupted: false,
             grid,
         })
     }
 
-    /// Computes the next step and shows it; `None` when the run has ended.
+    /// Shows the next step; `None` when the run has ended.
     ///
     /// # Errors
     ///
-    /// [`SimulationError::NotFinite`] if the numbers have overflowed.
+    /// [`SimulationError::NotFinite`] if the numbers have overflowed; the steps before have been shown.
     pub fn step(&mut self) -> Result<Option<View<'_>>, SimulationError> {
-        if self.ending.is_some() {
-            return Ok(None);
+        loop {
+            let is_over = self.ending.is_some() || self.failure.is_some() || self.is_interrupted;
+            self.take_frame(is_over)?;
+            if self.waiting.front().is_some_and(|step| step.awaits_frame.is_none()) {
+                break;
+            }
+            if is_over && self.waiting.is_empty() {
+                return self.failure.take().map_or(Ok(None), Err);
+            }
+            if !is_over && let Err(error) = self.compute() {
+                self.failure = Some(error);
+            }
         }
+        self.shown = self.waiting.pop_front().unwrap_or_default();
+        Ok(Some(self.view()))
+    }
+
+    /// Computes no further step; those that have been computed are still shown.
+    pub fn interrupt(&mut self) {
+        self.is_interrupted = true;
+    }
+
+    /// Computes the next step.
+    fn compute(&mut self) -> Result<(), SimulationError> {
         let step = self.next_step;
         let time = step as f64 * self.grid.dt();
         let is_frame = self.frames.contain(step);
@@ -143,20 +199,60 @@ impl Simulation {
         self.model.predict(&mut self.surface);
         let touch = self.contact.step(&mut self.surface, &mut self.indenter);
         self.ledger.add(&touch);
-        self.model.advance(&self.surface);
-        let energy = is_frame.then(|| {
-            let after = (self.ledger, self.indenter.kinetic_energy());
-            let [target_before, target_after] = self.model.energies(&self.surface);
-            mean(before.0.entry(target_before, before.1), after.0.entry(target_after, after.1))
-        });
+        self.model.advance(&self.surface, is_frame);
+        self.check_finite(step, touch.drag)?;
+        let after = (self.ledger, self.indenter.kinetic_energy());
 
-        self.check_finite(step, &touch, energy.as_ref())?;
         self.observe_strain(step, time);
         let grid = &self.grid;
-        self.events = self.watch.observe(&touch, time, |i| grid.r(i));
+        let mut events = self.watch.observe(&touch, time, |i| grid.r(i));
         self.next_step += 1;
-        self.ending = self.find_ending(step, time);
-        Ok(Some(self.view(step, time, touch, energy)))
+        self.ending = self.find_ending(step, time, &mut events);
+        let reached = self.contact.reached();
+        // the memory of the step that is shown is wanted no more
+        let mut pressure = std::mem::take(&mut self.shown.pressure);
+        pressure.clear();
+        pressure.extend_from_slice(&self.surface.pressure[..reached]);
+        self.waiting.push_back(Step {
+            step,
+            time,
+            pressure,
+            complete: reached == self.contact.profile().len(),
+            touch,
+            events,
+            awaits_frame: is_frame.then_some([before, after]),
+            frame: None,
+        });
+        Ok(())
+    }
+
+    /// Gives the first step that waits its frame, if it awaits one and the model has it.
+    ///
+    /// * `now`: the model shall have it
+    fn take_frame(&mut self, now: bool) -> Result<(), SimulationError> {
+        let under_way = self.waiting.iter().filter(|step| step.awaits_frame.is_some()).count();
+        let Some(Step { awaits_frame: Some([before, after]), step, .. }) = self.waiting.front() else {
+            return Ok(());
+        };
+        let Some(TargetFrame { energies, samples, surface }) =
+            self.model.frame(now || under_way > self.most_frames)
+        else {
+            return Ok(());
+        };
+        if energies.iter().any(|energy| !energy.kinetic.is_finite() || !energy.strain.is_finite()) {
+            let step = *step;
+            self.waiting.clear();
+            self.is_interrupted = true;
+            return Err(self.not_finite(step));
+        }
+        let [before, after] = [(before, energies[0]), (after, energies[1])]
+            .map(|((ledger, indenter), target)| ledger.entry(target, *indenter));
+        let lattice = Lattice { r0: self.grid.r0, dr: self.grid.dr, dz: self.grid.dz };
+        if let Some(first) = self.waiting.front_mut() {
+            first.awaits_frame = None;
+            first.frame = Some((mean(before, after), Fields::new(lattice, surface, samples)));
+        }
+        Ok(())
     }
 
     /// How the run has ended; `None` while it has not.
@@ -175,46 +271,41 @@ impl Simulation {
         validity
     }
 
-    fn view(&self, step: u64, time: f64, touch: Touch, energy: Option<Energy>) -> View<'_> {
-        let reached = self.contact.reached();
+    fn view(&self) -> View<'_> {
+        let Step { step, time, pressure, complete, touch, events, frame, .. } = &self.shown;
         View {
-            step,
-            time,
+            step: *step,
+            time: *time,
             interface: Interface {
                 r0: self.grid.r0,
                 dr: self.grid.dr,
-                pressure: &self.surface.pressure[..reached],
+                pressure,
                 punch_radius: self.contact.punch_radius(),
-                complete: reached == self.contact.profile().len(),
+                complete: *complete,
                 exact: None,
             },
             drag: touch.drag,
             contact_radius: touch.contact_radius,
             velocity: touch.velocity,
             depth: touch.depth,
-            events: &self.events,
-            frame: energy.map(|energy| Frame { energy, fields: self }),
+            events,
+            frame: frame.as_ref().map(|(energy, fields)| Frame { energy: *energy, fields }),
         }
     }
 
-    fn check_finite(
-        &mut self,
-        step: u64,
-        touch: &Touch,
-        energy: Option<&Energy>,
-    ) -> Result<(), SimulationError> {
-        let fine =
-            touch.drag.is_finite() && energy.is_none_or(|e| e.kinetic.is_finite() && e.strain.is_finite());
-        if fine {
-            return Ok(());
-        }
+    fn check_finite(&mut self, step: u64, drag: f64) -> Result<(), SimulationError> {
+        if drag.is_finite() { Ok(()) } else { Err(self.not_finite(step)) }
+    }
+
+    /// What is not finite, seen at a step.
+    fn not_finite(&mut self, step: u64) -> SimulationError {
         let bad = self.surface.pressure.iter().position(|p| !p.is_finite());
         let (quantity, place) = match (bad, self.model.find_non_finite()) {
             (Some(i), _) => ("interface stress", Some((self.grid.r(i), 0.0))),
             (None, Some(place)) => ("displacement", Some(place)),
             (None, None) => ("energy", None),
         };
-        Err(SimulationError::NotFinite { step, quantity, place })
+        SimulationError::NotFinite { step, quantity, place }
     }
 
     fn observe_strain(&mut self, step: u64, time: f64) {
@@ -224,35 +315,28 @@ impl Simulation {
         }
     }
 
-    fn find_ending(&mut self, step: u64, time: f64) -> Option<Ending> {
+    fn find_ending(&self, step: u64, time: f64, events: &mut Vec<Event>) -> Option<Ending> {
         let awaited = match self.stop {
             Stop::Never => None,
             Stop::Extension => Some((EventKind::Extension, "extension")),
             Stop::Separation => Some((EventKind::Separation, "separation")),
         };
         if let Some((kind, name)) = awaited
-            && self.events.iter().any(|event| event.kind == kind)
+            && events.iter().any(|event| event.kind == kind)
         {
             let text = format!("stopped at {name}, t = {time:.4}, as run.stop asks");
-            self.events.push(Event { kind: EventKind::Stopped, text: text.clone(), r: None });
+            events.push(Event { kind: EventKind::Stopped, text: text.clone(), r: None });
             return Some(Ending::Stopped(text));
         }
         (step == self.steps).then_some(Ending::Completed)
     }
 }
 
-impl Fields for Simulation {
-    fn sample(&self, field: Field, every: usize, values: &mut Vec<f32>) -> Extent {
-        self.model.sample(field, every, &self.surface, values)
-    }
-
-    fn surface(&self, values: &mut Vec<f64>) {
-        self.model.surface(values);
-    }
-
-    fn lattice(&self) -> Lattice {
-        Lattice { r0: self.grid.r0, dr: self.grid.dr, dz: self.grid.dz }
-    }
+/// Memory of the fields of a frame, at most \[bytes\].
+fn frame_size(case: &Case) -> usize {
+    let shown = |nodes: u64| nodes.div_ceil(case.record.field_every as u64) as usize;
+    let values = shown(case.sizes.nr as u64) * shown(case.sizes.nz as u64 + 1) * case.record.fields.len();
+    (size_of::<f32>() * values).max(1)
 }
 
 /// Running sums of the energy ledger.

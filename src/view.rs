@@ -2,9 +2,11 @@
 //!
 //! A [`View`] borrows; an observer cannot change what it looks at, so recording cannot change a number.
 
+use std::sync::{Mutex, PoisonError};
+
 use crate::{
     contact::event::Event,
-    model::{Extent, Field},
+    model::{Extent, Field, Sample},
 };
 
 /// One step k of a simulation or of a closed form.
@@ -59,7 +61,7 @@ pub struct Frame<'a> {
     /// Energy ledger.
     pub energy: Energy,
     /// The fields.
-    pub fields: &'a dyn Fields,
+    pub fields: &'a Fields,
 }
 
 /// Energy ledger: `initial + work = kinetic + strain + indenter + dissipated + residual` \[πR³γc_p²\].
@@ -79,18 +81,48 @@ pub struct Energy {
     pub residual: f64,
 }
 
-/// Fields of a step, computed when asked for.
-pub trait Fields {
-    /// Writes `field` row-major `[[j, i]]` into `values`; rows and columns at rest are left out.
+/// Fields of a frame.
+#[derive(Debug, Default)]
+pub struct Fields {
+    lattice: Lattice,
+    surface: Vec<f64>,
+    /// Those that have not been taken yet; what came in exchange for those that have.
+    samples: Mutex<Vec<Sample>>,
+}
+
+impl Fields {
+    /// Fields of a frame.
     ///
-    /// * `every`: nodes from one that is shown to the next, along r and z; the first is always shown
-    fn sample(&self, field: Field, every: usize, values: &mut Vec<f32>) -> Extent;
+    /// * `surface`: displacement of the surface, shape `(columns,)`; what lies beyond is at rest \[R\]
+    pub fn new(lattice: Lattice, surface: Vec<f64>, samples: Vec<Sample>) -> Self {
+        Self { lattice, surface, samples: Mutex::new(samples) }
+    }
 
-    /// Writes the displacement of the surface into `values`, shape `(columns,)`; what lies beyond them is at rest \[R\].
-    fn surface(&self, values: &mut Vec<f64>);
+    /// Takes the values of `field`, row-major `[[j, i]]`, in exchange for `values`; rows and columns at rest are left out.
+    /// Every field that the case records can be taken once.
+    pub fn sample(&self, field: Field, values: &mut Vec<f32>) -> Extent {
+        let mut samples = self.samples.lock().unwrap_or_else(PoisonError::into_inner);
+        let sample = samples.iter_mut().find(|sample| sample.field == field);
+        let sample = sample.expect("a frame has every field that is recorded");
+        std::mem::swap(&mut sample.values, values);
+        sample.extent
+    }
 
-    /// Distances of rows and columns.
-    fn lattice(&self) -> Lattice;
+    /// Displacement of the surface, shape `(columns,)`; what lies beyond is at rest \[R\].
+    pub fn surface(&self) -> &[f64] {
+        &self.surface
+    }
+
+    /// Distances of rows and columns of the mesh.
+    pub fn lattice(&self) -> Lattice {
+        self.lattice
+    }
+
+    /// Takes all fields at once.
+    pub fn take(&self) -> Self {
+        let mut samples = self.samples.lock().unwrap_or_else(PoisonError::into_inner);
+        Self::new(self.lattice, self.surface.clone(), std::mem::take(&mut samples))
+    }
 }
 
 /// Positions of field nodes: `(r0 + i·dr, j·dz)` \[R\].

@@ -508,3 +508,32 @@ fn frames_land_on_the_times_asked_for() {
         assert_eq!(frame.time, frame.step as f64 * dt);
     }
 }
+
+#[test]
+fn steps_are_shown_in_order_with_their_frames_and_to_the_last_one_computed() {
+    // frames as often as there are steps, and seldom; fields that fill the memory for frames, and none
+    for (frames, fields) in
+        [("24", "[]"), ("25", "[\"stress\", \"velocity\"]"), ("400", "[\"displacement\"]")]
+    {
+        let case = case(
+            "fig5",
+            &["mesh.cells=66", &format!("record.frames={frames}"), &format!("record.fields={fields}")],
+        );
+        let at_frames = case.frames();
+        let mut simulation = Simulation::new(&case).expect("a solver");
+        let mut steps = Vec::new();
+        while let Some(view) = simulation.step().expect("finite numbers") {
+            assert_eq!(view.frame.is_some(), at_frames.contain(view.step), "step {}", view.step);
+            assert!(view.frame.is_none_or(|frame| frame.energy.residual.abs() < 1e-12));
+            steps.push(view.step);
+            if view.step == 150 {
+                simulation.interrupt();
+            }
+        }
+        assert!(steps.len() > 150 && steps.len() < 300, "{} steps", steps.len());
+        assert!((0..).zip(&steps).all(|(expected, step)| expected == *step));
+        assert!(simulation.ending().is_none());
+        let last_step = steps.last().copied().expect("a step");
+        assert!(simulation.validity().strain.step <= last_step);
+    }
+}

@@ -66,7 +66,7 @@ impl Channel for FieldSlice {
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         let Some(frame) = view.frame else { return };
         let message = &mut *lock(&self.message);
-        let extent = frame.fields.sample(self.field, self.every, &mut message.values);
+        let extent = frame.fields.sample(self.field, &mut message.values);
         let lattice = frame.fields.lattice();
         (message.step, message.time) = (view.step, view.time);
         let every = self.every as f64;

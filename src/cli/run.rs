@@ -117,7 +117,7 @@ impl Running<'_> {
     fn steps(&mut self) -> Result<Outcome, CliError> {
         loop {
             match self.simulation.step() {
-                Ok(None) => return Ok(Outcome::Ended),
+                Ok(None) => break,
                 Ok(Some(view)) => {
                     for event in view.events {
                         self.progress.say(&event.text);
@@ -131,11 +131,15 @@ impl Running<'_> {
                 }
                 Err(error) => return Ok(Outcome::Failed(error)),
             }
-            let signal = self.signal.load(Ordering::Relaxed);
-            if signal != 0 && self.simulation.ending().is_none() {
-                return Ok(Outcome::Interrupted(signal));
+            if self.signal.load(Ordering::Relaxed) != 0 {
+                // what has been computed is recorded
+                self.simulation.interrupt();
             }
         }
+        Ok(match self.simulation.ending() {
+            Some(_) => Outcome::Ended,
+            None => Outcome::Interrupted(self.signal.load(Ordering::Relaxed)),
+        })
     }
 
     fn end(mut self, outcome: Outcome, output: &Path, start: Instant) -> Result<Exit, CliError> {

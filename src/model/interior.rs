@@ -18,7 +18,8 @@ use ndarray::ArrayView2;
 
 use super::{
     levels::Levels,
-    sweep::{Ground, Lit, RowPeak, Sweep, strip_rows, wait_until},
+    survey::Survey,
+    sweep::{Ground, Lit, RowPeak, Stage, Sweep, Top, strip_rows, wait_until},
 };
 
 /// Nodes in a sweep below which a second thread is not worth waking.
@@ -137,30 +138,6 @@ impl Interior {
         unsafe { self.levels().row(level, j) }
     }
 
-    /// Row `j` at a level, to be changed; one of the strip, if the interior is not settled.
-    pub fn row_mut(&mut self, level: usize, j: usize) -> &mut [f64] {
-        self.check(j);
-        // SAFETY: as above, and nobody else holds a row
-        unsafe { self.levels().row_mut(level, j) }
-    }
-
-    /// Writes row `j` at level k−1 into `row`, from the field at levels k and k+1: the scheme run backwards gives the level
-    /// before again, but for rounding. Inner rows only.
-    ///
-    /// * `next`: level k+1, at which the interior is settled
-    /// * `row`: whole packs
-    pub fn row_before(&self, next: usize, j: usize, row: &mut [f64]) {
-        assert!(
-            self.is_settled()
-                && (1..=self.ground.last_row).contains(&j)
-                && row.len() <= self.levels().columns()
-        );
-        row.copy_from_slice(&self.row(next, j)[..row.len()]);
-        // SAFETY: row j has rows and packs around it, as has just been checked; nobody writes to the field, and `row` is
-        // borrowed for this call
-        unsafe { self.ground.advance_row(next, j, row) }
-    }
-
     /// A level, shape `(rows, columns + 1)`, of a settled interior.
     pub fn level(&self, level: usize) -> ArrayView2<'_, f64> {
         assert!(self.is_settled(), "a level while the interior is being advanced");
@@ -178,21 +155,35 @@ impl Interior {
         }
     }
 
-    /// Advances the strip under the surface to `level`, `rows` of it from row 1 on.
-    pub fn advance_strip(&mut self, level: usize, rows: usize, lit: Lit) {
+    /// Advances the surface and the strip under it to `level`: row 0 as the contact has settled it, and as many rows as are
+    /// not left to the sweeps.
+    ///
+    /// * `rows`: of the strip, with row 0
+    pub fn advance_strip(&mut self, level: usize, rows: usize, stage: &Stage, top: Top<'_>) {
         self.check(rows.saturating_sub(1));
+        let Stage { lit, survey } = stage;
         // SAFETY: sweeps under way stay below the strip, and nobody else holds a row
-        unsafe { self.ground.advance_strip(level, rows, lit) }
+        unsafe {
+            self.ground.advance(level, 0..rows.min(lit.rows), 0..lit.columns, survey.as_deref(), Some(top))
+        }
     }
 
-    /// Begins a sweep over `lit.len()` levels from level `base` on. When this returns the strip can go on.
+    /// Lets a survey look at a settled field, all that is `lit` of it, without advancing it.
+    pub fn show(&self, survey: &mut Survey, lit: Lit) {
+        assert!(self.is_settled(), "a survey while the interior is being advanced");
+        assert!(lit.rows < self.levels().rows() && lit.columns <= self.levels().columns());
+        // SAFETY: nobody writes to a settled field, and nobody else has the survey
+        let _ = unsafe { survey.before(&self.ground, 0..lit.rows, 0..lit.columns, &[]) };
+    }
+
+    /// Begins a sweep over `stages.len()` levels from level `base` on. When this returns the strip can go on.
     ///
     /// Returns peaks of the row before the backing of sweeps that have ended, see [`Sweep::peaks`].
-    pub fn follow(&mut self, base: usize, lit: &[Lit]) -> Vec<[RowPeak; 2]> {
-        let nodes: usize = lit.iter().map(|lit| lit.rows * lit.columns).sum();
+    pub fn follow(&mut self, base: usize, stages: Vec<Stage>) -> Vec<[RowPeak; 2]> {
+        let nodes: usize = stages.iter().map(|Stage { lit, .. }| lit.rows * lit.columns).sum();
         let threads = if nodes > NODES_PER_THREAD { rayon::current_num_threads() } else { 1 };
         let earlier = self.sweeps.back().map(|sweep| &**sweep);
-        let sweep = Arc::new(Sweep::new(Arc::clone(&self.ground), base, lit.to_vec(), threads, earlier));
+        let sweep = Arc::new(Sweep::new(Arc::clone(&self.ground), base, stages, threads, earlier));
         while !sweep.may_begin(0) {
             if !self.queue.work() {
                 wait_until(|| sweep.may_begin(0));

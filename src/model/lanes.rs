@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use super::stencil::{Patch, RowEnergy, Rows, advance, row_energy};
+use super::stencil::{Patch, Rows, Tally, add_energy, advance};
 
 /// Columns come in packs: the widest vector. Whoever works on vectors works on whole packs.
 pub const PACK: usize = 8;
@@ -59,18 +59,18 @@ impl Lanes {
         }
     }
 
-    /// Energy of a row, see [`row_energy`].
+    /// Adds the energy of some columns of a row to its tally, see [`add_energy`].
     #[expect(unsafe_code, reason = "instructions that not every machine has")]
-    pub fn row_energy(self, rows: Rows<'_>, area: &[f64], face: &[f64]) -> RowEnergy {
+    pub fn add_energy(self, rows: Rows<'_>, area: &[f64], face: &[f64], first: usize, tally: &mut Tally) {
         match self.0 {
             // SAFETY: every machine has these
-            Kind::Baseline => unsafe { row_energy::<Pair>(rows, area, face) },
+            Kind::Baseline => unsafe { add_energy::<Pair>(rows, area, face, first, tally) },
             // SAFETY: the machine has the instructions
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { x86::row_energy_avx2(rows, area, face) },
+            Kind::Avx2 => unsafe { x86::add_energy_avx2(rows, area, face, first, tally) },
             // SAFETY: likewise
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => unsafe { x86::row_energy_avx512(rows, area, face) },
+            Kind::Avx512 => unsafe { x86::add_energy_avx512(rows, area, face, first, tally) },
         }
     }
 
@@ -171,8 +171,8 @@ impl Vector for Pair {
 mod x86 {
     use std::{arch::x86_64::*, ops::Range};
 
-    use super::{Vector, advance, row_energy};
-    use crate::model::stencil::{Patch, RowEnergy, Rows};
+    use super::{Vector, add_energy, advance};
+    use crate::model::stencil::{Patch, Rows, Tally};
 
     /// [`advance`] compiled for 256-bit vectors.
     #[target_feature(enable = "avx2,fma")]
@@ -188,18 +188,30 @@ mod x86 {
         unsafe { advance::<__m512d>(patch, rows, columns) }
     }
 
-    /// [`row_energy`] compiled for 256-bit vectors.
+    /// [`add_energy`] compiled for 256-bit vectors.
     #[target_feature(enable = "avx2,fma")]
-    pub unsafe fn row_energy_avx2(rows: Rows<'_>, area: &[f64], face: &[f64]) -> RowEnergy {
+    pub unsafe fn add_energy_avx2(
+        rows: Rows<'_>,
+        area: &[f64],
+        face: &[f64],
+        first: usize,
+        tally: &mut Tally,
+    ) {
         // SAFETY: handed on to the caller
-        unsafe { row_energy::<__m256d>(rows, area, face) }
+        unsafe { add_energy::<__m256d>(rows, area, face, first, tally) }
     }
 
-    /// [`row_energy`] compiled for 512-bit vectors.
+    /// [`add_energy`] compiled for 512-bit vectors.
     #[target_feature(enable = "avx512f")]
-    pub unsafe fn row_energy_avx512(rows: Rows<'_>, area: &[f64], face: &[f64]) -> RowEnergy {
+    pub unsafe fn add_energy_avx512(
+        rows: Rows<'_>,
+        area: &[f64],
+        face: &[f64],
+        first: usize,
+        tally: &mut Tally,
+    ) {
         // SAFETY: handed on to the caller
-        unsafe { row_energy::<__m512d>(rows, area, face) }
+        unsafe { add_energy::<__m512d>(rows, area, face, first, tally) }
     }
 
     // SAFETY of all blocks below: the caller says that the machine has the instructions, and where numbers may be read

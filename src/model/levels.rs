@@ -1,6 +1,6 @@
 //! Two levels of a field in memory that several threads work on.
 
-use std::cell::UnsafeCell;
+use std::{cell::UnsafeCell, ops::Range};
 
 use ndarray::{ArrayView2, s};
 
@@ -74,9 +74,22 @@ impl Levels {
     ///
     /// Nobody writes to the row while it is looked at.
     pub unsafe fn row(&self, level: usize, j: usize) -> &[f64] {
-        assert!(j < self.rows, "row {j} of {}", self.rows);
-        // SAFETY: a row and the zero behind it lie inside the array; the caller answers for the rest
-        unsafe { std::slice::from_raw_parts(self.origin(level).add(j * self.stride), self.columns + 1) }
+        // SAFETY: handed on to the caller
+        unsafe { self.part(level, j, 0..self.columns, 1) }
+    }
+
+    /// Some columns of row `j` at a level, and `more` after them, at most a pack.
+    ///
+    /// # Safety
+    ///
+    /// Nobody writes to them while they are looked at.
+    pub unsafe fn part(&self, level: usize, j: usize, columns: Range<usize>, more: usize) -> &[f64] {
+        assert!(j < self.rows && columns.start <= columns.end && columns.end <= self.columns && more <= PACK);
+        // SAFETY: columns of a row and the zeros behind it lie inside the array; the caller answers for the rest
+        unsafe {
+            let first = self.origin(level).add(j * self.stride + columns.start);
+            std::slice::from_raw_parts(first, columns.len() + more)
+        }
     }
 
     /// Row `j` at a level, to be changed.

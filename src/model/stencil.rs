@@ -168,7 +168,7 @@ pub fn free_surface(
     }
 }
 
-/// Two neighbouring rows at two levels, each one node longer than the weights.
+/// Some columns of two neighbouring rows at two levels, and some more.
 #[derive(Clone, Copy)]
 pub struct Rows<'a> {
     /// Rows j and j+1 at level k.
@@ -185,51 +185,136 @@ pub struct RowEnergy {
     pub kinetic: f64,
     /// `Σ_i a_i (δ_z u^k)(δ_z u^{k+1})`
     pub axial: f64,
-    /// `Σ_i f_{i+½} (δ_r ū^k)(δ_r ū^{k+1})` with `ū = (u_j + u_{j+1})/2`
+    /// `Σ_i f_{i+½} (δ_r ū^k)(δ_r ū^{k+1})` with `ū = u_j + u_{j+1}`, twice the mean
     pub shear: f64,
 }
 
-/// Energy of a row. Columns are summed up in the order of [`PACK`] interleaved sums, whatever the machine.
+/// A [`RowEnergy`] that is being summed up, in [`PACK`] interleaved sums: column i adds to sum `i mod PACK`. So the sums
+/// are the same whatever the machine, and however the columns are cut.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Kinetic, axial, shear.
+    sums: [[f64; PACK]; 3],
+}
+
+impl Tally {
+    /// The sums.
+    pub fn total(&self) -> RowEnergy {
+        let [kinetic, axial, shear] = self.sums.map(|sums| sums.iter().sum());
+        RowEnergy { kinetic, axial, shear }
+    }
+}
+
+/// A [`Tally`] in vectors, and what is carried from one to the next.
+#[derive(Clone, Copy)]
+struct Count<V> {
+    /// Kinetic, axial, shear, every part of a pack.
+    sums: [[V; PACK]; 3],
+    /// `u_j + u_{j+1}` of the vector that comes next, at both levels.
+    pairs: [V; 2],
+}
+
+/// Adds the energy of some columns of a row to its tally, columns in order.
 ///
-/// * `area`, `face`: cell areas a_i and face weights, of as many columns, a whole number of packs
+/// * `rows`: the columns, and a vector more
+/// * `area`, `face`: their cell areas a_i and face weights, as many as there are columns, a whole number of vectors
+/// * `first`: number of the first column, a whole number of vectors
 ///
 /// # Safety
 ///
 /// The machine must have the instructions of `V`.
 #[inline(always)]
 #[expect(unsafe_code, reason = "instructions that not every machine has")]
-pub unsafe fn row_energy<V: Vector>(rows: Rows<'_>, area: &[f64], face: &[f64]) -> RowEnergy {
+pub unsafe fn add_energy<V: Vector>(
+    rows: Rows<'_>,
+    area: &[f64],
+    face: &[f64],
+    first: usize,
+    tally: &mut Tally,
+) {
     let n = area.len();
-    let lines = [rows.earlier[0], rows.earlier[1], rows.later[0], rows.later[1]];
-    assert!(n.is_multiple_of(PACK) && face.len() >= n && lines.iter().all(|line| line.len() > n));
-    let lines = lines.map(<[f64]>::as_ptr);
-    let mut sums = [[0.0; PACK]; 3];
-    // SAFETY: a pack from column i on, and one from column i + 1 on, lie within n + 1 numbers, as has been checked; the
-    // machine has the instructions
+    let Rows { earlier: [e, e_below], later: [l, l_below] } = rows;
+    let shortest = e.len().min(e_below.len()).min(l.len()).min(l_below.len());
+    assert!(n.is_multiple_of(V::WIDTH) && first.is_multiple_of(V::WIDTH), "columns come in whole vectors");
+    assert!(face.len() >= n && shortest >= n + V::WIDTH, "a vector more than there are columns");
+    let parts = PACK / V::WIDTH;
+    // SAFETY: i + WIDTH ≤ n in all calls, and vectors from columns i and i + WIDTH on lie within n + WIDTH numbers, as has
+    // been checked; parts are vectors of a pack; the machine has the instructions
     unsafe {
-        let (zero, half) = (V::load([0.0; PACK].as_ptr()), V::load([0.5; PACK].as_ptr()));
-        let mut lanes = [[zero; PACK]; 3];
-        for first in (0..n).step_by(PACK) {
-            for (m, i) in (first..first + PACK).step_by(V::WIDTH).enumerate() {
-                let (area, face) = (V::load(area.as_ptr().add(i)), V::load(face.as_ptr().add(i)));
-                let [e0, e1, l0, l1] = lines.map(|line| V::load(line.add(i)));
-                let [e2, e3, l2, l3] = lines.map(|line| V::load(line.add(i + 1)));
-                let moved = l0.sub(e0);
-                let slope = |a: V, b: V, c: V, d: V| half.mul(c.add(d)).sub(half.mul(a.add(b)));
-                let shear = slope(e0, e1, e2, e3).mul(slope(l0, l1, l2, l3));
-                lanes[0][m] = lanes[0][m].add(area.mul(moved.mul(moved)));
-                lanes[1][m] = lanes[1][m].add(area.mul(e1.sub(e0).mul(l1.sub(l0))));
-                lanes[2][m] = lanes[2][m].add(face.mul(shear));
+        let pairs = [
+            V::load(e.as_ptr()).add(V::load(e_below.as_ptr())),
+            V::load(l.as_ptr()).add(V::load(l_below.as_ptr())),
+        ];
+        let mut count = Count { sums: [[pairs[0]; PACK]; 3], pairs };
+        for (sums, numbers) in count.sums.iter_mut().zip(&tally.sums) {
+            for (part, sum) in sums.iter_mut().enumerate().take(parts) {
+                *sum = V::load(numbers.as_ptr().add(part * V::WIDTH));
             }
         }
-        for (sum, lanes) in sums.iter_mut().zip(lanes) {
-            for (m, lane) in lanes.iter().enumerate().take(PACK / V::WIDTH) {
-                lane.store(sum.as_mut_ptr().add(m * V::WIDTH));
+        let mut i = 0;
+        // up to a whole pack, whole packs, the rest
+        let begun = (first / V::WIDTH) % parts;
+        for part in 0..parts {
+            if begun > 0 && part >= begun && i < n {
+                count = add_vector(rows, area, face, i, count, part);
+                i += V::WIDTH;
+            }
+        }
+        while i + PACK <= n {
+            for part in 0..parts {
+                count = add_vector(rows, area, face, i + part * V::WIDTH, count, part);
+            }
+            i += PACK;
+        }
+        for part in 0..parts {
+            if i < n {
+                count = add_vector(rows, area, face, i, count, part);
+                i += V::WIDTH;
+            }
+        }
+        for (sums, numbers) in count.sums.iter().zip(&mut tally.sums) {
+            for (part, sum) in sums.iter().enumerate().take(parts) {
+                sum.store(numbers.as_mut_ptr().add(part * V::WIDTH));
             }
         }
     }
-    let [kinetic, axial, shear] = sums.map(|lanes| lanes.iter().sum());
-    RowEnergy { kinetic, axial, shear }
+}
+
+/// Adds the energy of a vector of columns from number `i` on to part `part` of the sums.
+///
+/// # Safety
+///
+/// The machine must have the instructions of `V`; there are two vectors of columns from `i` on.
+#[inline(always)]
+#[expect(unsafe_code, reason = "instructions that not every machine has")]
+unsafe fn add_vector<V: Vector>(
+    rows: Rows<'_>,
+    area: &[f64],
+    face: &[f64],
+    i: usize,
+    mut count: Count<V>,
+    part: usize,
+) -> Count<V> {
+    let Rows { earlier: [e, e_below], later: [l, l_below] } = rows;
+    // SAFETY: handed on to the caller
+    unsafe {
+        let (area, face) = (V::load(area.as_ptr().add(i)), V::load(face.as_ptr().add(i)));
+        let (e, e_below) = (e.as_ptr().add(i), e_below.as_ptr().add(i));
+        let (l, l_below) = (l.as_ptr().add(i), l_below.as_ptr().add(i));
+        let (e0, e1, l0, l1) = (V::load(e), V::load(e_below), V::load(l), V::load(l_below));
+        let w = V::WIDTH;
+        let e_next = V::load(e.add(w)).add(V::load(e_below.add(w)));
+        let l_next = V::load(l.add(w)).add(V::load(l_below.add(w)));
+        let e_slope = V::seam(count.pairs[0], e_next).0.sub(count.pairs[0]);
+        let l_slope = V::seam(count.pairs[1], l_next).0.sub(count.pairs[1]);
+        let moved = l0.sub(e0);
+        let [kinetic, axial, shear] = &mut count.sums;
+        kinetic[part] = kinetic[part].add(area.mul(moved.mul(moved)));
+        axial[part] = axial[part].add(area.mul(e1.sub(e0).mul(l1.sub(l0))));
+        shear[part] = shear[part].add(face.mul(e_slope.mul(l_slope)));
+        count.pairs = [e_next, l_next];
+    }
+    count
 }
 
 #[cfg(test)]
@@ -316,27 +401,40 @@ mod tests {
     }
 
     #[test]
-    fn the_energy_of_a_row_is_the_plain_sum_with_any_instructions() {
-        let n = 5 * PACK;
+    fn the_energy_of_a_row_is_the_plain_sum_with_any_instructions_and_cuts() {
+        let n = 9 * PACK;
         let line = |seed: usize| -> Vec<f64> {
-            (0..=n).map(|i| ((i * 7 + seed * 13) % 31) as f64 / 31.0 - 0.4).collect()
+            (0..n + PACK).map(|i| ((i * 7 + seed * 13) % 31) as f64 / 31.0 - 0.4).collect()
         };
         let [e0, e1, l0, l1, area, face] = [0, 1, 2, 3, 4, 5].map(line);
-        let (area, face) = (&area[..n], &face[..n]);
-        let rows = Rows { earlier: [&e0, &e1], later: [&l0, &l1] };
         let mut plain = RowEnergy::default();
         for i in 0..n {
-            let slope = |a: &[f64], b: &[f64]| 0.5 * (a[i + 1] + b[i + 1]) - 0.5 * (a[i] + b[i]);
+            let slope = |a: &[f64], b: &[f64]| (a[i + 1] + b[i + 1]) - (a[i] + b[i]);
             plain.kinetic += area[i] * (l0[i] - e0[i]).powi(2);
             plain.axial += area[i] * (e1[i] - e0[i]) * (l1[i] - l0[i]);
             plain.shear += face[i] * slope(&e0, &e1) * slope(&l0, &l1);
         }
-        let baseline = Lanes::BASELINE.row_energy(rows, area, face);
+        let sum = |lanes: Lanes, cuts: &[usize]| {
+            let mut tally = Tally::default();
+            for cut in cuts.windows(2) {
+                let (part, longer) = (cut[0]..cut[1], cut[0]..cut[1] + lanes.width());
+                let rows = Rows {
+                    earlier: [&e0[longer.clone()], &e1[longer.clone()]],
+                    later: [&l0[longer.clone()], &l1[longer.clone()]],
+                };
+                lanes.add_energy(rows, &area[part.clone()], &face[part], cut[0], &mut tally);
+            }
+            tally.total()
+        };
+        let baseline = sum(Lanes::BASELINE, &[0, n]);
         let pairs =
             [(baseline.kinetic, plain.kinetic), (baseline.axial, plain.axial), (baseline.shear, plain.shear)];
         assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 1e-13), "{baseline:?} {plain:?}");
         for lanes in Lanes::all() {
-            assert_eq!(lanes.row_energy(rows, area, face), baseline, "{lanes:?}");
+            let w = lanes.width();
+            for cuts in [vec![0, n], vec![0, w, n], vec![0, 3 * w, 3 * w, 4 * w, n - w, n]] {
+                assert_eq!(sum(lanes, &cuts), baseline, "{lanes:?}, {cuts:?}");
+            }
         }
     }
 }

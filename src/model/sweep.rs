@@ -20,15 +20,19 @@
 //! The numbers do not depend on who does what: every node is computed once per level, from the same neighbours, by the
 //! same operations.
 
-use std::sync::{
-    Arc, Mutex,
-    atomic::{AtomicUsize, Ordering},
+use std::{
+    ops::Range,
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
 };
 
 use super::{
     lanes::{Lanes, PACK},
     levels::Levels,
     stencil::Patch,
+    survey::Survey,
 };
 
 /// Largest number of levels that the interior may lag behind the surface.
@@ -101,10 +105,38 @@ impl RowPeak {
     }
 }
 
+/// A level of a sweep.
+#[derive(Clone, Default)]
+pub struct Stage {
+    /// What of it is to be computed.
+    pub lit: Lit,
+    /// What is to be taken down on the way to it.
+    pub survey: Option<Arc<Survey>>,
+}
+
+/// What the contact has settled for row 0.
+#[derive(Clone, Copy)]
+pub struct Top<'a> {
+    /// Displacement at the level to come, out to the last column that has moved.
+    pub displacement: &'a [f64],
+    /// Pressure on the way to it.
+    pub pressure: &'a [f64],
+}
+
 /// What all sweeps work on.
 pub struct Ground {
     /// The field.
     pub levels: Levels,
+    /// Distance of rows \[R\].
+    pub dz: f64,
+    /// Time of a step \[R/c_p\].
+    pub dt: f64,
+    /// c_s²·Δz/Δr
+    pub shear: f64,
+    /// Cell areas by column, for whole packs.
+    pub area: Vec<f64>,
+    /// Face weights by column, for whole packs.
+    pub face: Vec<f64>,
     /// Radial weights times λ²/4 towards larger radii, by column, for whole packs.
     pub outward: Vec<f64>,
     /// Radial weights times λ²/4 towards smaller radii, by column, for whole packs.
@@ -134,32 +166,40 @@ impl Ground {
         }
     }
 
-    /// Takes row `j` of the scheme in `row` from one neighbour of level `level − 1` in time to the other one.
+    /// Advances `rows` of `columns`, whole vectors, to `level`.
+    ///
+    /// * `survey`: what is taken down on the way
+    /// * `top`: row 0, if it is among the rows
     ///
     /// # Safety
     ///
-    /// Row `j` has rows around it, nobody writes to those, and `row` is as long as they at most.
-    #[expect(unsafe_code, reason = "the kernel of all rows")]
-    pub unsafe fn advance_row(&self, level: usize, j: usize, row: &mut [f64]) {
-        let patch = self.patch(level);
-        // SAFETY: what is read lies inside the array, as the caller says; what is written is `row`
+    /// The nodes hold the two levels before, as does a row and a vector around them; nobody else touches the nodes or
+    /// writes to those around them.
+    #[expect(unsafe_code, reason = "one way for strip and interior")]
+    pub unsafe fn advance(
+        &self,
+        level: usize,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        survey: Option<&Survey>,
+        top: Option<Top<'_>>,
+    ) {
+        assert!(rows.end < self.levels.rows() && columns.end <= self.levels.columns());
+        // SAFETY: rows and columns lie inside the arrays with a row and a pack around them, as has just been checked; the
+        // caller answers for the rest
         unsafe {
-            let patch = Patch { now: patch.now.add(j * patch.stride), next: row.as_mut_ptr(), ..patch };
-            self.lanes.advance(patch, 0..1, 0..row.len());
+            let pressure = top.map_or(&[][..], |top| top.pressure);
+            let before = survey.map(|survey| survey.before(self, rows.clone(), columns.clone(), pressure));
+            let mut inner = rows.clone();
+            if let Some(Top { displacement, .. }) = top {
+                self.levels.row_mut(level, 0)[..displacement.len()].copy_from_slice(displacement);
+                inner.start = 1;
+            }
+            self.lanes.advance(self.patch(level), inner, columns.clone());
+            if let (Some(survey), Some(before)) = (survey, before) {
+                survey.after(self, rows, columns, before);
+            }
         }
-    }
-
-    /// Advances the strip under the surface to `level`, `rows` of it from row 1 on.
-    ///
-    /// # Safety
-    ///
-    /// Nobody else touches these rows and the one below them.
-    #[expect(unsafe_code, reason = "one kernel for strip and interior")]
-    pub unsafe fn advance_strip(&self, level: usize, rows: usize, lit: Lit) {
-        let rows = 1..rows.min(lit.rows);
-        assert!(rows.end < self.levels.rows() && lit.columns <= self.levels.columns());
-        // SAFETY: rows and columns lie inside the arrays with a row and a pack around them, as has just been checked
-        unsafe { self.lanes.advance(self.patch(level), rows, 0..lit.columns) }
     }
 }
 
@@ -191,7 +231,7 @@ pub struct Sweep {
     /// Level of the interior.
     base: usize,
     /// Levels to do, from `base + 1` on.
-    lit: Vec<Lit>,
+    stages: Vec<Stage>,
     /// Columns of a tile.
     tile_columns: usize,
     blocks: usize,
@@ -203,7 +243,7 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// A sweep from level `base` over `lit.len()` levels, at most `lag`, that many threads will work on.
+    /// A sweep from level `base` over `stages.len()` levels, at most `lag`, that many threads will work on.
     ///
     /// When a group is begun, the strip under the surface must be up to date.
     ///
@@ -211,14 +251,14 @@ impl Sweep {
     pub fn new(
         ground: Arc<Ground>,
         base: usize,
-        lit: Vec<Lit>,
+        stages: Vec<Stage>,
         threads: usize,
         earlier: Option<&Self>,
     ) -> Self {
-        let lag = lit.len();
+        let lag = stages.len();
         assert!(lag <= ground.lag, "the strip is not deep enough");
-        let rows = lit.iter().map(|lit| lit.rows).max().unwrap_or(0);
-        let columns = lit.iter().map(|lit| lit.columns).max().unwrap_or(0);
+        let rows = stages.iter().map(|stage| stage.lit.rows).max().unwrap_or(0);
+        let columns = stages.iter().map(|stage| stage.lit.columns).max().unwrap_or(0);
         assert!(rows < ground.levels.rows() && columns <= ground.levels.columns());
         let blocks = (rows + lag).saturating_sub(strip_rows(ground.lag)).div_ceil(TILE_ROWS);
         let tile_columns = if threads > 1 {
@@ -234,7 +274,7 @@ impl Sweep {
         Self {
             ground,
             base,
-            lit,
+            stages,
             tile_columns,
             blocks,
             progress: Arc::new(Progress { strips, done }),
@@ -286,7 +326,7 @@ impl Sweep {
     /// All levels of a tile.
     fn tile(&self, block: usize, strip: usize) {
         let ground = &*self.ground;
-        for (t, lit) in (1..).zip(&self.lit) {
+        for (t, Stage { lit, survey }) in (1..).zip(&self.stages) {
             let first = strip_rows(ground.lag) + block * TILE_ROWS - t;
             let rows = first..(first + TILE_ROWS).min(lit.rows);
             let shift = (t - 1) * ground.lanes.width();
@@ -309,7 +349,7 @@ impl Sweep {
             //   one reads, again because groups are more than a lag high.
             #[expect(unsafe_code, reason = "tiles of one array are updated in place by several threads")]
             unsafe {
-                ground.lanes.advance(ground.patch(self.base + t), rows, columns.clone());
+                ground.advance(self.base + t, rows, columns.clone(), survey.as_deref(), None);
                 if has_last {
                     let row = &ground.levels.row(self.base + t, ground.last_row)[columns.clone()];
                     self.note_peak(row, t, columns.start);
@@ -328,7 +368,7 @@ impl Sweep {
         });
         let largest = largest.into_iter().fold(0.0, f64::max);
         let mut peaks = self.peaks.lock().expect("no thread panics while it holds the lock");
-        let peak = &mut peaks[usize::from(t == self.lit.len())];
+        let peak = &mut peaks[usize::from(t == self.stages.len())];
         if largest >= peak.value
             && let Some(place) = row.iter().position(|u| u.abs() == largest)
         {

@@ -22,7 +22,7 @@ fn depth_slices_are_recorded_with_the_sign_of_the_interface() {
     let slices = run(&case, |view| {
         let mut values = Vec::new();
         let frame = view.frame.expect("every step is a frame");
-        let extent = frame.fields.sample(percuss::model::Field::Stress, 1, &mut values);
+        let extent = frame.fields.sample(percuss::model::Field::Stress, &mut values);
         // row 0 is the interface; before any edge wave comes, stress under the middle is V0 behind the front z = t
         let middle: Vec<f32> = (0..extent.nz).map(|j| values[j * extent.nr]).collect();
         (view.time, view.interface.pressure[0], middle)

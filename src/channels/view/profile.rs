@@ -20,7 +20,6 @@ pub struct Profile {
     every: usize,
     /// Number of nodes within what is shown.
     nodes: usize,
-    displacement: Vec<f64>,
     message: percuss::SurfaceProfile,
 }
 
@@ -33,7 +32,6 @@ impl Profile {
             shape: case.shape(),
             every: (nodes / POINTS).ceil() as usize,
             nodes: nodes as usize,
-            displacement: Vec::new(),
             message: percuss::SurfaceProfile::default(),
         }
     }
@@ -61,7 +59,7 @@ impl Channel for Profile {
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         let Some(frame) = view.frame else { return };
-        frame.fields.surface(&mut self.displacement);
+        let displacement = frame.fields.surface();
         let message = &mut self.message;
         (message.step, message.time) = (view.step, view.time);
         for array in [&mut message.r, &mut message.stress, &mut message.displacement, &mut message.indenter] {
@@ -73,7 +71,7 @@ impl Channel for Profile {
             let face = view.depth - self.shape.profile(r);
             message.r.push(r as f32);
             message.stress.push(at(view.interface.pressure, i));
-            message.displacement.push(at(&self.displacement, i));
+            message.displacement.push(at(displacement, i));
             message.indenter.push(if face.is_finite() { face as f32 } else { 0.0 });
         }
         outlet.put(message);

@@ -25,7 +25,6 @@ pub struct Scene {
     /// Shown nodes of the surface, and every how many of them.
     nodes: usize,
     every: usize,
-    displacement: Vec<f64>,
     /// What of the indenter and the target is the same in all frames.
     body: (LinePrimitive, TriangleListPrimitive),
     backing: Option<LinePrimitive>,
@@ -46,7 +45,6 @@ impl Scene {
             drag_scale: full / (range(case, Field::Stress) * area),
             nodes: nodes as usize,
             every: ((nodes / SURFACE_POINTS).ceil() as usize).max(1),
-            displacement: Vec::new(),
             body: body(stage),
             backing,
             stage: Arc::clone(stage),
@@ -54,12 +52,10 @@ impl Scene {
     }
 
     fn surface(&mut self, view: &View<'_>) -> Vec<Point3> {
-        if let Some(frame) = view.frame {
-            frame.fields.surface(&mut self.displacement);
-        }
-        let moved = self.nodes.min(self.displacement.len());
+        let displacement = view.frame.map_or(&[][..], |frame| frame.fields.surface());
+        let moved = self.nodes.min(displacement.len());
         let radius = |i: usize| view.interface.r0 + i as f64 * view.interface.dr;
-        let node = |i: usize| (radius(i), self.stage.height(self.displacement[i]));
+        let node = |i: usize| (radius(i), self.stage.height(displacement[i]));
         let mut right: Vec<(f64, f64)> = (0..moved).step_by(self.every).map(node).collect();
         // the rest is level: its two ends tell all of it
         let rest = radius(moved);

@@ -6,49 +6,55 @@ use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_mai
 use percuss::{
     grid::{Geometry, Grid, MeshKind, Spacing},
     message::percuss::InterfaceStress,
-    model::{Field, Model, cone::Sight, rakhmatulin::Rakhmatulin},
+    model::{Field, Model, Show, cone::Sight, rakhmatulin::Rakhmatulin},
     recording::Batch,
     surface::Surface,
 };
 
 /// A target in full motion, and its surface.
-fn target(n: usize) -> (Rakhmatulin, Surface) {
+///
+/// * `show`: what frames show
+fn target(n: usize, show: Show) -> (Rakhmatulin, Surface) {
     let spacing = Spacing { dr: 1.0, dz: 1.0, layer_rows: Some(n) };
     let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, 4 * n, n);
     let mut surface = Surface::new(4 * n);
     surface.loaded = 4 * n;
-    let mut target = (Rakhmatulin::new(grid, 0.5, Sight::Field), surface);
-    advance(&mut target, n);
+    let mut target = (Rakhmatulin::new(grid, 0.5, Sight::Field, show), surface);
+    advance(&mut target, n, false);
     target
 }
 
-fn advance((model, surface): &mut (Rakhmatulin, Surface), steps: usize) {
+fn advance((model, surface): &mut (Rakhmatulin, Surface), steps: usize, is_frame: bool) {
     for _ in 0..steps {
         model.predict(surface);
         surface.displacement.copy_from_slice(&surface.free);
         surface.displacement[..surface.loaded / 4].fill(1.0);
-        model.advance(surface);
+        model.advance(surface, is_frame);
     }
 }
 
 fn kernels(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("steps");
     for n in [100, 200, 500] {
-        let mut target = target(n);
+        let mut target = target(n, Show::default());
         const STEPS: usize = 48;
         group.throughput(Throughput::Elements((STEPS * 4 * n * n) as u64));
-        group.bench_function(format!("N = {n}"), |bench| bench.iter(|| advance(&mut target, STEPS)));
+        group.bench_function(format!("N = {n}"), |bench| bench.iter(|| advance(&mut target, STEPS, false)));
     }
     group.finish();
 
-    let mut group = criterion.benchmark_group("frame, N = 500");
-    let mut target = target(500);
-    group.throughput(Throughput::Elements(4 * 500 * 500));
-    group.bench_function("energy", |bench| bench.iter(|| target.0.energies(&target.1)));
-    let mut values = Vec::new();
-    for field in [Field::Stress, Field::Velocity] {
-        group.bench_function(field.name(), |bench| {
-            bench.iter(|| target.0.sample(field, 1, &target.1, &mut values));
+    let mut group = criterion.benchmark_group("24 steps with a frame, N = 500");
+    for (name, fields) in
+        [("energy", vec![]), ("stress", vec![Field::Stress]), ("velocity", vec![Field::Velocity])]
+    {
+        let mut target = target(500, Show { fields, every: 1 });
+        group.throughput(Throughput::Elements(24 * 4 * 500 * 500));
+        group.bench_function(name, |bench| {
+            bench.iter(|| {
+                advance(&mut target, 1, true);
+                advance(&mut target, 23, false);
+                target.0.frame(false)
+            });
         });
     }
     group.finish();

@@ -1,0 +1,264 @@
+//! What frames show, taken down while the interior passes by: nothing stops for a frame.
+//!
+//! The interior is never at one level as a whole. But just before some nodes go on to level k+1 they are at level k, and
+//! where the new level is about to be written level k−1 still stands, also one row below and one vector farther out.
+//! That is when a survey takes down the fields at level k and the energy between levels k−1 and k, node by node, in
+//! memory that is at hand anyway. Who does it when changes no number: fields are taken one by one, and sums over a row
+//! go on from tile to tile.
+
+use std::{cell::UnsafeCell, ops::Range};
+
+use super::{
+    Extent, Field, Sample, Show, TargetEnergy,
+    stencil::{Rows, Tally},
+    sweep::Ground,
+};
+
+/// Numbers that several threads write, each its own part.
+struct Parts<T>(Vec<UnsafeCell<T>>);
+
+// SAFETY: numbers are reached through an unsafe method only, whose callers see to it that no two threads reach the same.
+#[expect(unsafe_code, reason = "threads share a survey")]
+unsafe impl<T: Send> Sync for Parts<T> {}
+
+impl<T: Clone + Default> Parts<T> {
+    /// `length` numbers, none of them but 0, with room for `most`.
+    fn new(length: usize, most: usize) -> Self {
+        let mut numbers = Vec::with_capacity(most.max(length));
+        numbers.resize_with(length, UnsafeCell::default);
+        Self(numbers)
+    }
+
+    /// Some of the numbers.
+    ///
+    /// # Safety
+    ///
+    /// Nobody else reaches these meanwhile.
+    #[expect(unsafe_code, clippy::mut_from_ref, reason = "the caller answers for it")]
+    unsafe fn part(&self, range: Range<usize>) -> &mut [T] {
+        let cells = &self.0[range];
+        // SAFETY: an `UnsafeCell<T>` looks like a `T` in memory; the caller answers for the rest
+        unsafe { std::slice::from_raw_parts_mut(UnsafeCell::raw_get(cells.as_ptr()), cells.len()) }
+    }
+
+    /// All numbers.
+    fn into_vec(self) -> Vec<T> {
+        let mut cells = std::mem::ManuallyDrop::new(self.0);
+        let (first, length, capacity) = (cells.as_mut_ptr(), cells.len(), cells.capacity());
+        // SAFETY: an `UnsafeCell<T>` looks like a `T` in memory, and nobody else has the vector
+        #[expect(unsafe_code, reason = "the same memory, without the cells")]
+        unsafe {
+            Vec::from_raw_parts(first.cast(), length, capacity)
+        }
+    }
+}
+
+/// A survey of the field on its way to a level.
+pub struct Survey {
+    /// Level k+1, which is about to be reached.
+    level: usize,
+    /// Energy between levels k−1 and k, row by row.
+    tallies: Parts<Tally>,
+    /// Fields at level k, if it is a frame.
+    slices: Vec<(Field, Parts<f32>)>,
+    extent: Extent,
+    /// Nodes from one that is shown to the next.
+    every: usize,
+}
+
+/// What a survey has found.
+pub struct Found {
+    /// Energy between levels k−1 and k.
+    pub energy: TargetEnergy,
+    /// Fields at level k, if that is a frame.
+    pub samples: Vec<Sample>,
+}
+
+/// What is taken down before nodes are advanced and needed afterwards: u^{k−1} of the nodes whose velocity is shown.
+#[derive(Default)]
+pub struct Before(Vec<f64>);
+
+/// Rows and columns of a survey that are shown, of some that are given.
+struct Shown {
+    rows: std::iter::StepBy<Range<usize>>,
+    /// Nodes.
+    columns: Range<usize>,
+    /// Their numbers among those shown.
+    places: Range<usize>,
+}
+
+impl Survey {
+    /// A survey about to begin of a field of rows 0 to the backing.
+    ///
+    /// * `level`: the one that is about to be reached
+    /// * `rows`: rows that may have moved
+    /// * `show`: what is shown of the level before, `extent` of it; None if only the energy is asked for
+    pub fn new(level: usize, ground: &Ground, rows: usize, show: Option<(&Show, Extent)>) -> Self {
+        let tallies = Parts::new(rows, 0);
+        let Some((Show { fields, every }, extent)) = show else {
+            return Self { level, tallies, slices: Vec::new(), extent: Extent::default(), every: 1 };
+        };
+        // as much room for every frame: then the memory of one that is done with fits the next
+        let most = ground.levels.rows().div_ceil(*every) * ground.levels.columns().div_ceil(*every);
+        let slices = fields.iter().map(|field| (*field, Parts::new(extent.nr * extent.nz, most))).collect();
+        Self { level, tallies, slices, extent, every: *every }
+    }
+
+    /// What of `rows` and `columns` is shown.
+    fn shown(&self, rows: &Range<usize>, columns: &Range<usize>) -> Shown {
+        let Self { every, extent, .. } = *self;
+        let places = columns.start.div_ceil(every)..columns.end.div_ceil(every).min(extent.nr);
+        let nodes = |places: &Range<usize>| places.start * every..(places.end.max(1) - 1) * every + 1;
+        let rows = rows.start.div_ceil(every)..rows.end.div_ceil(every).min(extent.nz);
+        Shown { rows: nodes(&rows).step_by(every), columns: nodes(&places), places }
+    }
+
+    /// Takes down what `rows` and `columns`, whole vectors, are now, before they are advanced.
+    ///
+    /// * `pressure`: on row 0, if that is among the rows
+    ///
+    /// # Safety
+    ///
+    /// The nodes hold levels k−1 and k, and so do those one row below and one vector farther out; the row above holds level
+    /// k. Nobody writes to any of them meanwhile, or surveys these rows.
+    #[expect(unsafe_code, reason = "a field and a survey that threads share")]
+    pub unsafe fn before(
+        &self,
+        ground: &Ground,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        pressure: &[f64],
+    ) -> Before {
+        let now = self.level - 1;
+        // SAFETY, here and below: the caller says that these numbers can be read
+        let line = |level: usize, j: usize| unsafe {
+            ground.levels.part(level, j, columns.clone(), ground.lanes.width())
+        };
+        for j in rows.clone() {
+            let pair = |level: usize| [line(level, j), line(level, j + 1)];
+            let pairs = Rows { earlier: pair(now + 1), later: pair(now) };
+            let (area, face) = (&ground.area[columns.clone()], &ground.face[columns.clone()]);
+            // SAFETY: nobody else surveys row j
+            let tally = unsafe { &mut self.tallies.part(j..j + 1)[0] };
+            ground.lanes.add_energy(pairs, area, face, columns.start, tally);
+        }
+        let mut before = Vec::new();
+        if self.slices.is_empty() {
+            return Before(before);
+        }
+        let shown = self.shown(&rows, &columns);
+        if shown.places.is_empty() {
+            return Before(before);
+        }
+        let skipped = shown.columns.start - columns.start;
+        let nodes = shown.columns.len();
+        let line = |level: usize, j: usize| &line(level, j)[skipped..skipped + nodes];
+        for (field, values) in &self.slices {
+            // SAFETY: nobody else surveys these rows
+            let place = |j: usize| unsafe { values.part(self.place(j, &shown)) };
+            match field {
+                Field::Displacement => {
+                    for j in shown.rows.clone() {
+                        let here = line(now, j);
+                        fill(place(j), self.every, |i| here[i]);
+                    }
+                }
+                Field::Velocity => {
+                    for j in shown.rows.clone() {
+                        before.extend(line(now + 1, j).iter().step_by(self.every));
+                    }
+                }
+                Field::Stress => {
+                    for j in shown.rows.clone() {
+                        if j == 0 {
+                            let pressure = &pressure[shown.columns.clone()];
+                            fill(place(j), self.every, |i| pressure[i]);
+                        } else {
+                            // −∂u/∂z
+                            let (above, below) = (line(now, j - 1), line(now, j + 1));
+                            fill(place(j), self.every, |i| (above[i] - below[i]) / (2.0 * ground.dz));
+                        }
+                    }
+                    // on the backing, with the odd image u_{nz+1} = −u_{nz−1}
+                    let backing = ground.last_row + 1;
+                    let is_shown =
+                        backing.is_multiple_of(self.every) && backing / self.every < self.extent.nz;
+                    if is_shown && rows.contains(&ground.last_row) {
+                        let above = line(now, ground.last_row);
+                        fill(place(backing), self.every, |i| above[i] / ground.dz);
+                    }
+                }
+            }
+        }
+        Before(before)
+    }
+
+    /// Takes down what `rows` and `columns` are now that they have been advanced.
+    ///
+    /// * `before`: what [`Survey::before`] said of them
+    ///
+    /// # Safety
+    ///
+    /// The nodes hold level k+1, and nobody writes to them meanwhile, or surveys these rows.
+    #[expect(unsafe_code, reason = "a field and a survey that threads share")]
+    pub unsafe fn after(&self, ground: &Ground, rows: Range<usize>, columns: Range<usize>, before: Before) {
+        let Some((_, values)) = self.slices.iter().find(|(field, _)| *field == Field::Velocity) else {
+            return;
+        };
+        let shown = self.shown(&rows, &columns);
+        if shown.places.is_empty() {
+            return;
+        }
+        for (j, before) in shown.rows.clone().zip(before.0.chunks_exact(shown.places.len())) {
+            // SAFETY: the caller says that these numbers can be read, and that nobody else surveys the row
+            let (line, place) = unsafe {
+                (
+                    ground.levels.part(self.level, j, shown.columns.clone(), 0),
+                    values.part(self.place(j, &shown)),
+                )
+            };
+            // (u^{k+1} − u^{k−1})/(2Δt)
+            for ((value, next), before) in place.iter_mut().zip(line.iter().step_by(self.every)).zip(before) {
+                *value = ((next - before) / (2.0 * ground.dt)) as f32;
+            }
+        }
+    }
+
+    /// Where the shown columns of row `j` are among the values.
+    fn place(&self, j: usize, shown: &Shown) -> Range<usize> {
+        let row = j / self.every * self.extent.nr;
+        row + shown.places.start..row + shown.places.end
+    }
+
+    /// What has been found, once all nodes have been passed.
+    pub fn end(self, ground: &Ground) -> Found {
+        let (dz, dt) = (ground.dz, ground.dt);
+        let mut energy = TargetEnergy::default();
+        // in the order of rows: the same sum on any number of threads
+        for (j, tally) in self.tallies.into_vec().iter().enumerate() {
+            let row = tally.total();
+            // the surface has half a cell of mass
+            let mass = if j == 0 { 0.5 } else { 1.0 };
+            energy.kinetic += 0.5 * dz * mass * row.kinetic / (dt * dt);
+            // the shear is that of twice the mean
+            energy.strain += 0.5 * row.axial / dz + 0.125 * ground.shear * row.shear;
+        }
+        let sample = |(field, values): (Field, Parts<f32>)| Sample {
+            field,
+            extent: self.extent,
+            values: values.into_vec(),
+        };
+        Found { energy, samples: self.slices.into_iter().map(sample).collect() }
+    }
+}
+
+/// Writes every so many of some numbers, from the first on.
+///
+/// * `number`: the i-th of them
+fn fill(values: &mut [f32], every: usize, number: impl Fn(usize) -> f64) {
+    if every == 1 {
+        values.iter_mut().enumerate().for_each(|(i, value)| *value = number(i) as f32);
+    } else {
+        values.iter_mut().enumerate().for_each(|(i, value)| *value = number(i * every) as f32);
+    }
+}
