@@ -67,9 +67,19 @@ const GROUP_BLOCKS: [usize; 2] = [3, 4];
 /// Rows that are deep.
 const DEEP: usize = 400;
 
-// a group that begins while the one two below it is under way in the sweep before does not meet it, nor does the strip
-// under the surface while the second group is under way
-const _: () = assert!(GROUP_BLOCKS[0] * TILE_ROWS > MAX_LAG && GROUP_BLOCKS[1] >= GROUP_BLOCKS[0]);
+/// Blocks that are too few for a group of their own at the end of a sweep, which the one above takes: they would only wait
+/// for it.
+const fn too_few(group_blocks: usize) -> usize {
+    group_blocks - group_blocks / 2 - 1
+}
+
+// a group that begins while the one two below it is under way in the sweep before does not meet it, even if it takes some
+// blocks of the one between, nor does the strip under the surface while the second group is under way
+const _: () = {
+    assert!(GROUP_BLOCKS[0] * TILE_ROWS > MAX_LAG && GROUP_BLOCKS[1] >= GROUP_BLOCKS[0]);
+    assert!((GROUP_BLOCKS[0] - too_few(GROUP_BLOCKS[0])) * TILE_ROWS >= MAX_LAG);
+    assert!((GROUP_BLOCKS[1] - too_few(GROUP_BLOCKS[1])) * TILE_ROWS >= MAX_LAG);
+};
 
 /// What the levels of a sweep look like.
 #[derive(Clone, Copy, Debug, Default)]
@@ -270,7 +280,10 @@ impl Sweep {
             TILE_COLUMNS
         };
         let strips = (columns + lag.saturating_sub(1) * ground.lanes.width()).div_ceil(tile_columns);
-        let done = (0..blocks.div_ceil(ground.group_blocks())).map(|_| AtomicUsize::new(0)).collect();
+        let group_blocks = ground.group_blocks();
+        let whole = blocks.saturating_sub(too_few(group_blocks)).div_ceil(group_blocks);
+        let groups = whole.max(blocks.min(1));
+        let done = (0..groups).map(|_| AtomicUsize::new(0)).collect();
         Self {
             ground,
             base,
@@ -311,7 +324,8 @@ impl Sweep {
         let Progress { strips, done } = &*self.progress;
         wait_until(|| self.may_begin(group));
         let blocks = self.ground.group_blocks();
-        let blocks = group * blocks..((group + 1) * blocks).min(self.blocks);
+        let is_last = group + 1 == self.groups();
+        let blocks = group * blocks..if is_last { self.blocks } else { (group + 1) * blocks };
         for strip in 0..*strips {
             if let Some(above) = group.checked_sub(1) {
                 wait_until(|| done[above].load(Ordering::Acquire) > strip);
