@@ -25,6 +25,8 @@ pub struct Work {
     pub frame_nodes: f64,
     /// Numbers that fields show, summed over the frames.
     pub shown: f64,
+    /// Messages for viewers.
+    pub views: f64,
     /// Messages before compression.
     pub messages: Size,
 }
@@ -51,6 +53,7 @@ impl Work {
             columns: columns * each,
             frame_nodes,
             shown: case.record.fields.len() as f64 * frame_nodes / thinning,
+            views: (frames.len() * case.record.views.len()) as f64,
             messages: Catalogue::new(case).size(case),
         }
     }

@@ -19,14 +19,14 @@ pub struct Rates {
     pub update: f64,
     /// A column of the surface in a step: contact and what else is done step by step.
     pub column: f64,
-    /// A node of a frame: bringing the field to one level, its energy.
+    /// A node of a frame: its energy.
     pub frame_node: f64,
     /// A number that a field shows.
     pub shown: f64,
     /// Packing and writing a byte of numbers: without compression, with LZ4, with Zstandard.
     pub byte: [f64; 3],
-    /// Making, packing and writing a byte of views.
-    pub view_byte: f64,
+    /// Making, packing and writing a message for viewers, whatever its size: most of it is alike from place to place.
+    pub view: f64,
     /// Starting and ending a run.
     pub start: f64,
     /// Cores that computing and writing share.
@@ -98,8 +98,7 @@ impl Rates {
 
     /// Time of the thread that writes \[s\].
     pub(super) fn writing(&self, work: &Work, compression: Compression) -> f64 {
-        self.byte[compression_index(compression)] * work.messages.numbers as f64
-            + self.view_byte * work.messages.views as f64
+        self.byte[compression_index(compression)] * work.messages.numbers as f64 + self.view * work.views
     }
 
     /// Measures the rates with small runs; None if there is no place for temporary files.
@@ -113,7 +112,7 @@ impl Rates {
             frame_node: 0.0,
             shown: 0.0,
             byte: [0.0; 3],
-            view_byte: 0.0,
+            view: 0.0,
             start: 0.0,
             cores,
         };
@@ -150,7 +149,7 @@ impl Rates {
         let work = Work::of(&case);
         let numbers = rates.byte[compression_index(case.record.compression)] * work.messages.numbers as f64;
         let writing = rates.writing_time(recorded(&case), usual_time(|| compute(&case)));
-        rates.view_byte = (writing - numbers).max(0.0) / work.messages.views as f64;
+        rates.view = (writing - numbers).max(0.0) / work.views;
         Some(rates)
     }
 
