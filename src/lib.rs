@@ -17,7 +17,7 @@
 //! | [`indenter`] | the rigid body |
 //! | [`surface`] | what model and contact exchange on z = 0 |
 //! | [`contact`] | contact rules, active set, drag, events |
-//! | [`model`] | what lies behind the surface: trait, one file per model, light cone, stencils, vectors, sweeps behind the surface |
+//! | [`model`] | what lies behind the surface: trait, one file per model, light cone, stencils, vectors, sweeps behind the surface, surveys for frames |
 //! | [`simulation`] | the order of one step |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::answer`] chooses the one for a case |
