@@ -357,8 +357,12 @@ impl Sweep {
             //   which start after this one has ended; those of level t − 1 around this tile were written by tiles above
             //   and to the left, which have ended, and are overwritten at level t + 1 only by tiles that are shifted
             //   one row and one vector farther, which is past them;
+            // - a survey reads level t − 2 as well, of these nodes, one row below and one vector to the right: level t is
+            //   written there by tiles below and to the right, which have not come so far; and all tiles that survey
+            //   a row at one level belong to one group;
             // - in the sweep before, this group, those above and the one below are done; what is farther down reads
-            //   and writes no higher than a lag above its first row, and groups are more than a lag high;
+            //   and writes no higher than a lag above its first row, and groups are more than a lag high, or just a lag
+            //   without what the last one of this sweep may have taken of the next one;
             // - the strip under the surface goes on when the first group is done, and stays above what the second
             //   one reads, again because groups are more than a lag high.
             #[expect(unsafe_code, reason = "tiles of one array are updated in place by several threads")]
