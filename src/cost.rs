@@ -6,6 +6,7 @@
 use crate::{
     case::{Case, CaseErrors, Sizes},
     channels::{Catalogue, Size},
+    simulation::frame_size,
 };
 
 pub mod calibration;
@@ -68,10 +69,13 @@ impl Work {
     }
 }
 
+/// Frames in memory at once, about, if they come faster than they are written: under way, and in the queue of the recorder.
+const FRAMES_IN_MEMORY: u64 = 9;
+
 /// What a run will take.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate {
-    /// Memory for the field \[bytes\].
+    /// Memory for the field and for frames on their way to the file \[bytes\].
     pub memory: u64,
     /// The work.
     pub work: Work,
@@ -95,7 +99,8 @@ impl Estimate {
         let trial = Trial::of(case, &Work::of(case), coarser);
         let work = Work::of(&case.cut(trial.part));
         Self {
-            memory: 2 * 8 * (case.sizes.nr as u64 + 1) * (case.sizes.nz as u64 + 1),
+            memory: 2 * 8 * (case.sizes.nr as u64 + 1) * (case.sizes.nz as u64 + 1)
+                + FRAMES_IN_MEMORY.min(case.frames().count()) * frame_size(case) as u64,
             file: trial.file_size(work.messages) as u64,
             seconds: rates.map(|rates| work.seconds(case, rates)),
             stops_at: (trial.part < 1.0).then_some(trial.part * case.sizes.steps as f64 * case.sizes.dt),

@@ -333,7 +333,7 @@ impl Simulation {
 }
 
 /// Memory of the fields of a frame, at most \[bytes\].
-fn frame_size(case: &Case) -> usize {
+pub fn frame_size(case: &Case) -> usize {
     let shown = |nodes: u64| nodes.div_ceil(case.record.field_every as u64) as usize;
     let values = shown(case.sizes.nr as u64) * shown(case.sizes.nz as u64 + 1) * case.record.fields.len();
     (size_of::<f32>() * values).max(1)
