@@ -14,7 +14,7 @@ use crate::{
     case::Case,
     message::descriptor_set,
     recording::{Batch, ChannelSpec, Recorder, RecordingError},
-    view::{Frame, View},
+    view::{Snapshot, View},
 };
 
 mod drag;
@@ -24,11 +24,8 @@ mod field;
 mod interface_stress;
 pub mod log;
 mod probes;
-mod snapshot;
 mod velocity;
 pub mod view;
-
-use snapshot::Snapshot;
 
 /// A recorded channel.
 pub trait Channel: Send {
@@ -204,9 +201,10 @@ impl Catalogue {
     pub fn observe(&mut self, view: &View<'_>, recorder: &mut Recorder) -> Result<(), RecordingError> {
         let log_time = log_time(view.time, self.playback_rate);
         let_speak(&mut self.channels, 0, view, log_time, recorder.batch());
-        match &view.frame {
-            Some(frame) => self.frames.observe(view, frame, self.channels.len(), log_time, recorder),
-            None => recorder.hand_over_if_full(),
+        if view.frame.is_some() {
+            self.frames.observe(view, self.channels.len(), log_time, recorder)
+        } else {
+            recorder.hand_over_if_full()
         }
     }
 
@@ -276,7 +274,6 @@ impl FrameChannels {
     fn observe(
         &self,
         view: &View<'_>,
-        frame: &Frame<'_>,
         first: usize,
         log_time: u64,
         recorder: &mut Recorder,
@@ -284,7 +281,7 @@ impl FrameChannels {
         if self.is_empty {
             return recorder.hand_over_if_full();
         }
-        let snapshot = Snapshot::take(view, frame);
+        let snapshot = Snapshot::take(view);
         let channels = Arc::clone(&self.channels);
         recorder.later(Box::new(move |batch| {
             let mut channels = lock(&channels);

@@ -39,7 +39,7 @@ pub enum Rule {
 }
 
 /// What one step of contact amounts to.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
     /// Drag F^k on the indenter \[πR²γc_p²\].
     pub drag: f64,

@@ -26,7 +26,7 @@ use crate::{
     model::{Model, ModelKind, Show, TargetEnergy, TargetFrame, cone::Sight, rakhmatulin::Rakhmatulin},
     surface::Surface,
     validity::Validity,
-    view::{Energy, Fields, Frame, Interface, Lattice, View},
+    view::{Energy, Fields, Lattice, Snapshot, View},
 };
 
 /// Why a run cannot go on, or not begin.
@@ -80,7 +80,7 @@ pub struct Simulation {
     /// Steps that have been computed and not been shown.
     waiting: VecDeque<Step>,
     /// The step that is shown.
-    shown: Step,
+    shown: Snapshot,
     /// Frames that may be under way.
     most_frames: usize,
     ending: Option<Ending>,
@@ -91,18 +91,11 @@ pub struct Simulation {
 /// Memory of frames that are under way \[bytes\]; two may be in any case.
 const FRAMES_UNDER_WAY: usize = 64 << 20;
 
-/// A step as it will be shown.
-#[derive(Default)]
+/// A step that has been computed.
 struct Step {
-    step: u64,
-    time: f64,
-    pressure: Vec<f64>,
-    complete: bool,
-    touch: Touch,
-    events: Vec<Event>,
+    shown: Snapshot,
     /// Ledger and kinetic energy of the indenter before and after the step, as long as the frame is awaited.
     awaits_frame: Option<[(Ledger, f64); 2]>,
-    frame: Option<(Energy, Fields)>,
 }
 
 impl Simulation {
@@ -152,7 +145,7 @@ impl Simulation {
             stop: case.run.stop,
             next_step: 0,
             waiting: VecDeque::new(),
-            shown: Step::default(),
+            shown: Snapshot::default(),
             most_frames: (FRAMES_UNDER_WAY / frame_size(case)).max(2),
             ending: None,
             failure: None,
@@ -170,8 +163,11 @@ impl Simulation {
         loop {
             let is_over = self.ending.is_some() || self.failure.is_some() || self.is_interrupted;
             self.take_frame(is_over)?;
-            if self.waiting.front().is_some_and(|step| step.awaits_frame.is_none()) {
-                break;
+            if self.waiting.front().is_some_and(|step| step.awaits_frame.is_none())
+                && let Some(step) = self.waiting.pop_front()
+            {
+                self.shown = step.shown;
+                return Ok(Some(self.shown.view()));
             }
             if is_over && self.waiting.is_empty() {
                 return self.failure.take().map_or(Ok(None), Err);
@@ -180,8 +176,6 @@ impl Simulation {
                 self.failure = Some(error);
             }
         }
-        self.shown = self.waiting.pop_front().unwrap_or_default();
-        Ok(Some(self.view()))
     }
 
     /// Computes no further step; those that have been computed are still shown.
@@ -200,7 +194,9 @@ impl Simulation {
         let touch = self.contact.step(&mut self.surface, &mut self.indenter);
         self.ledger.add(&touch);
         self.model.advance(&self.surface, is_frame);
-        self.check_finite(step, touch.drag)?;
+        if !touch.drag.is_finite() {
+            return Err(self.not_finite(step));
+        }
         let after = (self.ledger, self.indenter.kinetic_energy());
 
         self.observe_strain(step, time);
@@ -213,16 +209,22 @@ impl Simulation {
         let mut pressure = std::mem::take(&mut self.shown.pressure);
         pressure.clear();
         pressure.extend_from_slice(&self.surface.pressure[..reached]);
-        self.waiting.push_back(Step {
+        let shown = Snapshot {
             step,
             time,
+            r0: self.grid.r0,
+            dr: self.grid.dr,
             pressure,
+            punch_radius: self.contact.punch_radius(),
             complete: reached == self.contact.profile().len(),
-            touch,
+            drag: touch.drag,
+            contact_radius: touch.contact_radius,
+            velocity: touch.velocity,
+            depth: touch.depth,
             events,
-            awaits_frame: is_frame.then_some([before, after]),
             frame: None,
-        });
+        };
+        self.waiting.push_back(Step { shown, awaits_frame: is_frame.then_some([before, after]) });
         Ok(())
     }
 
@@ -230,17 +232,17 @@ impl Simulation {
     ///
     /// * `now`: the model shall have it
     fn take_frame(&mut self, now: bool) -> Result<(), SimulationError> {
-        let under_way = self.waiting.iter().filter(|step| step.awaits_frame.is_some()).count();
-        let Some(Step { awaits_frame: Some([before, after]), step, .. }) = self.waiting.front() else {
+        let Some(Step { shown, awaits_frame: Some([before, after]) }) = self.waiting.front() else {
             return Ok(());
         };
+        let under_way = self.waiting.iter().filter(|step| step.awaits_frame.is_some()).count();
         let Some(TargetFrame { energies, samples, surface }) =
             self.model.frame(now || under_way > self.most_frames)
         else {
             return Ok(());
         };
         if energies.iter().any(|energy| !energy.kinetic.is_finite() || !energy.strain.is_finite()) {
-            let step = *step;
+            let step = shown.step;
             self.waiting.clear();
             self.is_interrupted = true;
             return Err(self.not_finite(step));
@@ -250,7 +252,7 @@ impl Simulation {
         let lattice = Lattice { r0: self.grid.r0, dr: self.grid.dr, dz: self.grid.dz };
         if let Some(first) = self.waiting.front_mut() {
             first.awaits_frame = None;
-            first.frame = Some((mean(before, after), Fields::new(lattice, surface, samples)));
+            first.shown.frame = Some((mean(before, after), Fields::new(lattice, surface, samples)));
         }
         Ok(())
     }
@@ -269,32 +271,6 @@ impl Simulation {
             validity.observe_strain(peak.strain, peak.step, peak.step as f64 * self.grid.dt(), place);
         }
         validity
-    }
-
-    fn view(&self) -> View<'_> {
-        let Step { step, time, pressure, complete, touch, events, frame, .. } = &self.shown;
-        View {
-            step: *step,
-            time: *time,
-            interface: Interface {
-                r0: self.grid.r0,
-                dr: self.grid.dr,
-                pressure,
-                punch_radius: self.contact.punch_radius(),
-                complete: *complete,
-                exact: None,
-            },
-            drag: touch.drag,
-            contact_radius: touch.contact_radius,
-            velocity: touch.velocity,
-            depth: touch.depth,
-            events,
-            frame: frame.as_ref().map(|(energy, fields)| Frame { energy: *energy, fields }),
-        }
-    }
-
-    fn check_finite(&mut self, step: u64, drag: f64) -> Result<(), SimulationError> {
-        if drag.is_finite() { Ok(()) } else { Err(self.not_finite(step)) }
     }
 
     /// What is not finite, seen at a step.

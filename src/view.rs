@@ -125,6 +125,82 @@ impl Fields {
     }
 }
 
+/// A step that outlives its [`View`].
+#[derive(Debug, Default)]
+pub struct Snapshot {
+    /// As [`View::step`].
+    pub step: u64,
+    /// As [`View::time`].
+    pub time: f64,
+    /// As [`Interface::r0`].
+    pub r0: f64,
+    /// As [`Interface::dr`].
+    pub dr: f64,
+    /// As [`Interface::pressure`].
+    pub pressure: Vec<f64>,
+    /// As [`Interface::punch_radius`].
+    pub punch_radius: f64,
+    /// As [`Interface::complete`].
+    pub complete: bool,
+    /// As [`View::drag`].
+    pub drag: f64,
+    /// As [`View::contact_radius`].
+    pub contact_radius: f64,
+    /// As [`View::velocity`].
+    pub velocity: f64,
+    /// As [`View::depth`].
+    pub depth: f64,
+    /// As [`View::events`].
+    pub events: Vec<Event>,
+    /// As [`View::frame`].
+    pub frame: Option<(Energy, Fields)>,
+}
+
+impl Snapshot {
+    /// Takes what a view shows, and the fields of its frame: they are in the view no more. A closed form that knows the
+    /// stress between nodes stays behind.
+    pub fn take(view: &View<'_>) -> Self {
+        let Interface { r0, dr, pressure, punch_radius, complete, .. } = view.interface;
+        Self {
+            step: view.step,
+            time: view.time,
+            r0,
+            dr,
+            pressure: pressure.to_vec(),
+            punch_radius,
+            complete,
+            drag: view.drag,
+            contact_radius: view.contact_radius,
+            velocity: view.velocity,
+            depth: view.depth,
+            events: view.events.to_vec(),
+            frame: view.frame.map(|frame| (frame.energy, frame.fields.take())),
+        }
+    }
+
+    /// What it shows.
+    pub fn view(&self) -> View<'_> {
+        View {
+            step: self.step,
+            time: self.time,
+            interface: Interface {
+                r0: self.r0,
+                dr: self.dr,
+                pressure: &self.pressure,
+                punch_radius: self.punch_radius,
+                complete: self.complete,
+                exact: None,
+            },
+            drag: self.drag,
+            contact_radius: self.contact_radius,
+            velocity: self.velocity,
+            depth: self.depth,
+            events: &self.events,
+            frame: self.frame.as_ref().map(|(energy, fields)| Frame { energy: *energy, fields }),
+        }
+    }
+}
+
 /// Positions of field nodes: `(r0 + i·dr, j·dz)` \[R\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lattice {
