@@ -21,7 +21,7 @@ struct Parts<T>(Vec<UnsafeCell<T>>);
 #[expect(unsafe_code, reason = "threads share a survey")]
 unsafe impl<T: Send> Sync for Parts<T> {}
 
-impl<T: Clone + Default> Parts<T> {
+impl<T: Default> Parts<T> {
     /// `length` numbers, none of them but 0, with room for `most`.
     fn new(length: usize, most: usize) -> Self {
         let mut numbers = Vec::with_capacity(most.max(length));
@@ -75,7 +75,6 @@ pub struct Found {
 }
 
 /// What is taken down before nodes are advanced and needed afterwards: u^{k−1} of the nodes whose velocity is shown.
-#[derive(Default)]
 pub struct Before(Vec<f64>);
 
 /// Rows and columns of a survey that are shown, of some that are given.
@@ -143,9 +142,6 @@ impl Survey {
             ground.lanes.add_energy(pairs, area, face, columns.start, tally);
         }
         let mut before = Vec::new();
-        if self.slices.is_empty() {
-            return Before(before);
-        }
         let shown = self.shown(&rows, &columns);
         if shown.places.is_empty() {
             return Before(before);
