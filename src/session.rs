@@ -15,7 +15,7 @@ use crate::{
     channels::{Catalogue, log::Level},
     layout::{self, Scenery},
     recording::{CHUNK_TARGET, FORMAT_VERSION, Recorder, RecordingError, Tap},
-    simulation::Ending,
+    simulation::{Ending, Simulation, SimulationError},
     validity::{Peak, STRAIN_LIMIT, Validity},
     view::View,
 };
@@ -234,6 +234,35 @@ impl Session {
         }
         map
     }
+}
+
+/// Why [`record`] has failed.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The computation failed.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The recording failed.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+}
+
+/// Runs a case and records it at `path`, whatever is there, with nobody looking on; returns its last step.
+///
+/// # Errors
+///
+/// The first error of the simulation or of the recorder; then the file has no end.
+pub fn record(case: &Case, path: &Path) -> Result<u64, RunError> {
+    let mut simulation = Simulation::new(case)?;
+    let mut session = Session::begin(case, Source::Simulation, path, true, rayon::current_num_threads())?;
+    let mut last_step = 0;
+    while let Some(view) = simulation.step()? {
+        last_step = view.step;
+        session.observe(&view)?;
+    }
+    let status = simulation.ending().map_or(Status::Completed, Status::from);
+    session.end(&status, &simulation.validity())?;
+    Ok(last_step)
 }
 
 fn to_map<'a>(entries: impl IntoIterator<Item = (&'a str, String)>) -> BTreeMap<String, String> {

@@ -9,8 +9,8 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use super::{Work, trial};
-use crate::{case::Case, model::lanes::Lanes, recording::Compression, simulation::Simulation};
+use super::Work;
+use crate::{case::Case, model::lanes::Lanes, recording::Compression, session, simulation::Simulation};
 
 /// Times of pieces of work \[s\].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -137,7 +137,7 @@ impl Rates {
         rates.frame_node = (few.1 - none.1).max(0.0) / few.0.frame_nodes;
         rates.shown = (all.1 - few.1).max(0.0) / (all.0.shown - few.0.shown);
 
-        let recorded = |case: &Case| usual_time(|| drop(trial::record(case, file.path())));
+        let recorded = |case: &Case| usual_time(|| drop(session::record(case, file.path())));
         rates.start = recorded(&punch(20, 0.05, &["record.frames=1"])) + PROCESS;
         for (compression, name) in [(0, "none"), (1, "lz4"), (2, "zstd")] {
             let packed = format!("record.compression=\"{name}\"");

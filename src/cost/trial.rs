@@ -1,14 +1,11 @@
 //! When a case stops and how much its messages pack, tried on a coarser mesh: on a fine mesh fields look much the same.
 
-use std::path::Path;
-
 use super::Work;
 use crate::{
     case::{Case, CaseErrors, Stop},
     channels::Size,
-    recording::{Compression, RecordingError},
-    session::{Session, Source, Status},
-    simulation::{Simulation, SimulationError},
+    recording::Compression,
+    session,
 };
 
 /// Largest trial: node updates, bytes of messages; or a tenth of the case, if that is more.
@@ -79,35 +76,11 @@ fn try_out(
         (work.updates <= most_updates && work.messages.total() <= most_bytes).then_some(case)
     })?;
     let file = tempfile::NamedTempFile::new().ok()?;
-    let last_step = record(&case, file.path()).ok()?;
+    let last_step = session::record(&case, file.path()).ok()?;
     let part = last_step as f64 / case.sizes.steps as f64;
     let messages = Work::of(&case.cut(part)).messages;
     let size = file.as_file().metadata().ok()?.len() as f64;
     let others = Trial { numbers: 0.0, ..usual }.file_size(messages);
     let numbers = (size - others) / messages.numbers as f64;
     Some(Trial { part, numbers: numbers.clamp(0.0, 1.0), ..usual })
-}
-
-/// Why a trial has failed.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum TrialError {
-    /// The computation failed.
-    #[error(transparent)]
-    Simulation(#[from] SimulationError),
-    /// The recording failed.
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-}
-
-/// Runs a case and records it at `path`; returns its last step.
-pub(super) fn record(case: &Case, path: &Path) -> Result<u64, TrialError> {
-    let mut simulation = Simulation::new(case)?;
-    let mut session = Session::begin(case, Source::Simulation, path, true, rayon::current_num_threads())?;
-    let mut last_step = 0;
-    while let Some(view) = simulation.step()? {
-        last_step = view.step;
-        session.observe(&view)?;
-    }
-    session.end(&Status::Completed, &simulation.validity())?;
-    Ok(last_step)
 }

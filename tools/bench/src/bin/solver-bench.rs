@@ -13,12 +13,7 @@
 use std::{error::Error, path::Path, process::ExitCode, time::Instant};
 
 use clap::{Parser, Subcommand};
-use percuss::{
-    case::Case,
-    model::cone::Sight,
-    session::{Session, Source, Status},
-    simulation::Simulation,
-};
+use percuss::{case::Case, model::cone::Sight, session::record, simulation::Simulation};
 use percuss_bench::{exit, median};
 
 #[derive(Parser)]
@@ -158,11 +153,6 @@ fn computed(case: &Case, sight: Option<Sight>) -> Result<f64> {
 /// Time of a run with its recording.
 fn recorded(case: &Case, file: &Path) -> Result<f64> {
     let start = Instant::now();
-    let mut simulation = Simulation::new(case)?;
-    let mut session = Session::begin(case, Source::Simulation, file, true, rayon::current_num_threads())?;
-    while let Some(view) = simulation.step()? {
-        session.observe(&view)?;
-    }
-    session.end(&Status::Completed, &simulation.validity())?;
+    record(case, file)?;
     Ok(start.elapsed().as_secs_f64())
 }
