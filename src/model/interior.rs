@@ -1,10 +1,13 @@
 //! The interior at work: sweeps that go on while the strip under the surface is already ahead.
 //!
-//! The thread of the run ends a lag by handing over a sweep, does the first group of it itself (the strip needs those
-//! rows), and goes on with the strip, the contact and the recording; helpers in the pool take the other groups, in order,
-//! sweep after sweep. When the next sweep is due but needs what is still to be done of the one before, the thread of the
-//! run takes its share of that. So nobody waits for a whole sweep, what one thread has to do alone is done while the others
-//! have work, and threads that lose their core for a while seldom hold up the others.
+//! The thread of the run ends a lag by handing over a sweep, does the first blocks of it itself (the strip needs those
+//! rows), and goes on with the strip, the contact and the recording; helpers in the pool take the other blocks, in order,
+//! sweep after sweep. So nobody waits for a whole sweep, what one thread has to do alone is done while the others have
+//! work, and threads that lose their core for a while seldom hold up the others.
+//!
+//! How many blocks the thread of the run takes settles by itself: one more in the next sweep when it had to do what helpers
+//! had not begun, one less when helpers had nothing else to do. So blocks stay with whom they were with, and with the caches
+//! of its core: it can take longer to fetch them from another core than to compute them.
 
 use std::{
     collections::VecDeque,
@@ -28,12 +31,12 @@ const NODES_PER_THREAD: usize = 100_000;
 /// How often a helper looks for work before it goes to sleep.
 const PATIENCE: usize = 20_000;
 
-/// Groups that nobody has begun, in the order in which they must be.
+/// Blocks that nobody has begun, in the order in which they must be.
 #[derive(Default)]
 struct Queue {
-    /// Sweeps with the next group of each.
+    /// Sweeps with the next block of each.
     sweeps: Mutex<VecDeque<(Arc<Sweep>, usize)>>,
-    /// Number of groups.
+    /// Number of blocks.
     waiting: AtomicUsize,
     /// Number of helpers that are awake.
     helpers: AtomicUsize,
@@ -46,29 +49,68 @@ impl Queue {
         self.sweeps.lock().expect("no thread panics while it holds the lock")
     }
 
-    /// Adds all groups of a sweep but the first, which somebody is about to do.
-    fn add_rest(&self, sweep: &Arc<Sweep>) {
-        let rest = sweep.groups().saturating_sub(1);
-        if rest > 0 {
-            self.lock().push_back((Arc::clone(sweep), 1));
-            self.waiting.fetch_add(rest, Ordering::SeqCst);
+    /// Adds all blocks of a sweep.
+    fn add(&self, sweep: &Arc<Sweep>) {
+        if sweep.blocks() > 0 {
+            self.lock().push_back((Arc::clone(sweep), 0));
+            self.waiting.fetch_add(sweep.blocks(), Ordering::SeqCst);
         }
     }
 
-    /// Does the next group; false if there is none.
+    /// Does the next block; false if there is none.
     fn work(&self) -> bool {
-        let mut sweeps = self.lock();
-        let Some((sweep, next)) = sweeps.front_mut() else { return false };
-        let (sweep, group) = (Arc::clone(sweep), *next);
+        let sweeps = self.lock();
+        if sweeps.is_empty() {
+            return false;
+        }
+        self.take(sweeps, 0);
+        true
+    }
+
+    /// Does the next block of sweep number `place`. Those that it waits for must be done or in somebody's hands: they are if
+    /// that sweep is the first, or if it may begin.
+    fn take(&self, mut sweeps: MutexGuard<'_, VecDeque<(Arc<Sweep>, usize)>>, place: usize) {
+        let (sweep, next) = &mut sweeps[place];
+        let (sweep, block) = (Arc::clone(sweep), *next);
         *next += 1;
-        if *next == sweep.groups() {
-            sweeps.pop_front();
+        if *next == sweep.blocks() {
+            sweeps.remove(place);
         }
         self.waiting.fetch_sub(1, Ordering::SeqCst);
         drop(sweeps);
-        // groups are taken in order, so those this one waits for are done or in somebody's hands
-        sweep.group(group);
-        true
+        sweep.advance(block);
+    }
+
+    /// Does the first `share` blocks of the newest sweep, as far as nobody else has begun them, and whatever has to be done
+    /// before them.
+    ///
+    /// Returns the share of the next sweep.
+    fn do_share(&self, sweep: &Arc<Sweep>, share: usize) -> usize {
+        let share = share.clamp(1, sweep.blocks());
+        let (mut own, mut others) = (0, 0);
+        loop {
+            let sweeps = self.lock();
+            let newest = sweeps.back().filter(|(newest, _)| Arc::ptr_eq(newest, sweep));
+            let Some(next) = newest.map(|(_, next)| *next).filter(|next| *next < share) else { break };
+            if sweep.may_begin(next) {
+                own += 1;
+                let place = sweeps.len() - 1;
+                self.take(sweeps, place);
+            } else if sweeps.len() > 1 {
+                others += 1;
+                self.take(sweeps, 0);
+            } else {
+                drop(sweeps);
+                wait_until(|| sweep.may_begin(next));
+            }
+        }
+        if others > 0 {
+            share + 1
+        } else if own < share {
+            share - 1
+        } else {
+            share
+        }
     }
 
     /// What a helper does until there has been nothing to do for a while.
@@ -100,13 +142,15 @@ pub struct Interior {
     sweeps: VecDeque<Arc<Sweep>>,
     /// Rows that have been written to.
     opened: usize,
+    /// Blocks of a sweep that the thread of the run does itself.
+    share: usize,
 }
 
 #[expect(unsafe_code, reason = "sweeps work on the field in place")]
 impl Interior {
     /// A field at rest.
     pub fn new(ground: Ground) -> Self {
-        Self { ground: Arc::new(ground), queue: Arc::default(), sweeps: VecDeque::new(), opened: 0 }
+        Self { ground: Arc::new(ground), queue: Arc::default(), sweeps: VecDeque::new(), opened: 0, share: 1 }
     }
 
     /// What the field consists of.
@@ -184,21 +228,19 @@ impl Interior {
         let threads = if nodes > NODES_PER_THREAD { rayon::current_num_threads() } else { 1 };
         let earlier = self.sweeps.back().map(|sweep| &**sweep);
         let sweep = Arc::new(Sweep::new(Arc::clone(&self.ground), base, stages, threads, earlier));
-        while !sweep.may_begin(0) {
-            if !self.queue.work() {
-                wait_until(|| sweep.may_begin(0));
-            }
-        }
         self.queue.is_over.store(false, Ordering::Relaxed);
-        self.queue.add_rest(&sweep);
+        self.queue.add(&sweep);
         while self.queue.helpers.load(Ordering::SeqCst) + 1 < threads {
             self.queue.helpers.fetch_add(1, Ordering::SeqCst);
             let queue = Arc::clone(&self.queue);
             rayon::spawn(move || queue.help());
         }
-        if sweep.groups() > 0 {
-            sweep.group(0);
+        if threads > 1 && sweep.blocks() > 0 {
+            self.share = self.queue.do_share(&sweep, self.share);
+        } else {
+            while self.queue.work() {}
         }
+        wait_until(|| sweep.is_done(0));
         self.sweeps.push_back(sweep);
         self.retire()
     }
@@ -208,7 +250,7 @@ impl Interior {
         self.queue.is_over.store(true, Ordering::Relaxed);
         while self.queue.work() {}
         for sweep in &self.sweeps {
-            wait_until(|| (0..sweep.groups()).all(|group| sweep.is_done(group)));
+            wait_until(|| sweep.is_over());
         }
         self.retire()
     }
@@ -217,7 +259,7 @@ impl Interior {
     fn retire(&mut self) -> Vec<[RowPeak; 2]> {
         let mut peaks = Vec::new();
         while let Some(sweep) = self.sweeps.front()
-            && (0..sweep.groups()).all(|group| sweep.is_done(group))
+            && sweep.is_over()
         {
             peaks.push(sweep.peaks());
             self.sweeps.pop_front();

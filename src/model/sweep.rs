@@ -13,10 +13,10 @@
 //!    1  2  ·                                 field are therefore updated in place.
 //! ```
 //!
-//! Tile `(p, s)` (block p, strip s) needs `(p', s')` for all `p' ≤ p`, `s' ≤ s`. A thread takes a group of blocks, does
-//! its strips from left to right and the blocks of a strip downwards, and stays behind the thread of the group above.
-//! A sweep may begin while the one before it is under way ([`super::interior`]): groups are the same rows in both, and a
-//! group of the later one begins when the group below it, and so all that are above, is done in the earlier one.
+//! Tile `(p, s)` (block p, strip s) needs `(p', s')` for all `p' ≤ p`, `s' ≤ s`. A thread takes a block, does its strips
+//! from left to right, and stays behind the thread of the block above. A sweep may begin while the one before it is under
+//! way ([`super::interior`]): blocks are the same rows in both, and a block of the later one begins when the block below
+//! it, and so all that are above, is done in the earlier one.
 //! The numbers do not depend on who does what: every node is computed once per level, from the same neighbours, by the
 //! same operations.
 
@@ -49,37 +49,16 @@ pub fn strip_rows(lag: usize) -> usize {
     lag + 2
 }
 
-/// Rows and columns of a tile: one level of it, `16·256` nodes at two levels, is 64 KiB that stream from the second cache
-/// row after row. Tiles of 8 to 24 rows and 128 to 512 columns are within some percent of each other.
-const TILE_ROWS: usize = 16;
-const TILE_COLUMNS: usize = 32 * PACK;
+/// Rows and columns of a tile: one level of it is two arrays of 96 KiB that stream from the second cache row after row, and
+/// what the next levels add to them fits in there too. Half as many rows or columns cost some percent.
+const TILE_ROWS: usize = MAX_LAG;
+const TILE_COLUMNS: usize = 48 * PACK;
 
 /// Fewest columns of a tile, where a mesh is so narrow that threads would wait for each other.
 const NARROW_COLUMNS: usize = 8 * PACK;
 
-/// Strips that a mesh should have for every thread.
-const STRIPS_PER_THREAD: usize = 8;
-
-/// Blocks of a group, in shallow layers and in deep ones: with its shift, one strip of it fits into the second cache. What
-/// a thread takes up after another one comes from farther away, but few groups are hard to share.
-const GROUP_BLOCKS: [usize; 2] = [3, 4];
-
-/// Rows that are deep.
-const DEEP: usize = 400;
-
-/// Blocks that are too few for a group of their own at the end of a sweep, which the one above takes: they would only wait
-/// for it.
-const fn too_few(group_blocks: usize) -> usize {
-    group_blocks - group_blocks / 2 - 1
-}
-
-// a group that begins while the one two below it is under way in the sweep before does not meet it, even if it takes some
-// blocks of the one between, nor does the strip under the surface while the second group is under way
-const _: () = {
-    assert!(GROUP_BLOCKS[0] * TILE_ROWS > MAX_LAG && GROUP_BLOCKS[1] >= GROUP_BLOCKS[0]);
-    assert!((GROUP_BLOCKS[0] - too_few(GROUP_BLOCKS[0])) * TILE_ROWS >= MAX_LAG);
-    assert!((GROUP_BLOCKS[1] - too_few(GROUP_BLOCKS[1])) * TILE_ROWS >= MAX_LAG);
-};
+// or blocks would meet those of the sweep before, see `Sweep::tile`
+const _: () = assert!(TILE_ROWS >= MAX_LAG);
 
 /// What the levels of a sweep look like.
 #[derive(Clone, Copy, Debug, Default)]
@@ -160,11 +139,6 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// Blocks of a group, the same in all sweeps.
-    fn group_blocks(&self) -> usize {
-        GROUP_BLOCKS[usize::from(self.last_row >= DEEP)]
-    }
-
     /// The step to `level`.
     fn patch(&self, level: usize) -> Patch<'_> {
         Patch {
@@ -213,16 +187,16 @@ impl Ground {
     }
 }
 
-/// How far the groups of a sweep are: the number of strips that each has done.
+/// How far the blocks of a sweep are: the number of strips that each has done.
 struct Progress {
     strips: usize,
     done: Vec<AtomicUsize>,
 }
 
 impl Progress {
-    /// True if all strips of a group are done.
-    fn is_done(&self, group: usize) -> bool {
-        self.done.get(group).is_none_or(|done| done.load(Ordering::Acquire) == self.strips)
+    /// True if all strips of a block are done.
+    fn is_done(&self, block: usize) -> bool {
+        self.done.get(block).is_none_or(|done| done.load(Ordering::Acquire) == self.strips)
     }
 }
 
@@ -244,7 +218,6 @@ pub struct Sweep {
     stages: Vec<Stage>,
     /// Columns of a tile.
     tile_columns: usize,
-    blocks: usize,
     progress: Arc<Progress>,
     /// The sweep before this one.
     earlier: Option<Arc<Progress>>,
@@ -255,7 +228,7 @@ pub struct Sweep {
 impl Sweep {
     /// A sweep from level `base` over `stages.len()` levels, at most `lag`, that many threads will work on.
     ///
-    /// When a group is begun, the strip under the surface must be up to date.
+    /// When a block is begun, the strip under the surface must be up to date.
     ///
     /// * `earlier`: the sweep before, if it may still be under way
     pub fn new(
@@ -271,69 +244,60 @@ impl Sweep {
         let columns = stages.iter().map(|stage| stage.lit.columns).max().unwrap_or(0);
         assert!(rows < ground.levels.rows() && columns <= ground.levels.columns());
         let blocks = (rows + lag).saturating_sub(strip_rows(ground.lag)).div_ceil(TILE_ROWS);
-        let tile_columns = if threads > 1 {
-            columns
-                .div_ceil(STRIPS_PER_THREAD * threads)
-                .next_multiple_of(PACK)
-                .clamp(NARROW_COLUMNS, TILE_COLUMNS)
-        } else {
-            TILE_COLUMNS
-        };
+        // a strip for every thread at least
+        let tile_columns =
+            columns.div_ceil(threads).next_multiple_of(PACK).clamp(NARROW_COLUMNS, TILE_COLUMNS);
         let strips = (columns + lag.saturating_sub(1) * ground.lanes.width()).div_ceil(tile_columns);
-        let group_blocks = ground.group_blocks();
-        let whole = blocks.saturating_sub(too_few(group_blocks)).div_ceil(group_blocks);
-        let groups = whole.max(blocks.min(1));
-        let done = (0..groups).map(|_| AtomicUsize::new(0)).collect();
+        let done = (0..blocks).map(|_| AtomicUsize::new(0)).collect();
         Self {
             ground,
             base,
             stages,
             tile_columns,
-            blocks,
             progress: Arc::new(Progress { strips, done }),
             earlier: earlier.map(|sweep| Arc::clone(&sweep.progress)),
             peaks: Mutex::default(),
         }
     }
 
-    /// Number of groups; they must be begun in order, by whoever.
-    pub fn groups(&self) -> usize {
+    /// Number of blocks; they must be begun in order, by whoever.
+    pub fn blocks(&self) -> usize {
         self.progress.done.len()
     }
 
-    /// True if a group is done, or there is none.
-    pub fn is_done(&self, group: usize) -> bool {
-        self.progress.is_done(group)
+    /// True if a block is done, or there is none.
+    pub fn is_done(&self, block: usize) -> bool {
+        self.progress.is_done(block)
     }
 
-    /// True if the sweep before is past a group.
-    pub fn may_begin(&self, group: usize) -> bool {
+    /// True if all blocks are done.
+    pub fn is_over(&self) -> bool {
+        (0..self.blocks()).all(|block| self.is_done(block))
+    }
+
+    /// True if the sweep before is past a block.
+    pub fn may_begin(&self, block: usize) -> bool {
         self.earlier.as_ref().is_none_or(|earlier| {
-            let below = (group + 1).min(earlier.done.len().saturating_sub(1));
+            let below = (block + 1).min(earlier.done.len().saturating_sub(1));
             earlier.is_done(below)
         })
     }
 
-    /// Peaks of the row before the backing, of all levels but the last one, and of the last one, once all groups are done.
+    /// Peaks of the row before the backing, of all levels but the last one, and of the last one, once all blocks are done.
     pub fn peaks(&self) -> [RowPeak; 2] {
         *self.peaks.lock().expect("no thread panics while it holds the lock")
     }
 
-    /// Does the strips of a group from left to right, behind the group above.
-    pub fn group(&self, group: usize) {
+    /// Does the strips of a block from left to right, behind the block above.
+    pub fn advance(&self, block: usize) {
         let Progress { strips, done } = &*self.progress;
-        wait_until(|| self.may_begin(group));
-        let blocks = self.ground.group_blocks();
-        let is_last = group + 1 == self.groups();
-        let blocks = group * blocks..if is_last { self.blocks } else { (group + 1) * blocks };
+        wait_until(|| self.may_begin(block));
         for strip in 0..*strips {
-            if let Some(above) = group.checked_sub(1) {
+            if let Some(above) = block.checked_sub(1) {
                 wait_until(|| done[above].load(Ordering::Acquire) > strip);
             }
-            for block in blocks.clone() {
-                self.tile(block, strip);
-            }
-            done[group].store(strip + 1, Ordering::Release);
+            self.tile(block, strip);
+            done[block].store(strip + 1, Ordering::Release);
         }
     }
 
@@ -359,12 +323,14 @@ impl Sweep {
             //   one row and one vector farther, which is past them;
             // - a survey reads level t − 2 as well, of these nodes, one row below and one vector to the right: level t is
             //   written there by tiles below and to the right, which have not come so far; and all tiles that survey
-            //   a row at one level belong to one group;
-            // - in the sweep before, this group, those above and the one below are done; what is farther down reads
-            //   and writes no higher than a lag above its first row, and groups are more than a lag high, or just a lag
-            //   without what the last one of this sweep may have taken of the next one;
-            // - the strip under the surface goes on when the first group is done, and stays above what the second
-            //   one reads, again because groups are more than a lag high.
+            //   a row at one level belong to one block;
+            // - in the sweep before, this block, those above and the one below are done. If that one's rows begin at
+            //   row f before any shift, this block writes up to row f − 2 and reads up to f − 1; what is farther down
+            //   begins TILE_ROWS ≥ lag rows below f and is shifted up by a lag at most: it writes from f on and reads
+            //   from f − 1 on;
+            // - the strip under the surface goes on when the first block is done, writes up to row `lag` and reads one
+            //   row more; the second block begins at row `lag + 2 + TILE_ROWS` before any shift, so it writes from
+            //   `lag + 2` on and reads from `lag + 1` on.
             #[expect(unsafe_code, reason = "tiles of one array are updated in place by several threads")]
             unsafe {
                 ground.advance(self.base + t, rows, columns.clone(), survey.as_deref(), None);
