@@ -4,9 +4,10 @@
     compare.py [--peers plain-c,numba,pystencils,devito] [-n N ...] [-t T] [--threads K] [--rounds R]
 
 Needs gcc, `cargo build --release`, and a Python with numpy, numba, pystencils and devito (see --python). The peers sweep
-the whole field, record nothing, and are timed without start and compilation. percuss computes contact in every step. It is
-timed twice: its steps alone, as the others are, and as a whole process that records stress, drag, velocity and probes of
-every step to a file. Ratios are medians over the rounds of ratios within a round.
+the whole field, record nothing, and are timed without start and compilation, on memory that has been written to. percuss
+computes contact in every step. It is timed twice: its steps alone, as the others are (the median of three runs in one
+process: the first one is given its memory by the system), and as a whole process that records stress, drag, velocity and
+probes of every step to a file. Ratios are medians over the rounds of ratios within a round.
 """
 
 import argparse
@@ -32,7 +33,7 @@ def percuss(n, end, threads, folder):
 
 
 def percuss_steps(n, end, threads):
-    command = [RELEASE / "solver-bench", "growth", "--cells", str(n), "--end", str(end), "--threads", str(threads), "--repeat", "1"]
+    command = [RELEASE / "solver-bench", "growth", "--cells", str(n), "--end", str(end), "--threads", str(threads), "--repeat", "3"]
     return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()[-2])
 
 
