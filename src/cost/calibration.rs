@@ -163,7 +163,7 @@ impl Rates {
 }
 
 /// Start and end of a process \[s\].
-const PROCESS: f64 = 2e-3;
+const PROCESS: f64 = 4e-3;
 
 /// The flat punch of the paper on the paper's mesh.
 fn punch(cells: usize, end: f64, settings: &[&str]) -> Case {

@@ -78,7 +78,7 @@ fn try_out(
     let file = tempfile::NamedTempFile::new().ok()?;
     let last_step = session::record(&case, file.path()).ok()?;
     let part = last_step as f64 / case.sizes.steps as f64;
-    let messages = Work::of(&case.cut(part)).messages;
+    let messages = Work::up_to(&case, part).messages;
     let size = file.as_file().metadata().ok()?.len() as f64;
     let others = Trial { numbers: 0.0, ..usual }.file_size(messages);
     let numbers = (size - others) / messages.numbers as f64;
