@@ -80,11 +80,10 @@ fn try_out(
     let trial = record(&case, usual)?;
     let mut numbers = trial.numbers;
     if fraction > 1
-        && let Some(case) = by(2 * fraction)
+        && let Some(coarse) = by(2 * fraction).and_then(|case| record(&case, usual))
     {
         // finer fields are smoother; where they pack less, the mesh was too coarse to show anything
-        let gain = (record(&case, usual)?.numbers - trial.numbers).max(0.0);
-        numbers -= gain * trend(fraction as f64);
+        numbers -= (coarse.numbers - trial.numbers).max(0.0) * trend(fraction as f64);
     }
     Some(Trial { numbers: numbers.clamp(0.0, 1.0), ..trial })
 }
