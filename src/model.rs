@@ -105,8 +105,10 @@ pub struct Sample {
 /// What a model shows of a level k that is a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TargetFrame {
-    /// Energies between levels k−1 and k and between levels k and k+1.
-    pub energies: [TargetEnergy; 2],
+    /// Energy between levels k−1 and k.
+    pub energy: TargetEnergy,
+    /// Kinetic energy between levels k and k+1.
+    pub next_kinetic: f64,
     /// Fields.
     pub samples: Vec<Sample>,
     /// Displacement of the surface, shape `(columns,)`; nodes beyond them are at rest \[R\].

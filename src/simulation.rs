@@ -236,19 +236,20 @@ impl Simulation {
             return Ok(());
         };
         let under_way = self.waiting.iter().filter(|step| step.awaits_frame.is_some()).count();
-        let Some(TargetFrame { energies, samples, surface }) =
+        let Some(TargetFrame { energy, next_kinetic, samples, surface }) =
             self.model.frame(now || under_way > self.most_frames)
         else {
             return Ok(());
         };
-        if energies.iter().any(|energy| !energy.kinetic.is_finite() || !energy.strain.is_finite()) {
+        if !(energy.kinetic + energy.strain + next_kinetic).is_finite() {
             let step = shown.step;
             self.waiting.clear();
             self.is_interrupted = true;
             return Err(self.not_finite(step));
         }
-        let [before, after] = [(before, energies[0]), (after, energies[1])]
-            .map(|((ledger, indenter), target)| ledger.entry(target, *indenter));
+        let [(earlier, indenter), (later, next_indenter)] = [before, after];
+        let before = earlier.entry(energy, *indenter);
+        let after = later.entry_after(&before, next_kinetic, *next_indenter);
         let lattice = Lattice { r0: self.grid.r0, dr: self.grid.dr, dz: self.grid.dz };
         if let Some(first) = self.waiting.front_mut() {
             first.awaits_frame = None;
@@ -336,6 +337,17 @@ impl Ledger {
         let TargetEnergy { kinetic, strain } = target;
         let (work, dissipated) = (self.work, self.dissipated);
         let residual = self.initial + work - (kinetic + strain + indenter + dissipated);
+        Energy { kinetic, strain, indenter, dissipated, work, residual }
+    }
+
+    /// The ledger at a half step, one step after that of another entry: the scheme leaves the sum as it was, so what is
+    /// not anything else is strain.
+    ///
+    /// * `kinetic`: kinetic energy of the target
+    /// * `indenter`: kinetic energy of the indenter
+    fn entry_after(&self, before: &Energy, kinetic: f64, indenter: f64) -> Energy {
+        let (work, dissipated, residual) = (self.work, self.dissipated, before.residual);
+        let strain = self.initial + work - (kinetic + indenter + dissipated + residual);
         Energy { kinetic, strain, indenter, dissipated, work, residual }
     }
 }

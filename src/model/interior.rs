@@ -21,8 +21,7 @@ use ndarray::ArrayView2;
 
 use super::{
     levels::Levels,
-    survey::Survey,
-    sweep::{Ground, Lit, RowPeak, Stage, Sweep, Top, strip_rows, wait_until},
+    sweep::{Ground, RowPeak, Stage, Sweep, Top, strip_rows, wait_until},
 };
 
 /// Nodes in a sweep below which a second thread is not worth waking.
@@ -210,14 +209,6 @@ impl Interior {
         unsafe {
             self.ground.advance(level, 0..rows.min(lit.rows), 0..lit.columns, survey.as_deref(), Some(top))
         }
-    }
-
-    /// Lets a survey look at a settled field, all that is `lit` of it, without advancing it.
-    pub fn show(&self, survey: &mut Survey, lit: Lit) {
-        assert!(self.is_settled(), "a survey while the interior is being advanced");
-        assert!(lit.rows < self.levels().rows() && lit.columns <= self.levels().columns());
-        // SAFETY: nobody writes to a settled field, and nobody else has the survey
-        let _ = unsafe { survey.before(&self.ground, 0..lit.rows, 0..lit.columns, &[]) };
     }
 
     /// Begins a sweep over `stages.len()` levels from level `base` on. When this returns the strip can go on.

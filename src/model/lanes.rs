@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use super::stencil::{Patch, Rows, Tally, add_energy, advance};
+use super::stencil::{Interleaved, Patch, Rows, Tally, add_energy, add_kinetic, advance};
 
 /// Columns come in packs: the widest vector. Whoever works on vectors works on whole packs.
 pub const PACK: usize = 8;
@@ -71,6 +71,28 @@ impl Lanes {
             // SAFETY: likewise
             #[cfg(target_arch = "x86_64")]
             Kind::Avx512 => unsafe { x86::add_energy_avx512(rows, area, face, first, tally) },
+        }
+    }
+
+    /// Adds the kinetic energy of some columns of a row to its sum, see [`add_kinetic`].
+    #[expect(unsafe_code, reason = "instructions that not every machine has")]
+    pub fn add_kinetic(
+        self,
+        earlier: &[f64],
+        later: &[f64],
+        area: &[f64],
+        first: usize,
+        sum: &mut Interleaved,
+    ) {
+        match self.0 {
+            // SAFETY: every machine has these
+            Kind::Baseline => unsafe { add_kinetic::<Pair>(earlier, later, area, first, sum) },
+            // SAFETY: the machine has the instructions
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx2 => unsafe { x86::add_kinetic_avx2(earlier, later, area, first, sum) },
+            // SAFETY: likewise
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx512 => unsafe { x86::add_kinetic_avx512(earlier, later, area, first, sum) },
         }
     }
 
@@ -171,8 +193,8 @@ impl Vector for Pair {
 mod x86 {
     use std::{arch::x86_64::*, ops::Range};
 
-    use super::{Vector, add_energy, advance};
-    use crate::model::stencil::{Patch, Rows, Tally};
+    use super::{Vector, add_energy, add_kinetic, advance};
+    use crate::model::stencil::{Interleaved, Patch, Rows, Tally};
 
     /// [`advance`] compiled for 256-bit vectors.
     #[target_feature(enable = "avx2,fma")]
@@ -212,6 +234,32 @@ mod x86 {
     ) {
         // SAFETY: handed on to the caller
         unsafe { add_energy::<__m512d>(rows, area, face, first, tally) }
+    }
+
+    /// [`add_kinetic`] compiled for 256-bit vectors.
+    #[target_feature(enable = "avx2,fma")]
+    pub unsafe fn add_kinetic_avx2(
+        earlier: &[f64],
+        later: &[f64],
+        area: &[f64],
+        first: usize,
+        sum: &mut Interleaved,
+    ) {
+        // SAFETY: handed on to the caller
+        unsafe { add_kinetic::<__m256d>(earlier, later, area, first, sum) }
+    }
+
+    /// [`add_kinetic`] compiled for 512-bit vectors.
+    #[target_feature(enable = "avx512f")]
+    pub unsafe fn add_kinetic_avx512(
+        earlier: &[f64],
+        later: &[f64],
+        area: &[f64],
+        first: usize,
+        sum: &mut Interleaved,
+    ) {
+        // SAFETY: handed on to the caller
+        unsafe { add_kinetic::<__m512d>(earlier, later, area, first, sum) }
     }
 
     // SAFETY of all blocks below: the caller says that the machine has the instructions, and where numbers may be read

@@ -189,12 +189,15 @@ pub struct RowEnergy {
     pub shear: f64,
 }
 
-/// A [`RowEnergy`] that is being summed up, in [`PACK`] interleaved sums: column i adds to sum `i mod PACK`. So the sums
-/// are the same whatever the machine, and however the columns are cut.
+/// A sum over columns that is being made, in [`PACK`] interleaved sums: column i adds to sum `i mod PACK`. So it is the same
+/// whatever the machine, and however the columns are cut.
+pub type Interleaved = [f64; PACK];
+
+/// A [`RowEnergy`] that is being summed up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {
     /// Kinetic, axial, shear.
-    sums: [[f64; PACK]; 3],
+    sums: [Interleaved; 3],
 }
 
 impl Tally {
@@ -202,6 +205,38 @@ impl Tally {
     pub fn total(&self) -> RowEnergy {
         let [kinetic, axial, shear] = self.sums.map(|sums| sums.iter().sum());
         RowEnergy { kinetic, axial, shear }
+    }
+}
+
+/// Reads interleaved sums into vectors: the first one is that of column `first`, a whole number of vectors.
+///
+/// # Safety
+///
+/// The machine must have the instructions of `V`.
+#[inline(always)]
+#[expect(unsafe_code, reason = "instructions that not every machine has")]
+unsafe fn begin<V: Vector>(sums: &Interleaved, first: usize) -> [V; PACK] {
+    // SAFETY: a vector from a multiple of WIDTH below PACK on lies within PACK numbers
+    unsafe {
+        let mut vectors = [V::load(sums.as_ptr()); PACK];
+        for (part, vector) in vectors.iter_mut().enumerate().take(PACK / V::WIDTH) {
+            *vector = V::load(sums.as_ptr().add((first + part * V::WIDTH) % PACK));
+        }
+        vectors
+    }
+}
+
+/// Writes what [`begin`] has read.
+///
+/// # Safety
+///
+/// As [`begin`].
+#[inline(always)]
+#[expect(unsafe_code, reason = "instructions that not every machine has")]
+unsafe fn end<V: Vector>(vectors: [V; PACK], sums: &mut Interleaved, first: usize) {
+    for (part, vector) in vectors.into_iter().enumerate().take(PACK / V::WIDTH) {
+        // SAFETY: as above
+        unsafe { vector.store(sums.as_mut_ptr().add((first + part * V::WIDTH) % PACK)) };
     }
 }
 
@@ -239,27 +274,17 @@ pub unsafe fn add_energy<V: Vector>(
     assert!(face.len() >= n && shortest >= n + V::WIDTH, "a vector more than there are columns");
     let parts = PACK / V::WIDTH;
     // SAFETY: i + WIDTH ≤ n in all calls, and vectors from columns i and i + WIDTH on lie within n + WIDTH numbers, as has
-    // been checked; parts are vectors of a pack; the machine has the instructions
+    // been checked; the machine has the instructions
     unsafe {
         let pairs = [
             V::load(e.as_ptr()).add(V::load(e_below.as_ptr())),
             V::load(l.as_ptr()).add(V::load(l_below.as_ptr())),
         ];
         let mut count = Count { sums: [[pairs[0]; PACK]; 3], pairs };
-        for (sums, numbers) in count.sums.iter_mut().zip(&tally.sums) {
-            for (part, sum) in sums.iter_mut().enumerate().take(parts) {
-                *sum = V::load(numbers.as_ptr().add(part * V::WIDTH));
-            }
+        for (vectors, sums) in count.sums.iter_mut().zip(&tally.sums) {
+            *vectors = begin(sums, first);
         }
         let mut i = 0;
-        // up to a whole pack, whole packs, the rest
-        let begun = (first / V::WIDTH) % parts;
-        for part in 0..parts {
-            if begun > 0 && part >= begun && i < n {
-                count = add_vector(rows, area, face, i, count, part);
-                i += V::WIDTH;
-            }
-        }
         while i + PACK <= n {
             for part in 0..parts {
                 count = add_vector(rows, area, face, i + part * V::WIDTH, count, part);
@@ -272,10 +297,8 @@ pub unsafe fn add_energy<V: Vector>(
                 i += V::WIDTH;
             }
         }
-        for (sums, numbers) in count.sums.iter().zip(&mut tally.sums) {
-            for (part, sum) in sums.iter().enumerate().take(parts) {
-                sum.store(numbers.as_mut_ptr().add(part * V::WIDTH));
-            }
+        for (vectors, sums) in count.sums.into_iter().zip(&mut tally.sums) {
+            end(vectors, sums, first);
         }
     }
 }
@@ -315,6 +338,46 @@ unsafe fn add_vector<V: Vector>(
         count.pairs = [e_next, l_next];
     }
     count
+}
+
+/// Adds the kinetic energy of some columns of a row, as in [`RowEnergy`], to its sum, columns in order.
+///
+/// * `earlier`, `later`: the columns at levels k and k+1
+/// * `area`: their cell areas a_i, a whole number of vectors
+/// * `first`: number of the first column, a whole number of vectors
+///
+/// # Safety
+///
+/// The machine must have the instructions of `V`.
+#[inline(always)]
+#[expect(unsafe_code, reason = "instructions that not every machine has")]
+pub unsafe fn add_kinetic<V: Vector>(
+    earlier: &[f64],
+    later: &[f64],
+    area: &[f64],
+    first: usize,
+    sum: &mut Interleaved,
+) {
+    let n = area.len();
+    assert!(n.is_multiple_of(V::WIDTH) && first.is_multiple_of(V::WIDTH), "columns come in whole vectors");
+    assert!(earlier.len() >= n && later.len() >= n, "as many columns at both levels");
+    let parts = PACK / V::WIDTH;
+    // SAFETY: a vector from column i on lies within n numbers, as has been checked; the machine has the instructions
+    unsafe {
+        let mut sums = begin::<V>(sum, first);
+        let mut i = 0;
+        while i < n {
+            for (part, sum) in sums.iter_mut().enumerate().take(parts) {
+                let i = i + part * V::WIDTH;
+                if i < n {
+                    let moved = V::load(later.as_ptr().add(i)).sub(V::load(earlier.as_ptr().add(i)));
+                    *sum = sum.add(V::load(area.as_ptr().add(i)).mul(moved.mul(moved)));
+                }
+            }
+            i += PACK;
+        }
+        end(sums, sum, first);
+    }
 }
 
 #[cfg(test)]
@@ -415,15 +478,17 @@ mod tests {
             plain.shear += face[i] * slope(&e0, &e1) * slope(&l0, &l1);
         }
         let sum = |lanes: Lanes, cuts: &[usize]| {
-            let mut tally = Tally::default();
+            let (mut tally, mut kinetic) = (Tally::default(), Interleaved::default());
             for cut in cuts.windows(2) {
                 let (part, longer) = (cut[0]..cut[1], cut[0]..cut[1] + lanes.width());
                 let rows = Rows {
                     earlier: [&e0[longer.clone()], &e1[longer.clone()]],
                     later: [&l0[longer.clone()], &l1[longer.clone()]],
                 };
-                lanes.add_energy(rows, &area[part.clone()], &face[part], cut[0], &mut tally);
+                lanes.add_energy(rows, &area[part.clone()], &face[part.clone()], cut[0], &mut tally);
+                lanes.add_kinetic(&e0[part.clone()], &l0[part.clone()], &area[part], cut[0], &mut kinetic);
             }
+            assert_eq!(kinetic, tally.sums[0]);
             tally.total()
         };
         let baseline = sum(Lanes::BASELINE, &[0, n]);

@@ -3,14 +3,14 @@
 //! The interior is never at one level as a whole. But just before some nodes go on to level k+1 they are at level k, and
 //! where the new level is about to be written level k−1 still stands, also one row below and one vector farther out.
 //! That is when a survey takes down the fields at level k and the energy between levels k−1 and k, node by node, in
-//! memory that is at hand anyway. Who does it when changes no number: fields are taken one by one, and sums over a row
-//! go on from tile to tile.
+//! memory that is at hand anyway; and just after, what takes level k+1: velocity, and kinetic energy between levels k and
+//! k+1. Who does it when changes no number: fields are taken one by one, and sums over a row go on from tile to tile.
 
 use std::{cell::UnsafeCell, ops::Range};
 
 use super::{
     Extent, Field, Sample, Show, TargetEnergy,
-    stencil::{Rows, Tally},
+    stencil::{Interleaved, Rows, Tally},
     sweep::Ground,
 };
 
@@ -53,13 +53,15 @@ impl<T: Default> Parts<T> {
     }
 }
 
-/// A survey of the field on its way to a level.
+/// A survey of the field at level k, a frame, on its way to level k+1.
 pub struct Survey {
     /// Level k+1, which is about to be reached.
     level: usize,
     /// Energy between levels k−1 and k, row by row.
     tallies: Parts<Tally>,
-    /// Fields at level k, if it is a frame.
+    /// Kinetic energy between levels k and k+1, row by row, as in [`Tally`].
+    kinetic: Parts<Interleaved>,
+    /// Fields at level k.
     slices: Vec<(Field, Parts<f32>)>,
     extent: Extent,
     /// Nodes from one that is shown to the next.
@@ -70,7 +72,9 @@ pub struct Survey {
 pub struct Found {
     /// Energy between levels k−1 and k.
     pub energy: TargetEnergy,
-    /// Fields at level k, if that is a frame.
+    /// Kinetic energy between levels k and k+1.
+    pub next_kinetic: f64,
+    /// Fields at level k.
     pub samples: Vec<Sample>,
 }
 
@@ -91,16 +95,14 @@ impl Survey {
     ///
     /// * `level`: the one that is about to be reached
     /// * `rows`: rows that may have moved
-    /// * `show`: what is shown of the level before, `extent` of it; None if only the energy is asked for
-    pub fn new(level: usize, ground: &Ground, rows: usize, show: Option<(&Show, Extent)>) -> Self {
-        let tallies = Parts::new(rows, 0);
-        let Some((Show { fields, every }, extent)) = show else {
-            return Self { level, tallies, slices: Vec::new(), extent: Extent::default(), every: 1 };
-        };
+    /// * `show`: what is shown of the level before, `extent` of it
+    pub fn new(level: usize, ground: &Ground, rows: usize, show: &Show, extent: Extent) -> Self {
+        let Show { fields, every } = show;
         // as much room for every frame: then the memory of one that is done with fits the next
         let most = ground.levels.rows().div_ceil(*every) * ground.levels.columns().div_ceil(*every);
         let slices = fields.iter().map(|field| (*field, Parts::new(extent.nr * extent.nz, most))).collect();
-        Self { level, tallies, slices, extent, every: *every }
+        let (tallies, kinetic) = (Parts::new(rows, 0), Parts::new(rows, 0));
+        Self { level, tallies, kinetic, slices, extent, every: *every }
     }
 
     /// What of `rows` and `columns` is shown.
@@ -195,9 +197,18 @@ impl Survey {
     ///
     /// # Safety
     ///
-    /// The nodes hold level k+1, and nobody writes to them meanwhile, or surveys these rows.
+    /// The nodes hold levels k and k+1, and nobody writes to them meanwhile, or surveys these rows.
     #[expect(unsafe_code, reason = "a field and a survey that threads share")]
     pub unsafe fn after(&self, ground: &Ground, rows: Range<usize>, columns: Range<usize>, before: Before) {
+        for j in rows.clone() {
+            // SAFETY: the caller says that these numbers can be read, and that nobody else surveys row j
+            let (earlier, later, kinetic) = unsafe {
+                let line = |level: usize| ground.levels.part(level, j, columns.clone(), 0);
+                (line(self.level - 1), line(self.level), &mut self.kinetic.part(j..j + 1)[0])
+            };
+            let area = &ground.area[columns.clone()];
+            ground.lanes.add_kinetic(earlier, later, area, columns.start, kinetic);
+        }
         let Some((_, values)) = self.slices.iter().find(|(field, _)| *field == Field::Velocity) else {
             return;
         };
@@ -230,12 +241,15 @@ impl Survey {
     pub fn end(self, ground: &Ground) -> Found {
         let (dz, dt) = (ground.dz, ground.dt);
         let mut energy = TargetEnergy::default();
+        let mut next_kinetic = 0.0;
         // in the order of rows: the same sum on any number of threads
-        for (j, tally) in self.tallies.into_vec().iter().enumerate() {
+        let rows = self.tallies.into_vec().into_iter().zip(self.kinetic.into_vec());
+        for (j, (tally, next)) in rows.enumerate() {
             let row = tally.total();
             // the surface has half a cell of mass
-            let mass = if j == 0 { 0.5 } else { 1.0 };
-            energy.kinetic += 0.5 * dz * mass * row.kinetic / (dt * dt);
+            let mass = 0.5 * dz * if j == 0 { 0.5 } else { 1.0 } / (dt * dt);
+            energy.kinetic += mass * row.kinetic;
+            next_kinetic += mass * next.iter().sum::<f64>();
             // the shear is that of twice the mean
             energy.strain += 0.5 * row.axial / dz + 0.125 * ground.shear * row.shear;
         }
@@ -244,7 +258,7 @@ impl Survey {
             extent: self.extent,
             values: values.into_vec(),
         };
-        Found { energy, samples: self.slices.into_iter().map(sample).collect() }
+        Found { energy, next_kinetic, samples: self.slices.into_iter().map(sample).collect() }
     }
 }
 
