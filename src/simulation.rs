@@ -364,3 +364,31 @@ fn mean(a: Energy, b: Energy) -> Energy {
         residual: half(a.residual, b.residual),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ledger_after_a_step_is_that_before_the_next_one() {
+        // a light punch, which rebounds
+        let settings = ["mesh.cells=20", "indenter.mass=0.5", "run.end_time=3.0", "record.frames=100000"];
+        let case = Case::load("fig5", &settings.map(String::from)).expect("a built-in case");
+        let mut simulation = Simulation::new(&case).expect("a case with a solver");
+        let mut last: Option<Energy> = None;
+        while simulation.ending.is_none() {
+            simulation.compute().expect("a sound case");
+            let frame = simulation.model.frame(true).expect("every step is a frame");
+            let step = simulation.waiting.pop_back().expect("a step");
+            let [(ledger, indenter), (next_ledger, next_indenter)] = step.awaits_frame.expect("a frame");
+            let before = ledger.entry(frame.energy, indenter);
+            if let Some(Energy { kinetic, strain, .. }) = last {
+                let pairs = [(kinetic, before.kinetic), (strain, before.strain)];
+                assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 1e-13), "{last:?} {before:?}");
+            }
+            last = Some(next_ledger.entry_after(&before, frame.next_kinetic, next_indenter));
+        }
+        let last = last.expect("steps");
+        assert!(last.indenter < 0.5 * simulation.ledger.initial && last.strain > 0.0, "{last:?}");
+    }
+}
