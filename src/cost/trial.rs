@@ -70,13 +70,13 @@ fn try_out(
     let most_updates = MOST_UPDATES.max(work.updates / 10.0);
     let most_bytes = MOST_BYTES.max(work.messages.total() / 10);
     let (cells, every) = (case.mesh.cells, case.record.field_every);
-    let by = |fraction: usize| coarser((cells / fraction).max(1), every.div_ceil(fraction)).ok();
-    let (fraction, case) =
-        FRACTIONS.into_iter().filter(|fraction| cells / fraction > 0).find_map(|fraction| {
-            let case = by(fraction)?;
-            let work = Work::of(&case);
-            (work.updates <= most_updates && work.messages.total() <= most_bytes).then_some((fraction, case))
-        })?;
+    // none if that is too coarse for a case
+    let by = |fraction: usize| coarser(cells / fraction, every.div_ceil(fraction)).ok();
+    let (fraction, case) = FRACTIONS.into_iter().find_map(|fraction| {
+        let case = by(fraction)?;
+        let work = Work::of(&case);
+        (work.updates <= most_updates && work.messages.total() <= most_bytes).then_some((fraction, case))
+    })?;
     let trial = record(&case, usual)?;
     let mut numbers = trial.numbers;
     if fraction > 1
