@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use super::stencil::{Interleaved, Patch, Rows, Tally, add_energy, add_kinetic, advance};
+use super::stencil::{Patch, Tally, advance};
 
 /// Columns come in packs: the widest vector. Whoever works on vectors works on whole packs.
 pub const PACK: usize = 8;
@@ -59,43 +59,6 @@ impl Lanes {
         }
     }
 
-    /// Adds the energy of some columns of a row to its tally, see [`add_energy`].
-    #[expect(unsafe_code, reason = "instructions that not every machine has")]
-    pub fn add_energy(self, rows: Rows<'_>, area: &[f64], face: &[f64], first: usize, tally: &mut Tally) {
-        match self.0 {
-            // SAFETY: every machine has these
-            Kind::Baseline => unsafe { add_energy::<Pair>(rows, area, face, first, tally) },
-            // SAFETY: the machine has the instructions
-            #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { x86::add_energy_avx2(rows, area, face, first, tally) },
-            // SAFETY: likewise
-            #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => unsafe { x86::add_energy_avx512(rows, area, face, first, tally) },
-        }
-    }
-
-    /// Adds the kinetic energy of some columns of a row to its sum, see [`add_kinetic`].
-    #[expect(unsafe_code, reason = "instructions that not every machine has")]
-    pub fn add_kinetic(
-        self,
-        earlier: &[f64],
-        later: &[f64],
-        area: &[f64],
-        first: usize,
-        sum: &mut Interleaved,
-    ) {
-        match self.0 {
-            // SAFETY: every machine has these
-            Kind::Baseline => unsafe { add_kinetic::<Pair>(earlier, later, area, first, sum) },
-            // SAFETY: the machine has the instructions
-            #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { x86::add_kinetic_avx2(earlier, later, area, first, sum) },
-            // SAFETY: likewise
-            #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => unsafe { x86::add_kinetic_avx512(earlier, later, area, first, sum) },
-        }
-    }
-
     /// Advances `rows` of `columns`, whole vectors.
     ///
     /// # Safety
@@ -105,13 +68,42 @@ impl Lanes {
     pub unsafe fn advance(self, patch: Patch<'_>, rows: Range<usize>, columns: Range<usize>) {
         match self.0 {
             // SAFETY: handed on to the caller
-            Kind::Baseline => unsafe { advance::<Pair>(patch, rows, columns) },
+            Kind::Baseline => unsafe { advance::<Pair, false>(patch, rows, columns, &[], &mut []) },
             // SAFETY: handed on to the caller; the machine has the instructions
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { x86::advance_avx2(patch, rows, columns) },
+            Kind::Avx2 => unsafe { x86::advance_avx2::<false>(patch, rows, columns, &[], &mut []) },
             // SAFETY: likewise
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => unsafe { x86::advance_avx512(patch, rows, columns) },
+            Kind::Avx512 => unsafe { x86::advance_avx512::<false>(patch, rows, columns, &[], &mut []) },
+        }
+    }
+
+    /// Advances `rows` of `columns`, whole vectors, and adds their energy to their tallies.
+    ///
+    /// * `area`: cell areas, by column
+    /// * `tallies`: of `rows`
+    ///
+    /// # Safety
+    ///
+    /// As [`Lanes::advance`].
+    #[expect(unsafe_code, reason = "the kernel works in place, by several threads")]
+    pub unsafe fn advance_and_count(
+        self,
+        patch: Patch<'_>,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        area: &[f64],
+        tallies: &mut [Tally],
+    ) {
+        match self.0 {
+            // SAFETY: handed on to the caller
+            Kind::Baseline => unsafe { advance::<Pair, true>(patch, rows, columns, area, tallies) },
+            // SAFETY: handed on to the caller; the machine has the instructions
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx2 => unsafe { x86::advance_avx2::<true>(patch, rows, columns, area, tallies) },
+            // SAFETY: likewise
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx512 => unsafe { x86::advance_avx512::<true>(patch, rows, columns, area, tallies) },
         }
     }
 }
@@ -193,73 +185,33 @@ impl Vector for Pair {
 mod x86 {
     use std::{arch::x86_64::*, ops::Range};
 
-    use super::{Vector, add_energy, add_kinetic, advance};
-    use crate::model::stencil::{Interleaved, Patch, Rows, Tally};
+    use super::{Vector, advance};
+    use crate::model::stencil::{Patch, Tally};
 
     /// [`advance`] compiled for 256-bit vectors.
     #[target_feature(enable = "avx2,fma")]
-    pub unsafe fn advance_avx2(patch: Patch<'_>, rows: Range<usize>, columns: Range<usize>) {
+    pub unsafe fn advance_avx2<const COUNTS: bool>(
+        patch: Patch<'_>,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        area: &[f64],
+        tallies: &mut [Tally],
+    ) {
         // SAFETY: handed on to the caller
-        unsafe { advance::<__m256d>(patch, rows, columns) }
+        unsafe { advance::<__m256d, COUNTS>(patch, rows, columns, area, tallies) }
     }
 
     /// [`advance`] compiled for 512-bit vectors.
     #[target_feature(enable = "avx512f")]
-    pub unsafe fn advance_avx512(patch: Patch<'_>, rows: Range<usize>, columns: Range<usize>) {
-        // SAFETY: handed on to the caller
-        unsafe { advance::<__m512d>(patch, rows, columns) }
-    }
-
-    /// [`add_energy`] compiled for 256-bit vectors.
-    #[target_feature(enable = "avx2,fma")]
-    pub unsafe fn add_energy_avx2(
-        rows: Rows<'_>,
+    pub unsafe fn advance_avx512<const COUNTS: bool>(
+        patch: Patch<'_>,
+        rows: Range<usize>,
+        columns: Range<usize>,
         area: &[f64],
-        face: &[f64],
-        first: usize,
-        tally: &mut Tally,
+        tallies: &mut [Tally],
     ) {
         // SAFETY: handed on to the caller
-        unsafe { add_energy::<__m256d>(rows, area, face, first, tally) }
-    }
-
-    /// [`add_energy`] compiled for 512-bit vectors.
-    #[target_feature(enable = "avx512f")]
-    pub unsafe fn add_energy_avx512(
-        rows: Rows<'_>,
-        area: &[f64],
-        face: &[f64],
-        first: usize,
-        tally: &mut Tally,
-    ) {
-        // SAFETY: handed on to the caller
-        unsafe { add_energy::<__m512d>(rows, area, face, first, tally) }
-    }
-
-    /// [`add_kinetic`] compiled for 256-bit vectors.
-    #[target_feature(enable = "avx2,fma")]
-    pub unsafe fn add_kinetic_avx2(
-        earlier: &[f64],
-        later: &[f64],
-        area: &[f64],
-        first: usize,
-        sum: &mut Interleaved,
-    ) {
-        // SAFETY: handed on to the caller
-        unsafe { add_kinetic::<__m256d>(earlier, later, area, first, sum) }
-    }
-
-    /// [`add_kinetic`] compiled for 512-bit vectors.
-    #[target_feature(enable = "avx512f")]
-    pub unsafe fn add_kinetic_avx512(
-        earlier: &[f64],
-        later: &[f64],
-        area: &[f64],
-        first: usize,
-        sum: &mut Interleaved,
-    ) {
-        // SAFETY: handed on to the caller
-        unsafe { add_kinetic::<__m512d>(earlier, later, area, first, sum) }
+        unsafe { advance::<__m512d, COUNTS>(patch, rows, columns, area, tallies) }
     }
 
     // SAFETY of all blocks below: the caller says that the machine has the instructions, and where numbers may be read

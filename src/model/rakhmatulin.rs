@@ -71,9 +71,7 @@ impl Rakhmatulin {
             field: Interior::new(Ground {
                 dz: grid.dz,
                 dt: grid.dt(),
-                shear: c_s * c_s * grid.dz / grid.dr,
                 area: padded(grid.area.clone()),
-                face: padded(grid.face.clone()),
                 outward: scaled(outward),
                 inward: scaled(inward),
                 lag: lag(grid.nz),
@@ -178,7 +176,11 @@ impl Model for Rakhmatulin {
         self.field.open(lit.rows.max(strip_rows(lag)) + 1);
 
         let rows = strip_rows(lag) - self.behind.len() - 1;
-        let top = Top { displacement: &surface.displacement[..columns], pressure: &surface.pressure };
+        let top = Top {
+            displacement: &surface.displacement[..columns],
+            free: &surface.free[..columns],
+            pressure: &surface.pressure,
+        };
         self.field.advance_strip(self.level, rows, &stage, top);
         self.behind.push(stage);
         let last_row = self.grid.nz - 1;
@@ -231,12 +233,13 @@ mod tests {
     struct Plain {
         now: Vec<Vec<f64>>,
         before: Vec<Vec<f64>>,
+        c_s: f64,
     }
 
     impl Plain {
-        fn new(grid: &Grid) -> Self {
+        fn new(grid: &Grid, c_s: f64) -> Self {
             let zeros = vec![vec![0.0; grid.nr()]; grid.nz + 1];
-            Self { now: zeros.clone(), before: zeros }
+            Self { now: zeros.clone(), before: zeros, c_s }
         }
 
         /// Advances to the next level, the surface being moved to `surface`.
@@ -262,7 +265,10 @@ mod tests {
 
         /// Energy between the two levels, with the weights of the mesh.
         fn energy(&self, model: &Rakhmatulin) -> TargetEnergy {
-            let Ground { dz, dt, shear, area, face, .. } = model.field.ground();
+            let Ground { dz, dt, area, .. } = model.field.ground();
+            let face = &model.grid.face;
+            // c_s²·Δz/Δr
+            let shear = self.c_s * self.c_s * dz / model.grid.dr;
             let (nz, nr) = (self.now.len() - 1, self.now[0].len());
             let mut energy = TargetEnergy::default();
             for j in 0..nz {
@@ -337,7 +343,7 @@ mod tests {
         let lanes = lanes[noise.next(lanes.len())];
         let show = Show { every: 1 + noise.next(2) * noise.next(5), ..all_fields() };
         let mut model = Rakhmatulin::with_lanes(grid.clone(), c_s, Sight::Field, show.clone(), lanes);
-        let mut plain = Plain::new(&grid);
+        let mut plain = Plain::new(&grid, c_s);
         let mut surface = Surface::new(nr);
         surface.loaded = 1 + noise.next(nr);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");

@@ -41,10 +41,13 @@ pub struct Patch<'a> {
 /// Rows that are marched side by side: what two of them carry fits into 16 registers.
 const ABREAST: usize = 2;
 
-/// Advances `rows` of `columns`, whole vectors.
+/// Advances `rows` of `columns`, whole vectors, and adds their energy to their tallies if `COUNTS` says so.
 ///
 /// Always inlined, so that a caller compiled for wider vectors gets them here; no operation is fused and their order is
 /// fixed, so the bits are those of any other caller.
+///
+/// * `area`: cell areas a_i, by column; none if nothing is counted
+/// * `tallies`: of `rows`; none if nothing is counted
 ///
 /// # Safety
 ///
@@ -53,18 +56,30 @@ const ABREAST: usize = 2;
 /// that may be read and written at level `next`, and nobody else may touch them meanwhile.
 #[inline(always)]
 #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
-pub unsafe fn advance<V: Vector>(patch: Patch<'_>, rows: Range<usize>, columns: Range<usize>) {
+pub unsafe fn advance<V: Vector, const COUNTS: bool>(
+    patch: Patch<'_>,
+    rows: Range<usize>,
+    columns: Range<usize>,
+    area: &[f64],
+    tallies: &mut [Tally],
+) {
     assert!(columns.end <= patch.outward.len() && columns.end <= patch.inward.len());
-    assert!(columns.len().is_multiple_of(V::WIDTH), "columns come in whole vectors");
+    assert!(
+        columns.start.is_multiple_of(V::WIDTH) && columns.len().is_multiple_of(V::WIDTH),
+        "whole vectors"
+    );
+    assert!(!COUNTS || (columns.end <= area.len() && rows.len() == tallies.len()), "a tally for every row");
     let mut j = rows.start;
     while j + ABREAST <= rows.end {
-        // SAFETY: rows j and j + 1 belong to the patch
-        unsafe { march::<V, ABREAST>(patch, j, columns.clone()) };
+        let tallies = if COUNTS { &mut tallies[j - rows.start..][..ABREAST] } else { &mut [] };
+        // SAFETY: rows j and j + 1 belong to the patch; areas and tallies have been checked
+        unsafe { march::<V, ABREAST, COUNTS>(patch, j, columns.clone(), area, tallies) };
         j += ABREAST;
     }
     while j < rows.end {
-        // SAFETY: row j belongs to the patch
-        unsafe { march::<V, 1>(patch, j, columns.clone()) };
+        let tallies = if COUNTS { &mut tallies[j - rows.start..][..1] } else { &mut [] };
+        // SAFETY: row j belongs to the patch; areas and tallies have been checked
+        unsafe { march::<V, 1, COUNTS>(patch, j, columns.clone(), area, tallies) };
         j += 1;
     }
 }
@@ -101,10 +116,16 @@ unsafe fn sums<V: Vector, const N: usize>(now: *const f64, stride: usize, i: usi
 ///
 /// # Safety
 ///
-/// As [`advance`] for these rows.
+/// As [`advance`] for these rows; if `COUNTS`, there is an area for every column and a tally for every row.
 #[inline(always)]
 #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
-unsafe fn march<V: Vector, const N: usize>(patch: Patch<'_>, j: usize, columns: Range<usize>) {
+unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
+    patch: Patch<'_>,
+    j: usize,
+    columns: Range<usize>,
+    area: &[f64],
+    tallies: &mut [Tally],
+) {
     let Patch { now, next, stride, outward, inward } = patch;
     // SAFETY, here and below: the nodes of the patch, a row around them and a vector on either side are numbers, of
     // which those of the patch at level `next` are nobody else's; the machine has the instructions
@@ -124,10 +145,17 @@ unsafe fn march<V: Vector, const N: usize>(patch: Patch<'_>, j: usize, columns: 
                 let (ends, four) = here[row];
                 let (outer, next_inner) = V::seam(four, after[row].1);
                 let node = next.add(i + row * stride);
-                let axial = ends.sub(V::load(node));
+                let earlier = V::load(node);
+                let axial = ends.sub(earlier);
                 let radial = out.mul(outer.sub(four)).sub(inw.mul(four.sub(inner[row])));
-                axial.add(radial).store(node);
+                let later = axial.add(radial);
+                later.store(node);
                 inner[row] = next_inner;
+                if COUNTS {
+                    let middle = V::load(now.add(i + row * stride));
+                    let area = V::load(area.as_ptr().add(i));
+                    tallies.get_unchecked_mut(row).add(i, area, [earlier, middle, later]);
+                }
             }
             here = after;
             i += V::WIDTH;
@@ -168,215 +196,81 @@ pub fn free_surface(
     }
 }
 
-/// Some columns of two neighbouring rows at two levels, and some more.
-#[derive(Clone, Copy)]
-pub struct Rows<'a> {
-    /// Rows j and j+1 at level k.
-    pub earlier: [&'a [f64]; 2],
-    /// Rows j and j+1 at level k+1.
-    pub later: [&'a [f64]; 2],
-}
-
-/// Energy of row j and of what lies between it and row j+1, each up to a factor of the mesh, between two levels as the
-/// leapfrog scheme conserves it: strains are products of two levels.
+/// Energy of a row as the leapfrog scheme conserves it, each up to a factor of the mesh: between levels k−1 and k, and one
+/// step later.
+///
+/// Strain energy between two levels is a product of strains at both. Summed by parts over the whole field it is the work of
+/// the forces at level k on the displacement at level k−1, and forces are what accelerates: no row needs another one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RowEnergy {
-    /// `Σ_i a_i (u^{k+1} − u^k)²`
+    /// `Σ_i a_i (u^k − u^{k−1})²`
     pub kinetic: f64,
-    /// `Σ_i a_i (δ_z u^k)(δ_z u^{k+1})`
-    pub axial: f64,
-    /// `Σ_i f_{i+½} (δ_r ū^k)(δ_r ū^{k+1})` with `ū = u_j + u_{j+1}`, twice the mean
-    pub shear: f64,
+    /// `−Σ_i a_i u^{k−1} (u^{k+1} − 2u^k + u^{k−1})`
+    pub strain: f64,
+    /// `Σ_i a_i (u^{k+1} − u^k)²`
+    pub next_kinetic: f64,
 }
 
 /// A sum over columns that is being made, in [`PACK`] interleaved sums: column i adds to sum `i mod PACK`. So it is the same
 /// whatever the machine, and however the columns are cut.
-pub type Interleaved = [f64; PACK];
+type Interleaved = [f64; PACK];
 
 /// A [`RowEnergy`] that is being summed up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {
-    /// Kinetic, axial, shear.
+    /// Kinetic energy, strain energy but for its sign, kinetic energy one step later.
     sums: [Interleaved; 3],
 }
 
 impl Tally {
+    /// Adds a vector of columns from number `i` on, a whole number of vectors.
+    ///
+    /// * `area`: cell areas
+    /// * `levels`: u^{k−1}, u^k, u^{k+1}
+    ///
+    /// # Safety
+    ///
+    /// The machine must have the instructions of `V`.
+    #[inline(always)]
+    #[expect(unsafe_code, reason = "instructions that not every machine has")]
+    unsafe fn add<V: Vector>(&mut self, i: usize, area: V, levels: [V; 3]) {
+        let [before, now, next] = levels;
+        // SAFETY: a vector from a multiple of WIDTH below PACK on lies within PACK numbers
+        unsafe {
+            let (moved, next_moved) = (now.sub(before), next.sub(now));
+            let force = next_moved.sub(moved);
+            let terms = [moved.mul(moved), before.mul(force), next_moved.mul(next_moved)];
+            for (sum, term) in self.sums.iter_mut().zip(terms) {
+                let place = sum.as_mut_ptr().add(i % PACK);
+                V::load(place).add(area.mul(term)).store(place);
+            }
+        }
+    }
+
+    /// The energy of the surface. What the contact does to it is not strain, so forces are those on a free surface.
+    ///
+    /// * `area`: cell areas
+    /// * `levels`: u_0 at levels k−1, k, k+1, as many nodes
+    /// * `free`: u_0 at level k+1 without the contact, see [`free_surface`]
+    pub fn of_surface(area: &[f64], levels: [&[f64]; 3], free: &[f64]) -> Self {
+        let [before, now, next] = levels;
+        let mut tally = Self::default();
+        for i in 0..next.len() {
+            let (moved, next_moved) = (now[i] - before[i], next[i] - now[i]);
+            let force = (free[i] - now[i]) - moved;
+            for (sum, term) in
+                tally.sums.iter_mut().zip([moved * moved, before[i] * force, next_moved * next_moved])
+            {
+                sum[i % PACK] += area[i] * term;
+            }
+        }
+        tally
+    }
+
     /// The sums.
     pub fn total(&self) -> RowEnergy {
-        let [kinetic, axial, shear] = self.sums.map(|sums| sums.iter().sum());
-        RowEnergy { kinetic, axial, shear }
-    }
-}
-
-/// Reads interleaved sums into vectors: the first one is that of column `first`, a whole number of vectors.
-///
-/// # Safety
-///
-/// The machine must have the instructions of `V`.
-#[inline(always)]
-#[expect(unsafe_code, reason = "instructions that not every machine has")]
-unsafe fn begin<V: Vector>(sums: &Interleaved, first: usize) -> [V; PACK] {
-    // SAFETY: a vector from a multiple of WIDTH below PACK on lies within PACK numbers
-    unsafe {
-        let mut vectors = [V::load(sums.as_ptr()); PACK];
-        for (part, vector) in vectors.iter_mut().enumerate().take(PACK / V::WIDTH) {
-            *vector = V::load(sums.as_ptr().add((first + part * V::WIDTH) % PACK));
-        }
-        vectors
-    }
-}
-
-/// Writes what [`begin`] has read.
-///
-/// # Safety
-///
-/// As [`begin`].
-#[inline(always)]
-#[expect(unsafe_code, reason = "instructions that not every machine has")]
-unsafe fn end<V: Vector>(vectors: [V; PACK], sums: &mut Interleaved, first: usize) {
-    for (part, vector) in vectors.into_iter().enumerate().take(PACK / V::WIDTH) {
-        // SAFETY: as above
-        unsafe { vector.store(sums.as_mut_ptr().add((first + part * V::WIDTH) % PACK)) };
-    }
-}
-
-/// A [`Tally`] in vectors, and what is carried from one to the next.
-#[derive(Clone, Copy)]
-struct Count<V> {
-    /// Kinetic, axial, shear, every part of a pack.
-    sums: [[V; PACK]; 3],
-    /// `u_j + u_{j+1}` of the vector that comes next, at both levels.
-    pairs: [V; 2],
-}
-
-/// Adds the energy of some columns of a row to its tally, columns in order.
-///
-/// * `rows`: the columns, and a vector more
-/// * `area`, `face`: their cell areas a_i and face weights, as many as there are columns, a whole number of vectors
-/// * `first`: number of the first column, a whole number of vectors
-///
-/// # Safety
-///
-/// The machine must have the instructions of `V`.
-#[inline(always)]
-#[expect(unsafe_code, reason = "instructions that not every machine has")]
-pub unsafe fn add_energy<V: Vector>(
-    rows: Rows<'_>,
-    area: &[f64],
-    face: &[f64],
-    first: usize,
-    tally: &mut Tally,
-) {
-    let n = area.len();
-    let Rows { earlier: [e, e_below], later: [l, l_below] } = rows;
-    let shortest = e.len().min(e_below.len()).min(l.len()).min(l_below.len());
-    assert!(n.is_multiple_of(V::WIDTH) && first.is_multiple_of(V::WIDTH), "columns come in whole vectors");
-    assert!(face.len() >= n && shortest >= n + V::WIDTH, "a vector more than there are columns");
-    let parts = PACK / V::WIDTH;
-    // SAFETY: i + WIDTH ≤ n in all calls, and vectors from columns i and i + WIDTH on lie within n + WIDTH numbers, as has
-    // been checked; the machine has the instructions
-    unsafe {
-        let pairs = [
-            V::load(e.as_ptr()).add(V::load(e_below.as_ptr())),
-            V::load(l.as_ptr()).add(V::load(l_below.as_ptr())),
-        ];
-        let mut count = Count { sums: [[pairs[0]; PACK]; 3], pairs };
-        for (vectors, sums) in count.sums.iter_mut().zip(&tally.sums) {
-            *vectors = begin(sums, first);
-        }
-        let mut i = 0;
-        while i + PACK <= n {
-            for part in 0..parts {
-                count = add_vector(rows, area, face, i + part * V::WIDTH, count, part);
-            }
-            i += PACK;
-        }
-        for part in 0..parts {
-            if i < n {
-                count = add_vector(rows, area, face, i, count, part);
-                i += V::WIDTH;
-            }
-        }
-        for (vectors, sums) in count.sums.into_iter().zip(&mut tally.sums) {
-            end(vectors, sums, first);
-        }
-    }
-}
-
-/// Adds the energy of a vector of columns from number `i` on to part `part` of the sums.
-///
-/// # Safety
-///
-/// The machine must have the instructions of `V`; there are two vectors of columns from `i` on.
-#[inline(always)]
-#[expect(unsafe_code, reason = "instructions that not every machine has")]
-unsafe fn add_vector<V: Vector>(
-    rows: Rows<'_>,
-    area: &[f64],
-    face: &[f64],
-    i: usize,
-    mut count: Count<V>,
-    part: usize,
-) -> Count<V> {
-    let Rows { earlier: [e, e_below], later: [l, l_below] } = rows;
-    // SAFETY: handed on to the caller
-    unsafe {
-        let (area, face) = (V::load(area.as_ptr().add(i)), V::load(face.as_ptr().add(i)));
-        let (e, e_below) = (e.as_ptr().add(i), e_below.as_ptr().add(i));
-        let (l, l_below) = (l.as_ptr().add(i), l_below.as_ptr().add(i));
-        let (e0, e1, l0, l1) = (V::load(e), V::load(e_below), V::load(l), V::load(l_below));
-        let w = V::WIDTH;
-        let e_next = V::load(e.add(w)).add(V::load(e_below.add(w)));
-        let l_next = V::load(l.add(w)).add(V::load(l_below.add(w)));
-        let e_slope = V::seam(count.pairs[0], e_next).0.sub(count.pairs[0]);
-        let l_slope = V::seam(count.pairs[1], l_next).0.sub(count.pairs[1]);
-        let moved = l0.sub(e0);
-        let [kinetic, axial, shear] = &mut count.sums;
-        kinetic[part] = kinetic[part].add(area.mul(moved.mul(moved)));
-        axial[part] = axial[part].add(area.mul(e1.sub(e0).mul(l1.sub(l0))));
-        shear[part] = shear[part].add(face.mul(e_slope.mul(l_slope)));
-        count.pairs = [e_next, l_next];
-    }
-    count
-}
-
-/// Adds the kinetic energy of some columns of a row, as in [`RowEnergy`], to its sum, columns in order.
-///
-/// * `earlier`, `later`: the columns at levels k and k+1
-/// * `area`: their cell areas a_i, a whole number of vectors
-/// * `first`: number of the first column, a whole number of vectors
-///
-/// # Safety
-///
-/// The machine must have the instructions of `V`.
-#[inline(always)]
-#[expect(unsafe_code, reason = "instructions that not every machine has")]
-pub unsafe fn add_kinetic<V: Vector>(
-    earlier: &[f64],
-    later: &[f64],
-    area: &[f64],
-    first: usize,
-    sum: &mut Interleaved,
-) {
-    let n = area.len();
-    assert!(n.is_multiple_of(V::WIDTH) && first.is_multiple_of(V::WIDTH), "columns come in whole vectors");
-    assert!(earlier.len() >= n && later.len() >= n, "as many columns at both levels");
-    let parts = PACK / V::WIDTH;
-    // SAFETY: a vector from column i on lies within n numbers, as has been checked; the machine has the instructions
-    unsafe {
-        let mut sums = begin::<V>(sum, first);
-        let mut i = 0;
-        while i < n {
-            for (part, sum) in sums.iter_mut().enumerate().take(parts) {
-                let i = i + part * V::WIDTH;
-                if i < n {
-                    let moved = V::load(later.as_ptr().add(i)).sub(V::load(earlier.as_ptr().add(i)));
-                    *sum = sum.add(V::load(area.as_ptr().add(i)).mul(moved.mul(moved)));
-                }
-            }
-            i += PACK;
-        }
-        end(sums, sum, first);
+        let [kinetic, strain, next_kinetic] = self.sums.map(|sums| sums.iter().sum());
+        RowEnergy { kinetic, strain: -strain, next_kinetic }
     }
 }
 
@@ -465,40 +359,56 @@ mod tests {
 
     #[test]
     fn the_energy_of_a_row_is_the_plain_sum_with_any_instructions_and_cuts() {
-        let n = 9 * PACK;
-        let line = |seed: usize| -> Vec<f64> {
-            (0..n + PACK).map(|i| ((i * 7 + seed * 13) % 31) as f64 / 31.0 - 0.4).collect()
+        let columns = 9 * PACK;
+        let stride = columns + 2 * PACK;
+        let noise = |seed: usize, length: usize| -> Vec<f64> {
+            (0..length).map(|i| ((i * 7 + seed * 13) % 31) as f64 / 31.0 - 0.4).collect()
         };
-        let [e0, e1, l0, l1, area, face] = [0, 1, 2, 3, 4, 5].map(line);
-        let mut plain = RowEnergy::default();
-        for i in 0..n {
-            let slope = |a: &[f64], b: &[f64]| (a[i + 1] + b[i + 1]) - (a[i] + b[i]);
-            plain.kinetic += area[i] * (l0[i] - e0[i]).powi(2);
-            plain.axial += area[i] * (e1[i] - e0[i]) * (l1[i] - l0[i]);
-            plain.shear += face[i] * slope(&e0, &e1) * slope(&l0, &l1);
-        }
-        let sum = |lanes: Lanes, cuts: &[usize]| {
-            let (mut tally, mut kinetic) = (Tally::default(), Interleaved::default());
+        // two rows abreast and one alone, with a row and a pack around them
+        let [before, now] = [0, 1].map(|seed| noise(seed, 5 * stride));
+        let [outward, inward, area] = [2, 3, 4].map(|seed| noise(seed, columns));
+        let advanced = |lanes: Lanes, cuts: &[usize]| {
+            let (mut next, mut tallies) = (before.clone(), [Tally::default(); 3]);
+            let (read, write) = (now[PACK..].as_ptr(), next[PACK..].as_mut_ptr());
+            let patch = Patch { now: read, next: write, stride, outward: &outward, inward: &inward };
             for cut in cuts.windows(2) {
-                let (part, longer) = (cut[0]..cut[1], cut[0]..cut[1] + lanes.width());
-                let rows = Rows {
-                    earlier: [&e0[longer.clone()], &e1[longer.clone()]],
-                    later: [&l0[longer.clone()], &l1[longer.clone()]],
-                };
-                lanes.add_energy(rows, &area[part.clone()], &face[part.clone()], cut[0], &mut tally);
-                lanes.add_kinetic(&e0[part.clone()], &l0[part.clone()], &area[part], cut[0], &mut kinetic);
+                // SAFETY: a row and a pack are left on all sides
+                #[expect(unsafe_code, reason = "the function under test")]
+                unsafe {
+                    lanes.advance_and_count(patch, 1..4, cut[0]..cut[1], &area, &mut tallies);
+                }
             }
-            assert_eq!(kinetic, tally.sums[0]);
-            tally.total()
+            (next, tallies.map(|tally| tally.total()))
         };
-        let baseline = sum(Lanes::BASELINE, &[0, n]);
-        let pairs =
-            [(baseline.kinetic, plain.kinetic), (baseline.axial, plain.axial), (baseline.shear, plain.shear)];
-        assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 1e-13), "{baseline:?} {plain:?}");
+        let baseline = advanced(Lanes::BASELINE, &[0, columns]);
+        let (next, energies) = &baseline;
+        for (j, energy) in (1..).zip(energies) {
+            let row = |level: &[f64]| level[j * stride + PACK..][..columns].to_vec();
+            let [before, now, next] = [&before, &now, next].map(|level| row(level));
+            let mut plain = RowEnergy::default();
+            for i in 0..columns {
+                plain.kinetic += area[i] * (now[i] - before[i]).powi(2);
+                plain.strain -= area[i] * before[i] * (next[i] - 2.0 * now[i] + before[i]);
+                plain.next_kinetic += area[i] * (next[i] - now[i]).powi(2);
+            }
+            let pairs = [
+                (energy.kinetic, plain.kinetic),
+                (energy.strain, plain.strain),
+                (energy.next_kinetic, plain.next_kinetic),
+            ];
+            assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 1e-13), "{energy:?} {plain:?}");
+            let surface = Tally::of_surface(&area, [&before, &now, &next], &next).total();
+            let pairs = [
+                (energy.kinetic, surface.kinetic),
+                (energy.strain, surface.strain),
+                (energy.next_kinetic, surface.next_kinetic),
+            ];
+            assert!(pairs.iter().all(|(a, b)| a == b), "{energy:?} {surface:?}");
+        }
         for lanes in Lanes::all() {
             let w = lanes.width();
-            for cuts in [vec![0, n], vec![0, w, n], vec![0, 3 * w, 3 * w, 4 * w, n - w, n]] {
-                assert_eq!(sum(lanes, &cuts), baseline, "{lanes:?}, {cuts:?}");
+            for cuts in [vec![0, columns], vec![0, w, columns], vec![0, 3 * w, 4 * w, columns - w, columns]] {
+                assert_eq!(advanced(lanes, &cuts), baseline, "{lanes:?}, {cuts:?}");
             }
         }
     }

@@ -1,17 +1,16 @@
 //! What frames show, taken down while the interior passes by: nothing stops for a frame.
 //!
-//! The interior is never at one level as a whole. But just before some nodes go on to level k+1 they are at level k, and
-//! where the new level is about to be written level k−1 still stands, also one row below and one vector farther out.
-//! That is when a survey takes down the fields at level k and the energy between levels k−1 and k, node by node, in
-//! memory that is at hand anyway; and just after, what takes level k+1: velocity, and kinetic energy between levels k and
-//! k+1. Who does it when changes no number: fields are taken one by one, and sums over a row go on from tile to tile.
+//! The interior is never at one level as a whole. But when some nodes go on to level k+1 they are at levels k−1, k and k+1
+//! at once, which makes the energy between k−1 and k, and the kinetic energy between k and k+1; it is counted on the way.
+//! Just after, level k still stands around them, and a survey takes down its fields, node by node, in memory that is at hand
+//! anyway. Who does it when changes no number: fields are taken one by one, and sums over a row go on from tile to tile.
 
 use std::{cell::UnsafeCell, ops::Range};
 
 use super::{
     Extent, Field, Sample, Show, TargetEnergy,
-    stencil::{Interleaved, Rows, Tally},
-    sweep::Ground,
+    stencil::Tally,
+    sweep::{Ground, Top},
 };
 
 /// Numbers that several threads write, each its own part.
@@ -57,10 +56,8 @@ impl<T: Default> Parts<T> {
 pub struct Survey {
     /// Level k+1, which is about to be reached.
     level: usize,
-    /// Energy between levels k−1 and k, row by row.
+    /// Energy, row by row.
     tallies: Parts<Tally>,
-    /// Kinetic energy between levels k and k+1, row by row, as in [`Tally`].
-    kinetic: Parts<Interleaved>,
     /// Fields at level k.
     slices: Vec<(Field, Parts<f32>)>,
     extent: Extent,
@@ -78,7 +75,7 @@ pub struct Found {
     pub samples: Vec<Sample>,
 }
 
-/// What is taken down before nodes are advanced and needed afterwards: u^{k−1} of the nodes whose velocity is shown.
+/// What is taken down before nodes are advanced and needed afterwards: u^{k−1} of those whose velocity is shown.
 pub struct Before(Vec<f64>);
 
 /// Rows and columns of a survey that are shown, of some that are given.
@@ -101,8 +98,7 @@ impl Survey {
         // as much room for every frame: then the memory of one that is done with fits the next
         let most = ground.levels.rows().div_ceil(*every) * ground.levels.columns().div_ceil(*every);
         let slices = fields.iter().map(|field| (*field, Parts::new(extent.nr * extent.nz, most))).collect();
-        let (tallies, kinetic) = (Parts::new(rows, 0), Parts::new(rows, 0));
-        Self { level, tallies, kinetic, slices, extent, every: *every }
+        Self { level, tallies: Parts::new(rows, 0), slices, extent, every: *every }
     }
 
     /// What of `rows` and `columns` is shown.
@@ -114,119 +110,112 @@ impl Survey {
         Shown { rows: nodes(&rows).step_by(every), columns: nodes(&places), places }
     }
 
-    /// Takes down what `rows` and `columns`, whole vectors, are now, before they are advanced.
-    ///
-    /// * `pressure`: on row 0, if that is among the rows
+    /// Where the energy of `rows` is summed up.
     ///
     /// # Safety
     ///
-    /// The nodes hold levels k−1 and k, and so do those one row below and one vector farther out; the row above holds level
-    /// k. Nobody writes to any of them meanwhile, or surveys these rows.
+    /// Nobody else surveys these rows meanwhile.
+    #[expect(unsafe_code, clippy::mut_from_ref, reason = "the caller answers for it")]
+    pub unsafe fn tallies(&self, rows: Range<usize>) -> &mut [Tally] {
+        // SAFETY: handed on to the caller
+        unsafe { self.tallies.part(rows) }
+    }
+
+    /// Takes down what of `rows` and `columns`, whole vectors, is gone once they are advanced.
+    ///
+    /// * `top`: row 0, if it is among the rows; then the columns are all there are
+    ///
+    /// # Safety
+    ///
+    /// The nodes hold levels k−1 and k. Nobody writes to any of them meanwhile, or surveys these rows.
     #[expect(unsafe_code, reason = "a field and a survey that threads share")]
     pub unsafe fn before(
         &self,
         ground: &Ground,
         rows: Range<usize>,
         columns: Range<usize>,
-        pressure: &[f64],
+        top: Option<Top<'_>>,
     ) -> Before {
-        let now = self.level - 1;
-        // SAFETY, here and below: the caller says that these numbers can be read
-        let line = |level: usize, j: usize| unsafe {
-            ground.levels.part(level, j, columns.clone(), ground.lanes.width())
+        // SAFETY, here and below: the caller says that these numbers can be read, and that nobody else surveys the rows
+        let line = |level: usize, j: usize, columns: &Range<usize>| unsafe {
+            ground.levels.part(level, j, columns.clone(), 0)
         };
-        for j in rows.clone() {
-            let pair = |level: usize| [line(level, j), line(level, j + 1)];
-            let pairs = Rows { earlier: pair(now + 1), later: pair(now) };
-            let (area, face) = (&ground.area[columns.clone()], &ground.face[columns.clone()]);
-            // SAFETY: nobody else surveys row j
-            let tally = unsafe { &mut self.tallies.part(j..j + 1)[0] };
-            ground.lanes.add_energy(pairs, area, face, columns.start, tally);
+        if let Some(Top { displacement, free, .. }) = top {
+            let [before, now] = [self.level, self.level - 1].map(|level| line(level, 0, &columns));
+            let tally = unsafe { self.tallies.part(0..1) };
+            tally[0] = Tally::of_surface(&ground.area, [before, now, displacement], free);
         }
         let mut before = Vec::new();
         let shown = self.shown(&rows, &columns);
-        if shown.places.is_empty() {
-            return Before(before);
-        }
-        let skipped = shown.columns.start - columns.start;
-        let nodes = shown.columns.len();
-        let line = |level: usize, j: usize| &line(level, j)[skipped..skipped + nodes];
-        for (field, values) in &self.slices {
-            // SAFETY: nobody else surveys these rows
-            let place = |j: usize| unsafe { values.part(self.place(j, &shown)) };
-            match field {
-                Field::Displacement => {
-                    for j in shown.rows.clone() {
-                        let here = line(now, j);
-                        fill(place(j), self.every, |i| here[i]);
-                    }
-                }
-                Field::Velocity => {
-                    for j in shown.rows.clone() {
-                        before.extend(line(now + 1, j).iter().step_by(self.every));
-                    }
-                }
-                Field::Stress => {
-                    for j in shown.rows.clone() {
-                        if j == 0 {
-                            let pressure = &pressure[shown.columns.clone()];
-                            fill(place(j), self.every, |i| pressure[i]);
-                        } else {
-                            // −∂u/∂z
-                            let (above, below) = (line(now, j - 1), line(now, j + 1));
-                            fill(place(j), self.every, |i| (above[i] - below[i]) / (2.0 * ground.dz));
-                        }
-                    }
-                    // on the backing, with the odd image u_{nz+1} = −u_{nz−1}
-                    let backing = ground.last_row + 1;
-                    let is_shown =
-                        backing.is_multiple_of(self.every) && backing / self.every < self.extent.nz;
-                    if is_shown && rows.contains(&ground.last_row) {
-                        let above = line(now, ground.last_row);
-                        fill(place(backing), self.every, |i| above[i] / ground.dz);
-                    }
-                }
+        let shows_velocity = self.slices.iter().any(|(field, _)| *field == Field::Velocity);
+        if shows_velocity && !shown.places.is_empty() {
+            for j in shown.rows {
+                before.extend(line(self.level, j, &shown.columns).iter().step_by(self.every));
             }
         }
         Before(before)
     }
 
-    /// Takes down what `rows` and `columns` are now that they have been advanced.
+    /// Takes down what `rows` and `columns`, whole vectors, show now that they have been advanced.
     ///
     /// * `before`: what [`Survey::before`] said of them
+    /// * `top`: row 0, if it is among the rows
     ///
     /// # Safety
     ///
-    /// The nodes hold levels k and k+1, and nobody writes to them meanwhile, or surveys these rows.
+    /// The nodes hold levels k and k+1, and the rows above and below level k. Nobody writes to any of them meanwhile, or
+    /// surveys these rows.
     #[expect(unsafe_code, reason = "a field and a survey that threads share")]
-    pub unsafe fn after(&self, ground: &Ground, rows: Range<usize>, columns: Range<usize>, before: Before) {
-        for j in rows.clone() {
-            // SAFETY: the caller says that these numbers can be read, and that nobody else surveys row j
-            let (earlier, later, kinetic) = unsafe {
-                let line = |level: usize| ground.levels.part(level, j, columns.clone(), 0);
-                (line(self.level - 1), line(self.level), &mut self.kinetic.part(j..j + 1)[0])
-            };
-            let area = &ground.area[columns.clone()];
-            ground.lanes.add_kinetic(earlier, later, area, columns.start, kinetic);
-        }
-        let Some((_, values)) = self.slices.iter().find(|(field, _)| *field == Field::Velocity) else {
-            return;
-        };
+    pub unsafe fn after(
+        &self,
+        ground: &Ground,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        before: Before,
+        top: Option<Top<'_>>,
+    ) {
+        let now = self.level - 1;
         let shown = self.shown(&rows, &columns);
         if shown.places.is_empty() {
             return;
         }
-        for (j, before) in shown.rows.clone().zip(before.0.chunks_exact(shown.places.len())) {
-            // SAFETY: the caller says that these numbers can be read, and that nobody else surveys the row
-            let (line, place) = unsafe {
-                (
-                    ground.levels.part(self.level, j, shown.columns.clone(), 0),
-                    values.part(self.place(j, &shown)),
-                )
-            };
-            // (u^{k+1} − u^{k−1})/(2Δt)
-            for ((value, next), before) in place.iter_mut().zip(line.iter().step_by(self.every)).zip(before) {
-                *value = ((next - before) / (2.0 * ground.dt)) as f32;
+        // SAFETY, here and below: the caller says that these numbers can be read, and that nobody else surveys the rows
+        let line = |level: usize, j: usize| unsafe { ground.levels.part(level, j, shown.columns.clone(), 0) };
+        for (field, values) in &self.slices {
+            let place = |j: usize| unsafe { values.part(self.place(j, &shown)) };
+            for (number, j) in shown.rows.clone().enumerate() {
+                match field {
+                    Field::Displacement => {
+                        let here = line(now, j);
+                        fill(place(j), self.every, |i| here[i]);
+                    }
+                    Field::Velocity => {
+                        // (u^{k+1} − u^{k−1})/(2Δt)
+                        let before = &before.0[number * shown.places.len()..];
+                        let next = line(self.level, j).iter().step_by(self.every);
+                        for ((value, next), before) in place(j).iter_mut().zip(next).zip(before) {
+                            *value = ((next - before) / (2.0 * ground.dt)) as f32;
+                        }
+                    }
+                    Field::Stress => match top {
+                        Some(Top { pressure, .. }) if j == 0 => {
+                            let pressure = &pressure[shown.columns.clone()];
+                            fill(place(j), self.every, |i| pressure[i]);
+                        }
+                        _ => {
+                            // −∂u/∂z
+                            let (above, below) = (line(now, j - 1), line(now, j + 1));
+                            fill(place(j), self.every, |i| (above[i] - below[i]) / (2.0 * ground.dz));
+                        }
+                    },
+                }
+            }
+            // on the backing, with the odd image u_{nz+1} = −u_{nz−1}
+            let backing = ground.last_row + 1;
+            let is_shown = backing.is_multiple_of(self.every) && backing / self.every < self.extent.nz;
+            if *field == Field::Stress && is_shown && rows.contains(&ground.last_row) {
+                let above = line(now, ground.last_row);
+                fill(place(backing), self.every, |i| above[i] / ground.dz);
             }
         }
     }
@@ -243,15 +232,13 @@ impl Survey {
         let mut energy = TargetEnergy::default();
         let mut next_kinetic = 0.0;
         // in the order of rows: the same sum on any number of threads
-        let rows = self.tallies.into_vec().into_iter().zip(self.kinetic.into_vec());
-        for (j, (tally, next)) in rows.enumerate() {
+        for (j, tally) in self.tallies.into_vec().into_iter().enumerate() {
             let row = tally.total();
             // the surface has half a cell of mass
             let mass = 0.5 * dz * if j == 0 { 0.5 } else { 1.0 } / (dt * dt);
             energy.kinetic += mass * row.kinetic;
-            next_kinetic += mass * next.iter().sum::<f64>();
-            // the shear is that of twice the mean
-            energy.strain += 0.5 * row.axial / dz + 0.125 * ground.shear * row.shear;
+            energy.strain += mass * row.strain;
+            next_kinetic += mass * row.next_kinetic;
         }
         let sample = |(field, values): (Field, Parts<f32>)| Sample {
             field,

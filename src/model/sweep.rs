@@ -108,6 +108,8 @@ pub struct Stage {
 pub struct Top<'a> {
     /// Displacement at the level to come, out to the last column that has moved.
     pub displacement: &'a [f64],
+    /// What that would be without the contact.
+    pub free: &'a [f64],
     /// Pressure on the way to it.
     pub pressure: &'a [f64],
 }
@@ -120,12 +122,8 @@ pub struct Ground {
     pub dz: f64,
     /// Time of a step \[R/c_p\].
     pub dt: f64,
-    /// c_s²·Δz/Δr
-    pub shear: f64,
     /// Cell areas by column, for whole packs.
     pub area: Vec<f64>,
-    /// Face weights by column, for whole packs.
-    pub face: Vec<f64>,
     /// Radial weights times λ²/4 towards larger radii, by column, for whole packs.
     pub outward: Vec<f64>,
     /// Radial weights times λ²/4 towards smaller radii, by column, for whole packs.
@@ -172,16 +170,19 @@ impl Ground {
         // SAFETY: rows and columns lie inside the arrays with a row and a pack around them, as has just been checked; the
         // caller answers for the rest
         unsafe {
-            let pressure = top.map_or(&[][..], |top| top.pressure);
-            let before = survey.map(|survey| survey.before(self, rows.clone(), columns.clone(), pressure));
+            let before = survey.map(|survey| survey.before(self, rows.clone(), columns.clone(), top));
             let mut inner = rows.clone();
             if let Some(Top { displacement, .. }) = top {
                 self.levels.row_mut(level, 0)[..displacement.len()].copy_from_slice(displacement);
                 inner.start = 1;
             }
-            self.lanes.advance(self.patch(level), inner, columns.clone());
+            let patch = self.patch(level);
             if let (Some(survey), Some(before)) = (survey, before) {
-                survey.after(self, rows, columns, before);
+                let tallies = survey.tallies(inner.clone());
+                self.lanes.advance_and_count(patch, inner, columns.clone(), &self.area, tallies);
+                survey.after(self, rows, columns, before, top);
+            } else {
+                self.lanes.advance(patch, inner, columns);
             }
         }
     }
@@ -321,9 +322,8 @@ impl Sweep {
             //   which start after this one has ended; those of level t − 1 around this tile were written by tiles above
             //   and to the left, which have ended, and are overwritten at level t + 1 only by tiles that are shifted
             //   one row and one vector farther, which is past them;
-            // - a survey reads level t − 2 as well, of these nodes, one row below and one vector to the right: level t is
-            //   written there by tiles below and to the right, which have not come so far; and all tiles that survey
-            //   a row at one level belong to one block;
+            // - a survey reads what the step reads, of level t − 1, and the nodes themselves; and all tiles that survey a
+            //   row at one level belong to one block;
             // - in the sweep before, this block, those above and the one below are done. If that one's rows begin at
             //   row f before any shift, this block writes up to row f − 2 and reads up to f − 1; what is farther down
             //   begins TILE_ROWS ≥ lag rows below f and is shifted up by a lag at most: it writes from f on and reads
