@@ -282,6 +282,13 @@ impl Case {
         self.record.frames.of(self.sizes.steps, self.sizes.dt)
     }
 
+    /// Memory of the fields of a frame, at most \[bytes\].
+    pub fn frame_size(&self) -> usize {
+        let shown = |nodes: usize| nodes.div_ceil(self.record.field_every);
+        let values = shown(self.sizes.nr) * shown(self.sizes.nz + 1) * self.record.fields.len();
+        (size_of::<f32>() * values).max(1)
+    }
+
     /// Number of columns that may have moved at a step, about: where contact has been, and λ more for every step since.
     ///
     /// ```text

@@ -151,7 +151,7 @@ impl Catalogue {
             case.record.fields.iter().map(|field| field::FieldSlice::new(case, *field)).collect();
         let views = view::channels(case, &slices);
         let slices = slices.into_iter().map(|slice| Box::new(slice) as Box<dyn Channel>);
-        let frames = FrameChannels::new(slices.chain(views).collect());
+        let frames = FrameChannels::new(slices.chain(views).collect(), case.frame_size());
         Self { channels, frames, playback_rate: case.record.playback_rate }
     }
 
@@ -168,7 +168,7 @@ impl Catalogue {
         if knows_drag {
             channels.push(Box::new(drag::Drag));
         }
-        let frames = FrameChannels::new(Vec::new());
+        let frames = FrameChannels::new(Vec::new(), 0);
         Self { channels, frames, playback_rate: case.record.playback_rate }
     }
 
@@ -260,12 +260,14 @@ fn let_speak(
 struct FrameChannels {
     channels: Arc<Mutex<Vec<Box<dyn Channel>>>>,
     is_empty: bool,
+    /// Memory of the fields of a frame \[bytes\].
+    frame_size: usize,
 }
 
 impl FrameChannels {
-    fn new(channels: Vec<Box<dyn Channel>>) -> Self {
+    fn new(channels: Vec<Box<dyn Channel>>, frame_size: usize) -> Self {
         let is_empty = channels.is_empty();
-        Self { channels: Arc::new(Mutex::new(channels)), is_empty }
+        Self { channels: Arc::new(Mutex::new(channels)), is_empty, frame_size }
     }
 
     /// Hands a frame over to the writer.
@@ -283,10 +285,11 @@ impl FrameChannels {
         }
         let snapshot = Snapshot::take(view);
         let channels = Arc::clone(&self.channels);
-        recorder.later(Box::new(move |batch| {
+        let make = move |batch: &mut Batch| {
             let mut channels = lock(&channels);
             let_speak(&mut channels, first, &snapshot.view(), log_time, batch);
-        }))
+        };
+        recorder.later(self.frame_size, Box::new(make))
     }
 }
 

@@ -6,7 +6,6 @@
 use crate::{
     case::{Case, CaseErrors, Sizes},
     channels::{Catalogue, Size},
-    simulation::frame_size,
 };
 
 pub mod calibration;
@@ -110,7 +109,7 @@ impl Estimate {
         let work = Work::up_to(case, trial.part);
         Self {
             memory: 2 * 8 * (case.sizes.nr as u64 + 1) * (case.sizes.nz as u64 + 1)
-                + FRAMES_IN_MEMORY.min(case.frames().count()) * frame_size(case) as u64,
+                + FRAMES_IN_MEMORY.min(case.frames().count()) * case.frame_size() as u64,
             file: trial.file_size(work.messages) as u64,
             seconds: rates.map(|rates| work.seconds(case, rates)),
             stops_at: (trial.part < 1.0).then_some(trial.part * case.sizes.steps as f64 * case.sizes.dt),

@@ -3,6 +3,7 @@
 //! The caller encodes messages into batches; a writer thread compresses and writes them. The queue between them is
 //! bounded: a slow disk slows the caller down, and nothing is dropped. The first error of the writer ends the
 //! recording and comes back from the next call. What can wait is left to the writer thread whole, as work that makes messages.
+//! Batches are large, because whoever computes on the writer's core loses its caches with every one of them.
 //!
 //! Chunks are closed when the caller says so, at fixed steps, and written whole: after a crash every chunk that was
 //! closed can be read. Everything that reaches the bytes of the file is set explicitly here.
@@ -34,9 +35,9 @@ pub const FORMAT_VERSION: &str = "1.0";
 pub const CHUNK_TARGET: u64 = 4 << 20;
 
 /// Size at which a batch goes to the writer thread \[bytes\].
-const BATCH_TARGET: usize = 256 << 10;
+const BATCH_TARGET: usize = 1 << 20;
 /// Batches under way between caller and writer.
-const QUEUE_LENGTH: usize = 8;
+const QUEUE_LENGTH: usize = 4;
 /// Zstandard's fast level. Level 3 makes files 0.4 to 1 % smaller and takes longer: the last bits of waves are noise. They stay,
 /// because readers shall find the numbers that were computed, in a form that needs no code of ours.
 const ZSTD_LEVEL: u32 = 1;
@@ -95,12 +96,15 @@ pub struct ChannelSpec {
 pub struct Batch {
     bytes: Vec<u8>,
     entries: Vec<Entry>,
+    /// What messages are to be made from \[bytes\].
+    waiting: usize,
 }
 
-struct Entry {
-    channel: usize,
-    log_time: u64,
-    end: usize,
+enum Entry {
+    /// A message and where its bytes end.
+    Message { channel: usize, log_time: u64, end: usize },
+    /// Work that makes messages.
+    Later(Box<dyn FnOnce(&mut Batch) + Send>),
 }
 
 impl Batch {
@@ -110,13 +114,12 @@ impl Batch {
     /// * `log_time`: log and publish time \[ns\]
     pub fn put(&mut self, channel: usize, log_time: u64, message: &impl Message) {
         message.encode(&mut self.bytes).expect("a Vec grows");
-        self.entries.push(Entry { channel, log_time, end: self.bytes.len() });
+        self.entries.push(Entry::Message { channel, log_time, end: self.bytes.len() });
     }
 }
 
 enum Job {
     Messages(Batch),
-    Later(Box<dyn FnOnce(&mut Batch) + Send>),
     CloseChunk,
     Attachment { name: String, media_type: String, data: Vec<u8> },
     Metadata { name: String, entries: BTreeMap<String, String> },
@@ -222,17 +225,24 @@ impl Recorder {
     ///
     /// The first error of the writer.
     pub fn hand_over_if_full(&mut self) -> Result<(), RecordingError> {
-        if self.batch.bytes.len() >= BATCH_TARGET { self.send_batch() } else { Ok(()) }
+        if self.batch.bytes.len() + self.batch.waiting >= BATCH_TARGET { self.send_batch() } else { Ok(()) }
     }
 
     /// Leaves it to the writer to make messages; they come after those that were added before.
     ///
+    /// * `size`: what they are made from \[bytes\]
+    ///
     /// # Errors
     ///
     /// The first error of the writer.
-    pub fn later(&mut self, make: Box<dyn FnOnce(&mut Batch) + Send>) -> Result<(), RecordingError> {
-        self.send_batch()?;
-        self.send(Job::Later(make))
+    pub fn later(
+        &mut self,
+        size: usize,
+        make: Box<dyn FnOnce(&mut Batch) + Send>,
+    ) -> Result<(), RecordingError> {
+        self.batch.entries.push(Entry::Later(make));
+        self.batch.waiting += size;
+        self.hand_over_if_full()
     }
 
     /// Closes the chunk: everything so far survives a crash.
@@ -368,13 +378,6 @@ impl Scribe<'_> {
                 drop(self.give_back.try_send(batch));
                 Ok(())
             }
-            Job::Later(make) => {
-                let mut batch = std::mem::take(&mut self.made);
-                make(&mut batch);
-                self.write(&mut batch)?;
-                self.made = batch;
-                Ok(())
-            }
             Job::Tap(tap) => {
                 self.tap = Some(tap);
                 Ok(())
@@ -395,18 +398,29 @@ impl Scribe<'_> {
     /// Writes the messages of a batch and empties it.
     fn write(&mut self, batch: &mut Batch) -> Result<(), McapError> {
         let mut start = 0;
-        for Entry { channel, log_time, end } in batch.entries.drain(..) {
-            let (bytes, sequence) = (&batch.bytes[start..end], self.sequences[channel]);
-            self.sequences[channel] = sequence.wrapping_add(1);
-            let header =
-                MessageHeader { channel_id: id(channel), sequence, log_time, publish_time: log_time };
-            self.writer.write_to_known_channel(&header, bytes)?;
-            if let Some(tap) = &mut self.tap {
-                tap.message(channel, log_time, bytes);
+        for entry in batch.entries.drain(..) {
+            match entry {
+                Entry::Message { channel, log_time, end } => {
+                    let (bytes, sequence) = (&batch.bytes[start..end], self.sequences[channel]);
+                    self.sequences[channel] = sequence.wrapping_add(1);
+                    let header =
+                        MessageHeader { channel_id: id(channel), sequence, log_time, publish_time: log_time };
+                    self.writer.write_to_known_channel(&header, bytes)?;
+                    if let Some(tap) = &mut self.tap {
+                        tap.message(channel, log_time, bytes);
+                    }
+                    start = end;
+                }
+                Entry::Later(make) => {
+                    let mut made = std::mem::take(&mut self.made);
+                    make(&mut made);
+                    self.write(&mut made)?;
+                    self.made = made;
+                }
             }
-            start = end;
         }
         batch.bytes.clear();
+        batch.waiting = 0;
         Ok(())
     }
 

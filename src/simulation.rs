@@ -146,7 +146,7 @@ impl Simulation {
             next_step: 0,
             waiting: VecDeque::new(),
             shown: Snapshot::default(),
-            most_frames: (FRAMES_UNDER_WAY / frame_size(case)).max(2),
+            most_frames: (FRAMES_UNDER_WAY / case.frame_size()).max(2),
             ending: None,
             failure: None,
             is_interrupted: false,
@@ -307,13 +307,6 @@ impl Simulation {
         }
         (step == self.steps).then_some(Ending::Completed)
     }
-}
-
-/// Memory of the fields of a frame, at most \[bytes\].
-pub fn frame_size(case: &Case) -> usize {
-    let shown = |nodes: u64| nodes.div_ceil(case.record.field_every as u64) as usize;
-    let values = shown(case.sizes.nr as u64) * shown(case.sizes.nz as u64 + 1) * case.record.fields.len();
-    (size_of::<f32>() * values).max(1)
 }
 
 /// Running sums of the energy ledger.
