@@ -344,17 +344,33 @@ fn write(
         .calculate_data_section_crc(true)
         .calculate_summary_section_crc(true)
         .calculate_attachment_crcs(true);
+    let (synchronise, chunks) = sync_channel(1);
+    let same_file = file.try_clone()?;
+    let synchroniser = std::thread::Builder::new().name("disk".into()).spawn(move || {
+        let is_closed = |()| synchronised(same_file.sync_data());
+        chunks.iter().try_for_each(is_closed)
+    })?;
     let writer = options.create(NoSeek::new(BufWriter::new(file)))?;
-    let mut scribe = Scribe { writer, give_back, sequences: Vec::new(), made: Batch::default(), tap: None };
+    let (sequences, made) = (Vec::new(), Batch::default());
+    let mut scribe = Scribe { writer, give_back, synchronise, sequences, made, tap: None };
     let result = jobs.iter().try_for_each(|job| scribe.carry_out(job));
     // taking the stream back keeps the writer from finishing a file that has failed or was given up
-    let mut output = scribe.writer.into_inner().into_inner();
+    let Scribe { writer, synchronise, .. } = scribe;
+    let mut output = writer.into_inner().into_inner();
+    drop(synchronise);
+    let earlier = synchroniser.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
     result?;
+    // the system tells an error only once
+    earlier?;
     output.flush()?;
-    match output.get_ref().sync_all() {
-        // pipes and devices cannot be synchronised, and need not be
-        Err(error) if error.kind() != io::ErrorKind::InvalidInput => Err(error.into()),
-        _ => Ok(()),
+    Ok(synchronised(output.get_ref().sync_all())?)
+}
+
+/// Pipes and devices cannot be synchronised, and need not be.
+fn synchronised(result: io::Result<()>) -> io::Result<()> {
+    match result {
+        Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
+        result => result,
     }
 }
 
@@ -362,6 +378,9 @@ fn write(
 struct Scribe<'a> {
     writer: Writer<Output>,
     give_back: &'a SyncSender<Batch>,
+    /// To who sees to it that chunks reach the disk while others are made: then little is left to wait for at the end, and a
+    /// machine that loses its power loses little.
+    synchronise: SyncSender<()>,
     /// Number of the next message of every channel.
     sequences: Vec<u32>,
     /// Messages made here.
@@ -382,7 +401,12 @@ impl Scribe<'_> {
                 self.tap = Some(tap);
                 Ok(())
             }
-            Job::CloseChunk => self.writer.flush(),
+            Job::CloseChunk => {
+                self.writer.flush()?;
+                // if it is still at an earlier chunk it will come to this one with a later one
+                _ = self.synchronise.try_send(());
+                Ok(())
+            }
             Job::Attachment { name, media_type, data } => {
                 let data = data.into();
                 self.writer.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data })
