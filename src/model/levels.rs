@@ -75,20 +75,20 @@ impl Levels {
     /// Nobody writes to the row while it is looked at.
     pub unsafe fn row(&self, level: usize, j: usize) -> &[f64] {
         // SAFETY: handed on to the caller
-        unsafe { self.part(level, j, 0..self.columns, 1) }
+        unsafe { self.part(level, j, 0..self.columns + 1) }
     }
 
-    /// Some columns of row `j` at a level, and `more` after them, at most a pack.
+    /// Some columns of row `j` at a level; after the last one there is a zero.
     ///
     /// # Safety
     ///
     /// Nobody writes to them while they are looked at.
-    pub unsafe fn part(&self, level: usize, j: usize, columns: Range<usize>, more: usize) -> &[f64] {
-        assert!(j < self.rows && columns.start <= columns.end && columns.end <= self.columns && more <= PACK);
+    pub unsafe fn part(&self, level: usize, j: usize, columns: Range<usize>) -> &[f64] {
+        assert!(j < self.rows && columns.start <= columns.end && columns.end <= self.columns + 1);
         // SAFETY: columns of a row and the zeros behind it lie inside the array; the caller answers for the rest
         unsafe {
             let first = self.origin(level).add(j * self.stride + columns.start);
-            std::slice::from_raw_parts(first, columns.len() + more)
+            std::slice::from_raw_parts(first, columns.len())
         }
     }
 

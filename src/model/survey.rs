@@ -138,7 +138,7 @@ impl Survey {
     ) -> Before {
         // SAFETY, here and below: the caller says that these numbers can be read, and that nobody else surveys the rows
         let line = |level: usize, j: usize, columns: &Range<usize>| unsafe {
-            ground.levels.part(level, j, columns.clone(), 0)
+            ground.levels.part(level, j, columns.clone())
         };
         if let Some(Top { displacement, free, .. }) = top {
             let [before, now] = [self.level, self.level - 1].map(|level| line(level, 0, &columns));
@@ -180,7 +180,7 @@ impl Survey {
             return;
         }
         // SAFETY, here and below: the caller says that these numbers can be read, and that nobody else surveys the rows
-        let line = |level: usize, j: usize| unsafe { ground.levels.part(level, j, shown.columns.clone(), 0) };
+        let line = |level: usize, j: usize| unsafe { ground.levels.part(level, j, shown.columns.clone()) };
         for (field, values) in &self.slices {
             let place = |j: usize| unsafe { values.part(self.place(j, &shown)) };
             for (number, j) in shown.rows.clone().enumerate() {
