@@ -7,10 +7,18 @@
 //! target/release/solver-bench growth             time over N³, N = 250 to 2000
 //! ```
 //!
-//! Runs of a comparison alternate; ratios are medians of the ratios of neighbouring runs. Everything is timed in this
-//! process, from the first step to the last; recordings with everything until the file is closed.
+//! Runs of a comparison alternate; ratios are medians of the ratios of neighbouring runs. They are timed from the first step
+//! to where the whole field is at the last one; recordings with everything until the file is closed. Those with and without
+//! recording have a process and a file of their own each, like those of `percuss run`: memory and files that were there before
+//! are given out at another price.
 
-use std::{error::Error, path::Path, process::ExitCode, time::Instant};
+use std::{
+    error::Error,
+    ffi::OsStr,
+    path::{Path, PathBuf},
+    process::{Command, ExitCode, Stdio},
+    time::Instant,
+};
 
 use clap::{Parser, Subcommand};
 use percuss::{case::Case, model::cone::Sight, session::record, simulation::Simulation};
@@ -40,6 +48,16 @@ enum What {
         #[arg(long)]
         set: Vec<String>,
     },
+    /// One run, its time in seconds
+    #[command(hide = true)]
+    Once {
+        case: String,
+        #[arg(long)]
+        set: Vec<String>,
+        /// File to record it to
+        #[arg(long)]
+        record: Option<PathBuf>,
+    },
     /// A half-space with and without the light cone
     Cone {
         /// Case
@@ -67,10 +85,19 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<()> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build()?;
-    let repeat = arguments.repeat;
+    let (threads, repeat) = (arguments.threads, arguments.repeat);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     pool.install(|| match &arguments.what {
-        What::Recording { case, set } => recording(case, set, repeat),
+        What::Recording { case, set } => recording(case, set, threads, repeat),
+        What::Once { case, set, record } => {
+            let case = Case::load(case, set)?;
+            let seconds = match record {
+                Some(file) => recorded(&case, file)?,
+                None => computed(&case, None)?,
+            };
+            println!("{seconds}");
+            Ok(())
+        }
         What::Cone { case, set } => cone(case, set, repeat),
         What::Growth { cells, end } => growth(cells, *end, repeat),
     })
@@ -81,21 +108,25 @@ fn reference(n: usize) -> Vec<String> {
     ["mesh.kind=\"paper\"".into(), format!("mesh.cells={n}"), "mesh.outer_radius=4".into()].into()
 }
 
-fn recording(name: &str, set: &[String], repeat: usize) -> Result<()> {
+fn recording(name: &str, set: &[String], threads: usize, repeat: usize) -> Result<()> {
     let mut settings = set.to_vec();
     if settings.is_empty() {
         settings = reference(1000);
         settings.push("indenter.mass=5.0".into());
     }
     let case = Case::load(name, &settings)?;
-    settings.push("record.frames=0".into());
-    let without_frames = Case::load(name, &settings)?;
+    let without_frames = [&settings[..], &["record.frames=0".into()]].concat();
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("run.mcap");
-    let mut rows = Vec::new();
+    let (mut rows, mut size) = (Vec::new(), 0);
     for _ in 0..repeat {
-        let off = computed(&without_frames, None)?;
-        rows.push([off, recorded(&without_frames, &file)?, recorded(&case, &file)?]);
+        let off = once(name, &without_frames, threads, None)?;
+        let channels = once(name, &without_frames, threads, Some(&file))?;
+        std::fs::remove_file(&file)?;
+        let all = once(name, &settings, threads, Some(&file))?;
+        size = file.metadata()?.len();
+        std::fs::remove_file(&file)?;
+        rows.push([off, channels, all]);
     }
     println!("{name}: not recorded {:.3} s; times as long:", median(rows.iter().map(|row| row[0])));
     println!("  channels of every step   {:.3}", median(rows.iter().map(|row| row[1] / row[0])));
@@ -104,8 +135,25 @@ fn recording(name: &str, set: &[String], repeat: usize) -> Result<()> {
         case.frames().count(),
         median(rows.iter().map(|row| row[2] / row[0]))
     );
-    println!("  file {:.1} MB", file.metadata()?.len() as f64 / 1e6);
+    println!("  file {:.1} MB", size as f64 / 1e6);
     Ok(())
+}
+
+/// Time of a run in a process of its own \[s\].
+///
+/// * `file`: where it is recorded
+fn once(name: &str, settings: &[String], threads: usize, file: Option<&Path>) -> Result<f64> {
+    let mut command = Command::new(std::env::current_exe()?);
+    command.args(["once", name, "--threads", &threads.to_string()]);
+    for setting in settings {
+        command.args(["--set", setting]);
+    }
+    command.args(file.into_iter().flat_map(|file| [OsStr::new("--record"), file.as_os_str()]));
+    let output = command.stderr(Stdio::inherit()).output()?;
+    if !output.status.success() {
+        return Err(format!("a run of {name} has failed").into());
+    }
+    Ok(String::from_utf8(output.stdout)?.trim().parse()?)
 }
 
 fn cone(name: &str, set: &[String], repeat: usize) -> Result<()> {
@@ -139,7 +187,7 @@ fn growth(cells: &[usize], end: f64, repeat: usize) -> Result<()> {
     Ok(())
 }
 
-/// Time of a run that nobody looks at.
+/// Time of a run that nobody looks at \[s\].
 fn computed(case: &Case, sight: Option<Sight>) -> Result<f64> {
     let start = Instant::now();
     let mut simulation = match sight {
@@ -147,10 +195,12 @@ fn computed(case: &Case, sight: Option<Sight>) -> Result<f64> {
         None => Simulation::new(case)?,
     };
     while simulation.step()?.is_some() {}
+    // the interior is behind the surface until somebody asks for it, as the end of a recording does
+    simulation.validity();
     Ok(start.elapsed().as_secs_f64())
 }
 
-/// Time of a run with its recording.
+/// Time of a run with its recording \[s\].
 fn recorded(case: &Case, file: &Path) -> Result<f64> {
     let start = Instant::now();
     record(case, file)?;
