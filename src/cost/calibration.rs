@@ -25,8 +25,10 @@ pub struct Rates {
     pub shown: f64,
     /// Packing and writing a byte of numbers: without compression, with LZ4, with Zstandard.
     pub byte: [f64; 3],
-    /// Making, packing and writing a message for viewers, whatever its size: most of it is alike from place to place.
+    /// Making, packing and writing a message for viewers, beside what depends on its size.
     pub view: f64,
+    /// Making, packing and writing a byte of messages for viewers.
+    pub view_byte: f64,
     /// Starting and ending a run.
     pub start: f64,
     /// Cores that computing and writing share.
@@ -98,12 +100,15 @@ impl Rates {
 
     /// Time of the thread that writes \[s\].
     pub(super) fn writing(&self, work: &Work, compression: Compression) -> f64 {
-        self.byte[compression_index(compression)] * work.messages.numbers as f64 + self.view * work.views
+        self.byte[compression_index(compression)] * work.messages.numbers as f64
+            + self.view * work.views
+            + self.view_byte * work.messages.views as f64
     }
 
     /// Measures the rates with small runs; None if there is no place for temporary files.
     pub fn measure() -> Option<Self> {
-        let file = tempfile::NamedTempFile::new().ok()?;
+        let folder = tempfile::tempdir().ok()?;
+        let file = folder.path().join("run.mcap");
         let cores = rayon::current_num_threads() as f64;
         // what is not known yet takes no time
         let mut rates = Self {
@@ -113,43 +118,66 @@ impl Rates {
             shown: 0.0,
             byte: [0.0; 3],
             view: 0.0,
+            view_byte: 0.0,
             start: 0.0,
             cores,
         };
         // steps: two meshes, two unknowns; one of them does not fit into the caches, and both keep all cores busy
-        let runs = [(200, 6.0), (800, 3.0)].map(|(cells, end)| {
+        let runs = [(200, 15.0), (800, 3.0)].map(|(cells, end)| {
             let case = punch(cells, end, &["record.frames=0"]);
-            (Work::of(&case), usual_time(|| compute(&case)))
+            (Work::of(&case), usual_time(|| seconds(|| compute(&case))))
         });
         let [(small, small_time), (large, large_time)] = runs;
         let determinant = small.updates * large.columns - large.updates * small.columns;
         rates.update = (small_time * large.columns - large_time * small.columns) / determinant;
-        rates.column = ((large.updates * -small_time + large_time * small.updates) / determinant).max(0.0);
+        rates.column = (large.updates * -small_time + large_time * small.updates) / determinant;
+        if rates.column < 0.0 {
+            // memory costs more than columns do
+            (rates.update, rates.column) = (large_time / large.updates, 0.0);
+        }
 
         // frames: none, many that show nothing, some that show everything
-        let fields = ["record.frames=100", "record.views=[]"];
+        let every_node = "record.field_every=1";
         let [none, energy, all] = [
-            punch(150, 6.0, &["record.frames=0"]),
-            punch(150, 6.0, &["record.frames=450", "record.fields=[]"]),
-            punch(150, 6.0, &fields),
+            punch(150, 12.0, &["record.frames=0"]),
+            punch(150, 12.0, &["record.frames=900", "record.fields=[]"]),
+            punch(150, 12.0, &["record.frames=200", every_node]),
         ]
-        .map(|case| (Work::of(&case), usual_time(|| compute(&case))));
+        .map(|case| (Work::of(&case), usual_time(|| seconds(|| compute(&case)))));
         rates.frame_node = (energy.1 - none.1).max(0.0) / energy.0.frame_nodes;
         rates.shown = (all.1 - none.1 - rates.frame_node * all.0.frame_nodes).max(0.0) / all.0.shown;
 
-        let recorded = |case: &Case| usual_time(|| drop(session::record(case, file.path())));
+        let recorded = |case: &Case| {
+            usual_time(|| {
+                // letting go of an old file takes time of its own
+                drop(fs::remove_file(&file));
+                seconds(|| drop(session::record(case, &file)))
+            })
+        };
         rates.start = recorded(&punch(20, 0.05, &["record.frames=1"])) + PROCESS;
+        let fields = ["record.frames=100", every_node, "record.views=[]"];
+        let computing = usual_time(|| seconds(|| compute(&punch(150, 6.0, &fields))));
         for (compression, name) in [(0, "none"), (1, "lz4"), (2, "zstd")] {
             let packed = format!("record.compression=\"{name}\"");
-            let case = punch(150, 6.0, &[fields[0], fields[1], &packed]);
-            let writing = rates.writing_time(recorded(&case), all.1);
-            rates.byte[compression] = writing / all.0.messages.numbers as f64;
+            let case = punch(150, 6.0, &[&fields[..], &[&packed]].concat());
+            let writing = rates.writing_time(recorded(&case), computing);
+            rates.byte[compression] = writing / Work::of(&case).messages.numbers as f64;
         }
-        let case = punch(60, 6.0, &fields[..1]);
-        let work = Work::of(&case);
-        let numbers = rates.byte[compression_index(case.record.compression)] * work.messages.numbers as f64;
-        let writing = rates.writing_time(recorded(&case), usual_time(|| compute(&case)));
-        rates.view = (writing - numbers).max(0.0) / work.views;
+
+        // views: small pictures, and large ones; per message
+        let views = [(60, 12.0, 700, 1), (300, 3.0, 400, 3)].map(|(cells, end, frames, every)| {
+            let settings = [format!("record.frames={frames}"), format!("record.field_every={every}")];
+            let settings = settings.each_ref().map(String::as_str);
+            let [with, without] = [&[][..], &["record.views=[]"]]
+                .map(|views| punch(cells, end, &[&settings[..], views].concat()));
+            let work = Work::of(&with);
+            let computing = usual_time(|| seconds(|| compute(&with)));
+            let [with, without] = [with, without].map(|case| rates.writing_time(recorded(&case), computing));
+            [with - without, work.messages.views as f64].map(|amount| amount / work.views)
+        });
+        let [[small_time, small_bytes], [large_time, large_bytes]] = views;
+        rates.view_byte = ((large_time - small_time) / (large_bytes - small_bytes)).max(0.0);
+        rates.view = (small_time - rates.view_byte * small_bytes).max(0.0);
         Some(rates)
     }
 
@@ -162,8 +190,8 @@ impl Rates {
     }
 }
 
-/// Start and end of a process \[s\].
-const PROCESS: f64 = 4e-3;
+/// Start and end of a process, and giving it its memory, which runs of a calibration have from those before them \[s\].
+const PROCESS: f64 = 6e-3;
 
 /// The flat punch of the paper on the paper's mesh.
 fn punch(cells: usize, end: f64, settings: &[&str]) -> Case {
@@ -181,15 +209,20 @@ fn punch(cells: usize, end: f64, settings: &[&str]) -> Case {
 fn compute(case: &Case) {
     let mut simulation = Simulation::new(case).expect("a case with a solver");
     while simulation.step().expect("a sound case").is_some() {}
+    // the interior is behind the surface until somebody asks for it, as the end of a recording does
+    simulation.validity();
+}
+
+/// Time of something \[s\].
+fn seconds(run: impl FnOnce()) -> f64 {
+    let start = Instant::now();
+    run();
+    start.elapsed().as_secs_f64()
 }
 
 /// The middle one of five times \[s\].
-fn usual_time(run: impl Fn()) -> f64 {
-    let mut times = [0.0; 5].map(|_: f64| {
-        let start = Instant::now();
-        run();
-        start.elapsed().as_secs_f64()
-    });
+fn usual_time(time: impl Fn() -> f64) -> f64 {
+    let mut times = [0.0; 5].map(|_: f64| time());
     times.sort_by(f64::total_cmp);
     times[2]
 }

@@ -18,7 +18,7 @@ const FRACTIONS: [usize; 10] = [1, 2, 3, 4, 5, 8, 10, 16, 20, 40];
 /// What a recording takes beside its messages: schemas, attachments, metadata \[bytes\].
 const FRAMEWORK: f64 = 64e3;
 
-/// Sizes of messages after compression, relative to before: numbers (where there is no trial) and views.
+/// Sizes of messages after compression, relative to before, where there is no trial: numbers and views.
 fn ratios(compression: Compression) -> (f64, f64) {
     match compression {
         Compression::None => (1.0, 1.0),
@@ -77,15 +77,22 @@ fn try_out(
         let work = Work::of(&case);
         (work.updates <= most_updates && work.messages.total() <= most_bytes).then_some((fraction, case))
     })?;
-    let trial = record(&case, usual)?;
-    let mut numbers = trial.numbers;
+    let trial = numbers_of(&case)?;
+    let mut numbers = trial.ratio;
     if fraction > 1
-        && let Some(coarse) = by(2 * fraction).and_then(|case| record(&case, usual))
+        && let Some(coarse) = by(2 * fraction).and_then(|case| numbers_of(&case))
     {
         // finer fields are smoother; where they pack less, the mesh was too coarse to show anything
-        numbers -= (coarse.numbers - trial.numbers).max(0.0) * trend(fraction as f64);
+        numbers -= (coarse.ratio - trial.ratio).max(0.0) * trend(fraction as f64);
     }
-    Some(Trial { numbers: numbers.clamp(0.0, 1.0), ..trial })
+    let views = if work.messages.views == 0 {
+        usual.views
+    } else {
+        // what of a picture does not pack lies along lines, whose length grows as the root of the number of pixels
+        let finer = work.messages.views as f64 / Work::of(&case).messages.views as f64;
+        views_of(&case, &trial)? / finer.sqrt()
+    };
+    Some(Trial { part: trial.part, numbers: numbers.clamp(0.0, 1.0), views })
 }
 
 /// How much more numbers pack on a mesh `times` as fine, if twice as fine has made them pack by 1 more before, and every
@@ -94,13 +101,33 @@ fn trend(times: f64) -> f64 {
     1.0 - 1.0 / times
 }
 
-/// Records a case. None if it fails.
-fn record(case: &Case, usual: Trial) -> Option<Trial> {
+/// What a recording without views has shown.
+struct Numbers {
+    /// As [`Trial::part`].
+    part: f64,
+    /// Size after compression, relative to before.
+    ratio: f64,
+}
+
+/// Records a case without its views. None if it fails.
+fn numbers_of(case: &Case) -> Option<Numbers> {
+    let mut case = case.clone();
+    case.record.views.clear();
+    let (part, messages, size) = record(&case)?;
+    Some(Numbers { part, ratio: (size - FRAMEWORK) / messages.numbers as f64 })
+}
+
+/// Records a case with its views: their size after compression, relative to before. None if it fails.
+fn views_of(case: &Case, numbers: &Numbers) -> Option<f64> {
+    let (_, messages, size) = record(case)?;
+    Some((size - FRAMEWORK - numbers.ratio * messages.numbers as f64) / messages.views.max(1) as f64)
+}
+
+/// Records a case: the part after which it ends, the sizes of its messages, and that of the file \[bytes\]. None if it fails.
+fn record(case: &Case) -> Option<(f64, Size, f64)> {
     let file = tempfile::NamedTempFile::new().ok()?;
     let last_step = session::record(case, file.path()).ok()?;
     let part = last_step as f64 / case.sizes.steps as f64;
-    let messages = Work::up_to(case, part).messages;
     let size = file.as_file().metadata().ok()?.len() as f64;
-    let others = Trial { numbers: 0.0, ..usual }.file_size(messages);
-    Some(Trial { part, numbers: (size - others) / messages.numbers as f64, ..usual })
+    Some((part, Work::up_to(case, part).messages, size))
 }
