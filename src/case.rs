@@ -168,6 +168,12 @@ pub struct Record {
     pub playback_rate: f64,
 }
 
+/// Numbers that a field shows in all frames together, about, where the case does not say how dense: 16 MiB. Recording them
+/// takes little time beside any run that takes time; all nodes of a fine mesh take longer than computing them.
+pub const SHOWN_NODES: f64 = (1 << 22) as f64;
+/// Cells of the mesh that fields show at least, where the case does not say how dense.
+pub const SHOWN_CELLS: usize = 50;
+
 /// A channel for viewers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -282,6 +288,24 @@ impl Case {
         self.record.frames.of(self.sizes.steps, self.sizes.dt)
     }
 
+    /// Numbers that a field shows, of every `every`-th node along r and z, in all frames together.
+    pub fn shown_nodes(&self, every: usize) -> f64 {
+        const SAMPLES: usize = 200;
+        let shown = |nodes: f64| (nodes / every as f64).ceil();
+        let rows = |step: f64| (step + 1.0).min(self.sizes.nz as f64 + 1.0);
+        let frames = self.frames().about();
+        let samples = frames.iter().step_by(frames.len().div_ceil(SAMPLES).max(1));
+        let each = frames.len() as f64 / samples.len().max(1) as f64;
+        each * samples.map(|step| shown(self.lit_columns(*step)) * shown(rows(*step))).sum::<f64>()
+    }
+
+    /// Nodes from one that fields show to the next, where a case leaves that open: as few as keep what a field shows in all
+    /// frames together to about [`SHOWN_NODES`], but [`SHOWN_CELLS`] remain.
+    pub fn usual_field_every(&self) -> usize {
+        let every = (self.shown_nodes(1) / SHOWN_NODES).sqrt().ceil() as usize;
+        every.min(self.mesh.cells / SHOWN_CELLS).max(1)
+    }
+
     /// Memory of the fields of a frame, at most \[bytes\].
     pub fn frame_size(&self) -> usize {
         let shown = |nodes: usize| nodes.div_ceil(self.record.field_every);
@@ -297,9 +321,10 @@ impl Case {
     pub fn lit_columns(&self, step: f64) -> f64 {
         const SAMPLES: u32 = 16;
         let courant = self.target.material.shear_wave_speed * self.sizes.dt / self.sizes.dr;
+        let shape = self.shape();
         let columns = |part: u32| {
             let earlier = step * f64::from(part) / f64::from(SAMPLES);
-            self.touched_columns(earlier) + courant * (step - earlier)
+            self.columns_under(&shape, earlier) + courant * (step - earlier)
         };
         (0..=SAMPLES).map(columns).fold(1.0, f64::max).min(self.sizes.nr as f64)
     }
@@ -321,7 +346,11 @@ impl Case {
 
     /// Number of columns under the indenter at a step, if the surface did not give way.
     pub fn touched_columns(&self, step: f64) -> f64 {
-        self.shape().reach(self.impact.velocity * step * self.sizes.dt) / self.sizes.dr
+        self.columns_under(&self.shape(), step)
+    }
+
+    fn columns_under(&self, shape: &Shape, step: f64) -> f64 {
+        shape.reach(self.impact.velocity * step * self.sizes.dt) / self.sizes.dr
     }
 
     /// SI values of the units, where the case gives them.
@@ -345,5 +374,41 @@ impl Body {
             HeadKind::Profile { curve, .. } => Head::Profile(curve.clone()),
         };
         Shape::new(head, self.radius)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fine(settings: &[&str]) -> Case {
+        let shared = ["mesh.kind=\"paper\"", "mesh.cells=1000", "mesh.outer_radius=4"];
+        let all: Vec<String> = shared.iter().chain(settings).map(|&setting| setting.to_owned()).collect();
+        Case::load("fig5", &all).expect("a built-in case")
+    }
+
+    #[test]
+    fn fields_are_as_dense_as_they_may_be_unless_the_case_says_how_dense() {
+        let case = fine(&[]);
+        let every = case.record.field_every;
+        assert!(every > 1 && case.shown_nodes(every - 1) > SHOWN_NODES);
+        // thinned rows and columns are rounded up
+        assert!(case.shown_nodes(every) < 1.05 * SHOWN_NODES);
+        assert_eq!(fine(&["record.field_every=1"]).record.field_every, 1);
+        assert_eq!(fine(&["record.frame_times=[1.0, 2.5]"]).record.field_every, 1);
+        assert_eq!(fine(&["record.frames=0"]).record.field_every, 1);
+        // a small case; one on a coarse mesh that is wide and deep
+        for name in ["fig5", "fig9-m5"] {
+            assert_eq!(Case::load(name, &[]).expect("a built-in case").record.field_every, 1);
+        }
+        let again = Case::parse("again", &case.resolved_toml(), &[], Path::new("")).expect("a case");
+        assert_eq!(again.record, case.record);
+    }
+
+    #[test]
+    fn many_frames_are_estimated_from_some() {
+        let few = fine(&["record.frames=200"]).shown_nodes(4) / 200.0;
+        let many = fine(&["record.frames=5001"]).shown_nodes(4) / 5001.0;
+        assert!((many / few - 1.0).abs() < 0.01, "{few} {many}");
     }
 }

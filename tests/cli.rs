@@ -297,6 +297,30 @@ fn interrupted_runs_leave_a_finished_recording() {
 }
 
 #[test]
+fn fields_that_are_thinned_unasked_are_said_to_be() {
+    let folder = folder();
+    let many = ["--set", "record.frames=600", "--set", "run.end_time=12"];
+    let run =
+        |more: &[&str]| percuss(folder.path(), &[&["run", "fig5", "--force"], &many[..], more].concat());
+    let check = percuss(folder.path(), &[&["check", "fig5"], &many[..]].concat());
+    let table = String::from_utf8(check.stdout).expect("text");
+    assert!(
+        table.contains("600 of stress, at one node in 2 along r and along z (record.field_every)"),
+        "{table}"
+    );
+    let thinned = stderr(&run(&[]));
+    assert!(
+        thinned
+            .contains("fields show one node in 2 along r and along z; --set record.field_every=1 shows all"),
+        "{thinned}"
+    );
+    for every in ["1", "5"] {
+        let asked = stderr(&run(&["--set", &format!("record.field_every={every}")]));
+        assert!(asked.contains("completed") && !asked.contains("fields show"), "{asked}");
+    }
+}
+
+#[test]
 fn check_tells_what_a_run_will_take() {
     let folder = folder();
     let output = percuss(folder.path(), &["check", "fig5", "--json"]);

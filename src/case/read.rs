@@ -48,7 +48,7 @@ pub fn case(name: &str, text: &str, overrides: &[String], folder: &Path) -> Resu
         Impact { velocity: velocity.velocity, contact: velocity.contact.map_or(Rule::Unilateral, value) };
     let mesh = read_mesh(doc, &mut root);
     let (run, end_time) = read_run(doc, &mut root);
-    let record = read_record(doc, &mut root, run.end_time);
+    let (record, field_every) = read_record(doc, &mut root, run.end_time);
     root.end(doc);
 
     // sizes are worth deriving only from a case that is sound so far
@@ -56,7 +56,7 @@ pub fn case(name: &str, text: &str, overrides: &[String], folder: &Path) -> Resu
     let case = parts.and_then(|((target, thickness), indenter)| {
         let plan = Plan { model, target: &target, indenter: &indenter, impact, run, record: &record };
         let sizes = plan.sizes(&mut document, &mesh, thickness, end_time)?;
-        Some(Case {
+        let case = Case {
             title: title.unwrap_or_else(|| default_title(name)),
             model,
             geometry,
@@ -68,7 +68,9 @@ pub fn case(name: &str, text: &str, overrides: &[String], folder: &Path) -> Resu
             record,
             sizes,
             text: text.to_owned(),
-        })
+        };
+        let field_every = field_every.unwrap_or_else(|| case.usual_field_every());
+        Some(Case { record: Record { field_every, ..case.record }, ..case })
     });
     document.finish(case)
 }
@@ -212,7 +214,8 @@ fn read_run<'t>(doc: &mut Document<'t>, root: &mut Section<'t>) -> (Run, Span) {
     (Run { end_time: end_time.map_or(1.0, value), stop }, span)
 }
 
-fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>, end_time: f64) -> Record {
+/// The `[record]` section, and its `field_every`, if it is given: else it follows from the sizes.
+fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>, end_time: f64) -> (Record, Option<usize>) {
     let mut section = root.section(doc, "record");
     let interface_every = section.count(doc, "interface_every", 1..=1_000_000_000).map_or(1, value);
     let probes = section.get::<Vec<f64>>(doc, "probes", "a list of radii ≥ 0");
@@ -221,7 +224,7 @@ fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>, end_time: f64
         given.value
     });
     let fields = read_names(doc, &mut section, "fields", "displacement, velocity, stress");
-    let field_every = section.count(doc, "field_every", 1..=1_000_000).map_or(1, value) as usize;
+    let field_every = section.count(doc, "field_every", 1..=1_000_000).map(|given| given.value as usize);
     let views = read_names(doc, &mut section, "views", "field, image, scene, fronts, tf, profile");
     let frames = section.count(doc, "frames", 0..=1_000_000);
     let frame_times = section.get::<Vec<f64>>(doc, "frame_times", "a list of times, 0 ≤ t ≤ run.end_time");
@@ -243,16 +246,17 @@ fn read_record<'t>(doc: &mut Document<'t>, root: &mut Section<'t>, end_time: f64
     let playback_rate = section.number(doc, "playback_rate", Bounds::within(1e-9, 1e9));
     section.end(doc);
     let playback_rate = playback_rate.map_or(1.0, value);
-    Record {
+    let record = Record {
         interface_every,
         probes,
         fields: fields.unwrap_or(vec![Field::Stress]),
-        field_every,
+        field_every: 1,
         views: views.unwrap_or(ViewChannel::ALL.to_vec()),
         frames,
         compression,
         playback_rate,
-    }
+    };
+    (record, field_every)
 }
 
 /// A list of names, each at most once.

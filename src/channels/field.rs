@@ -76,12 +76,6 @@ impl Channel for FieldSlice {
     }
 
     fn size(&self, case: &Case) -> u64 {
-        let sizes = &case.sizes;
-        let frames = case.frames();
-        let shown = |nodes: f64| (nodes / self.every as f64).ceil();
-        let nodes =
-            |step: &f64| shown(case.lit_columns(*step)) * shown((step + 1.0).min(sizes.nz as f64 + 1.0));
-        let nodes: f64 = frames.about().iter().map(nodes).sum();
-        4 * nodes as u64 + frames.count() * (70 + MESSAGE_OVERHEAD)
+        4 * case.shown_nodes(self.every) as u64 + case.frames().count() * (70 + MESSAGE_OVERHEAD)
     }
 }

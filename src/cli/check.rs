@@ -75,6 +75,7 @@ fn table(name: &str, case: &Case, estimate: &Estimate) -> String {
         ("mesh", format!("{nr} x {} nodes to r = {outer_radius:.4}, z = {depth:.4}", nz + 1)),
         ("spacing", format!("dr = {dr:.6e}, dz = {dz:.6e}, radial Courant number {:.6}", c_s * dt / dr)),
         ("time", format!("{steps} steps of {dt:.6e} to t = {:.6}", steps as f64 * dt)),
+        ("frames", frames(case)),
         ("memory", format!("about {}", bytes(estimate.memory))),
         (
             "recording",
@@ -99,6 +100,22 @@ fn table(name: &str, case: &Case, estimate: &Estimate) -> String {
         ));
     }
     rows.iter().map(|(key, value)| format!("{key:<10} {value}\n")).collect()
+}
+
+/// What frames show of the field.
+fn frames(case: &Case) -> String {
+    let (count, every) = (case.frames().count(), case.record.field_every);
+    let names: Vec<&str> = case.record.fields.iter().map(|field| field.name()).collect();
+    match (names.is_empty(), every) {
+        (true, _) => format!("{count}, no fields"),
+        (false, 1) => format!("{count} of {}, at every node", names.join(", ")),
+        (false, _) => {
+            format!(
+                "{count} of {}, at one node in {every} along r and along z (record.field_every)",
+                names.join(", ")
+            )
+        }
+    }
 }
 
 fn bytes(count: u64) -> String {

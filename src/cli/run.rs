@@ -71,6 +71,12 @@ impl Run {
         )?;
         let progress = Progress::new(case.sizes.steps, case.sizes.dt, self.output.quiet);
         progress.say(&format!("{}: {}", self.case.case, case.title));
+        let every = case.record.field_every;
+        if every > 1 && every == case.usual_field_every() {
+            progress.say(&format!(
+                "fields show one node in {every} along r and along z; --set record.field_every=1 shows all"
+            ));
+        }
         if let Some(live) = &live {
             session.show(live.tap())?;
             live.wait_for(self.wait.unwrap_or(0), || signal.load(Ordering::Relaxed) != 0);

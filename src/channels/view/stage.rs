@@ -59,9 +59,10 @@ impl Stage {
         let reach = sizes.contact_reach;
         let half_width = (reach + c_s * end_time).min(sizes.outer_radius);
         let depth = if sizes.layer { sizes.depth } else { end_time.min(sizes.depth) };
-        // a tenth of the nodes shown: pictures stay small beside the fields
+        // a tenth of the nodes: pictures stay small beside fields; and not many more than fields show
         let nodes = (half_width / sizes.dr) * (depth / sizes.dz);
-        let pixels = (nodes / 10.0).clamp(8e3, 4e4);
+        let shown = nodes / (case.record.field_every as f64).powi(2);
+        let pixels = (nodes / 10.0).min(shown).clamp(8e3, 4e4);
         let pixel = (half_width * depth / pixels).sqrt();
         let exaggeration = round_down(DEEPEST * depth.min(half_width) / largest_displacement(case));
         let face = face(&shape, &case.indenter.head, reach.min(half_width), exaggeration);

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cargo build --release --workspace
-//! target/release/percuss run fig5 --set mesh.cells=800 --set record.frames=760 -o big.mcap      (2 GB)
+//! target/release/percuss run fig5 --set mesh.cells=800 --set record.field_every=1 --set record.frames=760 -o big.mcap      (2 GB)
 //! target/release/reader-bench big.mcap --repeat 5
 //! ```
 //!

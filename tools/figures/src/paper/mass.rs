@@ -146,7 +146,7 @@ fn simple_difference(lab: &Lab<'_>, case: &str) -> Result<f64, Failure> {
     let run = lab.run(
         &format!("{case}-displacement"),
         case,
-        &["record.fields=[\"displacement\"]", &frames, "run.end_time=8"],
+        &["record.fields=[\"displacement\"]", "record.field_every=1", &frames, "run.end_time=8"],
     )?;
     let dz = metadata(&run, "percuss.run", "dz")?;
     let times: Vec<f64> = (1..FRAMES).map(|m| 8.0 * m as f64 / (FRAMES - 1) as f64).collect();
