@@ -6,6 +6,7 @@
 use crate::{
     case::{Case, CaseErrors, Sizes},
     channels::{Catalogue, Size},
+    model::sweep::lag,
 };
 
 pub mod calibration;
@@ -74,8 +75,22 @@ impl Work {
     pub fn seconds(&self, case: &Case, rates: &Rates) -> f64 {
         let computing = rates.computing(self);
         let writing = rates.writing(self, case.record.compression);
-        rates.start + writing.max(computing + writing / rates.cores)
+        rates.start + writing.max(computing + writing * held_up(case, computing, rates.cores))
     }
+}
+
+/// How long computing is held up while the thread that writes works, relative to that.
+///
+/// That thread takes the core of one of those that compute. The others go on meanwhile for as long as the surface may be ahead
+/// of the interior, and at best make up for it all.
+///
+/// * `computing`: time of a whole run without recording \[s\]
+/// * `cores`: that computing and writing share
+fn held_up(case: &Case, computing: f64, cores: f64) -> f64 {
+    /// Time for which a thread loses its core, about \[s\].
+    const TURN: f64 = 2e-3;
+    let ahead = lag(case.sizes.nz) as f64 * computing / case.sizes.steps as f64;
+    1.0 - (1.0 - 1.0 / cores) * (ahead / TURN).min(1.0)
 }
 
 /// Frames in memory at once, about, if they come faster than they are written: under way, and in the queue of the recorder.

@@ -9,7 +9,7 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use super::Work;
+use super::{Work, held_up};
 use crate::{case::Case, model::lanes::Lanes, recording::Compression, session, simulation::Simulation};
 
 /// Times of pieces of work \[s\].
@@ -160,7 +160,7 @@ impl Rates {
         for (compression, name) in [(0, "none"), (1, "lz4"), (2, "zstd")] {
             let packed = format!("record.compression=\"{name}\"");
             let case = punch(150, 6.0, &[&fields[..], &[&packed]].concat());
-            let writing = rates.writing_time(recorded(&case), computing);
+            let writing = rates.writing_time(&case, recorded(&case), computing);
             rates.byte[compression] = writing / Work::of(&case).messages.numbers as f64;
         }
 
@@ -172,7 +172,8 @@ impl Rates {
                 .map(|views| punch(cells, end, &[&settings[..], views].concat()));
             let work = Work::of(&with);
             let computing = usual_time(|| seconds(|| compute(&with)));
-            let [with, without] = [with, without].map(|case| rates.writing_time(recorded(&case), computing));
+            let [with, without] =
+                [with, without].map(|case| rates.writing_time(&case, recorded(&case), computing));
             [with - without, work.messages.views as f64].map(|amount| amount / work.views)
         });
         let [[small_time, small_bytes], [large_time, large_bytes]] = views;
@@ -183,10 +184,11 @@ impl Rates {
 
     /// How long the thread that writes has worked in a run that took `seconds`, and `computing` without it: the inverse of
     /// [`Work::seconds`].
-    fn writing_time(&self, seconds: f64, computing: f64) -> f64 {
+    fn writing_time(&self, case: &Case, seconds: f64, computing: f64) -> f64 {
         let seconds = seconds - (self.start - PROCESS);
         // it was the slower one, or all shared the cores
-        ((seconds - computing) * self.cores).clamp(0.0, seconds.max(0.0))
+        let held_up = held_up(case, computing, self.cores);
+        ((seconds - computing) / held_up).clamp(0.0, seconds.max(0.0))
     }
 }
 
