@@ -302,6 +302,9 @@ impl Case {
     /// Nodes from one that fields show to the next, where a case leaves that open: as few as keep what a field shows in all
     /// frames together to about [`SHOWN_NODES`], but [`SHOWN_CELLS`] remain.
     pub fn usual_field_every(&self) -> usize {
+        if self.record.fields.is_empty() {
+            return 1;
+        }
         let every = (self.shown_nodes(1) / SHOWN_NODES).sqrt().ceil() as usize;
         every.min(self.mesh.cells / SHOWN_CELLS).max(1)
     }
@@ -397,6 +400,7 @@ mod tests {
         assert_eq!(fine(&["record.field_every=1"]).record.field_every, 1);
         assert_eq!(fine(&["record.frame_times=[1.0, 2.5]"]).record.field_every, 1);
         assert_eq!(fine(&["record.frames=0"]).record.field_every, 1);
+        assert_eq!(fine(&["record.fields=[]"]).record.field_every, 1);
         // a small case; one on a coarse mesh that is wide and deep
         for name in ["fig5", "fig9-m5"] {
             assert_eq!(Case::load(name, &[]).expect("a built-in case").record.field_every, 1);

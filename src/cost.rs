@@ -84,7 +84,7 @@ impl Work {
 /// That thread takes the core of one of those that compute. The others go on meanwhile for as long as the surface may be ahead
 /// of the interior, and at best make up for it all.
 ///
-/// * `computing`: time of a whole run without recording \[s\]
+/// * `computing`: time of the run without recording \[s\]
 /// * `cores`: that computing and writing share
 fn held_up(case: &Case, computing: f64, cores: f64) -> f64 {
     /// Time for which a thread loses its core, about \[s\].
