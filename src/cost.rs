@@ -58,12 +58,11 @@ impl Work {
         let each = steps as f64 / samples as f64;
         let frames = case.frames().about();
         let frame_nodes: f64 = frames.iter().map(|step| case.lit_columns(*step) * step.min(nz as f64)).sum();
-        let thinning = (case.record.field_every as f64).powi(2);
         Self {
             updates: updates * each,
             columns: columns * each,
             frame_nodes,
-            shown: case.record.fields.len() as f64 * frame_nodes / thinning,
+            shown: case.record.fields.len() as f64 * case.shown_nodes(case.record.field_every),
             views: (frames.len() * case.record.views.len()) as f64,
             messages: Catalogue::new(case).size(case),
         }

@@ -56,7 +56,7 @@ pub fn case(name: &str, text: &str, overrides: &[String], folder: &Path) -> Resu
     let case = parts.and_then(|((target, thickness), indenter)| {
         let plan = Plan { model, target: &target, indenter: &indenter, impact, run, record: &record };
         let sizes = plan.sizes(&mut document, &mesh, thickness, end_time)?;
-        let case = Case {
+        let mut case = Case {
             title: title.unwrap_or_else(|| default_title(name)),
             model,
             geometry,
@@ -69,8 +69,8 @@ pub fn case(name: &str, text: &str, overrides: &[String], folder: &Path) -> Resu
             sizes,
             text: text.to_owned(),
         };
-        let field_every = field_every.unwrap_or_else(|| case.usual_field_every());
-        Some(Case { record: Record { field_every, ..case.record }, ..case })
+        case.record.field_every = field_every.unwrap_or_else(|| case.usual_field_every());
+        Some(case)
     });
     document.finish(case)
 }

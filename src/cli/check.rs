@@ -104,18 +104,16 @@ fn table(name: &str, case: &Case, estimate: &Estimate) -> String {
 
 /// What frames show of the field.
 fn frames(case: &Case) -> String {
-    let (count, every) = (case.frames().count(), case.record.field_every);
+    let count = case.frames().count();
     let names: Vec<&str> = case.record.fields.iter().map(|field| field.name()).collect();
-    match (names.is_empty(), every) {
-        (true, _) => format!("{count}, no fields"),
-        (false, 1) => format!("{count} of {}, at every node", names.join(", ")),
-        (false, _) => {
-            format!(
-                "{count} of {}, at one node in {every} along r and along z (record.field_every)",
-                names.join(", ")
-            )
-        }
+    if names.is_empty() {
+        return format!("{count}, no fields");
     }
+    let nodes = match case.record.field_every {
+        1 => "every node".into(),
+        every => format!("one node in {every} along r and along z (record.field_every)"),
+    };
+    format!("{count} of {}, at {nodes}", names.join(", "))
 }
 
 fn bytes(count: u64) -> String {

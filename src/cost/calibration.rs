@@ -125,7 +125,7 @@ impl Rates {
         // steps: two meshes, two unknowns; one of them does not fit into the caches, and both keep all cores busy
         let runs = [(200, 15.0), (800, 3.0)].map(|(cells, end)| {
             let case = punch(cells, end, &["record.frames=0"]);
-            (Work::of(&case), usual_time(|| seconds(|| compute(&case))))
+            (Work::of(&case), computed(&case))
         });
         let [(small, small_time), (large, large_time)] = runs;
         let determinant = small.updates * large.columns - large.updates * small.columns;
@@ -143,7 +143,7 @@ impl Rates {
             punch(150, 12.0, &["record.frames=900", "record.fields=[]"]),
             punch(150, 12.0, &["record.frames=200", every_node]),
         ]
-        .map(|case| (Work::of(&case), usual_time(|| seconds(|| compute(&case)))));
+        .map(|case| (Work::of(&case), computed(&case)));
         rates.frame_node = (energy.1 - none.1).max(0.0) / energy.0.frame_nodes;
         rates.shown = (all.1 - none.1 - rates.frame_node * all.0.frame_nodes).max(0.0) / all.0.shown;
 
@@ -156,7 +156,7 @@ impl Rates {
         };
         rates.start = recorded(&punch(20, 0.05, &["record.frames=1"])) + PROCESS;
         let fields = ["record.frames=100", every_node, "record.views=[]"];
-        let computing = usual_time(|| seconds(|| compute(&punch(150, 6.0, &fields))));
+        let computing = computed(&punch(150, 6.0, &fields));
         for (compression, name) in [(0, "none"), (1, "lz4"), (2, "zstd")] {
             let packed = format!("record.compression=\"{name}\"");
             let case = punch(150, 6.0, &[&fields[..], &[&packed]].concat());
@@ -171,7 +171,7 @@ impl Rates {
             let [with, without] = [&[][..], &["record.views=[]"]]
                 .map(|views| punch(cells, end, &[&settings[..], views].concat()));
             let work = Work::of(&with);
-            let computing = usual_time(|| seconds(|| compute(&with)));
+            let computing = computed(&with);
             let [with, without] =
                 [with, without].map(|case| rates.writing_time(&case, recorded(&case), computing));
             [with - without, work.messages.views as f64].map(|amount| amount / work.views)
@@ -207,12 +207,15 @@ fn punch(cells: usize, end: f64, settings: &[&str]) -> Case {
     Case::load("fig5", &all).expect("a built-in case")
 }
 
-/// Runs a case that nobody looks at.
-fn compute(case: &Case) {
-    let mut simulation = Simulation::new(case).expect("a case with a solver");
-    while simulation.step().expect("a sound case").is_some() {}
-    // the interior is behind the surface until somebody asks for it, as the end of a recording does
-    simulation.validity();
+/// Time of a run that nobody looks at \[s\].
+fn computed(case: &Case) -> f64 {
+    let compute = || {
+        let mut simulation = Simulation::new(case).expect("a case with a solver");
+        while simulation.step().expect("a sound case").is_some() {}
+        // the interior is behind the surface until somebody asks for it, as the end of a recording does
+        simulation.validity();
+    };
+    usual_time(|| seconds(compute))
 }
 
 /// Time of something \[s\].

@@ -72,10 +72,10 @@ fn try_out(
     let (cells, every) = (case.mesh.cells, case.record.field_every);
     // none if that is too coarse for a case
     let by = |fraction: usize| coarser(cells / fraction, every.div_ceil(fraction)).ok();
-    let (fraction, case) = FRACTIONS.into_iter().find_map(|fraction| {
+    let (fraction, case, tried) = FRACTIONS.into_iter().find_map(|fraction| {
         let case = by(fraction)?;
-        let work = Work::of(&case);
-        (work.updates <= most_updates && work.messages.total() <= most_bytes).then_some((fraction, case))
+        let Work { updates, messages, .. } = Work::of(&case);
+        (updates <= most_updates && messages.total() <= most_bytes).then_some((fraction, case, messages))
     })?;
     let trial = numbers_of(&case)?;
     let mut numbers = trial.ratio;
@@ -89,7 +89,7 @@ fn try_out(
         usual.views
     } else {
         // what of a picture does not pack lies along lines, whose length grows as the root of the number of pixels
-        let finer = work.messages.views as f64 / Work::of(&case).messages.views as f64;
+        let finer = work.messages.views as f64 / tried.views as f64;
         views_of(&case, &trial)? / finer.sqrt()
     };
     Some(Trial { part: trial.part, numbers: numbers.clamp(0.0, 1.0), views })
