@@ -10,8 +10,9 @@
 //! A_d = (2h/a²) ∫_0^a f(t) dt
 //! ```
 //!
-//! The kernel is smooth, so Gauss–Legendre quadrature (Nyström's method) converges exponentially. Its integral is
-//! expanded as `1 − tanh x = 2 Σ_{n≥1} (−1)^{n+1} e^{−2nx}`, hence
+//! The kernel is smooth, so Gauss–Legendre quadrature (Nyström's method) converges exponentially, with a rate that the poles
+//! of the kernel at `y = ±2ih` set: like `e^{−8nh/a}` with n nodes, hence a number of nodes in proportion to a/h. Slopes are good
+//! to 1e-10, measured against twice as many nodes, down to `h·c_s = 0.02`. The integral of the kernel is expanded as `1 − tanh x = 2 Σ_{n≥1} (−1)^{n+1} e^{−2nx}`, hence
 //!
 //! ```text
 //! g(y) = 2 Σ_{n≥1} (−1)^{n+1}·2nh/(4n²h² + y²)
@@ -32,8 +33,9 @@ use super::{
     quadrature::{gauss_legendre_on, solve},
 };
 
-/// Nodes of the quadrature; 40 give all digits for `a/h` up to 20.
+/// Nodes of the quadrature: at least so many, and so many per a/h.
 const NODES: usize = 80;
+const NODES_PER_THICKNESS: f64 = 6.0;
 
 /// A disc on a layer.
 #[derive(Clone, Debug)]
@@ -50,8 +52,8 @@ impl DiscStiffness {
     ///
     /// # Errors
     ///
-    /// A parameter that is not positive, `c_s ≥ 1`, or a layer so thin, `h·c_s < 0.02`, that the quadrature does not
-    /// resolve the kernel.
+    /// A parameter that is not positive, `c_s ≥ 1`, or a layer so thin, `h·c_s < 0.02`, that the quadrature would take more than
+    /// some hundred nodes.
     pub fn new(thickness: f64, shear_wave_speed: f64) -> Result<Self, ExactError> {
         let h = positive("thickness", thickness, f64::INFINITY, "h > 0")?;
         let c_s = positive("shear_wave_speed", shear_wave_speed, 1.0, "0 < c_s < 1")?;
@@ -60,16 +62,23 @@ impl DiscStiffness {
             let bound = "thickness·c_s ≥ 0.02".to_owned();
             return Err(ExactError::OutsideRange { name: "thickness", value: h, bound });
         }
-        let rule = gauss_legendre_on(NODES, 0.0, a);
+        let nodes = NODES.max((NODES_PER_THICKNESS * a / h).ceil() as usize);
+        Ok(Self::with_nodes(h, c_s, nodes))
+    }
+
+    /// The disc by a quadrature with so many nodes.
+    fn with_nodes(h: f64, c_s: f64, nodes: usize) -> Self {
+        let a = 1.0 / c_s;
+        let rule = gauss_legendre_on(nodes, 0.0, a);
         let entry = |t: f64, s: f64, w: f64| -w / PI * (kernel(t - s, h) + kernel(t + s, h));
         let row = |&(t, _): &(f64, f64)| rule.iter().map(|&(s, w)| entry(t, s, w)).collect();
         let mut matrix: Vec<Vec<f64>> = rule.iter().map(row).collect();
         for (i, row) in matrix.iter_mut().enumerate() {
             row[i] += 1.0;
         }
-        let f = solve(matrix, vec![2.0 / PI; NODES]);
+        let f = solve(matrix, vec![2.0 / PI; nodes]);
         let nodes = rule.into_iter().zip(f).map(|((t, w), f)| (t, w, f)).collect();
-        Ok(Self { thickness: h, shear_wave_speed: c_s, nodes })
+        Self { thickness: h, shear_wave_speed: c_s, nodes }
     }
 
     /// `A_d` of the drag `F → A_d·V0·t/h`.
@@ -144,14 +153,15 @@ fn alternating(y: f64, h: f64, term: impl Fn(f64) -> f64) -> f64 {
     };
     let direct = (y.abs() / h).ceil() as usize + 10;
     let mut sum: f64 = (1..=direct).map(term).sum();
-    let mut partial: Vec<f64> = (0..AVERAGED)
-        .map(|m| {
-            sum += term(direct + 1 + m);
-            sum
-        })
-        .collect();
-    while partial.len() > 1 {
-        partial = partial.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
+    let mut partial = [0.0; AVERAGED];
+    for (m, value) in partial.iter_mut().enumerate() {
+        sum += term(direct + 1 + m);
+        *value = sum;
+    }
+    for remaining in (1..AVERAGED).rev() {
+        for m in 0..remaining {
+            partial[m] = 0.5 * (partial[m] + partial[m + 1]);
+        }
     }
     partial[0]
 }
@@ -219,5 +229,19 @@ mod tests {
         let disc = DiscStiffness::new(h, c_s).expect("parameters");
         let expected = 2.0 / PI * h * c_s / (1.0 - r * r).sqrt();
         assert!((disc.pressure_slope(r).expect("range") / expected - 1.0).abs() < 1e-3);
+    }
+    #[test]
+    fn more_nodes_change_nothing_in_the_whole_range() {
+        for (h, c_s) in [(0.021, 0.999), (0.1, 0.5), (20.0, 0.5)] {
+            let disc = DiscStiffness::new(h, c_s).expect("in range");
+            let finer = DiscStiffness::with_nodes(h, c_s, 2 * disc.nodes.len());
+            let change = disc.drag_slope() / finer.drag_slope() - 1.0;
+            assert!(change.abs() < 1e-10, "h·c_s = {}: {change:e}", h * c_s);
+            for r in [0.0, 0.5, 0.9, 0.99] {
+                let [coarse, fine] = [&disc, &finer].map(|disc| disc.pressure_slope(r).expect("range"));
+                let change = coarse / fine - 1.0;
+                assert!(change.abs() < 1e-10, "h·c_s = {}, r = {r}: {change:e}", h * c_s);
+            }
+        }
     }
 }

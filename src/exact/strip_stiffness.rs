@@ -10,9 +10,17 @@
 //! A(x) = π/(2K(k'))·√((1 − τ²)/(k² − τ²))      τ = tanh(πx'/2h)
 //! ```
 //!
-//! with the complete elliptic integral `K(k) = π/(2·agm(1, k'))`. For a thin layer `A_d → 1 + (2 ln 2/π)·h/a`.
+//! with the complete elliptic integral `K(k) = π/(2·agm(1, k'))`. Under a thin layer k' and `k² − τ²` are lost to rounding, so
+//! they are not computed as differences: with `x = πa/2h` and `s = πx'/2h`
+//!
+//! ```text
+//! (1 − τ²)/(k² − τ²) = cosh²x/(sinh(x − s)·sinh(x + s)) = (1 + e^{−2x})²/[(1 − e^{−2(x−s)})(1 − e^{−2(x+s)})]
+//! K(k) = ln(4/k') for k' → 0,    ln(4/k') = x + ln 2 + ln(1 + e^{−2x})
+//! ```
+//!
+//! and `A_d → 1 + (2 ln 2/π)·h/a`. Both slopes are good to 1e-14 for every thickness.
 
-use std::f64::consts::PI;
+use std::f64::consts::{LN_2, PI};
 
 use super::{ExactError, positive};
 
@@ -21,10 +29,14 @@ use super::{ExactError, positive};
 pub struct StripStiffness {
     thickness: f64,
     shear_wave_speed: f64,
-    /// k and k'
-    modulus: f64,
-    complement: f64,
+    /// `x = πa/2h`
+    half_angle: f64,
+    /// `agm(1, k)`, that is `π/(2K(k'))`
+    mean: f64,
 }
+
+/// `x` from which on `K(k) = ln(4/k')` to rounding: what it leaves out is of the size of `k'²`.
+const THIN: f64 = 20.0;
 
 impl StripStiffness {
     /// * `thickness`: h of the layer \[R\]
@@ -36,14 +48,21 @@ impl StripStiffness {
     pub fn new(thickness: f64, shear_wave_speed: f64) -> Result<Self, ExactError> {
         let h = positive("thickness", thickness, f64::INFINITY, "h > 0")?;
         let c_s = positive("shear_wave_speed", shear_wave_speed, 1.0, "0 < c_s < 1")?;
-        let x = 0.5 * PI / (c_s * h);
-        Ok(Self { thickness: h, shear_wave_speed: c_s, modulus: x.tanh(), complement: 1.0 / x.cosh() })
+        let half_angle = 0.5 * PI / (c_s * h);
+        Ok(Self { thickness: h, shear_wave_speed: c_s, half_angle, mean: mean(1.0, half_angle.tanh()) })
     }
 
     /// `A_d` of the drag `F → A_d·V0·t/h`.
     pub fn drag_slope(&self) -> f64 {
-        // (h/a)·K(k)/K(k') = (h/a)·agm(1, k)/agm(1, k')
-        self.thickness * self.shear_wave_speed * mean(1.0, self.modulus) / mean(1.0, self.complement)
+        let x = self.half_angle;
+        let width = self.thickness * self.shear_wave_speed;
+        if x < THIN {
+            // (h/a)·K(k)/K(k') = (h/a)·agm(1, k)/agm(1, k')
+            width * self.mean / mean(1.0, 1.0 / x.cosh())
+        } else {
+            // (h/a)·(2/π)·x = 1
+            self.mean * (1.0 + 2.0 / PI * width * (LN_2 + (-2.0 * x).exp().ln_1p()))
+        }
     }
 
     /// `A(x)` of the pressure `p → A(x)·V0·t/h`.
@@ -53,21 +72,14 @@ impl StripStiffness {
     /// `x` is not under the punch, `|x| < 1`.
     pub fn pressure_slope(&self, x: f64) -> Result<f64, ExactError> {
         positive("1 - |x|", 1.0 - x.abs(), f64::INFINITY, "|x| < 1")?;
-        let half = 0.5 * PI / (self.shear_wave_speed * self.thickness);
-        let tau = (half * x).tanh();
-        // k − τ = sinh(half·(1 − x))/(cosh half · cosh half·x)
-        let below =
-            (half * (1.0 - x)).sinh() * (half * (1.0 + x)).sinh() / (half.cosh() * (half * x).cosh()).powi(2);
-        Ok(mean(1.0, self.modulus) * ((1.0 - tau * tau) / below).sqrt())
+        let below = |distance: f64| -(-2.0 * self.half_angle * distance).exp_m1();
+        let above = 1.0 + (-2.0 * self.half_angle).exp();
+        Ok(self.mean * above / (below(1.0 - x) * below(1.0 + x)).sqrt())
     }
 }
 
 /// The arithmetic-geometric mean; \[AS\] 17.6.1.
 fn mean(mut a: f64, mut b: f64) -> f64 {
-    // k' underflows for layers so thin that the slope is 1 anyway
-    if b == 0.0 {
-        return 0.0;
-    }
     while (a - b).abs() > 1e-15 * a {
         (a, b) = (0.5 * (a + b), (a * b).sqrt());
     }
@@ -95,7 +107,7 @@ mod tests {
         // thin layer: 1 + (2 ln 2/π)·h·c_s, and under the middle a column
         let (h, c_s) = (0.2, 0.5);
         let thin = StripStiffness::new(h, c_s).expect("parameters");
-        let expected = 1.0 + 2.0 * std::f64::consts::LN_2 / PI * h * c_s;
+        let expected = 1.0 + 2.0 * LN_2 / PI * h * c_s;
         assert!((thin.drag_slope() - expected).abs() < 1e-6);
         assert!((thin.pressure_slope(0.0).expect("range") - 1.0).abs() < 1e-6);
         // only h·c_s matters, and the profile is even
@@ -106,5 +118,27 @@ mod tests {
         // physics of Fig. 5's plane case
         let paper = StripStiffness::new(1.0, 0.5).expect("parameters");
         assert!((paper.drag_slope() - 1.22).abs() < 2e-3, "{}", paper.drag_slope());
+    }
+    #[test]
+    fn thin_layers_are_columns_but_for_their_edges() {
+        // true to 1e-15: p = 1/√(1 − e^{−πδ/h'}) at the distance δ from the edge, h' = h·c_s, but for e^{−π/h'}
+        for (h, c_s, x) in [(0.2, 0.31, 0.9), (0.02, 0.31, 0.99), (1e-3, 0.1, 0.999_9), (1e-6, 0.5, 0.5)] {
+            let strip = StripStiffness::new(h, c_s).expect("parameters");
+            let expected = 1.0 / (1.0 - (-PI * (1.0 - x) / (h * c_s)).exp()).sqrt();
+            let slope = strip.pressure_slope(x).expect("under the punch");
+            assert!((slope / expected - 1.0).abs() < 1e-13, "h = {h}, x = {x}: {slope} {expected}");
+            assert_eq!(strip.pressure_slope(-x), Ok(slope));
+        }
+        let known = StripStiffness::new(0.2, 0.31).expect("parameters").pressure_slope(0.9).expect("range");
+        assert!((known - 1.003_17).abs() < 1e-5, "{known}");
+        for (h, c_s) in [(0.02, 0.5), (0.002, 0.5), (1e-9, 0.3), (1e-300, 0.5)] {
+            let slope = StripStiffness::new(h, c_s).expect("parameters").drag_slope();
+            let expected = 1.0 + 2.0 * LN_2 / PI * h * c_s;
+            assert!((slope - expected).abs() < 1e-14, "h = {h}: {slope} {expected}");
+        }
+        // both forms of the drag meet where one gives way to the other
+        let at = |x: f64| StripStiffness::new(0.5 * PI / (0.5 * x), 0.5).expect("parameters").drag_slope();
+        let (below, above) = (at(THIN * (1.0 - 1e-12)), at(THIN * (1.0 + 1e-12)));
+        assert!((below - above).abs() < 1e-13, "{below} {above}");
     }
 }
