@@ -26,8 +26,9 @@ Examples:
   percuss study fig8-m5 --refine 4 --json > fig8-m5.json
   percuss study fig4 --plot fig4-order.svg
 
-The order is observed on the last three meshes, the extrapolated value is Richardson's, the error bar is 1.25 of what it
-adds; without an order it is three times the largest difference. Stress at r = 0 under the waves of an edge and the
+The order is observed on the last three meshes, the extrapolated value is Richardson's. The error bar, about the finest value,
+is 1.25 of what is left at that order, at most the first; without an order (none between 0.5 and 2.5) it is three times the
+largest difference. Stress at r = 0 under the waves of an edge and the
 stress at an edge do not converge, and the table shows it.";
 
 /// Runs a case on meshes refined by two and reports observed orders, extrapolated values and error bars.
