@@ -78,7 +78,7 @@ pub struct Body {
     pub head: HeadKind,
     /// Radius of the punch \[R\]; `None` if unbounded.
     pub radius: Option<f64>,
-    /// Mass M \[πγR³\], may be infinite.
+    /// Mass M \[πγR³, plane γR²\], may be infinite.
     pub mass: f64,
     /// SI value of the length unit \[m\].
     pub scale_radius: Option<f64>,
@@ -367,6 +367,7 @@ impl Case {
     }
 }
 
+            geometry: self.geometry,
 impl Body {
     /// The shape at impact velocity V0: `f = V0 r²/k`, `f = V0 r/V*`.
     pub fn shape(&self, velocity: f64) -> Shape {

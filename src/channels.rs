@@ -140,10 +140,10 @@ impl Catalogue {
     pub fn new(case: &Case) -> Self {
         let channels: Vec<Box<dyn Channel>> = vec![
             Box::new(interface_stress::InterfaceStress::new(case)),
-            Box::new(drag::Drag),
+            Box::new(drag::Drag::new(case)),
             Box::new(velocity::Velocity),
             Box::new(probes::Probes::new(case)),
-            Box::new(energy::Energy),
+            Box::new(energy::Energy::new(case)),
             Box::new(event::Event),
             Box::new(log::Log),
         ];
@@ -166,7 +166,7 @@ impl Catalogue {
             Box::new(log::Log),
         ];
         if knows_drag {
-            channels.push(Box::new(drag::Drag));
+            channels.push(Box::new(drag::Drag::new(case)));
         }
         let frames = FrameChannels::new(Vec::new(), 0);
         Self { channels, frames, playback_rate: case.record.playback_rate }

@@ -41,7 +41,7 @@ pub enum Rule {
 /// What one step of contact amounts to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
-    /// Drag F^k on the indenter \[πR²γc_p²\].
+    /// Drag F^k on the indenter \[πR²γc_p²; plane Rγc_p²\].
     pub drag: f64,
     /// Contact radius r* \[R\].
     pub contact_radius: f64,
@@ -49,9 +49,9 @@ pub struct Touch {
     pub velocity: f64,
     /// Displacement w^k of the indenter \[R\].
     pub depth: f64,
-    /// Work done during the step by a prescribed motion \[πR³γc_p²\].
+    /// Work done during the step by a prescribed motion \[πR³γc_p²; plane R²γc_p²\].
     pub work: f64,
-    /// Energy lost during the step to nodes that struck the indenter \[πR³γc_p²\].
+    /// Energy lost during the step to nodes that struck the indenter \[πR³γc_p²; plane R²γc_p²\].
     pub dissipated: f64,
     /// Node that needs tension: the one under the largest tension (glued), or one that has just opened.
     pub extended: Option<usize>,

@@ -20,7 +20,7 @@ pub struct Indenter {
 impl Indenter {
     /// An indenter at the surface, moving into it.
     ///
-    /// * `mass`: M \[πγR³\], infinite for constant velocity
+    /// * `mass`: M \[πγR³; plane γR²\], infinite for constant velocity
     /// * `velocity`: V0 \[c_p\]
     /// * `dt`: time step \[R/c_p\]
     pub fn new(mass: f64, velocity: f64, dt: f64) -> Self {
@@ -52,8 +52,8 @@ impl Indenter {
         self.mass.is_infinite()
     }
 
-    /// Advances by one step under the drag F^k \[πR²γc_p²\] and returns the velocity V^k, the mean of the velocities
-    /// before and after it \[c_p\].
+    /// Advances by one step under the drag F^k \[πR²γc_p²; plane Rγc_p²\] and returns the velocity V^k, the mean of
+    /// the velocities before and after it \[c_p\].
     pub fn advance(&mut self, drag: f64) -> f64 {
         let before = self.half_velocity;
         self.depth = if self.is_driven() {
@@ -66,8 +66,8 @@ impl Indenter {
         0.5 * (before + self.half_velocity)
     }
 
-    /// Kinetic energy ½M v² at the current half step \[πR³γc_p²\]; 0 for a driven indenter, whose energy is not
-    /// at stake.
+    /// Kinetic energy ½M v² at the current half step \[πR³γc_p²; plane R²γc_p²\]; 0 for a driven indenter, whose
+    /// energy is not at stake.
     pub fn kinetic_energy(&self) -> f64 {
         if self.is_driven() { 0.0 } else { 0.5 * self.mass * self.half_velocity * self.half_velocity }
     }

@@ -11,7 +11,7 @@
 //! | Module | Owns |
 //! |---|---|
 //! | [`case`] | case files: reading, checking, derived sizes, the built-in cases |
-//! | [`units`], [`material`] | SI scales; elastic constants |
+//! | [`units`], [`material`] | names of units and SI scales; elastic constants |
 //! | [`shape`] | indenter profiles and what they wet of a cell |
 //! | [`grid`] | mesh and geometry as positions and weights |
 //! | [`indenter`] | the rigid body |
@@ -72,8 +72,8 @@
 //! # Units, signs, symbols
 //!
 //! Dimensionless throughout: length in R (the radius of the punch), speed in c_p, time in R/c_p, density in γ, stress
-//! in γc_p², force in πR²γc_p², mass in πγR³, energy in πR³γc_p². Recorded stress is compressive positive,
-//! `p = −σ_zz`. Arrays over the section have the shape `(nz, nr)` and are indexed `[[j, i]]`: row 0 is the surface.
+//! in γc_p², force in πR²γc_p², mass in πγR³, energy in πR³γc_p²; in the plane, per length and of the half x ≥ 0, force in
+//! Rγc_p², mass in γR², energy in R²γc_p² ([`units`]). Recorded stress is compressive positive, `p = −σ_zz`. Arrays over the section have the shape `(nz, nr)` and are indexed `[[j, i]]`: row 0 is the surface.
 //!
 //! # Sources
 //!

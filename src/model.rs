@@ -53,7 +53,7 @@ impl Field {
     }
 }
 
-/// Energy of the target at a half step \[πR³γc_p²\].
+/// Energy of the target at a half step \[πR³γc_p²; plane R²γc_p²\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TargetEnergy {
     /// Kinetic energy.

@@ -24,6 +24,7 @@ use crate::{
     contact::event::EventKind,
     exact::answer::Answer,
     simulation::{Simulation, SimulationError},
+    units,
     view::View,
 };
 
@@ -149,7 +150,7 @@ pub fn study(
     let assess = |name, unit, values, exact| Quantity::assess(name, unit, values, exact, ratio);
     let mut quantities = Vec::new();
     // number of the column in a trace, name, unit
-    let mut columns = vec![(DRAG, "drag".to_owned(), "πR²γc_p²")];
+    let mut columns = vec![(DRAG, "drag".to_owned(), units::force(finest.geometry))];
     if finest.indenter.mass.is_finite() {
         columns.push((VELOCITY, "velocity".into(), "c_p"));
     }

@@ -18,7 +18,7 @@ pub struct View<'a> {
     pub time: f64,
     /// The interface.
     pub interface: Interface<'a>,
-    /// Drag F^k \[πR²γc_p²\].
+    /// Drag F^k \[πR²γc_p²; plane Rγc_p²\].
     pub drag: f64,
     /// Contact radius r* \[R\].
     pub contact_radius: f64,
@@ -64,7 +64,8 @@ pub struct Frame<'a> {
     pub fields: &'a Fields,
 }
 
-/// Energy ledger: `initial + work = kinetic + strain + indenter + dissipated + residual` \[πR³γc_p²\].
+/// Energy ledger: `initial + work = kinetic + strain + indenter + dissipated + residual` \[πR³γc_p²; plane
+/// R²γc_p²\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energy {
     /// Kinetic energy of the target.

@@ -325,6 +325,51 @@ fn fields_are_recorded_as_slices() {
     }
 }
 
+#[test]
+fn plane_runs_have_units_of_their_own() {
+    let folder = folder();
+    let text = "geometry = \"plane\"\n[target]\nthickness = 0.5\n\
+                material = { youngs_modulus = 210e9, poisson_ratio = 0.3, density = 7850.0 }\n\
+                [indenter]\nshape = \"flat\"\nradius = 1.0\nmass = 2.0\nscale = { radius = 0.01 }\n\
+                [mesh]\ncells = 10\n[run]\nend_time = 2.0\n";
+    let case = Case::parse("steel", text, &[], "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let bytes = record(&case, &folder.path().join("a.mcap"));
+    let summary = Summary::read(&bytes).expect("a sound file").expect("a summary");
+    let channel = |topic: &str| {
+        let channel = summary.channels.values().find(|channel| channel.topic == topic);
+        &channel.expect("a channel").metadata
+    };
+    assert_eq!(channel("/drag")["unit.force"], "Rγc_p²");
+    for field in ["kinetic", "strain", "indenter", "dissipated", "work", "residual"] {
+        assert_eq!(channel("/energy")[&format!("unit.{field}")], "R²γc_p²");
+    }
+    let run = &metadata(&bytes)["percuss.run"];
+    let number = |key: &str| run[key].parse::<f64>().expect("a number");
+    assert!((number("scale.force_n_per_m") / (0.01 * number("scale.stress_pa")) - 1.0).abs() < 1e-14);
+    assert!((number("scale.mass_kg_per_m") / (0.01 * 0.01 * 7850.0) - 1.0).abs() < 1e-14);
+    assert!((number("scale.energy_j_per_m") / (1e-4 * number("scale.stress_pa")) - 1.0).abs() < 1e-14);
+    assert!(!run.contains_key("scale.force_n") && !run.contains_key("scale.mass_kg"));
+    // the energy of the half x >= 0, per length: what the mass has lost of ½·M·V0² is in the target
+    let energies: Vec<(u64, message::Energy)> = messages(&bytes, "/energy");
+    for (_, energy) in &energies {
+        let sum = energy.kinetic + energy.strain + energy.indenter + energy.dissipated + energy.residual;
+        assert!((sum - energy.work - 1.0).abs() < 1e-12, "{energy:?}");
+    }
+    let exact = case_of_plane_punch(&folder);
+    assert_eq!(exact, "Rγc_p²");
+    let layout = percuss::layout::Scenery::new(&case, &["/drag".to_owned()]).lichtblick();
+    assert!(layout.contains("[Rγc_p²]") && !layout.contains('π'), "{layout}");
+}
+
+/// Unit of the drag in the recording of a closed form in the plane.
+fn case_of_plane_punch(folder: &tempfile::TempDir) -> String {
+    let case = case("fig5-plane", &["mesh.cells=20", "run.end_time=1"]);
+    let bytes = record_exact(&case, &folder.path().join("exact.mcap"));
+    let summary = Summary::read(&bytes).expect("a sound file").expect("a summary");
+    let drag = summary.channels.values().find(|channel| channel.topic == "/drag");
+    drag.expect("a channel").metadata["unit.force"].clone()
+}
+
 /// Where two recordings of equal length differ, apart from the host record and the checksum over all data.
 fn differences(a: &[u8], b: &[u8]) -> Vec<usize> {
     assert_eq!(a.len(), b.len());

@@ -1,10 +1,19 @@
 //! `/drag`: resistance to the indenter, every step.
 
 use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, every_step, step_and_time};
-use crate::{case::Case, message::percuss, view::View};
+use crate::{case::Case, grid::Geometry, message::percuss, units, view::View};
 
 /// The drag channel.
-pub struct Drag;
+pub struct Drag {
+    geometry: Geometry,
+}
+
+impl Drag {
+    /// In the units of `case`.
+    pub fn new(case: &Case) -> Self {
+        Self { geometry: case.geometry }
+    }
+}
 
 impl Channel for Drag {
     fn topic(&self) -> &'static str {
@@ -19,8 +28,13 @@ impl Channel for Drag {
         let mut fields = step_and_time().to_vec();
         fields.push(FieldNote::new(
             "force",
-            "πR²γc_p²",
-            "drag F on the indenter, F(0+) = V0 for a flat punch",
+            units::force(self.geometry),
+            match self.geometry {
+                Geometry::Axisymmetric => "drag F on the indenter, F(0+) = V0 for a flat punch",
+                Geometry::Plane => {
+                    "drag F on the half x >= 0 of the indenter, per length, F(0+) = V0 for a flat punch"
+                }
+            },
         ));
         fields.push(FieldNote::new("contact_radius", "R", "contact radius r*"));
         fields

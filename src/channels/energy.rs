@@ -1,12 +1,19 @@
 //! `/energy`: the energy ledger, at frames.
 
 use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, step_and_time};
-use crate::{case::Case, message::percuss, view::View};
+use crate::{case::Case, grid::Geometry, message::percuss, units, view::View};
 
 /// The energy channel.
-pub struct Energy;
+pub struct Energy {
+    geometry: Geometry,
+}
 
-const UNIT: &str = "πR³γc_p²";
+impl Energy {
+    /// In the units of `case`.
+    pub fn new(case: &Case) -> Self {
+        Self { geometry: case.geometry }
+    }
+}
 
 impl Channel for Energy {
     fn topic(&self) -> &'static str {
@@ -18,18 +25,19 @@ impl Channel for Energy {
     }
 
     fn fields(&self) -> Vec<FieldNote> {
+        let unit = units::energy(self.geometry);
         let mut fields = step_and_time().to_vec();
         fields.extend([
-            FieldNote::new("kinetic", UNIT, "kinetic energy of the target"),
-            FieldNote::new("strain", UNIT, "strain energy of the target"),
-            FieldNote::new("indenter", UNIT, "kinetic energy of an indenter of finite mass"),
+            FieldNote::new("kinetic", unit, "kinetic energy of the target"),
+            FieldNote::new("strain", unit, "strain energy of the target"),
+            FieldNote::new("indenter", unit, "kinetic energy of an indenter of finite mass"),
             FieldNote::new(
                 "dissipated",
-                UNIT,
+                unit,
                 "energy lost so far to nodes that struck the indenter and stuck",
             ),
-            FieldNote::new("work", UNIT, "work done so far by a motion that is prescribed"),
-            FieldNote::new("residual", UNIT, "initial + work - all of the above: rounding"),
+            FieldNote::new("work", unit, "work done so far by a motion that is prescribed"),
+            FieldNote::new("residual", unit, "initial + work - all of the above: rounding"),
         ]);
         fields
     }

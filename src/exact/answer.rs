@@ -194,7 +194,7 @@ impl Answer {
         self.drag = self.drag_at(self.time);
     }
 
-    /// Drag at any time \[πR²γc_p²\]; not a number where it is not known.
+    /// Drag at any time \[πR²γc_p²; plane Rγc_p²\]; not a number where it is not known.
     pub fn drag_at(&self, time: f64) -> f64 {
         let drag = match &self.form {
             _ if !self.knows_drag() => return f64::NAN,

@@ -4,7 +4,10 @@
 use serde_json::{Map, Value, json};
 
 use super::Scenery;
-use crate::channels::view::{INDENTER, PROFILE_MARGIN, WORLD, level_range};
+use crate::{
+    channels::view::{INDENTER, PROFILE_MARGIN, WORLD, level_range},
+    units,
+};
 
 /// Panels by their names, and how they share the window.
 #[derive(Default)]
@@ -30,7 +33,7 @@ pub fn layout(scenery: &Scenery<'_>) -> Value {
     let section = views.then(|| panels.add("3D", "section", &case.title, section(scenery)));
     let mut motion = Vec::new();
     if scenery.has("/drag") {
-        motion.push(path("/drag.force", "drag F [πR²γc_p²]"));
+        motion.push(path("/drag.force", &format!("drag F [{}]", units::force(case.geometry))));
     }
     motion.push(path("/velocity.velocity", "velocity V [c_p]"));
     let motion = panels.add("Plot", "motion", "Drag and velocity against time", plot(&motion, seconds));

@@ -47,7 +47,7 @@ def main():
 
     plots = []
     if "/drag" in channels:
-        plots.append(plot("Drag F [πR²γc_p²]", "/drag", [line("percuss.Drag", ".force", "F", COLOURS[0])]))
+        plots.append(plot(f"Drag F [{channels['/drag'].metadata['unit.force']}]", "/drag", [line("percuss.Drag", ".force", "F", COLOURS[0])]))
     plots.append(
         plot("Velocity V [c_p]", "/velocity", [line("percuss.Velocity", ".velocity", "V", COLOURS[1])])
     )

@@ -6,6 +6,7 @@ use super::{INDENTER, Stage, WORLD, at, colours, entity, line, point, stage::ran
 use crate::{
     case::Case,
     channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
+    grid::Geometry,
     message::foxglove::{
         ArrowPrimitive, Color, LinePrimitive, Point3, Pose, Quaternion, SceneEntity, SceneUpdate,
         TextPrimitive, TriangleListPrimitive, line_primitive,
@@ -35,7 +36,11 @@ impl Scene {
     pub fn new(case: &Case, stage: &Arc<Stage>) -> Self {
         let nodes = (stage.half_width / case.sizes.dr).floor();
         // the colour's full stress on all of the contact is an arrow of half the stage
-        let area = stage.reach.min(stage.half_width).powi(2);
+        let reach = stage.reach.min(stage.half_width);
+        let area = match case.geometry {
+            Geometry::Axisymmetric => reach * reach,
+            Geometry::Plane => reach,
+        };
         let full = 0.5 * stage.depth.min(stage.half_width);
         let backing = stage.thickness.map(|thickness| {
             let ends = [-stage.half_width, stage.half_width].map(|x| point(x, -thickness));
