@@ -18,7 +18,7 @@ use crate::{
     contact::Rule,
     grid::{Geometry, Grid, MeshKind, Spacing},
     material::Material,
-    model::{Field, ModelKind},
+    model::{Extent, Field, ModelKind},
     recording::Compression,
     shape::{Head, Profile, Shape},
     units::Scales,
@@ -168,7 +168,7 @@ pub struct Record {
     pub playback_rate: f64,
 }
 
-/// Numbers that a field shows in all frames together, about, where the case does not say how dense: 16 MiB. Recording them
+/// Numbers of a field that have moved, in all frames together, about, where the case does not say how dense: 16 MiB. Recording them
 /// takes little time beside any run that takes time; all nodes of a fine mesh take longer than computing them.
 pub const SHOWN_NODES: f64 = (1 << 22) as f64;
 /// Cells of the mesh that fields show at least, where the case does not say how dense.
@@ -288,7 +288,8 @@ impl Case {
         self.record.frames.of(self.sizes.steps, self.sizes.dt)
     }
 
-    /// Numbers that a field shows, of every `every`-th node along r and z, in all frames together.
+    /// Numbers of a field that may have moved, of every `every`-th node along r and z, in all frames together. What slices hold
+    /// beside them is zeros.
     pub fn shown_nodes(&self, every: usize) -> f64 {
         const SAMPLES: usize = 200;
         let shown = |nodes: f64| (nodes / every as f64).ceil();
@@ -297,6 +298,12 @@ impl Case {
         let samples = frames.iter().step_by(frames.len().div_ceil(SAMPLES).max(1));
         let each = frames.len() as f64 / samples.len().max(1) as f64;
         each * samples.map(|step| shown(self.lit_columns(*step)) * shown(rows(*step))).sum::<f64>()
+    }
+
+    /// Rows and columns of every slice of a field: those of the whole mesh, thinned out.
+    pub fn slice_extent(&self) -> Extent {
+        let shown = |nodes: usize| nodes.div_ceil(self.record.field_every);
+        Extent { nr: shown(self.sizes.nr), nz: shown(self.sizes.nz + 1) }
     }
 
     /// Nodes from one that fields show to the next, where a case leaves that open: as few as keep what a field shows in all
@@ -311,8 +318,8 @@ impl Case {
 
     /// Memory of the fields of a frame, at most \[bytes\].
     pub fn frame_size(&self) -> usize {
-        let shown = |nodes: usize| nodes.div_ceil(self.record.field_every);
-        let values = shown(self.sizes.nr) * shown(self.sizes.nz + 1) * self.record.fields.len();
+        let Extent { nr, nz } = self.slice_extent();
+        let values = nr * nz * self.record.fields.len();
         (size_of::<f32>() * values).max(1)
     }
 

@@ -6,7 +6,7 @@
 use crate::{
     case::{Case, CaseErrors, Sizes},
     channels::{Catalogue, Size},
-    model::sweep::lag,
+    model::{Extent, sweep::lag},
 };
 
 pub mod calibration;
@@ -24,8 +24,10 @@ pub struct Work {
     pub columns: f64,
     /// Nodes inside the light cone, summed over the frames.
     pub frame_nodes: f64,
-    /// Numbers that fields show, summed over the frames.
+    /// Numbers of fields that may have moved, summed over the frames.
     pub shown: f64,
+    /// Numbers of fields that are at rest, summed over the frames: they are recorded as zeros, which take no time to pack.
+    pub at_rest: f64,
     /// Messages for viewers.
     pub views: f64,
     /// Messages before compression.
@@ -58,14 +60,24 @@ impl Work {
         let each = steps as f64 / samples as f64;
         let frames = case.frames().about();
         let frame_nodes: f64 = frames.iter().map(|step| case.lit_columns(*step) * step.min(nz as f64)).sum();
+        let fields = case.record.fields.len() as f64;
+        let shown = fields * case.shown_nodes(case.record.field_every);
+        let Extent { nr, nz } = case.slice_extent();
+        let recorded = fields * (nr * nz) as f64 * frames.len() as f64;
         Self {
             updates: updates * each,
             columns: columns * each,
             frame_nodes,
-            shown: case.record.fields.len() as f64 * case.shown_nodes(case.record.field_every),
+            shown,
+            at_rest: (recorded - shown).max(0.0),
             views: (frames.len() * case.record.views.len()) as f64,
             messages: Catalogue::new(case).size(case),
         }
+    }
+
+    /// Messages of numbers before compression, without those that are at rest \[bytes\].
+    fn dense_bytes(&self) -> f64 {
+        self.messages.numbers as f64 - size_of::<f32>() as f64 * self.at_rest
     }
 
     /// Time of a run, from the start of the process to its end \[s\].

@@ -28,7 +28,9 @@ use serde::{Deserialize, Serialize};
 /// Version of the recording format, `major.minor`: readers of the same major version understand it.
 ///
 /// * 1.0: the first.
-pub const FORMAT_VERSION: &str = "1.0";
+/// * 1.1: slices of a field have one shape; force, mass and energy of plane runs are per length, in units of their own;
+///   `Event.since`.
+pub const FORMAT_VERSION: &str = "1.1";
 
 /// Uncompressed size that chunks aim at \[bytes\]: smaller ones lose less in a crash and cost more index. From 256 KiB to 4 MiB
 /// the size of the file differs by 0.2 % and the time by less than can be measured.

@@ -370,6 +370,40 @@ fn case_of_plane_punch(folder: &tempfile::TempDir) -> String {
     drag.expect("a channel").metadata["unit.force"].clone()
 }
 
+#[test]
+fn all_slices_of_a_recording_have_one_shape() {
+    let folder = folder();
+    let fields = "record.fields=[\"displacement\", \"velocity\", \"stress\"]";
+    // a half-space, where what has moved grows along r and z
+    for every in ["record.field_every=1", "record.field_every=3"] {
+        let settings = ["mesh.cells=20", "record.frames=6", "run.stop=never", fields, every];
+        let case = case("fig8-m5", &settings);
+        let bytes = record(
+            &case,
+            &folder.path().join(format!("{}.mcap", every.len() + every.ends_with('3') as usize)),
+        );
+        let thinned = |nodes: usize| nodes.div_ceil(case.record.field_every) as u32;
+        let shape = (thinned(case.sizes.nr), thinned(case.sizes.nz + 1));
+        for topic in ["/field/displacement", "/field/velocity", "/field/stress"] {
+            let slices: Vec<(u64, message::FieldSlice)> = messages(&bytes, topic);
+            assert_eq!(slices.len(), 6);
+            for (_, slice) in &slices {
+                assert_eq!((slice.nr, slice.nz), shape, "{topic}, step {}", slice.step);
+                assert_eq!(slice.values.len(), (slice.nr * slice.nz) as usize);
+                // nothing is deeper than a row per step, or further out than a column per step
+                let every = case.record.field_every as u64;
+                for (m, value) in slice.values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+                    let (j, i) = (m as u64 / u64::from(slice.nr), m as u64 % u64::from(slice.nr));
+                    assert!(every * j <= slice.step && every * i <= 20 + slice.step, "{j} {i}: {value}");
+                }
+            }
+        }
+        let grids: Vec<(u64, foxglove::Grid)> = messages(&bytes, "/view/field");
+        let shape = |grid: &foxglove::Grid| (grid.column_count, grid.row_stride, grid.data.len());
+        assert!(grids.len() == 6 && grids.iter().all(|(_, grid)| shape(grid) == shape(&grids[0].1)));
+    }
+}
+
 /// Where two recordings of equal length differ, apart from the host record and the checksum over all data.
 fn differences(a: &[u8], b: &[u8]) -> Vec<usize> {
     assert_eq!(a.len(), b.len());

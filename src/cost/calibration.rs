@@ -23,7 +23,7 @@ pub struct Rates {
     pub frame_node: f64,
     /// A number that a field shows.
     pub shown: f64,
-    /// Packing and writing a byte of numbers: without compression, with LZ4, with Zstandard.
+    /// Packing and writing a byte of numbers that are not at rest: without compression, with LZ4, with Zstandard.
     pub byte: [f64; 3],
     /// Making, packing and writing a message for viewers, beside what depends on its size.
     pub view: f64,
@@ -100,7 +100,7 @@ impl Rates {
 
     /// Time of the thread that writes \[s\].
     pub(super) fn writing(&self, work: &Work, compression: Compression) -> f64 {
-        self.byte[compression_index(compression)] * work.messages.numbers as f64
+        self.byte[compression_index(compression)] * work.dense_bytes()
             + self.view * work.views
             + self.view_byte * work.messages.views as f64
     }
@@ -161,7 +161,7 @@ impl Rates {
             let packed = format!("record.compression=\"{name}\"");
             let case = punch(150, 6.0, &[&fields[..], &[&packed]].concat());
             let writing = rates.writing_time(&case, recorded(&case), computing);
-            rates.byte[compression] = writing / Work::of(&case).messages.numbers as f64;
+            rates.byte[compression] = writing / Work::of(&case).dense_bytes();
         }
 
         // views: small pictures, and large ones; per message
