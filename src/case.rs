@@ -216,7 +216,7 @@ pub struct Sizes {
     pub outer_radius: f64,
     /// Depth of the mesh \[R\]: the thickness of a layer.
     pub depth: f64,
-    /// Largest radius that contact can reach on a flat surface \[R\].
+    /// Largest radius that contact can reach on a flat surface, nodes that are being met included \[R\].
     pub contact_reach: f64,
     /// True for a layer, false for a half-space.
     pub layer: bool,

@@ -42,6 +42,18 @@ pub enum SimulationError {
         /// Radius and depth, for quantities that have a place \[R\].
         place: Option<(f64, f64)>,
     },
+    /// The contact has come to the outer boundary of the mesh, which would hold it back.
+    #[error(
+        "step {step}: the contact touches the outermost nodes of the mesh, r = {r:.4}; make mesh.outer_radius = {outer_radius} larger"
+    )]
+    ContactLeavesMesh {
+        /// Step at which it was seen.
+        step: u64,
+        /// Radius of the outermost nodes \[R\].
+        r: f64,
+        /// Outer radius of the mesh \[R\].
+        outer_radius: f64,
+    },
     /// There is no solver for this model yet.
     #[error(
         "model = \"elastic\" is not available in `percuss run` of this version; use model = \"rakhmatulin\", or `percuss exact` where there is a closed form"
@@ -158,7 +170,8 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// [`SimulationError::NotFinite`] if the numbers have overflowed; the steps before have been shown.
+    /// [`SimulationError::NotFinite`] if the numbers have overflowed, [`SimulationError::ContactLeavesMesh`] if the mesh is too
+    /// narrow; the steps before have been shown.
     pub fn step(&mut self) -> Result<Option<View<'_>>, SimulationError> {
         loop {
             let is_over = self.ending.is_some() || self.failure.is_some() || self.is_interrupted;
@@ -200,6 +213,11 @@ impl Simulation {
         let after = (self.ledger, self.indenter.kinetic_energy());
 
         self.observe_strain(step, time);
+        let nr = self.grid.nr();
+        if self.contact.reached() == nr {
+            let outer_radius = nr as f64 * self.grid.dr;
+            return Err(SimulationError::ContactLeavesMesh { step, r: self.grid.r(nr - 1), outer_radius });
+        }
         let grid = &self.grid;
         let mut events = self.watch.observe(&touch, time, |i| grid.r(i));
         self.next_step += 1;

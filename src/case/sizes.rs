@@ -72,8 +72,7 @@ impl Plan<'_> {
             return None;
         }
 
-        let contact_reach =
-            self.indenter.shape(self.impact.velocity).reach(self.impact.velocity * self.run.end_time);
+        let contact_reach = self.contact_reach(spacing, steps);
         let outer = self.outer_radius(doc, mesh, spacing, steps, contact_reach)?;
         let nr = (outer / spacing.dr - 1e-9).ceil().max(1.0);
         let nz = match spacing.layer_rows {
@@ -102,6 +101,18 @@ impl Plan<'_> {
         })
     }
 
+    /// Largest radius that contact can reach on a flat surface \[R\]: at the depth to which the last step, K, moves the indenter,
+    /// by nodes that are being met, which take a mean over one spacing in r and one step in depth.
+    ///
+    /// ```text
+    /// f(r_contact − Δr) = V0·(K + 1)·Δt + V0·Δt       not beyond the radius of a punch
+    /// ```
+    fn contact_reach(&self, spacing: Spacing, steps: f64) -> f64 {
+        let shape = self.indenter.shape(self.impact.velocity);
+        let step = self.impact.velocity * spacing.dz;
+        (shape.reach(step * (steps + 1.0) + step) + spacing.dr).min(shape.radius())
+    }
+
     /// Outer radius of the mesh \[R\]: so large that nothing comes back from it to the contact, or, where fields are
     /// recorded, that nothing gets there.
     ///
@@ -119,12 +130,16 @@ impl Plan<'_> {
         contact_reach: f64,
     ) -> Option<f64> {
         if let Some(given) = &mesh.outer_radius {
-            if given.value >= contact_reach {
+            // nodes beside the contact, whatever the mesh
+            let least = contact_reach + 2.0 * spacing.dr;
+            if given.value >= least {
                 return Some(given.value);
             }
-            let message = format!("`mesh.outer_radius` = {:?} is inside the contact", given.value);
-            let help =
-                format!("contact reaches r = {contact_reach:.4}; leave the key out to have it derived");
+            let message =
+                format!("`mesh.outer_radius` = {:?} leaves no nodes beside the contact", given.value);
+            let help = format!(
+                "contact reaches r = {contact_reach:.4}; allowed: at least {least:.4}, or leave the key out to have it derived"
+            );
             doc.problem(given.span.clone(), message, Some(help));
             return None;
         }

@@ -8,7 +8,10 @@
 //! ______\\___|___/______
 //! ```
 
-use percuss::exact::answer::Answer;
+use percuss::{
+    exact::answer::Answer,
+    simulation::{Simulation, SimulationError},
+};
 
 use super::{case, orders, run};
 
@@ -68,4 +71,37 @@ fn drag_of_a_fast_contact() {
     });
     assert!(errors[2] < 0.005, "{errors:?}");
     assert!(orders(&errors).iter().all(|order| *order > 0.9), "{errors:?}");
+}
+
+#[test]
+fn a_fast_cone_does_not_outgrow_its_mesh() {
+    // with c_s = 0.2 and 20 cells a step is 0.25 long, in which the contact spreads by 5
+    let shared = [
+        "indenter.spread_rate=20",
+        "impact.contact=unilateral",
+        "target.shear_wave_speed=0.2",
+        "mesh.cells=20",
+        "run.end_time=1",
+        "record.frames=0",
+    ];
+    let derived = case("fig6a", &shared);
+    let wide = case("fig6a", &[&shared[..], &["mesh.outer_radius=200"]].concat());
+    assert!(derived.sizes.nr < wide.sizes.nr / 4, "{}", derived.sizes.nr);
+    let drags = |case| run(case, |view| view.drag);
+    for (step, (a, b)) in drags(&derived).iter().zip(drags(&wide)).enumerate() {
+        assert!((a - b).abs() <= 1e-12 * b.abs(), "step {step}: {a} {b}");
+    }
+    // and where the mesh is too narrow all the same, the run says so
+    let mut narrow = derived;
+    narrow.sizes.nr = 420;
+    let mut simulation = Simulation::new(&narrow).expect("a solver");
+    let error = loop {
+        match simulation.step() {
+            Ok(Some(view)) => assert!(view.step < 4),
+            Ok(None) => panic!("the contact leaves the mesh"),
+            Err(error) => break error,
+        }
+    };
+    assert!(matches!(error, SimulationError::ContactLeavesMesh { step: 3 | 4, .. }), "{error}");
+    assert!(error.to_string().contains("mesh.outer_radius"), "{error}");
 }
