@@ -146,7 +146,7 @@ impl Simulation {
         Ok(Self {
             surface: Surface::new(grid.nr()),
             contact: Contact::new(case.impact.contact, case.shape(), case.geometry, &grid, velocity),
-            watch: Watch::default(),
+            watch: Watch::new(grid.dr / case.target.material.shear_wave_speed),
             ledger: Ledger { initial: indenter.kinetic_energy(), ..Ledger::default() },
             validity: Validity::new(velocity),
             indenter,
@@ -317,10 +317,10 @@ impl Simulation {
             Stop::Separation => Some((EventKind::Separation, "separation")),
         };
         if let Some((kind, name)) = awaited
-            && events.iter().any(|event| event.kind == kind)
+            && let Some(event) = events.iter().find(|event| event.kind == kind)
         {
-            let text = format!("stopped at {name}, t = {time:.4}, as run.stop asks");
-            events.push(Event { kind: EventKind::Stopped, text: text.clone(), r: None });
+            let text = format!("stopped at {name}, t = {:.4}, as run.stop asks", event.since.unwrap_or(time));
+            events.push(Event { kind: EventKind::Stopped, text: text.clone(), r: None, since: None });
             return Some(Ending::Stopped(text));
         }
         (step == self.steps).then_some(Ending::Completed)

@@ -214,7 +214,10 @@ impl Trace {
         self.columns.iter_mut().zip(numbers).for_each(|(column, number)| column.push(number));
         for event in view.events {
             if let Some((_, name)) = EVENTS.iter().find(|(kind, _)| *kind == event.kind) {
-                let time = if event.kind == EventKind::Rebound { self.standstill() } else { view.time };
+                let time = match event.kind {
+                    EventKind::Rebound => self.standstill(),
+                    _ => event.since.unwrap_or(view.time),
+                };
                 self.events.entry(name).or_insert(time);
             }
         }

@@ -23,6 +23,9 @@ impl Channel for Event {
     fn fields(&self) -> Vec<FieldNote> {
         let mut fields = step_and_time().to_vec();
         fields.push(FieldNote::new("r", "R", "where it happened, for events that have a place"));
+        let meaning =
+            "since when, for events that are known only later: when contact was lost, of a separation";
+        fields.push(FieldNote::new("since", "R/c_p", meaning));
         fields
     }
 
@@ -41,6 +44,7 @@ impl Channel for Event {
                 kind: kind.into(),
                 text: event.text.clone(),
                 r: event.r,
+                since: event.since,
             });
         }
     }

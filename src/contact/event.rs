@@ -1,4 +1,8 @@
 //! What happens once in a contact: tension, rebound, separation.
+//!
+//! A single node can lose contact for a step or two and be pressed again: a mesh that shows a contact as one node lets it
+//! chatter. So indenter and target are apart only when nothing has touched for the time in which a wave along r passes a node,
+//! `Δr/c_s`, since contact was lost; the event comes then, and says since when.
 
 use super::Touch;
 
@@ -9,7 +13,7 @@ pub enum EventKind {
     Extension,
     /// The velocity of the indenter changes sign.
     Rebound,
-    /// The last node has left the indenter.
+    /// Nothing has touched the indenter for the time that a wave takes from one node to the next.
     Separation,
     /// The indenter touches again after a separation.
     Recontact,
@@ -26,25 +30,40 @@ pub struct Event {
     pub text: String,
     /// Radius, for events that have a place \[R\].
     pub r: Option<f64>,
+    /// Time since when, for events that are known only later: when contact was lost, of a separation \[R/c_p\].
+    pub since: Option<f64>,
 }
 
 /// Watches the steps of a contact for events.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Watch {
+    hold: f64,
     extended: bool,
     rebounded: bool,
     touched: bool,
+    /// Time of the first step without contact after the last one with it.
+    lost: Option<f64>,
     apart: bool,
 }
 
+/// Share of a time that may be rounding.
+const SLIVER: f64 = 1e-9;
+
 impl Watch {
+    /// Nothing has happened yet.
+    ///
+    /// * `hold`: time without contact that makes a separation, Δr/c_s \[R/c_p\]
+    pub fn new(hold: f64) -> Self {
+        Self { hold, extended: false, rebounded: false, touched: false, lost: None, apart: false }
+    }
+
     /// Events of one step.
     ///
     /// * `time`: t of the step \[R/c_p\]
     /// * `r`: gives the radius of a node \[R\]
     pub fn observe(&mut self, touch: &Touch, time: f64, r: impl Fn(usize) -> f64) -> Vec<Event> {
         let mut events = Vec::new();
-        let mut report = |kind, r, text: String| events.push(Event { kind, text, r });
+        let mut report = |kind, r, text: String| events.push(Event { kind, text, r, since: None });
         if let Some(i) = touch.extended.filter(|_| !self.extended) {
             self.extended = true;
             let r = r(i);
@@ -56,16 +75,70 @@ impl Watch {
             let text = format!("rebound: the indenter stops and turns back at t = {time:.4}");
             report(EventKind::Rebound, None, text);
         }
-        if touch.touching == 0 && self.touched && !self.apart {
-            self.apart = true;
-            let text = format!("separation: the last node leaves the indenter at t = {time:.4}");
-            report(EventKind::Separation, None, text);
-        } else if touch.touching > 0 && self.apart {
-            self.apart = false;
-            let text = format!("recontact: the target meets the indenter again at t = {time:.4}");
-            report(EventKind::Recontact, None, text);
+        if touch.touching > 0 {
+            self.lost = None;
+            if self.apart {
+                self.apart = false;
+                let text = format!("recontact: the target meets the indenter again at t = {time:.4}");
+                report(EventKind::Recontact, None, text);
+            }
+        } else if self.touched {
+            let lost = *self.lost.get_or_insert(time);
+            if !self.apart && time - lost >= self.hold * (1.0 - SLIVER) {
+                self.apart = true;
+                let text = format!("separation: the last node has left the indenter at t = {lost:.4}");
+                events.push(Event { kind: EventKind::Separation, text, r: None, since: Some(lost) });
+            }
         }
         self.touched |= touch.touching > 0;
         events
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Kinds of events, with the times of their steps and since when.
+    fn watch(touching: &[usize], hold: f64) -> Vec<(EventKind, f64, Option<f64>)> {
+        let mut watch = Watch::new(hold);
+        let mut seen = Vec::new();
+        for (step, &touching) in touching.iter().enumerate() {
+            let touch = Touch {
+                drag: 0.0,
+                contact_radius: 0.0,
+                velocity: 1.0,
+                depth: 0.0,
+                work: 0.0,
+                dissipated: 0.0,
+                extended: None,
+                touching,
+            };
+            let time = 0.5 * step as f64;
+            let events = watch.observe(&touch, time, |_| 0.0);
+            seen.extend(events.into_iter().map(|event| (event.kind, time, event.since)));
+        }
+        seen
+    }
+
+    #[test]
+    fn a_node_that_opens_for_a_step_is_no_separation() {
+        // steps of 0.5; the wave along r takes one step, then two
+        assert_eq!(watch(&[1, 0, 1, 0, 1, 0], 0.5), []);
+        assert_eq!(watch(&[1, 0, 0, 1, 0, 0, 1], 1.0), []);
+        let apart = |time, since| (EventKind::Separation, time, Some(since));
+        assert_eq!(watch(&[1, 0, 1, 0, 0, 0], 0.5), [apart(2.0, 1.5)]);
+        assert_eq!(watch(&[0, 2, 1, 0, 0, 0, 0], 1.0), [apart(2.5, 1.5)]);
+    }
+
+    #[test]
+    fn there_is_a_recontact_only_after_a_separation() {
+        let events = watch(&[1, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0], 0.5);
+        let expected = [
+            (EventKind::Separation, 2.0, Some(1.5)),
+            (EventKind::Recontact, 3.0, None),
+            (EventKind::Separation, 5.0, Some(4.5)),
+        ];
+        assert_eq!(events, expected);
     }
 }

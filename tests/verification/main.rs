@@ -17,6 +17,7 @@ mod fig6_cones;
 mod fig8_finite_mass;
 mod one_dimensional;
 mod plane_flat_punch;
+mod separation;
 
 /// A built-in case with overrides.
 fn case(name: &str, overrides: &[&str]) -> Case {
