@@ -367,6 +367,7 @@ impl Case {
     pub fn scales(&self) -> Scales {
         let si = self.target.material.si;
         Scales {
+            geometry: self.geometry,
             length: self.indenter.scale_radius,
             speed: si.and_then(|m| m.wave_speeds().ok()).map(|(c_p, _)| c_p),
             density: si.map(|m| m.density),
@@ -374,7 +375,6 @@ impl Case {
     }
 }
 
-            geometry: self.geometry,
 impl Body {
     /// The shape at impact velocity V0: `f = V0 r²/k`, `f = V0 r/V*`.
     pub fn shape(&self, velocity: f64) -> Shape {

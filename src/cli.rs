@@ -13,6 +13,7 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 use percuss_serve::ServeError;
 
 use crate::{
+    admissible::SearchError,
     case::{Case, CaseErrors},
     exact::answer::NoAnswer,
     recording::RecordingError,
@@ -118,6 +119,9 @@ pub enum CliError {
     /// The computation failed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// No admissible velocity is found.
+    #[error("{0}")]
+    NotAdmissible(String),
     /// Viewers cannot be served.
     #[error(transparent)]
     Serve(#[from] ServeError),
@@ -132,6 +136,16 @@ pub enum CliError {
         /// Why it failed.
         error: Box<dyn std::error::Error + Send + Sync>,
     },
+}
+
+impl From<SearchError> for CliError {
+    fn from(error: SearchError) -> Self {
+        match error {
+            SearchError::Case(errors) => Self::Case(errors),
+            SearchError::Simulation(error) => Self::Simulation(error),
+            SearchError::NotFound(_) => Self::NotAdmissible(error.to_string()),
+        }
+    }
 }
 
 impl CliError {

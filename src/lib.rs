@@ -20,6 +20,7 @@
 //! | [`model`] | what lies behind the surface: trait, one file per model, light cone, stencils, vectors, sweeps behind the surface, surveys for frames |
 //! | [`simulation`] | the order of one step |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
+//! | [`admissible`] | the impact velocity that keeps the strain within the limit, by trials |
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::answer`] chooses the one for a case |
 //! | [`study`] | a case on refined meshes: orders, extrapolated values, error bars |
 //! | [`view`] | what one step shows to observers |
@@ -37,7 +38,7 @@
 //! `units, material, shape, indenter, grid, surface` use nothing of ours but each other's plain types; `model` uses
 //! `surface, grid`; `contact` uses `surface, shape, indenter, grid`; `simulation` uses `case, model, contact, view`;
 //! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver; `study` runs
-//! simulations and asks `exact`, and records nothing; `cost` runs and records small cases, and reads no file but its cache.
+//! simulations and asks `exact`, and records nothing; so does `admissible`, without closed forms; `cost` runs and records small cases, and reads no file but its cache.
 //!
 //! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader, by
 //! `percuss study` and by the figures), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
@@ -84,6 +85,7 @@
 //! * \[Ro\] P. J. Roache, *Verification and validation in computational science and engineering* (1998).
 //! * \[AS\] M. Abramowitz, I. A. Stegun, *Handbook of mathematical functions*.
 
+pub mod admissible;
 pub mod case;
 pub mod channels;
 pub mod cli;

@@ -226,12 +226,25 @@ impl Session {
         };
         peak("largest_pressure", &validity.pressure);
         peak("largest_strain", &validity.strain);
-        let velocity = validity.admissible_velocity();
+        peak("largest_strain_at_probes", &validity.probes);
         map.insert("strain_limit".into(), STRAIN_LIMIT.to_string());
-        map.insert("admissible_velocity".into(), velocity.to_string());
-        if let Some(speed) = self.scale_speed {
-            map.insert("admissible_velocity_m_per_s".into(), (velocity * speed).to_string());
+        let velocities = [
+            ("admissible_velocity", validity.admissible_velocity()),
+            ("admissible_velocity_at_probes", validity.admissible_velocity_at_probes()),
+        ];
+        for (name, velocity) in velocities {
+            let Some(velocity) = velocity else { continue };
+            map.insert(name.into(), velocity.to_string());
+            if let Some(speed) = self.scale_speed {
+                map.insert(format!("{name}_m_per_s"), (velocity * speed).to_string());
+            }
         }
+        let note = if validity.admissible_velocity().is_some() {
+            "strains under a flat face are proportional to V0; at its sharp edge they grow with the mesh as dr^(-1/2), at probes beside it they do not"
+        } else {
+            "strains under a head that is not flat are not proportional to V0: `percuss check CASE --admissible` finds the velocity by trials"
+        };
+        map.insert("admissible_velocity.note".into(), note.into());
         map
     }
 }

@@ -16,7 +16,7 @@
 use std::collections::VecDeque;
 
 use crate::{
-    case::{Case, FrameSteps, Stop},
+    case::{Case, FrameSteps, HeadKind, Stop},
     contact::{
         Contact, Touch,
         event::{Event, EventKind, Watch},
@@ -84,6 +84,8 @@ pub struct Simulation {
     watch: Watch,
     ledger: Ledger,
     validity: Validity,
+    /// Radii of the probes \[R\].
+    probes: Vec<f64>,
     layer: bool,
     frames: FrameSteps,
     steps: u64,
@@ -148,7 +150,8 @@ impl Simulation {
             contact: Contact::new(case.impact.contact, case.shape(), case.geometry, &grid, velocity),
             watch: Watch::new(grid.dr / case.target.material.shear_wave_speed),
             ledger: Ledger { initial: indenter.kinetic_energy(), ..Ledger::default() },
-            validity: Validity::new(velocity),
+            validity: Validity::new(velocity, case.indenter.head == HeadKind::Flat),
+            probes: case.record.probes.clone(),
             indenter,
             model,
             layer: sizes.layer,
@@ -210,14 +213,14 @@ impl Simulation {
         if !touch.drag.is_finite() {
             return Err(self.not_finite(step));
         }
-        let after = (self.ledger, self.indenter.kinetic_energy());
-
-        self.observe_strain(step, time);
         let nr = self.grid.nr();
         if self.contact.reached() == nr {
             let outer_radius = nr as f64 * self.grid.dr;
             return Err(SimulationError::ContactLeavesMesh { step, r: self.grid.r(nr - 1), outer_radius });
         }
+        let after = (self.ledger, self.indenter.kinetic_energy());
+
+        self.observe_strain(step, time);
         let grid = &self.grid;
         let mut events = self.watch.observe(&touch, time, |i| grid.r(i));
         self.next_step += 1;
@@ -242,6 +245,10 @@ impl Simulation {
             events,
             frame: None,
         };
+        for &r in &self.probes {
+            let pressure = shown.view().interface.stress_at(r);
+            self.validity.observe_probe(pressure.abs(), step, time, r);
+        }
         self.waiting.push_back(Step { shown, awaits_frame: is_frame.then_some([before, after]) });
         Ok(())
     }

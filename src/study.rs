@@ -5,7 +5,7 @@
 //! ```text
 //! observed order   p = ln((v_2 − v_1)/(v_3 − v_2))/ln ρ
 //! extrapolated     v = v_3 + (v_3 − v_2)/(ρ^p − 1)            (Richardson)
-//! error bar        1.25·|v_3 − v_2|/(ρ^p − 1)                 (grid convergence index, \[Ro\])
+//! error bar        1.25·|v_3 − v_2|/(ρ^q − 1),  q = min(p, 1) (grid convergence index, \[Ro\])
 //! ```
 //!
 //! if they tend to something with an order between ½ and 2½; otherwise the finest value stands, with three times the largest
@@ -337,7 +337,6 @@ mod tests {
         let partly = Quantity::assess("q".into(), "1", vec![Some(1.0), None, Some(2.0)], None, 2.0);
         assert_eq!(partly.error_bar, None);
     }
-}
     #[test]
     fn error_bars_hold_closed_forms() {
         // 24 times and 4 radii of three cases that are solved in closed form, on meshes coarse enough to be wrong
@@ -363,3 +362,4 @@ mod tests {
         assert!(25 * missed < bars, "{missed} of {bars} error bars miss");
         assert!(worst < 10.0, "by {worst} bars");
     }
+}

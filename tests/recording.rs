@@ -326,6 +326,40 @@ fn fields_are_recorded_as_slices() {
 }
 
 #[test]
+fn all_slices_of_a_recording_have_one_shape() {
+    let folder = folder();
+    let fields = "record.fields=[\"displacement\", \"velocity\", \"stress\"]";
+    // a half-space, where what has moved grows along r and z
+    for every in ["record.field_every=1", "record.field_every=3"] {
+        let settings = ["mesh.cells=20", "record.frames=6", "run.stop=never", fields, every];
+        let case = case("fig8-m5", &settings);
+        let bytes = record(
+            &case,
+            &folder.path().join(format!("{}.mcap", every.len() + every.ends_with('3') as usize)),
+        );
+        let thinned = |nodes: usize| nodes.div_ceil(case.record.field_every) as u32;
+        let shape = (thinned(case.sizes.nr), thinned(case.sizes.nz + 1));
+        for topic in ["/field/displacement", "/field/velocity", "/field/stress"] {
+            let slices: Vec<(u64, message::FieldSlice)> = messages(&bytes, topic);
+            assert_eq!(slices.len(), 6);
+            for (_, slice) in &slices {
+                assert_eq!((slice.nr, slice.nz), shape, "{topic}, step {}", slice.step);
+                assert_eq!(slice.values.len(), (slice.nr * slice.nz) as usize);
+                // nothing is deeper than a row per step, or further out than a column per step
+                let every = case.record.field_every as u64;
+                for (m, value) in slice.values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+                    let (j, i) = (m as u64 / u64::from(slice.nr), m as u64 % u64::from(slice.nr));
+                    assert!(every * j <= slice.step && every * i <= 20 + slice.step, "{j} {i}: {value}");
+                }
+            }
+        }
+        let grids: Vec<(u64, foxglove::Grid)> = messages(&bytes, "/view/field");
+        let shape = |grid: &foxglove::Grid| (grid.column_count, grid.row_stride, grid.data.len());
+        assert!(grids.len() == 6 && grids.iter().all(|(_, grid)| shape(grid) == shape(&grids[0].1)));
+    }
+}
+
+#[test]
 fn plane_runs_have_units_of_their_own() {
     let folder = folder();
     let text = "geometry = \"plane\"\n[target]\nthickness = 0.5\n\
@@ -371,37 +405,23 @@ fn case_of_plane_punch(folder: &tempfile::TempDir) -> String {
 }
 
 #[test]
-fn all_slices_of_a_recording_have_one_shape() {
+fn only_flat_faces_name_an_admissible_velocity() {
     let folder = folder();
-    let fields = "record.fields=[\"displacement\", \"velocity\", \"stress\"]";
-    // a half-space, where what has moved grows along r and z
-    for every in ["record.field_every=1", "record.field_every=3"] {
-        let settings = ["mesh.cells=20", "record.frames=6", "run.stop=never", fields, every];
-        let case = case("fig8-m5", &settings);
-        let bytes = record(
-            &case,
-            &folder.path().join(format!("{}.mcap", every.len() + every.ends_with('3') as usize)),
-        );
-        let thinned = |nodes: usize| nodes.div_ceil(case.record.field_every) as u32;
-        let shape = (thinned(case.sizes.nr), thinned(case.sizes.nz + 1));
-        for topic in ["/field/displacement", "/field/velocity", "/field/stress"] {
-            let slices: Vec<(u64, message::FieldSlice)> = messages(&bytes, topic);
-            assert_eq!(slices.len(), 6);
-            for (_, slice) in &slices {
-                assert_eq!((slice.nr, slice.nz), shape, "{topic}, step {}", slice.step);
-                assert_eq!(slice.values.len(), (slice.nr * slice.nz) as usize);
-                // nothing is deeper than a row per step, or further out than a column per step
-                let every = case.record.field_every as u64;
-                for (m, value) in slice.values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-                    let (j, i) = (m as u64 / u64::from(slice.nr), m as u64 % u64::from(slice.nr));
-                    assert!(every * j <= slice.step && every * i <= 20 + slice.step, "{j} {i}: {value}");
-                }
-            }
-        }
-        let grids: Vec<(u64, foxglove::Grid)> = messages(&bytes, "/view/field");
-        let shape = |grid: &foxglove::Grid| (grid.column_count, grid.row_stride, grid.data.len());
-        assert!(grids.len() == 6 && grids.iter().all(|(_, grid)| shape(grid) == shape(&grids[0].1)));
-    }
+    let shared = ["mesh.cells=20", "run.end_time=1", "record.frames=0", "record.probes=[0.0, 0.5, 0.9]"];
+    let validity = |name: &str| {
+        let bytes = record(&case(name, &shared), &folder.path().join(format!("{name}.mcap")));
+        metadata(&bytes)["percuss.validity"].clone()
+    };
+    let flat = validity("fig5");
+    let number = |key: &str| flat[key].parse::<f64>().expect("a number");
+    assert!(
+        (number("admissible_velocity_at_probes") * number("largest_strain_at_probes") - 0.005).abs() < 1e-15
+    );
+    assert!(number("admissible_velocity_at_probes") > number("admissible_velocity"));
+    assert!(flat["admissible_velocity.note"].contains("flat face"));
+    let shaped = validity("fig3");
+    assert!(!shaped.contains_key("admissible_velocity") && shaped.contains_key("largest_strain"));
+    assert!(shaped["admissible_velocity.note"].contains("--admissible"));
 }
 
 /// Where two recordings of equal length differ, apart from the host record and the checksum over all data.
@@ -537,7 +557,7 @@ fn record_exact(case: &Case, path: &Path) -> Vec<u8> {
         answer.go_to(step);
         session.observe(&answer.view()).expect("room on the disk");
     }
-    session.end(&Status::Completed, &Validity::new(case.impact.velocity)).expect("room on the disk");
+    session.end(&Status::Completed, &Validity::new(case.impact.velocity, false)).expect("room on the disk");
     fs::read(path).expect("the recording")
 }
 

@@ -1,12 +1,16 @@
 //! `percuss check`: is a case valid, and what will it take?
 
+use std::io::{self, IsTerminal};
+
 use clap::Args;
 
 use super::{CaseArguments, CliError, Exit, print};
 use crate::{
+    admissible::{self, Trial},
     case::{Case, Sizes},
     cost::{Estimate, calibration::Rates},
     model::ModelKind,
+    validity::STRAIN_LIMIT,
 };
 
 /// Validates a case.
@@ -20,6 +24,10 @@ pub(super) struct Check {
     /// Measure again how fast this machine is, as the first check on it has done
     #[arg(long, conflicts_with = "resolved")]
     calibrate: bool,
+    /// Also find the largest impact velocity that keeps the strain within the limit of linear theory, with the geometry of the
+    /// head kept: by runs of the case, some five to ten of them unless its face is flat
+    #[arg(long, conflicts_with = "resolved")]
+    admissible: bool,
     /// Print everything as JSON
     #[arg(long, conflicts_with = "resolved")]
     json: bool,
@@ -36,14 +44,34 @@ impl Check {
         let estimate = Estimate::new(&case, rates.as_ref(), |cells, every| {
             self.case.load_with([format!("mesh.cells={cells}"), format!("record.field_every={every}")])
         });
-        let text = if self.json { json(&case, &estimate) } else { table(&self.case.case, &case, &estimate) };
+        let admissible = self.admissible.then(|| self.find_velocity()).transpose()?;
+        let text = if self.json {
+            json(&case, &estimate, admissible)
+        } else {
+            table(&self.case.case, &case, &estimate, admissible)
+        };
         print(&text)?;
         Ok(Exit::Done)
     }
+
+    fn find_velocity(&self) -> Result<Trial, CliError> {
+        let is_watched = io::stderr().is_terminal();
+        let tell = |trial: &Trial| {
+            if is_watched {
+                eprintln!("trial: V0 = {:.4e}, largest strain {:.5}", trial.velocity, trial.strain);
+            }
+        };
+        Ok(admissible::find(&self.case.case, &self.case.overrides, tell)?)
+    }
 }
 
-fn json(case: &Case, estimate: &Estimate) -> String {
-    let value = serde_json::json!({
+/// A velocity in m/s, where the case gives c_p.
+fn metres_per_second(case: &Case, velocity: f64) -> Option<f64> {
+    Some(velocity * case.scales().speed?)
+}
+
+fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>) -> String {
+    let mut value = serde_json::json!({
         "version": 1,
         "valid": true,
         "runnable": case.model == ModelKind::Rakhmatulin,
@@ -58,10 +86,19 @@ fn json(case: &Case, estimate: &Estimate) -> String {
             "stops_at": estimate.stops_at,
         },
     });
+    if let Some(Trial { velocity, strain, nodes }) = admissible {
+        value["admissible"] = serde_json::json!({
+            "velocity": velocity,
+            "velocity_m_per_s": metres_per_second(case, velocity),
+            "strain": strain,
+            "strain_limit": STRAIN_LIMIT,
+            "nodes_in_contact": nodes,
+        });
+    }
     format!("{value:#}\n")
 }
 
-fn table(name: &str, case: &Case, estimate: &Estimate) -> String {
+fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>) -> String {
     let Sizes { dr, dz, dt, steps, nr, nz, outer_radius, depth, layer, .. } = case.sizes;
     let target = if layer { format!("layer of thickness {depth}") } else { "half-space".into() };
     let c_s = case.target.material.shear_wave_speed;
@@ -91,6 +128,13 @@ fn table(name: &str, case: &Case, estimate: &Estimate) -> String {
         rows.push((
             "stop",
             format!("about t = {time:.2}, as run.stop asks; recording and run time are up to there"),
+        ));
+    }
+    if let Some(Trial { velocity, strain, .. }) = admissible {
+        let si = metres_per_second(case, velocity).map(|si| format!(" ({si:.4} m/s)")).unwrap_or_default();
+        rows.push((
+            "velocity",
+            format!("V0 = {velocity:.4e}{si} strains the target by {strain:.5}, the limit is {STRAIN_LIMIT}"),
         ));
     }
     if case.model == ModelKind::Elastic {

@@ -11,7 +11,7 @@ use super::{
     progress::Progress,
 };
 use crate::{
-    case::Case,
+    case::{Case, HeadKind},
     exact::answer::Answer,
     session::{Session, Source, Status},
     validity::Validity,
@@ -50,7 +50,7 @@ impl Exact {
         let mut progress = Progress::new(last, case.sizes.dt, self.output.quiet);
         progress.say(&format!("{}: {answer}", self.case.case));
 
-        let mut validity = Validity::new(case.impact.velocity);
+        let mut validity = Validity::new(case.impact.velocity, case.indenter.head == HeadKind::Flat);
         let mut status = ending(&case, &answer);
         for step in 0..=last {
             pool.install(|| answer.go_to(step));
@@ -58,6 +58,9 @@ impl Exact {
             for (i, p) in view.interface.pressure.iter().enumerate() {
                 let place = (view.interface.r0 + i as f64 * view.interface.dr, 0.0);
                 validity.observe(p.abs(), view.step, view.time, place);
+            }
+            for &r in &case.record.probes {
+                validity.observe_probe(view.interface.stress_at(r).abs(), view.step, view.time, r);
             }
             session.observe(&view)?;
             progress.advance(view.step, view.time);

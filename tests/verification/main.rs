@@ -9,6 +9,7 @@ use percuss::{
     view::View,
 };
 
+mod admissible_velocity;
 mod energy_and_momentum;
 mod fig2_paraboloid;
 mod fig4_half_space;

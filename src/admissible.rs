@@ -1,0 +1,206 @@
+//! The largest impact velocity that keeps the strain of a case within the limit of linear theory.
+//!
+//! Under a flat face strains are proportional to V0, and one run names the velocity. Under any other head they are not: with the
+//! *geometry* of the head kept, a slower indenter has a sharper contact, and the strain falls more slowly than V0, under a cone that
+//! is slower than the waves hardly at all. There is no closed relation for all heads, so the velocity is found by trials of the case
+//! itself, on its own mesh: the velocity that is named has been run.
+
+use crate::{
+    case::{Case, CaseErrors, Frames, HeadKind},
+    simulation::{Simulation, SimulationError},
+    validity::STRAIN_LIMIT,
+};
+
+/// Strains from this share of [`STRAIN_LIMIT`] up to the limit itself count as having reached it.
+pub const CLOSE: f64 = 0.97;
+/// What trials aim at, relative to [`STRAIN_LIMIT`].
+const AIM: f64 = 0.985;
+/// Nodes in contact that a trial needs at least: with fewer it shows the mesh and not the head.
+const FEWEST_NODES: usize = 6;
+/// Trials after which a search is given up.
+const MOST_TRIALS: usize = 40;
+/// Largest change of the velocity from one trial to the next while the limit has only been seen from one side.
+const LARGEST_STEP: f64 = 30.0;
+
+/// A run of the case at some velocity.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Trial {
+    /// Impact velocity V0 \[c_p\].
+    pub velocity: f64,
+    /// Largest axial strain.
+    pub strain: f64,
+    /// Nodes of the surface that have been in contact.
+    pub nodes: usize,
+}
+
+/// Why no velocity is named.
+#[derive(Debug, thiserror::Error)]
+pub enum SearchError {
+    /// The case is invalid, as it is or at the velocity of a trial.
+    #[error(transparent)]
+    Case(#[from] CaseErrors),
+    /// A trial failed.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// There is no velocity, or the mesh cannot show it.
+    #[error(
+        "no impact velocity is found that keeps the strain within {STRAIN_LIMIT}: at V0 = {:e} it is {:e}, with {} nodes in contact (at least {FEWEST_NODES} are needed to tell); make mesh.cells larger, or the head is too sharp for any velocity",
+        .0.velocity, .0.strain, .0.nodes
+    )]
+    NotFound(Trial),
+}
+
+/// Finds the largest velocity at which the strain stays within [`STRAIN_LIMIT`], and no less than [`CLOSE`] of it.
+///
+/// * `name`, `overrides`: as for [`Case::load`]
+/// * `watch`: is told every trial
+///
+/// # Errors
+///
+/// An invalid case, a trial that fails, or no such velocity.
+pub fn find(name: &str, overrides: &[String], mut watch: impl FnMut(&Trial)) -> Result<Trial, SearchError> {
+    let case = Case::load(name, overrides)?;
+    let mut run = |velocity: f64| -> Result<Trial, SearchError> {
+        let trial = run(&at_velocity(&case, name, overrides, velocity)?)?;
+        watch(&trial);
+        Ok(trial)
+    };
+    if case.indenter.head == HeadKind::Flat {
+        let trial = run(case.impact.velocity)?;
+        let factor = STRAIN_LIMIT / trial.strain;
+        return Ok(Trial { velocity: factor * trial.velocity, strain: STRAIN_LIMIT, ..trial });
+    }
+    // first contact strains the target by V0, as in one dimension: nothing faster is admissible
+    let mut velocity = STRAIN_LIMIT;
+    let mut search = Search::default();
+    for _ in 0..MOST_TRIALS {
+        let trial = run(velocity)?;
+        if trial.strain > STRAIN_LIMIT && trial.nodes < FEWEST_NODES {
+            return Err(SearchError::NotFound(trial));
+        }
+        match search.next(trial) {
+            Next::Found(found) if found.nodes >= FEWEST_NODES => return Ok(found),
+            Next::Found(found) => return Err(SearchError::NotFound(found)),
+            Next::Try(next) => velocity = next,
+        }
+    }
+    Err(SearchError::NotFound(search.fastest_within.or(search.slowest_beyond).unwrap_or(Trial {
+        velocity,
+        strain: f64::NAN,
+        nodes: 0,
+    })))
+}
+
+/// The case at another velocity, with the geometry of its head kept and nothing recorded inside.
+fn at_velocity(case: &Case, name: &str, overrides: &[String], velocity: f64) -> Result<Case, CaseErrors> {
+    let factor = velocity / case.impact.velocity;
+    let frames = match case.record.frames {
+        Frames::Spread(_) => "record.frames=0",
+        Frames::At(_) => "record.frame_times=[]",
+    };
+    let mut all = overrides.to_vec();
+    all.extend([frames.to_owned(), "record.fields=[]".into(), format!("impact.velocity={velocity:?}")]);
+    // these two are named by how fast the contact spreads: f = V0·r²/k, f = V0·r/V*
+    match case.indenter.head {
+        HeadKind::Flat | HeadKind::Profile { .. } => {}
+        HeadKind::Paraboloid { curvature } => {
+            all.push(format!("indenter.curvature={:?}", factor * curvature));
+        }
+        HeadKind::Cone { spread_rate } => {
+            all.push(format!("indenter.spread_rate={:?}", factor * spread_rate));
+        }
+    }
+    Case::load(name, &all)
+}
+
+fn run(case: &Case) -> Result<Trial, SimulationError> {
+    let mut simulation = Simulation::new(case)?;
+    let mut nodes = 0;
+    while let Some(view) = simulation.step()? {
+        nodes = view.interface.pressure.len();
+    }
+    let strain = simulation.validity().strain.value;
+    Ok(Trial { velocity: case.impact.velocity, strain, nodes })
+}
+
+/// What trials have shown so far.
+#[derive(Clone, Copy, Debug, Default)]
+struct Search {
+    fastest_within: Option<Trial>,
+    slowest_beyond: Option<Trial>,
+    last: Option<Trial>,
+}
+
+enum Next {
+    Found(Trial),
+    Try(f64),
+}
+
+impl Search {
+    /// Secants of `ln strain` over `ln V0`, kept inside the bracket once there is one.
+    fn next(&mut self, trial: Trial) -> Next {
+        if (CLOSE * STRAIN_LIMIT..=STRAIN_LIMIT).contains(&trial.strain) {
+            return Next::Found(trial);
+        }
+        let before = self.last.replace(trial);
+        if trial.strain <= STRAIN_LIMIT {
+            self.fastest_within = Some(trial);
+        } else {
+            self.slowest_beyond = Some(trial);
+        }
+        let missing = (AIM * STRAIN_LIMIT / trial.strain).ln();
+        match (self.fastest_within, self.slowest_beyond) {
+            (Some(within), Some(beyond)) => {
+                let width = (beyond.velocity / within.velocity).ln();
+                if width < 1.0 - CLOSE {
+                    // the strain jumps here, from one node in contact to the next
+                    return Next::Found(within);
+                }
+                let rise = (beyond.strain / within.strain).ln();
+                let share = ((AIM * STRAIN_LIMIT / within.strain).ln() / rise).clamp(0.1, 0.9);
+                Next::Try(within.velocity * (share * width).exp())
+            }
+            _ => {
+                let slope = before.map_or(0.5, |before| {
+                    (trial.strain / before.strain).ln() / (trial.velocity / before.velocity).ln()
+                });
+                // between a cone's and a flat face's
+                let step = missing / slope.clamp(0.05, 1.0);
+                Next::Try(trial.velocity * step.clamp(-LARGEST_STEP.ln(), LARGEST_STEP.ln()).exp())
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Velocity and number of trials for a known relation.
+    fn search(strain: impl Fn(f64) -> f64) -> (f64, usize) {
+        let mut search = Search::default();
+        let mut velocity = STRAIN_LIMIT;
+        for trials in 1..MOST_TRIALS {
+            match search.next(Trial { velocity, strain: strain(velocity), nodes: 10 }) {
+                Next::Found(trial) => return (trial.velocity, trials),
+                Next::Try(next) => velocity = next,
+            }
+        }
+        panic!("no end");
+    }
+
+    #[test]
+    fn known_relations_are_inverted() {
+        // a paraboloid on its axis, p² = V0² + b·V0; a cone with a floor; one that is strained too little at first; a jump
+        let relations: [&dyn Fn(f64) -> f64; 4] =
+            [&|v| f64::sqrt(v * v + 0.3 * v), &|v| 0.004 + 3.0 * v, &|v| 0.4 * v.powf(0.9), &|v| {
+                if v < 1e-4 { 10.0 * v } else { 100.0 * v }
+            }];
+        for (i, relation) in relations.iter().enumerate() {
+            let (velocity, trials) = search(relation);
+            assert!(relation(velocity) <= STRAIN_LIMIT && trials < 20, "{i}: {velocity}, {trials}");
+            // a little faster is too fast
+            assert!(relation(1.06 * velocity) > CLOSE * STRAIN_LIMIT, "{i}: {velocity}");
+        }
+    }
+}
