@@ -50,3 +50,16 @@ fn a_separation_is_not_taken_back_at_once() {
         assert!(!kinds.contains(&EventKind::Recontact), "{cells} cells: {kinds:?}");
     }
 }
+
+#[test]
+fn a_ball_on_its_way_in_is_not_apart() {
+    // on a thin layer a node bounces for longer than Δr/c_s, at the rate of the echoes of the backing
+    let ball = ["indenter.mass=10", "indenter.curvature=0.001", "impact.velocity=0.1", "run.end_time=60"];
+    let target = ["target.thickness=0.2", "target.shear_wave_speed=0.55", "record.frames=0"];
+    let case = case("fig2", &[&ball[..], &target, &["run.stop=separation", "mesh.cells=10"]].concat());
+    let events = events(&case);
+    let time = |kind| events.iter().find(|(_, event)| event.kind == kind).map(|(time, _)| *time);
+    let (rebound, separation) = (time(EventKind::Rebound), time(EventKind::Separation));
+    assert!(rebound.is_some() && separation > rebound, "{rebound:?} {separation:?}");
+    assert!(separation.is_some_and(|time| (40.0..45.0).contains(&time)), "{separation:?}");
+}
