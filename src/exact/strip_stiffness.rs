@@ -115,9 +115,6 @@ mod tests {
         assert!((same.drag_slope() - thin.drag_slope()).abs() < 1e-14);
         assert_eq!(thin.pressure_slope(0.4), thin.pressure_slope(-0.4));
         assert!(thin.pressure_slope(1.0).is_err());
-        // physics of Fig. 5's plane case
-        let paper = StripStiffness::new(1.0, 0.5).expect("parameters");
-        assert!((paper.drag_slope() - 1.22).abs() < 2e-3, "{}", paper.drag_slope());
     }
     #[test]
     fn thin_layers_are_columns_but_for_their_edges() {
