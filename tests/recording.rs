@@ -4,6 +4,7 @@ use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
+    sync::mpsc,
 };
 
 use mcap::{MessageStream, Summary};
@@ -11,7 +12,7 @@ use percuss::{
     case::{Case, builtin},
     exact::answer::Answer,
     message::{foxglove, percuss as message},
-    recording::{FORMAT_VERSION, RecordingError},
+    recording::{FORMAT_VERSION, RecordingError, Tap},
     session::{Session, Source, Status},
     simulation::{Simulation, SimulationError},
     validity::Validity,
@@ -520,6 +521,15 @@ fn numbers_that_overflow_end_the_run_with_a_status() {
     assert!(status["message"].contains("not finite"), "{}", status["message"]);
 }
 
+/// Counts messages, and is dropped with the thread that writes.
+struct Witness(mpsc::Sender<usize>);
+
+impl Tap for Witness {
+    fn message(&mut self, channel: usize, _: u64, _: &[u8]) {
+        self.0.send(channel).expect("the test is there");
+    }
+}
+
 #[test]
 fn a_recording_given_up_has_no_end() {
     let folder = folder();
@@ -527,14 +537,17 @@ fn a_recording_given_up_has_no_end() {
     let case = case("fig5", &["mesh.cells=20"]);
     let mut simulation = Simulation::new(&case).expect("a solver");
     let mut session = Session::begin(&case, Source::Simulation, &path, false, 1).expect("a new file");
+    let (witness, seen) = mpsc::channel();
+    session.show(Box::new(Witness(witness))).expect("room on the disk");
     for _ in 0..10 {
         let view = simulation.step().expect("finite numbers").expect("a step");
         session.observe(&view).expect("room on the disk");
     }
     drop(session);
-    // give the writer thread time to notice
-    std::thread::sleep(std::time::Duration::from_millis(200));
+    // ends when the writer thread has: then nothing more comes into the file
+    assert!(seen.iter().count() >= 10 * 4, "stress, drag, velocity and probes of every step were written");
     let bytes = fs::read(&path).expect("the recording");
+    assert!(bytes.starts_with(mcap::MAGIC) && !bytes.ends_with(mcap::MAGIC), "begun, not ended");
     assert!(Summary::read(&bytes).is_err(), "the file must not look complete");
 }
 
@@ -561,35 +574,73 @@ fn record_exact(case: &Case, path: &Path) -> Vec<u8> {
     fs::read(path).expect("the recording")
 }
 
+/// Numbers of a stress over steps and nodes, and the value at a place, if there is one.
+struct Stresses(Vec<Vec<f64>>);
+
+impl Stresses {
+    fn get(&self, step: usize, node: usize) -> Option<f64> {
+        self.0.get(step)?.get(node).copied().filter(|value| value.is_finite())
+    }
+
+    /// True if no front is near: the value is known and not zero some steps and nodes to either side, and little different.
+    fn is_smooth(&self, step: usize, node: usize, change: f64) -> bool {
+        /// Steps, and nodes, over which the mesh spreads a front, and one more.
+        const NEAR: usize = 3;
+        let known = |step, node| self.get(step, node).filter(|value| *value != 0.0);
+        let span = |a: Option<f64>, b: Option<f64>| Some((a? - b?).abs() < change);
+        let in_time = step.checked_sub(NEAR).and_then(|k| span(known(k, node), known(step + NEAR, node)));
+        // at the axis the stress is even
+        let in_space = span(known(step, node.saturating_sub(NEAR)), known(step, node + NEAR));
+        in_time == Some(true) && in_space == Some(true)
+    }
+}
+
 #[test]
 fn a_closed_form_is_on_the_channels_of_the_run() {
+    // Largest error relative to the peak away from fronts, and the largest share of values that are near one. Measured at
+    // 100 cells 3.9e-4, 4.1e-4, 4.1e-4, 1.5e-3, 8.1e-5.
+    const CHANGE: f64 = 0.05;
     let folder = folder();
-    for (name, rms) in
-        [("fig2-prescribed", 0.2), ("fig6a", 0.12), ("fig7a", 0.12), ("fig3", 0.1), ("fig5-plane", 0.1)]
-    {
-        let case = case(name, &["mesh.cells=50", "record.fields=[]", "run.end_time=1.5", "record.frames=0"]);
+    for (name, bound, near) in [
+        ("fig2-prescribed", 6e-4, 0.7),
+        ("fig6a", 6e-4, 0.3),
+        ("fig7a", 6e-4, 0.3),
+        ("fig3", 2.2e-3, 0.2),
+        ("fig5-plane", 1.2e-4, 0.2),
+    ] {
+        let case = case(name, &["mesh.cells=100", "record.fields=[]", "run.end_time=1.5", "record.frames=0"]);
         let run = record(&case, &folder.path().join(format!("{name}.mcap")));
         let exact = record_exact(&case, &folder.path().join(format!("{name}-exact.mcap")));
         let told = &metadata(&exact)["percuss.run"];
         assert_eq!((told["source"].as_str(), told.contains_key("closed_form")), ("exact", true));
-        // the same steps, the same arrays, about the same numbers wherever the form knows one
+        // the same steps, the same arrays, the same numbers away from fronts wherever the form knows one
         let topic = "/interface/stress";
         let (run, exact) = (
             messages::<message::InterfaceStress>(&run, topic),
             messages::<message::InterfaceStress>(&exact, topic),
         );
         assert_eq!(run.len(), exact.len(), "{name}");
-        let (mut error, mut norm) = (0.0, 0.0);
         for ((time_a, a), (time_b, b)) in run.iter().zip(&exact) {
             assert_eq!((time_a, a.step, a.r0, a.dr), (time_b, b.step, b.r0, b.dr), "{name}");
             assert_eq!(a.stress.len(), b.stress.len(), "{name} step {}", a.step);
-            for (p, e) in a.stress.iter().zip(&b.stress).filter(|(_, e)| e.is_finite()) {
-                error += (p - e) * (p - e);
-                norm += e * e;
+        }
+        let exact = Stresses(exact.into_iter().map(|(_, message)| message.stress).collect());
+        let known = exact.0.iter().flatten().filter(|value| value.is_finite());
+        let peak = known.clone().fold(0.0, |peak, value| f64::max(peak, value.abs()));
+        let (mut compared, mut worst) = (0, 0.0);
+        for (step, (_, message)) in run.iter().enumerate() {
+            for (node, p) in message.stress.iter().enumerate() {
+                if let Some(e) = exact.get(step, node)
+                    && exact.is_smooth(step, node, CHANGE * peak)
+                {
+                    worst = f64::max(worst, (p - e).abs() / peak);
+                    compared += 1;
+                }
             }
         }
-        // fronts are spread over two steps, the edge of a slow contact is singular
-        assert!(norm > 0.0 && f64::sqrt(error / norm) < rms, "{name}: {}", f64::sqrt(error / norm));
+        assert!(worst <= bound, "{name}: {worst:e} of the peak");
+        let near_fronts = 1.0 - f64::from(compared) / known.count() as f64;
+        assert!(near_fronts <= near, "{name}: {near_fronts} of all values are near fronts");
     }
 }
 
