@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::{
     CliError, Exit, has_colour,
-    output::{print, refuse_inputs, write},
+    output::{by_extension, print, refuse_inputs, write},
     plot::medium,
     say,
     window::Window,
@@ -135,6 +135,9 @@ impl DiffArguments {
             return Err(CliError::Usage("--bless needs one reference and one new recording".into()));
         }
         self.plot.as_deref().map(medium).transpose()?;
+        if let Some(path) = &self.write_diff {
+            by_extension(path, &[("mcap", ())], Some(()))?;
+        }
         let style = Style { colour: has_colour(), explain: self.explain };
         let (mut worst, mut lossy) = (Verdict::Equal, false);
         let mut documents = Vec::new();

@@ -9,11 +9,11 @@ use clap::Args;
 
 use super::{
     CliError, Exit, loss,
-    output::{explain, is_same_file, print, refuse_inputs, write},
+    output::{by_extension, explain, is_same_file, print, refuse_inputs, write},
     say,
 };
 use crate::{
-    command::export::{Form, attachment, attachments, form, matrix},
+    command::export::{FORMS, attachment, attachments, form, matrix},
     recording::Limits,
     select::Pattern,
 };
@@ -63,8 +63,7 @@ impl ExportArguments {
         let usage = |text: &str| CliError::Usage(text.into());
         let output = self.output.as_deref().ok_or_else(|| usage("name the output with -o"))?;
         if let Some(topic) = &self.topic {
-            let kind = Form::of(output);
-            let kind = kind.ok_or_else(|| usage("name the output .npy, .vti, .png or .svg"))?;
+            let kind = by_extension(output, &FORMS, None)?;
             let (slice, damages) = matrix(&self.file, topic, self.at_time, limits)?;
             write(Some(output), self.force, &form(&slice, kind)?)?;
             say(&slice.title());

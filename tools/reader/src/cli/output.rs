@@ -73,6 +73,29 @@ pub(super) fn refuse_inputs<'a>(
     }
 }
 
+/// What the extension of an output stands for, in any case.
+///
+/// * `known`: extensions and what they stand for
+/// * `plain`: what a name without an extension stands for, if for anything
+pub(super) fn by_extension<T: Copy>(
+    path: &Path,
+    known: &[(&str, T)],
+    plain: Option<T>,
+) -> Result<T, CliError> {
+    let found = match path.extension() {
+        None => plain,
+        Some(extension) => {
+            let extension = extension.to_string_lossy().to_lowercase();
+            known.iter().find(|(name, _)| *name == extension).map(|(_, value)| *value)
+        }
+    };
+    found.ok_or_else(|| {
+        let names: Vec<String> = known.iter().map(|(name, _)| format!(".{name}")).collect();
+        let names = names.join(", ");
+        CliError::Usage(format!("`{}`: no format of this name; end it in {names}", path.display()))
+    })
+}
+
 /// Writes a text to standard output; a reader of it that has had enough is no error.
 pub(super) fn print(text: &str) -> Result<(), CliError> {
     match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {

@@ -9,7 +9,7 @@ use clap::Args;
 
 use super::{
     CliError, Exit, has_colour, loss,
-    output::{refuse_inputs, write},
+    output::{by_extension, refuse_inputs, write},
     window::{Chosen, Window},
 };
 use percuss_picture::Medium;
@@ -74,11 +74,7 @@ fn range(text: &str) -> Result<(f64, f64), String> {
 
 /// What a file of this name is drawn as.
 pub(super) fn medium(output: &Path) -> Result<Medium, CliError> {
-    match output.extension().and_then(|extension| extension.to_str()) {
-        Some("svg") => Ok(Medium::Svg),
-        Some("png") => Ok(Medium::Png),
-        _ => Err(CliError::Usage(format!("`{}`: pictures are .svg or .png", output.display()))),
-    }
+    by_extension(output, &[("svg", Medium::Svg), ("png", Medium::Png)], None)
 }
 
 /// What is drawn on standard output.

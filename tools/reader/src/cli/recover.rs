@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::{
     CliError, Exit,
-    output::{explain, print, refuse_inputs},
+    output::{by_extension, explain, print, refuse_inputs},
 };
 use crate::{
     command::{create, recover::recover},
@@ -45,6 +45,7 @@ const RECOVER_VERSION: u32 = 1;
 impl RecoverArguments {
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         refuse_inputs(Some(&self.output), std::iter::once(&self.file))?;
+        by_extension(&self.output, &[("mcap", ())], Some(()))?;
         // what is no recording leaves no new file
         drop(Scan::open(&self.file, limits)?);
         let output = create(&self.output, self.force).map_err(|error| explain(Some(&self.output), error))?;

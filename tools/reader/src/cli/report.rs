@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{
     CliError, Exit, loss,
-    output::{refuse_inputs, write},
+    output::{by_extension, refuse_inputs, write},
     say,
 };
 use crate::{command::report::report, recording::Limits};
@@ -36,6 +36,7 @@ impl ReportArguments {
         let default = || PathBuf::from(self.file.with_extension("html").file_name().unwrap_or_default());
         let output = self.output.clone().unwrap_or_else(default);
         refuse_inputs(Some(&output), std::iter::once(&self.file))?;
+        by_extension(&output, &[("html", ()), ("htm", ())], Some(()))?;
         let (page, damages) = report(&self.file, limits)?;
         write(Some(&output), self.force, page.as_bytes())?;
         say(&format!("{}: {:.1} MB", output.display(), page.len() as f64 * 1e-6));

@@ -2,14 +2,14 @@
 
 use std::{
     io::{self, BufWriter},
-    path::{Path, PathBuf},
+    path::PathBuf,
 };
 
 use clap::{Args, ValueEnum};
 
 use super::{
     CliError, Exit, loss,
-    output::{Output, explain, refuse_inputs},
+    output::{Output, by_extension, explain, refuse_inputs},
     say,
     window::{Chosen, Window},
 };
@@ -50,7 +50,7 @@ pub(super) struct TraceArguments {
     /// Keep reading a recording that is still being written
     #[arg(long)]
     follow: bool,
-    /// Output format [default: by the name of the output, else csv]
+    /// Output format [default: by the name of the output; csv for standard output and names without an extension]
     #[arg(long, value_enum)]
     format: Option<Format>,
     /// Output file [default: standard output]
@@ -88,8 +88,9 @@ impl TraceArguments {
             follow: self.follow,
         };
         refuse_inputs(self.output.as_deref(), self.files.iter())?;
+        let format = self.format()?;
         let mut output = BufWriter::new(Output::new(self.output.as_deref(), self.force));
-        let result = match self.format() {
+        let result = match format {
             Format::Csv => trace(&self.files, &request, limits, &mut Csv::new(&mut output)),
             Format::Jsonl => trace(&self.files, &request, limits, &mut JsonLines::new(&mut output)),
             Format::Parquet => trace(&self.files, &request, limits, &mut Parquet::new(&mut output)),
@@ -118,15 +119,20 @@ impl TraceArguments {
         Ok(loss(&outcome.damages))
     }
 
-    fn format(&self) -> Format {
-        let extension = self.output.as_deref().and_then(Path::extension);
-        let by_name = match extension.and_then(|extension| extension.to_str()) {
-            Some("jsonl" | "ndjson" | "json") => Format::Jsonl,
-            Some("parquet") => Format::Parquet,
-            Some("npy") => Format::Npy,
-            Some("npz") => Format::Npz,
-            _ => Format::Csv,
-        };
-        self.format.unwrap_or(by_name)
+    fn format(&self) -> Result<Format, CliError> {
+        const FORMATS: [(&str, Format); 7] = [
+            ("csv", Format::Csv),
+            ("jsonl", Format::Jsonl),
+            ("ndjson", Format::Jsonl),
+            ("json", Format::Jsonl),
+            ("parquet", Format::Parquet),
+            ("npy", Format::Npy),
+            ("npz", Format::Npz),
+        ];
+        match (self.format, &self.output) {
+            (Some(format), _) => Ok(format),
+            (None, Some(output)) => by_extension(output, &FORMATS, Some(Format::Csv)),
+            (None, None) => Ok(Format::Csv),
+        }
     }
 }

@@ -57,18 +57,9 @@ pub enum Form {
     Svg,
 }
 
-impl Form {
-    /// By the name of a file.
-    pub fn of(path: &Path) -> Option<Self> {
-        match path.extension()?.to_str()? {
-            "npy" => Some(Self::Npy),
-            "vti" => Some(Self::Vti),
-            "png" => Some(Self::Png),
-            "svg" => Some(Self::Svg),
-            _ => None,
-        }
-    }
-}
+/// Forms by the extensions of files.
+pub const FORMS: [(&str, Form); 4] =
+    [("npy", Form::Npy), ("vti", Form::Vti), ("png", Form::Png), ("svg", Form::Svg)];
 
 /// The name of an attachment as a file in a folder: never one that leads elsewhere.
 ///
