@@ -86,6 +86,8 @@ pub struct Leaf {
     pub lists: usize,
     /// True if it is a list itself, not only inside one.
     pub ends_in_list: bool,
+    /// Number of the part of the path that is the first list; the number of parts if none is.
+    pub first_list: usize,
     /// True if it always holds exactly one value.
     pub is_single: bool,
 }
@@ -99,17 +101,25 @@ impl Leaf {
             kind: Type::Bytes,
             lists: 0,
             ends_in_list: false,
+            first_list: 0,
             is_single: true,
         }
     }
 
-    /// Name of element `index`: `stress[3]`; with several lists on the way their elements are numbered through.
+    /// Name of value `index`: `stress[3]`, `joints[3].angle`; with several lists on the way their elements are numbered
+    /// through.
     pub fn element(&self, index: usize) -> String {
-        match (self.lists, self.path.rsplit_once('.')) {
-            (0, _) => self.path.clone(),
-            (1, Some((list, name))) if !self.ends_in_list => format!("{list}[{index}].{name}"),
-            _ => format!("{}[{index}]", self.path),
+        if self.lists == 0 {
+            return self.path.clone();
         }
+        if self.lists > 1 {
+            return format!("{}[{index}]", self.path);
+        }
+        let parts = self.path.split('.').enumerate().map(|(i, part)| match i == self.first_list {
+            true => format!("{part}[{index}]"),
+            false => part.to_owned(),
+        });
+        parts.collect::<Vec<_>>().join(".")
     }
 }
 
@@ -328,6 +338,7 @@ impl Layout {
             kind: Type::Bytes,
             lists: 1,
             ends_in_list: true,
+            first_list: 0,
             is_single: false,
         });
         Self { leaves: builder.leaves, descriptor: descriptor.clone(), root }
@@ -364,6 +375,7 @@ struct Place {
     path: String,
     numbers: Vec<u32>,
     lists: usize,
+    first_list: Option<usize>,
     /// True below something that need not be there.
     is_optional: bool,
 }
@@ -404,6 +416,7 @@ impl Builder {
             path: if place.path.is_empty() { name.to_owned() } else { format!("{}.{name}", place.path) },
             numbers: [&place.numbers[..], &[field.number()]].concat(),
             lists: place.lists + usize::from(is_list),
+            first_list: place.first_list.or(is_list.then_some(place.numbers.len())),
             is_optional: place.is_optional || has_presence,
         };
         let message = match field.kind() {
@@ -420,6 +433,7 @@ impl Builder {
                 kind: Type::UInt,
                 lists: place.lists,
                 ends_in_list: true,
+                first_list: place.first_list.unwrap_or(inner.numbers.len()),
                 is_single: false,
             })
         });
@@ -431,6 +445,7 @@ impl Builder {
             None => {
                 let (scalar, kind) = scalar(field);
                 let leaf = self.leaf(Leaf {
+                    first_list: inner.first_list.unwrap_or(inner.numbers.len()),
                     path: inner.path,
                     numbers: inner.numbers,
                     kind,

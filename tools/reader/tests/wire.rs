@@ -77,6 +77,22 @@ fn lists_inside_lists_keep_their_lengths() {
 }
 
 #[test]
+fn an_element_is_named_at_the_part_that_repeats() {
+    let layout = layout("lab.Note");
+    let name = |path: &str| layout.leaves[layout.find(path).expect("a leaf")].element(3);
+    assert_eq!(name("parts.x"), "parts[3].x");
+    assert_eq!(name("place.tags"), "place.tags[3]");
+    assert_eq!(name("sizes.value"), "sizes[3].value");
+    let moving = percuss_reader::wire::Leaf {
+        first_list: 0,
+        path: "moving.base.x".into(),
+        ..layout.leaves[layout.find("parts.x").expect("a leaf")].clone()
+    };
+    assert_eq!(moving.element(2), "moving[2].base.x");
+    assert_eq!(name("time"), "time");
+}
+
+#[test]
 fn repeated_parts_of_single_fields_are_merged_and_the_last_number_wins() {
     let layout = layout("lab.Note");
     // step 1, step 2, place {x: 1}, place {tags: [5]}
