@@ -9,7 +9,7 @@ use percuss_reader::{
     messages::Recording,
     overview::Channel,
     recording::Limits,
-    slice::{Moment, moments, profile, row, slice},
+    slice::{Moment, moments, profile, slice},
     table::{Cell, Heading, Sink},
 };
 
@@ -140,7 +140,7 @@ pub fn sections(
 ) -> Result<Vec<(f64, Vec<Points>)>, Failure> {
     let found = fields(made, &format!("/field/{field}"), times, |channel, leaf, moment| {
         let slice = slice(channel, leaf, moment)?;
-        let rows = depths.iter().map(|&z| Some(row(&slice, z)?.points)).collect::<Option<_>>()?;
+        let rows = depths.iter().map(|&z| Some(slice.line("z", z)?.points)).collect::<Option<_>>()?;
         Some((moment.time, rows))
     })?;
     Ok(found)

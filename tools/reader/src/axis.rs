@@ -21,8 +21,11 @@ pub(crate) enum Axis {
 }
 
 impl Axis {
-    /// The axis of an array, from the metadata of its channel.
+    /// The axis of an array, from the metadata of its channel; lists inside lists have none.
     pub(crate) fn of(leaf: usize, layout: &Layout, channel: &Channel) -> Self {
+        if layout.leaves[leaf].lists != 1 {
+            return Self::Unknown;
+        }
         let path = &layout.leaves[leaf].path;
         let Some(text) = channel.metadata.get(&format!("axis.{path}")) else {
             return Self::Unknown;
@@ -59,12 +62,13 @@ impl Axis {
         }
     }
 
-    /// True if the axis is that of `coordinate`: `r0,dr` is `r`; lists carry no name and fit any.
-    pub(crate) fn is_named(&self, name: &str) -> bool {
+    /// Names of the coordinates: `r0,dr` is `r`, lists of positions are radii; none without an axis.
+    pub(crate) fn coordinates(&self) -> Vec<&str> {
         match self {
-            Self::Uniform { coordinate, .. } => coordinate == name,
-            Self::Listed(_) => true,
-            Self::Matrix { .. } | Self::Unknown => false,
+            Self::Uniform { coordinate, .. } => vec![coordinate],
+            Self::Listed(_) => vec!["r"],
+            Self::Matrix { coordinates, .. } => coordinates.iter().map(String::as_str).collect(),
+            Self::Unknown => Vec::new(),
         }
     }
 
@@ -77,12 +81,17 @@ impl Axis {
         }
     }
 
+    /// First position and step of a uniform axis as they are in a message.
+    pub(crate) fn uniform(&self, values: &Values) -> Option<(f64, f64)> {
+        let Self::Uniform { start, step, .. } = self else { return None };
+        Some((values.lists[*start].number(0)?, values.lists[*step].number(0)?))
+    }
+
     /// The axis as it is in a message.
     pub(crate) fn place(&self, values: &Values) -> Place<'_> {
-        let number = |leaf: usize| values.lists[leaf].number(0);
         match self {
-            Self::Uniform { start, step, .. } => match (number(*start), number(*step)) {
-                (Some(start), Some(step)) if step > 0.0 => Place::Uniform { start, step },
+            Self::Uniform { .. } => match self.uniform(values) {
+                Some((start, step)) if step > 0.0 => Place::Uniform { start, step },
                 _ => Place::Unknown,
             },
             Self::Listed(positions) => Place::Listed(positions),
@@ -127,30 +136,43 @@ impl Place<'_> {
     }
 }
 
-/// Value of an array at a position of its axis.
+/// Value of an array at a position of its axis, as [`between`] has it.
+pub(crate) fn at(list: &List, place: Place<'_>, even: bool, position: f64) -> Option<f64> {
+    between(list.len(), place, even, position, |i| list.number(i))
+}
+
+/// Value of an array of `length` elements at a position of its axis.
 ///
 /// Linear between elements. Up to half a step beyond the first and last element their values hold, or, where the
 /// array is even about the origin and the position lies between it and the first element, the parabola through the
-/// first two. Nothing farther out.
-pub(crate) fn at(list: &List, place: Place<'_>, even: bool, position: f64) -> Option<f64> {
-    let value = |i: usize| list.number(i);
+/// first two. Nothing farther out, and nothing beside an element that is not there.
+pub(crate) fn between(
+    length: usize,
+    place: Place<'_>,
+    even: bool,
+    position: f64,
+    value: impl Fn(usize) -> Option<f64>,
+) -> Option<f64> {
+    // the share of the next element, which need not be there if it has none
+    let mixed = |i: usize, share: f64| {
+        let from = value(i)?;
+        if share == 0.0 { Some(from) } else { Some(from + (value(i + 1)? - from) * share) }
+    };
     match place {
         Place::Uniform { start, step } => {
             let x = (position - start) / step;
-            let last = list.len().checked_sub(1)? as f64;
+            let last = length.checked_sub(1)? as f64;
             // half a step, and some room for rounding
             let reach = 0.5 + 1e-9;
             if x < -reach || x > last + reach {
                 None
-            } else if x < 0.0 && even && list.len() > 1 {
+            } else if x < 0.0 && even && length > 1 {
                 let (r0, r1) = (start, start + step);
                 let (p0, p1) = (value(0)?, value(1)?);
                 Some(p0 + (p1 - p0) * (position * position - r0 * r0) / (r1 * r1 - r0 * r0))
             } else {
                 let x = x.clamp(0.0, last);
-                let i = (x as usize).min(list.len().saturating_sub(2));
-                let (from, to) = (value(i)?, value(i + 1).or_else(|| value(i))?);
-                Some(from + (to - from) * (x - i as f64))
+                mixed(x as usize, x - x.floor())
             }
         }
         Place::Listed(positions) => {
@@ -158,10 +180,36 @@ pub(crate) fn at(list: &List, place: Place<'_>, even: bool, position: f64) -> Op
                 return value(i);
             }
             let i = positions.windows(2).position(|pair| pair[0] < position && position < pair[1])?;
-            let share = (position - positions[i]) / (positions[i + 1] - positions[i]);
-            let (from, to) = (value(i)?, value(i + 1)?);
-            Some(from + (to - from) * share)
+            mixed(i, (position - positions[i]) / (positions[i + 1] - positions[i]))
         }
         Place::Unknown => None,
     }
+}
+
+/// Value of a matrix at a row and a column position, linear in both as [`between`] has it.
+///
+/// * `list`: the matrix, row-major; nothing if it has not as many elements as the grid
+/// * `rows`, `columns`: of the whole matrix, of which a message may leave out what is at rest; 0 there
+/// * `even`: about the origin of the columns
+pub(crate) fn at_point(
+    list: &List,
+    grid: &Grid,
+    (rows, columns): (usize, usize),
+    even: bool,
+    (row, column): (f64, f64),
+) -> Option<f64> {
+    let (height, width) = (grid.rows.length, grid.columns.length);
+    if height.checked_mul(width) != Some(list.len()) {
+        return None;
+    }
+    let place = |side: &Side| match side.step > 0.0 {
+        true => Place::Uniform { start: side.start, step: side.step },
+        false => Place::Unknown,
+    };
+    let element = |j: usize, i: usize| {
+        if j < height && i < width { list.number(j * width + i) } else { Some(0.0) }
+    };
+    between(rows.max(height), place(&grid.rows), false, row, |j| {
+        between(columns.max(width), place(&grid.columns), even, column, |i| element(j, i))
+    })
 }

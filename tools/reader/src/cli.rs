@@ -28,7 +28,9 @@ use crate::{
         report::ReportError, schema::SchemaError, trace::TraceError,
     },
     compare::CompareError,
+    field::SelectionError,
     recording::{Damage, Limits, OpenError},
+    slice::MomentError,
 };
 use cat::CatArguments;
 use diff::DiffArguments;
@@ -227,13 +229,25 @@ impl Arguments {
 pub fn report(error: &CliError) -> ExitCode {
     say(&format!("error: {error}"));
     let misfit = |error: &TraceError| {
-        matches!(error, TraceError::UnknownTopic(_) | TraceError::Selection(_) | TraceError::Columns { .. })
+        matches!(
+            error,
+            TraceError::UnknownTopic(_)
+                | TraceError::Selection(_)
+                | TraceError::Columns { .. }
+                | TraceError::TimeUnits { .. }
+        )
     };
     let status = match error {
         CliError::Trace(error) | CliError::Plot(PlotError::Trace(error)) if misfit(error) => 2,
-        CliError::Plot(PlotError::Nothing(_))
+        CliError::Plot(
+            PlotError::Nothing(_) | PlotError::Unfit(_) | PlotError::Moment(MomentError::Outside { .. }),
+        )
         | CliError::Export(
-            ExportError::UnknownTopic(_) | ExportError::NoAttachment { .. } | ExportError::NoMatrix(_),
+            ExportError::UnknownTopic(_)
+            | ExportError::NoAttachment { .. }
+            | ExportError::NoMatrix(_)
+            | ExportError::Several { .. }
+            | ExportError::Moment(MomentError::Outside { .. }),
         )
         | CliError::Cat(CatError::UnknownTopic(_))
         | CliError::Schema(SchemaError::UnknownTopic(_))
@@ -245,6 +259,13 @@ pub fn report(error: &CliError) -> ExitCode {
         _ => 1,
     };
     ExitCode::from(status)
+}
+
+/// Says which fields of whole topics are left out.
+fn say_left_out(left_out: &[SelectionError]) {
+    for error in left_out {
+        say(&format!("note: left out: {error}"));
+    }
 }
 
 fn say(text: &str) {

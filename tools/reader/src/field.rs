@@ -1,103 +1,25 @@
 //! Fields of messages: names, units and axes from channel metadata, and what to take of a message into a row.
 
+mod selection;
+
+use std::cell::Cell as Mark;
+
 use prost_reflect::EnumDescriptor;
 
 use crate::{
-    axis::{Axis, at},
+    axis::{Axis, at_point, between},
+    extent::{Extent, Reach},
+    nest::{Counts, Nest, Spot, combinations},
     overview::Channel,
     table::{Cell, Heading, Kind},
     wire::{COUNT, Layout, List, Type, UNKNOWN, Values},
 };
 
+use selection::Name;
+pub use selection::{Positions, Selection, SelectionError};
+
 /// Largest number of columns an array is spread over.
 pub const MAX_COLUMNS: usize = 10_000;
-
-/// Which fields of a topic are wanted.
-#[derive(Clone, Debug, Default)]
-pub struct Selection {
-    /// Fields: `a.b.c`, `name[index]`, `name@r=position`; all plain fields and arrays if empty.
-    pub fields: Vec<String>,
-    /// Positions on the axes of arrays.
-    pub at: Option<Positions>,
-}
-
-/// Positions `r=0,0.5,0.9`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Positions {
-    /// Name of the coordinate.
-    pub coordinate: String,
-    /// The positions.
-    pub values: Vec<f64>,
-}
-
-impl std::str::FromStr for Positions {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (coordinate, list) = text.split_once('=').ok_or("write positions as r=0,0.5,0.9")?;
-        let parse = |item: &str| match item.trim().parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(format!("`{item}` is not a number")),
-        };
-        let values = list.split(',').map(parse).collect::<Result<_, _>>()?;
-        Ok(Self { coordinate: coordinate.trim().into(), values })
-    }
-}
-
-/// Why a selection does not fit a channel.
-#[derive(Debug, thiserror::Error)]
-pub enum SelectionError {
-    /// There is no such field.
-    #[error("`{topic}` has no field `{field}`; it has {known}")]
-    UnknownField {
-        /// Topic.
-        topic: String,
-        /// Name asked for.
-        field: String,
-        /// Names that exist.
-        known: String,
-    },
-    /// A field has no axis to choose positions on.
-    #[error("no array of `{topic}` has an axis named `{coordinate}` to choose positions on")]
-    NoAxis {
-        /// Topic.
-        topic: String,
-        /// Coordinate asked for.
-        coordinate: String,
-    },
-    /// A field cannot be put into a cell.
-    #[error("`{field}` of `{topic}` is {what}; {hint}")]
-    NotACell {
-        /// Topic.
-        topic: String,
-        /// Field.
-        field: String,
-        /// What it is.
-        what: &'static str,
-        /// What to do.
-        hint: &'static str,
-    },
-    /// An array would take too many columns.
-    #[error("`{field}` has up to {length} elements; choose some with --at or --field {field}[0],{field}[1]")]
-    TooMany {
-        /// Field.
-        field: String,
-        /// Its length.
-        length: usize,
-    },
-    /// The messages cannot be decoded.
-    #[error(
-        "messages of `{topic}` are {encoding} with schema `{schema}`; only protobuf with a sound schema is read"
-    )]
-    NotProtobuf {
-        /// Topic.
-        topic: String,
-        /// Encoding.
-        encoding: String,
-        /// Schema.
-        schema: String,
-    },
-}
 
 /// One column: how to find its cell in a message.
 #[derive(Clone, Debug)]
@@ -112,9 +34,23 @@ pub struct Column {
 #[derive(Clone, Debug)]
 enum Take {
     LogTime,
-    Single { enumeration: Option<EnumDescriptor> },
-    Element { index: usize, enumeration: Option<EnumDescriptor> },
-    At { axis: Axis, even: bool, position: f64 },
+    Element {
+        spot: Spot,
+        enumeration: Option<EnumDescriptor>,
+    },
+    At {
+        spot: Spot,
+        axis: Axis,
+        even: bool,
+        position: f64,
+    },
+    /// Of a matrix; with its rows and columns over all messages, if those are known.
+    Point {
+        axis: Axis,
+        even: bool,
+        point: (f64, f64),
+        whole: Option<[Reach; 2]>,
+    },
 }
 
 /// Leaf of the time of a message: a plain double named `time`.
@@ -123,9 +59,21 @@ pub fn time_leaf(layout: &Layout) -> Option<usize> {
     (layout.leaves[leaf].is_single && layout.leaves[leaf].kind.is_number()).then_some(leaf)
 }
 
-/// Columns of a channel, the time first.
+/// What of a channel is taken into rows.
+#[derive(Debug)]
+pub struct Columns {
+    /// Its time.
+    pub time: Column,
+    /// Its fields.
+    pub fields: Vec<Column>,
+    /// Why fields are left out, where all of a channel are asked for.
+    pub left_out: Vec<SelectionError>,
+}
+
+/// Columns of a channel.
 ///
-/// * `longest`: gives the greatest length of the list of a leaf over all messages; asked only where it is needed
+/// * `extent`: gives how far the array of a leaf reaches over all messages; asked only where it is needed. If it knows no
+///   positions, none are refused
 ///
 /// # Errors
 ///
@@ -133,54 +81,63 @@ pub fn time_leaf(layout: &Layout) -> Option<usize> {
 pub fn columns(
     channel: &Channel,
     selection: &Selection,
-    longest: &mut dyn FnMut(usize) -> usize,
-) -> Result<Vec<Column>, SelectionError> {
+    extent: &mut dyn FnMut(usize) -> Extent,
+) -> Result<Columns, SelectionError> {
     let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::NotProtobuf {
         topic: channel.topic.clone(),
         encoding: channel.encoding.clone(),
         schema: channel.schema.clone(),
     })?;
-    let picker = Picker { channel, layout, at: selection.at.as_ref() };
-    let time = time_leaf(layout);
-    let mut columns = vec![match time {
+    let at: Vec<(&Positions, Mark<bool>)> = selection.at.iter().map(|at| (at, Mark::new(false))).collect();
+    let mut picker = Picker { channel, layout, counts: Counts::of(layout), at: &at, extent };
+    let leaf = time_leaf(layout);
+    let time = match leaf {
         Some(leaf) => picker.plain(leaf),
         None => {
             let heading = Heading { name: "log_time".into(), unit: Some("s".into()), kind: Kind::Double };
             Column { heading, leaf: None, take: Take::LogTime }
         }
-    }];
+    };
+    let (mut fields, mut left_out) = (Vec::new(), Vec::new());
     if selection.fields.is_empty() {
         let hidden = channel.axis_parts();
-        for (index, leaf) in layout.leaves.iter().enumerate() {
-            let is_hidden = hidden.contains(&leaf.path.as_str()) || leaf.path.ends_with(COUNT);
-            if Some(index) != time && leaf.kind != Type::Bytes && !is_hidden {
-                columns.extend(picker.all(index, longest)?);
+        for (index, field) in layout.leaves.iter().enumerate() {
+            let path = field.path.as_str();
+            if Some(index) == leaf || hidden.contains(&path) || path.ends_with(COUNT) || path == UNKNOWN {
+                continue;
+            }
+            match picker.all(index) {
+                Ok(columns) => fields.extend(columns),
+                Err(error @ (SelectionError::NotACell { .. } | SelectionError::TooMany { .. })) => {
+                    left_out.push(error);
+                }
+                Err(error) => return Err(error),
             }
         }
     }
     for name in &selection.fields {
-        columns.extend(picker.named(name, longest)?);
+        fields.extend(picker.named(name)?);
     }
-    let positioned = columns.iter().any(|column| matches!(column.take, Take::At { .. }));
-    match &selection.at {
-        Some(at) if !positioned => {
-            Err(SelectionError::NoAxis { topic: channel.topic.clone(), coordinate: at.coordinate.clone() })
-        }
-        _ => Ok(columns),
+    match at.iter().find(|(_, used)| !used.get()) {
+        Some((at, _)) => Err(SelectionError::no_axis(&[channel], at)),
+        None => Ok(Columns { time, fields, left_out }),
     }
 }
 
 struct Picker<'a> {
     channel: &'a Channel,
     layout: &'a Layout,
-    at: Option<&'a Positions>,
+    counts: Counts<'a>,
+    /// Positions, and whether they have been of use.
+    at: &'a [(&'a Positions, Mark<bool>)],
+    extent: &'a mut dyn FnMut(usize) -> Extent,
 }
 
 impl Picker<'_> {
     fn column(&self, leaf: usize, name: String, take: Take) -> Column {
         let unit = self.channel.unit(&self.layout.leaves[leaf].path).map(str::to_owned);
         let kind = match (&take, &self.layout.leaves[leaf].kind) {
-            (Take::At { .. } | Take::LogTime, _) | (_, Type::Double) => Kind::Double,
+            (Take::At { .. } | Take::Point { .. } | Take::LogTime, _) | (_, Type::Double) => Kind::Double,
             (_, Type::Float) => Kind::Float,
             (_, Type::Int) => Kind::Int,
             (_, Type::UInt) => Kind::UInt,
@@ -190,106 +147,184 @@ impl Picker<'_> {
         Column { heading: Heading { name, unit, kind }, leaf: Some(leaf), take }
     }
 
-    fn plain(&self, leaf: usize) -> Column {
-        let enumeration = self.enumeration(leaf);
-        self.column(leaf, self.layout.leaves[leaf].path.clone(), Take::Single { enumeration })
+    fn nest(&self, leaf: usize) -> Nest {
+        Nest::of(self.layout, &self.counts, leaf)
     }
 
-    fn enumeration(&self, leaf: usize) -> Option<EnumDescriptor> {
-        match &self.layout.leaves[leaf].kind {
+    fn plain(&self, leaf: usize) -> Column {
+        self.element(leaf, &self.nest(leaf), &[], None)
+    }
+
+    /// The column of an element, under its own name if no other is given.
+    fn element(&self, leaf: usize, nest: &Nest, elements: &[Option<usize>], name: Option<String>) -> Column {
+        let enumeration = match &self.layout.leaves[leaf].kind {
             Type::Enum(kind) => Some(kind.clone()),
             _ => None,
-        }
+        };
+        let name = name.unwrap_or_else(|| nest.name(elements));
+        self.column(leaf, name, Take::Element { spot: nest.spot(elements), enumeration })
     }
 
-    fn element(&self, leaf: usize, index: usize, name: String) -> Column {
-        self.column(leaf, name, Take::Element { index, enumeration: self.enumeration(leaf) })
-    }
-
-    fn position(&self, leaf: usize, axis: Axis, coordinate: &str, position: f64) -> Column {
-        let path = &self.layout.leaves[leaf].path;
-        let symmetry = self.channel.metadata.get(&format!("symmetry.{path}"));
-        let even = symmetry.is_some_and(|symmetry| symmetry == "even");
-        let name = format!("{path}@{coordinate}={position}");
-        self.column(leaf, name, Take::At { axis, even, position })
+    fn refuse(&self, field: &str, what: &'static str, hint: impl Into<String>) -> SelectionError {
+        let (topic, field) = (self.channel.topic.clone(), field.into());
+        SelectionError::NotACell { topic, field, what, hint: hint.into() }
     }
 
     /// All of a field: a scalar, or an array at the chosen positions, at its listed positions, or element by element.
-    /// Matrices are left out.
-    fn all(
-        &self,
-        index: usize,
-        longest: &mut dyn FnMut(usize) -> usize,
-    ) -> Result<Vec<Column>, SelectionError> {
-        let leaf = &self.layout.leaves[index];
-        if leaf.lists == 0 {
-            return Ok(vec![self.plain(index)]);
+    fn all(&mut self, leaf: usize) -> Result<Vec<Column>, SelectionError> {
+        let (field, nest) = (&self.layout.leaves[leaf], self.nest(leaf));
+        if field.kind == Type::Bytes {
+            return Err(self.refuse(&field.path, "bytes", "percuss-read cat shows them"));
         }
-        let axis = Axis::of(index, self.layout, self.channel);
-        if let Some(at) = self.at.filter(|at| axis.is_named(&at.coordinate)) {
-            let column = |&position: &f64| self.position(index, axis.clone(), &at.coordinate, position);
-            return Ok(at.values.iter().map(column).collect());
+        if field.lists == 0 {
+            return Ok(vec![self.plain(leaf)]);
         }
-        match axis {
+        let axis = Axis::of(leaf, self.layout, self.channel);
+        let mut columns = Vec::new();
+        let fitting = self.at.iter().filter(|(at, _)| at.fit(&axis));
+        let mut is_chosen = false;
+        for (at, used) in fitting {
+            used.set(true);
+            is_chosen = true;
+            columns.extend(self.positions(leaf, &nest, &axis, at)?);
+        }
+        if is_chosen {
+            return Ok(columns);
+        }
+        match &axis {
             Axis::Listed(positions) => {
-                let name = |position: &f64| format!("{}@r={position}", leaf.path);
-                let column = |(i, r): (usize, &f64)| self.element(index, i, name(r));
+                let column = |(i, r): (usize, &f64)| {
+                    self.element(leaf, &nest, &[Some(i)], Some(format!("{}@r={r}", field.path)))
+                };
                 Ok(positions.iter().enumerate().map(column).collect())
             }
-            Axis::Matrix { .. } => Ok(Vec::new()),
-            Axis::Uniform { .. } | Axis::Unknown => {
-                let length = longest(index);
-                if length > MAX_COLUMNS {
-                    return Err(SelectionError::TooMany { field: leaf.path.clone(), length });
-                }
-                Ok((0..length).map(|i| self.element(index, i, leaf.element(i))).collect())
+            Axis::Matrix { coordinates: [row, column], .. } => {
+                let hint =
+                    format!("choose points, as in --at {column}=0,{row}=0; plot and export show it whole");
+                Err(self.refuse(&field.path, "a matrix", hint))
             }
+            Axis::Uniform { .. } | Axis::Unknown => self.elements(leaf, &nest, &vec![None; nest.lists()]),
         }
     }
 
-    /// A field asked for by name: `a.b.c`, `name[index]`, `list[index].name` or `name@r=position`.
-    fn named(
-        &self,
-        name: &str,
-        longest: &mut dyn FnMut(usize) -> usize,
+    /// A column for every element that is not chosen yet.
+    fn elements(
+        &mut self,
+        leaf: usize,
+        nest: &Nest,
+        chosen: &[Option<usize>],
     ) -> Result<Vec<Column>, SelectionError> {
-        let topic = || self.channel.topic.clone();
-        let unknown = || {
-            let known = self.layout.leaves.iter().filter(|leaf| leaf.path != UNKNOWN);
-            let known: Vec<&str> = known.map(|leaf| leaf.path.as_str()).collect();
-            SelectionError::UnknownField { topic: topic(), field: name.into(), known: known.join(", ") }
+        let is_open = chosen.iter().any(Option::is_none);
+        let lengths = if is_open { (self.extent)(leaf).lengths } else { Vec::new() };
+        let all = combinations(chosen, &lengths, MAX_COLUMNS).ok_or_else(|| SelectionError::TooMany {
+            topic: self.channel.topic.clone(),
+            field: nest.name(chosen),
+            example: nest.name(&vec![Some(0); chosen.len()]),
+        })?;
+        Ok(all.iter().map(|elements| self.element(leaf, nest, elements, None)).collect())
+    }
+
+    /// Columns of an array at positions that fit its axis.
+    fn positions(
+        &mut self,
+        leaf: usize,
+        nest: &Nest,
+        axis: &Axis,
+        at: &Positions,
+    ) -> Result<Vec<Column>, SelectionError> {
+        let path = &self.layout.leaves[leaf].path;
+        let symmetry = self.channel.metadata.get(&format!("symmetry.{path}"));
+        let even = symmetry.is_some_and(|symmetry| symmetry == "even");
+        let names = axis.coordinates();
+        let reaches = match axis {
+            Axis::Listed(positions) => Reach::listed(positions).into_iter().collect(),
+            _ => (self.extent)(leaf).reaches,
         };
-        let (base, position) = match name.split_once('@') {
-            Some((base, at)) => (base, Some(at.parse::<Positions>().map_err(|_| unknown())?)),
-            None => (name, None),
-        };
-        let (path, index) = match base.split_once('[').zip(base.split_once(']')) {
-            Some(((before, _), (until, after))) => {
-                let index = until.get(before.len() + 1..).and_then(|digits| digits.parse::<usize>().ok());
-                (format!("{before}{after}"), Some(index.ok_or_else(unknown)?))
-            }
-            None => (base.to_owned(), None),
-        };
-        let leaf = self.layout.find(&path).filter(|_| path != UNKNOWN).ok_or_else(unknown)?;
-        let refuse = |what, hint| SelectionError::NotACell { topic: topic(), field: name.into(), what, hint };
-        let is_list = self.layout.leaves[leaf].lists > 0;
-        if self.layout.leaves[leaf].kind == Type::Bytes {
-            return Err(refuse("bytes", "choose a field of numbers or text"));
+        for (name, reach) in names.iter().zip(&reaches) {
+            SelectionError::check(reach, &self.channel.topic, path, name, at.on(name).unwrap_or_default())?;
         }
+        let [row, column] = names.as_slice() else {
+            let spot = nest.spot(&[None]);
+            let positions = at.coordinates.iter().flat_map(|(_, values)| values);
+            let column = |&position: &f64| {
+                let name = format!("{path}@{}={position}", names[0]);
+                let (spot, axis) = (spot.clone(), axis.clone());
+                self.column(leaf, name, Take::At { spot, axis, even, position })
+            };
+            return Ok(positions.map(column).collect());
+        };
+        // the coordinate that is left out at all its positions
+        let mut coordinates = at.coordinates.clone();
+        for (i, name) in names.iter().enumerate().filter(|(_, name)| at.on(name).is_none()) {
+            let side = reaches.get(i).map(|reach| reach.side);
+            let others: usize = at.coordinates.iter().map(|(_, values)| values.len()).product();
+            let side = side.filter(|side| side.length.saturating_mul(others) <= MAX_COLUMNS);
+            let side = side.ok_or_else(|| SelectionError::Line {
+                topic: self.channel.topic.clone(),
+                field: path.clone(),
+                at: at.to_string(),
+                missing: (*name).into(),
+            })?;
+            coordinates.push(((*name).into(), (0..side.length).map(|i| side.at(i)).collect()));
+        }
+        let [(first, outer), (second, inner)] = coordinates.as_slice() else { return Ok(Vec::new()) };
+        if outer.len().saturating_mul(inner.len()) > MAX_COLUMNS {
+            let (topic, field) = (self.channel.topic.clone(), path.clone());
+            return Err(SelectionError::TooMany {
+                topic,
+                field,
+                example: format!("{path}@{row}=0,{column}=0"),
+            });
+        }
+        let whole = <[Reach; 2]>::try_from(reaches).ok();
+        let columns = outer.iter().flat_map(|x| inner.iter().map(move |y| (*x, *y))).map(|(x, y)| {
+            let point = if first == row { (x, y) } else { (y, x) };
+            let name = format!("{path}@{first}={x},{second}={y}");
+            self.column(leaf, name, Take::Point { axis: axis.clone(), even, point, whole })
+        });
+        Ok(columns.collect())
+    }
+
+    /// A field asked for by name: `a.b.c`, `name[index]`, `list[index].name` or `name@r=position`.
+    fn named(&mut self, text: &str) -> Result<Vec<Column>, SelectionError> {
+        let unknown = || SelectionError::unknown_field(self.channel, text);
+        let name = Name::parse(text).ok_or_else(unknown)?;
+        let is_field = name.path != UNKNOWN && !name.path.ends_with(COUNT);
+        let leaf = self.layout.find(&name.path).filter(|_| is_field).ok_or_else(unknown)?;
+        let nest = self.nest(leaf);
         let axis = Axis::of(leaf, self.layout, self.channel);
-        match (index, position) {
-            (Some(_), _) if !is_list => Err(refuse("not an array", "leave out the index")),
-            (Some(index), _) => Ok(vec![self.element(leaf, index, name.into())]),
-            (None, Some(at)) if is_list && axis.is_named(&at.coordinate) => {
-                let column = |&position: &f64| self.position(leaf, axis.clone(), &at.coordinate, position);
-                Ok(at.values.iter().map(column).collect())
+        let is_indexed = name.indices.iter().any(Option::is_some);
+        if let Some(at) = name.at {
+            let at: Positions =
+                at.parse().map_err(|error| SelectionError::Positions { field: text.into(), error })?;
+            if is_indexed {
+                return Err(self.refuse(text, "an element", "leave out its index or its position"));
             }
-            (None, Some(at)) => Err(SelectionError::NoAxis { topic: topic(), coordinate: at.coordinate }),
-            (None, None) if matches!(axis, Axis::Matrix { .. }) => {
-                Err(refuse("a matrix", "choose elements as name[index]"))
+            if !at.fit(&axis) {
+                return Err(SelectionError::no_axis(&[self.channel], &at));
             }
-            (None, None) => self.all(leaf, longest),
+            return self.positions(leaf, &nest, &axis, &at);
         }
+        if !is_indexed {
+            return self.all(leaf);
+        }
+        if self.layout.leaves[leaf].kind == Type::Bytes {
+            return self.all(leaf);
+        }
+        let Some(elements) = nest.elements(&name.indices) else {
+            return Err(match nest.lists() {
+                0 => self.refuse(text, "not an array", "leave out the index"),
+                lists => {
+                    let right = nest.name(&vec![Some(0); lists]);
+                    self.refuse(text, "an array at another part of its name", format!("write {right}"))
+                }
+            });
+        };
+        if matches!(axis, Axis::Matrix { .. }) && (self.extent)(leaf).varies {
+            let hint = "its elements are at other places; choose points with --at";
+            return Err(self.refuse(text, "of a matrix that changes its shape", hint));
+        }
+        self.elements(leaf, &nest, &elements)
     }
 }
 
@@ -301,10 +336,23 @@ impl Column {
         let list = self.leaf.map(|leaf| &values.lists[leaf]);
         match (&self.take, list) {
             (Take::LogTime, _) | (_, None) => Cell::Double(log_time as f64 * 1e-9),
-            (Take::Single { enumeration }, Some(list)) => cell(list, 0, enumeration.as_ref()),
-            (Take::Element { index, enumeration }, Some(list)) => cell(list, *index, enumeration.as_ref()),
-            (Take::At { axis, even, position }, Some(list)) => {
-                at(list, axis.place(values), *even, *position).map_or(Cell::Empty, Cell::Double)
+            (Take::Element { spot, enumeration }, Some(list)) => {
+                spot.rank(values, 0).map_or(Cell::Empty, |rank| cell(list, rank, enumeration.as_ref()))
+            }
+            (Take::At { spot, axis, even, position }, Some(list)) => {
+                let value = |i: usize| list.number(spot.rank(values, i)?);
+                let found = between(spot.length(values), axis.place(values), *even, *position, value);
+                found.map_or(Cell::Empty, Cell::Double)
+            }
+            (Take::Point { axis, even, point, whole }, Some(list)) => {
+                let found = axis.grid(values).and_then(|grid| {
+                    let (rows, columns) = (grid.rows, grid.columns);
+                    let size = whole.map_or((rows.length, columns.length), |[down, across]| {
+                        (down.length(&rows), across.length(&columns))
+                    });
+                    at_point(list, &grid, size, *even, *point)
+                });
+                found.map_or(Cell::Empty, Cell::Double)
             }
         }
     }
@@ -378,6 +426,11 @@ mod tests {
         }
     }
 
+    /// That of an array of so many elements, on an axis that nothing is known of.
+    fn lengths(length: usize) -> Extent {
+        Extent { lengths: vec![length], ..Extent::default() }
+    }
+
     fn message(channel: &Channel, p: &[f64]) -> Values {
         let layout = channel.layout.as_ref().expect("a type");
         let mut message = DynamicMessage::new(layout.descriptor().clone());
@@ -390,9 +443,9 @@ mod tests {
     }
 
     fn cells(channel: &Channel, at: &str, p: &[f64]) -> Vec<Cell> {
-        let selection = Selection { at: Some(at.parse().expect("positions")), ..Selection::default() };
-        let columns = columns(channel, &selection, &mut |_| 3).expect("a selection");
-        columns.iter().skip(1).map(|column| column.cell(&message(channel, p), 0)).collect()
+        let selection = Selection { at: vec![at.parse().expect("positions")], ..Selection::default() };
+        let columns = columns(channel, &selection, &mut |_| lengths(9)).expect("a selection");
+        columns.fields.iter().map(|column| column.cell(&message(channel, p), 0)).collect()
     }
 
     #[test]
@@ -414,16 +467,19 @@ mod tests {
     fn listed_axes_are_interpolated_inside() {
         let listed = channel(&[("axis.p", "0,0.5,1")]);
         // r0 and dr are plain fields here and come first
-        let got = cells(&listed, "r=0.5,0.75,1.1", &[1.0, 2.0, 4.0]);
-        assert_eq!(got[2..], [Cell::Double(2.0), Cell::Double(3.0), Cell::Empty]);
+        let got = cells(&listed, "r=0.5,0.75,1", &[1.0, 2.0, 4.0]);
+        assert_eq!(got[2..], [Cell::Double(2.0), Cell::Double(3.0), Cell::Double(4.0)]);
+        let outside = Selection { at: vec!["r=1.1".parse().expect("positions")], ..Selection::default() };
+        let error = columns(&listed, &outside, &mut |_| Extent::default()).expect_err("outside");
+        assert!(error.to_string().contains("from r=0 to r=1"), "{error}");
     }
 
     #[test]
     fn axis_fields_are_no_columns_and_units_are_found() {
         let channel = channel(&[("axis.p", "r0,dr"), ("unit.p", "Pa")]);
-        let columns = columns(&channel, &Selection::default(), &mut |_| 2).expect("columns");
-        let names: Vec<String> = columns.iter().map(|column| column.heading.with_unit()).collect();
-        assert_eq!(names, ["time", "p[0] [Pa]", "p[1] [Pa]"]);
+        let columns = columns(&channel, &Selection::default(), &mut |_| lengths(2)).expect("columns");
+        let names: Vec<String> = columns.fields.iter().map(|column| column.heading.with_unit()).collect();
+        assert_eq!(names, ["p[0] [Pa]", "p[1] [Pa]"]);
     }
 
     #[test]
@@ -431,13 +487,14 @@ mod tests {
         let channel = channel(&[]);
         let select = |field: &str, at: Option<&str>| {
             let fields = if field.is_empty() { Vec::new() } else { vec![field.to_owned()] };
-            let at = at.map(|at| at.parse().expect("positions"));
-            columns(&channel, &Selection { fields, at }, &mut |_| 20_000).expect_err("a misfit").to_string()
+            let at = at.map(|at| at.parse().expect("positions")).into_iter().collect();
+            let selected = columns(&channel, &Selection { fields, at }, &mut |_| lengths(20_000));
+            selected.expect_err("a misfit").to_string()
         };
         assert!(select("q", None).contains("time, r0, dr, p"));
         assert!(select("p[x]", None).contains("no field `p[x]`"));
         assert!(select("r0[1]", None).contains("not an array"));
-        assert!(select("", Some("r=1")).contains("axis named `r`") || select("p", None).contains("20000"));
-        assert!("0,1".parse::<Positions>().is_err());
+        assert!(select("", Some("r=1")).contains("axis named `r`"));
+        assert!(select("p", None).contains("more than 10000"));
     }
 }

@@ -16,7 +16,8 @@
 //! | [`messages`] | a recording that is open: its channels, and the messages of some of them, by the index if there is one |
 //! | [`overview`] | channels and what else a recording says of itself |
 //! | [`wire`] | messages taken apart into typed lists, one per leaf of their type |
-//! | [`field`], `axis` | fields of messages: names, units; positions on the axes of arrays and values between them |
+//! | [`field`], `axis`, `nest` | fields of messages: names, units; positions on the axes of arrays and values between them; places in nested lists |
+//! | [`extent`] | how far arrays reach over all messages |
 //! | [`select`] | patterns of topics, the same for every verb |
 //! | [`mod@slice`] | arrays over their axis and matrices, at one time |
 //! | [`table`], [`mod@format`] | named columns with units, and what takes their rows: one file per output format |
@@ -46,7 +47,7 @@
 //! |---|---|
 //! | `unit.<field>` | unit, `1` for plain numbers |
 //! | `meaning.<field>` | the field in words |
-//! | `axis.<field>` | positions of an array: `r0,dr` names two fields of the message, the first position and the step; a list of numbers is the positions; `z0,dz,nz;r0,dr,nr` is a row-major matrix |
+//! | `axis.<field>` | positions of an array: `r0,dr` names two fields of the message, the first position and the step; a list of numbers is the positions; `z0,dz,nz;r0,dr,nr` is a row-major matrix: rows and columns that a message leaves out and others have are at rest there, 0 |
 //! | `derived` | the channel shows in another form what others hold; `diff` leaves it out unless it is named |
 //! | `symmetry.<field>` | `even`: the array is even about the origin of its axis |
 //!
@@ -98,9 +99,11 @@ mod axis;
 pub mod cli;
 pub mod command;
 pub mod compare;
+pub mod extent;
 pub mod field;
 pub mod format;
 pub mod messages;
+mod nest;
 pub mod overview;
 pub mod recording;
 pub mod select;

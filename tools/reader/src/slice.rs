@@ -1,10 +1,14 @@
 //! What a recording holds at one time: arrays over their axis, matrices over their two.
 
+use std::path::PathBuf;
+
 use crate::{
-    axis::Axis,
+    axis::{Axis, Place, between},
+    extent::Extent,
     messages::Recording,
+    nest::{Counts, Nest, combinations},
     overview::Channel,
-    recording::{Damage, Next, OpenError},
+    recording::{Damage, Limits, Next, OpenError},
     table::Heading,
     wire::Values,
 };
@@ -48,6 +52,8 @@ pub struct Slice {
     pub coordinates: [String; 2],
     /// Unit of the coordinates of rows and columns.
     pub units: [Option<String>; 2],
+    /// True if the columns are even about their origin.
+    pub even: bool,
     /// Row-major.
     pub values: Vec<f64>,
 }
@@ -97,25 +103,95 @@ pub struct Moment {
     pub values: Values,
 }
 
+/// Why there are no messages at some times.
+#[derive(Debug, thiserror::Error)]
+pub enum MomentError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// A time before the first or after the last message.
+    #[error("time {time} lies outside the recording: `{topic}` of `{}` has messages from time {first} to {last}", file.display())]
+    Outside {
+        /// The file.
+        file: PathBuf,
+        /// Topic.
+        topic: String,
+        /// Time asked for.
+        time: f64,
+        /// Time of the first message.
+        first: f64,
+        /// Time of the last message.
+        last: f64,
+    },
+    /// The message nearest to a time cannot be decoded.
+    #[error("the message of `{topic}` at time {time} does not fit its schema")]
+    Misfit {
+        /// Topic.
+        topic: String,
+        /// Time of the message.
+        time: f64,
+    },
+}
+
+/// The times of the messages of a channel, and how close they are at both ends.
+#[derive(Default)]
+struct Span {
+    first: Option<f64>,
+    second: Option<f64>,
+    last: Option<f64>,
+    before: Option<f64>,
+}
+
+impl Span {
+    fn add(&mut self, time: f64) {
+        if !time.is_finite() {
+            return;
+        }
+        match self.first {
+            Some(first) if time > first => self.second = Some(self.second.map_or(time, |t| t.min(time))),
+            Some(first) if time == first => {}
+            first => (self.first, self.second) = (Some(time), first.or(self.second)),
+        }
+        match self.last {
+            Some(last) if time < last => self.before = Some(self.before.map_or(time, |t| t.max(time))),
+            Some(last) if time == last => {}
+            last => (self.last, self.before) = (Some(time), last.or(self.before)),
+        }
+    }
+
+    /// The first and last time if `time` lies outside: no message would be there, even if they went on.
+    fn excludes(&self, time: f64) -> Option<(f64, f64)> {
+        let (first, last) = (self.first?, self.last?);
+        // what is typed is rarely the last digit of what is recorded
+        let room = 1e-9 * first.abs().max(last.abs());
+        let early = room + self.second.map_or(0.0, |second| second - first);
+        let late = room + self.before.map_or(0.0, |before| last - before);
+        (time < first - early || time > last + late).then_some((first, last))
+    }
+}
+
 /// The messages of a channel nearest to some times; the last one if no times are given. Of two that are equally near,
-/// the earlier.
+/// the earlier. A time may lie as far before the first or after the last message as the next one would; none are given
+/// if the channel has no messages.
 ///
 /// # Errors
 ///
-/// The file cannot be read.
+/// The file cannot be read, a time lies outside the messages, or the nearest does not fit its schema.
 pub fn moments(
     recording: &Recording,
     id: u16,
     times: &[f64],
-) -> Result<(Vec<Moment>, Vec<Damage>), OpenError> {
+) -> Result<(Vec<Moment>, Vec<Damage>), MomentError> {
     let channel = &recording.channels[&id];
     let Some(layout) = &channel.layout else { return Ok((Vec::new(), Vec::new())) };
     let mut messages = recording.messages([id], None)?;
     let wanted = if times.is_empty() { &[f64::INFINITY][..] } else { times };
     let mut nearest: Vec<Option<(f64, Vec<u8>)>> = vec![None; wanted.len()];
+    let mut span = Span::default();
     loop {
         let next = messages.next(|message| {
             let time = channel.time_of(message.data, message.log_time);
+            span.add(time);
             for (slot, &at) in nearest.iter_mut().zip(wanted) {
                 let is_nearer = match slot {
                     Some((known, _)) if at.is_infinite() => time >= *known,
@@ -131,11 +207,26 @@ pub fn moments(
             break;
         }
     }
+    let topic = || channel.topic.clone();
+    for &time in times {
+        if let Some((first, last)) = span.excludes(time) {
+            return Err(MomentError::Outside {
+                file: recording.path.clone(),
+                topic: topic(),
+                time,
+                first,
+                last,
+            });
+        }
+    }
     let decode = |(time, bytes): (f64, Vec<u8>)| {
         let mut values = layout.values();
-        layout.decode(&bytes, &mut values).ok().map(|()| Moment { time, values })
+        match layout.decode(&bytes, &mut values) {
+            Ok(()) => Ok(Moment { time, values }),
+            Err(_) => Err(MomentError::Misfit { topic: topic(), time }),
+        }
     };
-    let moments = nearest.into_iter().flatten().filter_map(decode).collect();
+    let moments = nearest.into_iter().flatten().map(decode).collect::<Result<_, _>>()?;
     Ok((moments, messages.damages().to_vec()))
 }
 
@@ -173,7 +264,11 @@ fn unit_of_coordinate(channel: &Channel, axis: &str) -> Option<String> {
     channel.unit(&format!("{axis}0")).or_else(|| channel.unit(axis)).map(str::to_owned)
 }
 
-/// An array of a message over its axis; `None` for matrices and what is no array of numbers.
+/// Elements that are drawn of an array inside lists.
+const MAX_POINTS: usize = 1 << 20;
+
+/// An array of a message over its axis; `None` for matrices and what is no array of numbers. An element that holds no
+/// value keeps its place.
 pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profile> {
     let layout = channel.layout.as_ref()?;
     let field = &layout.leaves[leaf];
@@ -183,7 +278,23 @@ pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profil
     }
     let place = axis.place(&moment.values);
     let list = &moment.values.lists[leaf];
-    let point = |i: usize| Some((place.position(i).unwrap_or(i as f64), list.number(i)?));
+    let nest = Nest::of(layout, &Counts::of(layout), leaf);
+    let position = |i: usize| place.position(i).unwrap_or(i as f64);
+    let points = if field.lists == 1 {
+        let spot = nest.spot(&[None]);
+        let point = |i: usize| Some((position(i), list.number(spot.rank(&moment.values, i)?)?));
+        (0..spot.length(&moment.values)).filter_map(point).collect()
+    } else {
+        let mut lengths = Vec::new();
+        nest.measure(&moment.values, &mut lengths);
+        let elements = combinations(&vec![None; field.lists], &lengths, MAX_POINTS)?;
+        let value = |elements: &Vec<Option<usize>>| list.number(nest.spot(elements).rank(&moment.values, 0)?);
+        elements
+            .iter()
+            .enumerate()
+            .filter_map(|(i, elements)| Some((position(i), value(elements)?)))
+            .collect()
+    };
     let coordinate = axis.coordinate().to_owned();
     Some(Profile {
         name: field.path.clone(),
@@ -191,7 +302,7 @@ pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profil
         coordinate_unit: unit_of_coordinate(channel, &coordinate),
         coordinate,
         time: moment.time,
-        points: (0..list.len()).filter_map(point).collect(),
+        points,
     })
 }
 
@@ -208,39 +319,63 @@ pub fn slice(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Slice> {
     is_whole.then(|| Slice {
         unit: channel.unit(&name).map(str::to_owned),
         topic: channel.topic.clone(),
-        name,
         time: moment.time,
         rows: grid.rows,
         columns: grid.columns,
         units: [0, 1].map(|i: usize| unit_of_coordinate(channel, &coordinates[i])),
         coordinates,
+        even: channel.metadata.get(&format!("symmetry.{name}")).is_some_and(|symmetry| symmetry == "even"),
+        name,
         values,
     })
 }
 
-/// The row of a matrix at a position of its first coordinate, interpolated between rows; `None` outside.
-pub fn row(slice: &Slice, position: f64) -> Option<Profile> {
-    let x = (position - slice.rows.start) / slice.rows.step;
-    let last = slice.rows.length.checked_sub(1)? as f64;
-    // half a row beyond the first and last their values hold
-    if !(-0.5..=last + 0.5).contains(&x) {
-        return None;
+impl Slice {
+    /// The matrix with the rows and columns that other messages of its channel have and this one leaves out: zeros, what
+    /// is at rest. `None` if it would be larger than a record may be.
+    pub fn whole(self, extent: &Extent, limits: Limits) -> Option<Self> {
+        let [down, across] = extent.reaches.as_slice() else { return Some(self) };
+        let (rows, columns) = (down.length(&self.rows), across.length(&self.columns));
+        let (rows, columns) = (rows.max(self.rows.length), columns.max(self.columns.length));
+        if (rows, columns) == (self.rows.length, self.columns.length) {
+            return Some(self);
+        }
+        let size = rows.checked_mul(columns).filter(|size| *size <= limits.record() / size_of::<f64>())?;
+        let mut values = vec![0.0; size];
+        let width = self.columns.length;
+        if width > 0 {
+            for (row, known) in values.chunks_exact_mut(columns).zip(self.values.chunks_exact(width)) {
+                row[..width].copy_from_slice(known);
+            }
+        }
+        let longer = |side: Side, length: usize| Side { length, ..side };
+        Some(Self { rows: longer(self.rows, rows), columns: longer(self.columns, columns), values, ..self })
     }
-    let x = x.clamp(0.0, last);
-    let j = (x as usize).min(slice.rows.length.saturating_sub(2));
-    let (share, width) = (x - j as f64, slice.columns.length);
-    let value = |j: usize, i: usize| slice.values.get(j * width + i).copied();
-    let point = |i: usize| {
-        let near = value(j, i)?;
-        let far = value(j + 1, i).unwrap_or(near);
-        Some((slice.columns.at(i), near + (far - near) * share))
-    };
-    Some(Profile {
-        name: format!("{}@{}={position}", slice.name, slice.coordinates[0]),
-        unit: slice.unit.clone(),
-        coordinate: slice.coordinates[1].clone(),
-        coordinate_unit: slice.units[1].clone(),
-        time: slice.time,
-        points: (0..width).filter_map(point).collect(),
-    })
+
+    /// The matrix at a position of one of its coordinates, over the other; `None` for other coordinates and outside.
+    pub fn line(&self, coordinate: &str, position: f64) -> Option<Profile> {
+        let along = self.coordinates.iter().position(|name| name == coordinate)?;
+        let width = self.columns.length;
+        let (across, over, even) = match along {
+            0 => (&self.rows, &self.columns, false),
+            _ => (&self.columns, &self.rows, self.even),
+        };
+        let place = Place::Uniform { start: across.start, step: across.step };
+        let point = |i: usize| {
+            let value = |k: usize| {
+                let (row, column) = if along == 0 { (k, i) } else { (i, k) };
+                self.values.get(row * width + column).copied()
+            };
+            Some((over.at(i), between(across.length, place, even, position, value)?))
+        };
+        let points: Vec<(f64, f64)> = (0..over.length).filter_map(point).collect();
+        (!points.is_empty()).then(|| Profile {
+            name: format!("{}@{coordinate}={position}", self.name),
+            unit: self.unit.clone(),
+            coordinate: self.coordinates[1 - along].clone(),
+            coordinate_unit: self.units[1 - along].clone(),
+            time: self.time,
+            points,
+        })
+    }
 }

@@ -8,7 +8,14 @@ use std::{
     process::{Command, Output, Stdio},
 };
 
-use forge::{Forged, forge, plain};
+use forge::{Channel, Forged, field, forge, plain, pool, text_map};
+use prost_reflect::{
+    DynamicMessage, Value,
+    prost_types::{
+        DescriptorProto, FieldDescriptorProto, FileDescriptorProto, OneofDescriptorProto,
+        field_descriptor_proto::{Label, Type},
+    },
+};
 use tempfile::TempDir;
 
 struct Desk(TempDir);
@@ -46,6 +53,372 @@ impl Desk {
     }
 }
 
+/// An `optional` field of proto3: alone in a group of its own.
+fn optional(name: &str, number: i32, group: i32) -> FieldDescriptorProto {
+    FieldDescriptorProto {
+        oneof_index: Some(group),
+        proto3_optional: Some(true),
+        ..field(name, number, Label::Optional, Type::Double, None)
+    }
+}
+
+/// `Arm { double time = 1; Base base = 2; repeated Joint joints = 3; }`,
+/// `Joint { optional double angle = 1; Pose pose = 2; repeated int32 tags = 3; double load = 4; }`,
+/// `Pose { double x = 1; optional double y = 2; }`
+fn arms() -> FileDescriptorProto {
+    let one = |name: &str, number, kind| field(name, number, Label::Optional, kind, None);
+    let group = |name: &str| OneofDescriptorProto { name: Some(name.into()), ..Default::default() };
+    let message = |name: &str, field, oneof_decl| DescriptorProto {
+        name: Some(name.into()),
+        field,
+        oneof_decl,
+        ..Default::default()
+    };
+    let joints = field("joints", 2, Label::Repeated, Type::Message, Some(".lab.Joint"));
+    let pose = field("pose", 2, Label::Optional, Type::Message, Some(".lab.Pose"));
+    let tags = field("tags", 3, Label::Repeated, Type::Int32, None);
+    let joint = vec![optional("angle", 1, 0), pose, tags, one("load", 4, Type::Double)];
+    FileDescriptorProto {
+        name: Some("arm.proto".into()),
+        package: Some("lab".into()),
+        syntax: Some("proto3".into()),
+        message_type: vec![
+            message("Arm", vec![one("time", 1, Type::Double), joints], vec![]),
+            message("Joint", joint, vec![group("_angle")]),
+            message("Pose", vec![one("x", 1, Type::Double), optional("y", 2, 0)], vec![group("_y")]),
+        ],
+        ..Default::default()
+    }
+}
+
+/// Joints at two times: angle, pose (x, y), tags.
+type Joint = (Option<f64>, Option<(f64, Option<f64>)>, Vec<i32>);
+
+fn arm_recording(messages: &[Vec<Joint>]) -> Forged {
+    let (file, pool) = (arms(), pool(&arms()));
+    let new = |name: &str| {
+        let descriptor = pool.get_message_by_name(&format!("lab.{name}"));
+        DynamicMessage::new(descriptor.expect("the message"))
+    };
+    let joint = |(angle, pose, tags): &Joint| {
+        let mut joint = new("Joint");
+        if let Some(angle) = angle {
+            joint.set_field_by_name("angle", Value::F64(*angle));
+        }
+        if let Some((x, y)) = pose {
+            let mut pose = new("Pose");
+            pose.set_field_by_name("x", Value::F64(*x));
+            if let Some(y) = y {
+                pose.set_field_by_name("y", Value::F64(*y));
+            }
+            joint.set_field_by_name("pose", Value::Message(pose));
+        }
+        joint.set_field_by_name("tags", Value::List(tags.iter().map(|tag| Value::I32(*tag)).collect()));
+        Value::Message(joint)
+    };
+    let arm = |(k, joints): (usize, &Vec<Joint>)| {
+        let mut arm = new("Arm");
+        arm.set_field_by_name("time", Value::F64(k as f64));
+        arm.set_field_by_name("joints", Value::List(joints.iter().map(joint).collect()));
+        (k as u64 * 1_000_000_000, arm)
+    };
+    let channel = Channel {
+        topic: "/arm".into(),
+        message: "Arm".into(),
+        metadata: text_map(&[]),
+        messages: messages.iter().enumerate().map(arm).collect(),
+    };
+    Forged { file, channels: vec![channel], attachments: Vec::new(), metadata: Vec::new() }
+}
+
+/// Angles 1, none, 3; then only the second joint has one. Poses likewise, with an own gap in y.
+fn arm() -> Forged {
+    arm_recording(&[
+        vec![
+            (Some(1.0), Some((10.0, Some(11.0))), vec![1, 2]),
+            (None, None, vec![]),
+            (Some(3.0), Some((30.0, None)), vec![3]),
+        ],
+        vec![(None, None, vec![]), (Some(2.0), Some((20.0, Some(21.0))), vec![4, 5, 6])],
+    ])
+}
+
+#[test]
+fn values_keep_their_place_beside_absent_ones() {
+    let desk = Desk::new(&[("arm.mcap", &arm())]);
+    let trace = |fields: &str| desk.text(&["trace", "arm.mcap", "--topic", "/arm", "--field", fields]);
+    assert_eq!(
+        trace("joints.angle"),
+        "time,joints[0].angle,joints[1].angle,joints[2].angle\n0.0,1.0,,3.0\n1.0,,2.0,\n"
+    );
+    assert_eq!(
+        trace("joints.pose.x,joints[0].pose.y,joints[1].pose.y,joints[2].pose.y"),
+        "time,joints[0].pose.x,joints[1].pose.x,joints[2].pose.x,joints[0].pose.y,joints[1].pose.y,\
+         joints[2].pose.y\n0.0,10.0,,30.0,11.0,,\n1.0,,20.0,,,21.0,\n"
+    );
+    // plain numbers are there for every element
+    assert_eq!(
+        trace("joints.load"),
+        "time,joints[0].load,joints[1].load,joints[2].load\n0.0,0.0,0.0,0.0\n1.0,0.0,0.0,\n"
+    );
+    // a list inside a list: both indices, and all elements of one
+    assert_eq!(trace("joints[2].tags[0],joints[1].tags[2]").lines().nth(2), Some("1.0,,6"));
+    assert_eq!(
+        trace("joints[0].tags").lines().next(),
+        Some("time,joints[0].tags[0],joints[0].tags[1],joints[0].tags[2]")
+    );
+    assert_eq!(trace("joints.tags[1]").lines().nth(1), Some("0.0,2,,"));
+    // all of the topic has the same columns
+    let all = desk.text(&["trace", "arm.mcap", "--topic", "/arm"]);
+    for name in ["joints[1].angle", "joints[2].pose.y", "joints[2].tags[2]"] {
+        assert!(all.lines().next().expect("headings").split(',').any(|known| known == name), "{name}: {all}");
+    }
+}
+
+#[test]
+fn an_index_stands_on_the_part_that_repeats() {
+    let desk = Desk::new(&[("arm.mcap", &arm())]);
+    let trace = |field: &str| desk.refusal(&["trace", "arm.mcap", "--topic", "/arm", "--field", field]);
+    assert!(trace("joints.pose.x[0]").contains("write joints[0].pose.x"));
+    assert!(trace("joints.pose[0].x").contains("write joints[0].pose.x"));
+    assert!(trace("time[0]").contains("leave out the index"));
+    for name in ["joints[0", "joints[x].angle", "joints[0]x.angle", "joints.[#]"] {
+        assert!(trace(name).contains("no field"), "{name}");
+    }
+    // what is never there is said
+    let (_, notes) = desk.read(0, &["trace", "arm.mcap", "--topic", "/arm", "--field", "joints[7].angle"]);
+    assert!(notes.contains("without a value in any row: joints[7].angle"), "{notes}");
+    // diff names the same place
+    let mut other = arm();
+    let arm = &mut other.channels[0].messages[0].1;
+    let mut joints = arm.get_field_by_name("joints").expect("joints").into_owned();
+    if let Value::List(list) = &mut joints
+        && let Value::Message(joint) = &mut list[0]
+        && let Some(Value::Message(mut pose)) = joint.get_field_by_name("pose").map(|pose| pose.into_owned())
+    {
+        pose.set_field_by_name("x", Value::F64(-1.0));
+        joint.set_field_by_name("pose", Value::Message(pose));
+    }
+    arm.set_field_by_name("joints", joints);
+    fs::write(desk.path("other.mcap"), other.write(plain())).expect("a file");
+    let (text, _) = desk.read(1, &["diff", "arm.mcap", "other.mcap"]);
+    assert!(text.contains("/arm.joints[0].pose.x"), "{text}");
+}
+
+#[test]
+fn profiles_keep_places_too() {
+    use percuss_reader::{
+        messages::Recording,
+        recording::Limits,
+        slice::{moments, profile},
+    };
+    let desk = Desk::new(&[("arm.mcap", &arm())]);
+    let recording = Recording::open(&desk.path("arm.mcap"), Limits::default()).expect("a recording");
+    let (&id, channel) = recording.channels.first_key_value().expect("a channel");
+    let (moments, _) = moments(&recording, id, &[0.0]).expect("a moment");
+    let layout = channel.layout.as_ref().expect("a type");
+    let points = |path: &str| {
+        profile(channel, layout.find(path).expect("a leaf"), &moments[0]).expect("a profile").points
+    };
+    assert_eq!(points("joints.angle"), [(0.0, 1.0), (2.0, 3.0)]);
+    assert_eq!(points("joints.pose.y"), [(0.0, 11.0)]);
+}
+
+#[test]
+fn a_large_array_is_left_out_of_a_whole_topic() {
+    let mut recording = forge(3, 1);
+    for (_, message) in &mut recording.channel("/profile").messages {
+        message.set_field_by_name("p", Value::List(vec![Value::F64(1.0); 10_001]));
+    }
+    let desk = Desk::new(&[("a.mcap", &recording)]);
+    let (rows, notes) = desk.read(0, &["trace", "a.mcap", "--topic", "/profile"]);
+    assert_eq!(rows, "time,step\n0.0,0\n0.01,1\n0.02,2\n");
+    assert!(notes.contains("left out: `p` of `/profile` has more than 10000 elements"), "{notes}");
+    // so are matrices and bytes
+    let (rows, notes) = desk.read(0, &["trace", "a.mcap", "--topic", "/slice"]);
+    assert!(rows.starts_with("time,step\n") && notes.contains("`values` of `/slice` is a matrix"), "{notes}");
+    // asked for by name it is refused
+    assert!(desk.refusal(&["trace", "a.mcap", "--topic", "/profile", "--field", "p"]).contains("10000"));
+    let some = desk.text(&["trace", "a.mcap", "--topic", "/profile", "--at", "r=0.5"]);
+    assert!(some.starts_with("time,step,p@r=0.5 [Pa]\n0.0,0,1.0\n"), "{some}");
+}
+
+/// `/slice` with values 6 + 2 j + 10 i in row j and column i, of which frame k shows 1 + k rows and 2 + k columns: at most
+/// 6 and 7. The axes begin at z = 0 and r = 0.05, the steps are 0.2 and 0.1.
+fn growing() -> Forged {
+    let mut recording = forge(60, 1);
+    for (k, (_, message)) in (0_u32..).zip(&mut recording.channel("/slice").messages) {
+        let (nr, nz) = (2 + k, 1 + k);
+        message.set_field_by_name("r0", Value::F64(0.05));
+        message.set_field_by_name("nr", Value::U32(nr));
+        message.set_field_by_name("nz", Value::U32(nz));
+        let value = |j: u32, i: u32| 6.0 + 2.0 * j as f32 + 10.0 * i as f32;
+        let values = (0..nz).flat_map(|j| (0..nr).map(move |i| Value::F32(value(j, i))));
+        message.set_field_by_name("values", Value::List(values.collect()));
+    }
+    recording
+}
+
+/// The numbers of a column, the first row without the headings.
+fn column(rows: &str, index: usize) -> Vec<f64> {
+    let cell = |line: &str| line.rsplit(',').nth(index).expect("a cell").parse().expect("a number");
+    rows.lines().skip(1).map(cell).collect()
+}
+
+fn near(found: &[f64], expected: &[f64]) -> bool {
+    found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5)
+}
+
+#[test]
+fn points_of_a_matrix_over_time() {
+    let desk = Desk::new(&[("a.mcap", &growing())]);
+    let trace = |more: &[&str]| desk.text(&[&["trace", "a.mcap", "--topic", "/slice"], more].concat());
+    // row 1.5, column 1.5
+    let rows = trace(&["--field", "values", "--at", "r=0.2,z=0.3"]);
+    assert!(rows.starts_with("time,\"values@r=0.2,z=0.3 [Pa]\"\n"), "{rows}");
+    // the first frame leaves out rows 1 and 2, the second row 2: they are at rest
+    assert!(near(&column(&rows, 0), &[0.0, 11.5, 24.0, 24.0, 24.0, 24.0]), "{rows}");
+}
+
+#[test]
+fn points_and_lines_are_named_and_can_be_asked_for_by_name() {
+    let desk = Desk::new(&[("a.mcap", &growing())]);
+    let trace = |more: &[&str]| desk.text(&[&["trace", "a.mcap", "--topic", "/slice"], more].concat());
+    let by_option = trace(&["--field", "values", "--at", "z=0,r=0.05,0.15", "--at", "r=0.25,z=0"]);
+    let head = by_option.lines().next();
+    assert_eq!(
+        head,
+        Some("time,\"values@z=0,r=0.05 [Pa]\",\"values@z=0,r=0.15 [Pa]\",\"values@r=0.25,z=0 [Pa]\"")
+    );
+    assert_eq!(trace(&["--field", "values@z=0,r=0.05,0.15,values@r=0.25,z=0"]), by_option);
+    // half a step before the first column its value holds
+    assert!(near(&column(&trace(&["--field", "values@r=0,z=0"]), 0), &[6.0; 6]));
+    // one coordinate: all places of the other, the same in every row
+    let rows = trace(&["--field", "values", "--at", "r=0.05"]);
+    let head = rows.lines().next().expect("headings");
+    assert_eq!(head.matches("values@r=0.05,z=").count(), 6, "{head}");
+    assert!(near(&column(&rows, 5), &[6.0; 6]), "{rows}");
+    assert!(near(&column(&rows, 0), &[0.0, 0.0, 0.0, 0.0, 0.0, 16.0]), "{rows}");
+    assert_eq!(trace(&["--field", "values", "--at", "z=1"]).matches("values@z=1,r=").count(), 7);
+}
+
+#[test]
+fn places_that_are_not_there_are_refused() {
+    let desk = Desk::new(&[("a.mcap", &growing())]);
+    let refusal = |more: &[&str]| desk.refusal(&[&["trace", "a.mcap"], more].concat());
+    for (arguments, parts) in [
+        // the seven columns end at r = 0.7, half a step beyond the last, the six rows at z = 1.1
+        (&["--topic", "/slice", "--at", "r=0.71,z=0"] as &[&str], &["r=0.71", "r=0 to r=0.7"] as &[&str]),
+        (&["--topic", "/slice", "--at", "r=0,z=1.2"], &["z=1.2", "z=1.1"]),
+        (&["--topic", "/slice", "--at", "r=-0.1"], &["r=-0.1", "r=0"]),
+        (&["--topic", "/slice", "--at", "x=0"], &["axis named `x`", "`values` has z and r"]),
+        (&["--topic", "/slice", "--at", "r=0,r=1"], &["given twice"]),
+        (&["--topic", "/slice", "--at", "r=0,z="], &["not a number"]),
+        (&["--topic", "/slice", "--field", "values[3]"], &["changes its shape", "--at"]),
+        (&["--topic", "/profile", "--at", "r=0.1,z=0"], &["axis"]),
+        // the longest profile of the recording has 14 elements
+        (&["--topic", "/profile", "--at", "r=0.71"], &["r=0.71", "r=0.7"]),
+        // no topic has it, however many there are
+        (&["--topic", "/scalar,/note", "--at", "r=0"], &["axis named `r`", "/scalar`, `/note"]),
+        (&["--topic", "/profile,/slice", "--at", "x=0"], &["axis named `x`", "`p` has r"]),
+        (&["--topic", "/profile", "--field", "p@r=0.71"], &["outside"]),
+        (&["--topic", "/profile", "--field", "p@r=q"], &["not a number"]),
+    ] {
+        let text = refusal(arguments);
+        assert!(parts.iter().all(|part| text.contains(part)), "{arguments:?}: {text}");
+    }
+    // the contact has not come so far yet: empty, no error
+    let rows = desk.text(&["trace", "a.mcap", "--topic", "/profile", "--field", "p@r=0.68"]);
+    assert_eq!(rows.lines().filter(|line| line.ends_with(',')).count(), 40, "{rows}");
+    // the same element in every message is there
+    let whole = Desk::new(&[("a.mcap", &forge(60, 1))]);
+    whole.text(&["trace", "a.mcap", "--topic", "/slice", "--field", "values[3]"]);
+}
+
+#[test]
+fn lines_and_points_are_drawn() {
+    let desk = Desk::new(&[("a.mcap", &growing())]);
+    let draw = |name: &str, more: &[&str]| {
+        desk.text(&[&["plot", "a.mcap", "--topic", "/slice", "-o", name], more].concat());
+        fs::read_to_string(desk.path(name)).expect("a picture")
+    };
+    // texts of a picture, spaces and tags aside
+    let has = |svg: &str, text: &str| svg.contains(&format!(">{text}<"));
+    let over_z = draw("z.svg", &["--at", "r=0", "--at-time", "0.3"]);
+    assert!(has(&over_z, "z") && !has(&over_z, "r"), "over z");
+    let over_r = draw("r.svg", &["--at", "z=0.5", "--at-time", "0.3"]);
+    assert!(has(&over_r, "r") && !has(&over_r, "z"), "over r");
+    let last = draw("last.svg", &["--at", "r=0"]);
+    assert!(has(&last, "z"), "the last frame");
+    let over_time = draw("t.svg", &["--at", "r=0,z=0.5"]);
+    assert!(has(&over_time, "time"), "over time");
+    // a row that the frame leaves out is at rest, not missing
+    draw("rest.svg", &["--at", "z=1", "--at-time", "0.1"]);
+    let refusal = |more: &[&str]| desk.refusal(&[&["plot", "a.mcap"], more].concat());
+    for (arguments, part) in [
+        (&["--topic", "/slice", "--at", "r=0,z=0.5", "--at-time", "0.3"] as &[&str], "leave out --at-time"),
+        (&["--topic", "/profile", "--at", "r=0", "--at-time", "0.3"], "leave out --at-time"),
+        (&["--topic", "/slice", "--at", "r=0", "--at", "z=0", "--at-time", "0.3"], "no axis in common"),
+        (&["--topic", "/slice", "--at", "r=0", "--at", "r=0,z=0"], "points and lines"),
+        (&["--topic", "/slice", "--at", "r=0.9", "--at-time", "0.3"], "r=0.7"),
+        (&["--topic", "/slice", "--at", "q=0", "--at-time", "0.3"], "`values` has z and r"),
+        (&["--topic", "/slice,/profile", "--at-time", "0.3"], "one by one"),
+        (&["--topic", "/slice", "--at-time", "0.3", "--from", "0.1"], "--from"),
+        (&["--topic", "/slice", "--from", "0.1"], "--at-time"),
+        (&["--topic", "/slice", "--log", "x"], "--log"),
+        (&["--topic", "/profile", "--at-time", "0.3", "--field", "p,q"], "no field `q`"),
+    ] {
+        let text = refusal(arguments);
+        assert!(text.contains(part), "{arguments:?}: {text}");
+    }
+}
+
+#[test]
+fn an_exported_matrix_has_the_shape_of_the_recording() {
+    let desk = Desk::new(&[("a.mcap", &growing())]);
+    for (time, name, touched) in [("0", "first.npy", 2), ("0.5", "last.npy", 42)] {
+        desk.text(&["export", "a.mcap", "--topic", "/slice", "--at-time", time, "-o", name]);
+        let matrix: ndarray::Array2<f64> = ndarray_npy::read_npy(desk.path(name)).expect("a matrix");
+        assert_eq!(matrix.dim(), (6, 7));
+        assert_eq!(matrix.iter().filter(|value| **value != 0.0).count(), touched);
+        assert_eq!((matrix[[0, 0]], matrix[[0, 1]]), (6.0, 16.0));
+    }
+    let mut two = growing();
+    let mut more = two.channel("/slice").clone();
+    more.topic = "/slice/more".into();
+    two.channels.push(more);
+    fs::write(desk.path("two.mcap"), two.write(plain())).expect("a file");
+    let text = desk.refusal(&["export", "two.mcap", "--topic", "/slice*", "-o", "x.npy"]);
+    assert!(text.contains("/slice, /slice/more"), "{text}");
+}
+
+#[test]
+fn times_outside_the_run_are_refused() {
+    let desk = Desk::new(&[("a.mcap", &forge(60, 1))]);
+    for arguments in [
+        &["export", "a.mcap", "--topic", "/slice", "-o", "x.npy", "--at-time", "99"] as &[&str],
+        &["plot", "a.mcap", "--topic", "/slice", "--at-time", "99"],
+        &["plot", "a.mcap", "--topic", "/profile", "--at-time", "0.1,99"],
+        &["plot", "a.mcap", "--topic", "/profile", "--at-time=-99"],
+    ] {
+        let text = desk.refusal(arguments);
+        assert!(text.contains("99 lies outside") && text.contains("from time 0 to 0.5"), "{text}");
+        assert!(!desk.path("x.npy").exists());
+    }
+    for time in ["nan", "inf"] {
+        desk.refusal(&["plot", "a.mcap", "--topic", "/profile", "--at-time", time]);
+    }
+    desk.refusal(&["trace", "a.mcap", "--topic", "/scalar", "--from", "nan"]);
+    // the end of a run is rarely a multiple of its steps
+    for time in ["0", "0.55", "0.6"] {
+        desk.text(&["export", "a.mcap", "--topic", "/slice", "-o", "x.npy", "--at-time", time, "--force"]);
+    }
+    // a window without messages is said
+    let (rows, notes) = desk.read(0, &["trace", "a.mcap", "--topic", "/scalar", "--from", "99"]);
+    assert_eq!(rows.lines().count(), 1);
+    assert!(notes.contains("no rows"), "{notes}");
+}
+
 #[test]
 fn outputs_of_unknown_formats_are_refused() {
     let desk = Desk::new(&[("a.mcap", &forge(60, 1)), ("b.mcap", &forge(60, 2))]);
@@ -70,4 +443,18 @@ fn outputs_of_unknown_formats_are_refused() {
         desk.text(&arguments);
         assert!(fs::read_to_string(desk.path(name)).expect("a table").starts_with("time [s],step"));
     }
+}
+
+#[test]
+fn times_in_different_units_do_not_share_a_column() {
+    let mut other = forge(60, 1);
+    other.channel("/scalar").metadata.insert("unit.time".into(), "ms".into());
+    let desk = Desk::new(&[("a.mcap", &forge(60, 1)), ("b.mcap", &other)]);
+    let text = desk.refusal(&["trace", "a.mcap", "b.mcap", "--topic", "/scalar"]);
+    assert!(text.contains("times are in s and in ms"), "{text}");
+    // files of the same name are told apart
+    fs::create_dir(desk.path("old")).expect("a folder");
+    fs::copy(desk.path("a.mcap"), desk.path("old/a.mcap")).expect("a file");
+    let rows = desk.text(&["trace", "a.mcap", "old/a.mcap", "--topic", "/scalar", "--field", "force"]);
+    assert_eq!(rows.lines().next(), Some("time [s],a.mcap:force [N],old/a.mcap:force [N]"));
 }

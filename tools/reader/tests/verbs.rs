@@ -270,7 +270,7 @@ fn topics_and_files_share_rows() {
     // nested fields and positions
     let rows = desk.text(
         0,
-        &["trace", "a.mcap", "--topic", "/note", "--field", "place.x,parts[1].x,kind,sizes.value[0]"],
+        &["trace", "a.mcap", "--topic", "/note", "--field", "place.x,parts[1].x,kind,sizes[0].value"],
     );
     assert_eq!(rows.lines().nth(1), Some("0.05,0.05,0.05,LOUD,1.0"));
     let rows = desk.text(0, &["trace", "a.mcap", "--topic", "/profile", "--field", "p@r=0.05", "--to", "0"]);

@@ -11,6 +11,7 @@ use super::{
     CliError, Exit, loss,
     output::{by_extension, explain, is_same_file, print, refuse_inputs, write},
     say,
+    window::finite_time,
 };
 use crate::{
     command::export::{FORMS, attachment, attachments, form, matrix},
@@ -42,7 +43,7 @@ pub(super) struct ExportArguments {
     #[arg(long, value_name = "TOPIC")]
     topic: Option<Pattern>,
     /// Time of the field; the nearest message is taken [default: the last]
-    #[arg(long, value_name = "T", requires = "topic", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", requires = "topic", allow_negative_numbers = true, value_parser = finite_time)]
     at_time: Option<f64>,
     /// Output: a folder with --attachments; .npy, .vti, .png or .svg with --topic
     #[arg(short, long, value_name = "FILE")]

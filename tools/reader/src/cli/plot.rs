@@ -10,7 +10,8 @@ use clap::Args;
 use super::{
     CliError, Exit, has_colour, loss,
     output::{by_extension, refuse_inputs, write},
-    window::{Chosen, Window},
+    say, say_left_out,
+    window::{Chosen, Window, finite_time},
 };
 use percuss_picture::Medium;
 
@@ -25,7 +26,8 @@ Examples:
   percuss-read plot fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 -o stress.svg
   percuss-read plot fig5.mcap --topic /interface/stress --at-time 1,2,3 -o profiles.png
   percuss-read plot fig5.mcap --topic /field/stress --at-time 2.5 --range 0,3 -o field.png
-  percuss-read plot fig4.mcap --topic /field/stress --at z=0.05,0.1 --at-time 1 -o rows.svg
+  percuss-read plot fig4.mcap --topic /field/stress --at z=0.05,0.1 --at-time 1 -o rows.svg      lines over r
+  percuss-read plot fig4.mcap --topic /field/stress --at r=0,z=0.1 -o point.svg                  a point over time
   percuss-read plot old.mcap new.mcap --topic /velocity --log y -o velocity.svg";
 
 #[derive(Debug, Args)]
@@ -37,7 +39,8 @@ pub(super) struct PlotArguments {
     #[command(flatten)]
     chosen: Chosen,
     /// Times: arrays over their axis, or a matrix as an image, at the nearest messages
-    #[arg(long, value_name = "T", value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite_time)]
+    #[arg(conflicts_with_all = ["from", "to", "every"])]
     at_time: Option<Vec<f64>>,
     #[command(flatten)]
     window: Window,
@@ -112,6 +115,12 @@ impl PlotArguments {
         };
         let drawn = plot(&self.files, &request, limits, medium)?;
         write(self.output.as_deref(), self.force, &drawn.picture)?;
-        Ok(loss(&drawn.damages))
+        say_left_out(&drawn.left_out);
+        let exit = loss(&drawn.damages);
+        if drawn.undecoded > 0 {
+            say(&format!("warning: {} messages do not fit their schema and are left out", drawn.undecoded));
+            return Ok(Exit::Loss);
+        }
+        Ok(exit)
     }
 }

@@ -10,11 +10,11 @@ use clap::{Args, ValueEnum};
 use super::{
     CliError, Exit, loss,
     output::{Output, by_extension, explain, refuse_inputs},
-    say,
+    say, say_left_out,
     window::{Chosen, Window},
 };
 use crate::{
-    command::trace::{Align, Request, TraceError, trace},
+    command::trace::{Align, Outcome, Request, TraceError, trace},
     format::{
         csv::Csv,
         json_lines::JsonLines,
@@ -29,6 +29,7 @@ Examples:
   percuss-read trace fig5.mcap --from 1.9 --to 2.1                 the drag around the first reflection
   percuss-read trace fig5.mcap --topic /probes --every 10 -o probes.csv
   percuss-read trace fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 --format jsonl
+  percuss-read trace fig5.mcap --topic /field/stress --at r=0,z=0.5 --at r=1,z=0.2     points in the target
   percuss-read trace fig5.mcap --topic /energy --field kinetic,strain,residual";
 
 #[derive(Debug, Args)]
@@ -111,6 +112,8 @@ impl TraceArguments {
             Err(TraceError::Output(error)) => return Err(explain(self.output.as_deref(), error)),
             other => other?,
         };
+        say_left_out(&outcome.left_out);
+        self.say_empty(&outcome);
         if outcome.undecoded > 0 {
             say(&format!("warning: {} messages do not fit their schema and are left out", outcome.undecoded));
             loss(&outcome.damages);
@@ -133,6 +136,23 @@ impl TraceArguments {
             (Some(format), _) => Ok(format),
             (None, Some(output)) => by_extension(output, &FORMATS, Some(Format::Csv)),
             (None, None) => Ok(Format::Csv),
+        }
+    }
+
+    /// Says what came out empty.
+    fn say_empty(&self, outcome: &Outcome) {
+        const NAMES: usize = 8;
+        if outcome.rows == 0 {
+            let is_windowed = self.window.from.is_some() || self.window.to.is_some();
+            let why = if is_windowed { " from --from to --to" } else { "" };
+            say(&format!("note: no rows: these topics have no messages{why}"));
+        } else if !outcome.empty.is_empty() {
+            let names: Vec<&str> = outcome.empty.iter().take(NAMES).map(String::as_str).collect();
+            let more = match outcome.empty.len().saturating_sub(NAMES) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            say(&format!("note: without a value in any row: {}{more}", names.join(", ")));
         }
     }
 }

@@ -13,31 +13,73 @@ pub(super) struct Chosen {
     /// Topics, separated by commas; `*` stands for anything [default: /drag; plot --at-time: /interface/stress]
     #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
     pub(super) topics: Vec<Pattern>,
-    /// Fields, separated by commas: name, a.b.c, name[3], name@r=0.5 [default: all]
-    #[arg(long = "field", value_name = "NAME", value_delimiter = ',')]
+    /// Fields, separated by commas: name, a.b.c, list[3].name, name@r=0.5, name@r=0,z=0.5 [default: all]
+    #[arg(long = "field", value_name = "NAME")]
     fields: Vec<String>,
-    /// Positions on the axis of arrays, for example r=0,0.5,0.9, interpolated; plot --at-time: z=0.1 of matrices too
+    /// Positions on the axis of arrays, r=0,0.5,0.9, or points of matrices, r=0,z=0.5, interpolated; may be repeated. One
+    /// coordinate of a matrix is a line over the other
     #[arg(long, value_name = "R=LIST")]
-    at: Option<Positions>,
+    at: Vec<Positions>,
+}
+
+/// The names in a list separated by commas; positions go on behind theirs: `a,b@r=0,z=0.5,c` is `a`, `b@r=0,z=0.5`, `c`.
+fn split_fields(text: &str) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for item in text.split(',') {
+        let is_position = (item.contains('=') && !item.contains('@')) || item.trim().parse::<f64>().is_ok();
+        match names.last_mut().filter(|last| is_position && last.contains('@')) {
+            Some(last) => {
+                last.push(',');
+                last.push_str(item);
+            }
+            None => names.push(item.to_owned()),
+        }
+    }
+    names
 }
 
 impl Chosen {
     /// Fields and positions.
     pub(super) fn selection(&self) -> Selection {
-        Selection { fields: self.fields.clone(), at: self.at.clone() }
+        Selection {
+            fields: self.fields.iter().flat_map(|text| split_fields(text)).collect(),
+            at: self.at.clone(),
+        }
     }
+}
+
+/// A time; not-a-number is none.
+pub(super) fn time(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok().filter(|number| !number.is_nan());
+    number.ok_or_else(|| "not a number".into())
+}
+
+/// A time of a frame.
+pub(super) fn finite_time(text: &str) -> Result<f64, String> {
+    time(text).and_then(|time| if time.is_finite() { Ok(time) } else { Err("not a finite number".into()) })
 }
 
 /// Which times, and which of many messages.
 #[derive(Clone, Debug, Args)]
 pub(super) struct Window {
     /// First time, in the unit of the time column
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
     pub(super) from: Option<f64>,
     /// Last time, in the unit of the time column
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
     pub(super) to: Option<f64>,
     /// Every n-th message of that time
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(super) every: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_stay_with_their_field() {
+        assert_eq!(split_fields("a,b.c[2]"), ["a", "b.c[2]"]);
+        assert_eq!(split_fields("a@r=0,0.5,b@r=1,z=2,c"), ["a@r=0,0.5", "b@r=1,z=2", "c"]);
+    }
 }

@@ -9,11 +9,12 @@ use percuss_picture::{Medium, draw_image};
 
 use crate::{
     axis::Axis,
+    extent::Extents,
     format::vti::vti,
     messages::Recording,
     recording::{Damage, Limits, OpenError},
     select::{self, Pattern, UnknownTopic},
-    slice::{Slice, moments, slice},
+    slice::{MomentError, Slice, moments, slice},
 };
 
 /// Why there is nothing to export.
@@ -39,6 +40,31 @@ pub enum ExportError {
     /// There is no matrix.
     #[error("`{0}` holds no matrix (an array with two axes in its metadata)")]
     NoMatrix(String),
+    /// There are several.
+    #[error("`{topic}` names several matrices, {known}; choose one of them")]
+    Several {
+        /// Pattern asked for.
+        topic: String,
+        /// Topics and fields.
+        known: String,
+    },
+    /// The channel has no message that could be taken.
+    #[error("`{0}` has no messages")]
+    NoMessages(String),
+    /// The number of elements is not that of the rows and columns.
+    #[error("`{topic}` at time {time} has not as many elements as its rows and columns say")]
+    Misshapen {
+        /// Topic.
+        topic: String,
+        /// Time of the message.
+        time: f64,
+    },
+    /// With all rows and columns it is too large.
+    #[error("`{0}` with all its rows and columns is larger than --max-memory allows")]
+    TooLarge(String),
+    /// There are no messages at the time.
+    #[error(transparent)]
+    Moment(#[from] MomentError),
     /// The picture cannot be drawn.
     #[error("cannot draw: {0}")]
     Draw(String),
@@ -111,11 +137,12 @@ pub fn attachments<E: From<ExportError>>(
     failed.map_err(ExportError::Open)?.map_or(Ok(()), Err)
 }
 
-/// The matrix of a topic at the time nearest to `time`, or of its last message.
+/// The matrix of a topic at the time nearest to `time`, or of its last message, with all rows and columns that it has in
+/// any message.
 ///
 /// # Errors
 ///
-/// The file cannot be read, or there is no such matrix.
+/// The file cannot be read, there is no such matrix or more than one, or the time lies outside the recording.
 pub fn matrix(
     path: &Path,
     topic: &Pattern,
@@ -123,18 +150,30 @@ pub fn matrix(
     limits: Limits,
 ) -> Result<(Slice, Vec<Damage>), ExportError> {
     let recording = Recording::open(path, limits)?;
+    let mut matrices = Vec::new();
     for id in select::channels(&recording, std::slice::from_ref(topic))? {
         let channel = &recording.channels[&id];
         let Some(layout) = &channel.layout else { continue };
         let is_matrix = |leaf: &usize| matches!(Axis::of(*leaf, layout, channel), Axis::Matrix { .. });
-        let Some(leaf) = (0..layout.leaves.len()).find(is_matrix) else { continue };
-        let times: Vec<f64> = time.into_iter().collect();
-        let (moments, damages) = moments(&recording, id, &times)?;
-        if let Some(slice) = moments.first().and_then(|moment| slice(channel, leaf, moment)) {
-            return Ok((slice, damages));
-        }
+        matrices.extend((0..layout.leaves.len()).filter(is_matrix).map(|leaf| (id, channel, leaf)));
     }
-    Err(ExportError::NoMatrix(topic.text().into()))
+    let (id, channel, leaf) = match matrices.as_slice() {
+        [] => return Err(ExportError::NoMatrix(topic.text().into())),
+        [matrix] => *matrix,
+        several => {
+            let topics: Vec<&str> = several.iter().map(|(_, channel, _)| channel.topic.as_str()).collect();
+            return Err(ExportError::Several { topic: topic.text().into(), known: topics.join(", ") });
+        }
+    };
+    let times: Vec<f64> = time.into_iter().collect();
+    let (moments, damages) = moments(&recording, id, &times)?;
+    let name = || channel.topic.clone();
+    let moment = moments.first().ok_or_else(|| ExportError::NoMessages(name()))?;
+    let slice = slice(channel, leaf, moment)
+        .ok_or_else(|| ExportError::Misshapen { topic: name(), time: moment.time })?;
+    let extent = Extents::read(&recording, &[id])?.of(id, leaf);
+    let slice = slice.whole(&extent, limits).ok_or_else(|| ExportError::TooLarge(name()))?;
+    Ok((slice, damages))
 }
 
 /// A matrix in a form.

@@ -3,13 +3,13 @@
 mod join;
 
 use std::{
-    collections::HashMap,
     io,
     path::{Path, PathBuf},
 };
 
 use crate::{
-    field::{Column, Selection, SelectionError, columns},
+    extent::{Extent, Extents},
+    field::{Column, Columns, Positions, Selection, SelectionError, columns},
     messages::{Messages, POLL, Recording},
     overview::Channel,
     recording::{Damage, Limits, Next, OpenError},
@@ -56,6 +56,10 @@ pub struct Outcome {
     pub undecoded: u64,
     /// Bytes of the files that were read, summaries left aside.
     pub bytes_read: u64,
+    /// Fields that are left out of whole topics, and why.
+    pub left_out: Vec<SelectionError>,
+    /// Names of columns without a value in any row.
+    pub empty: Vec<String>,
 }
 
 /// Why a trace failed.
@@ -70,6 +74,14 @@ pub enum TraceError {
     /// The fields asked for are not there.
     #[error(transparent)]
     Selection(#[from] SelectionError),
+    /// Times that cannot stand in one column.
+    #[error("times are in {first} and in {other}; trace them one by one")]
+    TimeUnits {
+        /// Unit of the first.
+        first: String,
+        /// Unit that differs.
+        other: String,
+    },
     /// Files to be stacked have different columns.
     #[error("`{}` has other columns than `{}`; trace them side by side, or choose fields both have", other.display(), first.display())]
     Columns {
@@ -95,28 +107,68 @@ pub fn trace(
     limits: Limits,
     sink: &mut dyn Sink,
 ) -> Result<Outcome, TraceError> {
-    let files =
-        paths.iter().map(|path| Traced::open(path, request, limits)).collect::<Result<Vec<_>, _>>()?;
     let mut outcome = Outcome::default();
-    if request.stack {
-        let headings = |file: &Traced| headings(std::slice::from_ref(file), false, request.align);
-        let first = files.first().map(headings).unwrap_or_default();
+    let mut files = Vec::new();
+    for (path, name) in paths.iter().zip(names(paths)) {
+        files.push(Traced::open(path, name, request, limits, &mut outcome.left_out)?);
+    }
+    check_units(&files)?;
+    let mut filled = Vec::new();
+    let begun = if request.stack {
+        let first = stacked_headings(&files, paths, request.align)?;
         let file_heading = Heading { name: "file".into(), unit: None, kind: Kind::Text };
-        sink.begin(&[&[file_heading][..], &first].concat())?;
+        let begun = [&[file_heading][..], &first].concat();
+        sink.begin(&begun)?;
         for (file, path) in files.iter().zip(paths) {
-            if headings(file) != first {
-                return Err(TraceError::Columns { first: paths[0].clone(), other: path.clone() });
-            }
             let label = Some(Cell::Text(path.display().to_string()));
-            run(std::slice::from_ref(file), request, label, sink, &mut outcome)?;
+            run(std::slice::from_ref(file), request, label, sink, &mut outcome, &mut filled)?;
             sink.group()?;
         }
+        begun
     } else {
-        sink.begin(&headings(&files, paths.len() > 1, request.align))?;
-        run(&files, request, None, sink, &mut outcome)?;
-    }
+        let begun = headings(&files, paths.len() > 1, request.align);
+        sink.begin(&begun)?;
+        run(&files, request, None, sink, &mut outcome, &mut filled)?;
+        begun
+    };
     sink.end()?;
+    let is_empty = |i: &usize| !filled.get(*i).copied().unwrap_or(false);
+    outcome.empty = (0..begun.len()).filter(is_empty).map(|i| begun[i].name.clone()).collect();
     Ok(outcome)
+}
+
+/// Headings of files one after the other, which have to be the same.
+fn stacked_headings(files: &[Traced], paths: &[PathBuf], align: Align) -> Result<Vec<Heading>, TraceError> {
+    let headings = |file: &Traced| headings(std::slice::from_ref(file), false, align);
+    let first = files.first().map(headings).unwrap_or_default();
+    match files.iter().zip(paths).find(|(file, _)| headings(file) != first) {
+        Some((_, other)) => Err(TraceError::Columns { first: paths[0].clone(), other: other.clone() }),
+        None => Ok(first),
+    }
+}
+
+/// Names of files in headings: without folder and extension where that tells them apart.
+pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
+    let stem = |path: &PathBuf| {
+        path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
+    };
+    let stems: Vec<String> = paths.iter().map(stem).collect();
+    let is_alone = |name: &String| stems.iter().filter(|other| *other == name).count() == 1;
+    match stems.iter().all(is_alone) {
+        true => stems,
+        false => paths.iter().map(|path| path.display().to_string()).collect(),
+    }
+}
+
+/// Refuses times that channels give in different units.
+fn check_units(files: &[Traced]) -> Result<(), TraceError> {
+    let times = files.iter().flat_map(|file| &file.slots).filter(|slot| slot.time.leaf.is_some());
+    let mut units = times.filter_map(|slot| slot.time.heading.unit.as_ref());
+    let Some(first) = units.next() else { return Ok(()) };
+    match units.find(|unit| *unit != first) {
+        Some(other) => Err(TraceError::TimeUnits { first: first.clone(), other: other.clone() }),
+        None => Ok(()),
+    }
 }
 
 /// Writes the rows of files that stand side by side.
@@ -126,6 +178,7 @@ fn run(
     label: Option<Cell>,
     sink: &mut dyn Sink,
     outcome: &mut Outcome,
+    filled: &mut Vec<bool>,
 ) -> Result<(), TraceError> {
     let mut streams = files.iter().map(|file| file.stream(request)).collect::<Result<Vec<_>, _>>()?;
     let mut base = 0;
@@ -134,7 +187,8 @@ fn run(
         base += stream.file.slots.len();
     }
     let widths: Vec<usize> = files.iter().flat_map(|file| file.slots.iter().map(Slot::width)).collect();
-    let mut rows = Rows { every: request.every.max(1), seen: 0, label, sink, outcome, cells: Vec::new() };
+    let mut rows =
+        Rows { every: request.every.max(1), seen: 0, label, sink, outcome, filled, cells: Vec::new() };
     let mut joiner = Joiner::new(request.align, widths);
     loop {
         // the file that is behind goes first, so that rows of equal times meet
@@ -185,7 +239,13 @@ impl Slot {
 }
 
 impl Traced {
-    fn open(path: &Path, request: &Request, limits: Limits) -> Result<Self, TraceError> {
+    fn open(
+        path: &Path,
+        name: String,
+        request: &Request,
+        limits: Limits,
+        all_left_out: &mut Vec<SelectionError>,
+    ) -> Result<Self, TraceError> {
         let mut recording = Recording::open(path, limits)?;
         let default = [DEFAULT_TOPIC.parse().expect("a plain topic")];
         let patterns = if request.topics.is_empty() { &default[..] } else { &request.topics };
@@ -197,32 +257,32 @@ impl Traced {
         let ids = select::channels(&recording, patterns)?;
         let many = ids.len() > 1;
         let mut slots = Vec::new();
-        let mut lengths: Option<Result<Lengths, OpenError>> = None;
-        let mut found = vec![!many; request.selection.fields.len()];
+        let mut extents: Option<Result<Extents, OpenError>> = None;
+        let mut found = Found::new(&request.selection);
         for &id in &ids {
             let channel = &recording.channels[&id];
-            let mut longest = |leaf: usize| {
-                let lengths = lengths.get_or_insert_with(|| array_lengths(&recording, &ids));
-                lengths.as_ref().ok().and_then(|lengths| lengths.get(&(id, leaf)).copied()).unwrap_or(0)
+            let mut extent = |leaf: usize| {
+                let extents = extents.get_or_insert_with(|| Extents::read(&recording, &ids));
+                let extent = extents.as_ref().map_or_else(|_| Extent::default(), |known| known.of(id, leaf));
+                // what is still to be written may reach farther
+                if request.follow { Extent { reaches: Vec::new(), ..extent } } else { extent }
             };
             let selection = match many {
                 true => fitting(channel, &request.selection, &mut found),
                 false => Some(request.selection.clone()),
             };
             let Some(selection) = selection else { continue };
-            let mut columns = columns(channel, &selection, &mut longest)?;
-            let time = columns.remove(0);
-            slots.push(Slot { id, topic: channel.topic.clone(), time, columns });
+            let Columns { time, fields, left_out } = columns(channel, &selection, &mut extent)?;
+            all_left_out.extend(left_out);
+            slots.push(Slot { id, topic: channel.topic.clone(), time, columns: fields });
         }
-        if let Some(Err(error)) = lengths {
+        if let Some(Err(error)) = extents {
             return Err(error.into());
         }
-        // a field that no topic has is told like that of a single topic
-        if let (Some(missing), Some(&id)) = (found.iter().position(|found| !found), ids.first()) {
-            let fields = vec![request.selection.fields[missing].clone()];
-            columns(&recording.channels[&id], &Selection { fields, at: None }, &mut |_| 0)?;
+        if many {
+            let channels: Vec<&Channel> = ids.iter().map(|id| &recording.channels[id]).collect();
+            found.check(&request.selection, &channels)?;
         }
-        let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         Ok(Self { recording, name, slots })
     }
 
@@ -256,27 +316,61 @@ impl Traced {
     }
 }
 
-/// What of a selection a channel has, where several are traced; `None` if it has nothing of it. Fields that are there
-/// are marked as found.
-fn fitting(channel: &Channel, selection: &Selection, found: &mut [bool]) -> Option<Selection> {
-    let fits = |selection: &Selection| match columns(channel, selection, &mut |_| 0) {
-        Ok(_) => true,
-        Err(SelectionError::UnknownField { .. } | SelectionError::NoAxis { .. }) => false,
-        // there, but not to be had: that is told
-        Err(error) => !matches!(error, SelectionError::NotProtobuf { .. }),
+/// Which parts of a selection any of several channels has.
+struct Found {
+    fields: Vec<bool>,
+    at: Vec<bool>,
+}
+
+impl Found {
+    fn new(selection: &Selection) -> Self {
+        Self { fields: vec![false; selection.fields.len()], at: vec![false; selection.at.len()] }
+    }
+
+    /// What none of them has is told like that of a single channel.
+    fn check(&self, selection: &Selection, channels: &[&Channel]) -> Result<(), SelectionError> {
+        let missing = |found: &[bool]| found.iter().position(|found| !found);
+        let decoded = channels.iter().find(|channel| channel.layout.is_some()).or(channels.first());
+        if let (Some(missing), Some(channel)) = (missing(&self.fields), decoded) {
+            return Err(SelectionError::unknown_field(channel, &selection.fields[missing]));
+        }
+        match missing(&self.at) {
+            Some(missing) => Err(SelectionError::no_axis(channels, &selection.at[missing])),
+            None => Ok(()),
+        }
+    }
+}
+
+/// What of a selection a channel has, where several are traced; `None` if it has nothing of it. What is there is marked as
+/// found.
+fn fitting(channel: &Channel, selection: &Selection, found: &mut Found) -> Option<Selection> {
+    let fits = |fields: &[String], at: &[Positions]| {
+        let selection = Selection { fields: fields.to_vec(), at: at.to_vec() };
+        match columns(channel, &selection, &mut |_| Extent::default()) {
+            Ok(_) => true,
+            Err(SelectionError::UnknownField { .. } | SelectionError::NoAxis { .. }) => false,
+            // there, but not to be had: that is told
+            Err(error) => !matches!(error, SelectionError::NotProtobuf { .. }),
+        }
     };
     let mut fields = Vec::new();
-    for (field, found) in selection.fields.iter().zip(found) {
-        if fits(&Selection { fields: vec![field.clone()], at: None }) {
+    for (field, found) in selection.fields.iter().zip(&mut found.fields) {
+        if fits(std::slice::from_ref(field), &[]) {
             *found = true;
             fields.push(field.clone());
         }
     }
-    let is_wanted = selection.fields.is_empty() || !fields.is_empty();
-    let plain = Selection { fields, at: None };
-    let with_positions = Selection { at: selection.at.clone(), ..plain.clone() };
-    let fitting = if fits(&with_positions) { with_positions } else { plain };
-    (is_wanted && fits(&fitting)).then_some(fitting)
+    if !selection.fields.is_empty() && fields.is_empty() {
+        return None;
+    }
+    let mut at = Vec::new();
+    for (positions, found) in selection.at.iter().zip(&mut found.at) {
+        if fits(&fields, std::slice::from_ref(positions)) {
+            *found = true;
+            at.push(positions.clone());
+        }
+    }
+    fits(&fields, &at).then_some(Selection { fields, at })
 }
 
 /// Headings of files side by side, the time first.
@@ -303,34 +397,6 @@ fn headings(files: &[Traced], many_files: bool, align: Align) -> Vec<Heading> {
         }
     }
     headings
-}
-
-/// Lengths of lists by channel and leaf.
-type Lengths = HashMap<(u16, usize), usize>;
-
-/// Greatest length of the list of every leaf over all messages of some channels.
-fn array_lengths(recording: &Recording, ids: &[u16]) -> Result<Lengths, OpenError> {
-    let mut lengths = Lengths::new();
-    let mut messages = recording.messages(ids.iter().copied(), None)?;
-    let mut values: HashMap<u16, Values> = HashMap::new();
-    loop {
-        let next = messages.next(|message| {
-            let id = message.channel;
-            let Some(layout) = recording.channels.get(&id).and_then(|channel| channel.layout.as_ref()) else {
-                return;
-            };
-            let values = values.entry(id).or_insert_with(|| layout.values());
-            if layout.decode(message.data, values).is_ok() {
-                for (leaf, list) in values.lists.iter().enumerate() {
-                    let longest: &mut usize = lengths.entry((id, leaf)).or_default();
-                    *longest = (*longest).max(list.len());
-                }
-            }
-        })?;
-        if !matches!(next, Next::Record(())) {
-            return Ok(lengths);
-        }
-    }
 }
 
 /// The samples of a file.

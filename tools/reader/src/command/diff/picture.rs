@@ -58,7 +58,7 @@ fn field_panels(
     let curve = |path: &Path| -> Result<Option<(Panel, Curve)>, PlotError> {
         let request = Request {
             topics: vec![topic.parse().map_err(PlotError::Nothing)?],
-            selection: Selection { fields: vec![element.clone()], at: None },
+            selection: Selection { fields: vec![element.clone()], at: Vec::new() },
             every: 1,
             ..Request::default()
         };

@@ -108,6 +108,7 @@ mod tests {
             columns: side(2),
             coordinates: ["z".into(), "r".into()],
             units: [None, None],
+            even: false,
             values: vec![1.0, -1.0, 0.5, f64::NAN],
         };
         // pixels of half a unit: their middles are at 0.25, 0.75, 1.25, …

@@ -35,7 +35,10 @@ pub fn charts(path: &Path, recording: &Recording, limits: Limits) -> Result<Vec<
         }
         let request = Request {
             topics: vec![topic.parse().expect("a plain topic")],
-            selection: Selection { fields: fields.iter().map(|&field| field.to_owned()).collect(), at: None },
+            selection: Selection {
+                fields: fields.iter().map(|&field| field.to_owned()).collect(),
+                at: Vec::new(),
+            },
             ..Request::default()
         };
         let (panel, _) = traces(&[path.to_owned()], &request, limits)?;

@@ -30,6 +30,8 @@ pub(super) struct Rows<'a> {
     pub(super) label: Option<Cell>,
     pub(super) sink: &'a mut dyn Sink,
     pub(super) outcome: &'a mut Outcome,
+    /// Which columns have had a value.
+    pub(super) filled: &'a mut Vec<bool>,
     pub(super) cells: Vec<Cell>,
 }
 
@@ -46,6 +48,10 @@ impl Rows<'_> {
             self.cells.extend(group.unwrap_or_else(|| vec![Cell::Empty; width]));
         }
         self.outcome.rows += 1;
+        self.filled.resize(self.cells.len(), false);
+        for (filled, cell) in self.filled.iter_mut().zip(&self.cells) {
+            *filled |= *cell != Cell::Empty;
+        }
         self.sink.row(&self.cells)
     }
 }

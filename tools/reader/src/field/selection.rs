@@ -1,0 +1,281 @@
+//! What is wanted of a topic: fields by name, positions on the axes of arrays; and why it cannot be had.
+
+use super::MAX_COLUMNS;
+use crate::{
+    axis::Axis,
+    extent::Reach,
+    overview::Channel,
+    wire::{COUNT, UNKNOWN},
+};
+
+/// Which fields of a topic are wanted.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// Fields: `a.b.c`, `list[index].name`, `name@r=position`; all plain fields and arrays if empty.
+    pub fields: Vec<String>,
+    /// Positions on the axes of arrays, one after the other.
+    pub at: Vec<Positions>,
+}
+
+/// Positions `r=0,0.5,0.9`, or points `r=0,z=0.5`: every combination of the positions of several coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Positions {
+    /// Names of the coordinates and the positions on each.
+    pub coordinates: Vec<(String, Vec<f64>)>,
+}
+
+impl std::str::FromStr for Positions {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut coordinates: Vec<(String, Vec<f64>)> = Vec::new();
+        for item in text.split(',') {
+            let number = match item.split_once('=') {
+                Some((name, number)) => {
+                    let name = name.trim();
+                    if coordinates.iter().any(|(known, _)| known == name) {
+                        return Err(format!(
+                            "`{name}` is given twice; write {name}=0,0.5 for several positions"
+                        ));
+                    }
+                    coordinates.push((name.into(), Vec::new()));
+                    number
+                }
+                None => item,
+            };
+            let (_, values) = coordinates.last_mut().ok_or("write positions as r=0,0.5,0.9 or r=0,z=0.5")?;
+            match number.trim().parse::<f64>() {
+                Ok(value) if value.is_finite() => values.push(value),
+                _ => return Err(format!("`{}` is not a number", number.trim())),
+            }
+        }
+        Ok(Self { coordinates })
+    }
+}
+
+impl std::fmt::Display for Positions {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (i, (name, values)) in self.coordinates.iter().enumerate() {
+            let values: Vec<String> = values.iter().map(f64::to_string).collect();
+            write!(f, "{}{name}={}", if i > 0 { "," } else { "" }, values.join(","))?;
+        }
+        Ok(())
+    }
+}
+
+impl Positions {
+    /// Positions on a coordinate.
+    pub fn on(&self, coordinate: &str) -> Option<&[f64]> {
+        let found = self.coordinates.iter().find(|(name, _)| name == coordinate);
+        found.map(|(_, values)| values.as_slice())
+    }
+
+    /// True if all coordinates are those of an axis.
+    pub(crate) fn fit(&self, axis: &Axis) -> bool {
+        let known = axis.coordinates();
+        self.coordinates.iter().all(|(name, _)| known.contains(&name.as_str()))
+    }
+
+    /// True if they leave out a coordinate of an axis that they fit.
+    pub(crate) fn are_lines(&self, axis: &Axis) -> bool {
+        self.fit(axis) && self.coordinates.len() < axis.coordinates().len()
+    }
+}
+
+/// Why a selection does not fit a channel.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum SelectionError {
+    /// There is no such field.
+    #[error("`{topic}` has no field `{field}`; it has {known}")]
+    UnknownField {
+        /// Topic.
+        topic: String,
+        /// Name asked for.
+        field: String,
+        /// Names that exist.
+        known: String,
+    },
+    /// The positions in the name of a field cannot be read.
+    #[error("`{field}`: {error}")]
+    Positions {
+        /// Name asked for.
+        field: String,
+        /// What is wrong.
+        error: String,
+    },
+    /// No field has the axes to choose positions on.
+    #[error("no array of `{topic}` has an axis named `{coordinate}` to choose positions on{known}")]
+    NoAxis {
+        /// Topic.
+        topic: String,
+        /// Coordinate asked for.
+        coordinate: String,
+        /// Those that exist, in words.
+        known: String,
+    },
+    /// A position lies outside an axis.
+    #[error(
+        "{coordinate}={position} lies outside `{field}` of `{topic}`, which reaches from {coordinate}={low} to \
+         {coordinate}={high}"
+    )]
+    Outside {
+        /// Topic.
+        topic: String,
+        /// Field.
+        field: String,
+        /// Coordinate.
+        coordinate: String,
+        /// Position asked for.
+        position: f64,
+        /// Least position in any message.
+        low: f64,
+        /// Greatest position in any message.
+        high: f64,
+    },
+    /// Positions on one coordinate of a matrix, where the other would make too many columns.
+    #[error(
+        "`{field}` of `{topic}` at {at} is a line over {missing}; choose places on it: --at {at},{missing}=..."
+    )]
+    Line {
+        /// Topic.
+        topic: String,
+        /// Field.
+        field: String,
+        /// Positions asked for.
+        at: String,
+        /// Coordinate that is missing.
+        missing: String,
+    },
+    /// A field cannot be put into a cell.
+    #[error("`{field}` of `{topic}` is {what}; {hint}")]
+    NotACell {
+        /// Topic.
+        topic: String,
+        /// Field.
+        field: String,
+        /// What it is.
+        what: &'static str,
+        /// What to do.
+        hint: String,
+    },
+    /// An array would take too many columns.
+    #[error(
+        "`{field}` of `{topic}` has more than {MAX_COLUMNS} elements; choose some with --at or --field {example}"
+    )]
+    TooMany {
+        /// Topic.
+        topic: String,
+        /// Field.
+        field: String,
+        /// Name of an element.
+        example: String,
+    },
+    /// The messages cannot be decoded.
+    #[error(
+        "messages of `{topic}` are {encoding} with schema `{schema}`; only protobuf with a sound schema is read"
+    )]
+    NotProtobuf {
+        /// Topic.
+        topic: String,
+        /// Encoding.
+        encoding: String,
+        /// Schema.
+        schema: String,
+    },
+}
+
+impl SelectionError {
+    /// The error of positions that none of some channels has the axes for.
+    pub(crate) fn no_axis(channels: &[&Channel], at: &Positions) -> Self {
+        let mut known: Vec<String> = Vec::new();
+        for channel in channels {
+            let Some(layout) = channel.layout.as_deref() else { continue };
+            for leaf in 0..layout.leaves.len() {
+                let names = Axis::of(leaf, layout, channel).coordinates().join(" and ");
+                if !names.is_empty() {
+                    known.push(format!("`{}` has {names}", layout.leaves[leaf].path));
+                }
+            }
+        }
+        let names = |names: Vec<&str>| names.join("`, `");
+        Self::NoAxis {
+            topic: names(channels.iter().map(|channel| channel.topic.as_str()).collect()),
+            coordinate: names(at.coordinates.iter().map(|(name, _)| name.as_str()).collect()),
+            known: if known.is_empty() { String::new() } else { format!("; {}", known.join(", ")) },
+        }
+    }
+
+    /// Refuses positions outside an axis.
+    pub(crate) fn check(
+        reach: &Reach,
+        topic: &str,
+        field: &str,
+        coordinate: &str,
+        positions: &[f64],
+    ) -> Result<(), Self> {
+        // without the last digits, which are rounding errors
+        let short = |x: f64| match x.abs() < 1e-9 * reach.side.step {
+            true => 0.0,
+            false => format!("{x:.8e}").parse().unwrap_or(x),
+        };
+        match positions.iter().find(|position| !reach.holds(**position)) {
+            Some(&position) => Err(Self::Outside {
+                topic: topic.into(),
+                field: field.into(),
+                coordinate: coordinate.into(),
+                position,
+                low: short(reach.low),
+                high: short(reach.high),
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// The error of a field that a channel has not.
+    pub(crate) fn unknown_field(channel: &Channel, field: &str) -> Self {
+        let leaves = channel.layout.iter().flat_map(|layout| &layout.leaves);
+        let known = leaves.map(|leaf| leaf.path.as_str());
+        let known: Vec<&str> = known.filter(|path| *path != UNKNOWN && !path.ends_with(COUNT)).collect();
+        Self::UnknownField { topic: channel.topic.clone(), field: field.into(), known: known.join(", ") }
+    }
+}
+
+/// A name of a field, `a.b[index].c@r=position`, in its parts.
+pub(super) struct Name<'a> {
+    pub(super) path: String,
+    /// Of every part of the path.
+    pub(super) indices: Vec<Option<usize>>,
+    pub(super) at: Option<&'a str>,
+}
+
+impl<'a> Name<'a> {
+    pub(super) fn parse(text: &'a str) -> Option<Self> {
+        let (base, at) = text.split_once('@').map_or((text, None), |(base, at)| (base, Some(at)));
+        let part = |part: &'a str| match part.split_once('[') {
+            Some((name, index)) => Some((name, Some(index.strip_suffix(']')?.parse::<usize>().ok()?))),
+            None => Some((part, None)),
+        };
+        let parts: Vec<(&str, Option<usize>)> = base.split('.').map(part).collect::<Option<_>>()?;
+        let (names, indices): (Vec<&str>, Vec<Option<usize>>) = parts.into_iter().unzip();
+        Some(Self { path: names.join("."), indices, at })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_are_lists_or_points() {
+        let parse = |text: &str| text.parse::<Positions>();
+        let point = parse("r=0, z=0.5,1").expect("points");
+        assert_eq!(
+            (point.on("r"), point.on("z"), point.on("x")),
+            (Some(&[0.0][..]), Some(&[0.5, 1.0][..]), None)
+        );
+        assert_eq!(point.to_string(), "r=0,z=0.5,1");
+        for bad in ["0,1", "r=", "r=x", "r=nan", "r=0,r=1", ""] {
+            assert!(parse(bad).is_err(), "{bad}");
+        }
+    }
+}
