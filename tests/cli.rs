@@ -243,6 +243,19 @@ fn a_case_file_is_never_its_own_output() {
 }
 
 #[test]
+fn recordings_are_not_named_like_other_files() {
+    let folder = folder();
+    for verb in ["run", "exact"] {
+        for name in ["a.csv", "a.h5", "a.mcap.gz"] {
+            let output = percuss(folder.path(), &[verb, "fig6a", "-o", name]);
+            assert_eq!(output.status.code(), Some(2));
+            assert!(stderr(&output).contains("recordings are .mcap"), "{}", stderr(&output));
+            assert!(!folder.path().join(name).exists());
+        }
+    }
+}
+
+#[test]
 fn outputs_that_cannot_be_written() {
     let folder = folder();
     fs::create_dir(folder.path().join("taken.mcap")).expect("a folder");

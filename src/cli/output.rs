@@ -55,11 +55,15 @@ impl OutputArguments {
     ///
     /// # Errors
     ///
-    /// It is the case file itself.
+    /// It is the case file itself, or named like a file of another format.
     pub(super) fn path(&self, case: &str, suffix: &str) -> Result<PathBuf, CliError> {
         let path = self.output.clone().unwrap_or_else(|| default_output(case, suffix));
         if is_same_file(&path, Path::new(case)) {
             let text = format!("`{}` is the case file itself; choose another output with -o", path.display());
+            return Err(CliError::Usage(text));
+        }
+        if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("mcap")) {
+            let text = format!("`{}`: recordings are .mcap; choose another output with -o", path.display());
             return Err(CliError::Usage(text));
         }
         Ok(path)
