@@ -60,16 +60,22 @@ impl Live {
         Box::new(Feed { server: Arc::clone(&self.server) })
     }
 
-    /// Waits until so many viewers have subscribed to something, or `is_over`.
+    /// Waits until so many viewers have subscribed to all they want, or `is_over`. Viewers subscribe panel by panel: they are
+    /// taken to have all they want when nobody has subscribed for [`percuss_serve::QUIET`].
     pub fn wait_for(&self, viewers: usize, is_over: impl Fn() -> bool) {
-        while self.server.viewers() < viewers && !is_over() {
+        while !self.server.is_ready(viewers) && !is_over() {
             thread::sleep(NAP);
         }
     }
 
-    /// Gives viewers a while to fetch what is under way.
-    pub fn linger(&self) {
-        self.server.linger();
+    /// Number of viewers that have subscribed to something.
+    pub fn viewers(&self) -> usize {
+        self.server.viewers()
+    }
+
+    /// Holds the end until all viewers have left, for so long at most, or until `is_over`.
+    pub fn hold(&self, longest: Duration, is_over: impl Fn() -> bool) {
+        self.server.hold(longest, is_over);
     }
 }
 

@@ -7,12 +7,12 @@ use std::{
         Arc,
         atomic::{AtomicUsize, Ordering},
     },
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use clap::Args;
 use indicatif::BinaryBytes;
-use percuss_serve::{Address, speed};
+use percuss_serve::{Address, seconds, speed};
 
 use super::{
     CaseArguments, CliError, Exit,
@@ -49,9 +49,12 @@ pub(super) struct Run {
     /// Hold the run back so that a person can watch: log time that passes in a second; 1 without SPEED
     #[arg(long, value_name = "SPEED", num_args = 0..=1, default_missing_value = "1", value_parser = speed)]
     pace: Option<f64>,
-    /// Begin when this many viewers have subscribed to something; 1 without N
+    /// Begin when this many viewers have subscribed, and nobody has for 1.5 s: viewers do it panel by panel; 1 without N
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", requires = "live")]
     wait: Option<usize>,
+    /// When all is recorded, serve those who watch until they have left, so many seconds at most; Ctrl-C ends it
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, requires = "live")]
+    hold: Duration,
 }
 
 impl Run {
@@ -82,14 +85,28 @@ impl Run {
             live.wait_for(self.wait.unwrap_or(0), || signal.load(Ordering::Relaxed) != 0);
         }
         let pace = self.pace.map(Pace::new);
-        let mut run = Running { case: &case, simulation, session, progress, signal, pace };
+        let mut run =
+            Running { case: &case, simulation, session, progress, signal: Arc::clone(&signal), pace };
         let start = Instant::now();
         let outcome = pool.install(|| run.steps())?;
         let exit = pool.install(|| run.end(outcome, &output, start));
         if let Some(live) = live {
-            live.linger();
+            self.hold(&live, &signal);
         }
         exit
+    }
+
+    /// Holds the end for those who watch.
+    fn hold(&self, live: &Live, signal: &AtomicUsize) {
+        let is_over = || signal.load(Ordering::Relaxed) != 0;
+        let viewers = live.viewers();
+        if viewers > 0 && !self.hold.is_zero() && !is_over() && !self.output.quiet {
+            eprintln!(
+                "recorded; open viewers: {viewers}; served until they leave, {} s at most",
+                self.hold.as_secs_f64()
+            );
+        }
+        live.hold(self.hold, is_over);
     }
 
     /// Opens the server of a live run and says where it is.

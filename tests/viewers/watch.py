@@ -26,27 +26,35 @@ END = re.compile(rb"completed")
 
 
 class Viewer:
-    """One connection: subscribes to everything and keeps what comes, in order."""
+    """One connection: subscribes and keeps what comes, in order.
+
+    `shown` is what Lichtblick would show: messages at the time that was told last, nothing of before when time goes back.
+    """
 
     def __init__(self, url):
         self.url = url
         self.channels = {}
         self.messages = {}
+        self.shown = {}
+        self.jumps = 0
         self.states = []
         self.times = []
         self.info = None
 
     async def connect(self, **options):
+        # the library stops reading, and cannot close, once so many frames wait: no limit unless a slow viewer is wanted
+        options = {"max_queue": None, **options}
         self.socket = await websockets.connect(
             self.url, subprotocols=["foxglove.sdk.v1"], max_size=None, proxy=None, **options
         )
         return self
 
-    async def subscribe(self):
-        """Waits for the advertisement and subscribes to all of it."""
+    async def subscribe(self, *topics):
+        """Waits for the advertisement and subscribes to these topics, or to all of them."""
         while not self.channels:
             self.take(await self.socket.recv())
-        wanted = [{"id": 1000 + id, "channelId": id} for id in self.channels]
+        ids = [id for id, channel in self.channels.items() if not topics or channel["topic"] in topics]
+        wanted = [{"id": 1000 + id, "channelId": id} for id in ids]
         await self.socket.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
         return self
 
@@ -62,8 +70,14 @@ class Viewer:
             subscription, log_time = struct.unpack_from("<IQ", frame, 1)
             topic = self.channels[subscription - 1000]["topic"]
             self.messages[topic].append((log_time, bytes(frame[13:])))
+            assert log_time == self.times[-1], f"{topic}: a message of {log_time} at {self.times[-1]}"
+            self.shown.setdefault(topic, []).append(log_time)
         elif frame[0] == TIME:
-            self.times.append(struct.unpack_from("<Q", frame, 1)[0])
+            time = struct.unpack_from("<Q", frame, 1)[0]
+            if self.times and time < self.times[-1]:
+                self.shown.clear()
+                self.jumps += 1
+            self.times.append(time)
         elif frame[0] == PLAYBACK:
             self.states.append(struct.unpack_from("<BQfB", frame, 1))
 
@@ -74,6 +88,13 @@ class Viewer:
                 while not until(self):
                     self.take(await self.socket.recv())
         except websockets.ConnectionClosed:
+            pass
+
+    async def watch_for(self, seconds):
+        """Receives for a while."""
+        try:
+            await self.watch(patience=seconds)
+        except TimeoutError:
             pass
 
     async def play(self, play=True, speed=1.0, seek=None, request=b"r"):
@@ -156,17 +177,46 @@ async def live(percuss, folder):
 
     # one viewer that keeps up, as fast as it computes
     watched = folder / "watched.mcap"
-    process, url = start(percuss, *case, "-o", watched, "--live", "0", "--wait")
+    process, url = start(percuss, *case, "-o", watched, "--live", "0", "--wait", "--hold", "0")
     viewer = await (await Viewer(url).connect()).subscribe()
     await viewer.watch()
     assert process.wait() == 0
     count = compare(viewer, watched, whole=False)
-    assert all(viewer.messages[topic] for topic in recorded(watched)), "something of every channel"
-    print(f"live, as fast as it computes: {count} messages of {len(viewer.channels)} channels, in order")
+    file = recorded(watched)
+    assert all(viewer.messages[topic] for topic in file), "something of every channel"
+    for topic in ["/drag", "/velocity", "/probes", "/event", "/log", "/view/tf"]:
+        assert viewer.shown.get(topic, []) == [log_time for log_time, _ in file.get(topic, [])], topic
+    channels = len(viewer.channels)
+    print(f"live, as fast as it computes: {count} messages of {channels} channels, in order, at their times")
+
+    # panel by panel, and when all is over; the end is held until they leave
+    panels = folder / "panels.mcap"
+    process, url = start(percuss, *case, "-o", panels, "--live", "0", "--pace", "0.75")
+    viewer = await Viewer(url).connect()
+    for topic, pause in [("/drag", 0.5), ("/log", 0.5), ("/velocity", 0.4)]:
+        await viewer.watch_for(pause)
+        await viewer.subscribe(topic)
+    await viewer.watch(until=lambda viewer: any(END.search(data) for _, data in viewer.messages["/log"]))
+    late = await (await Viewer(url).connect()).subscribe()
+    await late.watch(until=lambda viewer: any(END.search(data) for _, data in viewer.messages["/log"]))
+    await viewer.watch_for(0.3)
+    await late.watch_for(0.3)
+    assert process.poll() is None
+    await viewer.socket.close()
+    await late.socket.close()
+    assert process.wait(timeout=5) == 0
+    file = recorded(panels)
+    for one, topics in [(viewer, ["/drag", "/log", "/velocity"]), (late, ["/drag", "/log", "/velocity", "/probes"])]:
+        for topic in topics:
+            assert one.shown[topic] == [log_time for log_time, _ in file[topic]], topic
+    assert (viewer.jumps, late.jumps) == (2, 0), (viewer.jumps, late.jumps)
+    assert late.shown["/field/stress"] == [file["/field/stress"][-1][0]], "of pictures the last"
+    print("live: who comes late or panel by panel gets the beginning, too")
 
     # three slow viewers, twenty that come and go, one that keeps up: paced
     crowd = folder / "crowd.mcap"
-    process, url = start(percuss, *case, "-o", crowd, "--live", "0", "--wait", "4", "--pace", "0.5")
+    crowded = ["--wait", "4", "--pace", "0.5", "--hold", "0"]
+    process, url = start(percuss, *case, "-o", crowd, "--live", "0", *crowded)
     slow = [await (await Viewer(url).connect(max_queue=1)).subscribe() for _ in range(3)]
     viewer = await (await Viewer(url).connect()).subscribe()
 
@@ -187,7 +237,7 @@ async def live(percuss, folder):
     count = compare(viewer, crowd)
     assert viewer.times == sorted(viewer.times) and len(viewer.times) > 50, len(viewer.times)
     print(f"live, paced, among 3 slow viewers and 20 that come and go: all {count} messages, in order")
-    for path in [watched, crowd]:
+    for path in [watched, panels, crowd]:
         assert without_host(path) == without_host(alone), f"{path} differs from the run nobody watched"
     print(f"recordings: {alone.stat().st_size} bytes, the same with and without viewers")
 
@@ -212,16 +262,20 @@ async def replay(reader, folder):
     process, url = start(reader, "replay", run, "--addr", "0", "--speed", "4", "--once")
     clock = asyncio.get_running_loop().time
     viewer = await (await Viewer(url).connect()).subscribe()
+    await viewer.watch(until=lambda viewer: viewer.times)
     begin = clock()
     await viewer.watch(until=lambda viewer: any(END.search(data) for _, data in viewer.messages["/log"]))
     took = clock() - begin
-    assert process.wait() == 0
+    await viewer.watch_for(0.3)
+    await viewer.socket.close()
+    assert process.wait(timeout=5) == 0
     count = compare(viewer, run)
     assert 0.6 < took < 3, took
     print(f"replay: all {count} messages of {len(viewer.channels)} channels, in order, in {took:.2f} s")
 
     # a window, as fast as it goes
-    process, url = start(reader, "replay", run, "--addr", "0", "--from", "1", "--to", "2", "--speed", "1000", "--once")
+    window = ["--from", "1", "--to", "2", "--speed", "1000", "--once", "--hold", "0"]
+    process, url = start(reader, "replay", run, "--addr", "0", *window)
     viewer = await (await Viewer(url).connect()).subscribe()
     await viewer.watch()
     assert process.wait() == 0
@@ -238,30 +292,21 @@ async def replay(reader, folder):
     await viewer.play(play=False)
     await viewer.watch(until=lambda viewer: any(state[0] == PAUSED for state in viewer.states))
     await asyncio.sleep(0.3)
-    try:
-        await viewer.watch(patience=0.3)
-    except TimeoutError:
-        pass
+    await viewer.watch_for(0.3)
     seen = len(viewer.messages["/drag"])
-    try:
-        await viewer.watch(patience=0.5)
-    except TimeoutError:
-        pass
+    await viewer.watch_for(0.5)
     assert len(viewer.messages["/drag"]) == seen, "it stands still"
     # to a time: the last messages before it come at once, so that the picture is whole
     await viewer.play(play=False, seek=2_500_000_000)
     await viewer.watch(until=lambda viewer: any(state[3] for state in viewer.states))
-    try:
-        await viewer.watch(patience=0.5)
-    except TimeoutError:
-        pass
+    await viewer.watch_for(0.5)
     for topic in ["/drag", "/field/stress", "/view/scene", "/view/tf"]:
         log_time = viewer.messages[topic][-1][0]
         assert 2_400_000_000 < log_time <= 2_500_000_000, (topic, log_time)
     await viewer.play(speed=5.0)
     await viewer.watch(until=lambda viewer: any(state[0] == ENDED for state in viewer.states))
-    # messages and states come in queues of their own
-    await viewer.watch(until=lambda viewer: viewer.messages["/drag"][-1][0] == 3_000_000_000)
+    # messages and states come in one order
+    assert viewer.messages["/drag"][-1][0] == 3_000_000_000, viewer.messages["/drag"][-1][0]
     # back, and play on from there
     await viewer.play(speed=5.0, seek=1_000_000_000)
     await viewer.watch(until=lambda viewer: viewer.messages["/drag"][-1][0] < 1_500_000_000)
@@ -282,7 +327,7 @@ async def replay(reader, folder):
     # a file that is cut off: what is sound of it
     cut = folder / "cut.mcap"
     cut.write_bytes(run.read_bytes()[:-2000])
-    process, url = start(reader, "replay", cut, "--addr", "0", "--speed", "1000", "--once")
+    process, url = start(reader, "replay", cut, "--addr", "0", "--speed", "1000", "--once", "--hold", "0")
     viewer = await (await Viewer(url).connect()).subscribe()
     await viewer.watch()
     assert process.wait() == 3

@@ -1,40 +1,43 @@
 //! Sends messages to viewers over the Foxglove WebSocket protocol, for live runs (`percuss run --live`) and replays
 //! (`percuss-read replay`).
 //!
-//! Knows topics, schemas and bytes, nothing of physics or files. Sending never waits: every viewer has a queue of its own,
-//! and one that is too slow loses the oldest messages in it.
+//! Knows topics, schemas and bytes, nothing of physics or files. Sending never waits: messages go into one [`history`] from which
+//! every viewer is served at its own speed, each message after its own time. Who comes later gets what has been sent so far,
+//! series whole and of pictures the last; a viewer that is too slow loses pictures, then the oldest of the rest.
 
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::BTreeMap,
+    io,
+    net::{Shutdown, TcpListener, TcpStream},
+    process,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
-        mpsc::{Receiver, Sender, channel},
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{Receiver, channel},
     },
-    thread,
-    time::{Duration, Instant},
+    thread::{self, JoinHandle},
+    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
 
-use foxglove::{
-    ChannelBuilder, Context, FoxgloveError, PartialMetadata, RawChannel, Schema, WebSocketServer,
-    WebSocketServerHandle,
-    websocket::{
-        Capability, ChannelView, Client, PlaybackCommand, PlaybackControlRequest, PlaybackState,
-        PlaybackStatus, ServerListener,
-    },
-};
+use tungstenite::Message;
 
 mod address;
+mod audience;
+mod history;
+mod protocol;
+mod viewer;
 
 pub use address::{Address, AddressError};
 
-/// Messages that may wait for a viewer; then the oldest are dropped.
-const BACKLOG: usize = 1024;
-/// Shortest distance between two messages that tell viewers the time: a viewer that does not read for `BACKLOG` of these
-/// is disconnected.
-const TICK: Duration = Duration::from_millis(5);
+use audience::Audience;
+
+/// Viewers subscribe panel by panel, in bursts over half a second to one and a half: who is quiet for so long has all it wants.
+pub const QUIET: Duration = Duration::from_millis(1500);
 /// How long the end waits for viewers to fetch what is under way.
 const LINGER: Duration = Duration::from_secs(3);
 const PAUSE: Duration = Duration::from_millis(20);
+/// Connections at a time; more are turned away.
+const CONNECTIONS: usize = 64;
 
 /// Reads how much log time is to pass in a second.
 ///
@@ -46,6 +49,16 @@ pub fn speed(text: &str) -> Result<f64, String> {
         Ok(speed) if speed.is_finite() && speed > 0.0 => Ok(speed),
         _ => Err("a speed is a number above 0".into()),
     }
+}
+
+/// Reads a number of seconds.
+///
+/// # Errors
+///
+/// It is no number, or below 0.
+pub fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    seconds.ok_or_else(|| "seconds are a number from 0 up".into())
 }
 
 /// A channel to serve.
@@ -62,14 +75,23 @@ pub struct Channel {
 }
 
 /// What a viewer asks of a player.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Request {
     /// Play, or stand still.
     pub play: bool,
-    /// Speed, 1 for the time of the messages.
-    pub speed: f64,
+    /// Speed, 1 for the time of the messages; none to leave it as it is.
+    pub speed: Option<f64>,
     /// Time to go to \[ns\].
     pub seek: Option<u64>,
+    /// What the answer needs.
+    pub answer: Answer,
+}
+
+/// Who has made a request, for the answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Answer {
+    viewer: u64,
+    request: String,
 }
 
 /// Where a player stands.
@@ -99,94 +121,23 @@ pub enum Playing {
 #[error("cannot serve at {address}: {error}")]
 pub struct ServeError {
     address: Address,
-    error: FoxgloveError,
-}
-
-/// What viewers have told the server.
-#[derive(Default)]
-struct Audience {
-    /// Number of subscriptions of every viewer that has any.
-    subscriptions: HashMap<u32, usize>,
-    /// Number of subscriptions ever.
-    arrivals: u64,
-    playback: Option<Playback>,
-}
-
-struct Listener {
-    audience: Arc<Mutex<Audience>>,
-    requests: Mutex<Sender<Request>>,
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl ServerListener for Listener {
-    fn on_subscribe(&self, client: Client, _channel: ChannelView) {
-        let mut audience = lock(&self.audience);
-        *audience.subscriptions.entry(client.id().into()).or_default() += 1;
-        audience.arrivals += 1;
-    }
-
-    fn on_unsubscribe(&self, client: Client, _channel: ChannelView) {
-        let mut audience = lock(&self.audience);
-        let id = client.id().into();
-        if let Some(count) = audience.subscriptions.get_mut(&id) {
-            *count -= 1;
-            if *count == 0 {
-                audience.subscriptions.remove(&id);
-            }
-        }
-    }
-
-    fn on_playback_control_request(&self, request: PlaybackControlRequest) -> Option<PlaybackState> {
-        let mut audience = lock(&self.audience);
-        let playback = audience.playback.as_mut()?;
-        let speed = f64::from(request.playback_speed);
-        if speed.is_finite() && speed > 0.0 {
-            playback.speed = speed;
-        }
-        let play = request.playback_command == PlaybackCommand::Play;
-        playback.state = if play { Playing::Playing } else { Playing::Paused };
-        playback.time = request.seek_time.unwrap_or(playback.time);
-        let asked = Request { play, speed: playback.speed, seek: request.seek_time };
-        // if the player is gone there is nobody left to ask
-        let _ = lock(&self.requests).send(asked);
-        Some(state(playback, request.seek_time.is_some(), Some(request.request_id)))
-    }
-}
-
-fn state(playback: &Playback, did_seek: bool, request_id: Option<String>) -> PlaybackState {
-    PlaybackState {
-        status: match playback.state {
-            Playing::Playing => PlaybackStatus::Playing,
-            Playing::Paused => PlaybackStatus::Paused,
-            Playing::Ended => PlaybackStatus::Ended,
-        },
-        current_time: playback.time,
-        playback_speed: playback.speed as f32,
-        did_seek,
-        request_id,
-    }
+    error: io::Error,
 }
 
 /// A server that viewers connect to.
 pub struct Server {
-    handle: Option<WebSocketServerHandle>,
-    /// Keeps the channels advertised: the server does not.
-    _context: Arc<Context>,
     host: String,
-    channels: Vec<Arc<RawChannel>>,
-    audience: Arc<Mutex<Audience>>,
+    port: u16,
+    audience: Arc<Audience>,
     requests: Mutex<Receiver<Request>>,
-    told: Mutex<Told>,
+    is_closed: Arc<AtomicBool>,
+    door: Option<JoinHandle<Vec<Connection>>>,
 }
 
-/// What time viewers were told last, and when.
-#[derive(Default)]
-struct Told {
-    time: u64,
-    at: Option<Instant>,
+/// A connection and its thread.
+struct Connection {
+    stream: TcpStream,
+    thread: JoinHandle<()>,
 }
 
 impl Server {
@@ -205,107 +156,85 @@ impl Server {
         range: Option<(u64, u64)>,
     ) -> Result<Self, ServeError> {
         let failed = |error| ServeError { address: address.clone(), error };
-        let context = Context::new();
+        let listener = TcpListener::bind((address.host.as_str(), address.port)).map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        let port = listener.local_addr().map_err(failed)?.port();
         let (sender, requests) = channel();
-        let audience = Arc::new(Mutex::new(Audience::default()));
-        if let Some((start, _)) = range {
-            lock(&audience).playback = Some(Playback { state: Playing::Playing, time: start, speed: 1.0 });
-        }
-        let build = |channel: &Channel| {
-            let schema = channel.schema.clone();
-            ChannelBuilder::new(&channel.topic)
-                .context(&context)
-                .message_encoding(&channel.encoding)
-                .schema(schema.map(|(name, encoding, data)| Schema::new(name, encoding, data)))
-                .metadata(channel.metadata.clone())
-                .build_raw()
+        let audience = Arc::new(Audience::new(channels.len(), sender));
+        let is_closed = Arc::new(AtomicBool::new(false));
+        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
+        let session = format!("{}-{since}", process::id());
+        let mut greeting = vec![protocol::server_info(name, &session, range)];
+        greeting.extend(protocol::advertise(channels));
+        let door = {
+            let (audience, is_closed) = (Arc::clone(&audience), Arc::clone(&is_closed));
+            thread::spawn(move || welcome(&listener, &audience, &is_closed, greeting.into()))
         };
-        let channels = channels.iter().map(build).collect::<Result<_, _>>().map_err(failed)?;
-        let mut server = WebSocketServer::new()
-            .context(&context)
-            .bind(&address.host, address.port)
-            .name(name)
-            .capabilities([Capability::Time])
-            .message_backlog_size(BACKLOG)
-            .listener(Arc::new(Listener { audience: Arc::clone(&audience), requests: Mutex::new(sender) }));
-        if let Some((start, end)) = range {
-            server = server.playback_time_range(start, end);
-        }
-        let handle = server.start_blocking().map_err(failed)?;
         Ok(Self {
-            handle: Some(handle),
-            _context: context,
             host: address.host.clone(),
-            channels,
+            port,
             audience,
             requests: Mutex::new(requests),
-            told: Mutex::default(),
+            is_closed,
+            door: Some(door),
         })
     }
 
     /// The address for viewers.
     pub fn url(&self) -> String {
-        let port = self.handle.as_ref().map_or(0, WebSocketServerHandle::port);
         if self.host.contains(':') {
-            format!("ws://[{}]:{port}", self.host)
+            format!("ws://[{}]:{}", self.host, self.port)
         } else {
-            format!("ws://{}:{port}", self.host)
+            format!("ws://{}:{}", self.host, self.port)
         }
     }
 
     /// Number of viewers that have subscribed to something.
     pub fn viewers(&self) -> usize {
-        lock(&self.audience).subscriptions.len()
+        self.audience.count()
     }
 
-    /// Number of subscriptions there have ever been.
-    pub fn arrivals(&self) -> u64 {
-        lock(&self.audience).arrivals
+    /// True if so many viewers have subscribed to all they want, as far as can be told: nobody has subscribed for
+    /// [`QUIET`].
+    pub fn is_ready(&self, viewers: usize) -> bool {
+        viewers == 0 || (self.viewers() >= viewers && self.audience.is_quiet())
     }
 
-    /// Sends a message to those who have subscribed to its channel.
+    /// Sends a message to those who have subscribed to its channel, and keeps it for those who will.
     ///
     /// * `channel`: its number in the list that the server was opened with
     /// * `log_time`: its time \[ns\]
     pub fn send(&self, channel: usize, log_time: u64, bytes: &[u8]) {
-        self.tell_time(log_time);
-        self.channels[channel].log_with_meta(bytes, PartialMetadata::with_log_time(log_time));
+        self.audience.message(channel, log_time, bytes);
     }
 
-    /// Tells viewers the time \[ns\], unless they were told just now.
+    /// Tells viewers the time \[ns\] if there is no message to do so.
     pub fn tell_time(&self, time: u64) {
-        let mut told = lock(&self.told);
-        let is_due = told.at.is_none_or(|at| time != told.time && at.elapsed() >= TICK);
-        if let Some(handle) = self.handle.as_ref().filter(|_| is_due) {
-            handle.broadcast_time(time);
-            *told = Told { time, at: Some(Instant::now()) };
-        }
+        self.audience.time(time);
+    }
+
+    /// Forgets what has been sent: newcomers begin with what comes next.
+    pub fn begin_again(&self) {
+        self.audience.begin_again();
     }
 
     /// What viewers have asked for; waits for it until then.
     pub fn request(&self, wait: Duration) -> Option<Request> {
-        lock(&self.requests).recv_timeout(wait).ok()
+        self.requests.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(wait).ok()
     }
 
-    /// Tells viewers where the player stands.
+    /// Tells viewers where the player stands, after what has been sent before.
     ///
     /// * `did_seek`: it has jumped there
-    pub fn tell_playback(&self, playback: Playback, did_seek: bool) {
-        lock(&self.audience).playback = Some(playback);
-        if let Some(handle) = &self.handle {
-            handle.broadcast_playback_state(state(&playback, did_seek, None));
-        }
+    /// * `answer`: the request this answers
+    pub fn tell_playback(&self, playback: Playback, did_seek: bool, answer: Option<Answer>) {
+        self.audience.playback(playback, did_seek, answer);
     }
 
-    /// Notes where the player stands, for viewers that ask.
-    pub fn note_playback(&self, playback: Playback) {
-        lock(&self.audience).playback = Some(playback);
-    }
-
-    /// Gives viewers a while to fetch what is under way, before the end.
-    pub fn linger(&self) {
+    /// Holds the end until all viewers have left, for so long at most, or until `is_over`.
+    pub fn hold(&self, longest: Duration, is_over: impl Fn() -> bool) {
         let start = Instant::now();
-        while self.viewers() > 0 && start.elapsed() < LINGER {
+        while self.viewers() > 0 && start.elapsed() < longest && !is_over() {
             thread::sleep(PAUSE);
         }
     }
@@ -313,8 +242,43 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        if let Some(handle) = self.handle.take() {
-            handle.stop().wait_blocking();
+        self.is_closed.store(true, Ordering::Relaxed);
+        let connections = self.door.take().and_then(|door| door.join().ok()).unwrap_or_default();
+        self.audience.end();
+        let start = Instant::now();
+        while !self.audience.is_empty() && start.elapsed() < LINGER {
+            thread::sleep(PAUSE);
+        }
+        // who is slow, or has never said a word, is not waited for
+        for connection in connections {
+            drop(connection.stream.shutdown(Shutdown::Both));
+            drop(connection.thread.join());
         }
     }
+}
+
+/// Takes connections until the server is closed; returns those there are.
+fn welcome(
+    listener: &TcpListener,
+    audience: &Arc<Audience>,
+    is_closed: &AtomicBool,
+    greeting: Arc<[Message]>,
+) -> Vec<Connection> {
+    let mut connections: Vec<Connection> = Vec::new();
+    while !is_closed.load(Ordering::Relaxed) {
+        // errors are those of single connections, or pass
+        let Ok((stream, _)) = listener.accept() else {
+            thread::sleep(PAUSE);
+            continue;
+        };
+        connections.retain(|connection| !connection.thread.is_finished());
+        let Ok(copy) = stream.try_clone() else { continue };
+        if connections.len() >= CONNECTIONS {
+            continue;
+        }
+        let (audience, greeting) = (Arc::clone(audience), Arc::clone(&greeting));
+        let thread = thread::spawn(move || viewer::serve(stream, &audience, &greeting));
+        connections.push(Connection { stream: copy, thread });
+    }
+    connections
 }

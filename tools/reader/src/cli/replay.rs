@@ -1,9 +1,9 @@
 //! Arguments of `replay`.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use clap::Args;
-use percuss_serve::{Address, speed};
+use percuss_serve::{Address, seconds, speed};
 
 use super::{CliError, Exit, loss, say};
 use crate::{
@@ -13,7 +13,8 @@ use crate::{
 
 const REPLAY_EXAMPLES: &str = "\
 Viewers that speak the Foxglove WebSocket protocol connect to the address that is printed; those that have playback control
-play, pause and go to times. Interrupt it with Ctrl-C.
+play, pause and go to times. It begins when nobody has subscribed for 1.5 s, since viewers do that panel by panel; who
+comes later gets what has been played so far. Interrupt it with Ctrl-C.
 
 Examples:
   percuss-read replay fig5.mcap                       at ws://127.0.0.1:8765, a unit of time per second
@@ -34,9 +35,12 @@ pub(super) struct ReplayArguments {
     /// Begin again at the end
     #[arg(long = "loop", conflicts_with = "once")]
     repeat: bool,
-    /// End after the last message, instead of waiting for viewers that go back
+    /// End after the last message, when viewers have left, instead of waiting for viewers that go back
     #[arg(long)]
     once: bool,
+    /// With --once, wait for viewers to leave so many seconds at most
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, requires = "once")]
+    hold: Duration,
     /// First time, in the unit of the time column
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     from: Option<f64>,
@@ -54,6 +58,7 @@ impl ReplayArguments {
             to: self.to,
             repeat: self.repeat,
             once: self.once,
+            hold: self.hold,
         };
         let damages = replay(&self.file, &request, limits, &mut say)?;
         let damages: Vec<_> = damages.into_iter().map(|damage| (self.file.clone(), damage)).collect();

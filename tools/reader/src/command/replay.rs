@@ -35,6 +35,8 @@ pub struct Request {
     pub repeat: bool,
     /// Ends at the end.
     pub once: bool,
+    /// Longest wait for viewers to leave, at the end.
+    pub hold: Duration,
 }
 
 /// Why nothing can be replayed.
@@ -100,7 +102,7 @@ pub fn replay(
     let numbers = timeline.channels().keys().enumerate().map(|(number, id)| (*id, number)).collect();
     let server = Server::open(&request.address, &name, &channels, Some(span))?;
     say(&format!(
-        "{name}: at {} for {}; plays when a viewer has subscribed",
+        "{name}: at {} for {}; plays when viewers have subscribed",
         server.url(),
         request.address.reach()
     ));
@@ -111,12 +113,12 @@ pub fn replay(
         span,
         speed: request.speed,
         state: Playing::Playing,
+        is_waiting: true,
         head: None,
         clock: (Instant::now(), span.0),
-        arrivals: 0,
     };
     player.run(request)?;
-    player.server.linger();
+    player.server.hold(request.hold, || false);
     let mut damages = player.timeline.damages().to_vec();
     damages.extend(lost);
     Ok(damages)
@@ -152,66 +154,74 @@ struct Player {
     span: (u64, u64),
     speed: f64,
     state: Playing,
+    /// It begins when viewers have subscribed to all they want.
+    is_waiting: bool,
     /// The message that comes next.
     head: Option<Event>,
     /// A moment and the log time at it, if it plays.
     clock: (Instant, u64),
-    /// Subscriptions there have been when it ended.
-    arrivals: u64,
 }
 
 impl Player {
     fn run(&mut self, request: &Request) -> Result<(), ReplayError> {
-        while self.server.arrivals() == 0 {
-            std::thread::sleep(NAP);
-        }
-        self.start()?;
         loop {
-            let wait = match (self.state, &self.head) {
-                (Playing::Playing, Some(head)) => self.until(head.log_time).min(NAP),
-                _ => NAP,
-            };
-            if self.state == Playing::Playing && self.head.is_none() {
-                if request.once {
-                    return Ok(());
-                }
-                if request.repeat {
-                    self.start()?;
-                } else {
-                    (self.state, self.arrivals) = (Playing::Ended, self.server.arrivals());
-                    self.clock = (Instant::now(), self.span.1);
-                    self.server.tell_playback(self.playback(), false);
-                }
-                continue;
-            }
-            if let Some(asked) = self.server.request(wait) {
+            if let Some(asked) = self.server.request(self.wait()) {
                 self.obey(asked)?;
-                continue;
-            }
-            match self.state {
-                Playing::Playing => self.play()?,
-                // who comes after the end sees it from the beginning
-                Playing::Ended if self.server.viewers() == 0 => self.arrivals = self.server.arrivals(),
-                Playing::Ended if self.server.viewers() == 1 && self.server.arrivals() > self.arrivals => {
+            } else if self.is_waiting {
+                if self.server.is_ready(1) {
                     self.start()?;
                 }
-                _ => {}
+            } else if self.state == Playing::Playing {
+                self.play()?;
+                if self.head.is_none() {
+                    if request.once {
+                        return Ok(());
+                    }
+                    self.end(request.repeat)?;
+                }
+            } else if self.state == Playing::Ended && self.server.viewers() == 0 {
+                // who comes next sees it from the beginning
+                self.server.begin_again();
+                (self.state, self.is_waiting) = (Playing::Playing, true);
+                self.clock = (Instant::now(), self.span.0);
             }
+        }
+    }
+
+    /// Time until there is something to do, unless somebody asks for something.
+    fn wait(&self) -> Duration {
+        match &self.head {
+            Some(head) if self.state == Playing::Playing && !self.is_waiting => {
+                self.until(head.log_time).min(NAP)
+            }
+            _ => NAP,
         }
     }
 
     /// From the beginning.
     fn start(&mut self) -> Result<(), ReplayError> {
-        self.state = Playing::Playing;
-        self.go_to(self.span.0)
+        self.is_waiting = false;
+        self.server.begin_again();
+        self.go_to(self.span.0)?;
+        self.server.tell_playback(self.playback(), true, None);
+        Ok(())
+    }
+
+    /// The last message has been sent.
+    fn end(&mut self, repeat: bool) -> Result<(), ReplayError> {
+        if repeat {
+            return self.start();
+        }
+        self.state = Playing::Ended;
+        self.clock = (Instant::now(), self.span.1);
+        self.server.tell_playback(self.playback(), false, None);
+        Ok(())
     }
 
     fn go_to(&mut self, time: u64) -> Result<(), ReplayError> {
-        let time = time.clamp(self.span.0, self.span.1);
         self.timeline.go_to(time);
         self.head = self.next()?;
         self.clock = (Instant::now(), time);
-        self.server.tell_playback(self.playback(), true);
         Ok(())
     }
 
@@ -222,17 +232,22 @@ impl Player {
 
     fn obey(&mut self, asked: percuss_serve::Request) -> Result<(), ReplayError> {
         self.clock = (Instant::now(), self.time());
-        self.speed = asked.speed;
+        self.speed = asked.speed.unwrap_or(self.speed);
         self.state = if asked.play { Playing::Playing } else { Playing::Paused };
-        if let Some(time) = asked.seek {
-            // what a picture of that time is made of
-            for event in
-                self.timeline.latest_before(time.clamp(self.span.0, self.span.1).saturating_add(1))?
-            {
-                self.send(&event);
-            }
-            self.go_to(time)?;
+        let Some(time) = asked.seek else {
+            self.server.tell_playback(self.playback(), false, Some(asked.answer));
+            return Ok(());
+        };
+        let time = time.clamp(self.span.0, self.span.1);
+        self.is_waiting = false;
+        self.server.begin_again();
+        self.go_to(time)?;
+        self.server.tell_playback(self.playback(), true, Some(asked.answer));
+        // what a picture of that time is made of
+        for event in self.timeline.latest_before(time.saturating_add(1))? {
+            self.send(&event);
         }
+        self.server.tell_time(time);
         Ok(())
     }
 
@@ -244,7 +259,6 @@ impl Player {
             self.head = self.next()?;
         }
         self.server.tell_time(now.min(self.span.1));
-        self.server.note_playback(self.playback());
         Ok(())
     }
 
@@ -258,10 +272,10 @@ impl Player {
     fn time(&self) -> u64 {
         let (moment, time) = self.clock;
         match self.state {
-            Playing::Playing => {
+            Playing::Playing if !self.is_waiting => {
                 time.saturating_add((moment.elapsed().as_secs_f64() * self.speed * 1e9) as u64)
             }
-            Playing::Paused | Playing::Ended => time,
+            _ => time,
         }
     }
 

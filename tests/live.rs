@@ -1,0 +1,108 @@
+//! Live runs as viewers see them. The viewer puts messages at the time it was told last, as Lichtblick does.
+
+use std::{
+    io::{BufRead, BufReader, Read},
+    net::TcpStream,
+    path::Path,
+    process::{Child, Command, Stdio},
+    thread,
+    time::{Duration, Instant},
+};
+
+#[path = "../tools/serve/tests/viewer/mod.rs"]
+mod viewer;
+
+use viewer::Viewer;
+
+const LONG: Duration = Duration::from_secs(60);
+
+/// A live run of Fig. 5 with 300 steps, and its address.
+fn live(folder: &Path, arguments: &[&str]) -> (Child, String) {
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss"));
+    command.args(["run", "fig5", "-o", "run.mcap", "--live", "0"]).args(arguments);
+    let mut child = command.current_dir(folder).stderr(Stdio::piped()).spawn().expect("the program starts");
+    let mut lines = BufReader::new(child.stderr.take().expect("stderr is taken"));
+    let mut line = String::new();
+    lines.read_line(&mut line).expect("it says where it is");
+    let url = line.split_whitespace().find(|word| word.starts_with("ws://")).expect("an address").to_owned();
+    // it must not stop for nobody reading what it says
+    thread::spawn(move || drop(lines.read_to_end(&mut Vec::new())));
+    (child, url)
+}
+
+/// Watches until the run has said its last words and the drag is whole.
+fn watch_to_the_end(viewer: &mut Viewer) {
+    let is_end = |message: &viewer::Stamped| message.data.windows(9).any(|part| part == b"completed");
+    viewer.watch(LONG, |viewer| viewer.messages["/log"].iter().any(is_end));
+    viewer.watch(Duration::from_millis(300), |_| false);
+}
+
+/// `t = k/50` for k = 0 … 300 \[ns\].
+fn times() -> Vec<u64> {
+    (0..=300).map(|step| step * 20_000_000).collect()
+}
+
+fn ends(mut child: Child, viewer: Viewer) {
+    viewer.leave();
+    let start = Instant::now();
+    assert!(child.wait().expect("it ends").success());
+    assert!(
+        start.elapsed() < Duration::from_secs(5),
+        "it ends when viewers have left: {:?}",
+        start.elapsed()
+    );
+}
+
+#[test]
+fn points_are_at_their_times_at_any_pace() {
+    for pace in [&[][..], &["--pace", "10"], &["--pace"]] {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (child, url) = live(folder.path(), &[&["--wait"], pace].concat());
+        let mut viewer = Viewer::connect(&url);
+        // panel by panel: the run begins after the last
+        for topic in ["/drag", "/view/scene", "/log", "/velocity"] {
+            viewer.subscribe(&[topic]);
+            viewer.watch(Duration::from_millis(450), |_| false);
+        }
+        watch_to_the_end(&mut viewer);
+        assert_eq!((viewer.times("/drag"), viewer.times("/velocity")), (times(), times()), "pace {pace:?}");
+        assert_eq!(viewer.times("/log").first(), Some(&0));
+        assert!(!viewer.times("/view/scene").is_empty());
+        assert_eq!(viewer.jumps, 0, "pace {pace:?}");
+        ends(child, viewer);
+    }
+}
+
+#[test]
+fn who_comes_late_or_panel_by_panel_sees_the_beginning() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (child, url) = live(folder.path(), &["--pace", "2"]);
+    let mut viewer = Viewer::connect(&url);
+    for (topic, pause) in [("/drag", 500), ("/log", 500), ("/velocity", 400)] {
+        viewer.watch(Duration::from_millis(pause), |_| false);
+        viewer.subscribe(&[topic]);
+    }
+    watch_to_the_end(&mut viewer);
+    assert_eq!((viewer.times("/drag"), viewer.times("/velocity")), (times(), times()));
+    assert_eq!(viewer.times("/log").first(), Some(&0));
+    assert!(viewer.jumps > 0, "the run was under way");
+    // after the last step: all of it, too
+    let mut late = Viewer::connect(&url);
+    late.subscribe(&["/drag", "/log", "/view/scene"]);
+    watch_to_the_end(&mut late);
+    assert_eq!(late.times("/drag"), times());
+    assert_eq!(late.times("/view/scene"), [6_000_000_000]);
+    viewer.leave();
+    ends(child, late);
+}
+
+#[test]
+fn a_connection_that_says_nothing_does_not_hold_the_end() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (mut child, url) = live(folder.path(), &["--set", "mesh.cells=10", "--pace", "6"]);
+    let silent = TcpStream::connect(url.trim_start_matches("ws://")).expect("it listens");
+    let start = Instant::now();
+    assert!(child.wait().expect("it ends").success());
+    assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
+    drop(silent);
+}

@@ -1,0 +1,250 @@
+//! The viewers of a server: who is there, what they want, and what each of them gets next.
+
+use std::{
+    collections::{HashMap, VecDeque},
+    sync::{Condvar, Mutex, MutexGuard, PoisonError, mpsc::Sender},
+    time::{Duration, Instant},
+};
+
+use tungstenite::Message;
+
+use crate::{
+    Answer, Playback, QUIET, Request,
+    history::{Cursor, History},
+    protocol::Frame,
+};
+
+/// Subscriptions of a viewer that come closer together than this are answered as one.
+const BURST: Duration = Duration::from_millis(100);
+/// Answers that may wait for a viewer: what it asks for beyond that goes unanswered.
+const ANSWERS: usize = 64;
+
+/// All viewers.
+pub struct Audience {
+    state: Mutex<State>,
+    /// Something has been sent or asked for.
+    changed: Condvar,
+    requests: Mutex<Sender<Request>>,
+}
+
+struct State {
+    history: History,
+    channels: usize,
+    viewers: HashMap<u64, Viewer>,
+    /// Name of the next viewer.
+    next: u64,
+    /// When somebody subscribed last.
+    subscribed: Option<Instant>,
+    playback: Option<Playback>,
+    is_ending: bool,
+}
+
+struct Viewer {
+    cursor: Cursor,
+    /// Subscriptions that wait for the end of their burst, and when the last came.
+    wanted: Vec<(usize, u32)>,
+    wanted_at: Instant,
+    answers: VecDeque<Message>,
+}
+
+/// What a viewer gets next.
+pub enum Next {
+    /// Answers to what it asked.
+    Answers(VecDeque<Message>),
+    /// Frames, in the list that was given.
+    Frames,
+    /// Nothing more: it has left, or the server ends and it has been given everything.
+    End,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Audience {
+    /// Nobody yet.
+    ///
+    /// * `channels`: number of channels
+    /// * `requests`: where requests to the player go
+    pub fn new(channels: usize, requests: Sender<Request>) -> Self {
+        Self {
+            state: Mutex::new(State {
+                history: History::new(channels),
+                channels,
+                viewers: HashMap::new(),
+                next: 0,
+                subscribed: None,
+                playback: None,
+                is_ending: false,
+            }),
+            changed: Condvar::new(),
+            requests: Mutex::new(requests),
+        }
+    }
+
+    /// A viewer comes.
+    pub fn enter(&self) -> u64 {
+        let mut state = lock(&self.state);
+        let id = state.next;
+        state.next += 1;
+        let cursor = state.history.cursor(id);
+        let viewer =
+            Viewer { cursor, wanted: Vec::new(), wanted_at: Instant::now(), answers: VecDeque::new() };
+        state.viewers.insert(id, viewer);
+        id
+    }
+
+    /// A viewer leaves.
+    pub fn leave(&self, id: u64) {
+        lock(&self.state).viewers.remove(&id);
+        self.changed.notify_all();
+    }
+
+    /// A viewer subscribes: pairs of the number of a channel and an id for it.
+    ///
+    /// # Errors
+    ///
+    /// Which of them is impossible; the others count.
+    pub fn subscribe(&self, id: u64, wanted: Vec<(usize, u32)>) -> Result<(), String> {
+        let mut state = lock(&self.state);
+        let channels = state.channels;
+        state.subscribed = Some(Instant::now());
+        let Some(viewer) = state.viewers.get_mut(&id) else { return Ok(()) };
+        let mut outcome = Ok(());
+        for (channel, subscription) in wanted {
+            let mut known = viewer.cursor.subscriptions().chain(viewer.wanted.iter().copied());
+            if channel >= channels {
+                outcome = Err(format!("there is no channel {}", channel + 1));
+            } else if known.any(|(other, name)| other == channel || name == subscription) {
+                outcome = Err(format!(
+                    "subscription {subscription} to channel {}: one of the two is in use already",
+                    channel + 1
+                ));
+            } else {
+                viewer.wanted.push((channel, subscription));
+                viewer.wanted_at = Instant::now();
+            }
+        }
+        self.changed.notify_all();
+        outcome
+    }
+
+    /// A viewer ends subscriptions.
+    pub fn unsubscribe(&self, id: u64, subscriptions: &[u32]) {
+        if let Some(viewer) = lock(&self.state).viewers.get_mut(&id) {
+            viewer.wanted.retain(|(_, name)| !subscriptions.contains(name));
+            for subscription in subscriptions {
+                viewer.cursor.unsubscribe(*subscription);
+            }
+        }
+    }
+
+    /// A viewer gets an answer out of turn.
+    pub fn answer(&self, id: u64, message: Message) {
+        if let Some(viewer) = lock(&self.state).viewers.get_mut(&id)
+            && viewer.answers.len() < ANSWERS
+        {
+            viewer.answers.push_back(message);
+            self.changed.notify_all();
+        }
+    }
+
+    /// A viewer asks something of the player.
+    pub fn request(&self, request: Request) {
+        // without a player there is nobody to ask
+        drop(lock(&self.requests).send(request));
+    }
+
+    /// Number of viewers that have subscribed to something.
+    pub fn count(&self) -> usize {
+        let has_any =
+            |viewer: &&Viewer| !viewer.wanted.is_empty() || viewer.cursor.subscriptions().next().is_some();
+        lock(&self.state).viewers.values().filter(has_any).count()
+    }
+
+    /// True if nobody has subscribed for a while.
+    pub fn is_quiet(&self) -> bool {
+        lock(&self.state).subscribed.is_none_or(|at| at.elapsed() >= QUIET)
+    }
+
+    /// True if nobody is there any more, subscribed or not.
+    pub fn is_empty(&self) -> bool {
+        lock(&self.state).viewers.is_empty()
+    }
+
+    /// All viewers get a message.
+    pub fn message(&self, channel: usize, log_time: u64, bytes: &[u8]) {
+        lock(&self.state).history.message(channel, log_time, bytes);
+        self.changed.notify_all();
+    }
+
+    /// All viewers are told the time \[ns\].
+    pub fn time(&self, time: u64) {
+        lock(&self.state).history.time(time);
+        self.changed.notify_all();
+    }
+
+    /// All viewers are told where the player stands.
+    pub fn playback(&self, playback: Playback, did_seek: bool, answer: Option<Answer>) {
+        let mut state = lock(&self.state);
+        state.playback = Some(playback);
+        state.history.playback(playback, did_seek, answer.map(|answer| (answer.viewer, answer.request)));
+        self.changed.notify_all();
+    }
+
+    /// Newcomers begin with what comes next.
+    pub fn begin_again(&self) {
+        lock(&self.state).history.begin_again();
+    }
+
+    /// Nothing more comes: viewers are let go when they have been given everything.
+    pub fn end(&self) {
+        lock(&self.state).is_ending = true;
+        self.changed.notify_all();
+    }
+
+    /// Waits for what is next for a viewer.
+    ///
+    /// * `frames`: is empty, and gets the frames
+    pub fn next(&self, id: u64, frames: &mut Vec<Frame>) -> Next {
+        let mut guard = lock(&self.state);
+        loop {
+            let State { history, viewers, playback, is_ending, .. } = &mut *guard;
+            let Some(viewer) = viewers.get_mut(&id) else { return Next::End };
+            if !viewer.answers.is_empty() {
+                return Next::Answers(std::mem::take(&mut viewer.answers));
+            }
+            let age = viewer.wanted_at.elapsed();
+            let mut rest = None;
+            if !viewer.wanted.is_empty() {
+                if age >= BURST || *is_ending {
+                    let back = history.subscribe(&mut viewer.cursor, viewer.wanted.drain(..));
+                    if let (Some(time), Some(playback)) = (back, *playback) {
+                        let playback = Playback { time, ..playback };
+                        frames.push(Frame::Playback { playback, did_seek: true, request: None });
+                    }
+                } else {
+                    rest = Some(BURST - age);
+                }
+            }
+            history.read(&mut viewer.cursor, frames);
+            if !frames.is_empty() {
+                return Next::Frames;
+            }
+            if !history.is_at_end(&viewer.cursor) {
+                // a long way through what others want: let them have their turn
+                drop(guard);
+                guard = lock(&self.state);
+                continue;
+            }
+            guard = match rest {
+                Some(rest) => {
+                    let waited = self.changed.wait_timeout(guard, rest);
+                    waited.unwrap_or_else(PoisonError::into_inner).0
+                }
+                None if *is_ending => return Next::End,
+                None => self.changed.wait(guard).unwrap_or_else(PoisonError::into_inner),
+            };
+        }
+    }
+}

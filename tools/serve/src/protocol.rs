@@ -1,0 +1,284 @@
+//! The frames of the Foxglove WebSocket protocol: <https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md>, and of its
+//! playback control.
+//!
+//! Messages carry their log time, but viewers put them at the time that the last *time* frame before them told.
+
+use std::sync::Arc;
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tungstenite::Message;
+
+use crate::{Channel, Playback, Playing};
+
+/// Versions of the protocol, the best first. They differ in nothing that is sent here.
+pub const SUBPROTOCOLS: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
+
+const MESSAGE: u8 = 1;
+const TIME: u8 = 2;
+const PLAYBACK_STATE: u8 = 5;
+/// The one request in binary.
+const PLAYBACK_CONTROL: u8 = 3;
+/// Level of a status that tells an error.
+const ERROR: u8 = 2;
+
+/// A frame with data.
+#[derive(Clone, Debug)]
+pub enum Frame {
+    /// A message.
+    Message {
+        /// Subscription it goes to.
+        subscription: u32,
+        /// Log time \[ns\].
+        log_time: u64,
+        /// The message itself.
+        content: Arc<[u8]>,
+    },
+    /// The time of what follows \[ns\].
+    Time(u64),
+    /// Where the player stands.
+    Playback {
+        /// The state.
+        playback: Playback,
+        /// It has jumped there.
+        did_seek: bool,
+        /// Name of the request this answers.
+        request: Option<String>,
+    },
+}
+
+impl Frame {
+    /// The frame as it is sent.
+    pub fn encode(&self) -> Message {
+        let mut data;
+        match self {
+            Self::Message { subscription, log_time, content } => {
+                data = Vec::with_capacity(13 + content.len());
+                data.push(MESSAGE);
+                data.extend(subscription.to_le_bytes());
+                data.extend(log_time.to_le_bytes());
+                data.extend_from_slice(content);
+            }
+            Self::Time(time) => {
+                data = vec![TIME];
+                data.extend(time.to_le_bytes());
+            }
+            Self::Playback { playback, did_seek, request } => {
+                let request = request.as_deref().unwrap_or_default();
+                let state = match playback.state {
+                    Playing::Playing => 0,
+                    Playing::Paused => 1,
+                    Playing::Ended => 3,
+                };
+                data = vec![PLAYBACK_STATE, state];
+                data.extend(playback.time.to_le_bytes());
+                data.extend((playback.speed as f32).to_le_bytes());
+                data.push(u8::from(*did_seek));
+                data.extend((request.len() as u32).to_le_bytes());
+                data.extend_from_slice(request.as_bytes());
+            }
+        }
+        Message::binary(data)
+    }
+}
+
+/// The first frame of a server.
+///
+/// * `session`: tells this server from any other at the same address
+/// * `range`: first and last time \[ns\] of what a viewer may play
+pub fn server_info(name: &str, session: &str, range: Option<(u64, u64)>) -> Message {
+    let time = |time: u64| json!({ "sec": time / 1_000_000_000, "nsec": time % 1_000_000_000 });
+    let mut info =
+        json!({ "op": "serverInfo", "name": name, "sessionId": session, "capabilities": ["time"] });
+    if let Some((start, end)) = range {
+        info["capabilities"] = json!(["time", "playbackControl"]);
+        info["dataStartTime"] = time(start);
+        info["dataEndTime"] = time(end);
+    }
+    Message::text(info.to_string())
+}
+
+/// Channels that can be subscribed to: the number of a channel is its place in the list, its id one more.
+pub fn advertise(channels: &[Channel]) -> impl Iterator<Item = Message> + '_ {
+    const AT_ONCE: usize = 100;
+    let advertised = |(number, channel): (usize, &Channel)| {
+        let mut entry = json!({
+            "id": number + 1,
+            "topic": channel.topic,
+            "encoding": channel.encoding,
+            "schemaName": "",
+            "schema": "",
+        });
+        if let Some((name, encoding, data)) = &channel.schema {
+            entry["schemaName"] = name.as_str().into();
+            entry["schemaEncoding"] = encoding.as_str().into();
+            entry["schema"] = match encoding.as_str() {
+                "protobuf" | "flatbuffer" => STANDARD.encode(data).into(),
+                _ => String::from_utf8_lossy(data).into(),
+            };
+        }
+        if !channel.metadata.is_empty() {
+            entry["metadata"] = json!(channel.metadata);
+        }
+        entry
+    };
+    channels.chunks(AT_ONCE).enumerate().map(move |(chunk, channels)| {
+        let numbered = channels.iter().enumerate().map(|(i, channel)| (chunk * AT_ONCE + i, channel));
+        let channels: Vec<Value> = numbered.map(advertised).collect();
+        Message::text(json!({ "op": "advertise", "channels": channels }).to_string())
+    })
+}
+
+/// Tells a viewer what is wrong with its request.
+pub fn error(message: &str) -> Message {
+    Message::text(json!({ "op": "status", "level": ERROR, "message": message }).to_string())
+}
+
+/// What a viewer asks for.
+#[derive(Debug, PartialEq)]
+pub enum Asked {
+    /// Messages of channels: pairs of a number of a channel and an id for it.
+    Subscribe(Vec<(usize, u32)>),
+    /// No more messages for these ids.
+    Unsubscribe(Vec<u32>),
+    /// Something of the player.
+    Playback {
+        /// Play, or stand still.
+        play: bool,
+        /// Speed; nothing if it is none.
+        speed: Option<f64>,
+        /// Time to go to \[ns\].
+        seek: Option<u64>,
+        /// Name of the request.
+        request: String,
+    },
+    /// Something this server does not offer.
+    Other,
+}
+
+#[derive(Deserialize)]
+#[serde(tag = "op", rename_all = "camelCase", rename_all_fields = "camelCase")]
+enum Operation {
+    Subscribe {
+        subscriptions: Vec<Subscription>,
+    },
+    Unsubscribe {
+        subscription_ids: Vec<u32>,
+    },
+    #[serde(other)]
+    Other,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Subscription {
+    id: u32,
+    channel_id: usize,
+}
+
+/// Reads a request in text.
+///
+/// # Errors
+///
+/// It is no request of the protocol.
+pub fn text(text: &str) -> Result<Asked, String> {
+    Ok(match serde_json::from_str(text).map_err(|error| format!("not a request: {error}"))? {
+        Operation::Subscribe { subscriptions } => {
+            let number = |wanted: Subscription| match wanted.channel_id.checked_sub(1) {
+                Some(number) => Ok((number, wanted.id)),
+                None => Err("there is no channel 0".to_owned()),
+            };
+            Asked::Subscribe(subscriptions.into_iter().map(number).collect::<Result<_, _>>()?)
+        }
+        Operation::Unsubscribe { subscription_ids } => Asked::Unsubscribe(subscription_ids),
+        Operation::Other => Asked::Other,
+    })
+}
+
+/// Reads a request in binary.
+///
+/// # Errors
+///
+/// It is cut off, or no request of the protocol.
+pub fn binary(data: &[u8]) -> Result<Asked, String> {
+    if data.first() != Some(&PLAYBACK_CONTROL) {
+        return Ok(Asked::Other);
+    }
+    playback_control(&data[1..]).ok_or_else(|| "not a request of playback control".into())
+}
+
+fn playback_control(mut data: &[u8]) -> Option<Asked> {
+    let command = take::<1>(&mut data)?[0];
+    let speed = f64::from(f32::from_le_bytes(take(&mut data)?));
+    let has_seek = take::<1>(&mut data)?[0] != 0;
+    let seek = u64::from_le_bytes(take(&mut data)?);
+    let length = u32::from_le_bytes(take(&mut data)?) as usize;
+    let request = std::str::from_utf8(data.get(..length)?).ok()?;
+    Some(Asked::Playback {
+        play: match command {
+            0 => true,
+            1 => false,
+            _ => return None,
+        },
+        speed: (speed.is_finite() && speed > 0.0).then_some(speed),
+        seek: has_seek.then_some(seek),
+        request: request.into(),
+    })
+}
+
+fn take<const N: usize>(data: &mut &[u8]) -> Option<[u8; N]> {
+    let (head, rest) = data.split_first_chunk()?;
+    *data = rest;
+    Some(*head)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_those_of_the_specification() {
+        let content: Arc<[u8]> = b"xy".as_slice().into();
+        let message = Frame::Message { subscription: 0x0102, log_time: 5, content };
+        assert_eq!(message.encode().into_data(), &[1, 2, 1, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0, b'x', b'y'][..]);
+        assert_eq!(Frame::Time(258).encode().into_data(), &[2, 2, 1, 0, 0, 0, 0, 0, 0][..]);
+        let playback = Playback { state: Playing::Ended, time: 7, speed: 1.0 };
+        let state = Frame::Playback { playback, did_seek: true, request: Some("r".into()) };
+        let data = [5, 3, 7, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x80, 0x3f, 1, 1, 0, 0, 0, b'r'];
+        assert_eq!(state.encode().into_data(), &data[..]);
+    }
+
+    #[test]
+    fn requests_are_read() {
+        let subscribe =
+            r#"{"op":"subscribe","subscriptions":[{"id":3,"channelId":1},{"id":4,"channelId":9}]}"#;
+        assert_eq!(text(subscribe), Ok(Asked::Subscribe(vec![(0, 3), (8, 4)])));
+        assert_eq!(text(r#"{"op":"unsubscribe","subscriptionIds":[3]}"#), Ok(Asked::Unsubscribe(vec![3])));
+        assert_eq!(text(r#"{"op":"getParameters","parameterNames":[]}"#), Ok(Asked::Other));
+        for bad in [
+            "",
+            "{}",
+            r#"{"op":"subscribe"}"#,
+            r#"{"op":"subscribe","subscriptions":[{"id":1,"channelId":0}]}"#,
+        ] {
+            assert!(text(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn playback_control_is_read_and_cut_off_requests_are_refused() {
+        let mut data = vec![3, 1];
+        data.extend(2.5_f32.to_le_bytes());
+        data.push(1);
+        data.extend(9_u64.to_le_bytes());
+        data.extend(2_u32.to_le_bytes());
+        data.extend(b"id");
+        let asked = Asked::Playback { play: false, speed: Some(2.5), seek: Some(9), request: "id".into() };
+        assert_eq!(binary(&data), Ok(asked));
+        for length in 1..data.len() {
+            assert!(binary(&data[..length]).is_err(), "{length} bytes");
+        }
+        assert_eq!(binary(&[1, 0, 0]), Ok(Asked::Other));
+    }
+}
