@@ -214,6 +214,27 @@ fn views_show_what_the_other_channels_say() {
     assert_eq!(image.info().width, grid.column_count);
     assert!(image.info().height as usize > grid.data.len() / grid.row_stride as usize);
 
+    // indenter and lines lie above the plane of the field, one above the other
+    let (_, scene) = &messages::<foxglove::SceneUpdate>(&bytes, "/view/scene")[6];
+    let (_, fronts) = &messages::<foxglove::SceneUpdate>(&bytes, "/view/fronts")[4];
+    let height =
+        |pose: &Option<foxglove::Pose>| pose.as_ref().and_then(|pose| pose.position).expect("a place").z;
+    let entities = scene.entities.iter().chain(&fronts.entities);
+    let heights: BTreeMap<&str, Vec<f64>> = entities
+        .map(|entity| {
+            let triangles = entity.triangles.iter().map(|part| height(&part.pose));
+            let lines = entity.lines.iter().map(|part| height(&part.pose));
+            let arrows = entity.arrows.iter().map(|part| height(&part.pose));
+            let texts = entity.texts.iter().map(|part| height(&part.pose));
+            (entity.id.as_str(), triangles.chain(lines).chain(arrows).chain(texts).collect())
+        })
+        .collect();
+    assert_eq!(corner.z, 0.0, "the field");
+    let order =
+        [&heights["fronts"][..1], &heights["backing"], &heights["indenter"], &heights["surface"]].concat();
+    assert!(order[0] > 0.0 && order.windows(2).all(|pair| pair[0] < pair[1]), "{heights:?}");
+    assert!(heights["contact"].iter().chain(&heights["drag"]).all(|z| z > order.last().expect("a height")));
+
     // the indenter is where the exaggerated displacement puts it
     let transforms: Vec<(u64, foxglove::FrameTransforms)> = messages(&bytes, "/view/tf");
     let motion: Vec<(u64, message::Velocity)> = messages(&bytes, "/velocity");

@@ -5,7 +5,8 @@
 //!
 //! World frame of all pictures: x = r, y up (depth is −y), z towards the viewer, unit R. The frame `indenter` moves
 //! with the indenter; displacements are drawn [`Stage::exaggeration`] times their size, which the metadata of the
-//! channels state.
+//! channels state. What overlaps lies on [`Sheet`]s one above the other, the field lowest, so that no two surfaces
+//! meet and which is seen does not depend on the viewer.
 
 use std::sync::{Arc, Mutex};
 
@@ -32,7 +33,7 @@ mod tf;
 
 pub use profile::MARGIN as PROFILE_MARGIN;
 pub use section::level_range;
-pub use stage::Stage;
+pub use stage::{Sheet, Stage};
 
 use section::Section;
 
@@ -86,16 +87,16 @@ fn upright() -> foxglove::Quaternion {
     foxglove::Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }
 }
 
-/// A pose without rotation.
-fn at(x: f64, y: f64) -> foxglove::Pose {
-    foxglove::Pose { position: Some(vector(x, y)), orientation: Some(upright()) }
+/// A pose without rotation at a height above the plane of the field.
+fn at(x: f64, y: f64, z: f64) -> foxglove::Pose {
+    foxglove::Pose { position: Some(foxglove::Vector3 { x, y, z }), orientation: Some(upright()) }
 }
 
-/// A line two pixels thick through points.
-fn line(points: Vec<foxglove::Point3>, colour: foxglove::Color) -> foxglove::LinePrimitive {
+/// A line two pixels thick through points, at a height above the plane of the field.
+fn line(points: Vec<foxglove::Point3>, z: f64, colour: foxglove::Color) -> foxglove::LinePrimitive {
     foxglove::LinePrimitive {
         r#type: foxglove::line_primitive::Type::LineStrip.into(),
-        pose: Some(at(0.0, 0.0)),
+        pose: Some(at(0.0, 0.0, z)),
         thickness: 2.0,
         scale_invariant: true,
         points,

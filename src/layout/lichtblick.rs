@@ -138,8 +138,9 @@ fn section(scenery: &Scenery<'_>) -> Value {
             "targetOffset": [0, 0.5 * (1.5 * stage.top - stage.depth), 0],
             "targetOrientation": [0, 0, 0, 1],
             "fovy": 45,
-            "near": 0.01,
-            "far": 5000,
+            // near enough to each other for the sheets of the scene to be told apart
+            "near": 1e-3 * distance,
+            "far": 20.0 * distance,
         },
         "followMode": "follow-none",
         "followTf": WORLD,

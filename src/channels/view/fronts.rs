@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use super::{Stage, WORLD, colours, entity, line, point, stage::Edge};
+use super::{Sheet, Stage, WORLD, colours, entity, line, point, stage::Edge};
 use crate::{
     case::{Case, HeadKind},
     channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
@@ -55,7 +55,8 @@ impl Fronts {
             let depth = self.folded(age);
             lines.push(vec![point(-edge.r, -depth), point(edge.r, -depth)]);
         }
-        let thin = |points: Vec<Point3>| LinePrimitive { thickness: 1.0, ..line(points, colours::FRONT) };
+        let z = self.stage.height_of(Sheet::Fronts);
+        let thin = |points: Vec<Point3>| LinePrimitive { thickness: 1.0, ..line(points, z, colours::FRONT) };
         lines.into_iter().filter(|points: &Vec<_>| points.len() > 1).map(thin).collect()
     }
 

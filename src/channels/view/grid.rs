@@ -6,7 +6,7 @@
 use std::sync::{Arc, Mutex};
 
 use super::{
-    Stage, WORLD, at,
+    Sheet, Stage, WORLD, at,
     section::{Section, ZERO, level_step},
     stage::range,
     timestamp,
@@ -39,7 +39,11 @@ impl Grid {
             timestamp: None,
             frame_id: WORLD.into(),
             // the lower left corner of the section
-            pose: Some(at(-(stage.columns as f64) * stage.pixel, -(stage.rows as f64) * stage.pixel)),
+            pose: Some(at(
+                -(stage.columns as f64) * stage.pixel,
+                -(stage.rows as f64) * stage.pixel,
+                stage.height_of(Sheet::Field),
+            )),
             column_count: 2 * stage.columns as u32,
             cell_size: Some(foxglove::Vector2 { x: stage.pixel, y: stage.pixel }),
             row_stride: 2 * stage.columns as u32 * fields,

@@ -1,7 +1,8 @@
 //! `/view/image`: the section as a picture file, for every viewer that shows images.
 //!
 //! The picture is a PNG of palette colours whose pixels are the levels of `/view/field` themselves, stored and not
-//! packed: the compression of the chunk finds the same bytes in the grid before it, and is quicker than two.
+//! packed: the compression of the chunk finds the same bytes in the grid before it, and is quicker than two. Nothing is drawn
+//! over the section.
 
 use std::sync::{Arc, Mutex};
 

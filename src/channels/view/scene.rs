@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use super::{INDENTER, Stage, WORLD, at, colours, entity, line, point, stage::range, vector};
+use super::{INDENTER, Sheet, Stage, WORLD, at, colours, entity, line, point, stage::range};
 use crate::{
     case::Case,
     channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
     grid::Geometry,
     message::foxglove::{
         ArrowPrimitive, Color, LinePrimitive, Point3, Pose, Quaternion, SceneEntity, SceneUpdate,
-        TextPrimitive, TriangleListPrimitive, line_primitive,
+        TextPrimitive, TriangleListPrimitive, Vector3, line_primitive,
     },
     model::Field,
     view::View,
@@ -44,7 +44,7 @@ impl Scene {
         let full = 0.5 * stage.depth.min(stage.half_width);
         let backing = stage.thickness.map(|thickness| {
             let ends = [-stage.half_width, stage.half_width].map(|x| point(x, -thickness));
-            line(ends.to_vec(), colours::OUTLINE)
+            line(ends.to_vec(), stage.height_of(Sheet::Backing), colours::OUTLINE)
         });
         Self {
             drag_scale: full / (range(case, Field::Stress) * area),
@@ -81,7 +81,10 @@ impl Scene {
                 triangles: vec![self.body.1.clone()],
                 ..new("indenter", INDENTER)
             },
-            lines(vec![line(self.surface(view), colours::SURFACE)], new("surface", WORLD)),
+            lines(
+                vec![line(self.surface(view), stage.height_of(Sheet::Surface), colours::SURFACE)],
+                new("surface", WORLD),
+            ),
         ];
         if let Some(backing) = &self.backing {
             entities.push(lines(vec![backing.clone()], new("backing", WORLD)));
@@ -93,16 +96,16 @@ impl Scene {
         entities.push(lines(
             vec![LinePrimitive {
                 r#type: line_primitive::Type::LineList.into(),
-                ..line(points, colours::CONTACT)
+                ..line(points, stage.height_of(Sheet::Marks), colours::CONTACT)
             }],
             new("contact", WORLD),
         ));
         let tail = foot + stage.top;
         entities.push(SceneEntity {
-            arrows: arrow(tail, self.drag_scale * view.drag, tick),
+            arrows: arrow((tail, stage.height_of(Sheet::Marks)), self.drag_scale * view.drag, tick),
             texts: vec![label(
                 format!("t = {:.3}   F = {:.3}", view.time, view.drag),
-                (0.0, tail - 1.5 * tick),
+                at(0.0, tail - 1.5 * tick, stage.height_of(Sheet::Marks)),
             )],
             ..new("drag", WORLD)
         });
@@ -128,10 +131,12 @@ fn body(stage: &Stage) -> (LinePrimitive, TriangleListPrimitive) {
         let top = stage.top;
         [point(a, b), point(c, d), point(c, top), point(a, b), point(c, top), point(a, top)]
     };
-    let outline =
-        LinePrimitive { r#type: line_primitive::Type::LineLoop.into(), ..line(outline, colours::OUTLINE) };
+    let outline = LinePrimitive {
+        r#type: line_primitive::Type::LineLoop.into(),
+        ..line(outline, stage.height_of(Sheet::Outline), colours::OUTLINE)
+    };
     let filling = TriangleListPrimitive {
-        pose: Some(at(0.0, 0.0)),
+        pose: Some(at(0.0, 0.0, stage.height_of(Sheet::Body))),
         points: face.windows(2).flat_map(corners).collect(),
         color: Some(colours::BODY),
         ..TriangleListPrimitive::default()
@@ -140,7 +145,7 @@ fn body(stage: &Stage) -> (LinePrimitive, TriangleListPrimitive) {
 }
 
 /// The drag: up from the indenter where the target pushes, down where it pulls, nothing where there is none.
-fn arrow(tail: f64, length: f64, width: f64) -> Vec<ArrowPrimitive> {
+fn arrow((tail, z): (f64, f64), length: f64, width: f64) -> Vec<ArrowPrimitive> {
     if !length.is_finite() || length.abs() < 1e-3 * width {
         return Vec::new();
     }
@@ -149,7 +154,7 @@ fn arrow(tail: f64, length: f64, width: f64) -> Vec<ArrowPrimitive> {
     let half = 0.5_f64.sqrt();
     let turn = Quaternion { x: 0.0, y: 0.0, z: half * length.signum(), w: half };
     vec![ArrowPrimitive {
-        pose: Some(Pose { position: Some(vector(0.0, tail)), orientation: Some(turn) }),
+        pose: Some(Pose { position: Some(Vector3 { x: 0.0, y: tail, z }), orientation: Some(turn) }),
         shaft_length: length.abs() - head,
         shaft_diameter: 0.5 * width,
         head_length: head,
@@ -158,9 +163,9 @@ fn arrow(tail: f64, length: f64, width: f64) -> Vec<ArrowPrimitive> {
     }]
 }
 
-fn label(text: String, (x, y): (f64, f64)) -> TextPrimitive {
+fn label(text: String, pose: Pose) -> TextPrimitive {
     TextPrimitive {
-        pose: Some(at(x, y)),
+        pose: Some(pose),
         billboard: true,
         font_size: 14.0,
         scale_invariant: true,
@@ -182,7 +187,7 @@ impl Channel for Scene {
         vec![FieldNote::new(
             "entities",
             "R",
-            "indenter, deformed surface, backing, contact radius, drag; x = r, y up, displacements times exaggeration",
+            "indenter, deformed surface, backing, contact radius, drag; x = r, y up, displacements times exaggeration, z only for what covers what",
         )]
     }
 

@@ -10,6 +10,27 @@ use crate::{
 const HEAD_POINTS: u32 = 24;
 /// Share of the smaller side of the stage that the deepest displacement may take.
 const DEEPEST: f64 = 0.2;
+/// Distance between sheets as a share of the smaller side of the stage: some hundred times what viewers tell apart.
+const SHEET: f64 = 0.01;
+
+/// What covers what in pictures, from the back to the front.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sheet {
+    /// The field over the section.
+    Field,
+    /// Wave fronts.
+    Fronts,
+    /// Backing of the layer.
+    Backing,
+    /// Filling of the indenter.
+    Body,
+    /// Outline of the indenter.
+    Outline,
+    /// Surface of the target.
+    Surface,
+    /// Contact radius, drag, values.
+    Marks,
+}
 
 /// The part of the target that pictures show, and the scales they are drawn to.
 #[derive(Clone, Debug)]
@@ -88,6 +109,11 @@ impl Stage {
         -displacement * self.exaggeration
     }
 
+    /// Height of a sheet above the plane of the field \[R\].
+    pub fn height_of(&self, sheet: Sheet) -> f64 {
+        f64::from(sheet as u8) * SHEET * self.depth.min(self.half_width)
+    }
+
     /// What channels say of their scale in their metadata.
     pub fn remark(&self) -> (String, String) {
         ("exaggeration".into(), self.exaggeration.to_string())
@@ -161,6 +187,23 @@ mod tests {
         for (x, round) in [(0.03, 0.02), (0.05, 0.05), (1.0, 1.0), (999.0, 500.0)] {
             assert_eq!(round_down(x), round);
         }
+    }
+
+    #[test]
+    fn what_is_drawn_over_the_field_lies_above_it() {
+        let (_, stage) = stage("fig5");
+        let sheets = [
+            Sheet::Field,
+            Sheet::Fronts,
+            Sheet::Backing,
+            Sheet::Body,
+            Sheet::Outline,
+            Sheet::Surface,
+            Sheet::Marks,
+        ];
+        let heights = sheets.map(|sheet| stage.height_of(sheet));
+        assert_eq!(heights[0], 0.0);
+        assert!(heights.windows(2).all(|pair| pair[1] - pair[0] > 0.005), "{heights:?}");
     }
 
     #[test]
