@@ -267,6 +267,37 @@ fn views_show_what_the_other_channels_say() {
 }
 
 #[test]
+fn colours_saturate_in_a_small_part_of_the_section() {
+    let folder = folder();
+    for name in ["fig2", "fig4", "fig5", "fig6a", "fig6b", "fig6c", "fig7b", "fig8-m10", "fig9-minf"] {
+        let fields = "record.fields=[\"stress\", \"velocity\", \"displacement\"]";
+        let case = case(name, &["mesh.cells=20", "record.frames=20", fields]);
+        let bytes = record(&case, &folder.path().join(name));
+        let summary = Summary::read(&bytes).expect("a sound file").expect("a summary");
+        let channel = summary.channels.values().find(|channel| channel.topic == "/view/field");
+        let metadata = &channel.expect("a channel").metadata;
+        for field in ["stress", "velocity", "displacement"] {
+            let (low, high) = metadata[&format!("colour_range.{field}")].split_once(',').expect("two ends");
+            let range: f64 = high.parse().expect("a number");
+            assert_eq!(low, format!("-{high}"));
+            let slices: Vec<(u64, message::FieldSlice)> = messages(&bytes, &format!("/field/{field}"));
+            let values =
+                slices.iter().flat_map(|(_, slice)| &slice.values).map(|value| f64::from(value.abs()));
+            let moved: Vec<f64> = values.filter(|value| *value > 1e-6 * range).collect();
+            let beyond = moved.iter().filter(|value| **value > range).count();
+            assert!(
+                beyond as f64 <= 0.02 * moved.len() as f64,
+                "{name}, {field}: {beyond} of {}",
+                moved.len()
+            );
+            // and not for being so wide that nothing is seen
+            let largest = moved.iter().copied().fold(0.0, f64::max);
+            assert!(range <= 2.5 * largest, "{name}, {field}: {range}, {largest}");
+        }
+    }
+}
+
+#[test]
 fn views_can_be_left_out() {
     let folder = folder();
     let views = |name: &str, overrides: &[&str]| -> Vec<String> {

@@ -483,3 +483,29 @@ fn what_cannot_be_replayed() {
     let address = taken.local_addr().expect("an address").to_string();
     assert!(desk.error(1, &["replay", "a.mcap", "--addr", &address]).contains(&address));
 }
+
+#[test]
+fn reports_colour_fields_as_the_views_of_the_recording_do() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let desk = Desk { folder };
+    let mut recording = forge(60, 1);
+    recording.channel("/slice").topic = "/field/stress".into();
+    recording.metadata.push(("percuss.run".into(), forge::text_map(&[("title", "a run")])));
+    let range = |name: &str, recording: &forge::Forged| {
+        fs::write(desk.path(&format!("{name}.mcap")), recording.write(plain())).expect("a file");
+        desk.text(0, &["report", &format!("{name}.mcap")]);
+        let page = fs::read_to_string(desk.path(&format!("{name}.html"))).expect("a page");
+        let text = page.split("\"range\":").nth(1).and_then(|rest| rest.split(',').next()).expect("a range");
+        text.parse::<f64>().expect("a number")
+    };
+    // without views: what most of the values do not exceed, which are sines
+    let estimated = range("plain", &recording);
+    assert!((0.9..=1.0).contains(&estimated), "{estimated}");
+    let metadata = &mut recording.channel("/note").metadata;
+    metadata.insert("colour_range.stress".into(), "-2.5,2.5".into());
+    assert_eq!(range("viewed", &recording), 2.5);
+    // what is no range is none
+    let metadata = &mut recording.channel("/note").metadata;
+    metadata.insert("colour_range.stress".into(), "0,nan".into());
+    assert_eq!(range("odd", &recording), estimated);
+}

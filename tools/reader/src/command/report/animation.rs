@@ -17,7 +17,7 @@ const PIXELS: f64 = 16_000.0;
 /// Level of the value 0, and levels on either side of it.
 const ZERO: f64 = 128.0;
 const SIDE: f64 = 126.0;
-/// Share of the values of all frames that the colours are to tell apart.
+/// Share of the values of all frames that the colours are to tell apart, where the recording does not say their range.
 const SHOWN: f64 = 0.995;
 
 /// The frames of a matrix channel: `null` if it is none.
@@ -40,9 +40,10 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
     })?);
     samples.retain(|value| value.is_finite());
     samples.sort_by(f64::total_cmp);
-    let Some(range) = samples.get((samples.len() as f64 * SHOWN) as usize).copied() else {
+    let Some(quantile) = samples.get((samples.len() as f64 * SHOWN) as usize).copied() else {
         return Ok(Value::Null);
     };
+    let range = recorded_range(recording, &channel.topic).unwrap_or(quantile);
     if !(width > 0.0 && depth > 0.0) {
         return Ok(Value::Null);
     }
@@ -69,6 +70,16 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
         "times": times,
         "frames": frames,
     }))
+}
+
+/// Half of the range of colours in which the views of the recording show `/field/<name>`: the metadata of one of them has
+/// `colour_range.<name>` with the two ends.
+fn recorded_range(recording: &Recording, topic: &str) -> Option<f64> {
+    let key = format!("colour_range.{}", topic.rsplit('/').next()?);
+    let text = recording.channels.values().find_map(|channel| channel.metadata.get(&key))?;
+    let (low, high) = text.split_once(',')?;
+    let range = f64::max(-low.parse::<f64>().ok()?, high.parse().ok()?);
+    (range.is_finite() && range > 0.0).then_some(range)
 }
 
 /// The value at the node nearest to every pixel as a level; what is cut off is at rest.
