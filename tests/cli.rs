@@ -536,7 +536,16 @@ fn layouts_are_printed_or_written() {
     let printed = percuss(folder.path(), &["layout", "fig5"]);
     assert!(printed.status.success());
     let layout: serde_json::Value = serde_json::from_slice(&printed.stdout).expect("JSON");
-    assert_eq!(layout["configById"]["3D!section"]["foxglovePanelTitle"], "Flat punch on a layer, Fig. 5");
+    let panels = layout["configById"].as_object().expect("panels");
+    // Lichtblick reads a title of its own
+    for (name, panel) in panels {
+        let title = panel["lichtblickPanelTitle"].as_str().expect("a title");
+        assert_eq!(panel["foxglovePanelTitle"], title);
+        for axis in ["xAxisLabel", "yAxisLabel"].iter().filter(|_| name.starts_with("Plot")) {
+            assert!(panel[axis].as_str().is_some_and(|label| label.ends_with(']')), "{name}: {axis}");
+        }
+    }
+    assert_eq!(panels["3D!section"]["lichtblickPanelTitle"], "Flat punch on a layer, Fig. 5");
     let write = ["layout", "fig5", "--viewer", "plotjuggler", "-o", "layout.xml"];
     assert!(percuss(folder.path(), &write).status.success());
     let text = fs::read_to_string(folder.path().join("layout.xml")).expect("a layout");

@@ -16,7 +16,9 @@ struct Panels(Map<String, Value>);
 impl Panels {
     /// Adds a panel and returns its name.
     fn add(&mut self, kind: &str, name: &str, title: &str, mut settings: Value) -> Value {
+        // one key is Foxglove's, the other Lichtblick's
         settings["foxglovePanelTitle"] = title.into();
+        settings["lichtblickPanelTitle"] = title.into();
         let name = format!("{kind}!{name}");
         self.0.insert(name.clone(), settings);
         name.into()
@@ -36,17 +38,25 @@ pub fn layout(scenery: &Scenery<'_>) -> Value {
         motion.push(path("/drag.force", &format!("drag F [{}]", units::force(case.geometry))));
     }
     motion.push(path("/velocity.velocity", "velocity V [c_p]"));
-    let motion = panels.add("Plot", "motion", "Drag and velocity against time", plot(&motion, seconds));
+    let time = (if case.record.playback_rate == 1.0 { "t [R/c_p]" } else { "log time [s]" }, seconds);
+    let motion = panels.add(
+        "Plot",
+        "motion",
+        "Drag and velocity against time",
+        plot(&motion, time, "F [πR²γc_p²], V [c_p]"),
+    );
     let probes: Vec<Value> =
         scenery.probes().map(|(i, r)| path(&format!("/probes.stress[{i}]"), &format!("r = {r}"))).collect();
     let probes = (!probes.is_empty()).then(|| {
-        panels.add("Plot", "probes", "Interface stress [γc_p²] against time", plot(&probes, seconds))
+        let plot = plot(&probes, time, "stress [γc_p²]");
+        panels.add("Plot", "probes", "Interface stress [γc_p²] against time", plot)
     });
     let profile = scenery.has("/view/profile").then(|| {
         let curves =
             [("stress", "stress [γc_p²]"), ("displacement", "surface [R]"), ("indenter", "indenter [R]")];
         let curves = curves.map(|(field, label)| path(&format!("/view/profile.{field}[:]"), label));
-        let mut settings = plot(&curves, PROFILE_MARGIN * case.sizes.contact_reach);
+        let radius = ("r [R]", PROFILE_MARGIN * case.sizes.contact_reach);
+        let mut settings = plot(&curves, radius, "stress [γc_p²], surface and indenter [R]");
         settings["xAxisVal"] = "currentCustom".into();
         settings["xAxisPath"] = json!({ "value": "/view/profile.r[:]", "enabled": true });
         settings["isSynced"] = false.into();
@@ -82,13 +92,15 @@ fn path(value: &str, label: &str) -> Value {
     json!({ "value": value, "label": label, "enabled": true, "timestampMethod": "receiveTime", "showLine": true })
 }
 
-/// * `end`: right end of the horizontal axis, which begins at 0
-fn plot(paths: &[Value], end: f64) -> Value {
+/// * `(x_label, end)`: what the horizontal axis shows, and its right end; it begins at 0
+fn plot(paths: &[Value], (x_label, end): (&str, f64), y_label: &str) -> Value {
     json!({
         "paths": paths,
         "xAxisVal": "timestamp",
         "minXValue": 0,
         "maxXValue": end,
+        "xAxisLabel": x_label,
+        "yAxisLabel": y_label,
         "showXAxisLabels": true,
         "showYAxisLabels": true,
         "showLegend": true,
