@@ -11,6 +11,7 @@ use crate::{
     extent::{Extent, Reach},
     nest::{Counts, Nest, Spot, combinations},
     overview::Channel,
+    recording::seconds,
     table::{Cell, Heading, Kind},
     wire::{COUNT, Layout, List, Type, UNKNOWN, Values},
 };
@@ -335,7 +336,7 @@ impl Column {
     pub fn cell(&self, values: &Values, log_time: u64) -> Cell {
         let list = self.leaf.map(|leaf| &values.lists[leaf]);
         match (&self.take, list) {
-            (Take::LogTime, _) | (_, None) => Cell::Double(log_time as f64 * 1e-9),
+            (Take::LogTime, _) | (_, None) => Cell::Double(seconds(log_time)),
             (Take::Element { spot, enumeration }, Some(list)) => {
                 spot.rank(values, 0).map_or(Cell::Empty, |rank| cell(list, rank, enumeration.as_ref()))
             }

@@ -11,7 +11,7 @@ use prost_reflect::DescriptorPool;
 
 use crate::{
     field::time_leaf,
-    recording::{Damage, Found, Limits, Next, OpenError, Scan},
+    recording::{Damage, Found, Limits, Next, OpenError, Scan, seconds},
     wire::Layout,
 };
 
@@ -48,7 +48,12 @@ impl Channel {
     /// Time of a message: its field `time`, else its log time in seconds.
     pub fn time_of(&self, bytes: &[u8], log_time: u64) -> f64 {
         let time = self.layout.as_ref().and_then(|layout| layout.peek(time_leaf(layout)?, bytes));
-        time.unwrap_or(log_time as f64 * 1e-9)
+        time.unwrap_or_else(|| seconds(log_time))
+    }
+
+    /// True if messages say their time themselves.
+    pub fn has_time(&self) -> bool {
+        self.layout.as_ref().is_some_and(|layout| time_leaf(layout).is_some())
     }
 
     /// What the axes of arrays are made of: names of fields that only describe them, or positions.

@@ -49,6 +49,20 @@ impl Limits {
     }
 }
 
+/// A log time in seconds: the number next to it, so that its shortest text is that of the decimal fraction.
+///
+/// * `log_time`: \[ns\]
+pub fn seconds(log_time: u64) -> f64 {
+    const SECOND: u64 = 1_000_000_000;
+    // one rounding: up to here numerator and denominator are exact; beyond, the whole seconds are, and the rounding of
+    // the rest is far below a unit in the last place of the sum
+    if log_time <= 1 << f64::MANTISSA_DIGITS {
+        log_time as f64 / SECOND as f64
+    } else {
+        (log_time / SECOND) as f64 + (log_time % SECOND) as f64 / SECOND as f64
+    }
+}
+
 /// Why a file cannot be read at all.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
@@ -81,4 +95,22 @@ pub struct Damage {
     pub bytes: u64,
     /// What is wrong there.
     pub reason: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn log_times_are_the_seconds_next_to_them() {
+        let known = [60_000_000, 8_999_640_000, 1_700_000_000_150_000_000, 1 << 53, (1 << 53) + 1, 0];
+        // and some that look random
+        let many = (0..20_000u64).map(|k| k.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (k % 60));
+        for log_time in known.into_iter().chain(many) {
+            let text = format!("{}.{:09}", log_time / 1_000_000_000, log_time % 1_000_000_000);
+            assert_eq!(Ok(seconds(log_time)), text.parse(), "{log_time} ns");
+        }
+        assert_eq!(seconds(1_700_000_000_150_000_000).to_string(), "1700000000.15");
+        assert_eq!(seconds(60_000_000).to_string(), "0.06");
+    }
 }

@@ -170,6 +170,32 @@ fn folders_are_compared_file_by_file() {
     assert!(desk.error(2, &["diff", "old", "a.mcap"]).contains("folder"));
 }
 
+/// A recording of JSON messages, which have no fields here.
+fn json_messages(times: impl Iterator<Item = u64>) -> Vec<u8> {
+    let mut writer = plain().library("x").create(std::io::Cursor::new(Vec::new())).expect("a writer");
+    let id = writer.add_channel(0, "/status", "json", &Default::default()).expect("a channel");
+    for log_time in times {
+        let header =
+            mcap::records::MessageHeader { channel_id: id, sequence: 0, log_time, publish_time: log_time };
+        writer.write_to_known_channel(&header, b"{}").expect("a message");
+    }
+    writer.finish().expect("the end");
+    writer.into_inner().into_inner()
+}
+
+#[test]
+fn log_times_are_decimal_fractions() {
+    let desk = Desk::new();
+    let times = [1_700_000_000_150_000_000, 1_700_000_000_200_000_000, 1_700_000_008_999_640_000];
+    fs::write(desk.path("wall.mcap"), json_messages(times.into_iter())).expect("a file");
+    let text = desk.text(0, &["info", "wall.mcap"]);
+    assert!(text.contains("1700000000.15 s to 1700000008.99964 s"), "{text}");
+    fs::write(desk.path("early.mcap"), json_messages([60_000_000, 8_999_640_000].into_iter()))
+        .expect("a file");
+    let text = desk.text(0, &["info", "early.mcap"]);
+    assert!(text.contains("0.06 s to 8.99964 s"), "{text}");
+}
+
 #[test]
 fn a_new_recording_is_accepted_only_when_asked() {
     let desk = Desk::new();

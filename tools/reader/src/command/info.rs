@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::{
     overview::{Channel, Overview},
-    recording::{Damage, Limits, OpenError},
+    recording::{Damage, Limits, OpenError, seconds},
     table::Heading,
     wire::{COUNT, UNKNOWN},
 };
@@ -92,7 +92,7 @@ fn to_text(path: &Path, size: u64, overview: &Overview) -> String {
         line("chunks", format!("{}, {}, packed to {packed:.0} %", chunks.count, names.join(", ")));
     }
     if let Some((start, end)) = overview.span() {
-        line("log time", format!("{} s to {} s", start as f64 * 1e-9, end as f64 * 1e-9));
+        line("log time", format!("{} s to {} s", seconds(start), seconds(end)));
     }
     for damage in &overview.damages {
         line("damage", format!("{} (at byte {}, {} bytes lost)", damage.reason, damage.offset, damage.bytes));

@@ -13,7 +13,7 @@ use mcap::{
     records::{Metadata, Record},
 };
 
-use crate::recording::{Damage, Found, Limits, Next, OpenError, Scan};
+use crate::recording::{Damage, Found, Limits, Next, OpenError, Scan, seconds};
 
 /// Name of the metadata record that says what was lost.
 pub const RECORD: &str = "percuss.recovered";
@@ -250,7 +250,7 @@ impl Copy {
         };
         let counts: Vec<String> = lost.indexed.iter().map(count).collect();
         let what = if counts.is_empty() { "unknown messages".into() } else { counts.join(", ") };
-        let (from, to) = (lost.span.0 as f64 * 1e-9, lost.span.1 as f64 * 1e-9);
+        let (from, to) = (seconds(lost.span.0), seconds(lost.span.1));
         self.result.lost.push(format!("{}; a chunk of log time {from} s to {to} s with {what}", lost.text));
         Ok(())
     }

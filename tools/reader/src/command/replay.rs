@@ -13,7 +13,7 @@ use percuss_serve::{Address, Channel, Playback, Playing, ServeError, Server};
 use crate::{
     command::recover::{RecoverError, recover},
     messages::Recording,
-    recording::{Damage, Limits, OpenError},
+    recording::{Damage, Limits, OpenError, seconds},
     timeline::{Event, Timeline, TimelineError},
 };
 
@@ -281,7 +281,7 @@ impl Player {
 
     /// Time from now until a log time.
     fn until(&self, log_time: u64) -> Duration {
-        let rest = log_time.saturating_sub(self.time()) as f64 * 1e-9 / self.speed;
+        let rest = seconds(log_time.saturating_sub(self.time())) / self.speed;
         Duration::try_from_secs_f64(rest).unwrap_or(Duration::MAX)
     }
 
