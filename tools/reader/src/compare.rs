@@ -62,13 +62,13 @@ pub struct Options {
     pub fail_fast: bool,
 }
 
-/// What not-a-number is equal to.
+/// What not-a-number is equal to, besides the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NotANumber {
     /// Nothing.
     #[default]
-    Differs,
-    /// Itself.
+    SameBits,
+    /// Any other.
     EqualsItself,
     /// Anything: it stands for no value, and what has none is not compared.
     Skipped,
@@ -78,10 +78,15 @@ impl NotANumber {
     /// True if `x` and `y` count as equal because of what is not a number.
     fn forgives(self, x: f64, y: f64) -> bool {
         match self {
-            Self::Differs => false,
+            Self::SameBits => false,
             Self::EqualsItself => x.is_nan() && y.is_nan(),
-            Self::Skipped => x.is_nan() || y.is_nan(),
+            Self::Skipped => self.skips(x, y),
         }
+    }
+
+    /// True if `x` and `y` are not compared because one is not a number.
+    fn skips(self, x: f64, y: f64) -> bool {
+        self == Self::Skipped && (x.is_nan() || y.is_nan())
     }
 }
 

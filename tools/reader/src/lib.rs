@@ -61,7 +61,8 @@
 //!    16 messages of a channel decide; `--align` does so for good. Arrays on other axes are compared on the common range,
 //!    interpolated linearly; the fields that describe the axes are left out then, and so is `step` between messages.
 //! 3. Values are held against the first rule that fits `topic.field`, see [`compare::Tolerance`]; without a rule every bit
-//!    counts, but −0 is +0, infinities are equal by sign, and not-a-number is equal to nothing unless that is asked for.
+//!    counts: −0 is not +0, and not-a-number is equal to the same bits only, unless more is asked for. Equal bits are
+//!    equal under any tolerance.
 //!
 //! # From exodiff
 //!
@@ -90,7 +91,7 @@
 //! | `-pedantic` | the default: every bit |
 //! | `-allow_name_mismatch`, `-nosymmetric_name_check` | `--ignore` names what may be missing or new |
 //! | `-ignore_case`, `-i`, `-case_sensitive` | names are case-sensitive, as in protobuf |
-//! | `-ignore_nans` | `--nan-equal`; not-a-number against a number is a difference always |
+//! | `-ignore_nans` | `--nan-equal`, `--skip-nan` |
 //! | `-ignore_attributes`, `-ignore_sideset_df` | `--ignore` |
 //! | `-short`, `-no_short`, `-s`, `-64-bit`, `-maxnames`, `-min_coordinate_separation` | nothing of the kind in a recording |
 //! | `-help`, `-Help`, `-version`, `-copyright` | `--help`, `--version`, the licence files |

@@ -62,8 +62,8 @@ enum Expected {
     Alone(u64, &'static str),
     /// A finding of structure on topic.field.
     Structure(String),
-    /// No difference at all.
-    Equal,
+    /// The sign of a zero at a step of /profile.p[3]: all bits count, the number is the same.
+    Zero(usize),
 }
 
 fn add(value: &mut Value, how: usize) {
@@ -79,6 +79,16 @@ fn add(value: &mut Value, how: usize) {
         Value::F32(x) => *x = f32::NAN,
         other => panic!("{other:?} is no floating-point number"),
     }
+}
+
+/// Sets /profile.p[3] of a step.
+fn zero(recording: &mut Forged, step: usize, zero: f64) {
+    let message = &mut recording.channel("/profile").messages[step].1;
+    let mut list = message.get_field_by_name("p").expect("a field").into_owned();
+    if let Value::List(list) = &mut list {
+        list[3] = Value::F64(zero);
+    }
+    message.set_field_by_name("p", list);
 }
 
 /// Changes one thing somewhere in a recording.
@@ -185,12 +195,10 @@ fn mutate(recording: &mut Forged, dice: &mut Dice) -> Expected {
             message.set_field_by_name("parts", list);
             Expected::At(step, name.into())
         }
-        // the sign of zero is no difference
         _ => {
-            let channel = recording.channel("/scalar");
-            let at = dice.below(channel.messages.len());
-            channel.messages[at].1.set_field_by_name("force", Value::F64(-0.0));
-            Expected::Equal
+            let at = dice.below(recording.channel("/profile").messages.len());
+            zero(recording, at, -0.0);
+            Expected::Zero(at)
         }
     }
 }
@@ -203,17 +211,17 @@ fn five_hundred_mutations_are_found_and_located() {
         let mut a = forge(60, round);
         let mut b = a.clone();
         let expected = mutate(&mut b, &mut dice);
-        if let Expected::Equal = expected {
-            // the same step in the reference: +0
-            let zero = |m: &(u64, prost_reflect::DynamicMessage)| {
-                m.1.get_field_by_name("force").and_then(|force| force.as_f64()) == Some(0.0)
-            };
-            let at = b.channel("/scalar").messages.iter().position(zero).expect("the zero");
-            a.channel("/scalar").messages[at].1.set_field_by_name("force", Value::F64(0.0));
+        if let Expected::Zero(at) = expected {
+            zero(&mut a, at, 0.0);
         }
         let comparison = desk.forged(&a, &b, &Options::default());
         match expected {
-            Expected::Equal => assert_eq!(verdict(&comparison), Verdict::Equal, "round {round}"),
+            Expected::Zero(at) => {
+                assert_eq!(verdict(&comparison), Verdict::Different, "round {round}");
+                assert_eq!(first(&comparison), Some((at as u64, "/profile.p[3]".into())), "round {round}");
+                let tolerant = desk.forged(&a, &b, &rules(&["abs=0"]));
+                assert_eq!(verdict(&tolerant), Verdict::Within, "round {round}");
+            }
             Expected::At(step, name) => {
                 assert_eq!(verdict(&comparison), Verdict::Different, "round {round}: {name}");
                 assert_eq!(first(&comparison), Some((step, name)), "round {round}");
@@ -266,13 +274,33 @@ fn a_hundred_equal_pairs_raise_no_alarm() {
 }
 
 #[test]
-fn not_a_number_equals_itself_only_when_asked() {
+fn not_a_number_is_the_same_bits() {
     let desk = Desk::new();
-    let mut a = forge(30, 1);
-    a.channel("/scalar").messages[7].1.set_field_by_name("force", Value::F64(f64::NAN));
-    let strict = desk.forged(&a, &a, &Options::default());
+    let holding = |bits: u64| {
+        let mut recording = forge(30, 1);
+        recording.channel("/scalar").messages[7]
+            .1
+            .set_field_by_name("force", Value::F64(f64::from_bits(bits)));
+        recording
+    };
+    let a = holding(f64::NAN.to_bits());
+    for tolerance in [&[] as &[&str], &["abs=1,rel=1"]] {
+        let copy = desk.forged(&a, &a, &rules(tolerance));
+        assert_eq!(verdict(&copy), Verdict::Equal, "a copy is equal, {tolerance:?}");
+    }
+    // beside another difference too, where messages are not the same bytes
+    let mut beside = a.clone();
+    beside.channel("/scalar").messages[7].1.set_field_by_name("count", Value::I64(-9));
+    let comparison = desk.forged(&a, &beside, &Options::default());
+    assert_eq!(first(&comparison), Some((7, "/scalar.count".into())));
+    assert_eq!(verdict(&desk.forged(&a, &beside, &rules(&["/scalar.count:ignore"]))), Verdict::Equal);
+    // other bits differ, unless all that are no numbers are alike
+    let other = holding(f64::NAN.to_bits() | 5);
+    let strict = desk.forged(&a, &other, &Options::default());
     assert_eq!((verdict(&strict), first(&strict)), (Verdict::Different, Some((7, "/scalar.force".into()))));
-    let asked = desk.forged(&a, &a, &Options { nan: NotANumber::EqualsItself, ..Options::default() });
+    let told = strict.first(false).map(|(_, _, divergence)| (divergence.a.clone(), divergence.b.clone()));
+    assert_ne!(told.as_ref().map(|told| &told.0), told.as_ref().map(|told| &told.1), "told apart: {told:?}");
+    let asked = desk.forged(&a, &other, &Options { nan: NotANumber::EqualsItself, ..Options::default() });
     assert_eq!(verdict(&asked), Verdict::Equal);
     // against a number it differs still, unless it stands for no value
     let whole = forge(30, 1);
@@ -547,4 +575,19 @@ fn maps_in_another_order_are_equal() {
     };
     let (a, b) = (entry("a", 1.0), entry("b", 2.0));
     assert_eq!(decode(&[a.clone(), b.clone()].concat()), decode(&[b, a].concat()));
+}
+
+#[test]
+fn an_infinite_reference_is_no_reason_to_allow_all() {
+    let desk = Desk::new();
+    let holding = |x: f64| {
+        let mut recording = forge(30, 1);
+        recording.channel("/scalar").messages[7].1.set_field_by_name("force", Value::F64(x));
+        recording
+    };
+    let a = holding(f64::INFINITY);
+    let verdict_of = |b: f64| verdict(&desk.forged(&a, &holding(b), &rules(&["rel=1e-6"])));
+    assert_eq!(verdict_of(f64::INFINITY), Verdict::Equal);
+    assert_eq!(verdict_of(f64::NEG_INFINITY), Verdict::Different);
+    assert_eq!(verdict_of(1.0), Verdict::Different);
 }

@@ -35,8 +35,9 @@ A tolerance is PATTERN:KEY=VALUE,... or KEY=VALUE,... for all fields; the patter
 stands for anything, and the first that fits counts. Keys: abs, rel (of the reference value), peak_rel (of the largest
 magnitude of the field), range_rel (of its range), ulp (units in the last place), tube=TIME:VALUE (half-widths around the
 reference curve), l2_rel (norm of the whole field), ignore, bitwise. A value may differ by the largest of abs, rel,
-peak_rel and range_rel, or by ulp, or lie in the tube. Without any tolerance all bits must agree (-0 is +0). The file of
---tolerances holds the same as [[tolerance]] tables: field = \"/drag.*\", abs = 1e-9, tube = { time = 0.01, value = 1e-3 }.
+peak_rel and range_rel, or by ulp, or lie in the tube. Without any tolerance all bits must agree: not-a-number is itself,
+-0 is not +0 (abs=0 makes it so). The file of --tolerances holds the same as [[tolerance]] tables: field = \"/drag.*\",
+abs = 1e-9, tube = { time = 0.01, value = 1e-3 }.
 
 Exit status: 0 equal within tolerance, 1 different, 2 could not compare, 3 an input is damaged or partial: the sound part
 was compared.";
@@ -85,7 +86,7 @@ pub(super) struct DiffArguments {
     /// Topics or topic.fields that are not compared; `*` stands for anything
     #[arg(long, value_name = "PATTERN", value_delimiter = ',')]
     ignore: Vec<String>,
-    /// Not-a-number is equal to itself
+    /// Not-a-number is equal to any other, whatever their bits
     #[arg(long)]
     nan_equal: bool,
     /// Not-a-number stands for no value: such elements of either recording are not compared
@@ -223,7 +224,7 @@ impl DiffArguments {
             nan: match (self.nan_equal, self.skip_nan) {
                 (_, true) => NotANumber::Skipped,
                 (true, _) => NotANumber::EqualsItself,
-                _ => NotANumber::Differs,
+                _ => NotANumber::SameBits,
             },
             fail_fast: self.fail_fast,
         })

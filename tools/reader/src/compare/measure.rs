@@ -90,6 +90,8 @@ pub struct Measure {
     pub differing: u64,
     /// Elements beyond tolerance.
     pub beyond: u64,
+    /// Elements that were left out because one is not a number, if that stands for no value.
+    pub skipped: u64,
     /// Samples whose numbers of elements differ.
     pub lengths: u64,
     /// Largest absolute difference, and where; infinite where one of the two is no finite number.

@@ -87,7 +87,6 @@ impl Meter {
             self.shift.add(sums.a, sums.a, numbers.len());
         } else {
             self.elements(numbers, numbers, &place, &|_| None);
-            self.hold(numbers, numbers, &place, &|_| None);
         }
         if let Some(tube) = &mut self.tube {
             let late = tube.put(numbers, numbers, place);
@@ -112,13 +111,9 @@ impl Meter {
             numbers_a.truncate(length);
             numbers_b.truncate(length);
             self.measure.elements += length as u64;
-            let exact = exact_integers(a, b);
-            if let Some(unequal) = exact {
-                // beyond 2^53 different integers may be the same as doubles
-                for i in unequal {
-                    if numbers_a[i] == numbers_b[i] {
-                        numbers_b[i] = numbers_a[i].next_up();
-                    }
+            for i in hidden_differences(a, b) {
+                if numbers_a[i].to_bits() == numbers_b[i].to_bits() {
+                    numbers_b[i] = f64::from_bits(numbers_a[i].to_bits() ^ 1);
                 }
             }
             self.floats = matches!((a, b), (List::Float(_), List::Float(_)));
@@ -162,14 +157,14 @@ impl Meter {
         }
         let at = |element: usize| Place { element, position: position(element), ..place.clone() };
         if self.measure.max.as_ref().is_none_or(|(max, _)| quick.max > *max) {
-            let largest = a.iter().zip(b).position(|(x, y)| (x - y).abs() == quick.max);
+            let largest = a.iter().zip(b).position(|(&x, &y)| !is_same(x, y) && (x - y).abs() == quick.max);
             self.measure.max = Some((quick.max, at(largest.unwrap_or(0))));
         }
         if self.measure.first.is_none()
-            && let Some(i) = a.iter().zip(b).position(|(x, y)| x != y)
+            && let Some(i) = a.iter().zip(b).position(|(&x, &y)| !is_same(x, y))
         {
-            let (a, b) = (self.show(a[i]), self.show(b[i]));
-            self.note(Divergence { place: at(i), a, b }, false);
+            let divergence = self.divergence(at(i), a[i], b[i]);
+            self.note(divergence, false);
         }
     }
 
@@ -199,7 +194,8 @@ impl Meter {
                 sum_a += x;
                 sum_b += y;
             }
-            if same(x, y, self.nan) {
+            self.measure.skipped += u64::from(self.nan.skips(x, y));
+            if is_same(x, y) || self.nan.forgives(x, y) {
                 continue;
             }
             self.measure.differing += 1;
@@ -210,8 +206,8 @@ impl Meter {
                 if is_larger {
                     self.measure.max = Some((difference, place.clone()));
                 }
-                let (a, b) = (self.show(x), self.show(y));
-                self.note(Divergence { place, a, b }, false);
+                let divergence = self.divergence(place, x, y);
+                self.note(divergence, false);
             }
         }
         self.shift.add(sum_a, sum_b, a.len());
@@ -229,8 +225,12 @@ impl Meter {
         let fixed = fixed.max(tolerance.peak_rel.map_or(0.0, |share| share * scale.peak));
         let fixed = fixed.max(tolerance.range_rel.map_or(0.0, |share| share * scale.range()));
         let (rel, ulp, nan, floats) = (tolerance.rel.unwrap_or(0.0), tolerance.ulp, self.nan, self.floats);
-        // equal elements, infinities too, are within any tolerance; what is not a number is beyond all
-        let is_beyond = |x: f64, y: f64| x != y && !within((x - y).abs(), fixed.max(rel * x.abs()));
+        // equal elements, infinities too, are within any tolerance; what is not a number is beyond all, but for the
+        // same bits
+        let is_bitwise = tolerance.is_bitwise();
+        let is_beyond = |x: f64, y: f64| {
+            !is_same(x, y) && (is_bitwise || x != y && !within((x - y).abs(), fixed.max(rel * x.abs())))
+        };
         let count = a.iter().zip(b).filter(|&(&x, &y)| is_beyond(x, y)).count();
         if count == 0 {
             return;
@@ -241,7 +241,7 @@ impl Meter {
         };
         let stands = |x: f64, y: f64| is_beyond(x, y) && !forgiven(x, y);
         let pairs = || a.iter().zip(b);
-        let beyond = if ulp.is_none() && nan == NotANumber::Differs {
+        let beyond = if ulp.is_none() && nan == NotANumber::SameBits {
             count
         } else {
             pairs().filter(|&(&x, &y)| stands(x, y)).count()
@@ -251,14 +251,20 @@ impl Meter {
             && let Some(i) = pairs().position(|(&x, &y)| stands(x, y))
         {
             let place = Place { element: i, position: position(i), ..at.clone() };
-            let (a, b) = (self.show(a[i]), self.show(b[i]));
-            self.note(Divergence { place, a, b }, true);
+            let divergence = self.divergence(place, a[i], b[i]);
+            self.note(divergence, true);
         }
     }
 
-    /// The shortest text that reads back as this number of the field's type.
-    fn show(&self, number: f64) -> String {
-        if self.floats { format!("{:?}", number as f32) } else { format!("{number:?}") }
+    /// Two numbers that differ, each as the shortest text that reads back as the number of the field's type.
+    fn divergence(&self, place: Place, a: f64, b: f64) -> Divergence {
+        let is_payload = a.is_nan() && b.is_nan();
+        let show = |number: f64| match (is_payload, self.floats) {
+            (true, _) => format!("NaN with bits {:016x}", number.to_bits()),
+            (false, true) => format!("{:?}", number as f32),
+            (false, false) => format!("{number:?}"),
+        };
+        Divergence { place, a: show(a), b: show(b) }
     }
 
     fn texts(&mut self, a: &List, b: &List, sample: &Sample<'_>) {
@@ -306,20 +312,22 @@ impl Meter {
         let limit = self.rule.as_ref().and_then(|rule| rule.tolerance.l2_rel);
         let by_norm = limit.is_none_or(|limit| {
             let finite = self.measure.max.as_ref().is_none_or(|(max, _)| max.is_finite());
-            finite && self.measure.sums.d2.sqrt() <= limit * self.measure.sums.aa.sqrt()
+            // of numbers so large that their squares are not finite, nothing is known
+            let norm = self.measure.sums.d2.sqrt();
+            finite && norm.is_finite() && norm <= limit * self.measure.sums.aa.sqrt()
         });
         by_norm && self.measure.beyond == 0 && self.measure.lengths == 0
     }
 }
 
-/// False for what is not a number.
+/// False for what is not a number, and for infinite differences: relative to an infinity all others would be within.
 fn within(difference: f64, allowed: f64) -> bool {
-    difference <= allowed
+    difference.is_finite() && difference <= allowed
 }
 
-/// Equal as numbers: −0 is +0, infinities by sign; not-a-number only if that is asked for.
-pub(super) fn same(x: f64, y: f64, nan: NotANumber) -> bool {
-    x == y || nan.forgives(x, y)
+/// The same bits: −0 is not +0, not-a-number is itself.
+pub(super) fn is_same(x: f64, y: f64) -> bool {
+    x.to_bits() == y.to_bits()
 }
 
 /// Distance of two numbers of the same type in units in the last place.
@@ -339,15 +347,19 @@ fn ulps(x: f64, y: f64, floats: bool) -> Option<u64> {
     })
 }
 
-/// Elements that differ as integers, where both lists are integers.
-fn exact_integers(a: &List, b: &List) -> Option<Vec<usize>> {
-    fn unequal<T: PartialEq>(a: &[T], b: &[T]) -> Vec<usize> {
-        a.iter().zip(b).enumerate().filter(|(_, (x, y))| x != y).map(|(i, _)| i).collect()
+/// Elements that differ though they may be the same as doubles: integers beyond 2^53, and floats that are not a
+/// number, whose signalling bit is lost.
+fn hidden_differences(a: &List, b: &List) -> Vec<usize> {
+    fn places<T: Copy>(a: &[T], b: &[T], differ: impl Fn(T, T) -> bool) -> Vec<usize> {
+        a.iter().zip(b).enumerate().filter(|(_, (x, y))| differ(**x, **y)).map(|(i, _)| i).collect()
     }
     match (a, b) {
-        (List::Int(a), List::Int(b)) => Some(unequal(a, b)),
-        (List::UInt(a), List::UInt(b)) => Some(unequal(a, b)),
-        _ => None,
+        (List::Int(a), List::Int(b)) => places(a, b, |x, y| x != y),
+        (List::UInt(a), List::UInt(b)) => places(a, b, |x, y| x != y),
+        (List::Float(a), List::Float(b)) => {
+            places(a, b, |x, y| x.is_nan() && y.is_nan() && x.to_bits() != y.to_bits())
+        }
+        _ => Vec::new(),
     }
 }
 
@@ -379,7 +391,7 @@ mod tests {
 
     fn meter(rule: &str) -> Meter {
         let rule = (!rule.is_empty()).then(|| rule.parse().expect("a rule"));
-        Meter::new(rule, None, NotANumber::Differs)
+        Meter::new(rule, None, NotANumber::SameBits)
     }
 
     fn put(meter: &mut Meter, k: u64, a: &[f64], b: &[f64]) {
@@ -390,18 +402,70 @@ mod tests {
 
     #[test]
     fn zeros_infinities_and_not_a_number() {
-        let mut plain = meter("");
-        put(&mut plain, 0, &[0.0, f64::INFINITY], &[-0.0, f64::INFINITY]);
-        assert_eq!((plain.measure.differing, plain.measure.beyond), (0, 0));
-        put(&mut plain, 1, &[f64::INFINITY], &[f64::NEG_INFINITY]);
-        put(&mut plain, 2, &[f64::NAN], &[f64::NAN]);
-        put(&mut plain, 3, &[1.0], &[f64::NAN]);
-        assert_eq!((plain.measure.differing, plain.measure.beyond), (3, 3));
+        let other = f64::from_bits(f64::NAN.to_bits() ^ 1);
+        // a pair of values; whether it differs at all; whether it is beyond no tolerance, and beyond some
+        for (a, b, differs, bitwise, tolerant) in [
+            (f64::NAN, f64::NAN, false, false, false),
+            (f64::INFINITY, f64::INFINITY, false, false, false),
+            (-0.0, -0.0, false, false, false),
+            (0.0, -0.0, true, true, false),
+            (f64::NAN, other, true, true, true),
+            (f64::NAN, -f64::NAN, true, true, true),
+            (f64::NAN, 1.0, true, true, true),
+            (1.0, f64::NAN, true, true, true),
+            (f64::INFINITY, f64::NEG_INFINITY, true, true, true),
+            (f64::INFINITY, f64::MAX, true, true, true),
+        ] {
+            // alone, and beside another that is not finite
+            for with in [&[1.5][..], &[f64::INFINITY]] {
+                let (a, b) = ([with, &[a][..]].concat(), [with, &[b][..]].concat());
+                for (rule, beyond) in [("", bitwise), ("bitwise", bitwise), ("abs=9,rel=9", tolerant)] {
+                    let mut meter = meter(rule);
+                    put(&mut meter, 0, &a, &b);
+                    let counts = (meter.measure.differing, meter.measure.beyond);
+                    assert_eq!(counts, (u64::from(differs), u64::from(beyond)), "{a:?}, {b:?}, {rule}");
+                    let first = meter.measure.first.as_ref().map(|first| first.place.element);
+                    assert_eq!(first, differs.then_some(1), "{a:?}, {b:?}, {rule}");
+                    assert_eq!(meter.measure.max.as_ref().map(|(_, place)| place.element), first);
+                }
+            }
+        }
+        for rule in ["ulp=0", "tube=0:0"] {
+            let mut meter = meter(rule);
+            put(&mut meter, 0, &[f64::NAN, 0.0], &[f64::NAN, -0.0]);
+            meter.finish();
+            assert_eq!(meter.measure.beyond, 0, "{rule}");
+        }
         let mut nan_equal =
             Meter::new(Some("abs=9".parse().expect("a rule")), None, NotANumber::EqualsItself);
         put(&mut nan_equal, 0, &[f64::NAN, 1.0], &[f64::NAN, f64::NAN]);
         assert_eq!((nan_equal.measure.differing, nan_equal.measure.beyond), (1, 1));
         assert!(!nan_equal.is_within());
+        put(&mut nan_equal, 1, &[f64::NAN], &[other]);
+        assert_eq!((nan_equal.measure.differing, nan_equal.measure.beyond), (1, 1), "whatever their bits");
+        let mut skipping = Meter::new(None, None, NotANumber::Skipped);
+        put(&mut skipping, 0, &[f64::NAN, 1.0, 2.0], &[3.0, f64::NAN, 2.0]);
+        let measure = &skipping.measure;
+        assert_eq!((measure.differing, measure.beyond, measure.elements, measure.skipped), (0, 0, 3, 2));
+    }
+
+    #[test]
+    fn floats_that_are_not_a_number_are_compared_exactly() {
+        // a quiet and a signalling one are the same as doubles
+        let [quiet, signalling] = [0x7fc0_0001, 0x7f80_0001].map(f32::from_bits);
+        for (other, differing) in [(quiet, 0), (signalling, 1)] {
+            let mut meter = meter("");
+            let (a, b) = (List::Float(vec![quiet]), List::Float(vec![other]));
+            meter.take(&Sample { a: &a, b: &b, place: Place::default(), position: &|_| None });
+            assert_eq!((meter.measure.differing, meter.measure.beyond), (differing, differing));
+        }
+    }
+
+    #[test]
+    fn a_norm_that_is_not_finite_is_no_proof() {
+        let mut meter = meter("l2_rel=0.1");
+        put(&mut meter, 0, &[1e200], &[-3e200]);
+        assert!(!meter.is_within());
     }
 
     #[test]

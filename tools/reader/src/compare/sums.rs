@@ -83,7 +83,7 @@ impl Pairs {
             max[lane] = if difference > max[lane] { difference } else { max[lane] };
             least[lane] = if x < least[lane] { x } else { least[lane] };
             greatest[lane] = if x > greatest[lane] { x } else { greatest[lane] };
-            differing[lane] += u64::from(x != y);
+            differing[lane] += u64::from(x.to_bits() != y.to_bits());
         };
         let ((chunks_a, rest_a), (chunks_b, rest_b)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
         for (xs, ys) in chunks_a.iter().zip(chunks_b) {

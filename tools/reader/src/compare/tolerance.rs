@@ -13,8 +13,8 @@ use crate::select::Pattern;
 /// ```
 ///
 /// or by `ulp` units in the last place, or lie in the `tube` around the reference. `l2_rel` is asked of the field as a
-/// whole: ‖a − b‖₂ ≤ l2_rel·‖a‖₂; alone, it leaves single elements free. Without any of these, all bits must agree
-/// (but −0 is +0).
+/// whole: ‖a − b‖₂ ≤ l2_rel·‖a‖₂; alone, it leaves single elements free. Equal bits are always equal: not-a-number is
+/// itself. Without any of these, all bits must agree: −0 is not +0.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Tolerance {
@@ -54,6 +54,11 @@ impl Tolerance {
         let allowances = [self.abs, self.rel, self.peak_rel, self.range_rel];
         let any = allowances.iter().any(Option::is_some) || self.ulp.is_some() || self.tube.is_some();
         any || self.l2_rel.is_none()
+    }
+
+    /// True if nothing but the same bits is allowed.
+    pub fn is_bitwise(&self) -> bool {
+        self.ulp.is_none() && self.tube.is_none() && self.numbers().next().is_none()
     }
 
     /// True if the reference has to be read before it is compared.

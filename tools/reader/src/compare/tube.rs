@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::{
     NotANumber,
     measure::{Divergence, Place},
-    meter::same,
+    meter::is_same,
     tolerance::Tube,
 };
 
@@ -73,7 +73,7 @@ impl TubeState {
                 }
             }
             let inside = low - self.tube.value <= value && value <= high + self.tube.value;
-            if !inside && !same(centre, value, self.nan) {
+            if !inside && !is_same(centre, value) && centre != value && !self.nan.forgives(centre, value) {
                 let place = Place { element: i, ..place.clone() };
                 late.push(Divergence { place, a: format!("{low:?} to {high:?}"), b: format!("{value:?}") });
             }
