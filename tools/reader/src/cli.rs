@@ -131,6 +131,8 @@ pub enum Exit {
     No,
     /// Done with loss: the file is damaged or cut off.
     Loss,
+    /// There is no answer: what was asked for is not in what was read.
+    NoAnswer,
 }
 
 impl From<Exit> for ExitCode {
@@ -139,6 +141,7 @@ impl From<Exit> for ExitCode {
             Exit::Done => Self::SUCCESS,
             Exit::No => Self::from(1),
             Exit::Loss => Self::from(3),
+            Exit::NoAnswer => Self::from(2),
         }
     }
 }

@@ -10,6 +10,7 @@
 //! Memory does not grow with the length of the recordings: messages wait only until their counterparts are read.
 
 mod align;
+mod clock;
 mod measure;
 mod meter;
 mod resample;
@@ -31,6 +32,8 @@ pub use shift::MAX_SHIFT;
 pub use structure::{Change, Finding, Kind};
 pub use tolerance::{Rule, Rules, Tolerance, Tube};
 
+use clock::Start;
+
 use crate::{
     messages::Recording,
     overview::Channel,
@@ -50,6 +53,8 @@ pub struct Options {
     pub every: u64,
     /// How messages are brought together; by itself if none.
     pub mode: Option<Mode>,
+    /// Times count from the start of each recording. Without a mode, also where the recordings have no time in common.
+    pub relative: bool,
     /// What is allowed.
     pub rules: Rules,
     /// First time compared.
@@ -124,9 +129,48 @@ pub struct Comparison {
     pub partial: Vec<PathBuf>,
     /// True if not everything was compared, because of [`Options::fail_fast`].
     pub stopped_early: bool,
+    /// What was to be compared and could not be.
+    pub gaps: Vec<Gap>,
+}
+
+/// Something that was to be compared and could not be. To call it equal would be no answer.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Gap {
+    /// No value at all was compared.
+    #[error("nothing was compared: {0}")]
+    Nothing(String),
+    /// Both recordings have messages, at times of which none is in both.
+    #[error(
+        "`{topic}`: no time in common: {} messages from {} to {}, {} from {} to {} in the new recording; --align relative \
+         counts times from the start of each recording, --align order compares one message after the other",
+        messages[0], spans[0].0, spans[0].1, messages[1], spans[1].0, spans[1].1
+    )]
+    Apart {
+        /// Topic.
+        topic: String,
+        /// Messages of reference and new recording.
+        messages: [u64; 2],
+        /// First and last time of both.
+        spans: [(f64, f64); 2],
+    },
+    /// Arrays of a field have no part of their axes in common.
+    #[error("`{topic}.{field}`: the axes of its arrays have no part in common, in none of {samples} samples")]
+    Elsewhere {
+        /// Topic.
+        topic: String,
+        /// Path of the field.
+        field: String,
+        /// Samples.
+        samples: u64,
+    },
 }
 
 impl Options {
+    /// True if a time is in the window.
+    fn is_in_window(&self, time: f64) -> bool {
+        !(self.from.is_some_and(|from| time < from) || self.to.is_some_and(|to| time > to))
+    }
+
     /// True if a field takes part.
     fn compares(&self, topic: &str, field: &str) -> bool {
         let chosen = self.fields.is_empty() || self.fields.iter().any(|pattern| pattern.fits(field));
@@ -135,15 +179,19 @@ impl Options {
 }
 
 impl Comparison {
-    /// True if all that was compared is within tolerance.
-    pub fn is_within(&self) -> bool {
-        self.structure.is_empty() && self.channels.iter().all(ChannelReport::is_within)
+    /// True if something is different beyond tolerance.
+    pub fn is_different(&self) -> bool {
+        !self.structure.is_empty() || self.channels.iter().any(ChannelReport::is_different)
     }
 
-    /// True if all that was compared is the same bit for bit.
+    /// True if all that was to be compared was, and is within tolerance.
+    pub fn is_within(&self) -> bool {
+        !self.is_different() && self.gaps.is_empty()
+    }
+
+    /// True if all that was to be compared was, and is the same bit for bit.
     pub fn is_equal(&self) -> bool {
-        let same = |field: &FieldReport| field.ignored || (field.measure.differing == 0 && field.within);
-        self.is_within() && self.channels.iter().all(|channel| channel.fields.iter().all(same))
+        self.is_within() && !self.channels.iter().any(ChannelReport::is_notable)
     }
 
     /// True if a file is damaged or did not come to its planned end.
@@ -164,7 +212,7 @@ impl Comparison {
 }
 
 /// A channel that both recordings have.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ChannelReport {
     /// Topic.
     pub topic: String,
@@ -178,8 +226,12 @@ pub struct ChannelReport {
     pub only_b: u64,
     /// Earliest message without counterpart: its place, and whether it is the reference's.
     pub first_alone: Option<(Place, bool)>,
-    /// Messages outside the common window of time, where that is not held against them.
-    pub outside: u64,
+    /// Messages of both in the window of time that was asked for.
+    pub messages: [u64; 2],
+    /// First and last time of those.
+    pub spans: [Option<(f64, f64)>; 2],
+    /// Messages of both outside the common window of time, where that is not held against them.
+    pub outside: [u64; 2],
     /// Messages that could not be decoded.
     pub undecoded: u64,
     /// Arrays were compared on the common range of different axes.
@@ -189,9 +241,46 @@ pub struct ChannelReport {
 }
 
 impl ChannelReport {
-    /// True if the channel is within tolerance.
+    /// True if something of the channel is different beyond tolerance.
+    pub fn is_different(&self) -> bool {
+        self.only_a + self.only_b + self.undecoded > 0 || self.fields.iter().any(|field| !field.within)
+    }
+
+    /// True if all that was to be compared was, and is within tolerance.
     pub fn is_within(&self) -> bool {
-        self.only_a + self.only_b + self.undecoded == 0 && self.fields.iter().all(|field| field.within)
+        !self.is_different() && self.gaps().next().is_none()
+    }
+
+    /// True if not everything of the channel is in both recordings, the same bit for bit.
+    pub fn is_notable(&self) -> bool {
+        let part = self.outside != [0; 2] || self.axes_differ;
+        let differs =
+            |field: &FieldReport| !field.ignored && (field.measure.differing + field.measure.apart > 0);
+        part || !self.is_within() || self.fields.iter().any(differs)
+    }
+
+    /// Values compared.
+    pub fn values(&self) -> u64 {
+        let fields = self.fields.iter().filter(|field| !field.ignored);
+        fields.map(|field| field.measure.elements - field.measure.skipped).sum()
+    }
+
+    /// What was to be compared and could not be.
+    pub fn gaps(&self) -> impl Iterator<Item = Gap> {
+        let topic = || self.topic.clone();
+        let apart = match self.spans {
+            [Some(a), Some(b)] if self.compared + self.only_a + self.only_b == 0 => {
+                Some(Gap::Apart { topic: topic(), messages: self.messages, spans: [a, b] })
+            }
+            _ => None,
+        };
+        let elsewhere = move |field: &FieldReport| {
+            let measure = &field.measure;
+            let samples = measure.apart;
+            let is_gap = !field.ignored && measure.elements == 0 && samples > 0;
+            is_gap.then(|| Gap::Elsewhere { topic: topic(), field: field.path.clone(), samples })
+        };
+        apart.into_iter().chain(self.fields.iter().filter_map(elsewhere))
     }
 }
 
@@ -229,12 +318,19 @@ pub fn compare(
     mut watch: Option<Watch<'_>>,
 ) -> Result<Comparison, CompareError> {
     structure::find_chosen(a, b, options)?;
-    let (pairs, structure) = structure::pair(a, b, options);
+    let (mut pairs, structure) = structure::pair(a, b, options);
+    clock::set_starts(a, b, options, &mut pairs)?;
     let provenance = structure::provenance(a, b)?;
     let derived = structure::derived(a, b, options);
     let mut comparison = Comparison { structure, provenance, derived, ..Comparison::default() };
+    // times that count from a start are not those of the file
+    let is_relative = pairs.iter().any(|pair| pair.starts.is_some());
+    let window = |recording: &Recording| match is_relative {
+        true => None,
+        false => recording.log_window(options.from, options.to),
+    };
     let scales = if pairs.iter().any(|pair| needs_scale(a, pair, &options.rules)) {
-        scales(a, &pairs, options)?
+        scales(a, &pairs, options, window(a))?
     } else {
         HashMap::new()
     };
@@ -246,7 +342,11 @@ pub fn compare(
         by_b.insert(pair.b, channels.len());
         channels.push(align::Aligner::new(a, b, pair, options, &scales, room));
     }
-    let files = [stream::Input { recording: a, slots: by_a }, stream::Input { recording: b, slots: by_b }];
+    let [origin_a, origin_b] = clock::origins(a, b, options);
+    let files = [
+        stream::Input { recording: a, slots: by_a, window: window(a), origin: origin_a },
+        stream::Input { recording: b, slots: by_b, window: window(b), origin: origin_b },
+    ];
     let (damages, stopped_early) = stream::run(files, options, &mut channels, &mut watch)?;
     comparison.damages = damages;
     for recording in [a, b] {
@@ -261,7 +361,42 @@ pub fn compare(
     }
     comparison.stopped_early = stopped_early;
     comparison.channels = channels.into_iter().map(align::Aligner::report).collect();
+    comparison.gaps = gaps(&comparison, options);
     Ok(comparison)
+}
+
+/// What was to be compared and could not be; that nothing was, only if nothing else says why.
+fn gaps(comparison: &Comparison, options: &Options) -> Vec<Gap> {
+    let mut gaps: Vec<Gap> = comparison.channels.iter().flat_map(ChannelReport::gaps).collect();
+    let values: u64 = comparison.channels.iter().map(ChannelReport::values).sum();
+    if values > 0 || !gaps.is_empty() || comparison.is_different() {
+        return gaps;
+    }
+    let messages: u64 = comparison.channels.iter().flat_map(|channel| channel.messages).sum();
+    let why = match (comparison.channels.is_empty(), messages) {
+        (true, _) if !comparison.derived.is_empty() => {
+            let topics: Vec<&str> = comparison.derived.iter().map(String::as_str).collect();
+            format!(
+                "all topics are derived from others; name those to compare (--topic {})",
+                topics.join(",")
+            )
+        }
+        (true, _) if options.rules.rules.iter().any(|rule| rule.tolerance.ignore) => {
+            "--ignore leaves no topic".into()
+        }
+        (true, _) => "neither recording has a topic".into(),
+        (false, 0) => match (options.from, options.to) {
+            (None, None) => "neither recording has a message".into(),
+            (from, to) => {
+                let from = from.map_or(String::new(), |from| format!(" from {from}"));
+                let to = to.map_or(String::new(), |to| format!(" to {to}"));
+                format!("neither recording has a message at times{from}{to}; `info` shows their times")
+            }
+        },
+        (false, _) => "no field that was chosen has a value (--topic, --field, --ignore, --skip-nan)".into(),
+    };
+    gaps.push(Gap::Nothing(why));
+    gaps
 }
 
 /// Why a comparison failed.
@@ -304,9 +439,12 @@ fn scales(
     a: &Recording,
     pairs: &[structure::Pair],
     options: &Options,
+    window: Option<(u64, u64)>,
 ) -> Result<HashMap<(u16, usize), Scale>, OpenError> {
     let mut scales: HashMap<(u16, usize), Scale> = HashMap::new();
-    let mut messages = a.messages(pairs.iter().map(|pair| pair.a), a.log_window(options.from, options.to))?;
+    let starts: HashMap<u16, Option<Start>> =
+        pairs.iter().map(|pair| (pair.a, pair.starts.map(|[start, _]| start))).collect();
+    let mut messages = a.messages(starts.keys().copied(), window)?;
     let mut values = HashMap::new();
     let mut numbers = Vec::new();
     loop {
@@ -314,10 +452,8 @@ fn scales(
             let channel: &Channel = &a.channels[&message.channel];
             let Some(layout) = &channel.layout else { return };
             let values = values.entry(message.channel).or_insert_with(|| layout.values());
-            let time = channel.time_of(message.data, message.log_time);
-            let is_outside =
-                options.from.is_some_and(|from| time < from) || options.to.is_some_and(|to| time > to);
-            if is_outside || layout.decode(message.data, values).is_err() {
+            let time = clock::time(channel, starts[&message.channel], message.data, message.log_time);
+            if !options.is_in_window(time) || layout.decode(message.data, values).is_err() {
                 return;
             }
             for (leaf, list) in values.lists.iter().enumerate() {

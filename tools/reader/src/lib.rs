@@ -58,11 +58,16 @@
 //!    too, TOML key by key, but only for information: they say why numbers differ. `percuss.host` never takes part.
 //! 2. Messages are paired by step if equal steps are at equal times, else by exact time if more than half of them have
 //!    a partner, else the new recording is interpolated at the times of the reference, on the common window. The first
-//!    16 messages of a channel decide; `--align` does so for good. Arrays on other axes are compared on the common range,
-//!    interpolated linearly; the fields that describe the axes are left out then, and so is `step` between messages.
+//!    16 messages of a channel decide; `--align` does so for good. Recordings without any common time, as of wall clocks,
+//!    are compared from the start of each (`--align relative`), which is said; the fields that say when are left out
+//!    then. Arrays on other axes are compared on the common range, interpolated linearly; the fields that describe the
+//!    axes are left out then, and so is `step` between messages.
 //! 3. Values are held against the first rule that fits `topic.field`, see [`compare::Tolerance`]; without a rule every bit
 //!    counts: −0 is not +0, and not-a-number is equal to the same bits only, unless more is asked for. Equal bits are
 //!    equal under any tolerance.
+//! 4. What was to be compared and could not be is never equal: a channel without common times, arrays without a common
+//!    part of their axes, a window or selection without any value. That is a verdict of its own, unless something else
+//!    is different.
 //!
 //! # From exodiff
 //!
@@ -80,7 +85,7 @@
 //! | `-summary` (writes a command file with ranges) | peaks and ranges need no writing down: `peak_rel`, `range_rel` |
 //! | `-interpolate` | by itself where times differ; `--align linear`, `cubic`, `nearest` |
 //! | `-final_time_tolerance` | none: what lies outside the common window is counted and told |
-//! | `-TimeStepOffset`, `-T`, `-TA`, `-TM`, `-explicit` | `--align time` or `order`; the best shift in time is told for every field that differs |
+//! | `-TimeStepOffset`, `-T`, `-TA`, `-TM`, `-explicit` | `--align time`, `order` or `relative`; the best shift in time is told for every field that differs |
 //! | `-steps`, `-x`, `-exclude` | `--from`, `--to`, `--every` |
 //! | `-map`, `-m`, `-partial`, `-p`, `-match_ids`, `-match_file_order`, `-match_by_name`, `-nsmap`, `-ssmap`, `-no_nsmap`, `-no_ssmap`, `-dumpmap`, `-show_unmatched`, `-ignore_maps`, `-ignore_dups` | arrays have axes: different ones are brought together by position, the common range is compared |
 //! | `-norms`, `-l1norms`, `-l2norms` | always told; `--l2-rel` makes one a criterion |

@@ -33,6 +33,8 @@ pub struct Recording {
     pub attachments: Vec<Attachment>,
     /// Program that wrote it; empty if only the summary was read.
     pub library: String,
+    /// First and last log time of all messages \[ns\].
+    pub span: Option<(u64, u64)>,
     /// What is damaged or cut off, as far as it had to be read.
     pub damages: Vec<Damage>,
     limits: Limits,
@@ -54,6 +56,7 @@ impl Recording {
         let overview = Overview::read(path, limits)?;
         Ok(Self {
             path: path.into(),
+            span: overview.span(),
             channels: overview.channels,
             metadata: overview.metadata,
             attachments: overview.attachments,
@@ -110,6 +113,8 @@ impl Recording {
             metadata,
             attachments,
             library: String::new(),
+            span: (statistics.message_count > 0)
+                .then_some((statistics.message_start_time, statistics.message_end_time)),
             damages: Vec::new(),
             limits,
             from_index: true,

@@ -410,7 +410,10 @@ fn other_times_and_meshes_are_interpolated() {
     assert_eq!(profile.alignment.mode, Some(Mode::Linear));
     assert!(profile.alignment.by_itself && profile.axes_differ);
     // the fine recording ends at 139 · 0.007 = 0.973
-    assert_eq!((profile.compared, profile.outside), (49, 1));
+    assert_eq!((profile.compared, profile.outside), (49, [1, 0]));
+    let reversed = desk.forged(&fine, &coarse, &loose(None));
+    let profile = reversed.channels.iter().find(|channel| channel.topic == "/profile").expect("the channel");
+    assert_eq!((profile.compared, profile.outside), (140, [0, 1]), "what is left of the new one is told too");
     let (by_linear, by_cubic, by_nearest) = (
         worst(&linear, "/scalar", "force"),
         worst(&desk.forged(&coarse, &fine, &loose(Some(Mode::Cubic))), "/scalar", "force"),
@@ -575,6 +578,197 @@ fn maps_in_another_order_are_equal() {
     };
     let (a, b) = (entry("a", 1.0), entry("b", 2.0));
     assert_eq!(decode(&[a.clone(), b.clone()].concat()), decode(&[b, a].concat()));
+}
+
+/// A topic whose messages know no time but their log time: x at every time \[ns\].
+fn by_log_time(recording: &mut Forged, topic: &str, messages: impl IntoIterator<Item = (u64, f64)>) {
+    let place = forge::pool(&recording.file).get_message_by_name("lab.Place").expect("the message");
+    let message = |x: f64| {
+        let mut message = prost_reflect::DynamicMessage::new(place.clone());
+        message.set_field_by_name("x", Value::F64(x));
+        message
+    };
+    recording.channels.push(forge::Channel {
+        topic: topic.into(),
+        message: "Place".into(),
+        metadata: Default::default(),
+        messages: messages.into_iter().map(|(at, x)| (at, message(x))).collect(),
+    });
+}
+
+/// The same later by some nanoseconds: log times, and times of messages.
+fn later(mut recording: Forged, by: u64) -> Forged {
+    for (at, message) in recording.channels.iter_mut().flat_map(|channel| &mut channel.messages) {
+        *at += by;
+        if let Some(time) = message.get_field_by_name("time").and_then(|time| time.as_f64()) {
+            message.set_field_by_name("time", Value::F64(time + by as f64 / 1e9));
+        }
+    }
+    recording
+}
+
+fn channel<'a>(comparison: &'a Comparison, topic: &str) -> &'a percuss_reader::compare::ChannelReport {
+    comparison.channels.iter().find(|channel| channel.topic == topic).expect("the channel")
+}
+
+#[test]
+fn wall_clocks_are_compared_from_the_start_of_each_recording() {
+    let desk = Desk::new();
+    let wall = |start: u64, changed: Option<usize>, count: u64| {
+        let mut recording = forge(60, 3);
+        let x = |k: u64| (k as f64 * 0.1).sin() + if changed == Some(k as usize) { 1e-9 } else { 0.0 };
+        by_log_time(&mut recording, "/place", (0..count).map(|k| (30_000_000 + k * 3_000_001, x(k))));
+        later(recording, start)
+    };
+    let a = wall(1_700_000_000_123_456_789, None, 200);
+    let day = 86_400_000_000_017;
+    // by step where messages have one, by exact log time else: whole nanoseconds are subtracted
+    let same = desk.forged(&a, &wall(1_700_000_000_123_456_789 + day, None, 200), &Options::default());
+    assert_eq!(verdict(&same), Verdict::Equal, "{:?}, {:?}", same.gaps, first(&same));
+    let modes = |topic| channel(&same, topic).alignment.mode;
+    assert_eq!((modes("/scalar"), modes("/place")), (Some(Mode::Step), Some(Mode::Time)));
+    assert_eq!((channel(&same, "/scalar").compared, channel(&same, "/place").compared), (60, 200));
+    for alignment in same.channels.iter().map(|channel| &channel.alignment) {
+        let [start_a, start_b] = alignment.starts.expect("starts");
+        assert!((start_a - 1_700_000_000.123_456_8).abs() < 1e-6, "{start_a}");
+        assert!((start_b - start_a - 86_400.0).abs() < 1e-6, "{start_b}");
+    }
+    // where they differ is told from the start
+    let changed = desk.forged(&a, &wall(5, Some(100), 200), &Options::default());
+    assert_eq!(verdict(&changed), Verdict::Different);
+    let (topic, _, divergence) = changed.first(true).expect("a difference");
+    assert_eq!((topic, divergence.place.time), ("/place", 0.3300001));
+    // 200 messages against 201: the one more is counted
+    let more = desk.forged(&a, &wall(5, None, 201), &Options::default());
+    assert_eq!(verdict(&more), Verdict::Different);
+    assert_eq!((channel(&more, "/place").only_a, channel(&more, "/place").only_b), (0, 1));
+    // the window counts from the start too
+    let options = Options { from: Some(0.295), to: Some(0.335), ..Options::default() };
+    let window = desk.forged(&a, &wall(5, Some(150), 200), &options);
+    assert_eq!((verdict(&window), channel(&window, "/scalar").compared), (Verdict::Equal, 4));
+    // all channels have the same start: one that is late stays late
+    let mut late = wall(5, None, 200);
+    late.channel("/place").messages.iter_mut().for_each(|(at, _)| *at += 50_000_000);
+    assert_eq!(verdict(&desk.forged(&a, &late, &Options::default())), Verdict::Different);
+    // on one clock nothing is moved, unless that is asked for
+    let (early, later) = (wall(5, None, 200), wall(100_000_005, None, 200));
+    let moved = desk.forged(&early, &later, &Options::default());
+    assert!(moved.channels.iter().all(|channel| channel.alignment.starts.is_none()));
+    assert_ne!(verdict(&moved), Verdict::Equal);
+    let asked = desk.forged(&early, &later, &Options { relative: true, ..Options::default() });
+    assert_eq!(verdict(&asked), Verdict::Equal);
+}
+
+#[test]
+fn long_recordings_of_wall_clocks_need_no_room_to_wait() {
+    let desk = Desk::new();
+    let wall = |start: u64| {
+        let mut recording = forge(1, 3);
+        by_log_time(&mut recording, "/place", (0..20_000).map(|k| (k * 1_000_000, k as f64)));
+        let place = recording.channels.pop().expect("the channel");
+        recording.channels = vec![place];
+        desk.put(&format!("{start}.mcap"), &later(recording, start).write(plain()))
+    };
+    let open = |path: PathBuf| Recording::open(&path, Limits { memory: 1 << 20 }).expect("a recording");
+    let (a, b) = (open(wall(1_700_000_000_000_000_000)), open(wall(1_800_000_000_000_000_000)));
+    for (a, b) in [(&a, &b), (&b, &a)] {
+        let comparison = compare(a, b, &Options::default(), None).expect("a comparison");
+        assert_eq!((verdict(&comparison), comparison.channels[0].compared), (Verdict::Equal, 20_000));
+    }
+}
+
+#[test]
+fn what_has_no_time_in_common_is_not_equal() {
+    let desk = Desk::new();
+    // the recordings have times in common, the channel has none
+    let half = |at: u64| {
+        let mut recording = forge(60, 3);
+        by_log_time(&mut recording, "/place", (0..5).map(|k| (at + k * 1_000_000, 1.0)));
+        recording
+    };
+    let (a, b) = (half(0), half(500_000_000));
+    let comparison = desk.forged(&a, &b, &Options::default());
+    assert_eq!(verdict(&comparison), Verdict::NotCompared);
+    let told: Vec<String> = comparison.gaps.iter().map(ToString::to_string).collect();
+    assert!(told.len() == 1 && told[0].starts_with("`/place`: no time in common: 5 messages"), "{told:?}");
+    // a difference elsewhere is certain all the same
+    let mut c = b.clone();
+    c.channel("/scalar").messages[7].1.set_field_by_name("force", Value::F64(7.0));
+    assert_eq!(verdict(&desk.forged(&a, &c, &Options::default())), Verdict::Different);
+    // one that was asked for moves no times
+    for mode in [Mode::Nearest, Mode::Linear, Mode::Cubic] {
+        let options = Options { mode: Some(mode), ..Options::default() };
+        let apart = desk.forged(&forge(60, 3), &later(forge(60, 3), 10_000_000_000), &options);
+        assert_eq!(verdict(&apart), Verdict::NotCompared, "{mode:?}");
+        // one side has messages that the other has not
+        let mut empty = forge(60, 3);
+        empty.channels.iter_mut().for_each(|channel| channel.messages.clear());
+        let of = |comparison: &Comparison| {
+            let scalar = channel(comparison, "/scalar");
+            (verdict(comparison), scalar.only_a, scalar.only_b)
+        };
+        let missing = desk.forged(&forge(60, 3), &empty, &options);
+        assert_eq!(of(&missing), (Verdict::Different, 60, 0), "{mode:?}");
+        let extra = desk.forged(&empty, &forge(60, 3), &options);
+        assert_eq!(of(&extra), (Verdict::Different, 0, 60), "{mode:?}");
+    }
+}
+
+#[test]
+fn arrays_without_a_common_part_are_not_equal() {
+    let desk = Desk::new();
+    let at = |topic: &str, start: &str, value: f64| {
+        let mut recording = forge(30, 0);
+        recording.channels.retain(|channel| channel.topic == topic);
+        for (_, message) in &mut recording.channel(topic).messages {
+            message.set_field_by_name(start, Value::F64(value));
+        }
+        recording
+    };
+    for (topic, start, field) in [("/profile", "r0", "p"), ("/slice", "z0", "values")] {
+        let a = at(topic, start, 0.025);
+        for mode in [None, Some(Mode::Linear)] {
+            let options = Options { mode, ..rules(&["*:abs=100"]) };
+            let comparison = desk.forged(&a, &at(topic, start, 50.0), &options);
+            assert_eq!(verdict(&comparison), Verdict::NotCompared, "{topic}");
+            let told = comparison.gaps[0].to_string();
+            assert!(told.starts_with(&format!("`{topic}.{field}`: the axes")), "{told}");
+            let near = desk.forged(&a, &at(topic, start, 0.075), &options);
+            assert_eq!(verdict(&near), Verdict::Within, "{topic}: {:?}", near.gaps);
+        }
+    }
+}
+
+#[test]
+fn bytes_are_compared_or_alone() {
+    let desk = Desk::new();
+    let plain_text = |times: &[u64], content: &str| {
+        let mut writer = plain().library("x").create(std::io::Cursor::new(Vec::new())).expect("a writer");
+        let id = writer.add_channel(0, "/text", "json", &Default::default()).expect("a channel");
+        for &log_time in times {
+            let header = mcap::records::MessageHeader {
+                channel_id: id,
+                sequence: 0,
+                log_time,
+                publish_time: log_time,
+            };
+            writer.write_to_known_channel(&header, content.as_bytes()).expect("a message");
+        }
+        writer.finish().expect("the end");
+        writer.into_inner().into_inner()
+    };
+    let (even, odd) = ([10, 20, 30, 40, 50, 60], [15, 25, 35, 45, 55]);
+    let a = plain_text(&even, "{}");
+    for mode in [None, Some(Mode::Linear), Some(Mode::Nearest), Some(Mode::Cubic)] {
+        let options = Options { mode, ..Options::default() };
+        assert_eq!(verdict(&desk.compare(&a, &a, &options)), Verdict::Equal, "{mode:?}");
+        let other = desk.compare(&a, &plain_text(&even, "[]"), &options);
+        assert_eq!(verdict(&other), Verdict::Different, "{mode:?}");
+        let between = desk.compare(&a, &plain_text(&odd, "{}"), &options);
+        assert_eq!((between.channels[0].only_a, between.channels[0].only_b), (6, 5), "{mode:?}");
+    }
+    let ignoring = desk.compare(&a, &plain_text(&even, "[]"), &rules(&["/text.(message):ignore"]));
+    assert_eq!(verdict(&ignoring), Verdict::NotCompared, "what is ignored is not compared");
 }
 
 #[test]

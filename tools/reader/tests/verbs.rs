@@ -134,7 +134,7 @@ fn diff_as_json() {
     let desk = Desk::new();
     let json: Json =
         serde_json::from_str(&desk.text(1, &["diff", "a.mcap", "b.mcap", "--json"])).expect("JSON");
-    assert_eq!((&json["version"], &json["verdict"]), (&Json::from(1), &Json::from("different")));
+    assert_eq!((&json["version"], &json["verdict"]), (&Json::from(2), &Json::from("different")));
     let comparison = &json["comparisons"][0];
     assert_eq!(comparison["first_beyond"]["step"], 20);
     assert_eq!(comparison["first_beyond"]["topic"], "/scalar");
@@ -170,6 +170,76 @@ fn folders_are_compared_file_by_file() {
     assert!(desk.error(2, &["diff", "old", "a.mcap"]).contains("folder"));
 }
 
+#[test]
+fn folders_without_anything_in_common_are_not_equal() {
+    let desk = Desk::new();
+    for folder in ["empty", "void", "old", "new"] {
+        fs::create_dir(desk.path(folder)).expect("a folder");
+    }
+    fs::copy(desk.path("a.mcap"), desk.path("old/x.mcap")).expect("a file");
+    fs::copy(desk.path("a.mcap"), desk.path("new/y.mcap")).expect("a file");
+    fs::write(desk.path("void/notes.txt"), "none").expect("a file");
+    assert!(desk.error(2, &["diff", "empty", "void"]).contains("no recording"));
+    let json: Json = serde_json::from_str(&desk.text(2, &["diff", "empty", "void", "--json"])).expect("JSON");
+    assert_eq!(json["verdict"], "not_compared");
+    assert!(desk.error(1, &["diff", "old", "new"]).contains("no recording is in both folders"));
+    let text = desk.text(1, &["diff", "old", "new"]);
+    for part in ["old/x.mcap: missing from the new folder", "new/y.mcap: only in the new folder"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    desk.text(1, &["diff", "old", "empty"]);
+    desk.text(1, &["diff", "empty", "new"]);
+}
+
+#[test]
+fn selections_without_values_are_not_equal() {
+    let desk = Desk::new();
+    fn same<'a>(more: &[&'a str]) -> Vec<&'a str> {
+        [&["diff", "a.mcap", "same.mcap"][..], more].concat()
+    }
+    for (more, why) in [
+        (&["--from", "100"] as &[&str], "at times from 100"),
+        (&["--from", "0.5", "--to", "0.4"], "at times from 0.5 to 0.4"),
+        (&["--to", "-1"], "at times to -1"),
+        (&["--ignore", "*"], "--ignore leaves no topic"),
+        (&["--ignore", "*.*"], "no field that was chosen has a value"),
+        (&["--field", "inner"], "no field that was chosen has a value"),
+        (&["--topic", "/note", "--ignore", "/note.*"], "no field that was chosen has a value"),
+    ] {
+        let told = desk.error(2, &same(more));
+        assert!(told.starts_with("error: ") && told.contains(why), "{more:?}: {told}");
+        assert!(desk.text(2, &same(more)).starts_with("a.mcap -> same.mcap: NOT COMPARED\n"), "{more:?}");
+        let json: Json =
+            serde_json::from_str(&desk.text(2, &same(&[more, &["--json"]].concat()))).expect("JSON");
+        assert_eq!(
+            (&json["verdict"], &json["comparisons"][0]["verdict"]),
+            (&"not_compared".into(), &"not_compared".into())
+        );
+        assert!(json["comparisons"][0]["gaps"][0].as_str().expect("text").contains(why), "{json}");
+        assert!(desk.text(2, &same(&[more, &["--summary"]].concat())).contains("NOT COMPARED  a.mcap"));
+    }
+    assert!(desk.error(2, &same(&["--from", "nan"])).contains("a time is needed"));
+    // a part without values says so, and is not among the equal
+    let text = desk.text(0, &same(&["--field", "force"]));
+    assert!(text.contains("\nequal: /scalar\n"), "{text}");
+    assert!(text.contains("\nno value compared: /profile, /slice, /note\n"), "{text}");
+    let text = desk.text(0, &same(&["--to", "0.01"]));
+    assert!(text.contains("\nno message in either: /note\n"), "{text}");
+    // one has messages in the window, the other has not
+    fs::write(desk.path("long.mcap"), forge(120, 1).write(plain())).expect("a file");
+    let text = desk.text(1, &["diff", "a.mcap", "long.mcap", "--from", "0.8"]);
+    assert!(text.contains("40 messages only in the new recording, the first at step 80, time 0.8"), "{text}");
+    // all values are left out as not-a-number
+    let mut hollow = forge(60, 1);
+    for (_, message) in &mut hollow.channel("/scalar").messages {
+        message.set_field_by_name("force", Value::F64(f64::NAN));
+    }
+    fs::write(desk.path("hollow.mcap"), hollow.write(plain())).expect("a file");
+    let hollow = ["diff", "a.mcap", "hollow.mcap", "--skip-nan", "--topic", "/scalar"];
+    desk.text(2, &[&hollow[..], &["--field", "force"]].concat());
+    assert!(desk.text(0, &[&hollow[..], &["--explain"]].concat()).contains("force [N]  no value"));
+}
+
 /// A recording of JSON messages, which have no fields here.
 fn json_messages(times: impl Iterator<Item = u64>) -> Vec<u8> {
     let mut writer = plain().library("x").create(std::io::Cursor::new(Vec::new())).expect("a writer");
@@ -181,6 +251,75 @@ fn json_messages(times: impl Iterator<Item = u64>) -> Vec<u8> {
     }
     writer.finish().expect("the end");
     writer.into_inner().into_inner()
+}
+
+#[test]
+fn no_two_of_ten_unrelated_recordings_are_equal() {
+    let desk = Desk::new();
+    let later = |mut recording: forge::Forged, by: u64| {
+        for (at, message) in recording.channels.iter_mut().flat_map(|channel| &mut channel.messages) {
+            *at += by;
+            let time = message.get_field_by_name("time").and_then(|time| time.as_f64()).expect("a time");
+            message.set_field_by_name("time", Value::F64(time + by as f64 / 1e9));
+        }
+        recording
+    };
+    let mut other_topics = forge(60, 5);
+    other_topics.channels.iter_mut().for_each(|channel| channel.topic.push_str("/other"));
+    let mut empty_channels = forge(60, 6);
+    empty_channels.channels.iter_mut().for_each(|channel| channel.messages.clear());
+    let mut no_channels = forge(60, 7);
+    no_channels.channels.clear();
+    let mut derived = forge(60, 8);
+    for channel in &mut derived.channels {
+        channel.metadata.insert("derived".into(), "others".into());
+    }
+    let mut elsewhere = forge(60, 9);
+    elsewhere.channels.retain(|channel| channel.topic == "/profile");
+    for (_, message) in &mut elsewhere.channel("/profile").messages {
+        message.set_field_by_name("r0", Value::F64(1e3));
+    }
+    let recordings = [
+        forge(60, 1).write(plain()),
+        later(forge(200, 2), 1_000_000_000_000).write(plain()),
+        later(forge(201, 3), 1_700_000_000_123_456_789).write(plain()),
+        later(forge(201, 4), 1_750_000_000_987_654_321).write(plain()),
+        other_topics.write(plain()),
+        empty_channels.write(plain()),
+        no_channels.write(plain()),
+        derived.write(plain()),
+        elsewhere.write(plain()),
+        json_messages((0..50).map(|k| 1_700_000_000_000_000_000 + k * k * 10_000_000)),
+    ];
+    let name = |i: usize| format!("{i}.mcap");
+    for (i, bytes) in recordings.iter().enumerate() {
+        fs::write(desk.path(&name(i)), bytes).expect("a file");
+    }
+    for i in 0..recordings.len() {
+        for j in (0..recordings.len()).filter(|&j| j != i) {
+            for more in [&[] as &[&str], &["--align", "relative"], &["--align", "linear"]] {
+                let (a, b) = (name(i), name(j));
+                let output = desk.read(&[&["diff", &a, &b][..], more].concat());
+                let status = output.status.code();
+                assert!(matches!(status, Some(1 | 2)), "{i} and {j} {more:?}: {status:?}");
+                let (text, told) =
+                    (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+                if status == Some(2) {
+                    assert!(text.contains("NOT COMPARED") && told.contains("error: "), "{i} and {j}: {told}");
+                } else {
+                    assert!(text.contains("DIFFERENT"), "{i} and {j}: {text}");
+                }
+            }
+        }
+    }
+    let told = desk.error(1, &["diff", &name(2), &name(3)]);
+    assert!(told.contains("have no time in common: times count from the start of each"), "{told}");
+    assert!(desk.error(2, &["diff", &name(5), &name(6), "--ignore", "*"]).contains("nothing was compared"));
+    // to itself each is equal, if there is anything in it
+    for i in 0..recordings.len() {
+        let expected = if [5, 6, 7].contains(&i) { 2 } else { 0 };
+        desk.text(expected, &["diff", &name(i), &name(i)]);
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum, builder::PossibleValue};
 use serde_json::json;
 
 use super::{
@@ -17,7 +17,7 @@ use crate::{
         DiffWriter, JSON_VERSION, Job, Style, Verdict, bless, diff, jobs, picture, summary, to_json, to_text,
         verdict,
     },
-    compare::{Comparison, Mode, NotANumber, Options, Rule, Rules, Tolerance},
+    compare::{ChannelReport, Comparison, Mode, NotANumber, Options, Rule, Rules, Tolerance},
     recording::Limits,
     select::Pattern,
 };
@@ -39,8 +39,43 @@ peak_rel and range_rel, or by ulp, or lie in the tube. Without any tolerance all
 -0 is not +0 (abs=0 makes it so). The file of --tolerances holds the same as [[tolerance]] tables: field = \"/drag.*\",
 abs = 1e-9, tube = { time = 0.01, value = 1e-3 }.
 
+What could not be compared is never equal: without a value that both have (no common time or axis, nothing in the window, no
+field left) the status is 2, or 1 if one recording has messages that the other has not. Recordings without any common time,
+as of wall clocks, are compared as with --align relative, which is said.
+
 Exit status: 0 equal within tolerance, 1 different, 2 could not compare, 3 an input is damaged or partial: the sound part
 was compared.";
+
+/// Value of `--align`.
+#[derive(Clone, Copy, Debug)]
+enum Align {
+    Mode(Mode),
+    Relative,
+}
+
+impl ValueEnum for Align {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[
+            Self::Mode(Mode::Step),
+            Self::Mode(Mode::Time),
+            Self::Mode(Mode::Order),
+            Self::Mode(Mode::Nearest),
+            Self::Mode(Mode::Linear),
+            Self::Mode(Mode::Cubic),
+            Self::Relative,
+        ]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        match self {
+            Self::Mode(mode) => mode.to_possible_value(),
+            Self::Relative => Some(
+                PossibleValue::new("relative")
+                    .help("Times count from the start of each recording; then by step, exact time or linear"),
+            ),
+        }
+    }
+}
 
 #[derive(Debug, Args)]
 #[command(after_help = DIFF_EXAMPLES)]
@@ -56,9 +91,10 @@ pub(super) struct DiffArguments {
     fields: Vec<Pattern>,
     #[command(flatten)]
     window: Window,
-    /// How messages are brought together [default: by step or exact time where they agree, else linear]
+    /// How messages are brought together [default: by step or exact time where they agree, else linear; relative if the
+    /// recordings have no time in common]
     #[arg(long, value_enum)]
-    align: Option<Mode>,
+    align: Option<Align>,
     /// Tolerance, [PATTERN:]KEY=VALUE,...; may be repeated
     #[arg(long = "tol", value_name = "RULE")]
     tolerances: Vec<Rule>,
@@ -142,6 +178,12 @@ impl DiffArguments {
         let style = Style { colour: has_colour(), explain: self.explain };
         let (mut worst, mut lossy) = (Verdict::Equal, false);
         let mut documents = Vec::new();
+        if jobs.is_empty() {
+            worst = Verdict::NotCompared;
+            say("error: nothing was compared: there is no recording (*.mcap) in these folders");
+        } else if jobs.iter().all(|job| job.a.is_none() || job.b.is_none()) {
+            say("error: nothing was compared: no recording is in both folders by the same name");
+        }
         for job in &jobs {
             let (Some(a), Some(b)) = (&job.a, &job.b) else {
                 worst = Verdict::Different;
@@ -150,8 +192,6 @@ impl DiffArguments {
             };
             let mut writer = self.write_diff.as_ref().map(|path| DiffWriter::new(path, self.force));
             let comparison = diff(a, b, &options, limits, writer.as_mut())?;
-            worst = worst.max(verdict(&comparison));
-            lossy |= comparison.is_lossy();
             self.tell_unwritten(&comparison);
             let names = (a.to_string_lossy(), b.to_string_lossy());
             let names = (names.0.as_ref(), names.1.as_ref());
@@ -162,10 +202,13 @@ impl DiffArguments {
             } else {
                 print(&to_text(names, &comparison, style))?;
             }
+            self.tell_gaps(names, &comparison);
             self.draw(a, b, &comparison, limits)?;
             if self.bless {
                 self.accept(a, b, &comparison)?;
-                (worst, lossy) = (Verdict::Equal, false);
+            } else {
+                worst = worst.max(verdict(&comparison));
+                lossy |= comparison.is_lossy();
             }
             if self.fail_fast && worst == Verdict::Different {
                 break;
@@ -174,7 +217,11 @@ impl DiffArguments {
         if self.json {
             let document = json!({
                 "version": JSON_VERSION,
-                "verdict": if worst == Verdict::Different { "different" } else { "within" },
+                "verdict": match worst {
+                    Verdict::Equal | Verdict::Within => "within",
+                    Verdict::NotCompared => "not_compared",
+                    Verdict::Different => "different",
+                },
                 "comparisons": documents,
             });
             print(&format!("{document:#}\n"))?;
@@ -182,6 +229,7 @@ impl DiffArguments {
             print(&format!("{} comparisons: {}\n", jobs.len(), worst.name()))?;
         }
         Ok(match (lossy, worst) {
+            (_, Verdict::NotCompared) => Exit::NoAnswer,
             (true, _) => Exit::Loss,
             (false, Verdict::Different) => Exit::No,
             (false, _) => Exit::Done,
@@ -217,7 +265,11 @@ impl DiffArguments {
             topics: self.topics.clone(),
             fields: self.fields.clone(),
             every: self.window.every,
-            mode: self.align,
+            mode: match self.align {
+                Some(Align::Mode(mode)) => Some(mode),
+                Some(Align::Relative) | None => None,
+            },
+            relative: matches!(self.align, Some(Align::Relative)),
             rules,
             from: self.window.from,
             to: self.window.to,
@@ -247,9 +299,23 @@ impl DiffArguments {
     /// Channels that are not in the recording of differences, because their messages do not go together one by one.
     fn tell_unwritten(&self, comparison: &Comparison) {
         let Some(path) = &self.write_diff else { return };
-        let between = |mode| matches!(mode, Some(Mode::Nearest | Mode::Linear | Mode::Cubic));
-        for channel in comparison.channels.iter().filter(|channel| between(channel.alignment.mode)) {
+        let between = |channel: &&ChannelReport| channel.alignment.mode.is_some_and(Mode::is_between);
+        for channel in comparison.channels.iter().filter(between) {
             say(&format!("`{}` was interpolated in time and is not in `{}`", channel.topic, path.display()));
+        }
+    }
+
+    /// What could not be compared, and how times were brought together if nobody asked for it.
+    fn tell_gaps(&self, names: (&str, &str), comparison: &Comparison) {
+        for gap in &comparison.gaps {
+            say(&format!("error: `{}` and `{}`: {gap}", names.0, names.1));
+        }
+        let is_relative = comparison.channels.iter().any(|channel| channel.alignment.starts.is_some());
+        if is_relative && self.align.is_none() {
+            say(&format!(
+                "`{}` and `{}` have no time in common: times count from the start of each (--align relative)",
+                names.0, names.1
+            ));
         }
     }
 

@@ -39,6 +39,8 @@ pub enum Verdict {
     Equal,
     /// Within tolerance.
     Within,
+    /// Something that was to be compared could not be, and nothing else is beyond tolerance.
+    NotCompared,
     /// Beyond tolerance.
     Different,
 }
@@ -49,6 +51,7 @@ impl Verdict {
         match self {
             Self::Equal => "equal",
             Self::Within => "within tolerance",
+            Self::NotCompared => "NOT COMPARED",
             Self::Different => "DIFFERENT",
         }
     }
@@ -56,10 +59,11 @@ impl Verdict {
 
 /// Verdict on a comparison.
 pub fn verdict(comparison: &Comparison) -> Verdict {
-    match (comparison.is_equal(), comparison.is_within()) {
-        (true, _) => Verdict::Equal,
-        (false, true) => Verdict::Within,
-        (false, false) => Verdict::Different,
+    match comparison {
+        _ if comparison.is_different() => Verdict::Different,
+        _ if !comparison.gaps.is_empty() => Verdict::NotCompared,
+        _ if comparison.is_equal() => Verdict::Equal,
+        _ => Verdict::Within,
     }
 }
 

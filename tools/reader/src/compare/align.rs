@@ -7,11 +7,12 @@ use std::{
 
 use super::{
     ChannelReport, CompareError, FieldReport, Matched, Options, Watch,
+    clock::{self, Start},
     measure::{Place, Scale},
     meter::{Meter, Sample},
     resample::{Field, is_key, measure, mix},
     stream::Item,
-    structure::Pair,
+    structure::{Pair, WHOLE},
 };
 use crate::{
     axis::Axis,
@@ -37,13 +38,22 @@ pub enum Mode {
     Cubic,
 }
 
+impl Mode {
+    /// True if messages of other times are compared, not only those that belong together one by one.
+    pub fn is_between(self) -> bool {
+        matches!(self, Self::Nearest | Self::Linear | Self::Cubic)
+    }
+}
+
 /// How messages were brought together, and why.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Alignment {
     /// The mode; `None` if there was nothing to bring together.
     pub mode: Option<Mode>,
     /// True if it was chosen by looking at the messages.
     pub by_itself: bool,
+    /// Times of both recordings from which the times of their messages count; `None` if those are on one clock.
+    pub starts: Option<[f64; 2]>,
 }
 
 /// Messages that may wait whatever their size: as many as interpolation needs, and some.
@@ -83,11 +93,9 @@ pub(super) struct Aligner<'a> {
     values: Vec<Values>,
     fields: Vec<Field>,
     mode: Option<Mode>,
-    by_itself: bool,
-    from: Option<f64>,
-    to: Option<f64>,
+    options: &'a Options,
+    starts: Option<[Start; 2]>,
     room: usize,
-    every: u64,
     pairs: u64,
     waiting: [VecDeque<Waiting>; 2],
     held: [usize; 2],
@@ -100,14 +108,17 @@ impl<'a> Aligner<'a> {
         a: &'a Recording,
         b: &'a Recording,
         pair: Pair,
-        options: &Options,
+        options: &'a Options,
         scales: &HashMap<(u16, usize), Scale>,
         room: usize,
     ) -> Self {
         let (channel_a, channel_b) = (&a.channels[&pair.a], &b.channels[&pair.b]);
         let topic = &channel_a.topic;
         let layouts = match (&channel_a.layout, &channel_b.layout) {
-            (Some(a), Some(b)) => Some([Arc::clone(a), Arc::clone(b)]),
+            // messages without any field are compared as bytes, which both must have at the same times
+            (Some(a), Some(b)) if a.leaves.len().max(b.leaves.len()) > 1 => {
+                Some([Arc::clone(a), Arc::clone(b)])
+            }
             _ => None,
         };
         let places = channel_a.axis_parts();
@@ -127,6 +138,7 @@ impl<'a> Aligner<'a> {
                 even,
                 ignored,
                 is_place: places.contains(&path.as_str()),
+                is_key: is_key(layout_a, leaf_a),
                 meter: Meter::new(rule, known, options.nan),
                 leaf: layout_a.leaves[leaf_a].clone(),
                 path,
@@ -134,18 +146,26 @@ impl<'a> Aligner<'a> {
         };
         let mut fields: Vec<Field> = pair.leaves.iter().filter_map(field).collect();
         if layouts.is_none() {
-            let path = "(message)".to_owned();
-            let rule = options.rules.of(topic, &path).cloned();
-            let (axis_a, axis_b) = (Axis::Unknown, Axis::Unknown);
-            let meter = Meter::new(rule, None, options.nan);
-            let (unit, even, ignored, is_place) = (None, false, false, false);
-            let (leaf_a, leaf_b) = (0, 0);
-            let leaf = Leaf::whole(&path);
-            let field =
-                Field { path, leaf, unit, leaf_a, leaf_b, axis_a, axis_b, even, ignored, is_place, meter };
-            fields.push(field);
+            let rule = options.rules.of(topic, WHOLE).cloned();
+            fields = vec![Field {
+                path: WHOLE.into(),
+                leaf: Leaf::whole(WHOLE),
+                unit: None,
+                leaf_a: 0,
+                leaf_b: 0,
+                axis_a: Axis::Unknown,
+                axis_b: Axis::Unknown,
+                even: false,
+                ignored: !options.compares(topic, WHOLE),
+                is_place: false,
+                is_key: false,
+                meter: Meter::new(rule, None, options.nan),
+            }];
         }
         let interchangeable = layouts.as_ref().is_some_and(|[a, b]| a.is_like(b));
+        // there is nothing between bytes
+        let mode =
+            options.mode.map(|mode| if layouts.is_none() && mode.is_between() { Mode::Time } else { mode });
         let values = layouts.iter().flatten().map(|layout| layout.values()).collect();
         Self {
             a: channel_a,
@@ -155,28 +175,15 @@ impl<'a> Aligner<'a> {
             interchangeable,
             values,
             fields,
-            mode: options.mode,
-            by_itself: options.mode.is_none(),
-            from: options.from,
-            to: options.to,
+            mode,
+            options,
+            starts: pair.starts,
             room,
-            every: options.every.max(1),
             pairs: 0,
             waiting: [VecDeque::new(), VecDeque::new()],
             held: [0; 2],
             over: [false; 2],
-            report: ChannelReport {
-                topic: topic.clone(),
-                alignment: Alignment { mode: None, by_itself: false },
-                compared: 0,
-                only_a: 0,
-                only_b: 0,
-                first_alone: None,
-                outside: 0,
-                undecoded: 0,
-                axes_differ: false,
-                fields: Vec::new(),
-            },
+            report: ChannelReport { topic: topic.clone(), ..ChannelReport::default() },
         }
     }
 
@@ -194,10 +201,14 @@ impl<'a> Aligner<'a> {
         watch: &mut Option<Watch<'_>>,
     ) -> Result<(), CompareError> {
         let channel = [self.a, self.b][side];
-        let time = channel.time_of(item.bytes(), item.log_time);
-        if self.from.is_some_and(|from| time < from) || self.to.is_some_and(|to| time > to) {
+        let start = self.starts.map(|starts| starts[side]);
+        let time = clock::time(channel, start, item.bytes(), item.log_time);
+        if !self.options.is_in_window(time) {
             return Ok(());
         }
+        self.report.messages[side] += 1;
+        let (first, last) = self.report.spans[side].unwrap_or((time, time));
+        self.report.spans[side] = Some((first.min(time), last.max(time)));
         let layout = channel.layout.as_ref();
         let step = layout.and_then(|layout| layout.peek(step_leaf(layout)?, item.bytes()));
         self.held[side] += item.bytes().len();
@@ -276,8 +287,12 @@ impl<'a> Aligner<'a> {
         if 2 * equal > a.len().min(LOOKED_AT) && 2 * equal > b.len().min(LOOKED_AT) {
             return Mode::Time;
         }
-        // a handful of messages is no series to interpolate in
-        if self.over == [true; 2] && a.len().min(b.len()) < 4 { Mode::Order } else { Mode::Linear }
+        // a handful of messages is no series to interpolate in, and there is nothing between bytes
+        match () {
+            () if self.over == [true; 2] && a.len().min(b.len()) < 4 => Mode::Order,
+            () if self.layouts.is_none() => Mode::Time,
+            () => Mode::Linear,
+        }
     }
 
     /// Messages of equal keys are compared; those in between are alone.
@@ -325,10 +340,15 @@ impl<'a> Aligner<'a> {
         }
     }
 
+    /// True if the pair of messages that was counted last is not one of those to compare.
+    fn is_left_out(&self) -> bool {
+        !(self.pairs - 1).is_multiple_of(self.options.every.max(1))
+    }
+
     fn compare_front(&mut self, watch: &mut Option<Watch<'_>>) -> Result<(), CompareError> {
         let (Some(a), Some(b)) = (self.pop(0), self.pop(1)) else { return Ok(()) };
         self.pairs += 1;
-        if !(self.pairs - 1).is_multiple_of(self.every) {
+        if self.is_left_out() {
             return Ok(());
         }
         if let Some(watch) = watch {
@@ -362,7 +382,7 @@ impl<'a> Aligner<'a> {
             self.report.undecoded += 1;
             return Ok(());
         }
-        let differ = measure(&mut self.fields, values_a, values_b, &place, false);
+        let differ = measure(&mut self.fields, values_a, values_b, &place, false, self.starts.is_some());
         self.report.axes_differ |= differ;
         Ok(())
     }
@@ -373,9 +393,8 @@ impl<'a> Aligner<'a> {
         loop {
             let Some(time) = self.waiting[0].front().map(|front| front.time) else {
                 // what of the new recording lies before all that is left of the reference is not needed
-                if self.over[0] {
-                    self.waiting[1].clear();
-                    self.held[1] = 0;
+                while self.over[0] && !self.waiting[1].is_empty() {
+                    self.pass_by();
                 }
                 return if self.is_full(1) { Err(self.no_room()) } else { Ok(()) };
             };
@@ -386,25 +405,35 @@ impl<'a> Aligner<'a> {
             }
             // two messages before the time are enough for every mode
             while self.waiting[1].get(2).is_some_and(|third| third.time <= time) {
-                drop(self.pop(1));
+                self.pass_by();
+            }
+            // only once nothing more can come
+            if self.report.messages[1] == 0 {
+                self.alone(0);
+                continue;
             }
             let Some(a) = self.pop(0) else { return Ok(()) };
             self.pairs += 1;
-            if (self.pairs - 1).is_multiple_of(self.every) {
+            if !self.is_left_out() {
                 self.compare_between(&a, mode);
             }
         }
     }
 
+    /// The first message of the new recording is not needed any more.
+    fn pass_by(&mut self) {
+        // only once nothing more can come
+        let Some((first, last)) = self.report.spans[0] else { return self.alone(1) };
+        let Some(passed) = self.pop(1) else { return };
+        self.report.outside[1] += u64::from(passed.time < first || passed.time > last);
+    }
+
     fn compare_between(&mut self, a: &Waiting, mode: Mode) {
-        let Some([layout_a, layout_b]) = &self.layouts else {
-            self.report.outside += 1;
-            return;
-        };
+        let Some([layout_a, layout_b]) = &self.layouts else { return };
         let b = &self.waiting[1];
         let next = b.iter().position(|waiting| waiting.time >= a.time);
         let Some(next) = next.filter(|&next| next > 0 || b[next].time == a.time) else {
-            self.report.outside += 1;
+            self.report.outside[0] += 1;
             return;
         };
         let exact = b[next].time == a.time;
@@ -432,7 +461,7 @@ impl<'a> Aligner<'a> {
         mix(&points, a.time, layout_b, values_b);
         let place = Place { sample: self.report.compared, step: a.step, time: a.time, ..Place::default() };
         self.report.compared += 1;
-        let differ = measure(&mut self.fields, values_a, values_b, &place, true);
+        let differ = measure(&mut self.fields, values_a, values_b, &place, true, true);
         self.report.axes_differ |= differ;
     }
 
@@ -444,11 +473,11 @@ impl<'a> Aligner<'a> {
             let times = self.fields.iter().find(|field| field.path == "time").map(|f| f.meter.measure.scale);
             times.map_or(f64::NAN, |scale| (scale.greatest - scale.least) / count)
         };
-        let interpolated = matches!(self.mode, Some(Mode::Nearest | Mode::Linear | Mode::Cubic));
+        let interpolated = self.mode.is_some_and(Mode::is_between);
+        let without_keys = interpolated || self.starts.is_some();
         for mut field in self.fields {
             field.meter.finish();
-            let only_place =
-                (field.is_place && self.report.axes_differ) || (interpolated && is_key(&field.path));
+            let only_place = (field.is_place && self.report.axes_differ) || (without_keys && field.is_key);
             let ignored = field.ignored || only_place;
             let within = ignored || field.meter.is_within();
             let shift = field.meter.shift.best().filter(|_| !interpolated && !ignored);
@@ -463,8 +492,9 @@ impl<'a> Aligner<'a> {
                 shift: shift.map(|(samples, left)| (samples, samples as f64 * interval, left)),
             });
         }
-        let mode = self.mode.filter(|_| self.report.compared + self.report.only_a + self.report.only_b > 0);
-        self.report.alignment = Alignment { mode, by_itself: self.by_itself };
+        let mode = self.mode.filter(|_| self.report.messages != [0; 2]);
+        let starts = self.starts.map(|starts| starts.map(Start::time));
+        self.report.alignment = Alignment { mode, by_itself: self.options.mode.is_none(), starts };
         self.report
     }
 }

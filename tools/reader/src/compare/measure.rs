@@ -94,6 +94,8 @@ pub struct Measure {
     pub skipped: u64,
     /// Samples whose numbers of elements differ.
     pub lengths: u64,
+    /// Samples whose arrays have no part of their axes in common: nothing of them was compared.
+    pub apart: u64,
     /// Largest absolute difference, and where; infinite where one of the two is no finite number.
     pub max: Option<(f64, Place)>,
     /// Earliest difference.

@@ -1,6 +1,7 @@
 //! Samples brought to common places: the new recording between its messages, arrays between their elements.
 
 use percuss_picture::Side;
+use prost_reflect::Kind;
 
 use super::{
     measure::Place,
@@ -22,14 +23,28 @@ pub(super) struct Field {
     pub(super) axis_b: Axis,
     pub(super) even: bool,
     pub(super) ignored: bool,
-    /// It only says where or when the others are.
+    /// It only says where the others are.
     pub(super) is_place: bool,
+    /// It only says when or in which message the others are.
+    pub(super) is_key: bool,
     pub(super) meter: Meter,
 }
 
-/// Fields that say which message it is.
-pub(super) fn is_key(path: &str) -> bool {
-    matches!(path, "step" | "time")
+/// Fields that say which message it is, and when: `step`, `time`, and those of type `google.protobuf.Timestamp`.
+pub(super) fn is_key(layout: &Layout, leaf: usize) -> bool {
+    let leaf = &layout.leaves[leaf];
+    if matches!(leaf.path.as_str(), "step" | "time") {
+        return true;
+    }
+    let mut message = layout.descriptor().clone();
+    let Some((_, parents)) = leaf.numbers.split_last() else { return false };
+    for number in parents {
+        match message.get_field(*number).map(|field| field.kind()) {
+            Some(Kind::Message(inner)) => message = inner,
+            _ => return false,
+        }
+    }
+    leaf.lists == 0 && message.full_name() == "google.protobuf.Timestamp"
 }
 
 /// Numbers interpolated between points of time; of what is no number, that of the nearest point.
@@ -61,17 +76,21 @@ pub(super) fn mix(points: &[(f64, Values)], time: f64, layout: &Layout, into: &m
 }
 
 /// Measures every field of a sample; true if the axes of any array differ.
+///
+/// * `interpolated`: `b` stands between two messages
+/// * `without_keys`: fields that say which message it is are not compared
 pub(super) fn measure(
     fields: &mut [Field],
     a: &Values,
     b: &Values,
     place: &Place,
     interpolated: bool,
+    without_keys: bool,
 ) -> bool {
     let mut axes_differ = false;
     for field in fields.iter_mut().filter(|field| !field.ignored) {
         let (list_a, list_b) = (&a.lists[field.leaf_a], &b.lists[field.leaf_b]);
-        if interpolated && is_key(&field.path) {
+        if without_keys && field.is_key {
             // their scale is still wanted
             field.meter.take_same(list_a, place.clone());
             continue;
@@ -92,6 +111,10 @@ pub(super) fn measure(
             if grid_a != grid_b {
                 axes_differ |= !same_spacing(&grid_a, &grid_b);
                 let (common_a, common_b, chosen) = on_common_grid(list_a, &grid_a, list_b, &grid_b);
+                if has_nothing_of(&common_a, list_a, list_b) {
+                    field.meter.measure.apart += 1;
+                    continue;
+                }
                 let at = |i: usize| chosen.get(i).and_then(|&i| position(i));
                 field.meter.take(&sample(&common_a, &common_b, &at));
                 continue;
@@ -100,18 +123,31 @@ pub(super) fn measure(
             on_common_axis(field.even, list_a, place_a, list_b, place_b)
         {
             axes_differ = true;
+            if has_nothing_of(&common_a, list_a, list_b) {
+                field.meter.measure.apart += 1;
+                continue;
+            }
             field.meter.take(&sample(&common_a, &common_b, &|i| position(first + i)));
             continue;
         }
         // in between messages, lists end where the shorter of them does
         if interpolated && list_a.len() != list_b.len() && !matches!(field.axis_a, Axis::Unknown) {
             let shorter = list_a.len().min(list_b.len());
+            if shorter == 0 {
+                field.meter.measure.apart += 1;
+                continue;
+            }
             field.meter.take(&sample(&head(list_a, shorter), &head(list_b, shorter), &position));
             continue;
         }
         field.meter.take(&sample(list_a, list_b, &position));
     }
     axes_differ
+}
+
+/// True if arrays that are not both empty have nothing in common.
+fn has_nothing_of(common: &List, a: &List, b: &List) -> bool {
+    common.is_empty() && !(a.is_empty() && b.is_empty())
 }
 
 fn head(list: &List, length: usize) -> List {

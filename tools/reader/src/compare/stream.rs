@@ -26,6 +26,10 @@ const AHEAD: usize = 4;
 pub(super) struct Input<'a> {
     pub(super) recording: &'a Recording,
     pub(super) slots: BTreeMap<u16, usize>,
+    /// First and last log time needed \[ns\].
+    pub(super) window: Option<(u64, u64)>,
+    /// Log time that both files are read in step from \[ns\].
+    pub(super) origin: u64,
 }
 
 /// Buffers to be used again: new ones of this size cost more than what is done with them.
@@ -100,12 +104,8 @@ enum Parcel {
     End(Result<Vec<Damage>, OpenError>),
 }
 
-fn read(
-    input: &Input<'_>,
-    window: Option<(u64, u64)>,
-    out: &SyncSender<Parcel>,
-) -> Result<Vec<Damage>, OpenError> {
-    let mut messages = input.recording.messages(input.slots.keys().copied(), window)?;
+fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, OpenError> {
+    let mut messages = input.recording.messages(input.slots.keys().copied(), input.window)?;
     let pool = Pool::default();
     let mut batch = Batch::new(&pool);
     loop {
@@ -134,7 +134,9 @@ struct Side {
     batch: Arc<Batch>,
     next: usize,
     start: usize,
-    log_time: u64,
+    /// Log time since the origin \[ns\].
+    elapsed: u64,
+    origin: u64,
     over: Option<Vec<Damage>>,
 }
 
@@ -154,7 +156,8 @@ impl Side {
         let entry = &self.batch.entries[self.next];
         let content = Content::InBatch { batch: Arc::clone(&self.batch), start: self.start, end: entry.end };
         let item = Item { content, log_time: entry.log_time };
-        (self.next, self.start, self.log_time) = (self.next + 1, entry.end, entry.log_time);
+        (self.next, self.start) = (self.next + 1, entry.end);
+        self.elapsed = entry.log_time.saturating_sub(self.origin);
         Ok(Some((entry.slot, item)))
     }
 }
@@ -169,18 +172,18 @@ pub(super) fn run(
     thread::scope(|scope| {
         let mut sides = files.each_ref().map(|input| {
             let (out, parcels) = sync_channel(AHEAD);
-            let window = input.recording.log_window(options.from, options.to);
             scope.spawn(move || {
-                let end = read(input, window, &out);
+                let end = read(input, &out);
                 // nobody listens any more: the comparison has stopped early
                 drop(out.send(Parcel::End(end)));
             });
-            Side { parcels, batch: Arc::default(), next: 0, start: 0, log_time: 0, over: None }
+            let (batch, origin) = (Arc::default(), input.origin);
+            Side { parcels, batch, next: 0, start: 0, elapsed: 0, origin, over: None }
         });
         let mut ended = [false; 2];
         while ended != [true; 2] {
             // the file that is behind goes first, so that few messages have to wait
-            let side = usize::from(ended[0] || (!ended[1] && sides[1].log_time < sides[0].log_time));
+            let side = usize::from(ended[0] || (!ended[1] && sides[1].elapsed < sides[0].elapsed));
             match sides[side].next()? {
                 Some((slot, item)) => {
                     let channel = &mut channels[slot];

@@ -6,7 +6,7 @@ use std::{
     hash::{Hash, Hasher},
 };
 
-use super::{CompareError, Options};
+use super::{CompareError, Options, clock::Start};
 use crate::{
     messages::Recording,
     overview::Channel,
@@ -69,7 +69,12 @@ pub(super) struct Pair {
     pub(super) b: u16,
     /// Leaves of both; empty where messages are compared as bytes.
     pub(super) leaves: Vec<(usize, usize)>,
+    /// Where the times of both count from; `None` if they are on one clock.
+    pub(super) starts: Option<[Start; 2]>,
 }
+
+/// Path of a message that is compared as bytes.
+pub(super) const WHOLE: &str = "(message)";
 
 /// Finds every topic and field that was asked for in one of the recordings.
 pub(super) fn find_chosen(a: &Recording, b: &Recording, options: &Options) -> Result<(), CompareError> {
@@ -121,7 +126,7 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
         };
         taken.insert(id_b);
         let leaves = fields(channel_a, channel_b, options, &mut findings);
-        pairs.push(Pair { a: id_a, b: id_b, leaves });
+        pairs.push(Pair { a: id_a, b: id_b, leaves, starts: None });
     }
     for (_, channel) in b.channels.iter().filter(|(id, channel)| !taken.contains(*id) && chosen(channel)) {
         findings.push(Finding { topic: channel.topic.clone(), field: None, kind: Kind::Extra });

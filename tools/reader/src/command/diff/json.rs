@@ -8,8 +8,8 @@ use crate::{
     compare::{ChannelReport, Comparison, Divergence, FieldReport, Kind, Mode, Place},
 };
 
-/// Version of the JSON form.
-pub const JSON_VERSION: u32 = 1;
+/// Version of the JSON form. 2: verdict `not_compared`, `gaps`, `starts`, `outside_a` and `outside_b` for `outside`.
+pub const JSON_VERSION: u32 = 2;
 
 /// One comparison. Numbers that are not finite are texts, as in the JSON mapping of protobuf.
 pub fn to_json(names: (&str, &str), comparison: &Comparison) -> Value {
@@ -43,10 +43,12 @@ pub fn to_json(names: (&str, &str), comparison: &Comparison) -> Value {
         "verdict": match verdict(comparison) {
             super::Verdict::Equal => "equal",
             super::Verdict::Within => "within",
+            super::Verdict::NotCompared => "not_compared",
             super::Verdict::Different => "different",
         },
         "lossy": comparison.is_lossy(),
         "stopped_early": comparison.stopped_early,
+        "gaps": comparison.gaps.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "damages": damages.collect::<Vec<_>>(),
         "derived": comparison.derived,
         "partial": comparison.partial.iter().map(|path| path.to_string_lossy()).collect::<Vec<_>>(),
@@ -72,6 +74,9 @@ fn channel_json(channel: &ChannelReport) -> Value {
         "within": channel.is_within(),
         "align": mode,
         "align_chosen": channel.alignment.by_itself,
+        "starts": channel.alignment.starts.map(|starts| starts.map(number)),
+        "messages_a": channel.messages[0],
+        "messages_b": channel.messages[1],
         "compared": channel.compared,
         "only_a": channel.only_a,
         "only_b": channel.only_b,
@@ -80,7 +85,8 @@ fn channel_json(channel: &ChannelReport) -> Value {
             value["in"] = if *in_a { "a" } else { "b" }.into();
             value
         }),
-        "outside": channel.outside,
+        "outside_a": channel.outside[0],
+        "outside_b": channel.outside[1],
         "undecoded": channel.undecoded,
         "axes_differ": channel.axes_differ,
         "fields": channel.fields.iter().map(field_json).collect::<Vec<_>>(),
@@ -100,7 +106,9 @@ fn field_json(field: &FieldReport) -> Value {
         "values": measure.elements,
         "differing": measure.differing,
         "beyond": measure.beyond,
+        "skipped": measure.skipped,
         "lengths": measure.lengths,
+        "apart": measure.apart,
         "max_abs": measure.max.as_ref().map(|(max, _)| number(*max)),
         "max_abs_at": measure.max.as_ref().map(|(_, place)| place_json(place)),
         "max_peak_rel": measure.peak_relative().map(number),

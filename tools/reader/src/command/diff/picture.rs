@@ -6,7 +6,7 @@ use percuss_picture::{Curve, Medium, Panel, draw};
 
 use crate::{
     command::plot::{PlotError, Request, traces},
-    compare::{Comparison, FieldReport},
+    compare::{ChannelReport, Comparison, FieldReport},
     field::Selection,
     recording::Limits,
 };
@@ -27,18 +27,18 @@ pub fn picture(
     limits: Limits,
     medium: Medium,
 ) -> Result<Option<Vec<u8>>, PlotError> {
-    let mut worst: Vec<(f64, &str, &FieldReport)> = Vec::new();
+    let mut worst: Vec<(f64, &ChannelReport, &FieldReport)> = Vec::new();
     for channel in &comparison.channels {
         for field in channel.fields.iter().filter(|field| !field.ignored && field.measure.differing > 0) {
             // beyond tolerance comes before within
             let rank = field.measure.peak_relative().unwrap_or(0.0) + if field.within { 0.0 } else { 1e300 };
-            worst.push((rank, &channel.topic, field));
+            worst.push((rank, channel, field));
         }
     }
     worst.sort_by(|x, y| y.0.total_cmp(&x.0));
     let mut panels = Vec::new();
-    for (_, topic, field) in worst.into_iter().take(MAX_FIELDS) {
-        panels.extend(field_panels(a, b, topic, field, limits)?);
+    for (_, channel, field) in worst.into_iter().take(MAX_FIELDS) {
+        panels.extend(field_panels([a, b], channel, field, limits)?);
     }
     if panels.is_empty() {
         return Ok(None);
@@ -47,15 +47,16 @@ pub fn picture(
 }
 
 fn field_panels(
-    a: &Path,
-    b: &Path,
-    topic: &str,
+    [a, b]: [&Path; 2],
+    channel: &ChannelReport,
     field: &FieldReport,
     limits: Limits,
 ) -> Result<Vec<Panel>, PlotError> {
+    let topic = &channel.topic;
+    let [start_a, start_b] = channel.alignment.starts.unwrap_or_default();
     let Some((_, place)) = &field.measure.max else { return Ok(Vec::new()) };
     let element = field.element.element(place.element);
-    let curve = |path: &Path| -> Result<Option<(Panel, Curve)>, PlotError> {
+    let curve = |path: &Path, start: f64| -> Result<Option<(Panel, Curve)>, PlotError> {
         let request = Request {
             topics: vec![topic.parse().map_err(PlotError::Nothing)?],
             selection: Selection { fields: vec![element.clone()], at: Vec::new() },
@@ -63,13 +64,19 @@ fn field_panels(
             ..Request::default()
         };
         match traces(&[PathBuf::from(path)], &request, limits) {
-            Ok((mut panel, _)) => Ok(panel.curves.pop().map(|curve| (panel, curve))),
+            Ok((mut panel, _)) => {
+                let curve = panel.curves.pop().map(|mut curve| {
+                    curve.points.iter_mut().for_each(|point| point.0 -= start);
+                    curve
+                });
+                Ok(curve.map(|curve| (panel, curve)))
+            }
             // a field that was renamed, or that holds no numbers
             Err(PlotError::Nothing(_) | PlotError::Trace(_)) => Ok(None),
             Err(error) => Err(error),
         }
     };
-    let (Some((mut panel, curve_a)), Some((_, curve_b))) = (curve(a)?, curve(b)?) else {
+    let (Some((mut panel, curve_a)), Some((_, curve_b))) = (curve(a, start_a)?, curve(b, start_b)?) else {
         return Ok(Vec::new());
     };
     let difference = Curve {

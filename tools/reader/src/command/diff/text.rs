@@ -1,7 +1,7 @@
 //! A comparison for people.
 
 use super::{Verdict, verdict};
-use crate::compare::{ChannelReport, Comparison, FieldReport, Mode, Place};
+use crate::compare::{ChannelReport, Comparison, FieldReport, Gap, Mode, Place};
 
 /// How a text is laid out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -20,7 +20,7 @@ impl Style {
     fn verdict(self, verdict: Verdict) -> String {
         let code = match verdict {
             Verdict::Equal | Verdict::Within => "32",
-            Verdict::Different => "1;31",
+            Verdict::NotCompared | Verdict::Different => "1;31",
         };
         self.paint(code, verdict.name())
     }
@@ -40,6 +40,7 @@ pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> St
         let line = format!("{} did not come to its planned end", path.display());
         text.push_str(&format!("  {} {line}; what there is is compared\n", style.paint("33", "partial")));
     }
+    text.push_str(&starts(comparison));
     if !comparison.structure.is_empty() {
         text.push_str("\nstructure\n");
         list(&mut text, comparison.structure.iter().map(ToString::to_string));
@@ -63,16 +64,21 @@ pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> St
             text.push_str(&format!("\n  {} -> {}\n", divergence.a, divergence.b));
         }
     }
-    let shown = comparison.channels.iter().filter(|channel| style.explain || is_notable(channel));
+    let shown = comparison.channels.iter().filter(|channel| style.explain || channel.is_notable());
     for channel in shown {
         text.push('\n');
         text.push_str(&channel_text(channel, style));
     }
-    let silent = comparison.channels.iter().filter(|channel| !style.explain && !is_notable(channel));
-    let silent: Vec<&str> = silent.map(|channel| channel.topic.as_str()).collect();
-    if !silent.is_empty() {
-        text.push_str(&format!("\nequal: {}\n", silent.join(", ")));
-    }
+    let silent = || comparison.channels.iter().filter(|channel| !style.explain && !channel.is_notable());
+    let mut topics = |what: &str, wanted: &dyn Fn(&&ChannelReport) -> bool| {
+        let topics: Vec<&str> = silent().filter(wanted).map(|channel| channel.topic.as_str()).collect();
+        if !topics.is_empty() {
+            text.push_str(&format!("{what}: {}\n", topics.join(", ")));
+        }
+    };
+    topics("\nequal", &|channel| channel.values() > 0);
+    topics("\nno value compared", &|channel| channel.values() == 0 && channel.messages != [0; 2]);
+    topics("\nno message in either", &|channel| channel.messages == [0; 2]);
     if !comparison.derived.is_empty() {
         let topics: Vec<&str> = comparison.derived.iter().map(String::as_str).collect();
         text.push_str(&format!("not compared, made from the others: {}\n", topics.join(", ")));
@@ -81,6 +87,18 @@ pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> St
         text.push_str("\nstopped at the first difference beyond tolerance (--fail-fast)\n");
     }
     text
+}
+
+/// Where times count from, where that is the start of each recording.
+fn starts(comparison: &Comparison) -> String {
+    let mut all: Vec<[f64; 2]> = Vec::new();
+    for starts in comparison.channels.iter().filter_map(|channel| channel.alignment.starts) {
+        if !all.contains(&starts) {
+            all.push(starts);
+        }
+    }
+    let line = |[a, b]: [f64; 2]| format!("  times count from the start of each recording: {a} and {b}\n");
+    all.into_iter().map(line).collect()
 }
 
 /// One line per channel.
@@ -92,18 +110,21 @@ pub fn summary(names: (&str, &str), comparison: &Comparison, style: Style) -> St
     for channel in &comparison.channels {
         let worst = channel.fields.iter().filter(|field| field.measure.differing > 0 && !field.ignored);
         let worst = worst.max_by(|a, b| rank(a).total_cmp(&rank(b)));
-        let verdict = match (channel.is_within(), is_notable(channel)) {
-            (false, _) => Verdict::Different,
-            (true, true) => Verdict::Within,
-            (true, false) => Verdict::Equal,
+        let verdict = match channel {
+            _ if channel.is_different() => style.verdict(Verdict::Different),
+            _ if !channel.is_within() => style.verdict(Verdict::NotCompared),
+            _ if channel.messages == [0; 2] => "no message".into(),
+            _ if channel.values() == 0 => "no value".into(),
+            _ if channel.is_notable() => style.verdict(Verdict::Within),
+            _ => style.verdict(Verdict::Equal),
         };
         let detail = worst.map_or(String::new(), |field| {
             let max = field.measure.max.as_ref().map_or(f64::NAN, |(max, _)| *max);
             format!("  largest {max:.3e} in {}", field.path)
         });
-        let verdict = style.verdict(verdict);
         text.push_str(&format!("{verdict}  {}  {} samples{detail}\n", channel.topic, channel.compared));
     }
+    text.push_str(&starts(comparison));
     text.push_str(&format!("{}  {} -> {}\n", style.verdict(verdict(comparison)), names.0, names.1));
     text
 }
@@ -129,11 +150,6 @@ fn short(text: &str) -> String {
     }
 }
 
-fn is_notable(channel: &ChannelReport) -> bool {
-    let differs = |field: &FieldReport| !field.ignored && (field.measure.differing > 0 || !field.within);
-    !channel.is_within() || channel.outside > 0 || channel.axes_differ || channel.fields.iter().any(differs)
-}
-
 fn channel_text(channel: &ChannelReport, style: Style) -> String {
     let mut text = format!("{}  {}\n", style.paint("1", &channel.topic), alignment(channel));
     let counts = [(channel.only_a, "only in the reference"), (channel.only_b, "only in the new recording")];
@@ -143,6 +159,9 @@ fn channel_text(channel: &ChannelReport, style: Style) -> String {
         let first = first.map_or(String::new(), |(place, _)| format!(", the first {}", when(place)));
         text.push_str(&format!("  {} {count} messages {what}{first}\n", style.paint("1;31", "!")));
     }
+    for gap in channel.gaps().filter(|gap| matches!(gap, Gap::Apart { .. })) {
+        text.push_str(&format!("  {} {gap}\n", style.paint("1;31", "!")));
+    }
     if channel.undecoded > 0 {
         let mark = style.paint("1;31", "!");
         text.push_str(&format!("  {mark} {} messages do not fit their schema\n", channel.undecoded));
@@ -151,7 +170,8 @@ fn channel_text(channel: &ChannelReport, style: Style) -> String {
         text.push_str("  the axes differ: arrays are compared on their common range, interpolated\n");
     }
     let shown = |field: &&FieldReport| {
-        style.explain || (!field.ignored && (field.measure.differing > 0 || !field.within))
+        let measure = &field.measure;
+        style.explain || (!field.ignored && (measure.differing + measure.apart > 0 || !field.within))
     };
     for field in channel.fields.iter().filter(shown) {
         text.push_str(&field_text(field, style));
@@ -161,7 +181,7 @@ fn channel_text(channel: &ChannelReport, style: Style) -> String {
 
 fn alignment(channel: &ChannelReport) -> String {
     let how = match channel.alignment.mode {
-        None => return "no messages".into(),
+        None => return "no message in either".into(),
         Some(Mode::Step) => "by step",
         Some(Mode::Time) => "by exact time",
         Some(Mode::Order) => "by their order",
@@ -170,8 +190,8 @@ fn alignment(channel: &ChannelReport) -> String {
         Some(Mode::Cubic) => "interpolated by cubics in time",
     };
     let outside = match channel.outside {
-        0 => String::new(),
-        outside => format!(", {outside} outside the common window"),
+        [0, 0] => String::new(),
+        [a, b] => format!(", outside the common window {a} of the reference and {b} of the new recording"),
     };
     format!("{} samples {how}{outside}", channel.compared)
 }
@@ -183,17 +203,22 @@ fn field_text(field: &FieldReport, style: Style) -> String {
         None => "bitwise".into(),
     };
     let unit = field.unit.as_ref().map_or(String::new(), |unit| format!(" [{unit}]"));
-    let state = match (field.ignored, field.within, measure.differing) {
-        (true, _, _) => "not compared".to_owned(),
-        (false, true, 0) => style.paint("32", "equal"),
-        (false, true, _) => style.paint("32", "within"),
-        (false, false, _) => style.paint("1;31", "BEYOND"),
+    let state = match field {
+        _ if field.ignored => "not compared".to_owned(),
+        _ if !field.within => style.paint("1;31", "BEYOND"),
+        _ if measure.elements == 0 && measure.apart > 0 => style.paint("1;31", "NOT COMPARED"),
+        _ if measure.elements == measure.skipped => "no value".to_owned(),
+        _ if measure.differing > 0 => style.paint("32", "within"),
+        _ => style.paint("32", "equal"),
     };
     let mut text = format!("  {}{unit}  {state}", field.path);
     if style.explain {
         text.push_str(&format!("  rule {rule}"));
     }
     text.push('\n');
+    if !field.ignored && measure.apart > 0 {
+        text.push_str(&format!("    {} samples have no part of their axes in common\n", measure.apart));
+    }
     if field.ignored || (measure.differing == 0 && field.within) {
         return text;
     }

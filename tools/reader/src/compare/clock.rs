@@ -1,0 +1,132 @@
+//! The clocks that messages are timed by: one for both recordings, or each recording from its own start.
+//!
+//! A message is timed by its field `time`, else by its log time. Wall clocks of two recordings have no time in common,
+//! and the difference of their starts says nothing: then times count from the first message of each recording on that
+//! clock. All channels of a recording on a clock share the start, so one that is late against the others stays late.
+
+use super::{Options, structure::Pair};
+use crate::{
+    messages::Recording,
+    overview::Channel,
+    recording::{Next, OpenError, seconds},
+};
+
+/// Where the times of a channel count from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Start {
+    /// Time of a message, by its field `time`.
+    Message(f64),
+    /// Log time \[ns\].
+    Log(u64),
+}
+
+impl Start {
+    /// The start as a time of its clock.
+    pub(super) fn time(self) -> f64 {
+        match self {
+            Self::Message(time) => time,
+            Self::Log(log_time) => seconds(log_time),
+        }
+    }
+}
+
+/// Time of a message, from the start if there is one. Log times are subtracted as whole numbers: nothing is rounded
+/// before the difference is small.
+pub(super) fn time(channel: &Channel, start: Option<Start>, bytes: &[u8], log_time: u64) -> f64 {
+    match start {
+        None => channel.time_of(bytes, log_time),
+        Some(Start::Message(start)) => channel.time_of(bytes, log_time) - start,
+        Some(Start::Log(start)) if log_time >= start => seconds(log_time - start),
+        Some(Start::Log(start)) => -seconds(start - log_time),
+    }
+}
+
+/// First and last time of a recording, by clock.
+struct Spans {
+    message: Option<(f64, f64)>,
+    log: Option<(u64, u64)>,
+}
+
+impl Spans {
+    /// Reads all messages that have a time, if that is needed; the log times are known.
+    fn of(recording: &Recording, by_message: bool) -> Result<Self, OpenError> {
+        let mut spans = Self { message: None, log: recording.span };
+        if !by_message {
+            return Ok(spans);
+        }
+        let timed = recording.channels.iter().filter(|(_, channel)| channel.has_time()).map(|(&id, _)| id);
+        let mut messages = recording.messages(timed, None)?;
+        loop {
+            let next = messages.next(|message| {
+                let channel = &recording.channels[&message.channel];
+                channel.time_of(message.data, message.log_time)
+            })?;
+            let Next::Record(time) = next else { return Ok(spans) };
+            if time.is_finite() {
+                let (first, last) = spans.message.unwrap_or((time, time));
+                spans.message = Some((first.min(time), last.max(time)));
+            }
+        }
+    }
+
+    /// Start and span of the clock of a channel.
+    fn of_channel(&self, channel: &Channel) -> Option<(Start, (f64, f64))> {
+        if channel.has_time() {
+            let span = self.message?;
+            Some((Start::Message(span.0), span))
+        } else {
+            let (first, last) = self.log?;
+            Some((Start::Log(first), (seconds(first), seconds(last))))
+        }
+    }
+}
+
+/// True if no time is in both spans.
+fn are_apart<T: PartialOrd>(a: (T, T), b: (T, T)) -> bool {
+    a.1 < b.0 || b.1 < a.0
+}
+
+/// True if the log times of the recordings have none in common.
+fn logs_are_apart(a: &Recording, b: &Recording) -> bool {
+    a.span.zip(b.span).is_some_and(|(a, b)| are_apart(a, b))
+}
+
+/// Log times that messages of the two files are read in step from \[ns\].
+pub(super) fn origins(a: &Recording, b: &Recording, options: &Options) -> [u64; 2] {
+    if options.relative || logs_are_apart(a, b) {
+        [a, b].map(|recording| recording.span.map_or(0, |span| span.0))
+    } else {
+        [0; 2]
+    }
+}
+
+/// Sets where the times of every pair of channels count from, where that is asked for, or where the mode is free and
+/// the recordings have no time in common.
+///
+/// # Errors
+///
+/// A file cannot be read.
+pub(super) fn set_starts(
+    a: &Recording,
+    b: &Recording,
+    options: &Options,
+    pairs: &mut [Pair],
+) -> Result<(), OpenError> {
+    // runs of percuss: their message times follow from their log times, so that the messages need not be read
+    let follow = [a, b].iter().all(|recording| recording.log_window(None, None).is_some());
+    let is_asked = options.relative;
+    if !is_asked && (options.mode.is_some() || (follow && !logs_are_apart(a, b))) {
+        return Ok(());
+    }
+    let has_time = |recording: &Recording, id: u16| recording.channels[&id].has_time();
+    let spans_a = Spans::of(a, pairs.iter().any(|pair| has_time(a, pair.a)))?;
+    let spans_b = Spans::of(b, pairs.iter().any(|pair| has_time(b, pair.b)))?;
+    for pair in pairs {
+        let (of_a, of_b) =
+            (spans_a.of_channel(&a.channels[&pair.a]), spans_b.of_channel(&b.channels[&pair.b]));
+        pair.starts = of_a.zip(of_b).and_then(|((start_a, span_a), (start_b, span_b))| {
+            (is_asked || are_apart(span_a, span_b)).then_some([start_a, start_b])
+        });
+    }
+    Ok(())
+}
