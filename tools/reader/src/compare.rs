@@ -131,6 +131,8 @@ pub struct Comparison {
     pub stopped_early: bool,
     /// What was to be compared and could not be.
     pub gaps: Vec<Gap>,
+    /// For every rule, whether it fits a topic or field of the recordings.
+    pub fitting: Vec<bool>,
 }
 
 /// Something that was to be compared and could not be. To call it equal would be no answer.
@@ -322,7 +324,8 @@ pub fn compare(
     clock::set_starts(a, b, options, &mut pairs)?;
     let provenance = structure::provenance(a, b)?;
     let derived = structure::derived(a, b, options);
-    let mut comparison = Comparison { structure, provenance, derived, ..Comparison::default() };
+    let fitting = structure::fitting(a, b, &options.rules);
+    let mut comparison = Comparison { structure, provenance, derived, fitting, ..Comparison::default() };
     // times that count from a start are not those of the file
     let is_relative = pairs.iter().any(|pair| pair.starts.is_some());
     let window = |recording: &Recording| match is_relative {

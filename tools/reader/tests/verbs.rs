@@ -192,6 +192,68 @@ fn folders_without_anything_in_common_are_not_equal() {
 }
 
 #[test]
+fn a_folder_is_accepted_with_what_is_new_in_it() {
+    let desk = Desk::new();
+    let bytes = |name: &str| fs::read(desk.path(name)).expect("a file");
+    for (folder, names) in [("old", ["x", "gone"]), ("new", ["x", "sub/y"])] {
+        fs::create_dir_all(desk.path(folder).join("sub")).expect("a folder");
+        let source = if folder == "old" { "a.mcap" } else { "b.mcap" };
+        for name in names {
+            fs::copy(desk.path(source), desk.path(&format!("{folder}/{name}.mcap"))).expect("a file");
+        }
+    }
+    fs::remove_dir(desk.path("old/sub")).expect("an empty folder");
+    // the reference is never made smaller: that it has more is said, and is a difference
+    let told = desk.error(1, &["diff", "old", "new", "--bless"]);
+    for part in ["`old/x.mcap` is now `new/x.mcap`", "`old/sub/y.mcap` is new", "`old/gone.mcap` stays"] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    for name in ["x", "sub/y"] {
+        assert_eq!(bytes(&format!("old/{name}.mcap")), bytes("b.mcap"), "{name}");
+    }
+    assert_eq!(bytes("old/gone.mcap"), bytes("a.mcap"));
+    fs::remove_file(desk.path("old/gone.mcap")).expect("a file");
+    desk.text(0, &["diff", "old", "new", "--bless"]);
+    desk.text(0, &["diff", "old", "new"]);
+    // a damaged one is not taken over
+    let whole = bytes("a.mcap");
+    fs::write(desk.path("new/cut.mcap"), &whole[..whole.len() - 3000]).expect("a file");
+    assert!(desk.error(2, &["diff", "old", "new", "--bless"]).contains("`new/cut.mcap` is damaged"));
+    assert!(!desk.path("old/cut.mcap").exists());
+}
+
+#[test]
+fn tolerances_that_fit_nothing_are_told() {
+    let desk = Desk::new();
+    fs::write(
+        desk.path("t.toml"),
+        "[[tolerance]]\nfield = '/scalar.*'\nabs = 1\n[[tolerance]]\nfield = '/skalar.*'\nabs = 1\n",
+    )
+    .expect("a file");
+    let command = ["diff", "a.mcap", "b.mcap", "--abs", "1", "--tolerances", "t.toml"];
+    let more = ["--tol", "/slice.valeus:abs=1", "--tol", "/slice.values:abs=1", "--ignore", "/not,/note"];
+    let told = desk.error(0, &[&command[..], &more[..]].concat());
+    let lines: Vec<&str> = told.lines().collect();
+    assert_eq!(lines.len(), 3, "{told}");
+    for part in [
+        "`/not` (--ignore /not)",
+        "`/slice.valeus` (--tol /slice.valeus:abs=1)",
+        "`/skalar.*` (t.toml, tolerance 2)",
+    ] {
+        assert!(
+            lines.iter().any(|line| line.starts_with("warning: ") && line.contains(part)),
+            "{part}: {told}"
+        );
+    }
+    // what fits in one of several comparisons is no mistake
+    let mut other = forge(60, 1);
+    other.channels.retain(|channel| channel.topic == "/scalar");
+    fs::write(desk.path("scalar.mcap"), other.write(plain())).expect("a file");
+    let told = desk.error(1, &["diff", "scalar.mcap", "scalar.mcap", "a.mcap", "--tol", "/note:abs=1"]);
+    assert_eq!(told, "");
+}
+
+#[test]
 fn selections_without_values_are_not_equal() {
     let desk = Desk::new();
     fn same<'a>(more: &[&'a str]) -> Vec<&'a str> {

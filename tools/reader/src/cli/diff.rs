@@ -14,8 +14,8 @@ use super::{
 };
 use crate::{
     command::diff::{
-        DiffWriter, JSON_VERSION, Job, Style, Verdict, bless, diff, jobs, picture, summary, to_json, to_text,
-        verdict,
+        DiffWriter, JSON_VERSION, Job, Style, Verdict, bless, diff, is_whole, jobs, picture, summary,
+        to_json, to_text, verdict,
     },
     compare::{ChannelReport, Comparison, Mode, NotANumber, Options, Rule, Rules, Tolerance},
     recording::Limits,
@@ -41,7 +41,8 @@ abs = 1e-9, tube = { time = 0.01, value = 1e-3 }.
 
 What could not be compared is never equal: without a value that both have (no common time or axis, nothing in the window, no
 field left) the status is 2, or 1 if one recording has messages that the other has not. Recordings without any common time,
-as of wall clocks, are compared as with --align relative, which is said.
+as of wall clocks, are compared as with --align relative, which is said. Folders with --bless: new recordings are taken
+over too, and those that only the reference has stay, with status 1.
 
 Exit status: 0 equal within tolerance, 1 different, 2 could not compare, 3 an input is damaged or partial: the sound part
 was compared.";
@@ -146,7 +147,7 @@ pub(super) struct DiffArguments {
     /// Write the difference, new minus reference, as a recording
     #[arg(long, value_name = "FILE")]
     write_diff: Option<PathBuf>,
-    /// Put the new recording in the place of the reference
+    /// Put the new recording in the place of the reference; of folders, also recordings that the reference has not
     #[arg(long)]
     bless: bool,
     /// Overwrite existing output files
@@ -178,6 +179,7 @@ impl DiffArguments {
         let style = Style { colour: has_colour(), explain: self.explain };
         let (mut worst, mut lossy) = (Verdict::Equal, false);
         let mut documents = Vec::new();
+        let mut fitting = vec![false; options.rules.rules.len()];
         if jobs.is_empty() {
             worst = Verdict::NotCompared;
             say("error: nothing was compared: there is no recording (*.mcap) in these folders");
@@ -186,13 +188,16 @@ impl DiffArguments {
         }
         for job in &jobs {
             let (Some(a), Some(b)) = (&job.a, &job.b) else {
-                worst = Verdict::Different;
                 self.tell_lonely(job, &mut documents)?;
+                if !self.accept_lonely(job, limits)? {
+                    worst = Verdict::Different;
+                }
                 continue;
             };
             let mut writer = self.write_diff.as_ref().map(|path| DiffWriter::new(path, self.force));
             let comparison = diff(a, b, &options, limits, writer.as_mut())?;
             self.tell_unwritten(&comparison);
+            fitting.iter_mut().zip(&comparison.fitting).for_each(|(any, fits)| *any |= fits);
             let names = (a.to_string_lossy(), b.to_string_lossy());
             let names = (names.0.as_ref(), names.1.as_ref());
             if self.json {
@@ -214,6 +219,7 @@ impl DiffArguments {
                 break;
             }
         }
+        tell_idle(&options.rules, &fitting, &jobs);
         if self.json {
             let document = json!({
                 "version": JSON_VERSION,
@@ -338,5 +344,39 @@ impl DiffArguments {
         bless(a, b).map_err(|error| CliError::Output { path: a.into(), error })?;
         say(&format!("`{}` is now `{}`", a.display(), b.display()));
         Ok(())
+    }
+
+    /// Takes over a recording that only the new folder has; false if the folders still differ in it.
+    fn accept_lonely(&self, job: &Job, limits: Limits) -> Result<bool, CliError> {
+        let (true, [first, other]) = (self.bless, self.files.as_slice()) else { return Ok(false) };
+        let Some((new, name)) = job.b.as_ref().and_then(|new| Some((new, new.strip_prefix(other).ok()?)))
+        else {
+            if let Some(path) = &job.a {
+                say(&format!("`{}` stays: it is missing from `{}`", path.display(), other.display()));
+            }
+            return Ok(false);
+        };
+        if !is_whole(new, limits)? {
+            let text = format!(
+                "`{}` is damaged or partial and is not accepted as a reference (--bless)",
+                new.display()
+            );
+            return Err(CliError::Usage(text));
+        }
+        let reference = first.join(name);
+        bless(&reference, new).map_err(|error| CliError::Output { path: reference.clone(), error })?;
+        say(&format!("`{}` is new, it is `{}`", reference.display(), new.display()));
+        Ok(true)
+    }
+}
+
+/// Tells of rules that fit nothing in any of the recordings: perhaps a name is not written right.
+fn tell_idle(rules: &Rules, fitting: &[bool], jobs: &[Job]) {
+    if !jobs.iter().any(|job| job.a.is_some() && job.b.is_some()) {
+        return;
+    }
+    for (rule, _) in rules.rules.iter().zip(fitting).filter(|(_, fits)| !**fits) {
+        let (pattern, origin) = (rule.fields.text(), &rule.origin);
+        say(&format!("warning: the tolerance for `{pattern}` ({origin}) fits no topic or field"));
     }
 }

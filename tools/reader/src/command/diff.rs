@@ -20,6 +20,7 @@ pub use write::DiffWriter;
 use crate::{
     compare::{CompareError, Comparison, Options, compare},
     messages::Recording,
+    overview::Overview,
     recording::{Limits, OpenError},
 };
 
@@ -141,12 +142,25 @@ pub fn diff(
     }
 }
 
+/// True if a recording is undamaged, and came to its planned end if it says so.
+///
+/// # Errors
+///
+/// The file cannot be read.
+pub fn is_whole(path: &Path, limits: Limits) -> Result<bool, OpenError> {
+    let is_partial = Recording::open(path, limits)?.is_partial();
+    Ok(!is_partial && Overview::read(path, limits)?.damages.is_empty())
+}
+
 /// Puts a new recording in the place of the reference, whole or not at all.
 ///
 /// # Errors
 ///
 /// The file cannot be copied.
 pub fn bless(reference: &Path, new: &Path) -> io::Result<()> {
+    if let Some(folder) = reference.parent() {
+        fs::create_dir_all(folder)?;
+    }
     let name = reference.file_name().unwrap_or_default().to_string_lossy();
     let beside = reference.with_file_name(format!(".{name}.blessed-{}", std::process::id()));
     fs::copy(new, &beside).and_then(|_| fs::rename(&beside, reference)).inspect_err(|_| {

@@ -6,7 +6,7 @@ use std::{
     hash::{Hash, Hasher},
 };
 
-use super::{CompareError, Options, clock::Start};
+use super::{CompareError, Options, Rules, clock::Start};
 use crate::{
     messages::Recording,
     overview::Channel,
@@ -71,6 +71,20 @@ pub(super) struct Pair {
     pub(super) leaves: Vec<(usize, usize)>,
     /// Where the times of both count from; `None` if they are on one clock.
     pub(super) starts: Option<[Start; 2]>,
+}
+
+/// For every rule, whether it fits a topic or field of one of the recordings.
+pub(super) fn fitting(a: &Recording, b: &Recording, rules: &Rules) -> Vec<bool> {
+    let mut names = BTreeSet::new();
+    for channel in a.channels.values().chain(b.channels.values()) {
+        let paths: Vec<&str> = match &channel.layout {
+            Some(layout) => layout.leaves.iter().map(|leaf| leaf.path.as_str()).collect(),
+            None => vec![WHOLE],
+        };
+        names.extend(paths.iter().map(|path| format!("{}.{path}", channel.topic)));
+        names.insert(channel.topic.clone());
+    }
+    rules.rules.iter().map(|rule| names.iter().any(|name| rule.fields.fits(name))).collect()
 }
 
 /// Path of a message that is compared as bytes.
