@@ -239,3 +239,66 @@ fn on_common_grid(a: &List, grid_a: &Grid, b: &List, grid_b: &Grid) -> (List, Li
     }
     (List::Double(common_a), List::Double(common_b), chosen)
 }
+
+#[cfg(test)]
+mod tests {
+    use prost_reflect::{
+        DescriptorPool,
+        prost_types::{
+            DescriptorProto, FieldDescriptorProto, FileDescriptorProto,
+            field_descriptor_proto::{Label, Type as Wire},
+        },
+    };
+
+    use super::*;
+
+    #[test]
+    fn fields_that_say_when_are_known_by_name_and_type() {
+        let field = |name: &str, number, label: Label, kind: Wire, of: &str| FieldDescriptorProto {
+            name: Some(name.into()),
+            number: Some(number),
+            label: Some(label.into()),
+            r#type: Some(kind.into()),
+            type_name: (!of.is_empty()).then(|| of.into()),
+            ..Default::default()
+        };
+        let (one, many) = (Label::Optional, Label::Repeated);
+        let stamp = ".google.protobuf.Timestamp";
+        let message =
+            |name: &str, field| DescriptorProto { name: Some(name.into()), field, ..Default::default() };
+        let file = FileDescriptorProto {
+            name: Some("robot.proto".into()),
+            package: Some("lab".into()),
+            syntax: Some("proto3".into()),
+            dependency: vec!["google/protobuf/timestamp.proto".into()],
+            message_type: vec![
+                message(
+                    "Header",
+                    vec![
+                        field("stamp", 1, one, Wire::Message, stamp),
+                        field("seconds", 2, one, Wire::Double, ""),
+                    ],
+                ),
+                message(
+                    "Pose",
+                    vec![
+                        field("time", 1, one, Wire::Double, ""),
+                        field("header", 2, one, Wire::Message, ".lab.Header"),
+                        field("history", 3, many, Wire::Message, stamp),
+                        field("timestamp", 4, one, Wire::Message, stamp),
+                        field("x", 5, one, Wire::Double, ""),
+                    ],
+                ),
+            ],
+            ..Default::default()
+        };
+        let mut pool = DescriptorPool::global();
+        pool.add_file_descriptor_proto(file).expect("a sound schema");
+        let layout = Layout::of(&pool.get_message_by_name("lab.Pose").expect("the message"));
+        let keys = (0..layout.leaves.len()).filter(|&leaf| is_key(&layout, leaf));
+        let keys: Vec<&str> = keys.map(|leaf| layout.leaves[leaf].path.as_str()).collect();
+        let expected =
+            ["time", "header.stamp.seconds", "header.stamp.nanos", "timestamp.seconds", "timestamp.nanos"];
+        assert_eq!(keys, expected);
+    }
+}
