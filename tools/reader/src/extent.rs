@@ -1,11 +1,12 @@
 //! How far the arrays of a recording reach: their lengths and positions over all messages.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use percuss_picture::Side;
 
 use crate::{
     axis::{Axis, Grid},
+    field::MAX_COLUMNS,
     messages::Recording,
     nest::{Counts, Nest},
     overview::Channel,
@@ -65,8 +66,10 @@ impl Reach {
 /// How far an array reaches over all messages.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Extent {
-    /// Greatest number of elements of each list on its way.
-    pub lengths: Vec<usize>,
+    /// Greatest number of elements of a list that is in no other.
+    pub length: usize,
+    /// Elements of lists inside lists, one of each on the way, in their order; at most one more than columns are made.
+    pub places: BTreeSet<Vec<usize>>,
     /// Along a uniform axis; rows and columns of a matrix.
     pub reaches: Vec<Reach>,
     /// True if a matrix has not the same shape in every message.
@@ -155,7 +158,17 @@ impl<'a> Survey<'a> {
 
 impl Array {
     fn take(&mut self, values: &Values) {
-        self.nest.measure(values, &mut self.extent.lengths);
+        let length = match self.nest.lists() {
+            1 => self.nest.spot(&[None]).length(values),
+            _ => {
+                self.nest.places(values, MAX_COLUMNS + 1, &mut self.extent.places);
+                0
+            }
+        };
+        // what never has a value takes no columns
+        if !values.lists[self.leaf].is_empty() {
+            self.extent.length = self.extent.length.max(length);
+        }
         if let Some(grid) = self.axis.grid(values) {
             let size = grid.rows.length.checked_mul(grid.columns.length);
             if size != Some(values.lists[self.leaf].len()) {
@@ -165,7 +178,6 @@ impl Array {
             self.grid = Some(grid);
             self.along = [Reach::join(self.along[0], grid.rows), Reach::join(self.along[1], grid.columns)];
         } else if let Some((start, step)) = self.axis.uniform(values) {
-            let length = self.nest.spot(&[None]).length(values);
             self.along[0] = Reach::join(self.along[0], Side { start, step, length });
         }
         self.extent.reaches = self.along.into_iter().flatten().collect();

@@ -9,7 +9,7 @@ use prost_reflect::EnumDescriptor;
 use crate::{
     axis::{Axis, at_point, between},
     extent::{Extent, Reach},
-    nest::{Counts, Nest, Spot, combinations},
+    nest::{Counts, Nest, Spot},
     overview::Channel,
     recording::seconds,
     table::{Cell, Heading, Kind},
@@ -215,14 +215,26 @@ impl Picker<'_> {
         nest: &Nest,
         chosen: &[Option<usize>],
     ) -> Result<Vec<Column>, SelectionError> {
-        let is_open = chosen.iter().any(Option::is_none);
-        let lengths = if is_open { (self.extent)(leaf).lengths } else { Vec::new() };
-        let all = combinations(chosen, &lengths, MAX_COLUMNS).ok_or_else(|| SelectionError::TooMany {
-            topic: self.channel.topic.clone(),
-            field: nest.name(chosen),
-            example: nest.name(&vec![Some(0); chosen.len()]),
-        })?;
-        Ok(all.iter().map(|elements| self.element(leaf, nest, elements, None)).collect())
+        if chosen.iter().all(Option::is_some) {
+            return Ok(vec![self.element(leaf, nest, chosen, None)]);
+        }
+        let extent = (self.extent)(leaf);
+        if extent.length.max(extent.places.len()) > MAX_COLUMNS {
+            return Err(SelectionError::TooMany {
+                topic: self.channel.topic.clone(),
+                field: nest.name(chosen),
+                example: nest.name(&vec![Some(0); chosen.len()]),
+            });
+        }
+        let column = |elements: &[Option<usize>]| self.element(leaf, nest, elements, None);
+        if chosen.len() == 1 {
+            return Ok((0..extent.length).map(|element| column(&[Some(element)])).collect());
+        }
+        let fits = |place: &&Vec<usize>| {
+            place.iter().zip(chosen).all(|(element, chosen)| chosen.is_none_or(|chosen| chosen == *element))
+        };
+        let places = extent.places.iter().filter(fits);
+        Ok(places.map(|place| column(&place.iter().copied().map(Some).collect::<Vec<_>>())).collect())
     }
 
     /// Columns of an array at positions that fit its axis.
@@ -428,8 +440,8 @@ mod tests {
     }
 
     /// That of an array of so many elements, on an axis that nothing is known of.
-    fn lengths(length: usize) -> Extent {
-        Extent { lengths: vec![length], ..Extent::default() }
+    fn array(length: usize) -> Extent {
+        Extent { length, ..Extent::default() }
     }
 
     fn message(channel: &Channel, p: &[f64]) -> Values {
@@ -445,7 +457,7 @@ mod tests {
 
     fn cells(channel: &Channel, at: &str, p: &[f64]) -> Vec<Cell> {
         let selection = Selection { at: vec![at.parse().expect("positions")], ..Selection::default() };
-        let columns = columns(channel, &selection, &mut |_| lengths(9)).expect("a selection");
+        let columns = columns(channel, &selection, &mut |_| array(9)).expect("a selection");
         columns.fields.iter().map(|column| column.cell(&message(channel, p), 0)).collect()
     }
 
@@ -478,7 +490,7 @@ mod tests {
     #[test]
     fn axis_fields_are_no_columns_and_units_are_found() {
         let channel = channel(&[("axis.p", "r0,dr"), ("unit.p", "Pa")]);
-        let columns = columns(&channel, &Selection::default(), &mut |_| lengths(2)).expect("columns");
+        let columns = columns(&channel, &Selection::default(), &mut |_| array(2)).expect("columns");
         let names: Vec<String> = columns.fields.iter().map(|column| column.heading.with_unit()).collect();
         assert_eq!(names, ["p[0] [Pa]", "p[1] [Pa]"]);
     }
@@ -489,7 +501,7 @@ mod tests {
         let select = |field: &str, at: Option<&str>| {
             let fields = if field.is_empty() { Vec::new() } else { vec![field.to_owned()] };
             let at = at.map(|at| at.parse().expect("positions")).into_iter().collect();
-            let selected = columns(&channel, &Selection { fields, at }, &mut |_| lengths(20_000));
+            let selected = columns(&channel, &Selection { fields, at }, &mut |_| array(20_000));
             selected.expect_err("a misfit").to_string()
         };
         assert!(select("q", None).contains("time, r0, dr, p"));

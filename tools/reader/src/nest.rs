@@ -4,7 +4,7 @@
 //! a value is, the leaves beside it say that count, [`COUNT`]: how many elements a list has, whether an optional field is
 //! there. A value keeps its place so, whatever else is absent.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use prost_reflect::Kind;
 
@@ -108,49 +108,49 @@ impl Nest {
         Spot { leaf: self.leaf, steps: self.parts.iter().filter_map(step).collect() }
     }
 
-    /// Lengthens `lengths`, one per list on the way, to what a message holds; a message without a value says nothing.
-    pub(crate) fn measure(&self, values: &Values, lengths: &mut Vec<usize>) {
-        let list = &values.lists[self.leaf];
-        if list.is_empty() {
-            return;
-        }
-        let lists = self.parts.iter().filter(|part| part.is_list);
-        lengths.resize(self.lists(), 0);
-        for (part, longest) in lists.zip(lengths) {
-            let length = match part.count.map(|leaf| &values.lists[leaf]) {
-                Some(List::UInt(counts)) => counts.iter().copied().max().unwrap_or(0) as usize,
-                _ => list.len(),
-            };
-            *longest = (*longest).max(length);
-        }
+    /// Adds the elements of the lists on the way that a message holds, those without a value counted, until there are
+    /// `most`.
+    pub(crate) fn places(&self, values: &Values, most: usize, places: &mut BTreeSet<Vec<usize>>) {
+        let last = self.parts.iter().rposition(|part| part.is_list).map_or(0, |last| last + 1);
+        let mut elements = Vec::new();
+        self.descend(&self.parts[..last], 0, values, most, &mut elements, places);
     }
-}
 
-/// All combinations of an element of each list that is not chosen yet, the last list fastest. `None` if there are more
-/// than `most`.
-pub(crate) fn combinations(
-    chosen: &[Option<usize>],
-    lengths: &[usize],
-    most: usize,
-) -> Option<Vec<Vec<Option<usize>>>> {
-    let length = |i: usize| lengths.get(i).copied().unwrap_or(0);
-    let open = chosen.iter().enumerate().filter(|(_, element)| element.is_none());
-    let count = open.clone().try_fold(1_usize, |count, (i, _)| count.checked_mul(length(i)))?;
-    if count > most {
-        return None;
-    }
-    let mut all = vec![chosen.to_vec()];
-    for (i, _) in open {
-        let with = |elements: Vec<Option<usize>>| {
-            (0..length(i)).map(move |element| {
-                let mut elements = elements.clone();
-                elements[i] = Some(element);
-                elements
-            })
+    /// The part of [`Self::places`] below one message, `number` among those of its path.
+    fn descend(
+        &self,
+        parts: &[Part],
+        number: usize,
+        values: &Values,
+        most: usize,
+        elements: &mut Vec<usize>,
+        places: &mut BTreeSet<Vec<usize>>,
+    ) {
+        let Some((part, parts)) = parts.split_first() else {
+            places.insert(elements.clone());
+            return;
         };
-        all = all.into_iter().flat_map(with).collect();
+        let (count, first) = match part.count.map(|leaf| &values.lists[leaf]) {
+            Some(List::UInt(counts)) => {
+                let count = counts.get(number).copied().unwrap_or(0);
+                (count, counts.iter().take(number).sum::<u64>())
+            }
+            _ if part.is_list => (values.lists[self.leaf].len() as u64, 0),
+            _ => (1, number as u64),
+        };
+        for element in 0..count {
+            if places.len() >= most {
+                return;
+            }
+            if part.is_list {
+                elements.push(element as usize);
+            }
+            self.descend(parts, (first + element) as usize, values, most, elements, places);
+            if part.is_list {
+                elements.pop();
+            }
+        }
     }
-    Some(all)
 }
 
 /// One step on the way to a value.

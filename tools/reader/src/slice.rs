@@ -1,12 +1,12 @@
 //! What a recording holds at one time: arrays over their axis, matrices over their two.
 
-use std::path::PathBuf;
+use std::{collections::BTreeSet, path::PathBuf};
 
 use crate::{
     axis::{Axis, Place, between},
     extent::Extent,
     messages::Recording,
-    nest::{Counts, Nest, combinations},
+    nest::{Counts, Nest},
     overview::Channel,
     recording::{Damage, Limits, Next, OpenError},
     table::Heading,
@@ -285,15 +285,13 @@ pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profil
         let point = |i: usize| Some((position(i), list.number(spot.rank(&moment.values, i)?)?));
         (0..spot.length(&moment.values)).filter_map(point).collect()
     } else {
-        let mut lengths = Vec::new();
-        nest.measure(&moment.values, &mut lengths);
-        let elements = combinations(&vec![None; field.lists], &lengths, MAX_POINTS)?;
-        let value = |elements: &Vec<Option<usize>>| list.number(nest.spot(elements).rank(&moment.values, 0)?);
-        elements
-            .iter()
-            .enumerate()
-            .filter_map(|(i, elements)| Some((position(i), value(elements)?)))
-            .collect()
+        let mut places = BTreeSet::new();
+        nest.places(&moment.values, MAX_POINTS, &mut places);
+        let value = |place: &Vec<usize>| {
+            let elements: Vec<Option<usize>> = place.iter().copied().map(Some).collect();
+            list.number(nest.spot(&elements).rank(&moment.values, 0)?)
+        };
+        places.iter().enumerate().filter_map(|(i, place)| Some((position(i), value(place)?))).collect()
     };
     let coordinate = axis.coordinate().to_owned();
     Some(Profile {
