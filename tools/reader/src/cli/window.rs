@@ -73,12 +73,6 @@ pub(super) struct Window {
     pub(super) every: u64,
 }
 
-/// A time: no message is before or after what is not a number.
-fn time(text: &str) -> Result<f64, String> {
-    let time = text.parse::<f64>().map_err(|error| error.to_string())?;
-    if time.is_nan() { Err("a time is needed".into()) } else { Ok(time) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
