@@ -15,7 +15,7 @@ use percuss::{
 
 use super::{
     accuracy::{assert_stated, stated},
-    on_mesh, orders, relative_rms, run,
+    case, on_mesh, orders, relative_rms, run,
 };
 
 /// Steps over which the mesh spreads the jump of a contact front, and half a step.

@@ -10,8 +10,8 @@ use percuss::{
     view::View,
 };
 
-mod admissible_velocity;
 mod accuracy;
+mod admissible_velocity;
 mod energy_and_momentum;
 mod fig2_paraboloid;
 mod fig4_half_space;

@@ -31,6 +31,7 @@ use crate::{
     field::SelectionError,
     recording::{Damage, Limits, OpenError},
     slice::MomentError,
+    text::lines,
 };
 use cat::CatArguments;
 use diff::DiffArguments;
@@ -273,7 +274,7 @@ fn say_left_out(left_out: &[SelectionError]) {
 
 fn say(text: &str) {
     // if even stderr is gone there is nobody left to tell
-    drop(writeln!(io::stderr(), "{text}"));
+    drop(writeln!(io::stderr(), "{}", lines(text)));
 }
 
 /// True if standard output is a terminal that wants colours.

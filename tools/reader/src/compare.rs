@@ -326,6 +326,10 @@ pub fn compare(
     let derived = structure::derived(a, b, options);
     let fitting = structure::fitting(a, b, &options.rules);
     let mut comparison = Comparison { structure, provenance, derived, fitting, ..Comparison::default() };
+    let fields = pairs.iter().map(|pair| pair.leaves.len() + 1).sum::<usize>();
+    if fields.saturating_mul(FIELD) > a.limits().record() {
+        return Err(CompareError::Fields { fields });
+    }
     // times that count from a start are not those of the file
     let is_relative = pairs.iter().any(|pair| pair.starts.is_some());
     let window = |recording: &Recording| match is_relative {
@@ -416,6 +420,20 @@ pub enum CompareError {
         /// As it was asked for.
         pattern: String,
     },
+    /// More fields than there is memory to measure.
+    #[error(
+        "the recordings have {fields} fields, too many to compare at once; choose some (--topic), or raise --max-memory"
+    )]
+    Fields {
+        /// Fields that both have.
+        fields: usize,
+    },
+    /// A message that is too large to hand on to the comparison.
+    #[error("a message of {bytes} bytes is too large to be compared; raise --max-memory")]
+    TooLarge {
+        /// Its length.
+        bytes: usize,
+    },
     /// Messages of the recordings are in orders so different that there is no memory to wait for counterparts.
     #[error(
         "messages of `{topic}` are too far from their counterparts in the other recording to be kept until those come; \
@@ -429,6 +447,9 @@ pub enum CompareError {
     #[error("{0}")]
     Watch(String),
 }
+
+/// Memory that comparing a field takes: sums, places, recent samples, numbers of the last message \[bytes\].
+const FIELD: usize = 4096;
 
 fn needs_scale(a: &Recording, pair: &structure::Pair, rules: &Rules) -> bool {
     let channel = &a.channels[&pair.a];
@@ -464,6 +485,7 @@ fn scales(
                     scales.entry((message.channel, leaf)).or_default().add(&numbers);
                 }
             }
+            values.release();
         })?;
         if !matches!(next, Next::Record(())) {
             return Ok(scales);

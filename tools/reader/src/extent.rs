@@ -153,6 +153,7 @@ impl<'a> Survey<'a> {
         if self.layout.decode(bytes, &mut self.values).is_ok() {
             self.arrays.iter_mut().for_each(|array| array.take(&self.values));
         }
+        self.values.release();
     }
 }
 

@@ -22,6 +22,10 @@ pub use selection::{Positions, Selection, SelectionError};
 /// Largest number of columns an array is spread over.
 pub const MAX_COLUMNS: usize = 10_000;
 
+/// Largest number of columns of a table, and longest that the names of those of a topic may be together \[bytes\].
+pub(crate) const MAX_TABLE: usize = 1 << 18;
+const MAX_NAMES: usize = 32 << 20;
+
 /// One column: how to find its cell in a message.
 #[derive(Clone, Debug)]
 pub struct Column {
@@ -102,17 +106,24 @@ pub fn columns(
     let (mut fields, mut left_out) = (Vec::new(), Vec::new());
     if selection.fields.is_empty() {
         let hidden = channel.axis_parts();
+        let mut names = 0;
         for (index, field) in layout.leaves.iter().enumerate() {
             let path = field.path.as_str();
             if Some(index) == leaf || hidden.contains(&path) || path.ends_with(COUNT) || path == UNKNOWN {
                 continue;
             }
             match picker.all(index) {
-                Ok(columns) => fields.extend(columns),
+                Ok(columns) => {
+                    names += columns.iter().map(|column| column.heading.name.len()).sum::<usize>();
+                    fields.extend(columns);
+                }
                 Err(error @ (SelectionError::NotACell { .. } | SelectionError::TooMany { .. })) => {
                     left_out.push(error);
                 }
                 Err(error) => return Err(error),
+            }
+            if fields.len() > MAX_TABLE || names > MAX_NAMES {
+                return Err(SelectionError::TooWide { topic: channel.topic.clone(), columns: fields.len() });
             }
         }
     }
@@ -193,6 +204,11 @@ impl Picker<'_> {
             return Ok(columns);
         }
         match &axis {
+            Axis::Listed(positions) if positions.len() > MAX_COLUMNS => Err(SelectionError::TooMany {
+                topic: self.channel.topic.clone(),
+                field: field.path.clone(),
+                example: nest.name(&[Some(0)]),
+            }),
             Axis::Listed(positions) => {
                 let column = |(i, r): (usize, &f64)| {
                     self.element(leaf, &nest, &[Some(i)], Some(format!("{}@r={r}", field.path)))
@@ -219,7 +235,9 @@ impl Picker<'_> {
             return Ok(vec![self.element(leaf, nest, chosen, None)]);
         }
         let extent = (self.extent)(leaf);
-        if extent.length.max(extent.places.len()) > MAX_COLUMNS {
+        // their names are kept
+        let most = MAX_COLUMNS.min(MAX_NAMES / nest.name(chosen).len().max(1));
+        if extent.length.max(extent.places.len()) > most {
             return Err(SelectionError::TooMany {
                 topic: self.channel.topic.clone(),
                 field: nest.name(chosen),

@@ -32,14 +32,20 @@
 //!
 //! Every checksum of what is read is verified, chunks before anything in them is used. A damaged part is stepped over,
 //! told, and makes the exit status 3. Where the index at the end of a file is sound, only chunks that hold what is asked
-//! for are read; `verify` and `info` always read everything. `--max-memory` caps what a file can make the reader take:
-//! a record or unpacked chunk may have a quarter of it (two files with a chunk packed and unpacked each make the whole),
-//! all schemas, channels and metadata records a 64th, messages that wait for their counterparts in a comparison a 16th per file (if that is not enough, the comparison is
-//! refused, never wrong). Lengths
-//! inside a record are checked before it is parsed. A type inside itself, or nested deeper than 32, is kept as bytes.
+//! for are read; `verify` and `info` always read everything. `--max-memory` caps what a file can make the reader take,
+//! with the shares of [`recording::Limits`]: what is kept is charged before it is allocated, with what it takes in memory,
+//! not in the file. What has no room is refused, and that is told: a record or chunk like a damaged one, a definition
+//! as one that is not known, a message as one that does not fit its schema (status 3; `verify`: not sound); a table, a picture
+//! or a comparison for which too much would have to wait is not made (status 1; `diff`: 2). Of several files side by side
+//! in a table or picture, each may take as much.
+//!
+//! Lengths inside a record are checked before it is parsed. Descriptor sets are looked through before they are parsed: those
+//! of another syntax than proto2 and proto3, with public imports in circles, or with more than 65 536 elements are not
+//! sound. A type inside itself, nested deeper than 32, or beyond 10 000 fields is kept as bytes. Names from a file are shown with
+//! what could command a terminal escaped.
 //!
 //! Memory does not depend on the length of a recording. The exceptions say so: NumPy files begin with their lengths, so
-//! their columns are kept in memory, up to `--max-memory`; pictures keep the points of their curves.
+//! their columns are kept in memory, up to `--max-memory`; pictures keep the points of their curves, up to an eighth of it.
 //!
 //! # Channel metadata
 //!
@@ -115,5 +121,6 @@ pub mod recording;
 pub mod select;
 pub mod slice;
 pub mod table;
+mod text;
 pub mod timeline;
 pub mod wire;

@@ -35,8 +35,10 @@ pub struct Recording {
     pub library: String,
     /// First and last log time of all messages \[ns\].
     pub span: Option<(u64, u64)>,
-    /// What is damaged or cut off, as far as it had to be read.
+    /// What is damaged or cut off, as far as it had to be read, or was refused.
     pub damages: Vec<Damage>,
+    /// What of these was refused because it takes too much memory; told again by all who read messages.
+    refused: Vec<Damage>,
     limits: Limits,
     from_index: bool,
 }
@@ -62,6 +64,7 @@ impl Recording {
             attachments: overview.attachments,
             library: overview.library,
             damages: overview.damages,
+            refused: overview.refused,
             limits,
             from_index: false,
         })
@@ -83,10 +86,12 @@ impl Recording {
         let mut metadata = Vec::new();
         for entry in &index.metadata {
             let body = record_at(&mut file, entry.offset, entry.length, op::METADATA, limits)?;
-            match body.as_deref().map(|body| parse(op::METADATA, body)) {
+            match body.as_deref().map(|body| parse(op::METADATA, body, limits.directory())) {
                 Some(Ok(Record::Metadata(record))) => {
                     let record = Metadata { name: record.name, entries: record.metadata };
-                    if !directory.has_room(record.weight()) {
+                    // the index may name a record any number of times: each is read again
+                    let length = usize::try_from(entry.length).unwrap_or(usize::MAX);
+                    if !directory.has_room(record.weight().max(length)) {
                         return Ok(None);
                     }
                     metadata.push(record);
@@ -103,6 +108,7 @@ impl Recording {
         if !attachments.iter().all(|attachment| directory.has_room(attachment.weight())) {
             return Ok(None);
         }
+        let refused = directory.refused();
         let mut channels = directory.into_channels();
         for (id, channel) in &mut channels {
             channel.count = statistics.channel_message_counts.get(id).copied().unwrap_or(0);
@@ -115,7 +121,8 @@ impl Recording {
             library: String::new(),
             span: (statistics.message_count > 0)
                 .then_some((statistics.message_start_time, statistics.message_end_time)),
-            damages: Vec::new(),
+            damages: refused.clone(),
+            refused,
             limits,
             from_index: true,
         }))
@@ -161,6 +168,7 @@ impl Recording {
     ) -> Result<Messages, OpenError> {
         let ids: BTreeSet<u16> = ids.into_iter().collect();
         let mut scan = Scan::open(&self.path, self.limits)?;
+        scan.note(&self.refused);
         if self.from_index {
             scan.only(|chunk| {
                 let (first, last) = window.unwrap_or((0, u64::MAX));

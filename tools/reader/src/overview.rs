@@ -1,7 +1,7 @@
 //! What a recording holds, gathered in one pass over the whole file.
 
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::{BTreeMap, HashMap, HashSet},
     path::Path,
     sync::Arc,
 };
@@ -11,8 +11,12 @@ use prost_reflect::DescriptorPool;
 
 use crate::{
     field::time_leaf,
-    recording::{Damage, Found, Limits, Next, OpenError, Scan, seconds},
-    wire::Layout,
+    recording::{Budget, Damage, Found, Limits, Next, OpenError, Scan, seconds},
+    text::short,
+    wire::{
+        Layout, List,
+        schema::{SchemaError, pool},
+    },
 };
 
 /// A channel.
@@ -56,10 +60,13 @@ impl Channel {
         self.layout.as_ref().is_some_and(|layout| time_leaf(layout).is_some())
     }
 
-    /// What the axes of arrays are made of: names of fields that only describe them, or positions.
-    pub fn axis_parts(&self) -> Vec<&str> {
+    /// What the axes of arrays are made of: names of fields that only describe them.
+    pub fn axis_parts(&self) -> HashSet<&str> {
+        /// Names of an axis at most: start, step and number of rows and of columns. More parts are positions.
+        const NAMES: usize = 6;
         let axes = self.metadata.iter().filter(|(key, _)| key.starts_with("axis."));
-        axes.flat_map(|(_, axis)| axis.split([',', ';']).map(str::trim)).collect()
+        let parts = axes.map(|(_, axis)| axis.split([',', ';']).map(str::trim));
+        parts.filter(|parts| parts.clone().nth(NAMES).is_none()).flatten().collect()
     }
 }
 
@@ -75,10 +82,20 @@ pub struct Attachment {
 }
 
 impl Attachment {
-    /// Bytes of memory that it takes, roughly.
+    /// Memory that it takes \[bytes\].
     pub(crate) fn weight(&self) -> usize {
-        64 + self.name.len() + self.media_type.len()
+        256 + SHOWN * (self.name.len() + self.media_type.len())
     }
+}
+
+/// Forms in which a text of a file is kept until it is printed, some longer than the text: escaped, in a document.
+const SHOWN: usize = 8;
+
+/// Memory of an entry of a map of texts, besides its bytes \[bytes\].
+const ENTRY: usize = 160;
+
+fn weight_of_entries(entries: &BTreeMap<String, String>) -> usize {
+    entries.iter().map(|(key, value)| ENTRY + SHOWN * (key.len() + value.len())).sum()
 }
 
 /// Compressions that are listed by name.
@@ -94,10 +111,9 @@ pub struct Metadata {
 }
 
 impl Metadata {
-    /// Bytes of memory that it takes, roughly.
+    /// Memory that it takes \[bytes\].
     pub(crate) fn weight(&self) -> usize {
-        let entries = self.entries.iter().map(|(key, value)| 64 + key.len() + value.len());
-        64 + self.name.len() + entries.sum::<usize>()
+        256 + SHOWN * self.name.len() + weight_of_entries(&self.entries)
     }
 }
 
@@ -131,16 +147,20 @@ pub struct Overview {
     pub chunks: Chunks,
     /// True if the file is whole and sound from magic to magic.
     pub complete: bool,
-    /// What is damaged or cut off.
+    /// What is damaged or cut off, or was refused.
     pub damages: Vec<Damage>,
+    /// What of these was refused because it takes too much memory.
+    pub(crate) refused: Vec<Damage>,
 }
 
 /// Descriptors and channels as they come up in a file.
 pub struct Directory {
     schemas: HashMap<u16, Schema>,
     channels: BTreeMap<u16, Channel>,
-    room: usize,
+    budget: Budget,
+    limits: Limits,
     overflowed: bool,
+    refused: Vec<Damage>,
 }
 
 struct Schema {
@@ -148,7 +168,12 @@ struct Schema {
     encoding: String,
     pool: Option<DescriptorPool>,
     layout: Option<Arc<Layout>>,
+    /// Why a descriptor set is not used.
+    reason: Option<String>,
 }
+
+/// Schemas that are told one by one where there is no room for their types.
+const MAX_REFUSED: usize = 16;
 
 impl Directory {
     /// Has room for as much as the limits say.
@@ -156,8 +181,10 @@ impl Directory {
         Self {
             schemas: HashMap::new(),
             channels: BTreeMap::new(),
-            room: limits.directory(),
+            budget: Budget::new(limits.directory()),
+            limits,
             overflowed: false,
+            refused: Vec::new(),
         }
     }
 
@@ -165,28 +192,44 @@ impl Directory {
     pub fn learn(&mut self, record: &Record<'_>) {
         match record {
             Record::Schema { header, data } if !self.schemas.contains_key(&header.id) => {
-                if !self.has_room(header.name.len() + data.len()) {
+                if !self.has_room(512 + SHOWN * (header.name.len() + header.encoding.len())) {
                     return;
                 }
-                let is_protobuf = header.encoding == "protobuf";
-                let pool = is_protobuf.then(|| DescriptorPool::decode(data.as_ref()).ok()).flatten();
                 let (name, encoding) = (header.name.clone(), header.encoding.clone());
-                self.schemas.insert(header.id, Schema { name, encoding, pool, layout: None });
+                let mut schema = Schema { name, encoding, pool: None, layout: None, reason: None };
+                if header.encoding == "protobuf" {
+                    match pool(data, self.budget.left()) {
+                        Ok((pool, weight)) => {
+                            schema.pool = Some(pool);
+                            self.has_room(weight);
+                        }
+                        Err(error) => {
+                            schema.reason = Some(short(&error.to_string()).into_owned());
+                            if let SchemaError::TooLarge { .. } = error {
+                                self.refuse(format!("the schema `{}`: {error}", short(&header.name)));
+                            }
+                        }
+                    }
+                }
+                self.schemas.insert(header.id, schema);
             }
             Record::Channel(channel) if !self.channels.contains_key(&channel.id) => {
-                let entries = channel.metadata.iter().map(|(key, value)| 64 + key.len() + value.len());
-                if !self.has_room(256 + channel.topic.len() + entries.sum::<usize>()) {
+                let schema = self.schemas.get_mut(&channel.schema_id);
+                let name = schema.as_ref().map_or(0, |schema| schema.name.len());
+                let texts = channel.topic.len() + channel.message_encoding.len() + name;
+                let weight = 1024 + SHOWN * texts + weight_of_entries(&channel.metadata);
+                if !self.has_room(weight) {
                     return;
                 }
-                let schema = self.schemas.get_mut(&channel.schema_id);
+                let is_protobuf = channel.message_encoding == "protobuf";
+                let layout = if is_protobuf { self.layout(channel.schema_id, &channel.topic) } else { None };
+                let schema = self.schemas.get(&channel.schema_id);
                 let known = Channel {
                     topic: channel.topic.clone(),
-                    schema: schema.as_ref().map_or_else(String::new, |schema| schema.name.clone()),
+                    schema: schema.map_or_else(String::new, |schema| schema.name.clone()),
                     encoding: channel.message_encoding.clone(),
                     metadata: channel.metadata.clone(),
-                    layout: schema
-                        .filter(|_| channel.message_encoding == "protobuf")
-                        .and_then(Schema::layout),
+                    layout,
                     count: 0,
                     span: None,
                 };
@@ -196,13 +239,50 @@ impl Directory {
         }
     }
 
+    /// The layout of the messages of a channel; made once for every schema.
+    fn layout(&mut self, schema_id: u16, topic: &str) -> Option<Arc<Layout>> {
+        let schema = self.schemas.get_mut(&schema_id)?;
+        if schema.layout.is_none() {
+            let message = schema.pool.as_ref()?.get_message_by_name(&schema.name)?;
+            let layout = Layout::of(&message).within(self.limits.values());
+            if !self.budget.spend(layout.weight()) {
+                self.refuse(format!("the fields of `{}` (--max-memory)", short(topic)));
+                return None;
+            }
+            schema.layout = Some(Arc::new(layout));
+        }
+        let layout = schema.layout.clone()?;
+        // every channel keeps a message, taken apart, and names for its fields
+        if !self.budget.spend(layout.leaves.len() * size_of::<List>()) {
+            self.refuse(format!("the fields of `{}` (--max-memory)", short(topic)));
+            return None;
+        }
+        Some(layout)
+    }
+
+    fn refuse(&mut self, what: String) {
+        if self.refused.len() < MAX_REFUSED {
+            self.refused.push(Damage { offset: 0, bytes: 0, reason: format!("no room for {what}") });
+        }
+    }
+
     /// True, and so many bytes less of room, if there is room for what a record says.
     pub(crate) fn has_room(&mut self, bytes: usize) -> bool {
-        match self.room.checked_sub(bytes) {
-            Some(room) => self.room = room,
-            None => self.overflowed = true,
-        }
+        self.overflowed |= !self.budget.spend(bytes);
         !self.overflowed
+    }
+
+    /// What was refused because there was no room for it.
+    pub(crate) fn refused(&self) -> Vec<Damage> {
+        let mut refused = self.refused.clone();
+        if self.overflowed {
+            let room = self.limits.directory();
+            let reason = format!(
+                "schemas, channels and metadata take more than {room} bytes; the rest is left out (--max-memory)"
+            );
+            refused.push(Damage { offset: 0, bytes: 0, reason });
+        }
+        refused
     }
 
     /// True if there was no room for all schemas, channels and metadata: what follows of those is left out.
@@ -229,11 +309,9 @@ impl Directory {
     pub fn schema(&self, id: u16) -> Option<SchemaState> {
         let schema = self.schemas.get(&id)?;
         let pool = schema.pool.as_ref();
-        Some(SchemaState {
-            name: schema.name.clone(),
-            encoding: schema.encoding.clone(),
-            is_sound: pool.is_some_and(|pool| pool.get_message_by_name(&schema.name).is_some()),
-        })
+        let is_sound = pool.is_some_and(|pool| pool.get_message_by_name(&schema.name).is_some());
+        let (name, encoding) = (schema.name.clone(), schema.encoding.clone());
+        Some(SchemaState { name, encoding, is_sound, reason: schema.reason.clone() })
     }
 }
 
@@ -246,17 +324,8 @@ pub struct SchemaState {
     pub encoding: String,
     /// True if it is protobuf and describes the message it is named after.
     pub is_sound: bool,
-}
-
-impl Schema {
-    /// The layout of its messages, made once.
-    fn layout(&mut self) -> Option<Arc<Layout>> {
-        if self.layout.is_none() {
-            let message = self.pool.as_ref()?.get_message_by_name(&self.name)?;
-            self.layout = Some(Arc::new(Layout::of(&message)));
-        }
-        self.layout.clone()
-    }
+    /// Why its types are not known, where it is protobuf.
+    pub reason: Option<String>,
 }
 
 impl Overview {
@@ -270,15 +339,10 @@ impl Overview {
         let mut directory = Directory::new(limits);
         let mut overview = Self::default();
         while scan.next(|found| overview.take(found, &mut directory))? != Next::End {}
-        overview.complete = scan.is_complete() && !directory.overflowed;
+        overview.refused = directory.refused();
+        overview.complete = scan.is_complete() && overview.refused.is_empty();
         overview.damages = scan.damages().to_vec();
-        if directory.overflowed {
-            let reason = format!(
-                "more than {} bytes of schemas, channels and metadata; the rest is left out (--max-memory)",
-                limits.directory()
-            );
-            overview.damages.push(Damage { offset: 0, bytes: 0, reason });
-        }
+        overview.damages.extend_from_slice(&overview.refused);
         overview.channels = directory.channels;
         Ok(overview)
     }
@@ -286,7 +350,12 @@ impl Overview {
     fn take(&mut self, found: Found<'_>, directory: &mut Directory) {
         directory.learn(&found.record);
         match found.record {
-            Record::Header(header) => (self.profile, self.library) = (header.profile, header.library),
+            // as long as they please, as often as they please
+            Record::Header(header)
+                if directory.has_room(SHOWN * (header.profile.len() + header.library.len())) =>
+            {
+                (self.profile, self.library) = (header.profile, header.library);
+            }
             Record::Message { header, .. } => {
                 if let Some(channel) = directory.channels.get_mut(&header.channel_id) {
                     let time = header.log_time;
@@ -313,7 +382,8 @@ impl Overview {
                 self.chunks.compressed += index.compressed_size;
                 self.chunks.uncompressed += index.uncompressed_size;
                 let names = &self.chunks.compression;
-                if !names.contains(&index.compression) && names.len() < MAX_COMPRESSIONS {
+                let is_new = !names.contains(&index.compression) && names.len() < MAX_COMPRESSIONS;
+                if is_new && directory.has_room(SHOWN * index.compression.len()) {
                     self.chunks.compression.push(index.compression);
                 }
             }

@@ -5,6 +5,7 @@
 //! stepped over: reading goes on with the next sound record, and [`Scan::damages`] tells what was lost. With the
 //! [`Index`] at the end of a file, chunks that hold nothing of interest are not even read.
 
+mod budget;
 mod index;
 mod parse;
 mod scan;
@@ -14,17 +15,32 @@ use std::{
     path::{Path, PathBuf},
 };
 
+pub(crate) use budget::Budget;
 pub use index::Index;
 pub(crate) use index::PREFIX;
 pub(crate) use parse::parse;
 pub use scan::{Found, Next, Scan, Source};
 
 /// Memory that reading may take, whatever a file claims.
+///
+/// | Share | For |
+/// |---|---|
+/// | 1/2 | a chunk, packed and unpacked: 1/4 each, [`Limits::record`] |
+/// | 1/8 | schemas, channels, metadata, the index: [`Limits::directory`] |
+/// | 1/8 | a message that is taken apart, and room for its lists to grow: [`Limits::values`] is half of that |
+/// | 1/4 | what is kept of messages: rows that wait for others, points of curves, messages at chosen times |
+///
+/// What is to be kept is charged before it is allocated, with what it takes in memory, not in the file; what has no room
+/// is refused, and that is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// All of it \[bytes\]. Two files are open at most at a time, each with a record and an unpacked chunk.
+    /// All of it \[bytes\].
     pub memory: u64,
 }
+
+/// Room for definitions, and for messages that wait, that is there even with little memory \[bytes\].
+const LEAST_DIRECTORY: usize = 1 << 20;
+const LEAST_WAITING: usize = 1 << 17;
 
 impl Default for Limits {
     fn default() -> Self {
@@ -33,19 +49,38 @@ impl Default for Limits {
 }
 
 impl Limits {
+    fn share(self, part: u64) -> usize {
+        usize::try_from(self.memory / part).unwrap_or(usize::MAX)
+    }
+
+    /// For each of two files that are read at the same time.
+    pub fn of_two(self) -> Self {
+        Self { memory: self.memory / 2 }
+    }
+
     /// Largest record or chunk, packed or unpacked \[bytes\].
     pub fn record(self) -> usize {
-        usize::try_from(self.memory / 4).unwrap_or(usize::MAX)
+        self.share(4)
     }
 
-    /// Largest sum of all schemas and channels \[bytes\].
+    /// Memory of all schemas, channels, metadata records and lists of attachments, or of an index \[bytes\].
     pub fn directory(self) -> usize {
-        usize::try_from(self.memory / 64).unwrap_or(usize::MAX)
+        self.share(8).max(LEAST_DIRECTORY)
     }
 
-    /// Largest sum of messages of one file that wait for their counterparts in another \[bytes\].
+    /// Memory of one message that is taken apart \[bytes\].
+    pub fn values(self) -> usize {
+        self.share(16)
+    }
+
+    /// Memory of what is kept of messages: rows, points, messages at chosen times \[bytes\].
+    pub fn kept(self) -> usize {
+        self.share(8)
+    }
+
+    /// Memory of messages of one file that wait for their counterparts in another \[bytes\].
     pub fn waiting(self) -> usize {
-        usize::try_from(self.memory / 16).unwrap_or(usize::MAX)
+        self.share(16).max(LEAST_WAITING)
     }
 }
 
@@ -77,6 +112,14 @@ pub enum OpenError {
     /// The file does not begin like an MCAP file.
     #[error("`{}` is not an MCAP file: it does not begin with the MCAP magic bytes", .0.display())]
     NotMcap(PathBuf),
+    /// What has to be kept of the file has no room.
+    #[error("`{}`: {what} take more memory than --max-memory allows; raise it, or choose less", path.display())]
+    Memory {
+        /// The file.
+        path: PathBuf,
+        /// What takes the memory, in the plural.
+        what: &'static str,
+    },
 }
 
 impl OpenError {

@@ -8,9 +8,9 @@ use crate::{
     messages::Recording,
     nest::{Counts, Nest},
     overview::Channel,
-    recording::{Damage, Limits, Next, OpenError},
+    recording::{Budget, Damage, Limits, Next, OpenError},
     table::Heading,
-    wire::Values,
+    wire::{Misfit, Values},
 };
 
 use percuss_picture::Image;
@@ -176,7 +176,7 @@ impl Span {
 ///
 /// # Errors
 ///
-/// The file cannot be read, a time lies outside the messages, or the nearest does not fit its schema.
+/// The file cannot be read, a time lies outside the messages, or the nearest does not fit its schema or takes too much memory.
 pub fn moments(
     recording: &Recording,
     id: u16,
@@ -188,6 +188,8 @@ pub fn moments(
     let wanted = if times.is_empty() { &[f64::INFINITY][..] } else { times };
     let mut nearest: Vec<Option<(f64, Vec<u8>)>> = vec![None; wanted.len()];
     let mut span = Span::default();
+    let mut budget = Budget::new(recording.limits().kept());
+    let memory = || OpenError::Memory { path: recording.path.clone(), what: "the messages at these times" };
     loop {
         let next = messages.next(|message| {
             let time = channel.time_of(message.data, message.log_time);
@@ -199,12 +201,18 @@ pub fn moments(
                     None => true,
                 };
                 if is_nearer {
+                    budget.give_back(slot.take().map_or(0, |(_, bytes)| bytes.len()));
+                    if !budget.spend(message.data.len()) {
+                        return Err(memory());
+                    }
                     *slot = Some((time, message.data.to_vec()));
                 }
             }
+            Ok(())
         })?;
-        if !matches!(next, Next::Record(())) {
-            break;
+        match next {
+            Next::Record(kept) => kept?,
+            Next::Pending | Next::End => break,
         }
     }
     let topic = || channel.topic.clone();
@@ -219,14 +227,15 @@ pub fn moments(
             });
         }
     }
-    let decode = |(time, bytes): (f64, Vec<u8>)| {
+    let (mut moments, mut budget) = (Vec::new(), Budget::new(recording.limits().values()));
+    for (time, bytes) in nearest.into_iter().flatten() {
         let mut values = layout.values();
         match layout.decode(&bytes, &mut values) {
-            Ok(()) => Ok(Moment { time, values }),
-            Err(_) => Err(MomentError::Misfit { topic: topic(), time }),
+            Ok(()) if budget.spend(values.weight()) => moments.push(Moment { time, values }),
+            Ok(()) | Err(Misfit::Memory) => return Err(memory().into()),
+            Err(Misfit::Schema) => return Err(MomentError::Misfit { topic: topic(), time }),
         }
-    };
-    let moments = nearest.into_iter().flatten().map(decode).collect::<Result<_, _>>()?;
+    }
     Ok((moments, messages.damages().to_vec()))
 }
 

@@ -4,13 +4,13 @@
 use std::{
     cmp::Reverse,
     collections::{BTreeMap, BinaryHeap, HashMap},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 use mcap::records::Record;
 use percuss_serve::Channel;
 
-use crate::recording::{Damage, Limits, Next, OpenError, Scan, Source};
+use crate::recording::{Budget, Damage, Limits, Next, OpenError, Scan, Source};
 
 /// Chunks that are looked through for the last messages before a time.
 const LOOK_BACK: usize = 16;
@@ -28,6 +28,13 @@ pub struct Event {
     pub data: Vec<u8>,
 }
 
+impl Event {
+    /// Memory that it takes \[bytes\].
+    fn weight(&self) -> usize {
+        size_of::<Self>() + 16 + self.data.len()
+    }
+}
+
 #[derive(Clone, Copy)]
 struct Chunk {
     first: u64,
@@ -42,6 +49,7 @@ pub struct Timeline {
     channels: BTreeMap<u16, Channel>,
     /// By their first log time.
     chunks: Vec<Chunk>,
+    path: PathBuf,
     /// Number of the next chunk to unpack.
     next_chunk: usize,
     waiting: BinaryHeap<Reverse<Event>>,
@@ -69,12 +77,17 @@ impl Timeline {
     ///
     /// # Errors
     ///
-    /// The source cannot be read, or is no MCAP file.
+    /// The source cannot be read, or is no MCAP file, or its index takes too much memory.
     pub fn open(source: Box<dyn Source>, path: &Path, limits: Limits) -> Result<Option<Self>, OpenError> {
         let scan = Scan::of(source, path, limits)?;
         let index = scan.index();
+        let memory = |what| OpenError::Memory { path: path.into(), what };
+        if index.is_too_large {
+            return Err(memory("the schemas, channels and chunks of its index"));
+        }
         let Some(statistics) = &index.statistics else { return Ok(None) };
-        let channels = definitions(&index.directory);
+        let channels =
+            definitions(&index.directory, limits).ok_or_else(|| memory("its channels with their schemas"))?;
         let listed: u64 = statistics.channel_message_counts.values().sum();
         let is_whole = channels.len() == statistics.channel_count as usize
             && index.chunks.len() == statistics.chunk_count as usize
@@ -93,12 +106,13 @@ impl Timeline {
             scan,
             channels,
             chunks,
+            path: path.into(),
             next_chunk: 0,
             waiting: BinaryHeap::new(),
             waiting_bytes: 0,
             read: 0,
             from: 0,
-            limit: limits.record(),
+            limit: limits.kept(),
         }))
     }
 
@@ -137,8 +151,8 @@ impl Timeline {
             self.next_chunk += 1;
             if chunk.last >= self.from {
                 let from = self.from;
-                for event in self.unpack(chunk)?.into_iter().filter(|event| event.log_time >= from) {
-                    self.waiting_bytes += event.data.len();
+                for event in self.unpack(chunk, |event| event.log_time >= from)? {
+                    self.waiting_bytes += event.weight();
                     self.waiting.push(Reverse(event));
                 }
                 // the content of one chunk may be as large as that, whatever waits besides
@@ -148,7 +162,7 @@ impl Timeline {
             }
         }
         let next = self.waiting.pop().map(|Reverse(event)| event);
-        self.waiting_bytes -= next.as_ref().map_or(0, |event| event.data.len());
+        self.waiting_bytes -= next.as_ref().map_or(0, Event::weight);
         Ok(next)
     }
 
@@ -162,7 +176,7 @@ impl Timeline {
         chunks.sort_by_key(|chunk| Reverse(chunk.last));
         let mut latest = HashMap::<u16, Event>::new();
         for chunk in chunks.into_iter().take(LOOK_BACK) {
-            for event in self.unpack(chunk)?.into_iter().filter(|event| event.log_time < time) {
+            for event in self.unpack(chunk, |event| event.log_time < time)? {
                 let known = latest.get(&event.channel).map(|known| known.log_time);
                 if known.is_none_or(|known| known <= event.log_time) {
                     latest.insert(event.channel, event);
@@ -177,9 +191,10 @@ impl Timeline {
         Ok(latest)
     }
 
-    fn unpack(&mut self, chunk: Chunk) -> Result<Vec<Event>, OpenError> {
+    /// The messages of a chunk that are wanted.
+    fn unpack(&mut self, chunk: Chunk, is_wanted: impl Fn(&Event) -> bool) -> Result<Vec<Event>, OpenError> {
         self.scan.go_to(chunk.offset)?;
-        let mut events = Vec::new();
+        let (mut events, mut budget) = (Vec::new(), Budget::new(self.limit));
         loop {
             let order = self.read;
             let next = self.scan.next(|found| {
@@ -195,31 +210,49 @@ impl Timeline {
             let Next::Record((true, message)) = next else { return Ok(events) };
             self.read += 1;
             let known = |event: &Event| self.channels.contains_key(&event.channel);
-            events.extend(message.filter(known));
+            if let Some(event) = message.filter(known).filter(&is_wanted) {
+                if !budget.spend(event.weight()) {
+                    return Err(OpenError::Memory {
+                        path: self.path.clone(),
+                        what: "the messages of a chunk",
+                    });
+                }
+                events.push(event);
+            }
         }
     }
 }
 
-/// Channels with their schemas.
-fn definitions(directory: &[Record<'static>]) -> BTreeMap<u16, Channel> {
+/// Channels with their schemas; `None` if they take too much memory.
+fn definitions(directory: &[Record<'static>], limits: Limits) -> Option<BTreeMap<u16, Channel>> {
     let mut schemas = HashMap::new();
     for record in directory {
         if let Record::Schema { header, data } = record {
-            schemas.insert(header.id, (header.name.clone(), header.encoding.clone(), data.to_vec()));
+            schemas.insert(header.id, (header, data));
         }
     }
-    let definition = |record: &Record<'static>| match record {
+    let (mut channels, mut budget) = (BTreeMap::new(), Budget::new(limits.directory()));
+    for record in directory {
+        let Record::Channel(channel) = record else { continue };
+        let schema = schemas.get(&channel.schema_id);
         // a channel whose schema is not repeated in the summary cannot be defined from it
-        Record::Channel(channel) if channel.schema_id == 0 || schemas.contains_key(&channel.schema_id) => {
-            let definition = Channel {
-                topic: channel.topic.clone(),
-                encoding: channel.message_encoding.clone(),
-                schema: schemas.get(&channel.schema_id).cloned(),
-                metadata: channel.metadata.clone(),
-            };
-            Some((channel.id, definition))
+        if channel.schema_id != 0 && schema.is_none() {
+            continue;
         }
-        _ => None,
-    };
-    directory.iter().filter_map(definition).collect()
+        let of_schema =
+            schema.map_or(0, |(header, data)| header.name.len() + header.encoding.len() + data.len());
+        let of_entries = channel.metadata.iter().map(|(key, value)| 160 + key.len() + value.len());
+        if !budget.spend(512 + channel.topic.len() + of_schema + of_entries.sum::<usize>()) {
+            return None;
+        }
+        let definition = Channel {
+            topic: channel.topic.clone(),
+            encoding: channel.message_encoding.clone(),
+            schema: schema
+                .map(|(header, data)| (header.name.clone(), header.encoding.clone(), data.to_vec())),
+            metadata: channel.metadata.clone(),
+        };
+        channels.insert(channel.id, definition);
+    }
+    Some(channels)
 }

@@ -14,10 +14,16 @@
 //! schema does not know are kept as bytes in the leaf [`UNKNOWN`]. Nothing a message says is lost, whatever it is.
 
 mod decode;
+mod dynamic;
+pub(crate) mod schema;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use prost_reflect::{EnumDescriptor, FieldDescriptor, Kind, MessageDescriptor};
+
+pub(crate) use dynamic::dynamic;
+
+use crate::recording::Limits;
 
 /// Path of the leaf that keeps the fields which the schema does not know.
 pub const UNKNOWN: &str = "(unknown fields)";
@@ -25,8 +31,11 @@ pub const UNKNOWN: &str = "(unknown fields)";
 /// Ends the path of a leaf that says how many there are of a list of messages, or in a list inside one.
 pub const COUNT: &str = "[#]";
 
-/// Largest number of leaves that a type is unfolded into; what lies beyond stays bytes.
+/// Largest number of fields that a type is unfolded into; what lies beyond stays bytes.
 pub const MAX_LEAVES: usize = 10_000;
+
+/// Longest that the paths of these fields may be together \[bytes\]; what lies beyond stays bytes.
+const MAX_PATHS: usize = 4 << 20;
 
 /// Deepest nesting that is unfolded; what lies beyond stays bytes.
 const MAX_DEPTH: usize = 32;
@@ -130,6 +139,12 @@ pub struct Layout {
     pub leaves: Vec<Leaf>,
     descriptor: MessageDescriptor,
     root: Node,
+    /// Leaves in the order of their paths.
+    by_path: Vec<u32>,
+    /// Memory that a message may take \[bytes\].
+    room: usize,
+    /// Memory that the layout takes \[bytes\].
+    weight: usize,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -212,6 +227,34 @@ impl List {
             Type::Text => Self::Text(Vec::new()),
             Type::Bytes => Self::Bytes(Vec::new()),
         }
+    }
+
+    /// Memory that is kept for values, used or not \[bytes\]; that of texts and byte strings themselves aside.
+    fn capacity(&self) -> usize {
+        match self {
+            Self::Double(list) => 8 * list.capacity(),
+            Self::Float(list) => 4 * list.capacity(),
+            Self::Int(list) => 8 * list.capacity(),
+            Self::UInt(list) => 8 * list.capacity(),
+            Self::Bool(list) => list.capacity(),
+            Self::Enum(list) => 4 * list.capacity(),
+            Self::Text(list) => 24 * list.capacity(),
+            Self::Bytes(list) => 24 * list.capacity(),
+        }
+    }
+
+    /// An empty list of the same type, without memory.
+    fn renew(&mut self) {
+        *self = match self {
+            Self::Double(_) => Self::Double(Vec::new()),
+            Self::Float(_) => Self::Float(Vec::new()),
+            Self::Int(_) => Self::Int(Vec::new()),
+            Self::UInt(_) => Self::UInt(Vec::new()),
+            Self::Bool(_) => Self::Bool(Vec::new()),
+            Self::Enum(_) => Self::Enum(Vec::new()),
+            Self::Text(_) => Self::Text(Vec::new()),
+            Self::Bytes(_) => Self::Bytes(Vec::new()),
+        };
     }
 
     /// Number of values.
@@ -319,17 +362,38 @@ impl Values {
         };
         self.lists.iter().map(|list| 32 + bytes(list)).sum()
     }
+
+    /// Gives back what is more memory than small messages take, where the values stay for the next message of a channel:
+    /// of many channels, each would keep that of its largest message.
+    pub fn release(&mut self) {
+        /// Memory that is kept, for the messages of a step: a few numbers each \[bytes\].
+        const KEPT: usize = 4096;
+        for list in &mut self.lists {
+            if let List::Text(_) | List::Bytes(_) = list {
+                list.clear();
+            }
+        }
+        if self.lists.iter().map(List::capacity).sum::<usize>() > KEPT {
+            self.lists.iter_mut().for_each(List::renew);
+        }
+    }
 }
 
-/// A message that does not fit its type.
+/// A message that cannot be taken apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the message does not fit its schema")]
-pub struct Misfit;
+pub enum Misfit {
+    /// It does not fit its type.
+    #[error("the message does not fit its schema")]
+    Schema,
+    /// It would take more memory than there is for it.
+    #[error("the message unpacks to more than --max-memory allows")]
+    Memory,
+}
 
 impl Layout {
-    /// Unfolds a message type.
+    /// Unfolds a message type, for messages that take as much memory as [`Limits::values`] allows by default.
     pub fn of(descriptor: &MessageDescriptor) -> Self {
-        let mut builder = Builder { leaves: Vec::new(), open: Vec::new() };
+        let mut builder = Builder { leaves: Vec::new(), open: Vec::new(), slots: 0, nodes: 0, paths: 0 };
         let place = Place::default();
         let root = builder.node(descriptor, &place);
         builder.leaf(Leaf {
@@ -341,7 +405,26 @@ impl Layout {
             first_list: 0,
             is_single: false,
         });
-        Self { leaves: builder.leaves, descriptor: descriptor.clone(), root }
+        let leaves = builder.leaves;
+        let mut by_path: Vec<u32> = (0..).take(leaves.len()).collect();
+        // stable: of equal paths the first leaf comes first
+        by_path.sort_by(|&i, &j| leaves[i as usize].path.cmp(&leaves[j as usize].path));
+        let paths: usize = leaves.iter().map(|leaf| leaf.path.len() + 4 * leaf.numbers.len()).sum();
+        let of_leaf = size_of::<Leaf>() + 64 + size_of::<u32>();
+        let weight =
+            paths + of_leaf * leaves.len() + 2 * size_of::<Slot>() * builder.slots + 512 * builder.nodes;
+        let room = Limits::default().values();
+        Self { leaves, descriptor: descriptor.clone(), root, by_path, room, weight }
+    }
+
+    /// The same for messages that take up to `room` bytes of memory.
+    pub fn within(self, room: usize) -> Self {
+        Self { room, ..self }
+    }
+
+    /// Memory that it takes \[bytes\].
+    pub(crate) fn weight(&self) -> usize {
+        self.weight
     }
 
     /// The type it was made of.
@@ -365,7 +448,9 @@ impl Layout {
 
     /// Index of a leaf by its path.
     pub fn find(&self, path: &str) -> Option<usize> {
-        self.leaves.iter().position(|leaf| leaf.path == path)
+        let path_of = |&leaf: &u32| self.leaves[leaf as usize].path.as_str();
+        let place = self.by_path.partition_point(|leaf| path_of(leaf) < path);
+        self.by_path.get(place).filter(|leaf| path_of(leaf) == path).map(|&leaf| leaf as usize)
     }
 }
 
@@ -383,6 +468,11 @@ struct Place {
 struct Builder {
     leaves: Vec<Leaf>,
     open: Vec<String>,
+    /// Fields so far, those included that have no leaf.
+    slots: usize,
+    nodes: usize,
+    /// Length of all paths so far \[bytes\].
+    paths: usize,
 }
 
 impl Builder {
@@ -394,7 +484,10 @@ impl Builder {
     fn node(&mut self, message: &MessageDescriptor, place: &Place) -> Node {
         self.open.push(message.full_name().to_owned());
         let mut node = Node { near: vec![None; 64], ..Node::default() };
-        let groups: Vec<String> = message.oneofs().map(|group| group.name().to_owned()).collect();
+        self.nodes += 1;
+        self.slots += message.fields().len();
+        let groups: HashMap<String, usize> =
+            message.oneofs().enumerate().map(|(i, group)| (group.name().to_owned(), i)).collect();
         for field in message.fields() {
             let slot = self.slot(&field, place, &groups);
             let (index, number) = (node.slots.len(), slot.number);
@@ -408,7 +501,7 @@ impl Builder {
         node
     }
 
-    fn slot(&mut self, field: &FieldDescriptor, place: &Place, groups: &[String]) -> Slot {
+    fn slot(&mut self, field: &FieldDescriptor, place: &Place, groups: &HashMap<String, usize>) -> Slot {
         let name = field.name();
         let is_list = field.is_list() || field.is_map();
         let has_presence = !is_list && field.supports_presence();
@@ -419,6 +512,7 @@ impl Builder {
             first_list: place.first_list.or(is_list.then_some(place.numbers.len())),
             is_optional: place.is_optional || has_presence,
         };
+        self.paths += inner.path.len();
         let message = match field.kind() {
             Kind::Message(message) if self.unfolds(field, &message, &inner) => Some(message),
             _ => None,
@@ -456,14 +550,15 @@ impl Builder {
                 Content::Scalar { leaf, scalar }
             }
         };
-        let group = field.containing_oneof().and_then(|g| groups.iter().position(|name| name == g.name()));
+        let group = field.containing_oneof().and_then(|group| groups.get(group.name()).copied());
         Slot { number: field.number(), group, is_list, has_presence, count, content }
     }
 
     fn unfolds(&self, field: &FieldDescriptor, message: &MessageDescriptor, place: &Place) -> bool {
         !field.is_group()
             && place.numbers.len() < MAX_DEPTH
-            && self.leaves.len() + message.fields().len() < MAX_LEAVES
+            && self.slots + message.fields().len() < MAX_LEAVES
+            && self.paths < MAX_PATHS
             && !self.open.iter().any(|name| name == message.full_name())
     }
 }

@@ -1,6 +1,7 @@
 //! Damaged, cut off and hostile files: nothing panics, nothing is taken for sound that is not, no memory beyond the cap.
 
 mod forge;
+mod raw;
 
 use std::{
     collections::hash_map::DefaultHasher,
@@ -8,7 +9,6 @@ use std::{
     hash::{Hash, Hasher},
     io::Cursor,
     path::{Path, PathBuf},
-    process::{Command, Stdio},
 };
 
 use forge::{Dice, forge};
@@ -18,6 +18,7 @@ use percuss_reader::{
     messages::Recording,
     recording::{Limits, Next, Scan},
 };
+use raw::{channel, chunk, file, folder, message, record, run, schema, text, varint};
 use tempfile::TempDir;
 
 fn options(compression: Option<Compression>) -> WriteOptions {
@@ -87,14 +88,6 @@ fn twenty_thousand_flipped_bits() {
 }
 
 /// A folder with a file in it.
-fn folder(bytes: &[u8]) -> (TempDir, PathBuf) {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("a.mcap");
-    fs::write(&path, bytes).expect("a file");
-    (folder, path)
-}
-
-/// Messages of a file by channel and log time, as far as they are sound.
 fn messages(path: &Path) -> Vec<(u16, u64, Vec<u8>)> {
     let recording = Recording::open(path, Limits::default()).expect("a recording");
     let mut messages = recording.messages(recording.channels.keys().copied(), None).expect("messages");
@@ -141,23 +134,6 @@ fn folder_of(file: &[u8], folder: &TempDir) -> PathBuf {
     path
 }
 
-/// Runs the reader with little memory; answers its exit status. A process that aborts has none.
-fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
-    // addresses, not only memory in use: what asks for more than this is refused by the system and aborts
-    const ADDRESSES_KIB: u64 = 600_000;
-    let program = assert_cmd::cargo::cargo_bin!("percuss-read");
-    let script = format!("ulimit -v {ADDRESSES_KIB}; exec \"$0\" --max-memory 64MiB \"$@\"");
-    let output = Command::new("sh")
-        .args(["-c", &script])
-        .arg(program)
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .expect("a shell");
-    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
-}
-
 const VERBS: [&[&str]; 8] = [
     &["info", "a.mcap"],
     &["verify", "a.mcap"],
@@ -168,44 +144,6 @@ const VERBS: [&[&str]; 8] = [
     &["recover", "a.mcap", "-o", "r.mcap", "--force"],
     &["export", "a.mcap", "--attachments", "-o", "out", "--force"],
 ];
-
-/// A record with a forged length, or not.
-fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
-    let mut bytes = vec![opcode];
-    bytes.extend((body.len() as u64).to_le_bytes());
-    bytes.extend(body);
-    bytes
-}
-
-fn text(text: &[u8]) -> Vec<u8> {
-    [&(text.len() as u32).to_le_bytes()[..], text].concat()
-}
-
-fn file(records: &[Vec<u8>]) -> Vec<u8> {
-    let header = record(0x01, &[text(b""), text(b"test")].concat());
-    [mcap::MAGIC, &header, &records.concat()].concat()
-}
-
-fn channel(id: u16, schema: u16, topic: &str, metadata: &[u8]) -> Vec<u8> {
-    let head = [&id.to_le_bytes()[..], &schema.to_le_bytes()].concat();
-    record(0x04, &[head, text(topic.as_bytes()), text(b"protobuf"), text(metadata)].concat())
-}
-
-fn schema(id: u16, name: &str, data: &[u8]) -> Vec<u8> {
-    record(0x03, &[id.to_le_bytes().to_vec(), text(name.as_bytes()), text(b"protobuf"), text(data)].concat())
-}
-
-fn message(channel: u16, data: &[u8]) -> Vec<u8> {
-    record(0x05, &[&channel.to_le_bytes()[..], &[0; 4 + 8 + 8], data].concat())
-}
-
-fn chunk(unpacked: u64, compression: &[u8], data: &[u8]) -> Vec<u8> {
-    let head = [&[0; 16][..], &unpacked.to_le_bytes(), &0u32.to_le_bytes()].concat();
-    record(
-        0x06,
-        &[head, text(compression), (data.len() as u64).to_le_bytes().to_vec(), data.to_vec()].concat(),
-    )
-}
 
 #[test]
 fn hostile_files_are_refused_within_the_cap() {
@@ -321,16 +259,6 @@ fn hostile_files_are_refused_within_the_cap() {
             }
         }
     }
-}
-
-fn varint(mut value: usize) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    while value >= 0x80 {
-        bytes.push(value as u8 | 0x80);
-        value >>= 7;
-    }
-    bytes.push(value as u8);
-    bytes
 }
 
 /// Bytes packed by zstd: what the `mcap` crate makes of an attachment's worth of zeros in a chunk.

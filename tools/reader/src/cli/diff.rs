@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::{
     CliError, Exit, has_colour,
-    output::{by_extension, print, refuse_inputs, write},
+    output::{by_extension, print, print_document, print_painted, refuse_inputs, write},
     plot::medium,
     say,
     window::Window,
@@ -203,9 +203,9 @@ impl DiffArguments {
             if self.json {
                 documents.push(to_json(names, &comparison));
             } else if self.summary {
-                print(&summary(names, &comparison, style))?;
+                print_painted(&summary(names, &comparison, style))?;
             } else {
-                print(&to_text(names, &comparison, style))?;
+                print_painted(&to_text(names, &comparison, style))?;
             }
             self.tell_gaps(names, &comparison);
             self.draw(a, b, &comparison, limits)?;
@@ -230,7 +230,7 @@ impl DiffArguments {
                 },
                 "comparisons": documents,
             });
-            print(&format!("{document:#}\n"))?;
+            print_document(&format!("{document:#}\n"))?;
         } else if jobs.len() != 1 {
             print(&format!("{} comparisons: {}\n", jobs.len(), worst.name()))?;
         }

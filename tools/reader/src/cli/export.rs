@@ -57,7 +57,10 @@ impl ExportArguments {
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         refuse_inputs(self.output.as_deref(), std::iter::once(&self.file))?;
         if let Some(name) = &self.attachment {
-            let content = attachment(&self.file, name, limits)?;
+            let (content, others) = attachment(&self.file, name, limits)?;
+            if others > 0 {
+                say(&format!("{others} more attachments have this name; --attachments writes them all"));
+            }
             write(self.output.as_deref(), self.force, &content)?;
             return Ok(Exit::Done);
         }
@@ -76,15 +79,19 @@ impl ExportArguments {
 
     /// All attachments into a folder; nothing is written if any of the names is not safe.
     fn all(&self, folder: &Path, limits: Limits) -> Result<Exit, CliError> {
-        attachments(&self.file, limits, |name, content| {
+        let damages = attachments(&self.file, limits, |of, name, content| {
             fs::create_dir_all(folder).map_err(|error| explain(Some(folder), error))?;
             let path = folder.join(name);
             if is_same_file(&path, &self.file) {
                 return Err(CliError::SameFile(path));
             }
             write(Some(&path), self.force, content)?;
+            if name != Path::new(of) {
+                say(&format!("another attachment is named `{of}` as well; this one is `{}`", path.display()));
+            }
             print(&format!("{}\n", path.display()))
         })?;
-        Ok(Exit::Done)
+        let damages: Vec<_> = damages.into_iter().map(|damage| (self.file.clone(), damage)).collect();
+        Ok(loss(&damages))
     }
 }

@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{CliError, Exit, loss, output::print};
+use super::{
+    CliError, Exit, loss,
+    output::{print, print_document},
+};
 use crate::{command::info::info, recording::Limits};
 
 #[derive(Debug, Args)]
@@ -19,7 +22,11 @@ pub(super) struct InfoArguments {
 impl InfoArguments {
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         let (text, overview) = info(&self.file, self.json, limits)?;
-        print(&text)?;
+        if self.json {
+            print_document(&text)?
+        } else {
+            print(&text)?
+        };
         let damages: Vec<_> = overview.damages.into_iter().map(|d| (self.file.clone(), d)).collect();
         Ok(loss(&damages))
     }

@@ -7,7 +7,10 @@ use std::{
 };
 
 use super::CliError;
-use crate::command::create;
+use crate::{
+    command::create,
+    text::{document, lines},
+};
 
 /// Standard output, or a file that is created when the first byte is written: a request that fails leaves none.
 pub(super) enum Output {
@@ -96,8 +99,19 @@ pub(super) fn by_extension<T: Copy>(
     })
 }
 
-/// Writes a text to standard output; a reader of it that has had enough is no error.
+/// Writes a text to standard output, without what a file could command a terminal in it; a reader of it that has had
+/// enough is no error.
 pub(super) fn print(text: &str) -> Result<(), CliError> {
+    print_painted(&lines(text))
+}
+
+/// Writes a JSON document to standard output.
+pub(super) fn print_document(json: &str) -> Result<(), CliError> {
+    print_painted(&document(json))
+}
+
+/// The same for a text with colours, in which what is cited from a file is escaped already.
+pub(super) fn print_painted(text: &str) -> Result<(), CliError> {
     match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(CliError::Output { path: "standard output".into(), error })

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::{
     CliError, Exit,
-    output::{by_extension, explain, print, refuse_inputs},
+    output::{by_extension, explain, print, print_document, refuse_inputs},
 };
 use crate::{
     command::{create, recover::recover},
@@ -59,7 +59,7 @@ impl RecoverArguments {
                 "chunks": recovered.chunks,
                 "lost": recovered.lost,
             });
-            print(&format!("{document:#}\n"))?;
+            print_document(&format!("{document:#}\n"))?;
         } else {
             let (file, output) = (self.file.display(), self.output.display());
             let (messages, extras) = (recovered.messages, recovered.extras);

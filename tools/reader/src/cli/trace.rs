@@ -115,7 +115,10 @@ impl TraceArguments {
         say_left_out(&outcome.left_out);
         self.say_empty(&outcome);
         if outcome.undecoded > 0 {
-            say(&format!("warning: {} messages do not fit their schema and are left out", outcome.undecoded));
+            say(&format!(
+                "warning: {} messages do not fit their schema, or unpack to more than --max-memory allows, and are left out",
+                outcome.undecoded
+            ));
             loss(&outcome.damages);
             return Ok(Exit::Loss);
         }

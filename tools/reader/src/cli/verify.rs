@@ -4,12 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{CliError, Exit, output::print};
+use super::{
+    CliError, Exit,
+    output::{print, print_document},
+};
 use crate::{command::verify::verify, recording::Limits};
 
 const VERIFY_EXAMPLES: &str = "\
 Every checksum, the index against the data, the schemas, every message against its schema, the order of times, the counts;
-of percuss recordings also that everything is there that a run records.
+of percuss recordings also that everything is there that a run records, or that the closed form knows.
 
 Examples:
   percuss-read verify fig5.mcap
@@ -34,8 +37,11 @@ impl VerifyArguments {
         for file in &self.files {
             let report = verify(file, limits)?;
             let name = file.to_string_lossy();
-            let text = if self.json { format!("{}\n", report.to_json(&name)) } else { report.to_text(&name) };
-            print(&text)?;
+            if self.json {
+                print_document(&format!("{}\n", report.to_json(&name)))?;
+            } else {
+                print(&report.to_text(&name))?;
+            }
             exit = match (report.is_sound(), report.partial) {
                 (false, _) => Exit::No,
                 (true, true) if exit == Exit::Done => Exit::Loss,

@@ -6,14 +6,14 @@ use std::{
     thread,
 };
 
-use prost_reflect::{DynamicMessage, SerializeOptions};
-use serde_json::{Value, json};
+use prost_reflect::{MessageDescriptor, SerializeOptions};
 
 use crate::{
     messages::{Message, POLL, Recording},
     overview::Channel,
     recording::{Damage, Limits, Next, OpenError},
     select::{self, Pattern, UnknownTopic},
+    wire::dynamic,
 };
 
 /// What to show.
@@ -46,7 +46,7 @@ pub enum CatError {
 }
 
 /// Writes one JSON object per message: topic, log time, sequence, and the message in the JSON mapping of protobuf.
-/// Messages that cannot be decoded come as the number of their bytes.
+/// Messages that cannot be decoded, or unpack to more than there is memory for, come as the number of their bytes.
 ///
 /// # Errors
 ///
@@ -75,6 +75,7 @@ pub fn cat(
         messages.follow();
     }
     let mut seen = std::collections::HashMap::<u16, u64>::new();
+    let mut text = Text { bytes: Vec::new(), room: limits.kept() };
     loop {
         let next = messages.next(|message| {
             let channel = &recording.channels[&message.channel];
@@ -87,8 +88,7 @@ pub fn cat(
             if !(*count - 1).is_multiple_of(request.every.max(1)) {
                 return Ok(());
             }
-            serde_json::to_writer(&mut *output, &line(channel, &message))?;
-            output.write_all(b"\n")
+            line(channel, &message, limits, &mut text, output)
         })?;
         match next {
             Next::Record(result) => result?,
@@ -103,16 +103,55 @@ pub fn cat(
     Ok(messages.damages().to_vec())
 }
 
-fn line(channel: &Channel, message: &Message<'_>) -> Value {
+/// Text that does not grow beyond what there is room for: of an empty message all fields are written, with their names.
+struct Text {
+    bytes: Vec<u8>,
+    room: usize,
+}
+
+impl Write for Text {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.bytes.len() + bytes.len() > self.room {
+            return Err(io::ErrorKind::OutOfMemory.into());
+        }
+        self.bytes.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Writes a message on a line.
+fn line(
+    channel: &Channel,
+    message: &Message<'_>,
+    limits: Limits,
+    text: &mut Text,
+    output: &mut dyn Write,
+) -> io::Result<()> {
+    /// Memory for text that is kept for the next message \[bytes\].
+    const KEPT: usize = 1 << 20;
+    text.bytes.clear();
+    text.bytes.shrink_to(KEPT);
+    let descriptor = channel.layout.as_ref().map(|layout| layout.descriptor());
+    let is_decoded =
+        descriptor.is_some_and(|descriptor| put(descriptor, message.data, limits, text).is_some());
+    write!(output, "{{\"log_time\":{},\"message\":", message.log_time)?;
+    if is_decoded {
+        output.write_all(&text.bytes)?;
+    } else {
+        write!(output, "{{\"bytes\":{}}}", message.data.len())?;
+    }
+    write!(output, ",\"sequence\":{},\"topic\":", message.sequence)?;
+    serde_json::to_writer(&mut *output, &channel.topic)?;
+    output.write_all(b"}\n")
+}
+
+/// Writes a message in the JSON mapping of protobuf; `None` if it cannot be decoded, or not written.
+fn put(descriptor: &MessageDescriptor, bytes: &[u8], limits: Limits, text: &mut Text) -> Option<()> {
     let options = SerializeOptions::new().use_proto_field_name(true).skip_default_fields(false);
-    let decoded = channel.layout.as_ref().and_then(|layout| {
-        let message = DynamicMessage::decode(layout.descriptor().clone(), message.data).ok()?;
-        message.serialize_with_options(serde_json::value::Serializer, &options).ok()
-    });
-    json!({
-        "topic": channel.topic,
-        "log_time": message.log_time,
-        "sequence": message.sequence,
-        "message": decoded.unwrap_or_else(|| json!({ "bytes": message.data.len() })),
-    })
+    let message = dynamic(descriptor, bytes, limits.values()).ok()?;
+    message.serialize_with_options(&mut serde_json::Serializer::new(text), &options).ok()
 }

@@ -2,6 +2,7 @@
 
 mod json;
 mod picture;
+mod shown;
 mod text;
 mod write;
 
@@ -129,7 +130,7 @@ pub fn diff(
     limits: Limits,
     written: Option<&mut DiffWriter>,
 ) -> Result<Comparison, CompareError> {
-    let open = |path: &Path| -> Result<Recording, OpenError> { Recording::open(path, limits) };
+    let open = |path: &Path| -> Result<Recording, OpenError> { Recording::open(path, limits.of_two()) };
     let (a, b) = (open(a)?, open(b)?);
     match written {
         None => compare(&a, &b, options, None),

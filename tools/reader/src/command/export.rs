@@ -1,6 +1,9 @@
 //! `export`: attachments, and matrices at one time, as files of their own.
 
-use std::path::{Component, Path};
+use std::{
+    collections::HashSet,
+    path::{Component, Path},
+};
 
 use ndarray::Array2;
 use ndarray_npy::WriteNpyExt;
@@ -101,22 +104,27 @@ pub fn safe_name(name: &str) -> Result<&Path, ExportError> {
     if is_plain { Ok(path) } else { Err(ExportError::UnsafeName(name.into())) }
 }
 
-/// The content of an attachment.
+/// The content of the first attachment with a name, and how many others have it too.
 ///
 /// # Errors
 ///
 /// The file cannot be read, or there is no such attachment.
-pub fn attachment(path: &Path, name: &str, limits: Limits) -> Result<Vec<u8>, ExportError> {
+pub fn attachment(path: &Path, name: &str, limits: Limits) -> Result<(Vec<u8>, usize), ExportError> {
     let recording = Recording::open(path, limits)?;
-    recording.attachment(name)?.ok_or_else(|| {
-        let known: Vec<&str> =
-            recording.attachments.iter().map(|attachment| attachment.name.as_str()).collect();
-        let known = if known.is_empty() { "none".into() } else { known.join(", ") };
-        ExportError::NoAttachment { name: name.into(), known }
-    })
+    let same = recording.attachments.iter().filter(|attachment| attachment.name == name).count();
+    match recording.attachment(name)? {
+        Some(content) => Ok((content, same.saturating_sub(1))),
+        None => {
+            let known = recording.attachments.iter().map(|attachment| attachment.name.as_str());
+            let known = known.collect::<Vec<_>>().join(", ");
+            let known = if known.is_empty() { "none".into() } else { known };
+            Err(ExportError::NoAttachment { name: name.into(), known })
+        }
+    }
 }
 
-/// Hands every attachment to `write`, after all their names have proved safe.
+/// Hands every attachment to `write`, with the name of its file, after all their names have proved safe. Of several with
+/// the same name, all but the first get a number: `case.2.toml`. Answers what of the recording is damaged or was refused.
 ///
 /// # Errors
 ///
@@ -124,17 +132,36 @@ pub fn attachment(path: &Path, name: &str, limits: Limits) -> Result<Vec<u8>, Ex
 pub fn attachments<E: From<ExportError>>(
     path: &Path,
     limits: Limits,
-    mut write: impl FnMut(&Path, &[u8]) -> Result<(), E>,
-) -> Result<(), E> {
-    let open = || Recording::open(path, limits).map_err(ExportError::Open);
-    let recording = open()?;
-    let names = recording.attachments.iter().map(|attachment| safe_name(&attachment.name));
-    names.collect::<Result<Vec<_>, _>>()?;
-    let failed = recording.find_attachment(|name, content| match safe_name(name) {
-        Ok(name) => write(name, content).err(),
-        Err(error) => Some(error.into()),
+    mut write: impl FnMut(&str, &Path, &[u8]) -> Result<(), E>,
+) -> Result<Vec<Damage>, E> {
+    let recording = Recording::open(path, limits).map_err(ExportError::Open)?;
+    let mut names = HashSet::new();
+    for attachment in &recording.attachments {
+        safe_name(&attachment.name)?;
+        names.insert(attachment.name.clone());
+    }
+    let mut written = HashSet::new();
+    let failed = recording.find_attachment(|name, content| {
+        let file = if written.contains(name) { numbered(name, &names) } else { name.to_owned() };
+        let result = match safe_name(&file) {
+            Ok(path) => write(name, path, content).err(),
+            Err(error) => Some(error.into()),
+        };
+        names.insert(file);
+        written.insert(name.to_owned());
+        result
     });
-    failed.map_err(ExportError::Open)?.map_or(Ok(()), Err)
+    failed.map_err(ExportError::Open)?.map_or(Ok(recording.damages), Err)
+}
+
+/// A name with the first number that makes it another than all `known`.
+fn numbered(name: &str, known: &HashSet<String>) -> String {
+    let (stem, extension) = match name.rsplit_once('.') {
+        Some((stem, extension)) if !stem.is_empty() => (stem, format!(".{extension}")),
+        _ => (name, String::new()),
+    };
+    let mut names = (2_u64..).map(|number| format!("{stem}.{number}{extension}"));
+    names.find(|name| !known.contains(name)).unwrap_or_else(|| name.to_owned())
 }
 
 /// The matrix of a topic at the time nearest to `time`, or of its last message, with all rows and columns that it has in

@@ -8,11 +8,15 @@ use crate::{
     overview::{Channel, Overview},
     recording::{Damage, Limits, OpenError, seconds},
     table::Heading,
+    text::{printable, short},
     wire::{COUNT, UNKNOWN},
 };
 
 /// Version of the JSON form.
 pub const JSON_VERSION: u32 = 2;
+
+/// Widest that the column of topics gets; longer ones stick out.
+const MAX_WIDTH: usize = 60;
 
 /// Largest number of fields of a channel that are listed.
 const MAX_SHOWN: usize = 12;
@@ -78,7 +82,7 @@ fn to_json(path: &Path, size: u64, overview: &Overview) -> Value {
 
 fn to_text(path: &Path, size: u64, overview: &Overview) -> String {
     let mut text = format!("{}: {}\n", path.display(), headline(overview));
-    let mut line = |key: &str, value: String| text.push_str(&format!("  {key:<11} {value}\n"));
+    let mut line = |key: &str, value: String| text.push_str(&format!("  {key:<11} {}\n", printable(&value)));
     if let Some(title) = overview.metadata("percuss.run").and_then(|run| run.get("title")) {
         line("title", title.clone());
     }
@@ -99,28 +103,30 @@ fn to_text(path: &Path, size: u64, overview: &Overview) -> String {
     }
 
     text.push_str("\nchannels\n");
-    let width = overview.channels.values().map(|channel| channel.topic.chars().count()).max().unwrap_or(0);
+    let widths = overview.channels.values().map(|channel| printable(&channel.topic).chars().count());
+    let width = widths.max().unwrap_or(0).min(MAX_WIDTH);
     for channel in overview.channels.values() {
         let fields = match &channel.layout {
             Some(_) => units(channel),
-            None => format!("({} messages are not decoded)", channel.encoding),
+            None => format!("({} messages are not decoded)", short(&channel.encoding)),
         };
-        let row =
-            format!("  {:<width$}  {:>8}  {:<24} {fields}", channel.topic, channel.count, channel.schema);
+        let (topic, schema) = (printable(&channel.topic), printable(&channel.schema));
+        let row = format!("  {topic:<width$}  {:>8}  {schema:<24} {fields}", channel.count);
         text.push_str(row.trim_end());
         text.push('\n');
     }
     if !overview.attachments.is_empty() {
         text.push_str("\nattachments\n");
         for attachment in &overview.attachments {
-            let (name, media_type, size) = (&attachment.name, &attachment.media_type, attachment.size);
+            let (name, media_type) = (printable(&attachment.name), printable(&attachment.media_type));
+            let size = attachment.size;
             text.push_str(&format!("  {name}  {size} bytes  {media_type}\n"));
         }
     }
     for record in &overview.metadata {
-        text.push_str(&format!("\n{}\n", record.name));
+        text.push_str(&format!("\n{}\n", printable(&record.name)));
         for (key, value) in record.entries.iter().filter(|(_, value)| !value.trim().is_empty()) {
-            text.push_str(&format!("  {key} = {value}\n"));
+            text.push_str(&format!("  {} = {}\n", printable(key), printable(value)));
         }
     }
     text
@@ -129,7 +135,7 @@ fn to_text(path: &Path, size: u64, overview: &Overview) -> String {
 /// Complete or not, in words.
 fn headline(overview: &Overview) -> String {
     let kind = match overview.metadata("percuss.run").and_then(|run| run.get("format_version")) {
-        Some(version) => format!("percuss recording, format {version}"),
+        Some(version) => format!("percuss recording, format {}", printable(version)),
         None => "MCAP file".into(),
     };
     let state = match (overview.complete, overview.status()) {
@@ -137,7 +143,7 @@ fn headline(overview: &Overview) -> String {
         (true, Some(status)) => {
             let record = overview.metadata("percuss.status");
             let message = record.and_then(|record| record.get("message")).map_or("", String::as_str);
-            format!("{status} ({message})")
+            format!("{} ({})", printable(status), printable(message))
         }
         (true, None) if overview.is_percuss() => "no status record: the run did not end".to_owned(),
         (true, None) => "complete".to_owned(),
@@ -150,18 +156,18 @@ fn headline(overview: &Overview) -> String {
 fn units(channel: &Channel) -> String {
     let Some(layout) = &channel.layout else { return String::new() };
     let axes = channel.axis_parts();
-    let is_shown = |path: &str| !axes.contains(&path) && !path.ends_with(COUNT) && path != UNKNOWN;
-    let fields = layout.leaves.iter().filter(|leaf| is_shown(&leaf.path));
-    let names = fields.map(|leaf| {
+    let is_shown = |path: &str| !axes.contains(path) && !path.ends_with(COUNT) && path != UNKNOWN;
+    let fields = || layout.leaves.iter().filter(|leaf| is_shown(&leaf.path));
+    let names = fields().take(MAX_SHOWN).map(|leaf| {
         let array = if leaf.ends_in_list { "[]" } else { "" };
-        let name = format!("{}{array}", leaf.path);
-        let unit = channel.unit(&leaf.path).map(str::to_owned);
+        let name = format!("{}{array}", short(&leaf.path));
+        let unit = channel.unit(&leaf.path).map(|unit| short(unit).into_owned());
         Heading { name, unit, ..Heading::default() }.with_unit()
     });
-    let names: Vec<String> = names.collect();
-    match names.len() {
-        0..=MAX_SHOWN => names.join(", "),
-        more => format!("{}, … ({more} fields)", names[..MAX_SHOWN].join(", ")),
+    let names = names.collect::<Vec<_>>().join(", ");
+    match fields().count() {
+        0..=MAX_SHOWN => names,
+        more => format!("{names}, … ({more} fields)"),
     }
 }
 

@@ -11,7 +11,7 @@ use crate::{
     field::{Positions, Selection, SelectionError},
     messages::Recording,
     overview::Channel,
-    recording::{Damage, Limits, OpenError},
+    recording::{Budget, Damage, Limits, OpenError},
     select::{self, Pattern, UnknownTopic},
     slice::{Moment, MomentError, Profile, Slice, moments, profile, slice},
     table::{Cell, Heading, Sink},
@@ -123,10 +123,10 @@ pub fn plot(
 }
 
 /// Takes a table as curves.
-#[derive(Default)]
 struct Curves {
     headings: Vec<Heading>,
     curves: Vec<Curve>,
+    budget: Budget,
 }
 
 impl Sink for Curves {
@@ -143,6 +143,14 @@ impl Sink for Curves {
         for (curve, cell) in self.curves.iter_mut().zip(cells) {
             // an empty cell is a message of another topic, not a gap
             if let Some(number) = cell.number() {
+                // a list grows to twice its length
+                if !self.budget.spend(2 * size_of::<(f64, f64)>()) {
+                    return Err(io::Error::new(
+                        io::ErrorKind::OutOfMemory,
+                        "the curves have more points than --max-memory allows; choose fields or times, or draw every n-th \
+                         point (--every)",
+                    ));
+                }
                 curve.points.push((time, number));
             }
         }
@@ -170,7 +178,8 @@ pub(crate) fn traces(
         stack: false,
         follow: false,
     };
-    let mut table = Curves::default();
+    let budget = Budget::new(limits.kept());
+    let mut table = Curves { headings: Vec::new(), curves: Vec::new(), budget };
     let outcome = trace(paths, &traced, limits, &mut table)?;
     let all_chosen = request.selection.fields.is_empty();
     let is_counter = |heading: &Heading| {

@@ -13,13 +13,19 @@ use mcap::{
     records::{Metadata, Record},
 };
 
-use crate::recording::{Damage, Found, Limits, Next, OpenError, Scan, seconds};
+use crate::{
+    recording::{Budget, Damage, Found, Limits, Next, OpenError, Scan, seconds},
+    text::short,
+};
 
 /// Name of the metadata record that says what was lost.
 pub const RECORD: &str = "percuss.recovered";
 
 /// Lost definitions that are told one by one.
 const MAX_LOST: usize = 1000;
+
+/// Topics of a lost chunk that are told one by one.
+const MAX_TOPICS: usize = 20;
 
 /// Unpacked size after which a chunk is closed, besides where the chunks of the source end \[bytes\].
 const CHUNK: u64 = 4 << 20;
@@ -65,7 +71,7 @@ pub fn recover(path: &Path, output: File, limits: Limits) -> Result<Recovered, R
         .disable_seeking(true);
     let writer = options.create(BufWriter::new(output))?;
     let mut scan = Scan::open(path, limits)?;
-    let mut copy = Copy::new(writer);
+    let mut copy = Copy::new(writer, limits);
     // the summary may name what the damaged part defined
     let index = Arc::clone(scan.index());
     for record in &index.directory {
@@ -114,6 +120,8 @@ fn look_ahead(path: &Path, limits: Limits) -> Result<(String, String, Option<Com
 
 struct Copy {
     writer: Writer<BufWriter<File>>,
+    /// Memory for definitions and places, which the writer keeps until it writes the summary.
+    budget: Budget,
     result: Recovered,
     topics: BTreeMap<u16, String>,
     schemas: BTreeSet<u16>,
@@ -132,9 +140,10 @@ struct Lost {
 }
 
 impl Copy {
-    fn new(writer: Writer<BufWriter<File>>) -> Self {
+    fn new(writer: Writer<BufWriter<File>>, limits: Limits) -> Self {
         Self {
             writer,
+            budget: Budget::new(limits.directory()),
             result: Recovered::default(),
             topics: BTreeMap::new(),
             schemas: BTreeSet::new(),
@@ -145,6 +154,21 @@ impl Copy {
     }
 
     fn define(&mut self, record: &Record<'_>) -> Result<(), McapError> {
+        let weight = match record {
+            Record::Schema { header, data } if !self.schemas.contains(&header.id) => {
+                data.len() + header.name.len() + header.encoding.len()
+            }
+            Record::Channel(channel) if !self.topics.contains_key(&channel.id) => {
+                let entries = channel.metadata.iter().map(|(key, value)| 160 + key.len() + value.len());
+                2 * channel.topic.len() + channel.message_encoding.len() + entries.sum::<usize>()
+            }
+            _ => return Ok(()),
+        };
+        // as the writer has it, and once more while it writes
+        if !self.budget.spend(512 + 2 * weight) {
+            self.lose_definition("it takes more memory than there is for it (--max-memory)");
+            return Ok(());
+        }
         let defined = match record {
             Record::Schema { header, data } if self.schemas.insert(header.id) => {
                 self.writer.add_schema_with_id(header.id, &header.name, &header.encoding, data)
@@ -166,14 +190,30 @@ impl Copy {
         match defined {
             Err(error @ McapError::Io(_)) => Err(error),
             Err(error) => {
-                // a hostile file may hold millions of them
-                if self.result.lost.len() < MAX_LOST {
-                    self.result.lost.push(format!("a definition: {error}"));
-                }
+                self.lose_definition(&error.to_string());
                 Ok(())
             }
             Ok(_) => Ok(()),
         }
+    }
+
+    fn lose_definition(&mut self, reason: &str) {
+        // a hostile file may hold millions of them
+        if self.result.lost.len() < MAX_LOST {
+            self.result.lost.push(format!("a definition: {}", short(reason)));
+        }
+    }
+
+    /// True if there is room for the place of an attachment or metadata record in the summary.
+    fn has_place(&mut self, what: &str, name: &str) -> bool {
+        let has_room = self.budget.spend(256 + 2 * name.len());
+        if !has_room && self.result.lost.len() < MAX_LOST {
+            let name = short(name);
+            self.result
+                .lost
+                .push(format!("{what} `{name}`: its place has no room in the summary (--max-memory)"));
+        }
+        has_room
     }
 
     fn take(&mut self, found: Found<'_>) -> Result<(), McapError> {
@@ -205,7 +245,7 @@ impl Copy {
                     lost.indexed.insert(index.channel_id, index.records.len() as u64);
                 }
             }
-            Record::Attachment { header, data, .. } => {
+            Record::Attachment { header, data, .. } if self.has_place("attachment", &header.name) => {
                 self.result.extras += 1;
                 self.writer.attach(&Attachment {
                     log_time: header.log_time,
@@ -215,7 +255,7 @@ impl Copy {
                     data,
                 })?;
             }
-            Record::Metadata(record) => {
+            Record::Metadata(record) if self.has_place("metadata record", &record.name) => {
                 self.result.extras += 1;
                 self.writer.write_metadata(&record)?;
             }
@@ -245,10 +285,14 @@ impl Copy {
         let Some(lost) = self.lost.take().filter(|lost| !lost.text.is_empty()) else { return Ok(()) };
         let count = |(id, indexed): (&u16, &u64)| {
             let missing = indexed - lost.kept.get(id).copied().unwrap_or(0).min(*indexed);
-            let topic = self.topics.get(id).map_or_else(|| format!("channel {id}"), Clone::clone);
+            let topic =
+                self.topics.get(id).map_or_else(|| format!("channel {id}"), |topic| short(topic).into());
             format!("{missing} of {topic}")
         };
-        let counts: Vec<String> = lost.indexed.iter().map(count).collect();
+        let mut counts: Vec<String> = lost.indexed.iter().take(MAX_TOPICS).map(count).collect();
+        if lost.indexed.len() > MAX_TOPICS {
+            counts.push(format!("and of {} more", lost.indexed.len() - MAX_TOPICS));
+        }
         let what = if counts.is_empty() { "unknown messages".into() } else { counts.join(", ") };
         let (from, to) = (seconds(lost.span.0), seconds(lost.span.1));
         self.result.lost.push(format!("{}; a chunk of log time {from} s to {to} s with {what}", lost.text));

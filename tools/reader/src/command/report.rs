@@ -21,6 +21,9 @@ const PAGE: &str = include_str!("report/page.html");
 const STYLE: &str = include_str!("report/style.css");
 const SCRIPT: &str = include_str!("report/script.js");
 
+/// Longest case that is shown \[bytes\].
+const MAX_CASE: usize = 1 << 20;
+
 /// Version of the data in the page.
 const VERSION: u32 = 1;
 
@@ -50,7 +53,7 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     let Some(run) = recording.entries("percuss.run") else { return Err(ReportError::NotPercuss(name)) };
     let verdict = verify(path, limits)?;
-    let case = recording.attachment("case.resolved.toml")?;
+    let case = recording.attachment("case.resolved.toml")?.filter(|case| case.len() <= MAX_CASE);
     let mut host = recording.entries("percuss.host").cloned().unwrap_or_default();
     host.remove("padding");
     let mut damages = recording.damages.clone();

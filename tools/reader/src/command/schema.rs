@@ -1,6 +1,6 @@
 //! `schema`: the descriptors in a recording as text in the language of `.proto` files.
 
-use std::{collections::BTreeSet, path::Path};
+use std::{collections::BTreeSet, path::Path, sync::Arc};
 
 use prost_reflect::{EnumDescriptor, FieldDescriptor, FileDescriptor, Kind, MessageDescriptor, Syntax};
 
@@ -8,6 +8,7 @@ use crate::{
     messages::Recording,
     recording::{Limits, OpenError},
     select::{self, Pattern, UnknownTopic},
+    text::short,
 };
 
 /// Why there is no schema to show.
@@ -32,15 +33,20 @@ pub fn schema(path: &Path, topics: &[Pattern], limits: Limits) -> Result<String,
         [] => recording.channels.keys().copied().collect(),
         topics => select::channels(&recording, topics)?,
     };
-    let (mut text, mut seen) = (String::new(), BTreeSet::new());
+    let (mut text, mut seen, mut known) = (String::new(), BTreeSet::new(), BTreeSet::new());
     for channel in ids.iter().map(|id| &recording.channels[id]) {
         let Some(layout) = &channel.layout else {
             text.push_str(&format!(
                 "// {}: {} is not a sound protobuf schema\n\n",
-                channel.topic, channel.schema
+                short(&channel.topic),
+                short(&channel.schema)
             ));
             continue;
         };
+        // many channels may share a schema
+        if !known.insert(Arc::as_ptr(layout)) {
+            continue;
+        }
         let file = layout.descriptor().parent_file();
         // the files it needs come before it
         for file in file.parent_pool().files() {

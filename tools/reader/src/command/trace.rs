@@ -9,7 +9,7 @@ use std::{
 
 use crate::{
     extent::{Extent, Extents},
-    field::{Column, Columns, Positions, Selection, SelectionError, columns},
+    field::{Column, Columns, MAX_TABLE, Positions, Selection, SelectionError, columns},
     messages::{Messages, POLL, Recording},
     overview::Channel,
     recording::{Damage, Limits, Next, OpenError},
@@ -90,9 +90,21 @@ pub enum TraceError {
         /// File that differs.
         other: PathBuf,
     },
+    /// What has to be kept of the messages has no room.
+    #[error("{0}")]
+    Memory(io::Error),
     /// The output cannot be written.
     #[error("cannot write the output: {0}")]
-    Output(#[from] io::Error),
+    Output(io::Error),
+}
+
+impl From<io::Error> for TraceError {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::OutOfMemory => Self::Memory(error),
+            _ => Self::Output(error),
+        }
+    }
 }
 
 /// Writes a table of the requested fields: a row per time, a column per file, topic and field.
@@ -187,9 +199,10 @@ fn run(
         base += stream.file.slots.len();
     }
     let widths: Vec<usize> = files.iter().flat_map(|file| file.slots.iter().map(Slot::width)).collect();
+    let limits = files.first().map_or_else(Limits::default, |file| file.recording.limits());
     let mut rows =
         Rows { every: request.every.max(1), seen: 0, label, sink, outcome, filled, cells: Vec::new() };
-    let mut joiner = Joiner::new(request.align, widths);
+    let mut joiner = Joiner::new(request.align, widths, limits.kept());
     loop {
         // the file that is behind goes first, so that rows of equal times meet
         let behind =
@@ -256,7 +269,7 @@ impl Traced {
         }
         let ids = select::channels(&recording, patterns)?;
         let many = ids.len() > 1;
-        let mut slots = Vec::new();
+        let (mut slots, mut width) = (Vec::new(), 0);
         let mut extents: Option<Result<Extents, OpenError>> = None;
         let mut found = Found::new(&request.selection);
         for &id in &ids {
@@ -274,6 +287,10 @@ impl Traced {
             let Some(selection) = selection else { continue };
             let Columns { time, fields, left_out } = columns(channel, &selection, &mut extent)?;
             all_left_out.extend(left_out);
+            width += fields.len();
+            if width > MAX_TABLE {
+                return Err(SelectionError::TooWide { topic: channel.topic.clone(), columns: width }.into());
+            }
             slots.push(Slot { id, topic: channel.topic.clone(), time, columns: fields });
         }
         if let Some(Err(error)) = extents {
@@ -439,7 +456,10 @@ impl Stream<'_> {
                 let is_early = request.from.is_some_and(|from| time < from);
                 let is_late = request.to.is_some_and(|to| time > to);
                 let cell = |column: &Column| column.cell(&values[index], message.log_time);
-                (!is_early && !is_late).then(|| (index, time, slot.columns.iter().map(cell).collect()))
+                let sample =
+                    (!is_early && !is_late).then(|| (index, time, slot.columns.iter().map(cell).collect()));
+                values[index].release();
+                sample
             })?;
             match next {
                 Next::Record(Some((slot, time, cells))) => {

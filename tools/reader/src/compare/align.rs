@@ -75,6 +75,13 @@ fn step_leaf(layout: &Layout) -> Option<usize> {
     (is_integer && layout.leaves[leaf].is_single).then_some(leaf)
 }
 
+/// Memory that a message takes while it waits \[bytes\].
+fn weight(item: &Item) -> usize {
+    /// A queue grows to twice its length; a message of its own is a block.
+    const BLOCK: usize = 2 * size_of::<Waiting>() + 32;
+    BLOCK + item.bytes().len()
+}
+
 /// A message that waits.
 struct Waiting {
     item: Item,
@@ -211,7 +218,7 @@ impl<'a> Aligner<'a> {
         self.report.spans[side] = Some((first.min(time), last.max(time)));
         let layout = channel.layout.as_ref();
         let step = layout.and_then(|layout| layout.peek(step_leaf(layout)?, item.bytes()));
-        self.held[side] += item.bytes().len();
+        self.held[side] += weight(&item);
         let before = self.waiting[side].len();
         self.waiting[side].push_back(Waiting { item, step: step.map(|step| step as u64), time });
         self.advance(watch)?;
@@ -225,7 +232,8 @@ impl<'a> Aligner<'a> {
 
     /// True if a side has more waiting than there is room for, and more than any way of comparing needs.
     fn is_full(&self, side: usize) -> bool {
-        self.held[side] > self.room && self.waiting[side].len() > LEAST_WAITING
+        let room = if self.waiting[side].len() > LEAST_WAITING { self.room } else { 8 * self.room };
+        self.held[side] > room
     }
 
     fn no_room(&self) -> CompareError {
@@ -324,7 +332,7 @@ impl<'a> Aligner<'a> {
 
     fn pop(&mut self, side: usize) -> Option<Waiting> {
         let waiting = self.waiting[side].pop_front()?;
-        self.held[side] -= waiting.item.bytes().len();
+        self.held[side] -= weight(&waiting.item);
         Some(waiting)
     }
 
@@ -376,6 +384,7 @@ impl<'a> Aligner<'a> {
             for field in self.fields.iter_mut().filter(|field| !field.ignored) {
                 field.meter.take_same(&values_a.lists[field.leaf_a], place.clone());
             }
+            values_a.release();
             return Ok(());
         }
         if layout_b.decode(b.item.bytes(), values_b).is_err() {
@@ -384,6 +393,8 @@ impl<'a> Aligner<'a> {
         }
         let differ = measure(&mut self.fields, values_a, values_b, &place, false, self.starts.is_some());
         self.report.axes_differ |= differ;
+        values_a.release();
+        values_b.release();
         Ok(())
     }
 
@@ -463,6 +474,8 @@ impl<'a> Aligner<'a> {
         self.report.compared += 1;
         let differ = measure(&mut self.fields, values_a, values_b, &place, true, true);
         self.report.axes_differ |= differ;
+        values_a.release();
+        values_b.release();
     }
 
     /// Ends the comparison.

@@ -34,6 +34,12 @@ pub(super) struct Sample<'a> {
     pub(super) position: &'a dyn Fn(usize) -> Option<String>,
 }
 
+/// A buffer for the numbers of the next message, if it is a small one: of many fields, each would keep its largest.
+fn small(numbers: Vec<f64>) -> Vec<f64> {
+    const KEPT: usize = 128;
+    if numbers.capacity() > KEPT { Vec::new() } else { numbers }
+}
+
 impl Meter {
     pub(super) fn new(rule: Option<Rule>, known: Option<Scale>, nan: NotANumber) -> Self {
         let tube = rule.as_ref().and_then(|rule| rule.tolerance.tube).map(|tube| TubeState::new(tube, nan));
@@ -61,7 +67,7 @@ impl Meter {
                 } else {
                     self.measure.elements += other.len() as u64;
                 }
-                self.number_a = numbers;
+                self.number_a = small(numbers);
                 return;
             }
         };
@@ -127,7 +133,7 @@ impl Meter {
         } else {
             self.texts(a, b, sample);
         }
-        (self.number_a, self.number_b) = (numbers_a, numbers_b);
+        (self.number_a, self.number_b) = (small(numbers_a), small(numbers_b));
     }
 
     /// Sums, largest and first difference of elements.

@@ -13,7 +13,7 @@ use std::{
 use super::{CompareError, Options, Watch, align::Aligner};
 use crate::{
     messages::Recording,
-    recording::{Damage, Next, OpenError},
+    recording::{Damage, Next},
 };
 
 /// Bytes after which a batch is handed on.
@@ -57,6 +57,7 @@ impl Drop for Batch {
         {
             let mut buffer = std::mem::take(&mut self.bytes);
             buffer.clear();
+            buffer.shrink_to(2 * BATCH);
             buffers.push(buffer);
         }
     }
@@ -101,25 +102,40 @@ impl Item {
 
 enum Parcel {
     Batch(Batch),
-    End(Result<Vec<Damage>, OpenError>),
+    End(Result<Vec<Damage>, CompareError>),
 }
 
-fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, OpenError> {
+fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, CompareError> {
+    // a few of them may lie between a reader and the comparison
+    let largest = input.recording.limits().record() / 4;
     let mut messages = input.recording.messages(input.slots.keys().copied(), input.window)?;
     let pool = Pool::default();
     let mut batch = Batch::new(&pool);
     loop {
+        let mut too_large = None;
         let next = messages.next(|message| {
+            if message.data.len() > largest {
+                too_large = Some(message.data.len());
+                return;
+            }
             batch.bytes.extend_from_slice(message.data);
             let (slot, end) = (input.slots[&message.channel], batch.bytes.len());
             batch.entries.push(Entry { slot, log_time: message.log_time, end });
         })?;
+        if let Some(bytes) = too_large {
+            return Err(CompareError::TooLarge { bytes });
+        }
         let is_over = !matches!(next, Next::Record(()));
         if is_over || batch.bytes.len() >= BATCH || batch.entries.len() >= BATCH / 64 {
             let full = std::mem::replace(&mut batch, Batch::new(&pool));
-            // nobody listens any more: the comparison has stopped early
-            if out.send(Parcel::Batch(full)).is_err() {
-                return Ok(Vec::new());
+            // nothing waits behind a large one: empty batches take its place until it has been received
+            let fillers = if full.bytes.len() > 2 * BATCH { AHEAD } else { 0 };
+            let fillers = std::iter::repeat_with(Batch::default).take(fillers);
+            for batch in std::iter::once(full).chain(fillers) {
+                // nobody listens any more: the comparison has stopped early
+                if out.send(Parcel::Batch(batch)).is_err() {
+                    return Ok(Vec::new());
+                }
             }
         }
         if is_over {
@@ -142,7 +158,7 @@ struct Side {
 
 impl Side {
     /// The next message with the number of its aligner.
-    fn next(&mut self) -> Result<Option<(usize, Item)>, OpenError> {
+    fn next(&mut self) -> Result<Option<(usize, Item)>, CompareError> {
         while self.next >= self.batch.entries.len() {
             if self.over.is_some() {
                 return Ok(None);

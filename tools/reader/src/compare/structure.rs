@@ -2,7 +2,7 @@
 //! of themselves.
 
 use std::{
-    collections::{BTreeMap, BTreeSet, hash_map::DefaultHasher},
+    collections::{BTreeMap, BTreeSet, HashMap, hash_map::DefaultHasher},
     hash::{Hash, Hasher},
 };
 
@@ -130,11 +130,27 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
     };
     let (mut pairs, mut findings) = (Vec::new(), Vec::new());
     let mut taken = BTreeSet::new();
+    // what is left of the other recording, by topic and message type: a recording may have very many channels
+    let mut left: HashMap<&str, HashMap<&str, BTreeSet<u16>>> = HashMap::new();
+    for (&id, channel) in &b.channels {
+        left.entry(&channel.topic).or_default().entry(&channel.schema).or_default().insert(id);
+    }
+    let mut partner = |channel: &Channel| {
+        let of_topic = left.get_mut(channel.topic.as_str())?;
+        let first = |(schema, ids): (&&str, &BTreeSet<u16>)| Some((*ids.first()?, (*schema).to_owned()));
+        let (id, schema) = match of_topic.get_key_value(channel.schema.as_str()) {
+            Some(same) => first(same)?,
+            None => of_topic.iter().filter_map(first).min()?,
+        };
+        let ids = of_topic.get_mut(schema.as_str())?;
+        ids.remove(&id);
+        if ids.is_empty() {
+            of_topic.remove(schema.as_str());
+        }
+        Some((id, &b.channels[&id]))
+    };
     for (&id_a, channel_a) in a.channels.iter().filter(|(_, channel)| chosen(channel)) {
-        let free =
-            || b.channels.iter().filter(|(id, other)| !taken.contains(*id) && other.topic == channel_a.topic);
-        let found = free().find(|(_, other)| other.schema == channel_a.schema).or_else(|| free().next());
-        let Some((&id_b, channel_b)) = found else {
+        let Some((id_b, channel_b)) = partner(channel_a) else {
             findings.push(Finding { topic: channel_a.topic.clone(), field: None, kind: Kind::Missing });
             continue;
         };

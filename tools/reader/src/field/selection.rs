@@ -170,6 +170,14 @@ pub enum SelectionError {
         /// Name of an element.
         example: String,
     },
+    /// All fields together would take too many columns.
+    #[error("the fields of `{topic}` take more than {columns} columns; choose some with --field")]
+    TooWide {
+        /// Topic.
+        topic: String,
+        /// Columns until it was given up.
+        columns: usize,
+    },
     /// The messages cannot be decoded.
     #[error(
         "messages of `{topic}` are {encoding} with schema `{schema}`; only protobuf with a sound schema is read"

@@ -21,21 +21,27 @@ const GROUP: usize = 1 << 16;
 /// Cells after which a row group is written, whatever the number of rows.
 const GROUP_CELLS: usize = 1 << 22;
 
+/// Bytes of text after which a row group is written.
+const GROUP_TEXT: usize = 16 << 20;
+
 /// Writes Parquet. Units are in the key-value metadata of the file as `unit.<column>`.
 pub struct Parquet<W: Write + Send> {
     output: Option<W>,
     writer: Option<SerializedFileWriter<W>>,
     headings: Vec<Heading>,
     columns: Vec<Vec<Cell>>,
+    /// Text of the rows since the last group [bytes].
+    text: usize,
 }
 
 impl<W: Write + Send> Parquet<W> {
     /// Writes to `output`.
     pub fn new(output: W) -> Self {
-        Self { output: Some(output), writer: None, headings: Vec::new(), columns: Vec::new() }
+        Self { output: Some(output), writer: None, headings: Vec::new(), columns: Vec::new(), text: 0 }
     }
 
     fn write_group(&mut self) -> Result<(), ParquetError> {
+        self.text = 0;
         let Some(writer) = &mut self.writer else { return Ok(()) };
         if self.columns.first().is_none_or(Vec::is_empty) {
             return Ok(());
@@ -135,10 +141,13 @@ impl<W: Write + Send> Sink for Parquet<W> {
 
     fn row(&mut self, cells: &[Cell]) -> io::Result<()> {
         for (column, cell) in self.columns.iter_mut().zip(cells) {
+            if let Cell::Text(text) = cell {
+                self.text += text.len();
+            }
             column.push(cell.clone());
         }
         let rows = self.columns.first().map_or(0, Vec::len);
-        if rows >= GROUP || rows * self.columns.len() >= GROUP_CELLS {
+        if rows >= GROUP || rows * self.columns.len() >= GROUP_CELLS || self.text >= GROUP_TEXT {
             return self.write_group().map_err(fail);
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! The summary at the end of a file: where its chunks are and what is in them.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, HashSet},
     io::{self, Read, Seek, SeekFrom},
 };
 
@@ -10,7 +10,7 @@ use mcap::{
     records::{self, ChunkIndex, Record, Statistics, op},
 };
 
-use super::{Limits, parse::parse};
+use super::{Budget, Limits, parse::parse};
 
 /// Bytes of opcode and length before every record.
 pub(crate) const PREFIX: u64 = 9;
@@ -23,7 +23,7 @@ const FOOTER: u64 = 20;
 pub struct Index {
     /// Chunks by their offset.
     pub chunks: BTreeMap<u64, ChunkIndex>,
-    /// Schema and channel records.
+    /// Schema and channel records, the first of every id.
     pub directory: Vec<Record<'static>>,
     /// Counts.
     pub statistics: Option<Statistics>,
@@ -33,6 +33,8 @@ pub struct Index {
     pub metadata: Vec<records::MetadataIndex>,
     /// Where the summary begins.
     pub start: u64,
+    /// True if the summary is sound but takes more memory than there is for it: it is left out as if there were none.
+    pub is_too_large: bool,
 }
 
 impl Index {
@@ -52,14 +54,15 @@ impl Index {
         if magic != MAGIC || footer[0] != op::FOOTER || footer[1..9] != FOOTER.to_le_bytes() {
             return Ok(None);
         }
-        let Ok(Record::Footer(content)) = parse(op::FOOTER, &footer[PREFIX as usize..]) else {
-            return Ok(None);
-        };
-        let size = footer_at.checked_sub(content.summary_start).filter(|_| content.summary_start > 0);
-        let Some(size) = size.and_then(|size| usize::try_from(size).ok()).filter(|&s| s <= limits.record())
+        let Ok(Record::Footer(content)) = parse(op::FOOTER, &footer[PREFIX as usize..], limits.record())
         else {
             return Ok(None);
         };
+        let size = footer_at.checked_sub(content.summary_start).filter(|_| content.summary_start > 0);
+        let Some(size) = size.and_then(|size| usize::try_from(size).ok()) else { return Ok(None) };
+        if size > limits.record() {
+            return Ok(Some(Self::too_large()));
+        }
         source.seek(SeekFrom::Start(content.summary_start))?;
         let mut summary = vec![0; size];
         source.read_exact(&mut summary)?;
@@ -69,25 +72,65 @@ impl Index {
         if content.summary_crc != 0 && content.summary_crc != crc.finalize() {
             return Ok(None);
         }
-        Ok(Self::parse(&summary, content.summary_start))
+        Ok(Self::parse(&summary, content.summary_start, limits))
     }
 
-    fn parse(mut bytes: &[u8], start: u64) -> Option<Self> {
+    /// A summary that is there but cannot be kept.
+    fn too_large() -> Self {
+        Self { is_too_large: true, ..Self::default() }
+    }
+
+    fn parse(mut bytes: &[u8], start: u64, limits: Limits) -> Option<Self> {
         let mut index = Self { start, ..Self::default() };
+        let mut budget = Budget::new(limits.directory());
+        // ids of schemas, of channels
+        let mut known = [HashSet::new(), HashSet::new()];
         while !bytes.is_empty() {
             let (prefix, rest) = bytes.split_at_checked(PREFIX as usize)?;
             let length = u64::from_le_bytes(prefix[1..].try_into().ok()?);
             let (body, rest) = rest.split_at_checked(usize::try_from(length).ok()?)?;
             bytes = rest;
-            match parse(prefix[0], body).ok()?.into_owned() {
+            let record = parse(prefix[0], body, budget.left()).ok()?;
+            let is_new = match &record {
+                Record::Schema { header, .. } => known[0].insert(header.id),
+                Record::Channel(channel) => known[1].insert(channel.id),
+                Record::ChunkIndex(_)
+                | Record::Statistics(_)
+                | Record::AttachmentIndex(_)
+                | Record::MetadataIndex(_) => true,
+                _ => false,
+            };
+            if !is_new {
+                continue;
+            }
+            if !budget.spend(weight(&record, body.len())) {
+                return Some(Self::too_large());
+            }
+            match record.into_owned() {
                 Record::ChunkIndex(chunk) => drop(index.chunks.insert(chunk.chunk_start_offset, chunk)),
                 Record::Statistics(statistics) => index.statistics = Some(statistics),
                 Record::AttachmentIndex(attachment) => index.attachments.push(attachment),
                 Record::MetadataIndex(metadata) => index.metadata.push(metadata),
-                record @ (Record::Schema { .. } | Record::Channel(_)) => index.directory.push(record),
-                _ => {}
+                record => index.directory.push(record),
             }
         }
         Some(index)
     }
+}
+
+/// Memory that a record of the summary takes \[bytes\].
+fn weight(record: &Record<'_>, length: usize) -> usize {
+    /// A record in a list that grows, with the blocks that its texts are in.
+    const RECORD: usize = 512;
+    /// A number in a map of numbers.
+    const NUMBER: usize = 32;
+    /// A text in a map of texts.
+    const ENTRY: usize = 160;
+    let entries = match record {
+        Record::Channel(channel) => ENTRY * channel.metadata.len(),
+        Record::ChunkIndex(chunk) => NUMBER * chunk.message_index_offsets.len(),
+        Record::Statistics(statistics) => NUMBER * statistics.channel_message_counts.len(),
+        _ => 0,
+    };
+    RECORD + length + entries
 }

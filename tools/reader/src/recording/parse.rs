@@ -5,6 +5,28 @@ use mcap::{
     records::{Record, op},
 };
 
+/// Why a record cannot be parsed.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum ParseError {
+    /// A length that leads out of the record.
+    #[error("a length inside a record goes beyond its end")]
+    Length,
+    /// More entries than there is memory for.
+    #[error("a record with {entries} entries takes more memory than its limit of {limit} (--max-memory)")]
+    Entries {
+        /// Keys and values.
+        entries: usize,
+        /// Memory for a record \[bytes\].
+        limit: usize,
+    },
+    /// What the parser says.
+    #[error(transparent)]
+    Record(#[from] McapError),
+}
+
+/// Memory of an entry of a map of texts, besides its bytes: its place in a tree, a key and a value of their own \[bytes\].
+const ENTRY: usize = 160;
+
 /// A part of a record's content.
 #[derive(Clone, Copy)]
 enum Part {
@@ -45,9 +67,10 @@ fn block<'a>(bytes: &mut &'a [u8]) -> Option<&'a [u8]> {
     Some(block)
 }
 
-/// True if every length inside a record stays inside it.
-fn fits(opcode: u8, mut bytes: &[u8]) -> bool {
-    let mut step = |part: &Part| match part {
+/// Number of keys and values of a record, if every length inside it stays inside it.
+fn entries(opcode: u8, mut bytes: &[u8]) -> Option<usize> {
+    let mut entries = 0;
+    let step = |part: &Part| match part {
         Fixed(size) => {
             let rest = bytes.get(*size..)?;
             bytes = rest;
@@ -58,26 +81,33 @@ fn fits(opcode: u8, mut bytes: &[u8]) -> bool {
             let mut texts = block(&mut bytes)?;
             while !texts.is_empty() {
                 block(&mut texts)?;
+                entries += 1;
             }
             Some(())
         }
     };
-    parts(opcode).iter().all(|part| step(part).is_some())
+    parts(opcode).iter().try_for_each(step)?;
+    Some(entries)
 }
 
 /// Parses the content of a record.
-pub(crate) fn parse(opcode: u8, data: &[u8]) -> Result<Record<'_>, McapError> {
-    if !fits(opcode, data) {
-        // the error a parser would give that runs out of bytes
-        return Err(McapError::UnexpectedEof);
+///
+/// * `limit`: memory that it may take \[bytes\]
+pub(crate) fn parse(opcode: u8, data: &[u8], limit: usize) -> Result<Record<'_>, ParseError> {
+    let entries = entries(opcode, data).ok_or(ParseError::Length)? / 2;
+    if entries.saturating_mul(ENTRY) > limit {
+        return Err(ParseError::Entries { entries, limit });
     }
-    mcap::parse_record(opcode, data)
+    mcap::parse_record(opcode, data).map_err(|error| match error {
+        McapError::UnexpectedEof => ParseError::Length,
+        error => error.into(),
+    })
 }
 
-/// A parser's error in words.
+/// An error in the content of a chunk, in words.
 pub(super) fn explain(error: &McapError) -> String {
     match error {
-        McapError::UnexpectedEof => "a length inside a record goes beyond its end".into(),
+        McapError::UnexpectedEof => ParseError::Length.to_string(),
         other => other.to_string(),
     }
 }

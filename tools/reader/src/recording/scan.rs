@@ -29,6 +29,9 @@ impl<T: Read + Seek + Send> Source for T {}
 /// Damages after which reading is given up.
 const MAX_DAMAGES: usize = 1000;
 
+/// Buffers larger than that are given back once a chunk has been read \[bytes\].
+const LARGE: usize = 16 << 20;
+
 /// A record and where it stands.
 pub struct Found<'a> {
     /// Offset of the record in the file, or of the chunk it is in.
@@ -65,6 +68,8 @@ pub struct Scan {
     skip: HashSet<u64>,
     crc: Option<crc32fast::Hasher>,
     damages: Vec<Damage>,
+    /// Damages that were there before anything was read.
+    noted: usize,
     grows: bool,
     part: Part,
 }
@@ -74,6 +79,7 @@ struct Open {
     offset: u64,
     end: u64,
     inside: u64,
+    is_large: bool,
 }
 
 /// Part of the file that is being read.
@@ -128,6 +134,7 @@ impl Scan {
             skip: HashSet::new(),
             crc: Some(crc),
             damages: Vec::new(),
+            noted: 0,
             grows: false,
             part: Part::Data,
         })
@@ -141,6 +148,17 @@ impl Scan {
         if !self.skip.is_empty() {
             self.crc = None;
         }
+    }
+
+    /// Tells of what was refused before anything is read.
+    pub(crate) fn note(&mut self, refused: &[Damage]) {
+        self.damages.extend_from_slice(refused);
+        self.noted += refused.len();
+    }
+
+    /// True if anything of what was read was damaged.
+    fn has_damage(&self) -> bool {
+        self.damages.len() > self.noted
     }
 
     /// Waits for more at the end of a file that has no footer yet: [`Next::Pending`] instead of damage.
@@ -194,18 +212,21 @@ impl Scan {
                     None | Some(Ok(LinearReadEvent::ReadRequest(_))) => None,
                     Some(Ok(LinearReadEvent::Record { opcode, data })) => {
                         open.inside = start + PREFIX + data.len() as u64;
-                        match parse(opcode, data) {
+                        match parse(opcode, data, self.limits.record()) {
                             Ok(Record::Chunk { .. }) => Some("a chunk inside a chunk".into()),
                             Ok(record) => {
                                 return Ok(Next::Record(take(Found { offset, inside: Some(start), record })));
                             }
-                            Err(error) => Some(explain(&error)),
+                            Err(error) => Some(error.to_string()),
                         }
                     }
                     Some(Err(error)) => Some(explain(&error)),
                 };
-                let bytes = open.end - offset;
+                let (bytes, is_large) = (open.end - offset, open.is_large);
                 self.open = None;
+                if is_large {
+                    self.unpacker = None;
+                }
                 if let Some(reason) = reason {
                     self.unpacker = None;
                     self.damage(offset, bytes, reason);
@@ -221,24 +242,34 @@ impl Scan {
                 Ok(Outer::Pending) => return Ok(Next::Pending),
                 Ok(Outer::Chunk) => {
                     let offset = self.open.as_ref().map_or(self.position, |open| open.offset);
-                    if let Ok(Record::Chunk { header, .. }) = parse(op::CHUNK, &self.body) {
+                    let header = match parse(op::CHUNK, &self.body, self.limits.record()) {
+                        Ok(Record::Chunk { header, .. }) => Some(header),
+                        _ => None,
+                    };
+                    // the unpacker has a copy
+                    if self.body.len() > LARGE {
+                        self.body = Vec::new();
+                    }
+                    if let Some(header) = header {
                         let record = Record::Chunk { header, data: Cow::Borrowed(&[]) };
                         return Ok(Next::Record(take(Found { offset, inside: None, record })));
                     }
                 }
-                Ok(Outer::Record { offset, opcode }) => match parse(opcode, &self.body) {
-                    Ok(record) => return Ok(Next::Record(take(Found { offset, inside: None, record }))),
-                    Err(error) => {
-                        self.damage(offset, PREFIX + self.body.len() as u64, explain(&error));
+                Ok(Outer::Record { offset, opcode }) => {
+                    match parse(opcode, &self.body, self.limits.record()) {
+                        Ok(record) => return Ok(Next::Record(take(Found { offset, inside: None, record }))),
+                        Err(error) => {
+                            self.damage(offset, PREFIX + self.body.len() as u64, error.to_string());
+                        }
                     }
-                },
+                }
             }
         }
     }
 
     fn damage(&mut self, offset: u64, bytes: u64, reason: String) {
         self.damages.push(Damage { offset, bytes, reason });
-        if self.damages.len() >= MAX_DAMAGES {
+        if self.damages.len() >= MAX_DAMAGES + self.noted {
             let rest = self.length.saturating_sub(self.position);
             let reason = "so many damages that the rest is not read".into();
             self.damages.push(Damage { offset: self.position, bytes: rest, reason });
@@ -339,7 +370,7 @@ impl Scan {
     /// Adds a record to the checksum of its part of the file, and compares where the part ends.
     fn check_crc(&mut self, offset: u64, opcode: u8, prefix: &[u8]) {
         let ends = matches!(opcode, op::DATA_END | op::FOOTER);
-        let saved = match ends.then(|| parse(opcode, &self.body)) {
+        let saved = match ends.then(|| parse(opcode, &self.body, self.limits.record())) {
             Some(Ok(Record::DataEnd(end))) => Some(end.data_section_crc),
             Some(Ok(Record::Footer(footer))) => Some(footer.summary_crc),
             _ => None,
@@ -360,7 +391,7 @@ impl Scan {
             Some(saved) => {
                 let calculated = self.crc.take().map(crc32fast::Hasher::finalize);
                 let wrong = calculated.filter(|&calculated| saved != 0 && saved != calculated);
-                if let Some(calculated) = wrong.filter(|_| self.damages.is_empty()) {
+                if let Some(calculated) = wrong.filter(|_| !self.has_damage()) {
                     let part = if opcode == op::DATA_END { "data section" } else { "summary" };
                     let reason =
                         format!("CRC of the {part} failed: {saved:08x} is saved, {calculated:08x} found");
@@ -387,7 +418,7 @@ impl Scan {
         } else if rest > magic.len() as u64 {
             let position = self.position + magic.len() as u64;
             self.damage(position, rest - magic.len() as u64, "the file goes on after its end".into());
-        } else if was == Part::Data && self.damages.is_empty() {
+        } else if was == Part::Data && !self.has_damage() {
             self.damage(self.position, 0, "the end of the data is not marked".into());
         }
         self.part = Part::Over;
@@ -478,6 +509,14 @@ impl Scan {
                 unpacker.notify_read(bytes.len());
             }
         }
-        self.open = Some(Open { offset, end: self.position, inside: 0 });
+        // how much a chunk unpacks to is known once it is unpacked; what it claims is checked against that
+        let claimed = match parse(op::CHUNK, &self.body, limit) {
+            Ok(Record::Chunk { header, .. }) => {
+                usize::try_from(header.uncompressed_size).unwrap_or(usize::MAX)
+            }
+            _ => 0,
+        };
+        let is_large = self.body.len().max(claimed) > LARGE;
+        self.open = Some(Open { offset, end: self.position, inside: 0, is_large });
     }
 }

@@ -1,19 +1,20 @@
 //! From the wire to [`Values`].
 
-use prost_reflect::{DynamicMessage, prost::Message};
+use prost_reflect::prost::Message;
 
-use super::{Content, Layout, List, Misfit, Node, Scalar, Slot, Values};
+use super::{Content, Layout, List, Misfit, Node, Scalar, Slot, Values, dynamic};
+use crate::recording::Budget;
 
 /// Why decoding stops.
 enum Stop {
-    Misfit,
+    Misfit(Misfit),
     /// A part that may be there once is there twice: the parts have to be merged first.
     Twice,
 }
 
 impl From<Misfit> for Stop {
-    fn from(_: Misfit) -> Self {
-        Self::Misfit
+    fn from(misfit: Misfit) -> Self {
+        Self::Misfit(misfit)
     }
 }
 
@@ -22,15 +23,18 @@ impl Layout {
     ///
     /// # Errors
     ///
-    /// The bytes do not fit the type.
+    /// The bytes do not fit the type, or take more memory than the layout is for.
     pub fn decode(&self, bytes: &[u8], values: &mut Values) -> Result<(), Misfit> {
         match self.attempt(bytes, values) {
             Ok(()) => Ok(()),
-            Err(Stop::Misfit) => Err(Misfit),
+            Err(Stop::Misfit(misfit)) => Err(misfit),
             Err(Stop::Twice) => {
                 // rare: the general decoder merges
-                let merged = DynamicMessage::decode(self.descriptor.clone(), bytes).map_err(|_| Misfit)?;
-                self.attempt(&merged.encode_to_vec(), values).map_err(|_| Misfit)
+                let merged = dynamic(&self.descriptor, bytes, self.room)?.encode_to_vec();
+                self.attempt(&merged, values).map_err(|stop| match stop {
+                    Stop::Misfit(misfit) => misfit,
+                    Stop::Twice => Misfit::Schema,
+                })
             }
         }
     }
@@ -45,11 +49,10 @@ impl Layout {
         let mut wire = Wire { bytes };
         let mut list = List::new(&leaf.kind);
         while !wire.bytes.is_empty() {
-            let key = wire.varint().ok()?;
-            let (number, kind) = (u32::try_from(key >> 3).ok()?, (key & 7) as u8);
+            let (number, kind) = wire.key().ok()?;
             if number == wanted {
                 list.clear();
-                value(scalar, slot, kind, number, &mut wire, &mut list).ok()?;
+                value(scalar, slot, kind, number, &mut wire, &mut list, &mut Budget::new(self.room)).ok()?;
             } else {
                 wire.skip(number, kind, 0).ok()?;
             }
@@ -59,23 +62,32 @@ impl Layout {
 
     fn attempt(&self, bytes: &[u8], values: &mut Values) -> Result<(), Stop> {
         values.lists.iter_mut().for_each(List::clear);
-        message(&self.root, bytes, &mut values.lists)
+        message(&self.root, bytes, &mut values.lists, &mut Budget::new(self.room))
     }
 }
 
-fn message(node: &Node, bytes: &[u8], lists: &mut [List]) -> Result<(), Stop> {
+/// Spends memory of the message that is taken apart.
+fn spend(budget: &mut Budget, bytes: usize) -> Result<(), Misfit> {
+    if budget.spend(bytes) { Ok(()) } else { Err(Misfit::Memory) }
+}
+
+/// Memory of a text or byte string, besides its bytes: its place in a list and its block \[bytes\].
+const BLOCK: usize = 24 + 16;
+
+fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -> Result<(), Stop> {
+    // also what takes no memory takes time
+    spend(budget, node.slots.len())?;
     let mut wire = Wire { bytes };
     let mut seen = Seen::default();
     let mut maps: Vec<(usize, Vec<&[u8]>)> = Vec::new();
     while !wire.bytes.is_empty() {
         let start = wire.bytes;
-        let key = wire.varint()?;
-        let number = u32::try_from(key >> 3).map_err(|_| Misfit)?;
-        let kind = (key & 7) as u8;
+        let (number, kind) = wire.key()?;
         let near = node.near.get(number as usize).copied().flatten().map(usize::from);
         let Some(index) = near.or_else(|| node.far.get(&number).copied()) else {
             wire.skip(number, kind, 0)?;
             if let Some(List::Bytes(unknown)) = lists.last_mut() {
+                spend(budget, BLOCK + start.len() - wire.bytes.len())?;
                 unknown.push(start[..start.len() - wire.bytes.len()].to_vec());
             }
             continue;
@@ -92,15 +104,16 @@ fn message(node: &Node, bytes: &[u8], lists: &mut [List]) -> Result<(), Stop> {
                     list.pop();
                 }
                 let before = list.len();
-                value(*scalar, slot, kind, number, &mut wire, list)?;
+                value(*scalar, slot, kind, number, &mut wire, list, budget)?;
                 seen.add(index, (list.len() - before) as u64, slot.is_list);
             }
             Content::Message { node: inner, is_map } => {
                 if kind != 2 {
-                    return Err(Stop::Misfit);
+                    return Err(Misfit::Schema.into());
                 }
                 let content = wire.block()?;
                 if *is_map {
+                    spend(budget, size_of::<&[u8]>())?;
                     match maps.iter_mut().find(|(map, _)| *map == index) {
                         Some((_, entries)) => entries.push(content),
                         None => maps.push((index, vec![content])),
@@ -108,7 +121,7 @@ fn message(node: &Node, bytes: &[u8], lists: &mut [List]) -> Result<(), Stop> {
                 } else if again > 0 && !slot.is_list {
                     return Err(Stop::Twice);
                 } else {
-                    message(inner, content, lists)?;
+                    message(inner, content, lists, budget)?;
                 }
                 seen.add(index, 1, slot.is_list);
             }
@@ -119,13 +132,14 @@ fn message(node: &Node, bytes: &[u8], lists: &mut [List]) -> Result<(), Stop> {
         entries.sort_unstable();
         if let Content::Message { node: inner, .. } = &node.slots[index].content {
             for entry in entries {
-                message(inner, entry, lists)?;
+                message(inner, entry, lists, budget)?;
             }
         }
     }
     for (index, slot) in node.slots.iter().enumerate() {
         let number = seen.count(index);
         if let Some(List::UInt(list)) = slot.count.map(|leaf| &mut lists[leaf]) {
+            spend(budget, 8)?;
             list.push(number);
         }
         if let Content::Scalar { leaf, .. } = slot.content
@@ -133,6 +147,7 @@ fn message(node: &Node, bytes: &[u8], lists: &mut [List]) -> Result<(), Stop> {
             && !slot.is_list
             && !slot.has_presence
         {
+            spend(budget, lists[leaf].size())?;
             lists[leaf].push_default();
         }
     }
@@ -183,29 +198,32 @@ fn value(
     number: u32,
     wire: &mut Wire<'_>,
     list: &mut List,
+    budget: &mut Budget,
 ) -> Result<(), Misfit> {
     let native = native_kind(scalar);
     if kind == native {
-        return single(scalar, number, wire, list);
+        return single(scalar, number, wire, list, budget);
     }
     if kind != 2 || native == 2 || native == 3 || !slot.is_list {
-        return Err(Misfit);
+        return Err(Misfit::Schema);
     }
     let mut packed = Wire { bytes: wire.block()? };
     match (scalar, &mut *list) {
         (Scalar::Double, List::Double(list)) => {
+            spend(budget, packed.bytes.len())?;
             let (numbers, rest) = packed.bytes.as_chunks::<8>();
             list.extend(numbers.iter().map(|&bytes| f64::from_le_bytes(bytes)));
-            rest.is_empty().then_some(()).ok_or(Misfit)
+            rest.is_empty().then_some(()).ok_or(Misfit::Schema)
         }
         (Scalar::Float, List::Float(list)) => {
+            spend(budget, packed.bytes.len())?;
             let (numbers, rest) = packed.bytes.as_chunks::<4>();
             list.extend(numbers.iter().map(|&bytes| f32::from_le_bytes(bytes)));
-            rest.is_empty().then_some(()).ok_or(Misfit)
+            rest.is_empty().then_some(()).ok_or(Misfit::Schema)
         }
         _ => {
             while !packed.bytes.is_empty() {
-                single(scalar, number, &mut packed, list)?;
+                single(scalar, number, &mut packed, list, budget)?;
             }
             Ok(())
         }
@@ -223,7 +241,14 @@ fn native_kind(scalar: Scalar) -> u8 {
     }
 }
 
-fn single(scalar: Scalar, number: u32, wire: &mut Wire<'_>, list: &mut List) -> Result<(), Misfit> {
+fn single(
+    scalar: Scalar,
+    number: u32,
+    wire: &mut Wire<'_>,
+    list: &mut List,
+    budget: &mut Budget,
+) -> Result<(), Misfit> {
+    spend(budget, list.size())?;
     match (scalar, list) {
         (Scalar::Double, List::Double(list)) => list.push(f64::from_le_bytes(wire.fixed()?)),
         (Scalar::Float, List::Float(list)) => list.push(f32::from_le_bytes(wire.fixed()?)),
@@ -240,12 +265,19 @@ fn single(scalar: Scalar, number: u32, wire: &mut Wire<'_>, list: &mut List) -> 
         (Scalar::Bool, List::Bool(list)) => list.push(wire.varint()? != 0),
         (Scalar::Enum, List::Enum(list)) => list.push(wire.varint()? as i32),
         (Scalar::Text, List::Text(list)) => {
-            list.push(std::str::from_utf8(wire.block()?).map_err(|_| Misfit)?.to_owned());
+            let text = std::str::from_utf8(wire.block()?).map_err(|_| Misfit::Schema)?;
+            spend(budget, text.len())?;
+            list.push(text.to_owned());
         }
-        (Scalar::Bytes, List::Bytes(list)) => list.push(wire.block()?.to_vec()),
+        (Scalar::Bytes, List::Bytes(list)) => {
+            let bytes = wire.block()?;
+            spend(budget, bytes.len())?;
+            list.push(bytes.to_vec());
+        }
         (Scalar::Group, List::Bytes(list)) => {
             let start = wire.bytes;
             wire.skip(number, 3, 0)?;
+            spend(budget, start.len() - wire.bytes.len())?;
             list.push(start[..start.len() - wire.bytes.len()].to_vec());
         }
         _ => unreachable!("a leaf's list is made for its type"),
@@ -253,58 +285,74 @@ fn single(scalar: Scalar, number: u32, wire: &mut Wire<'_>, list: &mut List) -> 
     Ok(())
 }
 
+impl List {
+    /// Memory of a value \[bytes\]; of a text or byte string, what it takes besides its bytes.
+    fn size(&self) -> usize {
+        match self {
+            Self::Double(_) | Self::Int(_) | Self::UInt(_) => 8,
+            Self::Float(_) | Self::Enum(_) => 4,
+            Self::Bool(_) => 1,
+            Self::Text(_) | Self::Bytes(_) => BLOCK,
+        }
+    }
+}
+
 /// Bytes of a message that are still to be read.
-struct Wire<'a> {
-    bytes: &'a [u8],
+pub(super) struct Wire<'a> {
+    pub(super) bytes: &'a [u8],
 }
 
 impl<'a> Wire<'a> {
-    fn varint(&mut self) -> Result<u64, Misfit> {
+    /// Number and wire type of the next field.
+    pub(super) fn key(&mut self) -> Result<(u32, u8), Misfit> {
+        let key = self.varint()?;
+        Ok((u32::try_from(key >> 3).map_err(|_| Misfit::Schema)?, (key & 7) as u8))
+    }
+
+    pub(super) fn varint(&mut self) -> Result<u64, Misfit> {
         let mut value = 0;
         for (i, &byte) in self.bytes.iter().enumerate().take(10) {
             value |= u64::from(byte & 0x7f) << (7 * i);
             if byte < 0x80 {
                 // the tenth byte has room for one bit
                 if i == 9 && byte > 1 {
-                    return Err(Misfit);
+                    return Err(Misfit::Schema);
                 }
                 self.bytes = &self.bytes[i + 1..];
                 return Ok(value);
             }
         }
-        Err(Misfit)
+        Err(Misfit::Schema)
     }
 
     fn fixed<const N: usize>(&mut self) -> Result<[u8; N], Misfit> {
-        let (head, rest) = self.bytes.split_first_chunk::<N>().ok_or(Misfit)?;
+        let (head, rest) = self.bytes.split_first_chunk::<N>().ok_or(Misfit::Schema)?;
         self.bytes = rest;
         Ok(*head)
     }
 
-    fn block(&mut self) -> Result<&'a [u8], Misfit> {
-        let length = usize::try_from(self.varint()?).map_err(|_| Misfit)?;
-        let (block, rest) = self.bytes.split_at_checked(length).ok_or(Misfit)?;
+    pub(super) fn block(&mut self) -> Result<&'a [u8], Misfit> {
+        let length = usize::try_from(self.varint()?).map_err(|_| Misfit::Schema)?;
+        let (block, rest) = self.bytes.split_at_checked(length).ok_or(Misfit::Schema)?;
         self.bytes = rest;
         Ok(block)
     }
 
     /// Steps over a value whose key has been read.
-    fn skip(&mut self, number: u32, kind: u8, depth: usize) -> Result<(), Misfit> {
+    pub(super) fn skip(&mut self, number: u32, kind: u8, depth: usize) -> Result<(), Misfit> {
         const MAX_GROUPS: usize = 100;
         match kind {
             0 => self.varint().map(drop),
             1 => self.fixed::<8>().map(drop),
             2 => self.block().map(drop),
             3 if depth < MAX_GROUPS => loop {
-                let key = self.varint()?;
-                let inner = u32::try_from(key >> 3).map_err(|_| Misfit)?;
-                match (key & 7) as u8 {
-                    4 if inner == number => return Ok(()),
-                    kind => self.skip(inner, kind, depth + 1)?,
+                match self.key()? {
+                    (inner, 4) if inner == number => return Ok(()),
+                    (inner, kind) => self.skip(inner, kind, depth + 1)?,
                 }
             },
             5 => self.fixed::<4>().map(drop),
-            _ => Err(Misfit),
+            _ => Err(Misfit::Schema),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! A comparison for people.
 
-use super::{Verdict, verdict};
+use super::{Verdict, shown::shown, verdict};
 use crate::compare::{ChannelReport, Comparison, FieldReport, Gap, Mode, Place};
 
 /// How a text is laid out.
@@ -31,6 +31,7 @@ const MAX_LISTED: usize = 40;
 
 /// All that is different, with the verdict first.
 pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> String {
+    let comparison = &shown(comparison);
     let mut text = format!("{} -> {}: {}\n", names.0, names.1, style.verdict(verdict(comparison)));
     for (path, damage) in &comparison.damages {
         let line = format!("{}: {} (at byte {})", path.display(), damage.reason, damage.offset);
@@ -103,6 +104,7 @@ fn starts(comparison: &Comparison) -> String {
 
 /// One line per channel.
 pub fn summary(names: (&str, &str), comparison: &Comparison, style: Style) -> String {
+    let comparison = &shown(comparison);
     let mut text = String::new();
     for finding in &comparison.structure {
         text.push_str(&format!("{}  {finding}\n", style.verdict(Verdict::Different)));

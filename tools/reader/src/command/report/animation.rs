@@ -17,6 +17,10 @@ const PIXELS: f64 = 16_000.0;
 /// Level of the value 0, and levels on either side of it.
 const ZERO: f64 = 128.0;
 const SIDE: f64 = 126.0;
+/// Values of a frame that are looked at for the range of colours, at most.
+const SAMPLES: usize = 10_000;
+/// Columns or rows of a frame, at most.
+const LONGEST: f64 = 4000.0;
 /// Share of the values of all frames that the colours are to tell apart, where the recording does not say their range.
 const SHOWN: f64 = 0.995;
 
@@ -35,7 +39,9 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
         let Some(slice) = slice(channel, leaf, &moment) else { return };
         width = width.max(slice.columns.start + slice.columns.step * slice.columns.length as f64);
         depth = depth.max(slice.rows.start + slice.rows.step * (slice.rows.length as f64 - 1.0));
-        samples.extend(slice.values.iter().step_by(31).map(|value| value.abs()).filter(|value| *value > 0.0));
+        let step = slice.values.len().div_ceil(SAMPLES).max(31);
+        samples
+            .extend(slice.values.iter().step_by(step).map(|value| value.abs()).filter(|value| *value > 0.0));
         unit = slice.unit;
     })?);
     samples.retain(|value| value.is_finite());
@@ -44,12 +50,13 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
         return Ok(Value::Null);
     };
     let range = recorded_range(recording, &channel.topic).unwrap_or(quantile);
-    if !(width > 0.0 && depth > 0.0) {
+    let pixel = (width * depth / PIXELS).sqrt();
+    let (columns, rows) = ((width / pixel).ceil(), (depth / pixel).ceil());
+    // a field as narrow as a line, or of no size at all, is no picture
+    if !((1.0..=LONGEST).contains(&columns) && (1.0..=LONGEST).contains(&rows)) {
         return Ok(Value::Null);
     }
-
-    let pixel = (width * depth / PIXELS).sqrt();
-    let (columns, rows) = ((width / pixel).ceil() as usize, (depth / pixel).ceil() as usize);
+    let (columns, rows) = (columns as usize, rows as usize);
     let (mut times, mut frames) = (Vec::new(), Vec::new());
     damages.extend(visit(recording, id, every, |moment| {
         if let Some(slice) = slice(channel, leaf, &moment) {

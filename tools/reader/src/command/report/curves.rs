@@ -15,6 +15,9 @@ use crate::{
 
 /// Points of a curve against time, at most; longer ones keep the extremes of every stretch.
 const POINTS: usize = 1200;
+/// Events that are listed, and characters of each, at most.
+const EVENTS: usize = 1000;
+const CHARACTERS: usize = 1000;
 /// Profiles, at most.
 const PROFILES: u64 = 200;
 /// Points of a profile, at most.
@@ -131,12 +134,23 @@ pub fn events(recording: &Recording, damages: &mut Vec<Damage>) -> Result<Vec<Va
     let Some(id) = super::find(recording, |topic| topic == "/event") else { return Ok(Vec::new()) };
     let channel = &recording.channels[&id];
     let text = channel.layout.as_ref().and_then(|layout| layout.find("text"));
-    let mut events = Vec::new();
+    let (mut events, mut count, mut next) = (Vec::new(), 0, f64::NAN);
     damages.extend(visit(recording, id, 1, |moment: Moment| {
         if let Some(crate::wire::List::Text(list)) = text.map(|leaf| &moment.values.lists[leaf]) {
-            events.push(json!({ "time": moment.time, "text": list.first() }));
+            count += 1;
+            if count <= EVENTS {
+                let text = list.first().map(|text| text.chars().take(CHARACTERS).collect::<String>());
+                events.push(json!({ "time": moment.time, "text": text }));
+            } else if count == EVENTS + 1 {
+                next = moment.time;
+            }
         }
     })?);
+    if count > EVENTS {
+        events.push(
+            json!({ "time": next, "text": format!("this and {} more are not listed", count - EVENTS - 1) }),
+        );
+    }
     Ok(events)
 }
 

@@ -1,7 +1,7 @@
 //! Samples of several channels brought into common rows.
 
 use std::{
-    collections::{BTreeMap, VecDeque},
+    collections::{BTreeMap, HashMap, VecDeque},
     io,
 };
 
@@ -10,6 +10,16 @@ use crate::table::{Cell, Sink};
 
 /// Cells that may wait for others of their row.
 const WAITING_CELLS: usize = 1 << 20;
+
+/// Memory of a row that waits, besides its cells: its place in the order of times, and a place for every channel \[bytes\].
+const ROW: usize = 128;
+const GROUP: usize = size_of::<Option<Vec<Cell>>>();
+
+/// Memory of the cells of a sample \[bytes\].
+fn weight(cells: &[Cell]) -> usize {
+    let text = |cell: &Cell| if let Cell::Text(text) = cell { 16 + text.len() } else { 0 };
+    GROUP + 16 + size_of_val(cells) + cells.iter().map(text).sum::<usize>()
+}
 
 /// How rows come about where several topics or files are traced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -61,24 +71,32 @@ pub(super) struct Joiner {
     align: Align,
     widths: Vec<usize>,
     room: usize,
+    /// Memory for what waits, and what of it is taken \[bytes\].
+    memory: usize,
+    taken: usize,
     /// Exact: rows by time, and by number among rows of the same time.
     rows: BTreeMap<(u64, usize), Vec<Option<Vec<Cell>>>>,
+    /// Exact: samples that each slot has had at the times of these rows.
+    counts: HashMap<u64, Vec<usize>>,
     /// Otherwise: samples of every slot that are still needed.
     queues: Vec<VecDeque<(f64, Vec<Cell>)>>,
     over: Vec<bool>,
 }
 
 impl Joiner {
-    pub(super) fn new(align: Align, widths: Vec<usize>) -> Self {
-        let room = (WAITING_CELLS / (1 + widths.iter().sum::<usize>())).max(16);
+    /// * `memory`: for samples that wait for others \[bytes\]
+    pub(super) fn new(align: Align, widths: Vec<usize>, memory: usize) -> Self {
+        let room = (WAITING_CELLS / (1 + widths.len() + widths.iter().sum::<usize>())).max(16);
         // one channel needs no company
         let room = if widths.len() == 1 { 0 } else { room };
         let (queues, over) = (vec![VecDeque::new(); widths.len()], vec![false; widths.len()]);
         let align = if widths.len() == 1 { Align::Exact } else { align };
-        Self { align, widths, room, rows: BTreeMap::new(), queues, over }
+        let (rows, counts) = (BTreeMap::new(), HashMap::new());
+        Self { align, widths, room, memory, taken: 0, rows, counts, queues, over }
     }
 
     pub(super) fn put(&mut self, slot: usize, time: f64, cells: Vec<Cell>) {
+        self.taken += weight(&cells);
         if self.align != Align::Exact {
             self.queues[slot].push_back((time, cells));
             return;
@@ -86,15 +104,15 @@ impl Joiner {
         // the order of these bits is the order of the numbers
         let bits = time.to_bits();
         let key = if bits >> 63 == 1 { !bits } else { bits | 1 << 63 };
-        let mut number = 0;
-        loop {
-            let row = self.rows.entry((key, number)).or_insert_with(|| vec![None; self.widths.len()]);
-            if row[slot].is_none() {
-                row[slot] = Some(cells);
-                return;
-            }
-            number += 1;
-        }
+        let slots = self.widths.len();
+        // the n-th sample of a slot at a time goes into the n-th row of that time
+        let count = &mut self.counts.entry(key).or_insert_with(|| vec![0; slots])[slot];
+        let row = self.rows.entry((key, *count)).or_insert_with(|| {
+            self.taken += ROW + slots * (GROUP + size_of::<usize>());
+            vec![None; slots]
+        });
+        row[slot] = Some(cells);
+        *count += 1;
     }
 
     pub(super) fn ended(&mut self, slots: std::ops::Range<usize>) {
@@ -106,8 +124,13 @@ impl Joiner {
         if self.align != Align::Exact {
             return self.drain_queues(all, rows);
         }
-        while self.rows.len() > if all { 0 } else { self.room } {
+        while self.rows.len() > if all { 0 } else { self.room } || self.taken > self.memory {
             let Some(((key, _), groups)) = self.rows.pop_first() else { break };
+            self.taken -= ROW + groups.len() * (GROUP + size_of::<usize>());
+            self.taken -= groups.iter().flatten().map(|cells| weight(cells)).sum::<usize>();
+            if self.rows.first_key_value().is_none_or(|((next, _), _)| *next != key) {
+                self.counts.remove(&key);
+            }
             let bits = if key >> 63 == 1 { key & !(1 << 63) } else { !key };
             rows.take(f64::from_bits(bits), groups, &self.widths)?;
         }
@@ -116,18 +139,34 @@ impl Joiner {
 
     fn drain_queues(&mut self, all: bool, rows: &mut Rows<'_>) -> io::Result<()> {
         loop {
-            let Some(&(time, _)) = self.queues[0].front() else { return Ok(()) };
+            let Some(&(time, _)) = self.queues[0].front() else {
+                if self.over[0] {
+                    // no more rows: what the others have is not needed
+                    self.queues.iter_mut().for_each(VecDeque::clear);
+                    self.taken = 0;
+                }
+                if self.taken > self.memory {
+                    return Err(io::Error::new(
+                        io::ErrorKind::OutOfMemory,
+                        "too many messages wait for one of the first topic; name a topic first that begins early, trace \
+                         them one by one, or raise --max-memory",
+                    ));
+                }
+                return Ok(());
+            };
             let reached =
                 |queue: &VecDeque<(f64, Vec<Cell>)>| queue.back().is_some_and(|last| last.0 >= time);
             let ready = self.queues.iter().zip(&self.over).all(|(queue, &over)| over || reached(queue));
-            if !ready && !all && self.queues[0].len() <= self.room {
+            if !ready && !all && self.queues[0].len() <= self.room && self.taken <= self.memory {
                 return Ok(());
             }
-            let mut groups = vec![self.queues[0].pop_front().map(|(_, cells)| cells)];
+            let first = self.queues[0].pop_front().map(|(_, cells)| cells);
+            self.taken -= first.as_ref().map_or(0, |cells| weight(cells));
+            let mut groups = vec![first];
             for queue in &mut self.queues[1..] {
                 // what lies before the sample before this time is not needed any more
                 while queue.get(1).is_some_and(|next| next.0 <= time) {
-                    queue.pop_front();
+                    self.taken -= queue.pop_front().map_or(0, |(_, cells)| weight(&cells));
                 }
                 groups.push(between(queue, time, self.align));
             }

@@ -1,0 +1,56 @@
+//! A comparison as it may be shown: names and values of the files without commands for the terminal.
+
+use crate::{
+    compare::{Comparison, Divergence, Kind, Place},
+    text::printable,
+};
+
+/// A comparison with every text that is from a file on one line, and what commands a terminal escaped.
+pub(super) fn shown(comparison: &Comparison) -> Comparison {
+    let mut comparison = comparison.clone();
+    for finding in &mut comparison.structure {
+        escape(&mut finding.topic);
+        finding.field.as_mut().map(escape);
+        match &mut finding.kind {
+            Kind::Missing | Kind::Extra => {}
+            Kind::Renamed(name) => escape(name),
+            Kind::Type(a, b) | Kind::Metadata { a, b, .. } => [a, b].into_iter().for_each(escape),
+        }
+    }
+    for change in &mut comparison.provenance {
+        escape(&mut change.place);
+        escape(&mut change.key);
+        [&mut change.a, &mut change.b].into_iter().flatten().for_each(escape);
+    }
+    comparison.derived = comparison.derived.iter().map(|topic| printable(topic).into_owned()).collect();
+    for channel in &mut comparison.channels {
+        escape(&mut channel.topic);
+        if let Some((place, _)) = &mut channel.first_alone {
+            escape_place(place);
+        }
+        for field in &mut channel.fields {
+            escape(&mut field.path);
+            escape(&mut field.element.path);
+            field.unit.as_mut().map(escape);
+            if let Some((_, place)) = &mut field.measure.max {
+                escape_place(place);
+            }
+            for divergence in
+                [&mut field.measure.first, &mut field.measure.first_beyond].into_iter().flatten()
+            {
+                let Divergence { place, a, b } = divergence;
+                escape_place(place);
+                [a, b].into_iter().for_each(escape);
+            }
+        }
+    }
+    comparison
+}
+
+fn escape(text: &mut String) {
+    *text = printable(text).into_owned();
+}
+
+fn escape_place(place: &mut Place) {
+    place.position.as_mut().map(escape);
+}
