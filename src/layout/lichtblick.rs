@@ -43,7 +43,7 @@ pub fn layout(scenery: &Scenery<'_>) -> Value {
         "Plot",
         "motion",
         "Drag and velocity against time",
-        plot(&motion, time, "F [πR²γc_p²], V [c_p]"),
+        plot(&motion, time, &format!("F [{}], V [c_p]", units::force(case.geometry))),
     );
     let probes: Vec<Value> =
         scenery.probes().map(|(i, r)| path(&format!("/probes.stress[{i}]"), &format!("r = {r}"))).collect();
