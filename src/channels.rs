@@ -14,7 +14,7 @@ use crate::{
     case::Case,
     message::descriptor_set,
     recording::{Batch, ChannelSpec, Recorder, RecordingError},
-    view::{Snapshot, View},
+    view::View,
 };
 
 mod drag;
@@ -147,9 +147,8 @@ impl Catalogue {
             Box::new(event::Event),
             Box::new(log::Log),
         ];
-        let slices: Vec<_> =
-            case.record.fields.iter().map(|field| field::FieldSlice::new(case, *field)).collect();
-        let views = view::channels(case, &slices);
+        let slices = case.record.fields.iter().map(|field| field::FieldSlice::new(case, *field));
+        let views = view::channels(case);
         let slices = slices.into_iter().map(|slice| Box::new(slice) as Box<dyn Channel>);
         let frames = FrameChannels::new(slices.chain(views).collect(), case.frame_size());
         Self { channels, frames, playback_rate: case.record.playback_rate }
@@ -255,8 +254,8 @@ fn let_speak(
     }
 }
 
-/// Channels that speak at frames only: fields and pictures. They do it on the thread that writes, from a snapshot of the frame,
-/// while the run goes on.
+/// Channels that speak at frames only: fields and pictures. They do it on the thread that writes, from a view that
+/// shares the frame, while the run goes on.
 struct FrameChannels {
     channels: Arc<Mutex<Vec<Box<dyn Channel>>>>,
     is_empty: bool,
@@ -283,11 +282,11 @@ impl FrameChannels {
         if self.is_empty {
             return recorder.hand_over_if_full();
         }
-        let snapshot = Snapshot::take(view);
+        let view = view.share();
         let channels = Arc::clone(&self.channels);
         let make = move |batch: &mut Batch| {
             let mut channels = lock(&channels);
-            let_speak(&mut channels, first, &snapshot.view(), log_time, batch);
+            let_speak(&mut channels, first, &view, log_time, batch);
         };
         recorder.later(self.frame_size, Box::new(make))
     }

@@ -296,9 +296,9 @@ impl Contact {
                     partial = true;
                 }
             }
-            let yielding = indenter.yielding();
+            let compliance = indenter.compliance();
             let before = depth;
-            depth = (free_depth + yielding * offset) / (1.0 + yielding * stiffness);
+            depth = (free_depth + compliance * offset) / (1.0 + compliance * stiffness);
             let settled = !partial
                 || (before - depth).abs() <= ROUNDING * depth.abs()
                 || iteration >= MAX_MEETING_ITERATIONS;

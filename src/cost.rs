@@ -6,7 +6,7 @@
 use crate::{
     case::{Case, CaseErrors, Sizes},
     channels::{Catalogue, Size},
-    model::{Extent, sweep::lag},
+    model::{Extent, lag},
 };
 
 pub mod calibration;

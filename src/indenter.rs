@@ -43,7 +43,7 @@ impl Indenter {
     }
 
     /// Decrease of w^{k+1} per unit of drag F^k: `Δt²/M`.
-    pub fn yielding(&self) -> f64 {
+    pub fn compliance(&self) -> f64 {
         self.dt * self.dt / self.mass
     }
 

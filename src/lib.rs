@@ -17,7 +17,7 @@
 //! | [`indenter`] | the rigid body |
 //! | [`surface`] | what model and contact exchange on z = 0 |
 //! | [`contact`] | contact rules, active set, drag, events |
-//! | [`model`] | what lies behind the surface: trait, one file per model, light cone, stencils, vectors, sweeps behind the surface, surveys for frames |
+//! | [`model`] | what lies behind the surface: the trait, [`model::scheme`] and its plain stepper [`model::reference`], one file per model, and the fast engine, which nothing else sees |
 //! | [`simulation`] | the order of one step |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
 //! | [`admissible`] | the impact velocity that keeps the strain within the limit, by trials |
@@ -47,18 +47,17 @@
 //! # Invariants
 //!
 //! * Nothing under the loop of [`simulation`] does input or output.
-//! * Observers hold a [`view::View`] by reference: recording cannot change a number, output never alters the time
-//!   step. Channels of frames get a copy of it, with its fields, and speak on the thread that writes, in the same order.
+//! * Observers hold a [`view::View`] by reference, and its fields never change: recording cannot change a number, output
+//!   never alters the time step. Channels of frames share the view and emit on the thread that writes, in the same order.
 //! * Viewers of a live run are served from what is written; they can neither slow the run nor change the file.
 //! * Nothing from clock, host or thread count enters a channel. The same case gives the same bytes on any number of
 //!   threads: every sum is taken in the order of rows and nodes.
 //! * No kernel asks for geometry or mesh: [`grid::Grid`] turns both into weights.
-//! * A model may run its interior behind the surface, many steps in one pass ([`model::sweep`]) and by other threads
-//!   ([`model::interior`]). What frames show of it is taken down as it passes ([`model::survey`]); steps are shown in order all
-//!   the same, those after a frame once the frame is there. What it leaves out is outside the light cone ([`model::cone`]).
-//! * Vectors of any width give the same bits: no operation is fused, sums over a row are taken in packs of one size.
-//! * `unsafe` stands only in [`model::lanes`], [`model::levels`], [`model::stencil`], [`model::sweep`], [`model::survey`]
-//!   and [`model::interior`], each block with its proof.
+//! * The numerics stand in [`model::scheme`] and [`model::reference`]; the fast engine gives the same bits and is tested
+//!   against them. It leaves out what is outside the light cone, and may run its interior behind the surface, many steps in
+//!   one pass and on other threads; frames are sampled as it passes, and steps are handed out in order all the same.
+//! * Vectors of any width give the same bits: no operation is fused, sums over a row are taken in blocks of one size.
+//! * `unsafe` stands only in `model::blocked`, each block with its proof.
 //! * A recording reproduces its run: `percuss run` on its attachment `case.resolved.toml` gives the same messages.
 //!
 //! | To add | Touch |
@@ -66,7 +65,7 @@
 //! | indenter shape, contact rule, mesh | a variant in [`shape`], [`contact`], [`grid`]; the compiler lists the arms |
 //! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in [`channels::Catalogue::new`] |
 //! | channel for viewers | `src/channels/view/<x>.rs`, a variant of [`case::ViewChannel`]; a panel in [`layout`] |
-//! | model | `src/model/<x>.rs`, one line in [`simulation::Simulation::new`] |
+//! | model | its operators in [`model::scheme`], `src/model/<x>.rs` ([`model::reference::Scheme`] is enough to run whole cases), one line in [`simulation`] |
 //! | closed form | `src/exact/<x>.rs`, one line in [`exact`]; if it answers cases, an arm of [`exact::answer::Answer::to`] |
 //! | built-in case | `src/case/builtin/<x>.toml`, its name in `src/case/builtin.rs` |
 //!

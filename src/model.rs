@@ -1,24 +1,36 @@
 //! Models of the target: what lies behind the surface.
 //!
 //! A model owns the displacement fields and advances them. It meets the contact only through [`Surface`] and shows
-//! its fields only through [`Model::frame`]; it knows nothing of indenters, contact rules or recordings.
+//! its fields only as a [`Frame`]; it knows nothing of indenters, contact rules or recordings.
 //!
 //! | Model | Unknowns | File |
 //! |---|---|---|
 //! | `rakhmatulin` | `u_z` (\[KA\] Eq. 18) | [`rakhmatulin`] |
+//!
+//! The numerics are [`scheme`] and [`reference`]: scalar operators and the plain stepper over them. `blocked` is the fast
+//! engine, which nothing outside this module sees; it gives the same numbers, and a test proves it:
+//!
+//! ```text
+//! vector     SIMD trait and types
+//! kernel     rows of nodes, energy sums                         <- vector
+//! dispatch   choice of instructions                             <- kernel
+//! domain     levels and weights                                 <- dispatch
+//! active     light cone: active rows and columns per level
+//! sampler    frames and energies of a level, as tiles pass it   <- domain
+//! tiles      time-skewed tiling behind the near-surface band    <- sampler, active
+//! workers    threads that work on the tiles                     <- tiles
+//! ```
 
 use serde::{Deserialize, Serialize};
 
-use crate::surface::Surface;
+use crate::{grid::Grid, surface::Surface};
 
-pub mod cone;
-pub mod interior;
-pub mod lanes;
-pub mod levels;
+mod blocked;
 pub mod rakhmatulin;
-pub mod stencil;
-pub mod survey;
-pub mod sweep;
+pub mod reference;
+pub mod scheme;
+
+pub(crate) use blocked::{instructions, lag};
 
 /// Theory of the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -53,6 +65,20 @@ impl Field {
     }
 }
 
+/// How much of the field must be computed, which follows from what is looked at during a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coverage {
+    /// The whole field, at any time.
+    Field,
+    /// Only the surface, up to and including this step.
+    Surface {
+        /// Last step of the run.
+        last_step: usize,
+    },
+    /// Every node in every step, moved or not: what a computation without the light cone does, for comparisons.
+    Everything,
+}
+
 /// Energy of the target at a half step \[πR³γc_p²; plane R²γc_p²\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TargetEnergy {
@@ -73,7 +99,7 @@ pub struct BackingPeak {
     pub step: u64,
 }
 
-/// Extent of a sampled field: rows and columns beyond it are at rest.
+/// Size of a sampled field.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Extent {
     /// Number of columns (radial nodes).
@@ -82,16 +108,41 @@ pub struct Extent {
     pub nz: usize,
 }
 
-/// What frames show of the field.
+impl Extent {
+    /// Size of a field that shows every `every`-th node of a mesh along r and z, the first one included.
+    pub fn of(grid: &Grid, every: usize) -> Self {
+        Self { nr: grid.nr().div_ceil(every), nz: (grid.nz + 1).div_ceil(every) }
+    }
+}
+
+/// Positions of mesh nodes: `(r0 + i·dr, j·dz)` \[R\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lattice {
+    /// Radius of column 0.
+    pub r0: f64,
+    /// Distance of columns.
+    pub dr: f64,
+    /// Distance of rows.
+    pub dz: f64,
+}
+
+impl Lattice {
+    /// The nodes of a mesh.
+    pub fn of(grid: &Grid) -> Self {
+        Self { r0: grid.r0, dr: grid.dr, dz: grid.dz }
+    }
+}
+
+/// What frames show of the target.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Show {
+pub struct FrameFields {
     /// The fields.
     pub fields: Vec<Field>,
     /// Nodes from one that is shown to the next, along r and z; the first is always shown.
     pub every: usize,
 }
 
-/// A field as a frame shows it.
+/// A field as a frame shows it. All samples of a run have one shape; what is at rest is 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     /// The field.
@@ -102,36 +153,55 @@ pub struct Sample {
     pub values: Vec<f32>,
 }
 
-/// What a model shows of a level k that is a frame.
+impl Sample {
+    /// A field at rest.
+    ///
+    /// * `every`: nodes from one that is shown to the next
+    pub fn at_rest(field: Field, grid: &Grid, every: usize) -> Self {
+        let extent = Extent::of(grid, every);
+        Self { field, extent, values: vec![0.0; extent.nr * extent.nz] }
+    }
+}
+
+/// What a model shows of a level k that is a frame. Nothing changes it any more: any number of observers share it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TargetFrame {
-    /// Energy between levels k−1 and k.
-    pub energy: TargetEnergy,
-    /// Kinetic energy between levels k and k+1.
-    pub next_kinetic: f64,
+pub struct Frame {
+    /// Energy between levels k−1 and k, and between levels k and k+1.
+    pub energy: [TargetEnergy; 2],
+    /// The nodes of the mesh.
+    pub lattice: Lattice,
     /// Fields.
     pub samples: Vec<Sample>,
     /// Displacement of the surface, shape `(columns,)`; nodes beyond them are at rest \[R\].
     pub surface: Vec<f64>,
 }
 
+impl Frame {
+    /// The sample of `field`, if the frame has one.
+    pub fn sample(&self, field: Field) -> Option<&Sample> {
+        self.samples.iter().find(|sample| sample.field == field)
+    }
+}
+
 /// An elastic target, advanced explicitly in time.
 ///
 /// Levels: before [`Model::advance`] of step k the model stands between levels k−1 and k, after it between k
-/// and k+1. A model may run its interior behind the surface; then it shows frames later than it was asked for them.
-pub trait Model: Send {
+/// and k+1. A model may run its interior behind the surface, so a frame may be complete only some steps later. The model
+/// therefore takes what else belongs to a step, a `T`, and hands it out in order, with the frame.
+pub trait Model<T>: Send {
     /// Fills in the surface that would be free of stress during step k, and its compliance.
     fn predict(&mut self, surface: &mut Surface);
 
     /// Advances from level k to k+1 under the surface motion that the contact has settled.
     ///
+    /// * `step`: what belongs to level k, for [`Model::next`]
     /// * `is_frame`: true if level k shall be shown
-    fn advance(&mut self, surface: &Surface, is_frame: bool);
+    fn advance(&mut self, surface: &Surface, step: T, is_frame: bool);
 
-    /// The next frame, if it is there by now. Every frame is shown once, in order.
+    /// The next step in order, with its frame if it is one; `None` while the frame is not complete, or when no step is left.
     ///
-    /// * `now`: do what is needed to have it
-    fn frame(&mut self, now: bool) -> Option<TargetFrame>;
+    /// * `finish`: complete it now; no step is to follow soon
+    fn next(&mut self, finish: bool) -> Option<(T, Option<Frame>)>;
 
     /// Largest |∂u_z/∂z| on the backing over all levels before the newest one.
     fn backing_peak(&mut self) -> BackingPeak;

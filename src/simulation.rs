@@ -10,10 +10,10 @@
 //! The simulation decides when frames are and when a run ends; it neither writes nor waits. Whoever calls
 //! [`Simulation::step`] may stop calling at any time.
 //!
-//! A model may show a frame some steps later than it was asked for it. Then the simulation goes on computing and holds
-//! back the steps from the frame on, so that all are shown in order.
+//! A model may run its interior behind the surface and hand a step out some steps later, see [`Model`]. The simulation goes
+//! on computing until it has the step it is to show.
 
-use std::collections::VecDeque;
+use std::sync::Arc;
 
 use crate::{
     case::{Case, FrameSteps, HeadKind, Stop},
@@ -23,10 +23,10 @@ use crate::{
     },
     grid::Grid,
     indenter::Indenter,
-    model::{Model, ModelKind, Show, TargetEnergy, TargetFrame, cone::Sight, rakhmatulin::Rakhmatulin},
+    model::{self, Coverage, FrameFields, Model, ModelKind, TargetEnergy, rakhmatulin::Rakhmatulin},
     surface::Surface,
     validity::Validity,
-    view::{Energy, Fields, Lattice, Snapshot, View},
+    view::{Energy, Frame, Interface, View},
 };
 
 /// Why a run cannot go on, or not begin.
@@ -77,7 +77,7 @@ pub enum Ending {
 /// A case being computed.
 pub struct Simulation {
     grid: Grid,
-    model: Box<dyn Model>,
+    model: Box<dyn Model<Step>>,
     surface: Surface,
     contact: Contact,
     indenter: Indenter,
@@ -91,25 +91,26 @@ pub struct Simulation {
     steps: u64,
     stop: Stop,
     next_step: u64,
-    /// Steps that have been computed and not been shown.
-    waiting: VecDeque<Step>,
-    /// The step that is shown.
-    shown: Snapshot,
-    /// Frames that may be under way.
-    most_frames: usize,
     ending: Option<Ending>,
     failure: Option<SimulationError>,
     is_interrupted: bool,
 }
 
-/// Memory of frames that are under way \[bytes\]; two may be in any case.
-const FRAMES_UNDER_WAY: usize = 64 << 20;
-
-/// A step that has been computed.
+/// What belongs to a step beside what the model shows of it.
 struct Step {
-    shown: Snapshot,
-    /// Ledger and kinetic energy of the indenter before and after the step, as long as the frame is awaited.
-    awaits_frame: Option<[(Ledger, f64); 2]>,
+    view: View<'static>,
+    /// Ledger and kinetic energy of the indenter before and after the step.
+    ledgers: [(Ledger, f64); 2],
+}
+
+/// What advances the target.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Engine {
+    /// The fast one: vectors, tiles and threads.
+    #[default]
+    Blocked,
+    /// The plain stepper, [`crate::model::reference`].
+    Reference,
 }
 
 impl Simulation {
@@ -119,12 +120,30 @@ impl Simulation {
     ///
     /// [`SimulationError::NoSolver`] for model `elastic`.
     pub fn new(case: &Case) -> Result<Self, SimulationError> {
-        let sight = if case.looks_inside() {
-            Sight::Field
+        Self::with_engine(case, Engine::Blocked)
+    }
+
+    /// Sets up a case under the plain stepper: every node of every level, slow and simple, to compare with.
+    ///
+    /// # Errors
+    ///
+    /// As [`Simulation::new`].
+    pub fn reference(case: &Case) -> Result<Self, SimulationError> {
+        Self::with_engine(case, Engine::Reference)
+    }
+
+    /// Sets up a case under an engine.
+    ///
+    /// # Errors
+    ///
+    /// As [`Simulation::new`].
+    pub fn with_engine(case: &Case, engine: Engine) -> Result<Self, SimulationError> {
+        let coverage = if case.looks_inside() {
+            Coverage::Field
         } else {
-            Sight::Surface { last_step: case.sizes.steps as usize }
+            Coverage::Surface { last_step: case.sizes.steps as usize }
         };
-        Self::with_sight(case, sight)
+        Ok(Self::with_model(case, model(case, engine, coverage)?))
     }
 
     /// Sets up a case of which more is computed than is looked at, for comparisons.
@@ -132,20 +151,15 @@ impl Simulation {
     /// # Errors
     ///
     /// As [`Simulation::new`].
-    pub fn with_sight(case: &Case, sight: Sight) -> Result<Self, SimulationError> {
-        let sizes = &case.sizes;
-        let grid = case.grid();
-        let model: Box<dyn Model> = match case.model {
-            ModelKind::Rakhmatulin => {
-                let show = Show { fields: case.record.fields.clone(), every: case.record.field_every };
-                let c_s = case.target.material.shear_wave_speed;
-                Box::new(Rakhmatulin::new(grid.clone(), c_s, sight, show))
-            }
-            ModelKind::Elastic => return Err(SimulationError::NoSolver),
-        };
+    pub fn with_coverage(case: &Case, coverage: Coverage) -> Result<Self, SimulationError> {
+        Ok(Self::with_model(case, model(case, Engine::Blocked, coverage)?))
+    }
+
+    fn with_model(case: &Case, model: Box<dyn Model<Step>>) -> Self {
+        let (sizes, grid) = (&case.sizes, case.grid());
         let velocity = case.impact.velocity;
         let indenter = Indenter::new(case.indenter.mass, velocity, grid.dt());
-        Ok(Self {
+        Self {
             surface: Surface::new(grid.nr()),
             contact: Contact::new(case.impact.contact, case.shape(), case.geometry, &grid, velocity),
             watch: Watch::new(grid.dr / case.target.material.shear_wave_speed),
@@ -159,14 +173,11 @@ impl Simulation {
             steps: sizes.steps,
             stop: case.run.stop,
             next_step: 0,
-            waiting: VecDeque::new(),
-            shown: Snapshot::default(),
-            most_frames: (FRAMES_UNDER_WAY / case.frame_size()).max(2),
             ending: None,
             failure: None,
             is_interrupted: false,
             grid,
-        })
+        }
     }
 
     /// Shows the next step; `None` when the run has ended.
@@ -175,20 +186,16 @@ impl Simulation {
     ///
     /// [`SimulationError::NotFinite`] if the numbers have overflowed, [`SimulationError::ContactLeavesMesh`] if the mesh is too
     /// narrow; the steps before have been shown.
-    pub fn step(&mut self) -> Result<Option<View<'_>>, SimulationError> {
+    pub fn step(&mut self) -> Result<Option<View<'static>>, SimulationError> {
         loop {
             let is_over = self.ending.is_some() || self.failure.is_some() || self.is_interrupted;
-            self.take_frame(is_over)?;
-            if self.waiting.front().is_some_and(|step| step.awaits_frame.is_none())
-                && let Some(step) = self.waiting.pop_front()
-            {
-                self.shown = step.shown;
-                return Ok(Some(self.shown.view()));
+            if let Some((step, frame)) = self.model.next(is_over) {
+                return self.show(step, frame).map(Some);
             }
-            if is_over && self.waiting.is_empty() {
+            if is_over {
                 return self.failure.take().map_or(Ok(None), Err);
             }
-            if !is_over && let Err(error) = self.compute() {
+            if let Err(error) = self.compute() {
                 self.failure = Some(error);
             }
         }
@@ -203,13 +210,10 @@ impl Simulation {
     fn compute(&mut self) -> Result<(), SimulationError> {
         let step = self.next_step;
         let time = step as f64 * self.grid.dt();
-        let is_frame = self.frames.contain(step);
 
         let before = (self.ledger, self.indenter.kinetic_energy());
         self.model.predict(&mut self.surface);
         let touch = self.contact.step(&mut self.surface, &mut self.indenter);
-        self.ledger.add(&touch);
-        self.model.advance(&self.surface, is_frame);
         if !touch.drag.is_finite() {
             return Err(self.not_finite(step));
         }
@@ -218,6 +222,7 @@ impl Simulation {
             let outer_radius = nr as f64 * self.grid.dr;
             return Err(SimulationError::ContactLeavesMesh { step, r: self.grid.r(nr - 1), outer_radius });
         }
+        self.ledger.add(&touch);
         let after = (self.ledger, self.indenter.kinetic_energy());
 
         self.observe_strain(step, time);
@@ -225,62 +230,53 @@ impl Simulation {
         let mut events = self.watch.observe(&touch, time, |i| grid.r(i));
         self.next_step += 1;
         self.ending = self.find_ending(step, time, &mut events);
+        let view = self.view(step, time, &touch, events);
+        for &r in &self.probes {
+            self.validity.observe_probe(view.interface.stress_at(r).abs(), step, time, r);
+        }
+        let step = Step { view, ledgers: [before, after] };
+        self.model.advance(&self.surface, step, self.frames.contain(self.next_step - 1));
+        Ok(())
+    }
+
+    /// What a step shows, but for its frame.
+    fn view(&self, step: u64, time: f64, touch: &Touch, events: Vec<Event>) -> View<'static> {
         let reached = self.contact.reached();
-        // the memory of the step that is shown is wanted no more
-        let mut pressure = std::mem::take(&mut self.shown.pressure);
-        pressure.clear();
-        pressure.extend_from_slice(&self.surface.pressure[..reached]);
-        let shown = Snapshot {
+        View {
             step,
             time,
-            r0: self.grid.r0,
-            dr: self.grid.dr,
-            pressure,
-            punch_radius: self.contact.punch_radius(),
-            complete: reached == self.contact.profile().len(),
+            interface: Interface {
+                r0: self.grid.r0,
+                dr: self.grid.dr,
+                pressure: self.surface.pressure[..reached].into(),
+                punch_radius: self.contact.punch_radius(),
+                complete: reached == self.contact.profile().len(),
+                exact: None,
+            },
             drag: touch.drag,
             contact_radius: touch.contact_radius,
             velocity: touch.velocity,
             depth: touch.depth,
-            events,
+            events: events.into(),
             frame: None,
-        };
-        for &r in &self.probes {
-            let pressure = shown.view().interface.stress_at(r);
-            self.validity.observe_probe(pressure.abs(), step, time, r);
         }
-        self.waiting.push_back(Step { shown, awaits_frame: is_frame.then_some([before, after]) });
-        Ok(())
     }
 
-    /// Gives the first step that waits its frame, if it awaits one and the model has it.
-    ///
-    /// * `now`: the model shall have it
-    fn take_frame(&mut self, now: bool) -> Result<(), SimulationError> {
-        let Some(Step { shown, awaits_frame: Some([before, after]) }) = self.waiting.front() else {
-            return Ok(());
-        };
-        let under_way = self.waiting.iter().filter(|step| step.awaits_frame.is_some()).count();
-        let Some(TargetFrame { energy, next_kinetic, samples, surface }) =
-            self.model.frame(now || under_way > self.most_frames)
-        else {
-            return Ok(());
-        };
-        if !(energy.kinetic + energy.strain + next_kinetic).is_finite() {
-            let step = shown.step;
-            self.waiting.clear();
+    /// A step with its frame.
+    fn show(
+        &mut self,
+        Step { view, ledgers }: Step,
+        frame: Option<model::Frame>,
+    ) -> Result<View<'static>, SimulationError> {
+        let Some(fields) = frame else { return Ok(view) };
+        let [before, after] = entries(ledgers, fields.energy);
+        let energy = mean(before, after);
+        if !(energy.kinetic + energy.strain).is_finite() {
             self.is_interrupted = true;
-            return Err(self.not_finite(step));
+            while self.model.next(true).is_some() {}
+            return Err(self.not_finite(view.step));
         }
-        let [(earlier, indenter), (later, next_indenter)] = [before, after];
-        let before = earlier.entry(energy, *indenter);
-        let after = later.entry_after(&before, next_kinetic, *next_indenter);
-        let lattice = Lattice { r0: self.grid.r0, dr: self.grid.dr, dz: self.grid.dz };
-        if let Some(first) = self.waiting.front_mut() {
-            first.awaits_frame = None;
-            first.shown.frame = Some((mean(before, after), Fields::new(lattice, surface, samples)));
-        }
-        Ok(())
+        Ok(View { frame: Some(Frame { energy, fields: Arc::new(fields) }), ..view })
     }
 
     /// How the run has ended; `None` while it has not.
@@ -334,6 +330,22 @@ impl Simulation {
     }
 }
 
+/// The target of a case, at rest.
+fn model(case: &Case, engine: Engine, coverage: Coverage) -> Result<Box<dyn Model<Step>>, SimulationError> {
+    let shown = FrameFields { fields: case.record.fields.clone(), every: case.record.field_every };
+    let c_s = case.target.material.shear_wave_speed;
+    match case.model {
+        ModelKind::Rakhmatulin => {
+            let theory = Rakhmatulin::new(case.grid(), c_s);
+            Ok(match engine {
+                Engine::Blocked => theory.blocked(coverage, shown),
+                Engine::Reference => Box::new(theory.reference(shown)),
+            })
+        }
+        ModelKind::Elastic => Err(SimulationError::NoSolver),
+    }
+}
+
 /// Running sums of the energy ledger.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ledger {
@@ -357,17 +369,14 @@ impl Ledger {
         let residual = self.initial + work - (kinetic + strain + indenter + dissipated);
         Energy { kinetic, strain, indenter, dissipated, work, residual }
     }
+}
 
-    /// The ledger at a half step, one step after that of another entry: the scheme leaves the sum as it was, so what is
-    /// not anything else is strain.
-    ///
-    /// * `kinetic`: kinetic energy of the target
-    /// * `indenter`: kinetic energy of the indenter
-    fn entry_after(&self, before: &Energy, kinetic: f64, indenter: f64) -> Energy {
-        let (work, dissipated, residual) = (self.work, self.dissipated, before.residual);
-        let strain = self.initial + work - (kinetic + indenter + dissipated + residual);
-        Energy { kinetic, strain, indenter, dissipated, work, residual }
-    }
+/// The ledgers at the half steps before and after a step.
+///
+/// * `ledgers`: with the kinetic energy of the indenter
+fn entries(ledgers: [(Ledger, f64); 2], target: [TargetEnergy; 2]) -> [Energy; 2] {
+    let [(before, indenter), (after, next_indenter)] = ledgers;
+    [before.entry(target[0], indenter), after.entry(target[1], next_indenter)]
 }
 
 /// Mean of the ledgers before and after a step: the ledger at its level.
@@ -396,15 +405,16 @@ mod tests {
         let mut last: Option<Energy> = None;
         while simulation.ending.is_none() {
             simulation.compute().expect("a sound case");
-            let frame = simulation.model.frame(true).expect("every step is a frame");
-            let step = simulation.waiting.pop_back().expect("a step");
-            let [(ledger, indenter), (next_ledger, next_indenter)] = step.awaits_frame.expect("a frame");
-            let before = ledger.entry(frame.energy, indenter);
+            let (step, frame) = simulation.model.next(true).expect("the step");
+            let target = frame.expect("every step is a frame").energy;
+            let [before, after] = entries(step.ledgers, target);
             if let Some(Energy { kinetic, strain, .. }) = last {
                 let pairs = [(kinetic, before.kinetic), (strain, before.strain)];
                 assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 1e-13), "{last:?} {before:?}");
             }
-            last = Some(next_ledger.entry_after(&before, frame.next_kinetic, next_indenter));
+            // nothing of the target's energy is taken from the balance
+            assert!(before.residual.abs() < 1e-13 && after.residual.abs() < 1e-13, "{before:?} {after:?}");
+            last = Some(after);
         }
         let last = last.expect("steps");
         assert!(last.indenter < 0.5 * simulation.ledger.initial && last.strain > 0.0, "{last:?}");

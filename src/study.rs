@@ -212,7 +212,7 @@ impl Trace {
         let stresses = plan.probes.iter().map(|&r| view.interface.stress_at(r));
         let numbers = [view.drag, view.velocity].into_iter().chain(stresses);
         self.columns.iter_mut().zip(numbers).for_each(|(column, number)| column.push(number));
-        for event in view.events {
+        for event in &*view.events {
             if let Some((_, name)) = EVENTS.iter().find(|(kind, _)| *kind == event.kind) {
                 let time = match event.kind {
                     EventKind::Rebound => self.standstill(),

@@ -1,16 +1,15 @@
 //! What one step shows to observers, whoever produced it.
 //!
-//! A [`View`] borrows; an observer cannot change what it looks at, so recording cannot change a number.
+//! A [`View`] is read only: observers hold it by reference, and its large parts are shared and never change. So recording
+//! cannot change a number, and an observer that works later or on another thread keeps a view at no cost
+//! ([`View::share`]).
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Arc;
 
-use crate::{
-    contact::event::Event,
-    model::{Extent, Field, Sample},
-};
+use crate::{contact::event::Event, model};
 
 /// One step k of a simulation or of a closed form.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct View<'a> {
     /// Number k of the step.
     pub step: u64,
@@ -27,20 +26,20 @@ pub struct View<'a> {
     /// Displacement w^k of the indenter \[R\].
     pub depth: f64,
     /// What happened in this step.
-    pub events: &'a [Event],
-    /// Field and energy, on steps that are frames.
-    pub frame: Option<Frame<'a>>,
+    pub events: Arc<[Event]>,
+    /// Fields and energy, on steps that are frames.
+    pub frame: Option<Frame>,
 }
 
 /// Interface stress at the nodes of the surface.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct Interface<'a> {
     /// Radius of node 0 \[R\].
     pub r0: f64,
     /// Distance of nodes \[R\].
     pub dr: f64,
     /// Pressure p_i^k out to the outermost node ever in contact, shape `(reached,)` \[γc_p²\].
-    pub pressure: &'a [f64],
+    pub pressure: Arc<[f64]>,
     /// Radius of the punch \[R\], infinite if unbounded.
     pub punch_radius: f64,
     /// True once the outermost node that fits on the punch has been in contact.
@@ -56,12 +55,12 @@ pub trait StressAt: Sync {
 }
 
 /// What only frames show.
-#[derive(Clone, Copy)]
-pub struct Frame<'a> {
-    /// Energy ledger.
+#[derive(Clone)]
+pub struct Frame {
+    /// Energy ledger at level k.
     pub energy: Energy,
     /// The fields.
-    pub fields: &'a Fields,
+    pub fields: Arc<model::Frame>,
 }
 
 /// Energy ledger: `initial + work = kinetic + strain + indenter + dissipated + residual` \[πR³γc_p²; plane
@@ -82,135 +81,29 @@ pub struct Energy {
     pub residual: f64,
 }
 
-/// Fields of a frame.
-#[derive(Debug, Default)]
-pub struct Fields {
-    lattice: Lattice,
-    surface: Vec<f64>,
-    /// Those that have not been taken yet; what came in exchange for those that have.
-    samples: Mutex<Vec<Sample>>,
-}
-
-impl Fields {
-    /// Fields of a frame.
-    ///
-    /// * `surface`: displacement of the surface, shape `(columns,)`; what lies beyond is at rest \[R\]
-    pub fn new(lattice: Lattice, surface: Vec<f64>, samples: Vec<Sample>) -> Self {
-        Self { lattice, surface, samples: Mutex::new(samples) }
-    }
-
-    /// Takes the values of `field`, row-major `[[j, i]]`, in exchange for `values`; rows and columns at rest are left out.
-    /// Every field that the case records can be taken once.
-    pub fn sample(&self, field: Field, values: &mut Vec<f32>) -> Extent {
-        let mut samples = self.samples.lock().unwrap_or_else(PoisonError::into_inner);
-        let sample = samples.iter_mut().find(|sample| sample.field == field);
-        let sample = sample.expect("a frame has every field that is recorded");
-        std::mem::swap(&mut sample.values, values);
-        sample.extent
-    }
-
-    /// Displacement of the surface, shape `(columns,)`; what lies beyond is at rest \[R\].
-    pub fn surface(&self) -> &[f64] {
-        &self.surface
-    }
-
-    /// Distances of rows and columns of the mesh.
-    pub fn lattice(&self) -> Lattice {
-        self.lattice
-    }
-
-    /// Takes all fields at once.
-    pub fn take(&self) -> Self {
-        let mut samples = self.samples.lock().unwrap_or_else(PoisonError::into_inner);
-        Self::new(self.lattice, self.surface.clone(), std::mem::take(&mut samples))
-    }
-}
-
-/// A step that outlives its [`View`].
-#[derive(Debug, Default)]
-pub struct Snapshot {
-    /// As [`View::step`].
-    pub step: u64,
-    /// As [`View::time`].
-    pub time: f64,
-    /// As [`Interface::r0`].
-    pub r0: f64,
-    /// As [`Interface::dr`].
-    pub dr: f64,
-    /// As [`Interface::pressure`].
-    pub pressure: Vec<f64>,
-    /// As [`Interface::punch_radius`].
-    pub punch_radius: f64,
-    /// As [`Interface::complete`].
-    pub complete: bool,
-    /// As [`View::drag`].
-    pub drag: f64,
-    /// As [`View::contact_radius`].
-    pub contact_radius: f64,
-    /// As [`View::velocity`].
-    pub velocity: f64,
-    /// As [`View::depth`].
-    pub depth: f64,
-    /// As [`View::events`].
-    pub events: Vec<Event>,
-    /// As [`View::frame`].
-    pub frame: Option<(Energy, Fields)>,
-}
-
-impl Snapshot {
-    /// Takes what a view shows, and the fields of its frame: they are in the view no more. A closed form that knows the
-    /// stress between nodes stays behind.
-    pub fn take(view: &View<'_>) -> Self {
-        let Interface { r0, dr, pressure, punch_radius, complete, .. } = view.interface;
-        Self {
-            step: view.step,
-            time: view.time,
-            r0,
-            dr,
-            pressure: pressure.to_vec(),
-            punch_radius,
-            complete,
-            drag: view.drag,
-            contact_radius: view.contact_radius,
-            velocity: view.velocity,
-            depth: view.depth,
-            events: view.events.to_vec(),
-            frame: view.frame.map(|frame| (frame.energy, frame.fields.take())),
-        }
-    }
-
-    /// What it shows.
-    pub fn view(&self) -> View<'_> {
+impl View<'_> {
+    /// The same view for an observer that outlives the step. A closed form that knows the stress between nodes stays behind.
+    pub fn share(&self) -> View<'static> {
+        let Interface { r0, dr, ref pressure, punch_radius, complete, .. } = self.interface;
         View {
             step: self.step,
             time: self.time,
             interface: Interface {
-                r0: self.r0,
-                dr: self.dr,
-                pressure: &self.pressure,
-                punch_radius: self.punch_radius,
-                complete: self.complete,
+                r0,
+                dr,
+                pressure: Arc::clone(pressure),
+                punch_radius,
+                complete,
                 exact: None,
             },
             drag: self.drag,
             contact_radius: self.contact_radius,
             velocity: self.velocity,
             depth: self.depth,
-            events: &self.events,
-            frame: self.frame.as_ref().map(|(energy, fields)| Frame { energy: *energy, fields }),
+            events: Arc::clone(&self.events),
+            frame: self.frame.clone(),
         }
     }
-}
-
-/// Positions of field nodes: `(r0 + i·dr, j·dz)` \[R\].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Lattice {
-    /// Radius of column 0.
-    pub r0: f64,
-    /// Distance of columns.
-    pub dr: f64,
-    /// Distance of rows.
-    pub dz: f64,
 }
 
 impl Interface<'_> {
@@ -223,7 +116,7 @@ impl Interface<'_> {
         if let Some(exact) = self.exact {
             return exact.stress_at(r);
         }
-        let p = self.pressure;
+        let p = &*self.pressure;
         if p.is_empty() || r > self.punch_radius * (1.0 + 1e-12) {
             return 0.0;
         }
@@ -252,7 +145,8 @@ impl Interface<'_> {
 mod tests {
     use super::*;
 
-    fn interface(pressure: &[f64], complete: bool) -> Interface<'_> {
+    fn interface(pressure: &[f64], complete: bool) -> Interface<'static> {
+        let pressure = pressure.into();
         Interface { r0: 0.05, dr: 0.1, pressure, punch_radius: 0.475, complete, exact: None }
     }
 

@@ -726,7 +726,7 @@ fn steps_are_shown_in_order_with_their_frames_and_to_the_last_one_computed() {
         let mut steps = Vec::new();
         while let Some(view) = simulation.step().expect("finite numbers") {
             assert_eq!(view.frame.is_some(), at_frames.contain(view.step), "step {}", view.step);
-            assert!(view.frame.is_none_or(|frame| frame.energy.residual.abs() < 1e-12));
+            assert!(view.frame.as_ref().is_none_or(|frame| frame.energy.residual.abs() < 1e-12));
             steps.push(view.step);
             if view.step == 150 {
                 simulation.interrupt();

@@ -43,7 +43,7 @@ impl Channel for Energy {
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
-        let Some(frame) = view.frame else { return };
+        let Some(frame) = &view.frame else { return };
         let energy = frame.energy;
         outlet.put(&percuss::Energy {
             step: view.step,

@@ -30,7 +30,7 @@ impl Channel for Event {
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
-        for event in view.events {
+        for event in &*view.events {
             let kind = match event.kind {
                 EventKind::Extension => Kind::Extension,
                 EventKind::Rebound => Kind::Rebound,

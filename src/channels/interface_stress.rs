@@ -42,7 +42,7 @@ impl Channel for InterfaceStress {
         (message.step, message.time) = (view.step, view.time);
         (message.r0, message.dr) = (view.interface.r0, view.interface.dr);
         message.stress.clear();
-        message.stress.extend_from_slice(view.interface.pressure);
+        message.stress.extend_from_slice(&view.interface.pressure);
         outlet.put(message);
     }
 

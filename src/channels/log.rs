@@ -47,7 +47,7 @@ impl Channel for Log {
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
-        for event in view.events {
+        for event in &*view.events {
             let text = line(Level::Info, outlet.log_time(), &event.text);
             outlet.put(&text);
         }

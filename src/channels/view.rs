@@ -12,10 +12,7 @@ use std::sync::{Arc, Mutex};
 
 use prost_types::Timestamp;
 
-use super::{
-    Channel, Outlet,
-    field::{FieldSlice, SharedSlice},
-};
+use super::{Channel, Outlet};
 use crate::{
     case::{Case, ViewChannel},
     message::foxglove,
@@ -45,15 +42,12 @@ pub const WORLD: &str = "world";
 pub const INDENTER: &str = "indenter";
 
 /// The view channels of a case.
-///
-/// * `slices`: the field channels; what they have sampled is shown here too, so they come before
-pub(super) fn channels(case: &Case, slices: &[FieldSlice]) -> Vec<Box<dyn Channel>> {
+pub(super) fn channels(case: &Case) -> Vec<Box<dyn Channel>> {
     let stage = Arc::new(Stage::new(case));
-    let shared: Vec<SharedSlice> = slices.iter().map(FieldSlice::shared).collect();
-    let section = Arc::new(Mutex::new(Section::new(case, &stage, shared)));
+    let section = Arc::new(Mutex::new(Section::new(case, &stage)));
     let wanted = |view: &&ViewChannel| match view {
         // these show recorded fields
-        ViewChannel::Field | ViewChannel::Image => !slices.is_empty(),
+        ViewChannel::Field | ViewChannel::Image => !case.record.fields.is_empty(),
         _ => true,
     };
     let channel = |view: &ViewChannel| -> Box<dyn Channel> {

@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use indicatif::BinaryBytes;
 use percuss_serve::{Address, seconds, speed};
 
@@ -24,7 +24,7 @@ use crate::{
     channels::{Catalogue, log_time},
     live::{Live, Pace},
     session::{Session, Source, Status},
-    simulation::{Simulation, SimulationError},
+    simulation::{Engine, Simulation, SimulationError},
 };
 
 const EXAMPLES: &str = "\
@@ -55,12 +55,34 @@ pub(super) struct Run {
     /// When all is recorded, serve those who watch until they have left, so many seconds at most; Ctrl-C ends it
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, requires = "live")]
     hold: Duration,
+    /// What computes: the fast engine, or the plain stepper that it is tested against, slow and simple
+    #[arg(long, value_enum, default_value_t)]
+    engine: EngineName,
+}
+
+/// Engines by name.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum EngineName {
+    /// Vectors, tiles, threads
+    #[default]
+    Blocked,
+    /// Every node of every level, one by one, on one thread
+    Reference,
+}
+
+impl From<EngineName> for Engine {
+    fn from(name: EngineName) -> Self {
+        match name {
+            EngineName::Blocked => Self::Blocked,
+            EngineName::Reference => Self::Reference,
+        }
+    }
 }
 
 impl Run {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
-        let simulation = Simulation::new(&case)?;
+        let simulation = Simulation::with_engine(&case, self.engine.into())?;
         let output = self.output.path(&self.case.case, "")?;
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;
@@ -142,7 +164,7 @@ impl Running<'_> {
             match self.simulation.step() {
                 Ok(None) => break,
                 Ok(Some(view)) => {
-                    for event in view.events {
+                    for event in &*view.events {
                         self.progress.say(&event.text);
                     }
                     self.session.observe(&view)?;

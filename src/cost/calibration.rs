@@ -10,7 +10,7 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use super::{Work, held_up};
-use crate::{case::Case, model::lanes::Lanes, recording::Compression, session, simulation::Simulation};
+use crate::{case::Case, model::instructions, recording::Compression, session, simulation::Simulation};
 
 /// Times of pieces of work \[s\].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -56,7 +56,7 @@ impl Machine {
         Self {
             host: gethostname::gethostname().to_string_lossy().into_owned(),
             cores: rayon::current_num_threads(),
-            instructions: format!("{:?}", Lanes::detect()),
+            instructions: instructions(),
             program: format!("{} {build}", env!("CARGO_PKG_VERSION")),
         }
     }

@@ -1,6 +1,6 @@
 //! The closed form that answers a case, shown step by step as a computed run is shown.
 
-use std::fmt;
+use std::{fmt, sync::Arc};
 
 use rayon::prelude::*;
 
@@ -64,7 +64,7 @@ pub struct Answer {
     /// The step worked out.
     step: u64,
     time: f64,
-    pressure: Vec<f64>,
+    pressure: Arc<[f64]>,
     drag: f64,
 }
 
@@ -142,7 +142,7 @@ impl Answer {
             steps: case.sizes.steps,
             step: 0,
             time: 0.0,
-            pressure: Vec::new(),
+            pressure: Arc::default(),
             drag: f64::NAN,
         })
     }
@@ -188,9 +188,8 @@ impl Answer {
         self.step = step;
         self.time = step as f64 * self.dt;
         let nodes = self.reached();
-        let mut pressure = std::mem::take(&mut self.pressure);
-        (0..nodes).into_par_iter().map(|i| self.stress_at(self.radius(i))).collect_into_vec(&mut pressure);
-        self.pressure = pressure;
+        let pressure: Vec<f64> = (0..nodes).into_par_iter().map(|i| self.stress_at(self.radius(i))).collect();
+        self.pressure = pressure.into();
         self.drag = self.drag_at(self.time);
     }
 
@@ -232,7 +231,7 @@ impl Answer {
             interface: Interface {
                 r0: self.r0_shown(),
                 dr: self.dr,
-                pressure: &self.pressure,
+                pressure: Arc::clone(&self.pressure),
                 punch_radius: self.punch_radius,
                 complete: false,
                 exact: Some(self),
@@ -241,7 +240,7 @@ impl Answer {
             contact_radius: self.contact_radius(self.time),
             velocity: self.velocity,
             depth: self.velocity * self.time,
-            events: &[],
+            events: Arc::default(),
             frame: None,
         }
     }

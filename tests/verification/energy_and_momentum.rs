@@ -22,7 +22,7 @@ fn bilateral_contact_conserves_energy() {
                 ];
                 let case = case(name, &overrides.each_ref().map(String::as_str));
                 let initial = 0.5 * case.indenter.mass;
-                let frames = run(&case, |view| view.frame.map(|frame| frame.energy));
+                let frames = run(&case, |view| view.frame.as_ref().map(|frame| frame.energy));
                 let energies: Vec<_> = frames.into_iter().flatten().collect();
                 assert_eq!(energies.len(), 50);
                 let residuals = energies.iter().map(|energy| energy.residual.abs() / initial);
@@ -38,7 +38,7 @@ fn unilateral_contact_only_ever_loses_energy() {
     for name in ["fig2", "fig3", "fig6c", "fig7b", "fig8-m2.5", "fig9-m1"] {
         let case = case(name, &["mesh.cells=50", "run.stop=never", "record.frames=100"]);
         let mut last = 0.0;
-        for energy in run(&case, |view| view.frame.map(|frame| frame.energy)).into_iter().flatten() {
+        for energy in run(&case, |view| view.frame.as_ref().map(|frame| frame.energy)).into_iter().flatten() {
             assert!(energy.dissipated >= last, "{name}: {energy:?}");
             let scale = energy.work + energy.indenter + energy.kinetic + energy.strain;
             assert!(energy.residual.abs() <= 1e-12 * scale, "{name}: {energy:?}");
@@ -52,7 +52,7 @@ fn unilateral_contact_only_ever_loses_energy() {
 fn prescribed_motion_does_the_work() {
     for name in ["fig6a", "fig7a"] {
         let case = case(name, &["mesh.cells=50", "record.frames=30"]);
-        for energy in run(&case, |view| view.frame.map(|frame| frame.energy)).into_iter().flatten() {
+        for energy in run(&case, |view| view.frame.as_ref().map(|frame| frame.energy)).into_iter().flatten() {
             assert_eq!(energy.dissipated, 0.0);
             assert!(energy.residual.abs() <= 1e-12 * energy.work.max(1e-3), "{name}: {energy:?}");
         }
@@ -101,8 +101,10 @@ fn nodes_being_met_and_left_never_give_energy_back() {
                 "record.frames=200".into(),
             ];
             let case = case(name, &overrides.each_ref().map(String::as_str));
-            let energies: Vec<_> =
-                run(&case, |view| view.frame.map(|frame| frame.energy)).into_iter().flatten().collect();
+            let energies: Vec<_> = run(&case, |view| view.frame.as_ref().map(|frame| frame.energy))
+                .into_iter()
+                .flatten()
+                .collect();
             let initial = 0.5 * mass * case.impact.velocity.powi(2);
             for pair in energies.windows(2) {
                 assert!(

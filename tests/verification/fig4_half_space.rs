@@ -8,6 +8,8 @@
 //!   paper:    the edge half a cell wrong, the axis at a node                   first order
 //! ```
 
+use percuss::model::{Field, Sample};
+
 use super::{
     accuracy::{assert_stated, stated},
     at, case, extrapolate, observe, on_mesh, orders, reference, run,
@@ -78,9 +80,8 @@ fn depth_slices_are_recorded_with_the_sign_of_the_interface() {
     let case = case("fig4", &["mesh.cells=50"]);
     let grid = case.grid();
     let slices = run(&case, |view| {
-        let mut values = Vec::new();
-        let frame = view.frame.expect("every step is a frame");
-        let extent = frame.fields.sample(percuss::model::Field::Stress, &mut values);
+        let frame = view.frame.as_ref().expect("every step is a frame");
+        let Sample { extent, values, .. } = frame.fields.sample(Field::Stress).expect("it is recorded");
         // row 0 is the interface; before any edge wave comes, stress under the middle is V0 behind the front z = t
         let middle: Vec<f32> = (0..extent.nz).map(|j| values[j * extent.nr]).collect();
         (view.time, view.interface.pressure[0], middle)

@@ -13,6 +13,7 @@ use percuss::{
 mod accuracy;
 mod admissible_velocity;
 mod energy_and_momentum;
+mod engines;
 mod fig2_paraboloid;
 mod fig4_half_space;
 mod fig5_layer;
@@ -34,9 +35,9 @@ fn on_mesh(name: &str, cells: usize, overrides: &[&str]) -> Case {
     case(name, &[&["record.frames=0", &format!("mesh.cells={cells}")], overrides].concat())
 }
 
-/// What computes references on finer meshes.
+/// What computes references on finer meshes: the plain stepper.
 fn reference(case: &Case) -> Simulation {
-    Simulation::new(case).expect("a solver")
+    Simulation::reference(case).expect("a solver")
 }
 
 /// What `look` sees of every step of a case.

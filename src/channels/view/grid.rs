@@ -89,12 +89,10 @@ impl Channel for Grid {
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
-        if view.frame.is_none() {
-            return;
-        }
+        let Some(frame) = &view.frame else { return };
         self.message.timestamp = Some(timestamp(outlet));
         self.message.data.clear();
-        self.message.data.extend_from_slice(lock(&self.section).levels(view.step));
+        self.message.data.extend_from_slice(lock(&self.section).levels(view.step, &frame.fields));
         outlet.put(&self.message);
     }
 

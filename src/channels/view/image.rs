@@ -11,7 +11,7 @@ use crate::{
     case::Case,
     channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, lock},
     message::foxglove,
-    model::Field,
+    model::{Field, Frame},
     view::View,
 };
 
@@ -57,7 +57,7 @@ impl Image {
         }
     }
 
-    fn draw(&mut self, view: &View<'_>) {
+    fn draw(&mut self, view: &View<'_>, frame: &Frame) {
         let half = self.columns / 2;
         let contact = ((view.contact_radius / self.pixel).round() as usize).min(half);
         self.pixels.clear();
@@ -69,7 +69,7 @@ impl Image {
         let mut section = lock(&self.section);
         let fields = section.fields();
         // rows of images begin at the top
-        for row in section.levels(view.step).chunks_exact(self.columns * fields).rev() {
+        for row in section.levels(view.step, frame).chunks_exact(self.columns * fields).rev() {
             if fields == 1 {
                 self.pixels.extend_from_slice(row);
             } else {
@@ -116,11 +116,9 @@ impl Channel for Image {
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
-        if view.frame.is_none() {
-            return;
-        }
+        let Some(frame) = &view.frame else { return };
         self.message.timestamp = Some(timestamp(outlet));
-        self.draw(view);
+        self.draw(view, &frame.fields);
         self.encode().expect("memory takes every byte");
         outlet.put(&self.message);
     }

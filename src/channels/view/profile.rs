@@ -58,8 +58,8 @@ impl Channel for Profile {
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
-        let Some(frame) = view.frame else { return };
-        let displacement = frame.fields.surface();
+        let Some(frame) = &view.frame else { return };
+        let displacement = &frame.fields.surface;
         let message = &mut self.message;
         (message.step, message.time) = (view.step, view.time);
         for array in [&mut message.r, &mut message.stress, &mut message.displacement, &mut message.indenter] {
@@ -70,7 +70,7 @@ impl Channel for Profile {
             let r = view.interface.r0 + i as f64 * view.interface.dr;
             let face = view.depth - self.shape.profile(r);
             message.r.push(r as f32);
-            message.stress.push(at(view.interface.pressure, i));
+            message.stress.push(at(&view.interface.pressure, i));
             message.displacement.push(at(displacement, i));
             message.indenter.push(if face.is_finite() { face as f32 } else { 0.0 });
         }

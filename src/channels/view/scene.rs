@@ -57,7 +57,7 @@ impl Scene {
     }
 
     fn surface(&mut self, view: &View<'_>) -> Vec<Point3> {
-        let displacement = view.frame.map_or(&[][..], |frame| frame.fields.surface());
+        let displacement = view.frame.as_ref().map_or(&[][..], |frame| &frame.fields.surface);
         let moved = self.nodes.min(displacement.len());
         let radius = |i: usize| view.interface.r0 + i as f64 * view.interface.dr;
         let node = |i: usize| (radius(i), self.stage.height(displacement[i]));

@@ -5,8 +5,7 @@
 use super::stage::{Stage, range};
 use crate::{
     case::Case,
-    channels::{field::SharedSlice, lock},
-    message::percuss,
+    model::{Extent, Field, Frame, Sample},
 };
 
 /// Level of the value 0.
@@ -26,7 +25,7 @@ pub fn level_step(range: f64) -> f64 {
 
 /// The raster of a frame, shape `(rows, columns, fields)`: rows from the deepest up, columns from the left.
 pub struct Section {
-    slices: Vec<SharedSlice>,
+    fields: Vec<Field>,
     /// 1 / value of a level.
     scales: Vec<f32>,
     /// Node of the field for every row from the deepest up, and for every column from the axis outwards.
@@ -41,8 +40,8 @@ struct Nodes {
 }
 
 impl Section {
-    /// The raster of `slices` on a stage.
-    pub fn new(case: &Case, stage: &Stage, slices: Vec<SharedSlice>) -> Self {
+    /// The raster of the recorded fields on a stage.
+    pub fn new(case: &Case, stage: &Stage) -> Self {
         let grid = case.grid();
         let every = case.record.field_every as f64;
         let middle = |pixel: usize| (pixel as f64 + 0.5) * stage.pixel;
@@ -50,7 +49,7 @@ impl Section {
         let fields = case.record.fields.iter();
         Self {
             scales: fields.map(|field| (1.0 / level_step(range(case, *field))) as f32).collect(),
-            slices,
+            fields: case.record.fields.clone(),
             nodes: Nodes {
                 rows: (0..stage.rows).rev().map(|row| nearest(middle(row) / (every * grid.dz))).collect(),
                 columns: (0..stage.columns)
@@ -64,7 +63,7 @@ impl Section {
 
     /// Number of fields.
     pub fn fields(&self) -> usize {
-        self.slices.len()
+        self.fields.len()
     }
 
     /// Number of rows.
@@ -73,16 +72,17 @@ impl Section {
     }
 
     /// The levels of a step.
-    pub fn levels(&mut self, step: u64) -> &[u8] {
+    pub fn levels(&mut self, step: u64, frame: &Frame) -> &[u8] {
         if self.step != Some(step) {
             self.step = Some(step);
-            let fields = self.slices.len();
+            let fields = self.fields.len();
             let (rows, columns) = (self.nodes.rows.len(), self.nodes.columns.len());
             // all of it at rest, then what has moved
             self.levels.clear();
             self.levels.resize(rows * 2 * columns * fields, ZERO);
-            for (field, (slice, scale)) in self.slices.iter().zip(&self.scales).enumerate() {
-                fill(&mut self.levels, (field, fields), &self.nodes, &lock(slice), *scale);
+            for (number, (field, scale)) in self.fields.iter().zip(&self.scales).enumerate() {
+                let sample = frame.sample(*field).expect("a frame has every field that is recorded");
+                fill(&mut self.levels, (number, fields), &self.nodes, sample, *scale);
             }
         }
         &self.levels
@@ -90,14 +90,8 @@ impl Section {
 }
 
 /// Fills in the levels of one of the fields.
-fn fill(
-    levels: &mut [u8],
-    (field, fields): (usize, usize),
-    nodes: &Nodes,
-    slice: &percuss::FieldSlice,
-    scale: f32,
-) {
-    let (nr, nz) = (slice.nr as usize, slice.nz as usize);
+fn fill(levels: &mut [u8], (field, fields): (usize, usize), nodes: &Nodes, sample: &Sample, scale: f32) {
+    let Extent { nr, nz } = sample.extent;
     let columns = nodes.columns.len();
     let moved = nodes.columns.partition_point(|&node| node < nr);
     let mut half = vec![ZERO; moved];
@@ -105,7 +99,7 @@ fn fill(
         if node >= nz {
             continue;
         }
-        let values = &slice.values[node * nr..][..nr];
+        let values = &sample.values[node * nr..][..nr];
         for (pixel, &node) in half.iter_mut().zip(&nodes.columns) {
             *pixel = level(values[node] * scale);
         }
@@ -138,7 +132,8 @@ mod tests {
     #[test]
     fn both_halves_are_mirror_images() {
         let nodes = Nodes { rows: vec![1, 0], columns: vec![0, 1, 2] };
-        let slice = percuss::FieldSlice { nr: 2, nz: 1, values: vec![10.0, 20.0], ..Default::default() };
+        let extent = Extent { nr: 2, nz: 1 };
+        let slice = Sample { field: Field::Stress, extent, values: vec![10.0, 20.0] };
         let mut levels = vec![ZERO; 2 * 6];
         fill(&mut levels, (0, 1), &nodes, &slice, 1.0);
         assert_eq!(levels[..6], [ZERO; 6], "below what has moved");

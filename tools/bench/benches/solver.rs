@@ -6,37 +6,40 @@ use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_mai
 use percuss::{
     grid::{Geometry, Grid, MeshKind, Spacing},
     message::percuss::InterfaceStress,
-    model::{Field, Model, Show, cone::Sight, rakhmatulin::Rakhmatulin},
+    model::{Coverage, Field, FrameFields, Model, rakhmatulin::Rakhmatulin},
     recording::Batch,
     surface::Surface,
 };
 
 /// A target in full motion, and its surface.
 ///
-/// * `show`: what frames show
-fn target(n: usize, show: Show) -> (Rakhmatulin, Surface) {
+type Target = (Box<dyn Model<()>>, Surface);
+
+/// * `shown`: what frames show
+fn target(n: usize, shown: FrameFields) -> Target {
     let spacing = Spacing { dr: 1.0, dz: 1.0, layer_rows: Some(n) };
     let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, 4 * n, n);
     let mut surface = Surface::new(4 * n);
     surface.loaded = 4 * n;
-    let mut target = (Rakhmatulin::new(grid, 0.5, Sight::Field, show), surface);
+    let mut target = (Rakhmatulin::new(grid, 0.5).blocked(Coverage::Field, shown), surface);
     advance(&mut target, n, false);
     target
 }
 
-fn advance((model, surface): &mut (Rakhmatulin, Surface), steps: usize, is_frame: bool) {
+fn advance((model, surface): &mut Target, steps: usize, is_frame: bool) {
     for _ in 0..steps {
         model.predict(surface);
         surface.displacement.copy_from_slice(&surface.free);
         surface.displacement[..surface.loaded / 4].fill(1.0);
-        model.advance(surface, is_frame);
+        model.advance(surface, (), is_frame);
+        while model.next(false).is_some() {}
     }
 }
 
 fn kernels(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("steps");
     for n in [100, 200, 500] {
-        let mut target = target(n, Show::default());
+        let mut target = target(n, FrameFields { fields: vec![], every: 1 });
         const STEPS: usize = 48;
         group.throughput(Throughput::Elements((STEPS * 4 * n * n) as u64));
         group.bench_function(format!("N = {n}"), |bench| bench.iter(|| advance(&mut target, STEPS, false)));
@@ -47,13 +50,12 @@ fn kernels(criterion: &mut Criterion) {
     for (name, fields) in
         [("energy", vec![]), ("stress", vec![Field::Stress]), ("velocity", vec![Field::Velocity])]
     {
-        let mut target = target(500, Show { fields, every: 1 });
+        let mut target = target(500, FrameFields { fields, every: 1 });
         group.throughput(Throughput::Elements(24 * 4 * 500 * 500));
         group.bench_function(name, |bench| {
             bench.iter(|| {
                 advance(&mut target, 1, true);
                 advance(&mut target, 23, false);
-                target.0.frame(false)
             });
         });
     }

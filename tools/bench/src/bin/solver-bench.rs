@@ -21,7 +21,7 @@ use std::{
 };
 
 use clap::{Parser, Subcommand};
-use percuss::{case::Case, model::cone::Sight, session::record, simulation::Simulation};
+use percuss::{case::Case, model::Coverage, session::record, simulation::Simulation};
 use percuss_bench::{exit, median};
 
 #[derive(Parser)]
@@ -160,7 +160,7 @@ fn cone(name: &str, set: &[String], repeat: usize) -> Result<()> {
     let case = Case::load(name, set)?;
     let mut rows = Vec::new();
     for _ in 0..repeat {
-        rows.push([computed(&case, None)?, computed(&case, Some(Sight::Everything))?]);
+        rows.push([computed(&case, None)?, computed(&case, Some(Coverage::Everything))?]);
     }
     println!(
         "{name}: {:.3} s; without the light cone {:.2} times as long",
@@ -188,10 +188,10 @@ fn growth(cells: &[usize], end: f64, repeat: usize) -> Result<()> {
 }
 
 /// Time of a run that nobody looks at \[s\].
-fn computed(case: &Case, sight: Option<Sight>) -> Result<f64> {
+fn computed(case: &Case, coverage: Option<Coverage>) -> Result<f64> {
     let start = Instant::now();
-    let mut simulation = match sight {
-        Some(sight) => Simulation::with_sight(case, sight)?,
+    let mut simulation = match coverage {
+        Some(coverage) => Simulation::with_coverage(case, coverage)?,
         None => Simulation::new(case)?,
     };
     while simulation.step()?.is_some() {}

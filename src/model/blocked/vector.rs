@@ -1,112 +1,9 @@
-//! Vectors of neighbouring nodes of a row, in whatever instructions the machine has.
+//! Vectors of neighbouring nodes of a row, in each set of instructions a machine may have.
 //!
 //! Every operation rounds once and none is fused with another, so the bits are the same for vectors of any width.
 
-use std::ops::Range;
-
-use super::stencil::{Patch, Tally, advance};
-
-/// Columns come in packs: the widest vector. Whoever works on vectors works on whole packs.
-pub const PACK: usize = 8;
-
-/// Instructions that this machine has: there is no other way to one of these than to ask it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lanes(Kind);
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    /// What every machine has.
-    Baseline,
-    /// 256-bit vectors with fused multiplication.
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    /// 512-bit vectors.
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-}
-
-impl Lanes {
-    /// What every machine has.
-    pub const BASELINE: Self = Self(Kind::Baseline);
-
-    /// The best this machine has.
-    pub fn detect() -> Self {
-        Self::all().pop().unwrap_or(Self::BASELINE)
-    }
-
-    /// All that this machine has, the best one last.
-    pub fn all() -> Vec<Self> {
-        #[cfg(target_arch = "x86_64")]
-        use std::arch::is_x86_feature_detected as has;
-        let kinds = [
-            (Kind::Baseline, true),
-            #[cfg(target_arch = "x86_64")]
-            (Kind::Avx2, has!("avx2") && has!("fma")),
-            #[cfg(target_arch = "x86_64")]
-            (Kind::Avx512, has!("avx512f")),
-        ];
-        kinds.into_iter().filter(|(_, has)| *has).map(|(kind, _)| Self(kind)).collect()
-    }
-
-    /// Numbers in a vector.
-    pub fn width(self) -> usize {
-        match self.0 {
-            Kind::Baseline => Pair::WIDTH,
-            #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => std::arch::x86_64::__m256d::WIDTH,
-            #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => std::arch::x86_64::__m512d::WIDTH,
-        }
-    }
-
-    /// Advances `rows` of `columns`, whole vectors.
-    ///
-    /// # Safety
-    ///
-    /// As [`advance`] about memory; the machine has the instructions.
-    #[expect(unsafe_code, reason = "the kernel works in place, by several threads")]
-    pub unsafe fn advance(self, patch: Patch<'_>, rows: Range<usize>, columns: Range<usize>) {
-        match self.0 {
-            // SAFETY: handed on to the caller
-            Kind::Baseline => unsafe { advance::<Pair, false>(patch, rows, columns, &[], &mut []) },
-            // SAFETY: handed on to the caller; the machine has the instructions
-            #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { x86::advance_avx2::<false>(patch, rows, columns, &[], &mut []) },
-            // SAFETY: likewise
-            #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => unsafe { x86::advance_avx512::<false>(patch, rows, columns, &[], &mut []) },
-        }
-    }
-
-    /// Advances `rows` of `columns`, whole vectors, and adds their energy to their tallies.
-    ///
-    /// * `area`: cell areas, by column
-    /// * `tallies`: of `rows`
-    ///
-    /// # Safety
-    ///
-    /// As [`Lanes::advance`].
-    #[expect(unsafe_code, reason = "the kernel works in place, by several threads")]
-    pub unsafe fn advance_and_count(
-        self,
-        patch: Patch<'_>,
-        rows: Range<usize>,
-        columns: Range<usize>,
-        area: &[f64],
-        tallies: &mut [Tally],
-    ) {
-        match self.0 {
-            // SAFETY: handed on to the caller
-            Kind::Baseline => unsafe { advance::<Pair, true>(patch, rows, columns, area, tallies) },
-            // SAFETY: handed on to the caller; the machine has the instructions
-            #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { x86::advance_avx2::<true>(patch, rows, columns, area, tallies) },
-            // SAFETY: likewise
-            #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => unsafe { x86::advance_avx512::<true>(patch, rows, columns, area, tallies) },
-        }
-    }
-}
+/// Columns are computed in blocks of this many: the width of the widest vector.
+pub const BLOCK: usize = 8;
 
 /// Some neighbouring numbers.
 ///
@@ -115,7 +12,6 @@ impl Lanes {
 /// All methods: the machine must have the instructions of the vector. `load` and `store`: [`Vector::WIDTH`] numbers may be
 /// read or written there.
 #[expect(unsafe_code, reason = "instructions that not every machine has")]
-#[expect(missing_docs, clippy::missing_safety_doc, reason = "said above, once for all methods")]
 pub trait Vector: Copy {
     /// How many.
     const WIDTH: usize;
@@ -183,36 +79,9 @@ impl Vector for Pair {
 #[cfg(target_arch = "x86_64")]
 #[expect(unsafe_code, reason = "instructions that not every machine has")]
 mod x86 {
-    use std::{arch::x86_64::*, ops::Range};
+    use std::arch::x86_64::*;
 
-    use super::{Vector, advance};
-    use crate::model::stencil::{Patch, Tally};
-
-    /// [`advance`] compiled for 256-bit vectors.
-    #[target_feature(enable = "avx2,fma")]
-    pub unsafe fn advance_avx2<const COUNTS: bool>(
-        patch: Patch<'_>,
-        rows: Range<usize>,
-        columns: Range<usize>,
-        area: &[f64],
-        tallies: &mut [Tally],
-    ) {
-        // SAFETY: handed on to the caller
-        unsafe { advance::<__m256d, COUNTS>(patch, rows, columns, area, tallies) }
-    }
-
-    /// [`advance`] compiled for 512-bit vectors.
-    #[target_feature(enable = "avx512f")]
-    pub unsafe fn advance_avx512<const COUNTS: bool>(
-        patch: Patch<'_>,
-        rows: Range<usize>,
-        columns: Range<usize>,
-        area: &[f64],
-        tallies: &mut [Tally],
-    ) {
-        // SAFETY: handed on to the caller
-        unsafe { advance::<__m512d, COUNTS>(patch, rows, columns, area, tallies) }
-    }
+    use super::Vector;
 
     // SAFETY of all blocks below: the caller says that the machine has the instructions, and where numbers may be read
     // and written.

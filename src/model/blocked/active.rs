@@ -22,29 +22,25 @@
 //! *From below.* Where nothing but the surface is looked at, what lies deeper than the steps that are left can no
 //! longer be seen there.
 
-use super::{lanes::PACK, sweep::Lit};
+use super::vector::BLOCK;
+use crate::model::Coverage;
 
-/// What is looked at during a run, which says how much of the field must be computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sight {
-    /// The whole field, at any time.
-    Field,
-    /// Only the surface, up to and including this step.
-    Surface {
-        /// Last step of the run.
-        last_step: usize,
-    },
-    /// Every node in every step, moved or not: what a computation without the cone would do, for comparisons.
-    Everything,
+/// What of a level is to be computed: the rows and columns that may differ from 0 and can still be seen.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ActiveRegion {
+    /// Number of rows.
+    pub rows: usize,
+    /// Number of columns, a whole number of blocks.
+    pub columns: usize,
 }
 
 /// What is left of a wave of height 1 where nodes are taken to be at rest: rounding cannot tell it from 0.
-pub const NOTHING: f64 = 1e-20;
+const NOTHING: f64 = 1e-20;
 
 /// The light cone of a surface load, level by level.
 #[derive(Clone, Debug)]
-pub struct Cone {
-    sight: Sight,
+pub struct LightCone {
+    coverage: Coverage,
     /// Radial Courant number.
     courant: f64,
     /// Row of the backing, number of columns.
@@ -58,13 +54,13 @@ pub struct Cone {
     margin: usize,
 }
 
-impl Cone {
+impl LightCone {
     /// A target at rest at level 0.
     ///
     /// * `courant`: radial Courant number λ = c_sΔt/Δr, at most 1
     /// * `nz`, `nr`: row of the backing, number of columns
-    pub fn new(sight: Sight, courant: f64, nz: usize, nr: usize) -> Self {
-        Self { sight, courant, nz, nr, reached: 0, front: 0.0, margin: 0 }
+    pub fn new(coverage: Coverage, courant: f64, nz: usize, nr: usize) -> Self {
+        Self { coverage, courant, nz, nr, reached: 0, front: 0.0, margin: 0 }
     }
 
     /// Goes on to `level`, the next one, `loaded` columns of the surface being loaded on the way.
@@ -79,19 +75,19 @@ impl Cone {
     }
 
     /// Number of columns that have moved; those beyond are at rest.
-    pub fn columns(&self) -> usize {
-        if self.sight == Sight::Everything { self.nr } else { self.reached }
+    pub fn active_columns(&self) -> usize {
+        if self.coverage == Coverage::Everything { self.nr } else { self.reached }
     }
 
     /// What is to be computed of `level`, the one the cone stands at.
-    pub fn lit(&self, level: usize) -> Lit {
+    pub fn active(&self, level: usize) -> ActiveRegion {
         // a node needs its neighbours: p^K needs rows 0 and 1 at level K, and one row more for each step before
-        let rows = match self.sight {
-            Sight::Field => level,
-            Sight::Surface { last_step } => level.min((last_step + 2).saturating_sub(level)),
-            Sight::Everything => self.nz,
+        let rows = match self.coverage {
+            Coverage::Field => level,
+            Coverage::Surface { last_step } => level.min((last_step + 2).saturating_sub(level)),
+            Coverage::Everything => self.nz,
         };
-        Lit { rows: rows.min(self.nz), columns: self.columns().next_multiple_of(PACK) }
+        ActiveRegion { rows: rows.min(self.nz), columns: self.active_columns().next_multiple_of(BLOCK) }
     }
 }
 
@@ -136,7 +132,7 @@ mod tests {
 
     #[test]
     fn the_margin_grows_as_the_cube_root_of_time() {
-        let mut cone = Cone::new(Sight::Field, 0.5, 1000, 100_000);
+        let mut cone = LightCone::new(Coverage::Field, 0.5, 1000, 100_000);
         let mut margins = Vec::new();
         for step in 1..=8000 {
             cone.advance(step, 10);
@@ -149,21 +145,21 @@ mod tests {
 
     #[test]
     fn without_dispersion_the_cone_is_that_of_the_scheme() {
-        let mut cone = Cone::new(Sight::Field, 1.0, 50, 400);
+        let mut cone = LightCone::new(Coverage::Field, 1.0, 50, 400);
         for step in 1..=300 {
             cone.advance(step, 20);
-            assert_eq!(cone.columns(), 20 + step - 1);
-            assert_eq!(cone.lit(step).rows, step.min(50));
+            assert_eq!(cone.active_columns(), 20 + step - 1);
+            assert_eq!(cone.active(step).rows, step.min(50));
         }
     }
 
     #[test]
     fn the_surface_sees_less_and_less_of_the_depth() {
-        let mut cone = Cone::new(Sight::Surface { last_step: 99 }, 1.0, 500, 400);
+        let mut cone = LightCone::new(Coverage::Surface { last_step: 99 }, 1.0, 500, 400);
         let rows: Vec<usize> = (1..=100)
             .map(|level| {
                 cone.advance(level, 20);
-                cone.lit(level).rows
+                cone.active(level).rows
             })
             .collect();
         assert_eq!(rows[..50], (1..=50).collect::<Vec<_>>());

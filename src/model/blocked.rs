@@ -1,0 +1,237 @@
+//! The fast engine: the scheme of [`super::scheme`] for one displacement, in vectors, tiles and threads.
+//!
+//! Two levels of `u` are kept, rows 0 (the surface) to nz (the backing), in the order of radii; the next level overwrites
+//! the one before. A band near the surface goes step by step; the interior follows behind it in passes over many
+//! levels ([`tiles`], [`workers`]). Frames are sampled on the way ([`sampler`]), and steps wait in the engine until theirs is
+//! complete.
+//!
+//! Work is limited to the active region ([`active`]): what has moved and can still be seen.
+
+use std::{collections::VecDeque, sync::Arc};
+
+use super::{BackingPeak, Coverage, Frame, FrameFields, Model, scheme, scheme::RadialWeights};
+use crate::{grid::Grid, surface::Surface};
+
+mod active;
+mod dispatch;
+mod domain;
+mod kernel;
+mod sampler;
+#[cfg(test)]
+mod tests;
+mod tiles;
+mod vector;
+mod workers;
+
+pub use dispatch::Instructions;
+pub(crate) use tiles::lag;
+
+use active::LightCone;
+use domain::Domain;
+use kernel::free_surface;
+use sampler::{Sampler, SurfaceMotion};
+use tiles::{LevelTask, RowPeak, band_rows};
+use workers::{Ended, Workers};
+
+/// Name of the instructions that this machine has.
+pub(crate) fn instructions() -> String {
+    format!("{:?}", Instructions::detect())
+}
+
+/// Memory of frames that are under way \[bytes\]; two may be in any case.
+const FRAMES_UNDER_WAY: usize = 64 << 20;
+
+/// A target under the fast engine.
+pub struct Engine<T> {
+    grid: Grid,
+    field: Workers,
+    cone: LightCone,
+    /// Level k of the surface.
+    level: usize,
+    /// Levels that no pass over the interior has begun yet.
+    behind: Vec<LevelTask>,
+    shown: FrameFields,
+    /// Steps that have not been handed out, with the samplers of frames.
+    steps: VecDeque<(T, Option<Arc<Sampler>>)>,
+    /// Level that the interior has reached, passes that are over.
+    reached: usize,
+    /// Frames that may be under way.
+    most_frames: usize,
+    /// Largest peak of the row before the backing so far, and that of the newest level.
+    peaks: [RowPeak; 2],
+    /// Room for means over z on the surface.
+    means: Vec<f64>,
+}
+
+impl<T> Engine<T> {
+    /// A target at rest.
+    ///
+    /// * `weights`: radial weights of the scheme, by column
+    /// * `courant`: radial Courant number, at most 1
+    /// * `shown`: what frames show
+    pub fn new(
+        grid: Grid,
+        weights: &[RadialWeights],
+        courant: f64,
+        coverage: Coverage,
+        shown: FrameFields,
+        instructions: Instructions,
+    ) -> Self {
+        let extent = super::Extent::of(&grid, shown.every.max(1));
+        let frame_size = size_of::<f32>() * extent.nr * extent.nz * shown.fields.len();
+        Self {
+            field: Workers::new(Domain::new(&grid, weights, instructions)),
+            cone: LightCone::new(coverage, courant, grid.nz, grid.nr()),
+            level: 0,
+            behind: Vec::new(),
+            steps: VecDeque::new(),
+            reached: 0,
+            most_frames: (FRAMES_UNDER_WAY / frame_size.max(1)).max(2),
+            peaks: Default::default(),
+            shown,
+            means: Vec::new(),
+            grid,
+        }
+    }
+
+    /// What there is to do on the way to the newest level.
+    fn task(&self, is_frame: bool) -> LevelTask {
+        let active = self.cone.active(self.level);
+        let sampler = || {
+            let surface = self.field.row(self.level - 1, 0)[..self.cone.active_columns()].to_vec();
+            Arc::new(Sampler::new(self.level, self.field.domain(), active.rows, &self.shown, surface))
+        };
+        LevelTask { active, sampler: is_frame.then(sampler) }
+    }
+
+    /// Lets the interior follow up to the level of the surface.
+    fn follow(&mut self) {
+        if !self.behind.is_empty() {
+            let base = self.level - self.behind.len();
+            self.field.follow(base, std::mem::take(&mut self.behind));
+        }
+    }
+
+    /// Brings the interior up to the level of the surface.
+    fn catch_up(&mut self) {
+        self.follow();
+        self.field.settle();
+        self.note_passes();
+    }
+
+    /// Takes note of passes that have ended.
+    fn note_passes(&mut self) {
+        while let Some(Ended { level, peaks: [earlier, last] }) = self.field.ended() {
+            self.reached = level;
+            self.note_peak(earlier);
+            self.note_peak(last);
+        }
+    }
+
+    /// Takes note of a peak of the row before the backing. That of the newest level counts only once the surface has gone
+    /// on.
+    fn note_peak(&mut self, peak: RowPeak) {
+        let [settled, newest] = &mut self.peaks;
+        for peak in [std::mem::take(newest), peak] {
+            let slot = if peak.level < self.level { &mut *settled } else { &mut *newest };
+            *slot = slot.larger(peak);
+        }
+    }
+
+    /// Takes note of the row before the backing, if the near-surface band of `rows` rows has it.
+    fn note_peak_in_band(&mut self, rows: usize) {
+        let last_row = self.grid.nz - 1;
+        if last_row < rows {
+            let row = &self.field.row(self.level, last_row)[..self.cone.active_columns()];
+            let start = RowPeak { level: self.level, ..RowPeak::default() };
+            let newest = row.iter().enumerate().fold(start, |peak, (i, u)| peak.with(*u, self.level, i));
+            self.note_peak(newest);
+        }
+    }
+
+    /// True if the frame of the next step is complete, or it is none.
+    fn is_complete(&self) -> bool {
+        self.steps.front().is_some_and(|(_, sampler)| {
+            sampler.as_ref().is_none_or(|sampler| sampler.level() <= self.reached)
+        })
+    }
+
+    /// True if more frames are under way than memory is meant for.
+    fn is_crowded(&self) -> bool {
+        self.steps.iter().filter(|(_, sampler)| sampler.is_some()).count() > self.most_frames
+    }
+}
+
+impl<T: Send> Model<T> for Engine<T> {
+    fn predict(&mut self, surface: &mut Surface) {
+        // what is beyond is at rest, and free
+        let columns = (self.cone.active_columns() + 1).min(self.grid.nr());
+        let before = self.field.row(self.level + 1, 0);
+        let [top, below] = [0, 1].map(|j| &self.field.row(self.level, j)[..=columns]);
+        let weights = self.field.domain().weights();
+        free_surface(before, top, below, weights, &mut self.means, &mut surface.free[..columns]);
+        surface.compliance.fill(scheme::compliance(self.grid.dt(), self.grid.dz));
+    }
+
+    fn advance(&mut self, surface: &Surface, step: T, is_frame: bool) {
+        let lag = self.field.lag();
+        if self.behind.len() == lag {
+            self.follow();
+        }
+        self.level += 1;
+        self.cone.advance(self.level, surface.loaded);
+        let task = self.task(is_frame);
+        self.steps.push_back((step, task.sampler.clone()));
+        // the row below the lowest one is read
+        self.field.open(task.active.rows.max(band_rows(lag)) + 1);
+
+        let rows = band_rows(lag) - self.behind.len() - 1;
+        let columns = self.cone.active_columns();
+        let motion = SurfaceMotion {
+            displacement: &surface.displacement[..columns],
+            free: &surface.free[..columns],
+            pressure: &surface.pressure,
+        };
+        self.field.advance_band(self.level, rows, &task, motion);
+        let rows = rows.min(task.active.rows);
+        self.behind.push(task);
+        self.note_peak_in_band(rows);
+    }
+
+    fn next(&mut self, finish: bool) -> Option<(T, Option<Frame>)> {
+        if !self.is_complete() {
+            self.note_passes();
+        }
+        if !self.is_complete() && (finish || self.is_crowded()) {
+            self.catch_up();
+        }
+        if !self.is_complete() {
+            return None;
+        }
+        let (step, sampler) = self.steps.pop_front()?;
+        #[expect(unsafe_code, reason = "a sampler that threads have shared")]
+        // SAFETY: the level of the sampler has been reached: the near-surface band was advanced by this thread, and the passes
+        // up to that level are over, which their threads have said with a release that `Pass::is_over` has acquired; a
+        // sampler leaves the queue once
+        let frame = sampler.map(|sampler| unsafe { sampler.finish(self.field.domain()) });
+        Some((step, frame))
+    }
+
+    fn backing_peak(&mut self) -> BackingPeak {
+        self.catch_up();
+        self.note_peak(RowPeak::default());
+        let RowPeak { value, level, column } = self.peaks[0];
+        // odd image beyond the backing: ∂u/∂z = −u_{nz−1}/Δz
+        BackingPeak { strain: value / self.grid.dz, r: self.grid.r(column), step: level as u64 }
+    }
+
+    fn find_non_finite(&mut self) -> Option<(f64, f64)> {
+        self.catch_up();
+        let rows = self.cone.active(self.level).rows.max(1);
+        (0..rows).find_map(|j| {
+            let row = &self.field.row(self.level, j)[..self.cone.active_columns()];
+            let bad = row.iter().position(|u| !u.is_finite())?;
+            Some((self.grid.r(bad), j as f64 * self.grid.dz))
+        })
+    }
+}

@@ -1,0 +1,214 @@
+//! The kernel compiled for each set of instructions, and the choice among them.
+
+use std::ops::Range;
+
+use super::{
+    kernel::{EnergySum, Patch, advance},
+    vector::{Pair, Vector},
+};
+
+/// Instructions that this machine has: [`Instructions::all`] and [`Instructions::detect`] are the only ways to one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Instructions(Set);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Set {
+    /// What every machine has.
+    Baseline,
+    /// 256-bit vectors with fused multiplication.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// 512-bit vectors.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Instructions {
+    /// What every machine has.
+    pub const BASELINE: Self = Self(Set::Baseline);
+
+    /// The best this machine has.
+    pub fn detect() -> Self {
+        Self::all().pop().unwrap_or(Self::BASELINE)
+    }
+
+    /// All that this machine has, the best one last.
+    pub fn all() -> Vec<Self> {
+        #[cfg(target_arch = "x86_64")]
+        use std::arch::is_x86_feature_detected as has;
+        let sets = [
+            (Set::Baseline, true),
+            #[cfg(target_arch = "x86_64")]
+            (Set::Avx2, has!("avx2") && has!("fma")),
+            #[cfg(target_arch = "x86_64")]
+            (Set::Avx512, has!("avx512f")),
+        ];
+        sets.into_iter().filter(|(_, has)| *has).map(|(set, _)| Self(set)).collect()
+    }
+
+    /// Numbers in a vector.
+    pub fn width(self) -> usize {
+        match self.0 {
+            Set::Baseline => Pair::WIDTH,
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => std::arch::x86_64::__m256d::WIDTH,
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => std::arch::x86_64::__m512d::WIDTH,
+        }
+    }
+
+    /// Advances `rows` of `columns`, whole vectors, and if `COUNTS` adds their energy to `sums`.
+    ///
+    /// * `area`: cell areas, by column; none if nothing is counted
+    /// * `sums`: of `rows`; none if nothing is counted
+    ///
+    /// # Safety
+    ///
+    /// As [`advance`] about memory; the machine has the instructions, or there would be no `self`.
+    #[expect(unsafe_code, reason = "the kernel works in place, on several threads")]
+    pub unsafe fn advance<const COUNTS: bool>(
+        self,
+        patch: Patch<'_>,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        area: &[f64],
+        sums: &mut [EnergySum],
+    ) {
+        match self.0 {
+            // SAFETY: memory is the caller's promise; every machine has these instructions
+            Set::Baseline => unsafe { advance::<Pair, COUNTS>(patch, rows, columns, area, sums) },
+            // SAFETY: memory is the caller's promise; `all` has found the instructions
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => unsafe { x86::advance_avx2::<COUNTS>(patch, rows, columns, area, sums) },
+            // SAFETY: likewise
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => unsafe { x86::advance_avx512::<COUNTS>(patch, rows, columns, area, sums) },
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[expect(unsafe_code, reason = "instructions that not every machine has")]
+mod x86 {
+    use std::{
+        arch::x86_64::{__m256d, __m512d},
+        ops::Range,
+    };
+
+    use super::{EnergySum, Patch, advance};
+
+    /// [`advance`] compiled for 256-bit vectors.
+    #[target_feature(enable = "avx2,fma")]
+    pub unsafe fn advance_avx2<const COUNTS: bool>(
+        patch: Patch<'_>,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        area: &[f64],
+        sums: &mut [EnergySum],
+    ) {
+        // SAFETY: the caller's promise; the function is compiled for these instructions
+        unsafe { advance::<__m256d, COUNTS>(patch, rows, columns, area, sums) }
+    }
+
+    /// [`advance`] compiled for 512-bit vectors.
+    #[target_feature(enable = "avx512f")]
+    pub unsafe fn advance_avx512<const COUNTS: bool>(
+        patch: Patch<'_>,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        area: &[f64],
+        sums: &mut [EnergySum],
+    ) {
+        // SAFETY: the caller's promise; the function is compiled for these instructions
+        unsafe { advance::<__m512d, COUNTS>(patch, rows, columns, area, sums) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        super::{
+            kernel::{RowEnergy, free_surface},
+            vector::BLOCK,
+        },
+        *,
+    };
+
+    #[test]
+    fn the_free_surface_is_the_mirrored_interior() {
+        // rows −1, 0, 1 of three columns, row −1 the image of row 1; what lies around them is at rest
+        let (top, below) = ([0.3, 0.7, -0.1, 0.0], [-0.2, 0.4, 0.9, 0.0]);
+        let stride = 3 * BLOCK;
+        let (mut now, mut next) = (vec![0.0; 3 * stride], vec![0.0; 3 * stride]);
+        for (j, row) in [below, top, below].iter().enumerate() {
+            now[j * stride + BLOCK..][..row.len()].copy_from_slice(row);
+        }
+        let before = [0.25, -0.4, 0.6];
+        next[stride + BLOCK..][..3].copy_from_slice(&before);
+        let (mut outward, mut inward) = (vec![0.0; stride], vec![0.0; stride]);
+        outward[BLOCK..][..3].copy_from_slice(&[0.25, 0.11, 0.05]);
+        inward[BLOCK..][..3].copy_from_slice(&[0.0, 0.07, 0.03]);
+        let (read, write) = (now.as_ptr(), next.as_mut_ptr());
+        let patch = Patch { now: read, next: write, stride, outward: &outward, inward: &inward };
+        // SAFETY: a row and a block are left on all sides
+        #[expect(unsafe_code, reason = "the function under test")]
+        unsafe {
+            Instructions::BASELINE.advance::<false>(patch, 1..2, BLOCK..2 * BLOCK, &[], &mut []);
+        }
+        let mut free = [0.0; 3];
+        let weights = [&outward[BLOCK..][..3], &inward[BLOCK..][..3]];
+        free_surface(&before, &top, &below, weights, &mut Vec::new(), &mut free);
+        assert_eq!(next[stride + BLOCK..][..3], free);
+    }
+
+    #[test]
+    fn the_energy_of_a_row_is_the_plain_sum_with_any_instructions_and_cuts() {
+        let columns = 9 * BLOCK;
+        let stride = columns + 2 * BLOCK;
+        let noise = |seed: usize, length: usize| -> Vec<f64> {
+            (0..length).map(|i| ((i * 7 + seed * 13) % 31) as f64 / 31.0 - 0.4).collect()
+        };
+        // two rows abreast and one alone, with a row and a block around them
+        let [before, now] = [0, 1].map(|seed| noise(seed, 5 * stride));
+        let [outward, inward, area] = [2, 3, 4].map(|seed| noise(seed, columns));
+        let advanced = |instructions: Instructions, cuts: &[usize]| {
+            let (mut next, mut sums) = (before.clone(), [EnergySum::default(); 3]);
+            let (read, write) = (now[BLOCK..].as_ptr(), next[BLOCK..].as_mut_ptr());
+            let patch = Patch { now: read, next: write, stride, outward: &outward, inward: &inward };
+            for cut in cuts.windows(2) {
+                // SAFETY: a row and a block are left on all sides
+                #[expect(unsafe_code, reason = "the function under test")]
+                unsafe {
+                    instructions.advance::<true>(patch, 1..4, cut[0]..cut[1], &area, &mut sums);
+                }
+            }
+            (next, sums.map(|sum| sum.total()))
+        };
+        let baseline = advanced(Instructions::BASELINE, &[0, columns]);
+        let (next, energies) = &baseline;
+        for (j, energy) in (1..).zip(energies) {
+            let row = |level: &[f64]| level[j * stride + BLOCK..][..columns].to_vec();
+            let [before, now, next] = [&before, &now, next].map(|level| row(level));
+            let mut plain = RowEnergy::default();
+            for i in 0..columns {
+                let force = next[i] - 2.0 * now[i] + before[i];
+                let moved = [now[i] - before[i], next[i] - now[i]];
+                for (place, ends) in [before[i], next[i]].into_iter().enumerate() {
+                    plain.kinetic[place] += area[i] * moved[place].powi(2);
+                    plain.strain[place] -= area[i] * ends * force;
+                }
+            }
+            let numbers = |energy: &RowEnergy| [energy.kinetic, energy.strain].concat();
+            let pairs: Vec<_> = numbers(energy).into_iter().zip(numbers(&plain)).collect();
+            assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 1e-13), "{energy:?} {plain:?}");
+            let surface = EnergySum::of_surface(&area, [&before, &now, &next], &next).total();
+            assert_eq!(*energy, surface);
+        }
+        for instructions in Instructions::all() {
+            let w = instructions.width();
+            for cuts in [vec![0, columns], vec![0, w, columns], vec![0, 3 * w, 4 * w, columns - w, columns]] {
+                assert_eq!(advanced(instructions, &cuts), baseline, "{instructions:?}, {cuts:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,362 @@
+//! What a frame shows, sampled while tiles pass it: nothing stops for a frame.
+//!
+//! The interior is never at one level as a whole. But when some nodes go on to level k+1 they are at levels k−1, k and k+1
+//! at once, which makes the energies between k−1 and k and between k and k+1; they are summed up on the way. Just after,
+//! level k still stands around them, and the sampler takes its fields node by node, from memory that is at hand anyway. Which
+//! thread does it when changes no number: fields are taken one by one, and sums over a row go on from tile to tile.
+
+use std::{
+    ops::Range,
+    sync::atomic::{AtomicPtr, Ordering},
+};
+
+use super::{domain::Domain, kernel::EnergySum};
+use crate::model::{Extent, Field, Frame, FrameFields, Sample, TargetEnergy, scheme};
+
+/// Numbers that several threads write, each its own part. They can be taken out once, when all parts are written.
+struct Parts<T> {
+    /// The first number; null once they have been taken.
+    first: AtomicPtr<T>,
+    length: usize,
+}
+
+#[expect(unsafe_code, reason = "several threads fill one sampler")]
+impl<T: Default + Clone> Parts<T> {
+    /// `length` zeros; large untouched ones take no memory.
+    fn new(length: usize) -> Self {
+        let numbers = vec![T::default(); length].into_boxed_slice();
+        Self { first: AtomicPtr::new(Box::into_raw(numbers).cast()), length }
+    }
+
+    /// Some of the numbers.
+    ///
+    /// # Safety
+    ///
+    /// No other thread reaches these while the slice lives, nor is there another slice of them.
+    #[expect(clippy::mut_from_ref, reason = "the caller promises that there is no other")]
+    unsafe fn part(&self, range: Range<usize>) -> &mut [T] {
+        let first = self.first.load(Ordering::Relaxed);
+        assert!(!first.is_null() && range.start <= range.end && range.end <= self.length);
+        // SAFETY: the range lies inside the numbers, which have not been taken; the caller promises the rest
+        unsafe { std::slice::from_raw_parts_mut(first.add(range.start), range.len()) }
+    }
+
+    /// Takes all numbers out.
+    ///
+    /// # Safety
+    ///
+    /// All writing to them has happened before, and none follows.
+    ///
+    /// # Panics
+    ///
+    /// If they have been taken before.
+    unsafe fn take(&self) -> Vec<T> {
+        let first = self.first.swap(std::ptr::null_mut(), Ordering::AcqRel);
+        assert!(!first.is_null(), "numbers are taken once");
+        // SAFETY: the pointer comes from a box of this length, and was swapped out, so no other call has it; the caller
+        // promises that no slice of it is alive
+        unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(first, self.length)) }.into_vec()
+    }
+}
+
+impl<T> Drop for Parts<T> {
+    fn drop(&mut self) {
+        let first = *self.first.get_mut();
+        if !first.is_null() {
+            // SAFETY: the pointer comes from a box of this length; slices of it borrow `self`, so none is alive
+            #[expect(unsafe_code, reason = "numbers that were never taken")]
+            drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(first, self.length)) });
+        }
+    }
+}
+
+/// What the contact has settled for row 0.
+#[derive(Clone, Copy)]
+pub struct SurfaceMotion<'a> {
+    /// Displacement at the level to come, out to the last column that has moved.
+    pub displacement: &'a [f64],
+    /// What that would be without the contact.
+    pub free: &'a [f64],
+    /// Pressure on the way to it.
+    pub pressure: &'a [f64],
+}
+
+/// A sampler of the field at level k, a frame, on its way to level k+1.
+pub struct Sampler {
+    /// Level k+1, which is about to be reached.
+    level: usize,
+    /// Energy, row by row.
+    energies: Parts<EnergySum>,
+    /// Fields at level k.
+    fields: Vec<(Field, Parts<f32>)>,
+    /// Size of the fields.
+    extent: Extent,
+    /// Columns of the fields that have moved.
+    moved: usize,
+    /// Nodes from one that is shown to the next.
+    every: usize,
+    /// Displacement of the surface at level k.
+    surface: Vec<f64>,
+}
+
+/// What is sampled before nodes are advanced and needed afterwards: u^{k−1} of those whose velocity is shown.
+pub struct Before(Vec<f64>);
+
+/// Rows and columns of a sampler that are shown, of some that are given.
+struct Shown {
+    rows: std::iter::StepBy<Range<usize>>,
+    /// Nodes.
+    columns: Range<usize>,
+    /// Their numbers among those shown.
+    places: Range<usize>,
+}
+
+impl Sampler {
+    /// A sampler about to begin.
+    ///
+    /// * `level`: the one that is about to be reached
+    /// * `rows`: number of rows that may have moved
+    /// * `surface`: displacement of the surface at the level before, out to the last column that has moved
+    pub fn new(level: usize, domain: &Domain, rows: usize, shown: &FrameFields, surface: Vec<f64>) -> Self {
+        let FrameFields { fields, every } = shown;
+        let shown = |nodes: usize| nodes.div_ceil(*every);
+        let extent = Extent { nr: shown(domain.nr), nz: shown(domain.backing + 1) };
+        let fields = fields.iter().map(|field| (*field, Parts::new(extent.nr * extent.nz)));
+        Self {
+            level,
+            energies: Parts::new(rows),
+            fields: fields.collect(),
+            extent,
+            moved: shown(surface.len().max(1)),
+            every: *every,
+            surface,
+        }
+    }
+
+    /// Level k+1: once all nodes have reached it the sampler has seen everything.
+    pub fn level(&self) -> usize {
+        self.level
+    }
+
+    /// What of `rows` and `columns` is shown.
+    fn shown(&self, rows: &Range<usize>, columns: &Range<usize>) -> Shown {
+        let Self { every, extent, moved, .. } = *self;
+        let places = columns.start.div_ceil(every)..columns.end.div_ceil(every).min(moved);
+        let nodes = |places: &Range<usize>| places.start * every..(places.end.max(1) - 1) * every + 1;
+        let rows = rows.start.div_ceil(every)..rows.end.div_ceil(every).min(extent.nz);
+        Shown { rows: nodes(&rows).step_by(every), columns: nodes(&places), places }
+    }
+
+    /// Where the energy of `rows` is summed up.
+    ///
+    /// # Safety
+    ///
+    /// No other thread samples these rows while the slice lives, nor is there another slice of them.
+    #[expect(unsafe_code, clippy::mut_from_ref, reason = "the caller promises that there is no other")]
+    pub unsafe fn energies(&self, rows: Range<usize>) -> &mut [EnergySum] {
+        // SAFETY: the caller's promise
+        unsafe { self.energies.part(rows) }
+    }
+
+    /// Samples what of `rows` and `columns`, whole vectors, is gone once they are advanced.
+    ///
+    /// * `motion`: of row 0, if it is among the rows; then the columns are all there are
+    ///
+    /// # Safety
+    ///
+    /// The nodes hold levels k−1 and k. No other thread writes to them meanwhile, or samples these rows.
+    #[expect(unsafe_code, reason = "a field and a sampler that threads share")]
+    pub unsafe fn before(
+        &self,
+        domain: &Domain,
+        rows: &Range<usize>,
+        columns: &Range<usize>,
+        motion: Option<SurfaceMotion<'_>>,
+    ) -> Before {
+        // SAFETY, here and below: the caller promises that these numbers can be read, and that no other thread samples the
+        // rows; a slice of the energies ends before the next one begins
+        let line = |level: usize, j: usize, columns: &Range<usize>| unsafe {
+            domain.levels.part(level, j, columns.clone())
+        };
+        if let Some(SurfaceMotion { displacement, free, .. }) = motion {
+            let [before, now] = [self.level, self.level - 1].map(|level| line(level, 0, columns));
+            let energies = unsafe { self.energies.part(0..1) };
+            energies[0] = EnergySum::of_surface(domain.area(), [before, now, displacement], free);
+        }
+        let mut before = Vec::new();
+        let shown = self.shown(rows, columns);
+        let shows_velocity = self.fields.iter().any(|(field, _)| *field == Field::Velocity);
+        if shows_velocity && !shown.places.is_empty() {
+            for j in shown.rows {
+                before.extend(line(self.level, j, &shown.columns).iter().step_by(self.every));
+            }
+        }
+        Before(before)
+    }
+
+    /// Samples what `rows` and `columns`, whole vectors, show now that they have been advanced.
+    ///
+    /// * `before`: what [`Sampler::before`] has sampled of them
+    /// * `motion`: of row 0, if it is among the rows
+    ///
+    /// # Safety
+    ///
+    /// The nodes hold levels k and k+1, and the rows above and below level k. No other thread writes to them meanwhile, or
+    /// samples these rows.
+    #[expect(unsafe_code, reason = "a field and a sampler that threads share")]
+    pub unsafe fn after(
+        &self,
+        domain: &Domain,
+        rows: &Range<usize>,
+        columns: &Range<usize>,
+        before: &Before,
+        motion: Option<SurfaceMotion<'_>>,
+    ) {
+        let shown = self.shown(rows, columns);
+        if shown.places.is_empty() {
+            return;
+        }
+        for (field, values) in &self.fields {
+            for (number, j) in shown.rows.clone().enumerate() {
+                // SAFETY: the caller's promise; places of different nodes are different
+                let row = unsafe { values.part(self.place(j, &shown)) };
+                // SAFETY: the caller's promise
+                unsafe {
+                    match field {
+                        Field::Displacement => self.displacement(domain, j, &shown, row),
+                        Field::Velocity => {
+                            let before = &before.0[number * shown.places.len()..];
+                            self.velocity(domain, j, &shown, before, row);
+                        }
+                        Field::Stress => self.stress(domain, j, &shown, motion, row),
+                    }
+                }
+            }
+            let backing = domain.backing;
+            if *field == Field::Stress
+                && backing.is_multiple_of(self.every)
+                && rows.contains(&domain.last_row())
+            {
+                // SAFETY: the thread that has the row before the backing has the backing too
+                unsafe {
+                    let row = values.part(self.place(backing, &shown));
+                    self.stress(domain, backing, &shown, None, row);
+                }
+            }
+        }
+    }
+
+    /// u^k of row `j`.
+    ///
+    /// # Safety
+    ///
+    /// As [`Sampler::after`].
+    #[expect(unsafe_code, reason = "a field that threads share")]
+    unsafe fn displacement(&self, domain: &Domain, j: usize, shown: &Shown, row: &mut [f32]) {
+        // SAFETY: the caller's promise
+        let here = unsafe { domain.levels.part(self.level - 1, j, shown.columns.clone()) };
+        fill(row, self.every, |i| here[i]);
+    }
+
+    /// Velocity at level k of row `j`.
+    ///
+    /// * `before`: u^{k−1} of the shown nodes
+    ///
+    /// # Safety
+    ///
+    /// As [`Sampler::after`].
+    #[expect(unsafe_code, reason = "a field that threads share")]
+    unsafe fn velocity(&self, domain: &Domain, j: usize, shown: &Shown, before: &[f64], row: &mut [f32]) {
+        // SAFETY: the caller's promise
+        let next = unsafe { domain.levels.part(self.level, j, shown.columns.clone()) };
+        for ((value, next), before) in row.iter_mut().zip(next.iter().step_by(self.every)).zip(before) {
+            *value = scheme::velocity(*before, *next, domain.dt) as f32;
+        }
+    }
+
+    /// Stress at level k of row `j`: the pressure on the surface, the scheme's differences elsewhere.
+    ///
+    /// # Safety
+    ///
+    /// As [`Sampler::after`].
+    #[expect(unsafe_code, reason = "a field that threads share")]
+    unsafe fn stress(
+        &self,
+        domain: &Domain,
+        j: usize,
+        shown: &Shown,
+        motion: Option<SurfaceMotion<'_>>,
+        row: &mut [f32],
+    ) {
+        // SAFETY: the caller's promise
+        let line = |j: usize| unsafe { domain.levels.part(self.level - 1, j, shown.columns.clone()) };
+        let dz = domain.lattice.dz;
+        match motion {
+            Some(SurfaceMotion { pressure, .. }) if j == 0 => {
+                let pressure = &pressure[shown.columns.clone()];
+                fill(row, self.every, |i| pressure[i]);
+            }
+            _ if j == domain.backing => {
+                let above = line(j - 1);
+                // the odd image stands below the backing
+                fill(row, self.every, |i| scheme::stress(above[i], -above[i], dz));
+            }
+            _ => {
+                let (above, below) = (line(j - 1), line(j + 1));
+                fill(row, self.every, |i| scheme::stress(above[i], below[i], dz));
+            }
+        }
+    }
+
+    /// Where the shown columns of row `j` are among the values.
+    fn place(&self, j: usize, shown: &Shown) -> Range<usize> {
+        let row = j / self.every * self.extent.nr;
+        row + shown.places.start..row + shown.places.end
+    }
+
+    /// What has been sampled.
+    ///
+    /// # Safety
+    ///
+    /// All nodes have reached the level of the sampler, and their sampling has happened before.
+    #[expect(unsafe_code, reason = "a sampler that threads have shared")]
+    pub unsafe fn finish(&self, domain: &Domain) -> Frame {
+        let (dz, dt) = (domain.lattice.dz, domain.dt);
+        let mut energy = [TargetEnergy::default(); 2];
+        // SAFETY, here and below: the caller's promise
+        let energies = unsafe { self.energies.take() };
+        // in the order of rows: the same sum on any number of threads
+        for (j, row) in energies.into_iter().enumerate() {
+            let row = row.total();
+            // the surface has half a cell of mass
+            let mass = 0.5 * dz * if j == 0 { 0.5 } else { 1.0 } / (dt * dt);
+            for (energy, (kinetic, strain)) in energy.iter_mut().zip(row.kinetic.into_iter().zip(row.strain))
+            {
+                energy.kinetic += mass * kinetic;
+                energy.strain += mass * strain;
+            }
+        }
+        let sample = |(field, values): &(Field, Parts<f32>)| Sample {
+            field: *field,
+            extent: self.extent,
+            values: unsafe { values.take() },
+        };
+        Frame {
+            energy,
+            lattice: domain.lattice,
+            samples: self.fields.iter().map(sample).collect(),
+            surface: self.surface.clone(),
+        }
+    }
+}
+
+/// Writes every so many of some numbers, from the first on.
+///
+/// * `number`: the i-th of them
+fn fill(values: &mut [f32], every: usize, number: impl Fn(usize) -> f64) {
+    if every == 1 {
+        values.iter_mut().enumerate().for_each(|(i, value)| *value = number(i) as f32);
+    } else {
+        values.iter_mut().enumerate().for_each(|(i, value)| *value = number(i * every) as f32);
+    }
+}

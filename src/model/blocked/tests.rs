@@ -1,0 +1,269 @@
+//! The engine against the plain stepper, and against itself.
+
+use rayon::ThreadPool;
+
+use super::*;
+use crate::{
+    grid::{Geometry, MeshKind, Spacing},
+    model::{Field, Sample, TargetEnergy, rakhmatulin::Rakhmatulin, reference::Reference},
+};
+
+/// Numbers that look random and repeat.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self, below: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 33) as usize) % below
+    }
+}
+
+/// An engine and the plain stepper on the same mesh; both take the number of a step with it.
+struct Twins {
+    grid: Grid,
+    engine: Engine<usize>,
+    reference: Reference<usize, Rakhmatulin, 1>,
+    every: usize,
+    pool: ThreadPool,
+    /// What the case is called in messages.
+    name: String,
+}
+
+impl Twins {
+    /// A random mesh.
+    fn new(noise: &mut Noise, seed: u64) -> Self {
+        let geometry = [Geometry::Axisymmetric, Geometry::Plane][noise.next(2)];
+        let kind = [MeshKind::Matched, MeshKind::Paper][noise.next(2)];
+        // deep ones, too, where the interior lags as far behind as it may
+        let (nr, nz) = (1 + noise.next(400), 1 + noise.next(if seed.is_multiple_of(4) { 600 } else { 150 }));
+        let spacing = Spacing { dr: 0.1, dz: 0.2, layer_rows: Some(nz) };
+        let grid = Grid::new(geometry, kind, spacing, nr, nz);
+        let theory = Rakhmatulin::new(grid.clone(), 0.5 * (1 + noise.next(100)) as f64 / 100.0);
+        let instructions = Instructions::all();
+        let instructions = instructions[noise.next(instructions.len())];
+        let coverage = [Coverage::Field, Coverage::Everything][noise.next(3) / 2];
+        let every = 1 + noise.next(2) * noise.next(5);
+        let threads = 1 + seed as usize % 3;
+        let shown = FrameFields { every, ..all_fields() };
+        Self {
+            engine: theory.clone().engine(coverage, shown.clone(), instructions),
+            reference: theory.reference(shown),
+            every,
+            pool: rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool"),
+            name: format!("seed {seed}, {coverage:?}, {instructions:?}, {threads} threads"),
+            grid,
+        }
+    }
+
+    /// Moves both surfaces alike.
+    fn advance(&mut self, surface: &mut Surface, noise: &mut Noise, step: usize, is_frame: bool) {
+        let nr = self.grid.nr();
+        let mut plain = surface.clone();
+        self.engine.predict(surface);
+        self.reference.predict(&mut plain);
+        let known = (self.engine.cone.active_columns() + 1).min(nr);
+        assert_eq!(surface.free[..known], plain.free[..known], "{}, step {step}", self.name);
+        assert_eq!(surface.compliance, plain.compliance);
+        for i in 0..nr {
+            let push = if i < surface.loaded { noise.next(1000) as f64 / 1000.0 } else { 0.0 };
+            surface.displacement[i] = surface.free[i] + push;
+            surface.pressure[i] = push;
+        }
+        surface.loaded = nr.min(surface.loaded + noise.next(2));
+        self.pool.install(|| self.engine.advance(surface, step, is_frame));
+        // what the engine leaves out is at rest
+        let columns = self.engine.cone.active(self.engine.level).columns.min(nr);
+        plain.clone_from(surface);
+        plain.displacement[self.engine.cone.active_columns()..].fill(0.0);
+        self.reference.hold_at_rest(columns);
+        self.reference.advance(&plain, step, is_frame);
+    }
+
+    /// Compares both levels, bit by bit.
+    fn compare(&mut self, step: usize) {
+        self.pool.install(|| self.engine.catch_up());
+        let level = self.engine.level;
+        for j in 0..=self.grid.nz {
+            for (level, row) in [level, level - 1].into_iter().zip(self.reference.row(0, j)) {
+                let found = &self.engine.field.row(level, j)[..self.grid.nr()];
+                for (i, (a, b)) in row.iter().zip(found).enumerate() {
+                    assert!(a == b, "{}, step {step}, ({j}, {i}): {a} {b}", self.name);
+                }
+            }
+        }
+    }
+
+    /// Compares frames: fields number by number, energies but for rounding, because they are other sums.
+    fn compare_frames(&self, expected: &Frame, found: &Frame) {
+        let moved = found.surface.len();
+        for (a, b) in expected.samples.iter().zip(&found.samples) {
+            assert_eq!((a.field, a.extent), (b.field, b.extent));
+            assert_eq!(a.extent, super::super::Extent::of(&self.grid, self.every));
+            let rows = a.values.chunks_exact(a.extent.nr).zip(b.values.chunks_exact(a.extent.nr));
+            for (j, (a, b)) in rows.enumerate() {
+                let shown = moved.max(1).div_ceil(self.every);
+                assert_eq!(a[..shown], b[..shown], "{}, row {j}", self.name);
+                assert!(b[shown..].iter().all(|value| *value == 0.0), "{}, row {j}", self.name);
+            }
+        }
+        assert_eq!(expected.surface[..moved], found.surface);
+        for (a, b) in expected.energy.into_iter().zip(found.energy) {
+            let tolerance = 1e-12 * (expected.energy[0].kinetic + expected.energy[0].strain.abs());
+            let tolerance = tolerance.max(1e-12 * expected.energy[1].kinetic);
+            assert!((a.kinetic - b.kinetic).abs() <= tolerance, "{}: {a:?} {b:?}", self.name);
+            assert!((a.strain - b.strain).abs() <= tolerance, "{}: {a:?} {b:?}", self.name);
+        }
+    }
+}
+
+/// Moves the surface of both alike and compares them at odd steps; with them what frames show.
+fn compare(seed: u64) {
+    let mut noise = Noise(seed);
+    let mut twins = Twins::new(&mut noise, seed);
+    let mut surface = Surface::new(twins.grid.nr());
+    surface.loaded = 1 + noise.next(twins.grid.nr());
+    // looked at often, or so seldom that passes run into each other
+    let [seldom, few] = [[9, 400][noise.next(2)], [1, 3, 50, 1000][noise.next(4)]];
+    let steps = 60 + noise.next(120);
+    let mut shown = Vec::new();
+    for step in 0..steps {
+        let is_frame = noise.next(few) == 0 || step + 1 == steps;
+        twins.advance(&mut surface, &mut noise, step, is_frame);
+        let is_impatient = noise.next(2) == 0;
+        shown.extend(twins.pool.install(|| twins.engine.next(is_impatient)));
+        if noise.next(seldom) == 0 || step < 3 || step + 1 == steps {
+            twins.compare(step);
+        }
+    }
+    while let Some(step) = twins.pool.install(|| twins.engine.next(true)) {
+        shown.push(step);
+    }
+    assert_eq!(shown.len(), steps, "{}", twins.name);
+    for (number, (step, found)) in shown.into_iter().enumerate() {
+        let (expected_step, expected) = twins.reference.next(true).expect("as many steps");
+        assert_eq!((number, step), (expected_step, expected_step), "{}", twins.name);
+        assert_eq!(expected.is_some(), found.is_some(), "{}", twins.name);
+        if let (Some(expected), Some(found)) = (expected, found) {
+            twins.compare_frames(&expected, &found);
+        }
+    }
+    let (expected, found) = (twins.reference.backing_peak(), twins.engine.backing_peak());
+    assert_eq!(expected.strain, found.strain, "{}", twins.name);
+    assert!(expected.strain == 0.0 || expected.step == found.step, "{}", twins.name);
+}
+
+fn all_fields() -> FrameFields {
+    FrameFields { fields: vec![Field::Displacement, Field::Velocity, Field::Stress], every: 1 }
+}
+
+fn nothing() -> FrameFields {
+    FrameFields { fields: Vec::new(), every: 1 }
+}
+
+#[test]
+fn the_engine_is_the_plain_stepper() {
+    for seed in 0..60 {
+        compare(seed);
+    }
+}
+
+fn engine(grid: &Grid, c_s: f64, coverage: Coverage, shown: FrameFields) -> Engine<()> {
+    Rakhmatulin::new(grid.clone(), c_s).engine(coverage, shown, Instructions::detect())
+}
+
+/// Surface, energies and the last field of a run under a hard push.
+fn run_with(coverage: Coverage, c_s: f64, steps: usize) -> (Vec<f64>, Vec<TargetEnergy>, Vec<f32>) {
+    let spacing = Spacing { dr: 0.01, dz: 0.01, layer_rows: Some(60) };
+    let grid = Grid::new(Geometry::Axisymmetric, MeshKind::Paper, spacing, 400, 60);
+    let shown = FrameFields { fields: vec![Field::Displacement], every: 1 };
+    let mut model = engine(&grid, c_s, coverage, shown);
+    let mut surface = Surface::new(400);
+    surface.loaded = 40;
+    let (mut free, mut energy, mut last) = (Vec::new(), Vec::new(), None);
+    for step in 0..steps {
+        model.predict(&mut surface);
+        free.extend_from_slice(&surface.free);
+        surface.displacement.copy_from_slice(&surface.free);
+        surface.displacement[..surface.loaded].fill((step + 1) as f64 * 0.01);
+        model.advance(&surface, (), step % 50 == 49);
+        while let Some(((), frame)) = model.next(step + 1 == steps) {
+            if let Some(mut frame) = frame {
+                energy.extend(frame.energy);
+                last = frame.samples.pop();
+            }
+        }
+    }
+    let Sample { values, .. } = last.expect("a frame of the last step");
+    (free, energy, values)
+}
+
+#[test]
+fn nothing_is_lost_outside_the_cone() {
+    for c_s in [0.1, 0.5, 0.9] {
+        let (free, energy, field) = run_with(Coverage::Field, c_s, 600);
+        let (all_free, all_energy, all_field) = run_with(Coverage::Everything, c_s, 600);
+        let largest = all_free.iter().fold(0.0f64, |a, u| a.max(u.abs()));
+        let worst = free.iter().zip(&all_free).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // one last bit that differs becomes a hundred of them in 600 steps, whatever made it differ
+        assert!(worst < 1e-13 * largest, "c_s = {c_s}: {worst:e} of {largest}");
+        for (a, b) in energy.iter().zip(&all_energy) {
+            assert!((a.strain - b.strain).abs() < 1e-12 * b.strain, "c_s = {c_s}: {a:?} {b:?}");
+            assert!((a.kinetic - b.kinetic).abs() < 1e-12 * b.kinetic, "c_s = {c_s}: {a:?} {b:?}");
+        }
+        assert_eq!(field.len(), all_field.len());
+        let worst = field.iter().zip(&all_field).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(worst < 1e-6 * largest as f32, "c_s = {c_s}: {worst:e}");
+    }
+}
+
+#[test]
+fn the_newest_level_is_no_peak_yet() {
+    // on shallow layers the near-surface band reaches the backing, on deep ones the interior does
+    for nz in [3, 10, 17, 18, 19, 40] {
+        let spacing = Spacing { dr: 0.1, dz: 0.2, layer_rows: Some(nz) };
+        let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, 20, nz);
+        let mut model = engine(&grid, 0.4, Coverage::Field, nothing());
+        let mut surface = Surface::new(20);
+        surface.loaded = 20;
+        for step in 0..120u64 {
+            model.predict(&mut surface);
+            // pushed ever harder, so that every level has a larger peak than the one before
+            surface.displacement.fill((step * step) as f64);
+            model.advance(&surface, (), false);
+            if step % 7 == 0 || step == 119 {
+                let peak = model.backing_peak();
+                assert!(peak.step <= step, "{nz} rows, step {step}: {peak:?}");
+            }
+        }
+        assert!(model.backing_peak().strain > 0.0);
+    }
+}
+
+#[test]
+fn peaks_of_the_backing_do_not_depend_on_when_the_interior_catches_up() {
+    let spacing = Spacing { dr: 0.1, dz: 0.2, layer_rows: Some(40) };
+    let grid = Grid::new(Geometry::Axisymmetric, MeshKind::Matched, spacing, 200, 40);
+    let peaks = |every: usize| {
+        let mut model = engine(&grid, 0.4, Coverage::Field, nothing());
+        let mut surface = Surface::new(200);
+        surface.loaded = 20;
+        let mut seen = Vec::new();
+        for step in 0..150 {
+            model.predict(&mut surface);
+            surface.displacement.copy_from_slice(&surface.free);
+            surface.displacement[..20].fill((step as f64 * 0.1).sin());
+            model.advance(&surface, (), false);
+            if step % every == 0 {
+                model.catch_up();
+            }
+            if step % 49 == 48 {
+                seen.push(model.backing_peak());
+            }
+        }
+        seen
+    };
+    let often = peaks(1);
+    assert!(often.iter().skip(1).all(|peak| peak.strain > 0.0 && peak.step > 0));
+    assert_eq!(often, peaks(7));
+    assert_eq!(often, peaks(1000));
+}

@@ -1,0 +1,314 @@
+//! Time-skewed tiling behind the near-surface band: the interior, many steps in one pass.
+//!
+//! Contact couples the whole surface in every step; the interior is coupled to nothing but its neighbours. So a
+//! near-surface band of rows goes step by step, one row less each time, and the rows below follow later, many
+//! levels in one pass through memory. They are cut into tile rows and column bands; a tile is one tile row of
+//! one band, and every level of a tile is shifted by one row and one vector of columns towards the origin:
+//!
+//! ```text
+//!  rows of a tile at levels t = 1, 2, 3      level t needs level t−1 one node around it: the shift
+//!    ·  ·  3                                 leaves behind just that much of the tile above and of
+//!    ·  2  3                                 the tile to the left, and has not touched what the tiles
+//!    1  2  3                                 below and to the right still need. Both levels of the
+//!    1  2  ·                                 field are therefore updated in place.
+//! ```
+//!
+//! Tile `(p, s)` (tile row p, band s) needs `(p', s')` for all `p' ≤ p`, `s' ≤ s`. A thread takes a tile row, does its bands
+//! from left to right, and stays behind the thread of the tile row above. A pass may begin while the one before it is under
+//! way ([`super::workers`]): tile rows are the same rows in both, and a tile row of the later one begins when the one below
+//! it, and so all that are above, is done in the earlier one.
+//! The numbers do not depend on which thread does what: every node is computed once per level, from the same neighbours, by
+//! the same operations.
+
+use std::{
+    ops::Range,
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
+
+use super::{
+    active::ActiveRegion,
+    domain::Domain,
+    sampler::{Sampler, SurfaceMotion},
+    vector::BLOCK,
+};
+
+/// Largest number of levels that the interior may lag behind the surface.
+const MAX_LAG: usize = 32;
+
+/// Number of levels that the interior may lag behind the surface over `nz` rows: the more, the less often memory is gone
+/// through; but the near-surface band, which one thread does, should stay a small part of the whole.
+pub fn lag(nz: usize) -> usize {
+    (nz / 16).clamp(8, MAX_LAG)
+}
+
+/// Rows of the near-surface band: rows 0 and 1 must be up to date when the interior lags by `lag`.
+pub fn band_rows(lag: usize) -> usize {
+    lag + 2
+}
+
+/// Rows and columns of a tile: one level of it is two arrays of 96 KiB that stream from the second cache row after row, and
+/// what the next levels add to them fits in there too. Half as many rows or columns cost some percent.
+const TILE_ROWS: usize = MAX_LAG;
+const TILE_COLUMNS: usize = 48 * BLOCK;
+
+/// Fewest columns of a tile, where a mesh is so narrow that threads would wait for each other.
+const NARROW_COLUMNS: usize = 8 * BLOCK;
+
+// or tile rows would touch those of the pass before, see `Pass::tile`
+const _: () = assert!(TILE_ROWS >= MAX_LAG);
+
+/// Largest |u| in the row before the backing, with its level and column: where there are several, the earliest and
+/// innermost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RowPeak {
+    /// |u| \[R\].
+    pub value: f64,
+    /// Level.
+    pub level: usize,
+    /// Column.
+    pub column: usize,
+}
+
+impl RowPeak {
+    /// The larger of two peaks.
+    pub fn larger(self, other: Self) -> Self {
+        let earlier = (other.level, other.column) < (self.level, self.column);
+        if other.value > self.value || (other.value == self.value && earlier) { other } else { self }
+    }
+
+    /// The larger of this peak and a value elsewhere.
+    pub fn with(self, value: f64, level: usize, column: usize) -> Self {
+        self.larger(Self { value: value.abs(), level, column })
+    }
+}
+
+/// What is to be done on the way to a level.
+#[derive(Clone, Default)]
+pub struct LevelTask {
+    /// What of it is to be computed.
+    pub active: ActiveRegion,
+    /// What samples the level before, if that is a frame.
+    pub sampler: Option<Arc<Sampler>>,
+}
+
+impl LevelTask {
+    /// Advances `rows` of `columns`, whole vectors, to `level`, and samples them.
+    ///
+    /// * `motion`: of row 0, if it is among the rows
+    ///
+    /// # Safety
+    ///
+    /// The nodes hold the two levels before, as do a row and a vector around them; no other thread touches the nodes,
+    /// writes to those around them or samples these rows.
+    #[expect(unsafe_code, reason = "several threads update the field in place")]
+    pub unsafe fn advance(
+        &self,
+        domain: &Domain,
+        level: usize,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        motion: Option<SurfaceMotion<'_>>,
+    ) {
+        let inner = rows.start.max(1)..rows.end.max(1);
+        // SAFETY, of all below: the caller's promise
+        unsafe {
+            let sampler = self.sampler.as_deref();
+            let before = sampler.map(|sampler| sampler.before(domain, &rows, &columns, motion));
+            if let Some(SurfaceMotion { displacement, .. }) = motion {
+                domain.levels.part_mut(level, 0, displacement.len()).copy_from_slice(displacement);
+            }
+            let energies = sampler.map(|sampler| sampler.energies(inner.clone()));
+            domain.advance(level, inner, columns.clone(), energies);
+            if let (Some(sampler), Some(before)) = (sampler, before) {
+                sampler.after(domain, &rows, &columns, &before, motion);
+            }
+        }
+    }
+}
+
+/// How far the tile rows of a pass are: the number of column bands that each has done.
+struct Progress {
+    bands: usize,
+    done: Vec<AtomicUsize>,
+}
+
+impl Progress {
+    /// True if all bands of a tile row are done; what was done has happened before.
+    fn is_done(&self, tile_row: usize) -> bool {
+        self.done.get(tile_row).is_none_or(|done| done.load(Ordering::Acquire) == self.bands)
+    }
+}
+
+/// Waits for something another thread is about to do: it needs microseconds, unless it has lost its core.
+pub fn wait_until(happened: impl Fn() -> bool) {
+    let mut patience = 0;
+    while !happened() {
+        patience += 1;
+        if patience < 1000 { std::hint::spin_loop() } else { std::thread::yield_now() }
+    }
+}
+
+/// One pass over the interior.
+pub struct Pass {
+    domain: Arc<Domain>,
+    /// Level of the interior.
+    base: usize,
+    /// Levels to do, from `base + 1` on.
+    tasks: Vec<LevelTask>,
+    /// Largest number of levels of a pass.
+    lag: usize,
+    /// Columns of a tile.
+    tile_columns: usize,
+    progress: Arc<Progress>,
+    /// The pass before this one.
+    earlier: Option<Arc<Progress>>,
+    /// Peaks of the row before the backing: of all levels but the last, and of the last.
+    peaks: Mutex<[RowPeak; 2]>,
+}
+
+impl Pass {
+    /// A pass from level `base` over `tasks.len()` levels, at most `lag`, that many threads will work on.
+    ///
+    /// When a tile row is begun, the near-surface band must be up to date.
+    ///
+    /// * `lag`: of the interior, the same in all passes
+    /// * `earlier`: the pass before, if it may still be under way
+    pub fn new(
+        domain: Arc<Domain>,
+        base: usize,
+        tasks: Vec<LevelTask>,
+        lag: usize,
+        threads: usize,
+        earlier: Option<&Self>,
+    ) -> Self {
+        let levels = tasks.len();
+        assert!(levels <= lag && lag <= MAX_LAG, "the near-surface band is not deep enough");
+        let rows = tasks.iter().map(|task| task.active.rows).max().unwrap_or(0);
+        let columns = tasks.iter().map(|task| task.active.columns).max().unwrap_or(0);
+        assert!(rows < domain.levels.rows() && columns <= domain.levels.columns());
+        let tile_rows = (rows + levels).saturating_sub(band_rows(lag)).div_ceil(TILE_ROWS);
+        // a band for every thread at least
+        let tile_columns =
+            columns.div_ceil(threads).next_multiple_of(BLOCK).clamp(NARROW_COLUMNS, TILE_COLUMNS);
+        let bands = (columns + levels.saturating_sub(1) * domain.width()).div_ceil(tile_columns);
+        let done = (0..tile_rows).map(|_| AtomicUsize::new(0)).collect();
+        Self {
+            domain,
+            base,
+            tasks,
+            lag,
+            tile_columns,
+            progress: Arc::new(Progress { bands, done }),
+            earlier: earlier.map(|pass| Arc::clone(&pass.progress)),
+            peaks: Mutex::default(),
+        }
+    }
+
+    /// Level that the interior has reached when the pass is over.
+    pub fn last_level(&self) -> usize {
+        self.base + self.tasks.len()
+    }
+
+    /// Number of tile rows; they must be begun in order, by any threads.
+    pub fn tile_rows(&self) -> usize {
+        self.progress.done.len()
+    }
+
+    /// True if a tile row is done, or there is none.
+    pub fn is_done(&self, tile_row: usize) -> bool {
+        self.progress.is_done(tile_row)
+    }
+
+    /// True if all tile rows are done; all that was computed and sampled has happened before.
+    pub fn is_over(&self) -> bool {
+        (0..self.tile_rows()).all(|tile_row| self.is_done(tile_row))
+    }
+
+    /// True if the pass before is past a tile row.
+    pub fn may_begin(&self, tile_row: usize) -> bool {
+        self.earlier.as_ref().is_none_or(|earlier| {
+            let below = (tile_row + 1).min(earlier.done.len().saturating_sub(1));
+            earlier.is_done(below)
+        })
+    }
+
+    /// Peaks of the row before the backing, of all levels but the last one, and of the last one, once the pass is over.
+    pub fn peaks(&self) -> [RowPeak; 2] {
+        *self.peaks.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Does the bands of a tile row from left to right, behind the tile row above.
+    pub fn advance(&self, tile_row: usize) {
+        let Progress { bands, done } = &*self.progress;
+        wait_until(|| self.may_begin(tile_row));
+        for band in 0..*bands {
+            if let Some(above) = tile_row.checked_sub(1) {
+                wait_until(|| done[above].load(Ordering::Acquire) > band);
+            }
+            self.tile(tile_row, band);
+            done[tile_row].store(band + 1, Ordering::Release);
+        }
+    }
+
+    /// All levels of a tile.
+    fn tile(&self, tile_row: usize, band: usize) {
+        let domain = &*self.domain;
+        for (t, task) in (1..).zip(&self.tasks) {
+            let ActiveRegion { rows, columns } = task.active;
+            let first = band_rows(self.lag) + tile_row * TILE_ROWS - t;
+            let rows = first..(first + TILE_ROWS).min(rows);
+            let shift = (t - 1) * domain.width();
+            let columns = (band * self.tile_columns).saturating_sub(shift)
+                ..((band + 1) * self.tile_columns).saturating_sub(shift).min(columns);
+            if rows.is_empty() || columns.is_empty() {
+                continue;
+            }
+            let has_last = rows.contains(&domain.last_row());
+            // SAFETY: rows lie in 1 ≤ j ≤ nz − 1 and columns in 0 ≤ i < nr (the active region stays below both), so with a
+            // row and a block around them they are inside the arrays. No other thread writes to what is read here or
+            // touches what is written here:
+            // - in this pass, the nodes of a tile at level t are read by tiles to the right and below at level t + 1,
+            //   which start after this one has ended; those of level t − 1 around this tile were written by tiles above
+            //   and to the left, which have ended, and are overwritten at level t + 1 only by tiles that are shifted
+            //   one row and one vector farther, which is past them;
+            // - a sampler reads what the step reads, of level t − 1, and the nodes themselves; and all tiles that sample a
+            //   row at one level belong to one tile row;
+            // - in the pass before, this tile row, those above and the one below are done. If that one's rows begin at
+            //   row f before any shift, this tile row writes up to row f − 2 and reads up to f − 1; what is farther down
+            //   begins TILE_ROWS ≥ lag rows below f and is shifted up by a lag at most: it writes from f on and reads
+            //   from f − 1 on;
+            // - the near-surface band goes on when the first tile row is done, writes up to row `lag` and reads one
+            //   row more; the second tile row begins at row `lag + 2 + TILE_ROWS` before any shift, so it writes from
+            //   `lag + 2` on and reads from `lag + 1` on.
+            #[expect(unsafe_code, reason = "tiles of one array are updated in place by several threads")]
+            unsafe {
+                task.advance(domain, self.base + t, rows, columns.clone(), None);
+                if has_last {
+                    let row = domain.levels.part(self.base + t, domain.last_row(), columns.clone());
+                    self.note_peak(row, t, columns.start);
+                }
+            }
+        }
+    }
+
+    /// Takes note of the row before the backing, part of which from column `first` on has just been advanced to level t.
+    fn note_peak(&self, row: &[f64], t: usize, first: usize) {
+        let largest = row.chunks_exact(BLOCK).fold([0.0; BLOCK], |mut largest: [f64; BLOCK], block| {
+            for (a, b) in largest.iter_mut().zip(block) {
+                *a = if b.abs() > *a { b.abs() } else { *a };
+            }
+            largest
+        });
+        let largest = largest.into_iter().fold(0.0, f64::max);
+        let mut peaks = self.peaks.lock().unwrap_or_else(PoisonError::into_inner);
+        let peak = &mut peaks[usize::from(t == self.tasks.len())];
+        if largest >= peak.value
+            && let Some(place) = row.iter().position(|u| u.abs() == largest)
+        {
+            *peak = peak.with(largest, self.base + t, first + place);
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! The plain stepper: every node of every field, level after level, one loop.
+//!
+//! It asks a [`Scheme`] for each node by itself, keeps three whole levels and knows nothing of light cones, tiles, vectors or
+//! threads. New physics starts here: whoever writes a [`Scheme`] has a model that runs whole cases,
+//! `percuss run --engine reference`. The fast engine is proved against it.
+
+use std::collections::VecDeque;
+
+use ndarray::{Array2, ArrayView1};
+
+use super::{BackingPeak, Field, Frame, FrameFields, Lattice, Model, Sample, TargetEnergy};
+use crate::{grid::Grid, surface::Surface};
+
+/// The displacements of a level over the whole section, each of shape `(nz + 1, nr)` \[R\]. The first one is u_z.
+pub type Level<const FIELDS: usize> = [Array2<f64>; FIELDS];
+
+/// Three consecutive levels, k−1, k and k+1.
+pub type Levels<'a, const FIELDS: usize> = [&'a Level<FIELDS>; 3];
+
+/// A model of the target as the plain stepper wants it: what each node does, from whole levels.
+pub trait Scheme<const FIELDS: usize>: Send {
+    /// Displacements of node (j, i) at level k+1, if the surface were free of stress.
+    ///
+    /// * `before`, `now`: levels k−1 and k
+    fn next(&self, before: &Level<FIELDS>, now: &Level<FIELDS>, j: usize, i: usize) -> [f64; FIELDS];
+
+    /// Displacement u_z of surface node `i` per unit of pressure on it \[R/(γc_p²)\].
+    fn compliance(&self, i: usize) -> f64;
+
+    /// Energy between two consecutive levels.
+    fn energy(&self, earlier: &Level<FIELDS>, later: &Level<FIELDS>) -> TargetEnergy;
+
+    /// What `field` shows of node (j, i) at level k.
+    ///
+    /// * `pressure`: on the surface during the step from k to k+1, shape `(nr,)` \[γc_p²\]
+    fn show(&self, field: Field, levels: Levels<'_, FIELDS>, pressure: &[f64], j: usize, i: usize) -> f64;
+
+    /// ∂u_z/∂z at the backing, column `i`.
+    fn backing_strain(&self, level: &Level<FIELDS>, i: usize) -> f64;
+}
+
+/// A target under the plain stepper.
+pub struct Reference<T, S, const FIELDS: usize> {
+    grid: Grid,
+    scheme: S,
+    shown: FrameFields,
+    /// Levels k−1 and k, and room for k+1.
+    before: Level<FIELDS>,
+    now: Level<FIELDS>,
+    next: Level<FIELDS>,
+    level: u64,
+    peak: BackingPeak,
+    steps: VecDeque<(T, Option<Frame>)>,
+    /// Columns beyond these are held at rest.
+    columns: usize,
+}
+
+impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
+    /// A target at rest.
+    ///
+    /// * `shown`: what frames show
+    pub fn new(grid: Grid, scheme: S, shown: FrameFields) -> Self {
+        let rest = || [const { () }; FIELDS].map(|()| Array2::zeros((grid.nz + 1, grid.nr())));
+        Self {
+            scheme,
+            shown,
+            before: rest(),
+            now: rest(),
+            next: rest(),
+            level: 0,
+            peak: BackingPeak::default(),
+            steps: VecDeque::new(),
+            columns: grid.nr(),
+            grid,
+        }
+    }
+
+    /// Rows of a displacement at the newest level and the one before it, for comparisons.
+    ///
+    /// * `field`: number of the displacement
+    pub fn row(&self, field: usize, j: usize) -> [ArrayView1<'_, f64>; 2] {
+        [self.now[field].row(j), self.before[field].row(j)]
+    }
+
+    /// Holds columns from number `columns` on at rest in the next step, as an engine does that knows they are.
+    #[cfg(test)]
+    pub(super) fn hold_at_rest(&mut self, columns: usize) {
+        self.columns = columns;
+    }
+
+    /// Takes note of the strain on the backing at level k.
+    fn note_strain(&mut self) {
+        for i in 0..self.grid.nr() {
+            let strain = self.scheme.backing_strain(&self.now, i).abs();
+            if strain > self.peak.strain {
+                self.peak = BackingPeak { strain, r: self.grid.r(i), step: self.level };
+            }
+        }
+    }
+
+    /// Level k as a frame shows it, with k+1 computed.
+    fn frame(&self, pressure: &[f64]) -> Frame {
+        let levels = [&self.before, &self.now, &self.next];
+        let every = self.shown.every;
+        let sample = |&field: &Field| {
+            let mut sample = Sample::at_rest(field, &self.grid, every);
+            let nr = sample.extent.nr;
+            for (place, value) in sample.values.iter_mut().enumerate() {
+                let (j, i) = (place / nr * every, place % nr * every);
+                *value = self.scheme.show(field, levels, pressure, j, i) as f32;
+            }
+            sample
+        };
+        Frame {
+            energy: [self.scheme.energy(&self.before, &self.now), self.scheme.energy(&self.now, &self.next)],
+            lattice: Lattice::of(&self.grid),
+            samples: self.shown.fields.iter().map(sample).collect(),
+            surface: self.now[0].row(0).to_vec(),
+        }
+    }
+}
+
+impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, S, FIELDS> {
+    fn predict(&mut self, surface: &mut Surface) {
+        for i in 0..self.grid.nr() {
+            surface.free[i] = self.scheme.next(&self.before, &self.now, 0, i)[0];
+            surface.compliance[i] = self.scheme.compliance(i);
+        }
+    }
+
+    fn advance(&mut self, surface: &Surface, step: T, is_frame: bool) {
+        for j in 0..=self.grid.nz {
+            for i in 0..self.columns {
+                let values = self.scheme.next(&self.before, &self.now, j, i);
+                for (level, value) in self.next.iter_mut().zip(values) {
+                    level[[j, i]] = value;
+                }
+            }
+        }
+        for (i, u) in surface.displacement[..self.columns].iter().enumerate() {
+            self.next[0][[0, i]] = *u;
+        }
+        self.note_strain();
+        let frame = is_frame.then(|| self.frame(&surface.pressure));
+        self.steps.push_back((step, frame));
+        std::mem::swap(&mut self.before, &mut self.now);
+        std::mem::swap(&mut self.now, &mut self.next);
+        self.level += 1;
+    }
+
+    fn next(&mut self, _finish: bool) -> Option<(T, Option<Frame>)> {
+        self.steps.pop_front()
+    }
+
+    fn backing_peak(&mut self) -> BackingPeak {
+        self.peak
+    }
+
+    fn find_non_finite(&mut self) -> Option<(f64, f64)> {
+        let find = |level: &Array2<f64>| {
+            let bad = level.indexed_iter().find(|(_, u)| !u.is_finite());
+            bad.map(|((j, i), _)| (self.grid.r(i), j as f64 * self.grid.dz))
+        };
+        self.now.iter().find_map(find)
+    }
+}
