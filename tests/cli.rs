@@ -74,6 +74,34 @@ fn a_good_case_runs() {
     assert_eq!(recordings(folder.path()), ["good.mcap"]);
 }
 
+#[test]
+fn the_plain_stepper_runs_a_case_too() {
+    let folder = folder();
+    fs::write(folder.path().join("good.toml"), GOOD).expect("a file");
+    let run = |engine: &str, name: &str| {
+        let output = percuss(folder.path(), &["run", "good.toml", "--engine", engine, "-o", name]);
+        (output.status.code(), stderr(&output))
+    };
+    for engine in ["blocked", "reference"] {
+        let name = format!("{engine}.mcap");
+        let (status, messages) = run(engine, &name);
+        assert_eq!(status, Some(0), "{messages}");
+        assert!(messages.contains("completed"), "{messages}");
+    }
+    // a layer on the matched mesh has λ = 1: the same drag, bit by bit
+    let drag = |name: &str| -> Vec<Vec<u8>> {
+        let bytes = fs::read(folder.path().join(name)).expect("a recording");
+        let messages = mcap::MessageStream::new(&bytes).expect("a sound file");
+        let messages = messages.map(|message| message.expect("a sound message"));
+        messages.filter(|message| message.channel.topic == "/drag").map(|m| m.data.to_vec()).collect()
+    };
+    assert!(drag("blocked.mcap").len() > 10);
+    assert_eq!(drag("blocked.mcap"), drag("reference.mcap"));
+    let (status, messages) = run("fast", "fast.mcap");
+    assert_eq!(status, Some(2), "{messages}");
+    assert!(messages.contains("fast") && messages.contains("reference"), "{messages}");
+}
+
 /// Line of `GOOD` (from its start) to replace, by what, and what the message must name.
 const BAD: [(&str, &str, &str); 37] = [
     ("velocity", "velocity = nan", "`impact.velocity` = NaN"),

@@ -60,7 +60,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
     ///
     /// * `shown`: what frames show
     pub fn new(grid: Grid, scheme: S, shown: FrameFields) -> Self {
-        let rest = || [const { () }; FIELDS].map(|()| Array2::zeros((grid.nz + 1, grid.nr())));
+        let rest = || [(); FIELDS].map(|()| Array2::zeros((grid.nz + 1, grid.nr())));
         Self {
             scheme,
             shown,
