@@ -5,7 +5,7 @@
 //! recording and comes back from the next call. What can wait is left to the writer thread whole, as work that makes messages.
 //! Batches are large, because whoever computes on the writer's core loses its caches with every one of them.
 //!
-//! Chunks are closed when the caller says so, at fixed steps, and written whole: after a crash every chunk that was
+//! Chunks are closed at the end of the step that fills them and written whole: after a crash every chunk that was
 //! closed can be read. Everything that reaches the bytes of the file is set explicitly here.
 
 use std::{
@@ -32,10 +32,12 @@ use serde::{Deserialize, Serialize};
 ///   `Event.since`.
 pub const FORMAT_VERSION: &str = "1.1";
 
-/// Uncompressed size that chunks aim at \[bytes\]: smaller ones lose less in a crash and cost more index. From 256 KiB to 4 MiB
+/// Uncompressed size at which a chunk is closed \[bytes\]: smaller ones lose less in a crash and cost more index. From 256 KiB to 4 MiB
 /// the size of the file differs by 0.2 % and the time by less than can be measured.
 pub const CHUNK_TARGET: u64 = 4 << 20;
 
+/// What a message takes in a chunk beside its bytes: opcode and length of the record, channel, sequence, two times \[bytes\].
+pub(crate) const MESSAGE_HEADER: u64 = 31;
 /// Size at which a batch goes to the writer thread \[bytes\].
 const BATCH_TARGET: usize = 1 << 20;
 /// Batches under way between caller and writer.
@@ -107,6 +109,8 @@ enum Entry {
     Message { channel: usize, log_time: u64, end: usize },
     /// Work that makes messages.
     Later(Box<dyn FnOnce(&mut Batch) + Send>),
+    /// A place where a chunk may end.
+    EndOfStep,
 }
 
 impl Batch {
@@ -122,7 +126,6 @@ impl Batch {
 
 enum Job {
     Messages(Batch),
-    CloseChunk,
     Attachment { name: String, media_type: String, data: Vec<u8> },
     Metadata { name: String, entries: BTreeMap<String, String> },
     Channels(Vec<ChannelSpec>),
@@ -247,14 +250,9 @@ impl Recorder {
         self.hand_over_if_full()
     }
 
-    /// Closes the chunk: everything so far survives a crash.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the writer.
-    pub fn close_chunk(&mut self) -> Result<(), RecordingError> {
-        self.send_batch()?;
-        self.send(Job::CloseChunk)
+    /// Ends a step: once a chunk holds [`CHUNK_TARGET`], it is closed at the end of a step and survives a crash.
+    pub fn end_step(&mut self) {
+        self.batch.entries.push(Entry::EndOfStep);
     }
 
     /// Attaches a file; create and log time are 0.
@@ -319,14 +317,9 @@ impl Recorder {
 
 type Output = NoSeek<BufWriter<File>>;
 
-/// The writer thread: from the first job to the last, then the summary.
-fn write(
-    file: File,
-    compression: Compression,
-    jobs: &Receiver<Job>,
-    give_back: &SyncSender<Batch>,
-) -> Result<(), McapError> {
-    let options = WriteOptions::new()
+/// How recordings are written.
+pub(crate) fn write_options(compression: Compression) -> WriteOptions {
+    WriteOptions::new()
         .profile("")
         .library(format!("percuss/{}", env!("CARGO_PKG_VERSION")))
         .compression(match compression {
@@ -345,16 +338,25 @@ fn write(
         .calculate_chunk_crcs(true)
         .calculate_data_section_crc(true)
         .calculate_summary_section_crc(true)
-        .calculate_attachment_crcs(true);
+        .calculate_attachment_crcs(true)
+}
+
+/// The writer thread: from the first job to the last, then the summary.
+fn write(
+    file: File,
+    compression: Compression,
+    jobs: &Receiver<Job>,
+    give_back: &SyncSender<Batch>,
+) -> Result<(), McapError> {
     let (synchronise, chunks) = sync_channel(1);
     let same_file = file.try_clone()?;
     let synchroniser = std::thread::Builder::new().name("disk".into()).spawn(move || {
         let is_closed = |()| synchronised(same_file.sync_data());
         chunks.iter().try_for_each(is_closed)
     })?;
-    let writer = options.create(NoSeek::new(BufWriter::new(file)))?;
+    let writer = write_options(compression).create(NoSeek::new(BufWriter::new(file)))?;
     let (sequences, made) = (Vec::new(), Batch::default());
-    let mut scribe = Scribe { writer, give_back, synchronise, sequences, made, tap: None };
+    let mut scribe = Scribe { writer, give_back, synchronise, sequences, made, chunk: 0, tap: None };
     let result = jobs.iter().try_for_each(|job| scribe.carry_out(job));
     // taking the stream back keeps the writer from finishing a file that has failed or was given up
     let Scribe { writer, synchronise, .. } = scribe;
@@ -387,6 +389,8 @@ struct Scribe<'a> {
     sequences: Vec<u32>,
     /// Messages made here.
     made: Batch,
+    /// Size of the messages in the open chunk \[bytes\].
+    chunk: u64,
     tap: Option<Box<dyn Tap>>,
 }
 
@@ -401,12 +405,6 @@ impl Scribe<'_> {
             }
             Job::Tap(tap) => {
                 self.tap = Some(tap);
-                Ok(())
-            }
-            Job::CloseChunk => {
-                self.writer.flush()?;
-                // if it is still at an earlier chunk it will come to this one with a later one
-                _ = self.synchronise.try_send(());
                 Ok(())
             }
             Job::Attachment { name, media_type, data } => {
@@ -432,6 +430,7 @@ impl Scribe<'_> {
                     let header =
                         MessageHeader { channel_id: id(channel), sequence, log_time, publish_time: log_time };
                     self.writer.write_to_known_channel(&header, bytes)?;
+                    self.chunk += MESSAGE_HEADER + bytes.len() as u64;
                     if let Some(tap) = &mut self.tap {
                         tap.message(channel, log_time, bytes);
                     }
@@ -443,6 +442,13 @@ impl Scribe<'_> {
                     self.write(&mut made)?;
                     self.made = made;
                 }
+                Entry::EndOfStep if self.chunk >= CHUNK_TARGET => {
+                    self.writer.flush()?;
+                    self.chunk = 0;
+                    // if it is still at an earlier chunk it will come to this one with a later one
+                    _ = self.synchronise.try_send(());
+                }
+                Entry::EndOfStep => {}
             }
         }
         batch.bytes.clear();

@@ -14,7 +14,7 @@ use crate::{
     case::Case,
     channels::{Catalogue, log::Level},
     layout::{self, Scenery},
-    recording::{CHUNK_TARGET, FORMAT_VERSION, Recorder, RecordingError, Tap},
+    recording::{FORMAT_VERSION, Recorder, RecordingError, Tap},
     simulation::{Ending, Simulation, SimulationError},
     validity::{Peak, STRAIN_LIMIT, Validity},
     view::View,
@@ -111,7 +111,6 @@ pub struct Session {
     catalogue: Catalogue,
     source: Source,
     scale_speed: Option<f64>,
-    chunk_steps: u64,
     steps: u64,
     last: Option<(u64, f64)>,
     /// True if somebody watches, and wants every step at once.
@@ -146,13 +145,10 @@ impl Session {
         let layout = Scenery::new(case, &catalogue.topics()).lichtblick().into_bytes();
         recorder.attach(layout::ATTACHMENT, "application/json", layout)?;
         recorder.channels(catalogue.specs())?;
-        let steps = case.sizes.steps;
-        let per_step = catalogue.size(case).total() / (steps + 1) + 1;
         let session = Self {
             source,
             scale_speed: case.scales().speed,
-            chunk_steps: (CHUNK_TARGET / per_step).max(1),
-            steps,
+            steps: case.sizes.steps,
             last: None,
             is_live: false,
             recorder,
@@ -184,13 +180,8 @@ impl Session {
         }
         self.catalogue.observe(view, &mut self.recorder)?;
         self.last = Some((view.step, view.time));
-        if (view.step + 1).is_multiple_of(self.chunk_steps) {
-            self.recorder.close_chunk()
-        } else if self.is_live {
-            self.recorder.hand_over()
-        } else {
-            Ok(())
-        }
+        self.recorder.end_step();
+        if self.is_live { self.recorder.hand_over() } else { Ok(()) }
     }
 
     /// Ends the recording: last words, validity, status, summary.
