@@ -344,21 +344,6 @@ impl Case {
         self.sizes.layer || !self.record.frames.is_none()
     }
 
-    /// The first part of the case, for estimates: steps and frames up to there.
-    ///
-    /// * `part`: of the steps, at most 1
-    pub fn cut(&self, part: f64) -> Self {
-        let mut case = self.clone();
-        case.sizes.steps = ((part * self.sizes.steps as f64) as u64).max(1);
-        case.record.frames = self.record.frames.cut(part, case.sizes.steps as f64 * self.sizes.dt);
-        case
-    }
-
-    /// Number of columns under the indenter at a step, if the surface did not give way.
-    pub fn touched_columns(&self, step: f64) -> f64 {
-        self.columns_under(&self.shape(), step)
-    }
-
     fn columns_under(&self, shape: &Shape, step: f64) -> f64 {
         shape.reach(self.impact.velocity * step * self.sizes.dt) / self.sizes.dr
     }

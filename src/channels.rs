@@ -45,9 +45,6 @@ pub trait Channel: Send {
 
     /// Writes what the channel has to say about a step.
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>);
-
-    /// Size of all messages of a run before compression, about \[bytes\].
-    fn size(&self, case: &Case) -> u64;
 }
 
 /// Unit and meaning of a field, for the metadata of its channel.
@@ -105,25 +102,6 @@ impl Outlet<'_> {
 /// Log time of a step, `round(1e9·playback_rate·time)` \[ns\].
 pub fn log_time(time: f64, playback_rate: f64) -> u64 {
     (1e9 * playback_rate * time).round() as u64
-}
-
-/// Bytes a message takes beside its payload: record header and index entry.
-const MESSAGE_OVERHEAD: u64 = 31 + 16;
-
-/// Size of messages before compression \[bytes\].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    /// Of channels that hold numbers.
-    pub numbers: u64,
-    /// Of channels for viewers, which pack much better.
-    pub views: u64,
-}
-
-impl Size {
-    /// Of all channels.
-    pub fn total(self) -> u64 {
-        self.numbers + self.views
-    }
 }
 
 /// All channels of a case. To add one, add its line here.
@@ -227,14 +205,6 @@ impl Catalogue {
         Outlet { batch: recorder.batch(), channel, log_time }.put(&log::line(level, log_time, text));
         recorder.hand_over_if_full()
     }
-
-    /// Size of all messages of a run before compression, about \[bytes\].
-    pub fn size(&self, case: &Case) -> Size {
-        let sizes = self.each(|channel| (channel.topic().starts_with(view::TOPICS), channel.size(case)));
-        let sum =
-            |of_views| sizes.iter().filter(|(is_view, _)| *is_view == of_views).map(|(_, size)| size).sum();
-        Size { numbers: sum(false), views: sum(true) }
-    }
 }
 
 /// What is shared, whatever has happened to a thread that held it.
@@ -315,9 +285,4 @@ fn metadata(fields: &[FieldNote]) -> BTreeMap<String, String> {
         }
     }
     map
-}
-
-/// Number of messages of a channel that speaks every step.
-fn every_step(case: &Case) -> u64 {
-    case.sizes.steps + 1
 }

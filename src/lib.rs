@@ -27,7 +27,7 @@
 //! | [`channels`], [`message`] | recorded channels, one file each, those for viewers in [`channels::view`], and their messages |
 //! | [`layout`] | layouts of viewers, made for a case |
 //! | [`recording`], [`session`] | the MCAP writer; a recording of one case from first record to status |
-//! | [`cost`] | what a run will take: counts of work, rates of the machine, trials |
+//! | [`cost`] | what a run will take, scaled from trials on coarser meshes |
 //! | [`live`] | serving a run to viewers, and its pace |
 //! | [`cli`] | the command line |
 //!
@@ -38,7 +38,7 @@
 //! `units, material, shape, indenter, grid, surface` use nothing of ours but each other's plain types; `model` uses
 //! `surface, grid`; `contact` uses `surface, shape, indenter, grid`; `simulation` uses `case, model, contact, view`;
 //! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver; `study` runs
-//! simulations and asks `exact`, and records nothing; so does `admissible`, without closed forms; `cost` runs and records small cases, and reads no file but its cache.
+//! simulations and asks `exact`, and records nothing; so does `admissible`, without closed forms; `cost` records coarser cases and reads them back.
 //!
 //! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader, by
 //! `percuss study` and by the figures), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and

@@ -251,22 +251,27 @@ pub enum RunError {
     Recording(#[from] RecordingError),
 }
 
-/// Runs a case and records it at `path`, whatever is there, with nobody looking on; returns its last step.
+/// Runs a case and records it at `path`, whatever is there; returns its last step.
+///
+/// * `goes_on`: asked after every step; if it says no, the recording is given up, its file has no end, and the result is `None`
 ///
 /// # Errors
 ///
 /// The first error of the simulation or of the recorder; then the file has no end.
-pub fn record(case: &Case, path: &Path) -> Result<u64, RunError> {
+pub fn record(case: &Case, path: &Path, goes_on: impl Fn() -> bool) -> Result<Option<u64>, RunError> {
     let mut simulation = Simulation::new(case)?;
     let mut session = Session::begin(case, Source::Simulation, path, true, rayon::current_num_threads())?;
     let mut last_step = 0;
     while let Some(view) = simulation.step()? {
         last_step = view.step;
         session.observe(&view)?;
+        if !goes_on() {
+            return Ok(None);
+        }
     }
     let status = simulation.ending().map_or(Status::Completed, Status::from);
     session.end(&status, &simulation.validity())?;
-    Ok(last_step)
+    Ok(Some(last_step))
 }
 
 fn to_map<'a>(entries: impl IntoIterator<Item = (&'a str, String)>) -> BTreeMap<String, String> {

@@ -18,15 +18,6 @@ impl Frames {
         }
     }
 
-    /// Those of the first part of a run, which ends at time `end` \[R/c_p\].
-    pub(super) fn cut(&self, part: f64, end: f64) -> Self {
-        match self {
-            Self::Spread(0) => Self::Spread(0),
-            Self::Spread(frames) => Self::Spread(((*frames - 1) as f64 * part) as usize + 1),
-            Self::At(times) => Self::At(times.iter().copied().filter(|time| *time <= end).collect()),
-        }
-    }
-
     /// The steps of a run.
     ///
     /// * `steps`: number of the last step

@@ -1,6 +1,6 @@
 //! `/drag`: resistance to the indenter, every step.
 
-use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, every_step, step_and_time};
+use super::{Channel, FieldNote, Outlet, step_and_time};
 use crate::{case::Case, grid::Geometry, message::percuss, units, view::View};
 
 /// The drag channel.
@@ -47,9 +47,5 @@ impl Channel for Drag {
             force: view.drag,
             contact_radius: view.contact_radius,
         });
-    }
-
-    fn size(&self, case: &Case) -> u64 {
-        every_step(case) * (30 + MESSAGE_OVERHEAD)
     }
 }

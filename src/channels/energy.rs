@@ -1,6 +1,6 @@
 //! `/energy`: the energy ledger, at frames.
 
-use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, step_and_time};
+use super::{Channel, FieldNote, Outlet, step_and_time};
 use crate::{case::Case, grid::Geometry, message::percuss, units, view::View};
 
 /// The energy channel.
@@ -55,9 +55,5 @@ impl Channel for Energy {
             work: energy.work,
             residual: energy.residual,
         });
-    }
-
-    fn size(&self, case: &Case) -> u64 {
-        case.frames().count() * (60 + MESSAGE_OVERHEAD)
     }
 }

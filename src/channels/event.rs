@@ -2,7 +2,6 @@
 
 use super::{Channel, FieldNote, Outlet, step_and_time};
 use crate::{
-    case::Case,
     contact::event::EventKind,
     message::percuss::{self, event::Kind},
     view::View,
@@ -47,9 +46,5 @@ impl Channel for Event {
                 since: event.since,
             });
         }
-    }
-
-    fn size(&self, _case: &Case) -> u64 {
-        512
     }
 }

@@ -1,6 +1,6 @@
 //! `/field/displacement`, `/field/velocity`, `/field/stress`: a field over the section, at frames.
 
-use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, step_and_time};
+use super::{Channel, FieldNote, Outlet, step_and_time};
 use crate::{
     case::Case,
     message::percuss,
@@ -69,11 +69,5 @@ impl Channel for FieldSlice {
         message.values.clear();
         message.values.extend_from_slice(&sample.values);
         outlet.put(message);
-    }
-
-    fn size(&self, case: &Case) -> u64 {
-        let Extent { nr, nz } = case.slice_extent();
-        let values = (nr * nz) as u64;
-        case.frames().count() * (4 * values + 70 + MESSAGE_OVERHEAD)
     }
 }

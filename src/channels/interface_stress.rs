@@ -1,6 +1,6 @@
 //! `/interface/stress`: stress at the surface nodes out to the largest radius ever in contact.
 
-use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, every_step, step_and_time};
+use super::{Channel, FieldNote, Outlet, step_and_time};
 use crate::{case::Case, message::percuss, view::View};
 
 /// The interface stress channel.
@@ -44,13 +44,5 @@ impl Channel for InterfaceStress {
         message.stress.clear();
         message.stress.extend_from_slice(&view.interface.pressure);
         outlet.put(message);
-    }
-
-    fn size(&self, case: &Case) -> u64 {
-        const SAMPLES: u32 = 64;
-        let step = |part: u32| (f64::from(part) + 0.5) / f64::from(SAMPLES) * case.sizes.steps as f64;
-        let nodes =
-            (0..SAMPLES).map(|part| case.touched_columns(step(part))).sum::<f64>() / f64::from(SAMPLES);
-        (every_step(case) / self.every + 1) * ((8.0 * nodes) as u64 + 34 + MESSAGE_OVERHEAD)
     }
 }

@@ -5,7 +5,7 @@ use prost_types::Timestamp;
 pub use crate::message::foxglove::log::Level;
 
 use super::{Channel, FieldNote, Outlet};
-use crate::{case::Case, message::foxglove, view::View};
+use crate::{message::foxglove, view::View};
 
 /// Topic of the log.
 pub const TOPIC: &str = "/log";
@@ -51,9 +51,5 @@ impl Channel for Log {
             let text = line(Level::Info, outlet.log_time(), &event.text);
             outlet.put(&text);
         }
-    }
-
-    fn size(&self, _case: &Case) -> u64 {
-        1024
     }
 }

@@ -1,6 +1,6 @@
 //! `/probes`: interface stress at chosen radii, every step.
 
-use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, every_step, step_and_time};
+use super::{Channel, FieldNote, Outlet, step_and_time};
 use crate::{case::Case, message::percuss, view::View};
 
 /// The probes channel.
@@ -39,9 +39,5 @@ impl Channel for Probes {
         self.message.stress.clear();
         self.message.stress.extend(self.radii.iter().map(|&r| view.interface.stress_at(r)));
         outlet.put(&self.message);
-    }
-
-    fn size(&self, case: &Case) -> u64 {
-        every_step(case) * (14 + 8 * self.radii.len() as u64 + MESSAGE_OVERHEAD)
     }
 }

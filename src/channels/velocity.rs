@@ -1,7 +1,7 @@
 //! `/velocity`: motion of the indenter, every step.
 
-use super::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, every_step, step_and_time};
-use crate::{case::Case, message::percuss, view::View};
+use super::{Channel, FieldNote, Outlet, step_and_time};
+use crate::{message::percuss, view::View};
 
 /// The velocity channel.
 pub struct Velocity;
@@ -29,9 +29,5 @@ impl Channel for Velocity {
             velocity: view.velocity,
             displacement: view.depth,
         });
-    }
-
-    fn size(&self, case: &Case) -> u64 {
-        every_step(case) * (30 + MESSAGE_OVERHEAD)
     }
 }

@@ -8,22 +8,24 @@ use super::{CaseArguments, CliError, Exit, print};
 use crate::{
     admissible::{self, Trial},
     case::{Case, Sizes},
-    cost::{Estimate, calibration::Rates},
+    cost::{BYTES_TOLERANCE, Estimate, PATIENCE, RunEstimate, TIME_FACTOR},
     model::ModelKind,
     validity::STRAIN_LIMIT,
 };
 
+const ESTIMATES: &str = "\
+Recording and run time are scaled from trials on coarser meshes, a second in all. Sizes are within 15 % and times
+within a factor 1.5, as long as the machine is as busy during the run as during the check.";
+
 /// Validates a case.
 #[derive(Debug, Args)]
+#[command(after_help = ESTIMATES)]
 pub(super) struct Check {
     #[command(flatten)]
     case: CaseArguments,
     /// Print the complete case as TOML, every default and derived choice explicit; `percuss run` on it repeats the run
     #[arg(long)]
     resolved: bool,
-    /// Measure again how fast this machine is, as the first check on it has done
-    #[arg(long, conflicts_with = "resolved")]
-    calibrate: bool,
     /// Also find the largest impact velocity that keeps the strain within the limit of linear theory, with the geometry of the
     /// head kept: by runs of the case, some five to ten of them unless its face is flat
     #[arg(long, conflicts_with = "resolved")]
@@ -40,8 +42,7 @@ impl Check {
             print(&case.resolved_toml())?;
             return Ok(Exit::Done);
         }
-        let rates = Rates::of_this_machine(self.calibrate);
-        let estimate = Estimate::new(&case, rates.as_ref(), |cells, every| {
+        let estimate = Estimate::new(&case, |cells, every| {
             self.case.load_with([format!("mesh.cells={cells}"), format!("record.field_every={every}")])
         });
         let admissible = self.admissible.then(|| self.find_velocity()).transpose()?;
@@ -71,19 +72,22 @@ fn metres_per_second(case: &Case, velocity: f64) -> Option<f64> {
 }
 
 fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>) -> String {
+    let run = estimate.run;
     let mut value = serde_json::json!({
-        "version": 1,
+        "version": 2,
         "valid": true,
         "runnable": case.model == ModelKind::Rakhmatulin,
         "case": case.resolved_json(),
         "sizes": case.sizes,
         "estimate": {
             "memory_bytes": estimate.memory,
-            "node_updates": estimate.work.updates,
-            "message_bytes": estimate.work.messages.total(),
-            "file_bytes": estimate.file,
-            "seconds": estimate.seconds,
-            "stops_at": estimate.stops_at,
+            "message_bytes": run.map(|run| run.messages),
+            "file_bytes": run.map(|run| run.file),
+            "bytes_tolerance": BYTES_TOLERANCE,
+            "seconds": run.map(|run| run.seconds),
+            "time_factor": TIME_FACTOR,
+            "stops_at": run.and_then(|run| run.stops_at),
+            "trial_cells": run.map(|run| run.trial_cells),
         },
     });
     if let Some(Trial { velocity, strain, nodes }) = admissible {
@@ -102,10 +106,6 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
     let Sizes { dr, dz, dt, steps, nr, nz, outer_radius, depth, layer, .. } = case.sizes;
     let target = if layer { format!("layer of thickness {depth}") } else { "half-space".into() };
     let c_s = case.target.material.shear_wave_speed;
-    let seconds = match estimate.seconds {
-        Some(seconds) => format!("about {seconds:.1} s"),
-        None => "unknown, there is no place for temporary files".into(),
-    };
     let mut rows = vec![
         ("case", format!("{name}: {}", case.title)),
         ("target", format!("{target}, c_s = {c_s}")),
@@ -114,21 +114,17 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
         ("time", format!("{steps} steps of {dt:.6e} to t = {:.6}", steps as f64 * dt)),
         ("frames", frames(case)),
         ("memory", format!("about {}", bytes(estimate.memory))),
-        (
-            "recording",
-            format!(
-                "about {}, {} before compression",
-                bytes(estimate.file),
-                bytes(estimate.work.messages.total())
-            ),
-        ),
-        ("run time", format!("{seconds}, {:.2e} node updates", estimate.work.updates)),
     ];
-    if let Some(time) = estimate.stops_at {
-        rows.push((
-            "stop",
-            format!("about t = {time:.2}, as run.stop asks; recording and run time are up to there"),
-        ));
+    match estimate.run {
+        Some(run) => rows.extend(run_rows(&run)),
+        None if case.model == ModelKind::Rakhmatulin => {
+            let limit = PATIENCE.as_secs();
+            rows.push((
+                "run time",
+                format!("unknown: even a trial on a very coarse mesh does not end within {limit} s"),
+            ));
+        }
+        None => {}
     }
     if let Some(Trial { velocity, strain, .. }) = admissible {
         let si = metres_per_second(case, velocity).map(|si| format!(" ({si:.4} m/s)")).unwrap_or_default();
@@ -144,6 +140,20 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
         ));
     }
     rows.iter().map(|(key, value)| format!("{key:<10} {value}\n")).collect()
+}
+
+/// What a trial says of the run.
+fn run_rows(run: &RunEstimate) -> Vec<(&'static str, String)> {
+    let RunEstimate { messages, file, seconds, stops_at, trial_cells } = *run;
+    let percent = 100.0 * BYTES_TOLERANCE;
+    let size = format!("about {}, within {percent} %; {} before compression", bytes(file), bytes(messages));
+    let time =
+        format!("about {seconds:.2} s, within a factor {TIME_FACTOR}; from a trial on {trial_cells} cells");
+    let mut rows = vec![("recording", size), ("run time", time)];
+    rows.extend(stops_at.map(|time| {
+        ("stop", format!("about t = {time:.2}, as run.stop asks; recording and run time are up to there"))
+    }));
+    rows
 }
 
 /// What frames show of the field.

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::{Sheet, Stage, WORLD, colours, entity, line, point, stage::Edge};
 use crate::{
     case::{Case, HeadKind},
-    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
+    channels::{Channel, FieldNote, Outlet},
     message::foxglove::{LinePrimitive, Point3, SceneUpdate},
     view::View,
 };
@@ -120,10 +120,6 @@ impl Channel for Fronts {
         let mut fronts = entity("fronts", WORLD, outlet);
         fronts.lines = self.lines(view.time);
         outlet.put(&SceneUpdate { deletions: Vec::new(), entities: vec![fronts] });
-    }
-
-    fn size(&self, case: &Case) -> u64 {
-        case.frames().count() * (25 * u64::from(2 * POINTS) + 200 + MESSAGE_OVERHEAD)
     }
 }
 

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     case::Case,
-    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, lock},
+    channels::{Channel, FieldNote, Outlet, lock},
     message::foxglove::{self, PackedElementField, packed_element_field::NumericType},
     model::Field,
     view::View,
@@ -94,10 +94,5 @@ impl Channel for Grid {
         self.message.data.clear();
         self.message.data.extend_from_slice(lock(&self.section).levels(view.step, &frame.fields));
         outlet.put(&self.message);
-    }
-
-    fn size(&self, case: &Case) -> u64 {
-        let cells = u64::from(self.message.row_stride) * lock(&self.section).rows() as u64;
-        case.frames().count() * (cells + 140 + MESSAGE_OVERHEAD)
     }
 }

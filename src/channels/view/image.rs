@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use super::{Stage, WORLD, colours::palette, section::Section, stage::range, timestamp};
 use crate::{
     case::Case,
-    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, lock},
+    channels::{Channel, FieldNote, Outlet, lock},
     message::foxglove,
     model::{Field, Frame},
     view::View,
@@ -121,10 +121,5 @@ impl Channel for Image {
         self.draw(view, &frame.fields);
         self.encode().expect("memory takes every byte");
         outlet.put(&self.message);
-    }
-
-    fn size(&self, case: &Case) -> u64 {
-        let pixels = (self.rows + self.strip) * (self.columns + 1);
-        case.frames().count() * (pixels as u64 + 900 + MESSAGE_OVERHEAD)
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     case::Case,
-    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet, step_and_time},
+    channels::{Channel, FieldNote, Outlet, step_and_time},
     message::percuss,
     shape::Shape,
     view::View,
@@ -75,10 +75,5 @@ impl Channel for Profile {
             message.indenter.push(if face.is_finite() { face as f32 } else { 0.0 });
         }
         outlet.put(message);
-    }
-
-    fn size(&self, case: &Case) -> u64 {
-        let points = self.nodes.div_ceil(self.every) as u64;
-        case.frames().count() * (16 * points + 30 + MESSAGE_OVERHEAD)
     }
 }

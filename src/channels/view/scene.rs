@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{INDENTER, Sheet, Stage, WORLD, at, colours, entity, line, point, stage::range};
 use crate::{
     case::Case,
-    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
+    channels::{Channel, FieldNote, Outlet},
     grid::Geometry,
     message::foxglove::{
         ArrowPrimitive, Color, LinePrimitive, Point3, Pose, Quaternion, SceneEntity, SceneUpdate,
@@ -201,10 +201,5 @@ impl Channel for Scene {
         }
         let entities = self.entities(view, outlet);
         outlet.put(&SceneUpdate { deletions: Vec::new(), entities });
-    }
-
-    fn size(&self, case: &Case) -> u64 {
-        let points = 2 * self.nodes.div_ceil(self.every) + 12 * self.stage.face.len();
-        case.frames().count() * (20 * points as u64 + 700 + MESSAGE_OVERHEAD)
     }
 }

@@ -66,11 +66,6 @@ impl Section {
         self.fields.len()
     }
 
-    /// Number of rows.
-    pub fn rows(&self) -> usize {
-        self.nodes.rows.len()
-    }
-
     /// The levels of a step.
     pub fn levels(&mut self, step: u64, frame: &Frame) -> &[u8] {
         if self.step != Some(step) {

@@ -2,8 +2,7 @@
 
 use super::{INDENTER, Stage, WORLD, timestamp, upright, vector};
 use crate::{
-    case::Case,
-    channels::{Channel, FieldNote, MESSAGE_OVERHEAD, Outlet},
+    channels::{Channel, FieldNote, Outlet},
     message::foxglove::{self, FrameTransform},
     view::View,
 };
@@ -53,9 +52,5 @@ impl Channel for Transforms {
             rotation: Some(upright()),
         };
         outlet.put(&foxglove::FrameTransforms { transforms: vec![transform] });
-    }
-
-    fn size(&self, case: &Case) -> u64 {
-        case.frames().count() * (60 + MESSAGE_OVERHEAD)
     }
 }
