@@ -40,6 +40,8 @@
 //! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver; `study` runs
 //! simulations and asks `exact`, and records nothing; so does `admissible`, without closed forms; `cost` records coarser cases and reads them back.
 //!
+//! [`cli`] and [`live`] belong to the program: they come with the default feature `cli`, which the library does without.
+//!
 //! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader, by
 //! `percuss study` and by the figures), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
 //! benchmarks (`tools/bench`).
@@ -87,6 +89,7 @@
 pub mod admissible;
 pub mod case;
 pub mod channels;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod contact;
 pub mod cost;
@@ -94,6 +97,7 @@ pub mod exact;
 pub mod grid;
 pub mod indenter;
 pub mod layout;
+#[cfg(feature = "cli")]
 pub mod live;
 pub mod material;
 pub mod message;
