@@ -109,6 +109,7 @@ impl<T> Engine<T> {
         if !self.behind.is_empty() {
             let base = self.level - self.behind.len();
             self.field.follow(base, std::mem::take(&mut self.behind));
+            self.note_passes();
         }
     }
 

@@ -267,3 +267,20 @@ fn peaks_of_the_backing_do_not_depend_on_when_the_interior_catches_up() {
     assert_eq!(often, peaks(7));
     assert_eq!(often, peaks(1000));
 }
+
+#[test]
+fn a_run_without_frames_keeps_no_passes() {
+    let spacing = Spacing { dr: 0.1, dz: 0.2, layer_rows: Some(40) };
+    let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, 50, 40);
+    let mut model = engine(&grid, 0.4, Coverage::Field, nothing());
+    let mut surface = Surface::new(50);
+    surface.loaded = 20;
+    for _ in 0..400 {
+        model.predict(&mut surface);
+        surface.displacement.copy_from_slice(&surface.free);
+        surface.displacement[..20].fill(1.0);
+        model.advance(&surface, (), false);
+        assert_eq!(model.next(false), Some(((), None)));
+        assert!(model.field.passes() <= 2, "{} passes", model.field.passes());
+    }
+}

@@ -173,6 +173,12 @@ impl Workers {
         &self.domain
     }
 
+    /// Number of passes that are kept, because they are under way or have not been asked for.
+    #[cfg(test)]
+    pub fn passes(&self) -> usize {
+        self.passes.len()
+    }
+
     /// Levels that the interior may lag behind the surface.
     pub fn lag(&self) -> usize {
         self.lag
