@@ -30,8 +30,6 @@ pub mod rakhmatulin;
 pub mod reference;
 pub mod scheme;
 
-pub(crate) use blocked::{instructions, lag};
-
 /// Theory of the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

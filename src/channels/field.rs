@@ -1,12 +1,7 @@
 //! `/field/displacement`, `/field/velocity`, `/field/stress`: a field over the section, at frames.
 
 use super::{Channel, FieldNote, Outlet, step_and_time};
-use crate::{
-    case::Case,
-    message::percuss,
-    model::{Extent, Field},
-    view::View,
-};
+use crate::{case::Case, message::percuss, model::Field, view::View};
 
 /// The channel of one field.
 pub struct FieldSlice {

@@ -24,7 +24,6 @@ mod vector;
 mod workers;
 
 pub use dispatch::Instructions;
-pub(crate) use tiles::lag;
 
 use active::LightCone;
 use domain::Domain;
@@ -32,11 +31,6 @@ use kernel::free_surface;
 use sampler::{Sampler, SurfaceMotion};
 use tiles::{LevelTask, RowPeak, band_rows};
 use workers::{Ended, Workers};
-
-/// Name of the instructions that this machine has.
-pub(crate) fn instructions() -> String {
-    format!("{:?}", Instructions::detect())
-}
 
 /// Memory of frames that are under way \[bytes\]; two may be in any case.
 const FRAMES_UNDER_WAY: usize = 64 << 20;
