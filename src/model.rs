@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | `rakhmatulin` | `u_z` (\[KA\] Eq. 18) | [`rakhmatulin`] |
 //!
-//! The numerics are [`scheme`] and [`reference`]: scalar operators and the plain stepper over them. `blocked` is the fast
+//! The numerics are [`scheme`] and [`mod@reference`]: scalar operators and the plain stepper over them. `blocked` is the fast
 //! engine, which nothing outside this module sees; it gives the same numbers, and a test proves it:
 //!
 //! ```text
