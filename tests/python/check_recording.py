@@ -74,7 +74,7 @@ def main(recording, trace):
     worst = 0.0
     for row, drag in zip(rows, drags):
         check(float(row["time [R/c_p]"]) == drag.time, "times of the trace differ")
-        check(float(row["force [πR²γc_p²]"]) == drag.force, "drag of the trace differs")
+        check(float(row["force [Rγc_p²]"]) == drag.force, "drag of the trace differs")
         if 0 < drag.time < 2 / SHEAR_WAVE_SPEED:
             worst = max(worst, abs(drag.force - (1 + SHEAR_WAVE_SPEED * drag.time / 2)))
     check(worst <= TOLERANCE, f"the drag is off the closed form by {worst}")
