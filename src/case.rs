@@ -300,12 +300,6 @@ impl Case {
         each * samples.map(|step| shown(self.lit_columns(*step)) * shown(rows(*step))).sum::<f64>()
     }
 
-    /// Rows and columns of every slice of a field: those of the whole mesh, thinned out.
-    pub fn slice_extent(&self) -> Extent {
-        let shown = |nodes: usize| nodes.div_ceil(self.record.field_every);
-        Extent { nr: shown(self.sizes.nr), nz: shown(self.sizes.nz + 1) }
-    }
-
     /// Nodes from one that fields show to the next, where a case leaves that open: as few as keep what a field shows in all
     /// frames together to about [`SHOWN_NODES`], but [`SHOWN_CELLS`] remain.
     pub fn usual_field_every(&self) -> usize {
@@ -318,7 +312,7 @@ impl Case {
 
     /// Memory of the fields of a frame, at most \[bytes\].
     pub fn frame_size(&self) -> usize {
-        let Extent { nr, nz } = self.slice_extent();
+        let Extent { nr, nz } = Extent::of(&self.grid(), self.record.field_every);
         let values = nr * nz * self.record.fields.len();
         (size_of::<f32>() * values).max(1)
     }

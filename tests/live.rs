@@ -1,17 +1,19 @@
 //! Live runs as viewers see them. The viewer puts messages at the time it was told last, as Lichtblick does.
 
 use std::{
-    io::{BufRead, BufReader, Read},
     net::TcpStream,
     path::Path,
-    process::{Child, Command, Stdio},
-    thread,
+    process::{Child, Command},
     time::{Duration, Instant},
 };
 
 #[path = "../tools/serve/tests/viewer/mod.rs"]
 mod viewer;
 
+#[path = "../tools/serve/tests/viewer/program.rs"]
+mod program;
+
+use program::serving;
 use viewer::Viewer;
 
 const LONG: Duration = Duration::from_secs(60);
@@ -20,14 +22,7 @@ const LONG: Duration = Duration::from_secs(60);
 fn live(folder: &Path, arguments: &[&str]) -> (Child, String) {
     let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss"));
     command.args(["run", "fig5", "-o", "run.mcap", "--live", "0"]).args(arguments);
-    let mut child = command.current_dir(folder).stderr(Stdio::piped()).spawn().expect("the program starts");
-    let mut lines = BufReader::new(child.stderr.take().expect("stderr is taken"));
-    let mut line = String::new();
-    lines.read_line(&mut line).expect("it says where it is");
-    let url = line.split_whitespace().find(|word| word.starts_with("ws://")).expect("an address").to_owned();
-    // it must not stop for nobody reading what it says
-    thread::spawn(move || drop(lines.read_to_end(&mut Vec::new())));
-    (child, url)
+    serving(command.current_dir(folder))
 }
 
 /// Watches until the run has said its last words and the drag is whole.

@@ -3,9 +3,8 @@
 use std::{
     collections::BTreeMap,
     fs::{self, File},
-    io::{BufRead, BufReader, Read},
     path::Path,
-    process::{Child, Command, Stdio},
+    process::{Child, Command},
     thread,
     time::Duration,
 };
@@ -15,6 +14,10 @@ use mcap::{Writer, records::MessageHeader};
 #[path = "../../serve/tests/viewer/mod.rs"]
 mod viewer;
 
+#[path = "../../serve/tests/viewer/program.rs"]
+mod program;
+
+use program::serving;
 use viewer::Viewer;
 
 const LONG: Duration = Duration::from_secs(30);
@@ -55,13 +58,7 @@ fn replay(folder: &Path, arguments: &[&str]) -> (Child, String) {
     }
     let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss-read"));
     command.args(["replay", "run.mcap", "--addr", "0"]).args(arguments);
-    let mut child = command.current_dir(folder).stderr(Stdio::piped()).spawn().expect("the program starts");
-    let mut lines = BufReader::new(child.stderr.take().expect("stderr is taken"));
-    let mut line = String::new();
-    lines.read_line(&mut line).expect("it says where it is");
-    let url = line.split_whitespace().find(|word| word.starts_with("ws://")).expect("an address").to_owned();
-    thread::spawn(move || drop(lines.read_to_end(&mut Vec::new())));
-    (child, url)
+    serving(command.current_dir(folder))
 }
 
 #[test]
