@@ -1,7 +1,7 @@
-//! Indenter shapes: the profile `z = f(r)` of a rigid body, and what of the surface it has wetted.
+//! Indenter shapes: the profile `z = f(r)` of a rigid body, and averages of its penetration into a flat surface.
 //!
 //! A shape knows nothing of meshes, motion or contact rules. Averages are those of the *prescribed* motion,
-//! in which every point of the surface moves with the indenter from the moment it is reached.
+//! in which every point of the surface moves with the indenter from the time of contact on.
 
 use crate::grid::{Geometry, Support};
 
@@ -35,12 +35,12 @@ pub struct Shape {
     radius: f64,
 }
 
-/// What the indenter has done to a part of the surface.
+/// Averages over a part of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wetted {
-    /// Mean of `max(0, w − f)` \[R\].
+pub struct Average {
+    /// Average of `max(0, w − f)` \[R\].
     pub penetration: f64,
-    /// Share of the area with `f ≤ w`, 0 to 1.
+    /// Fraction of the area with `f ≤ w`, 0 to 1: derivative of the penetration by w.
     pub fraction: f64,
 }
 
@@ -70,11 +70,11 @@ impl Shape {
 
     /// Profile f(r) \[R\], infinite outside the cylinder.
     pub fn profile(&self, r: f64) -> f64 {
-        // a node that stands on the edge but for rounding belongs to the punch
+        // a node on the edge within rounding belongs to the punch
         if r > self.radius * (1.0 + 1e-12) { f64::INFINITY } else { self.head_depth(r) }
     }
 
-    /// Largest radius that an indenter displaced by `depth` can have reached on a flat surface \[R\].
+    /// Radius out to which an indenter displaced by `depth` penetrates a flat surface \[R\].
     pub fn reach(&self, depth: f64) -> f64 {
         let free = match &self.head {
             _ if depth < 0.0 => 0.0,
@@ -86,36 +86,41 @@ impl Shape {
         free.min(self.radius)
     }
 
-    /// Mean penetration and wetted share of a part of the surface, weighted by the area `r dr` (axisymmetric) or `dx`
-    /// (plane).
+    /// Averages over a part of the surface, weighted by the area `r dr` (axisymmetric) or `dx` (plane).
     ///
     /// \[KA\] Eq. 10 integrated in time: a point moves with V0 from the moment `w = f(r)` on, so its displacement
-    /// is `max(0, w − f)`; with `blur` > 0 its mean over depths `w ± blur`, see [`ramp`]. The integrals are exact for
-    /// every head but for what a rule of degree 7 leaves: the part is split where `w − f` is 0 or `± blur`, at knots of the head
-    /// and at kinks of the weight.
+    /// is `max(0, w − f)`; with `half_width` > 0 its average over depths `w ± half_width`, see [`ramp`]. The part is split
+    /// where `w − f` is 0 or `± half_width`, at knots of the head and at kinks of the weight; the quadrature is exact to degree
+    /// 7 on each piece.
     ///
-    /// * `blur`: half-width of the hat in depth \[R\]
-    pub fn wetted(&self, depth: f64, blur: f64, support: &Support, geometry: Geometry) -> Wetted {
+    /// * `half_width`: half-width of the hat in depth \[R\]
+    pub fn average(&self, depth: f64, half_width: f64, support: &Support, geometry: Geometry) -> Average {
         let (inner, outer) = support.ends();
         if inner == outer {
-            let (penetration, fraction) = ramp(depth - self.profile(inner), blur);
-            return Wetted { penetration, fraction };
+            let (penetration, fraction) = ramp(depth - self.profile(inner), half_width);
+            return Average { penetration, fraction };
         }
         let weight = |r: f64| support.weight(r) * if geometry == Geometry::Axisymmetric { r } else { 1.0 };
         let (mut volume, mut area, mut whole) = (0.0, 0.0, 0.0);
-        let mut add = |from: f64, to: f64| {
-            let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        for ends in self.breakpoints(depth, half_width, support).windows(2) {
+            let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
             for (x, w) in GAUSS {
                 let r = middle + half * x;
                 let share = w * half * weight(r);
                 whole += share;
                 if r < self.radius {
-                    let (penetration, fraction) = ramp(depth - self.head_depth(r), blur);
+                    let (penetration, fraction) = ramp(depth - self.head_depth(r), half_width);
                     volume += share * penetration;
                     area += share * fraction;
                 }
             }
-        };
+        }
+        Average { penetration: volume / whole, fraction: area / whole }
+    }
+
+    /// Radii, in ascending order, between which the integrand of [`Shape::average`] is smooth \[R\].
+    fn breakpoints(&self, depth: f64, half_width: f64, support: &Support) -> Vec<f64> {
+        let (inner, outer) = support.ends();
         let mut pieces = vec![inner, outer];
         pieces.extend(support.kinks());
         pieces.extend(Some(self.radius).filter(|&edge| edge > inner && edge < outer));
@@ -123,21 +128,21 @@ impl Shape {
             pieces.extend(profile.knots().filter(|&r| r > inner && r < outer));
         }
         pieces.sort_by(f64::total_cmp);
+        let mut points = vec![inner];
         for ends in pieces.windows(2).filter(|ends| ends[1] > ends[0]) {
             let (mut from, to) = (ends[0], ends[1]);
             let (f_from, f_to) = (self.head_depth(from), self.head_depth(to));
-            let levels = if f_from <= f_to { [-blur, 0.0, blur] } else { [blur, 0.0, -blur] };
-            for level in levels.map(|offset| depth + offset) {
-                let crosses = (f_from <= level) != (f_to <= level);
-                if crosses && from < self.radius {
-                    let split = self.crossing(level, from, to);
-                    add(from, split);
-                    from = split;
+            let offsets =
+                if f_from <= f_to { [-half_width, 0.0, half_width] } else { [half_width, 0.0, -half_width] };
+            for level in offsets.map(|offset| depth + offset) {
+                if (f_from <= level) != (f_to <= level) && from < self.radius {
+                    from = self.crossing(level, from, to);
+                    points.push(from);
                 }
             }
-            add(from, to);
+            points.push(to);
         }
-        Wetted { penetration: volume / whole, fraction: area / whole }
+        points
     }
 
     /// Smallest and largest profile depth in `inner ≤ r ≤ outer` \[R\], infinite outside the cylinder.
@@ -152,7 +157,7 @@ impl Shape {
                 (least, most) = (least.min(f), most.max(f));
             }
         }
-        // a node that stands on the edge but for rounding belongs to the punch
+        // a node on the edge within rounding belongs to the punch
         if outer > self.radius * (1.0 + 1e-12) { (least, f64::INFINITY) } else { (least, most) }
     }
 
@@ -183,22 +188,22 @@ impl Shape {
     }
 }
 
-/// Mean of `max(0, d + s)` over `|s| < blur` with the weight of a hat, and its derivative by d:
+/// Hat-weighted average of `max(0, d + s)` over `|s| < half_width`, and its derivative by d:
 ///
 /// ```text
-/// x = d/blur:   blur·(1 + x)³/6  for −1 < x < 0      blur·(x + (1 − x)³/6)  for 0 < x < 1
+/// h = half_width, x = d/h:   h·(1 + x)³/6  for −1 < x < 0      h·(x + (1 − x)³/6)  for 0 < x < 1
 /// ```
-fn ramp(d: f64, blur: f64) -> (f64, f64) {
-    if d >= blur {
+fn ramp(d: f64, half_width: f64) -> (f64, f64) {
+    if d >= half_width {
         (d, 1.0)
-    } else if d <= -blur {
+    } else if d <= -half_width {
         (0.0, 0.0)
     } else if d < 0.0 {
-        let x = 1.0 + d / blur;
-        (blur * x * x * x / 6.0, 0.5 * x * x)
+        let x = 1.0 + d / half_width;
+        (half_width * x * x * x / 6.0, 0.5 * x * x)
     } else {
-        let x = 1.0 - d / blur;
-        (d + blur * x * x * x / 6.0, 1.0 - 0.5 * x * x)
+        let x = 1.0 - d / half_width;
+        (d + half_width * x * x * x / 6.0, 1.0 - 0.5 * x * x)
     }
 }
 
@@ -232,7 +237,7 @@ mod tests {
                     hat(0.95, 0.3),
                 ] {
                     let depth = 0.07;
-                    let got = shape.wetted(depth, 0.0, &support, geometry);
+                    let got = shape.average(depth, 0.0, &support, geometry);
                     let (inner, outer) = support.ends();
                     let (n, mut volume, mut area, mut whole) = (200_000, 0.0, 0.0, 0.0);
                     for m in 0..n {
@@ -254,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn a_blur_is_a_mean_over_depths() {
+    fn half_width_averages_over_depths() {
         for shape in shapes() {
             for (support, depth) in [
                 (Support::Hat { middle: 0.05, width: 0.1 }, 0.004),
@@ -262,15 +267,16 @@ mod tests {
                 (Support::Cell { inner: 0.9, outer: 1.1 }, 0.4),
                 (Support::Point(0.4), 0.09),
             ] {
-                let blur = 0.03;
-                let got = shape.wetted(depth, blur, &support, Geometry::Axisymmetric);
+                let half_width = 0.03;
+                let got = shape.average(depth, half_width, &support, Geometry::Axisymmetric);
                 let (n, mut penetration, mut fraction) = (2000, 0.0, 0.0);
                 for m in 0..n {
                     let x = 2.0 * (f64::from(m) + 0.5) / f64::from(n) - 1.0;
-                    let wetted = shape.wetted(depth + x * blur, 0.0, &support, Geometry::Axisymmetric);
+                    let average =
+                        shape.average(depth + x * half_width, 0.0, &support, Geometry::Axisymmetric);
                     let weight = (1.0 - x.abs()) * 2.0 / f64::from(n);
-                    penetration += weight * wetted.penetration;
-                    fraction += weight * wetted.fraction;
+                    penetration += weight * average.penetration;
+                    fraction += weight * average.fraction;
                 }
                 assert!(
                     (got.penetration - penetration).abs() < 1e-6,
@@ -282,9 +288,8 @@ mod tests {
     }
 
     #[test]
-    fn what_means_do_to_waves() {
-        // a hat passes sinc²(q/2) of a wave: all of a long one but for q²/12, nothing flat around q = 2π, which a mesh takes
-        // for a long one
+    fn hat_keeps_long_waves_and_removes_aliases() {
+        // transfer function sinc²(q/2): 1 − q²/12 for a long wave, a double zero at q = 2π, which aliases to a long one
         let passed = |q: f64| {
             let n = 4000;
             let x = |m: i32| 2.0 * (f64::from(m) + 0.5) / f64::from(n) - 1.0;
@@ -292,14 +297,14 @@ mod tests {
         };
         for q in [0.05, 0.1, 0.2_f64] {
             assert!((passed(q) - (1.0 - q * q / 12.0)).abs() < q.powi(4) / 300.0);
-            let folded = passed(2.0 * std::f64::consts::PI + q);
-            assert!(folded < (q / 6.0).powi(2), "{folded}");
+            let alias = passed(2.0 * std::f64::consts::PI + q);
+            assert!(alias < (q / 6.0).powi(2), "{alias}");
         }
-        // and the ramp is what a hat makes of max(0, d): its bend, ramp'', is the hat
+        // the ramp is the convolution of max(0, d) with a hat: its second derivative is the hat
         let (h, step) = (0.7, 1e-4);
         for d in [-0.6, -0.2, 0.1, 0.5] {
-            let bend = (ramp(d + step, h).0 - 2.0 * ramp(d, h).0 + ramp(d - step, h).0) / (step * step);
-            assert!((bend - (1.0 - f64::abs(d) / h) / h).abs() < 1e-5, "{d}: {bend}");
+            let second = (ramp(d + step, h).0 - 2.0 * ramp(d, h).0 + ramp(d - step, h).0) / (step * step);
+            assert!((second - (1.0 - f64::abs(d) / h) / h).abs() < 1e-5, "{d}: {second}");
         }
     }
 

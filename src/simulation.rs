@@ -18,7 +18,7 @@ use std::sync::Arc;
 use crate::{
     case::{Case, FrameSteps, HeadKind, Stop},
     contact::{
-        Contact, Touch,
+        Contact, ContactState,
         event::{Event, EventKind, Watch},
     },
     grid::Grid,
@@ -240,7 +240,7 @@ impl Simulation {
     }
 
     /// What a step shows, but for its frame.
-    fn view(&self, step: u64, time: f64, touch: &Touch, events: Vec<Event>) -> View<'static> {
+    fn view(&self, step: u64, time: f64, touch: &ContactState, events: Vec<Event>) -> View<'static> {
         let reached = self.contact.reached();
         View {
             step,
@@ -355,7 +355,7 @@ struct Ledger {
 }
 
 impl Ledger {
-    fn add(&mut self, touch: &Touch) {
+    fn add(&mut self, touch: &ContactState) {
         self.work += touch.work;
         self.dissipated += touch.dissipated;
     }

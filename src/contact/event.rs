@@ -1,11 +1,10 @@
-//! What happens once in a contact: tension, rebound, separation.
+//! Events of a contact: tension, rebound, separation.
 //!
-//! A single node can lose contact for a step or two and be pressed again: a mesh that shows a contact as one node lets it
-//! chatter. And an indenter that still moves into the target meets it again. So they are apart only when the indenter does not move
-//! inwards and nothing has touched it for the time in which a wave along r passes a node, `Δr/c_s`, since contact was lost; the
-//! event comes then, and says since when.
+//! A contact of one node chatters: the node opens for a step or two and closes again. And an indenter that still moves into the
+//! target reaches it again. So a separation needs an indenter that does not move inwards and no node in contact for the time
+//! `Δr/c_s` in which a wave along r passes a node; the event is reported then, with the time at which contact was lost.
 
-use super::Touch;
+use super::ContactState;
 
 /// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,9 +13,9 @@ pub enum EventKind {
     Extension,
     /// The velocity of the indenter changes sign.
     Rebound,
-    /// Nothing has touched the indenter, which moves away, for the time that a wave takes from one node to the next.
+    /// No node has been in contact with the indenter, which moves away, for the time that a wave takes from node to node.
     Separation,
-    /// The indenter touches again after a separation.
+    /// Contact begins again after a separation.
     Recontact,
     /// The run stops before its end time.
     Stopped,
@@ -25,23 +24,23 @@ pub enum EventKind {
 /// An event and where it happened.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// What happened.
+    /// Kind.
     pub kind: EventKind,
-    /// The same in words.
+    /// Description in words.
     pub text: String,
-    /// Radius, for events that have a place \[R\].
+    /// Radius, of an extension \[R\].
     pub r: Option<f64>,
-    /// Time since when, for events that are known only later: when contact was lost, of a separation \[R/c_p\].
+    /// Time at which contact was lost, of a separation, which is reported later \[R/c_p\].
     pub since: Option<f64>,
 }
 
-/// Watches the steps of a contact for events.
+/// Finds the events in the steps of a contact.
 #[derive(Clone, Debug)]
 pub struct Watch {
     hold: f64,
     extended: bool,
     rebounded: bool,
-    touched: bool,
+    had_contact: bool,
     /// Time of the first step without contact after the last one with it.
     lost: Option<f64>,
     apart: bool,
@@ -51,48 +50,48 @@ pub struct Watch {
 const SLIVER: f64 = 1e-9;
 
 impl Watch {
-    /// Nothing has happened yet.
+    /// State before the first step.
     ///
     /// * `hold`: time without contact that makes a separation, Δr/c_s \[R/c_p\]
     pub fn new(hold: f64) -> Self {
-        Self { hold, extended: false, rebounded: false, touched: false, lost: None, apart: false }
+        Self { hold, extended: false, rebounded: false, had_contact: false, lost: None, apart: false }
     }
 
     /// Events of one step.
     ///
     /// * `time`: t of the step \[R/c_p\]
     /// * `r`: gives the radius of a node \[R\]
-    pub fn observe(&mut self, touch: &Touch, time: f64, r: impl Fn(usize) -> f64) -> Vec<Event> {
+    pub fn observe(&mut self, state: &ContactState, time: f64, r: impl Fn(usize) -> f64) -> Vec<Event> {
         let mut events = Vec::new();
         let mut report = |kind, r, text: String| events.push(Event { kind, text, r, since: None });
-        if let Some(i) = touch.extended.filter(|_| !self.extended) {
+        if let Some(i) = state.extended.filter(|_| !self.extended) {
             self.extended = true;
             let r = r(i);
             let text = format!("extension: the interface first needs tension at r = {r:.4}, t = {time:.4}");
             report(EventKind::Extension, Some(r), text);
         }
-        if touch.velocity <= 0.0 && !self.rebounded {
+        if state.velocity <= 0.0 && !self.rebounded {
             self.rebounded = true;
             let text = format!("rebound: the indenter stops and turns back at t = {time:.4}");
             report(EventKind::Rebound, None, text);
         }
-        if touch.touching > 0 {
+        if state.nodes > 0 {
             self.lost = None;
             if self.apart {
                 self.apart = false;
                 let text = format!("recontact: the target meets the indenter again at t = {time:.4}");
                 report(EventKind::Recontact, None, text);
             }
-        } else if self.touched {
+        } else if self.had_contact {
             let lost = *self.lost.get_or_insert(time);
             let is_held = time - lost >= self.hold * (1.0 - SLIVER);
-            if !self.apart && is_held && touch.velocity <= 0.0 {
+            if !self.apart && is_held && state.velocity <= 0.0 {
                 self.apart = true;
                 let text = format!("separation: the last node has left the indenter at t = {lost:.4}");
                 events.push(Event { kind: EventKind::Separation, text, r: None, since: Some(lost) });
             }
         }
-        self.touched |= touch.touching > 0;
+        self.had_contact |= state.nodes > 0;
         events
     }
 }
@@ -101,23 +100,14 @@ impl Watch {
 mod tests {
     use super::*;
 
-    /// Kinds of events but the rebound, with the times of their steps and since when.
-    fn watch(touching: &[usize], hold: f64, velocity: f64) -> Vec<(EventKind, f64, Option<f64>)> {
+    /// Kinds of events but the rebound, with the times of their steps and of the loss of contact.
+    fn watch(nodes: &[usize], hold: f64, velocity: f64) -> Vec<(EventKind, f64, Option<f64>)> {
         let mut watch = Watch::new(hold);
         let mut seen = Vec::new();
-        for (step, &touching) in touching.iter().enumerate() {
-            let touch = Touch {
-                drag: 0.0,
-                contact_radius: 0.0,
-                velocity,
-                depth: 0.0,
-                work: 0.0,
-                dissipated: 0.0,
-                extended: None,
-                touching,
-            };
+        for (step, &nodes) in nodes.iter().enumerate() {
+            let state = ContactState { velocity, nodes, ..ContactState::default() };
             let time = 0.5 * step as f64;
-            let events = watch.observe(&touch, time, |_| 0.0);
+            let events = watch.observe(&state, time, |_| 0.0);
             let others = events.into_iter().filter(|event| event.kind != EventKind::Rebound);
             seen.extend(others.map(|event| (event.kind, time, event.since)));
         }
@@ -132,7 +122,7 @@ mod tests {
         let apart = |time, since| (EventKind::Separation, time, Some(since));
         assert_eq!(watch(&[1, 0, 1, 0, 0, 0], 0.5, -1.0), [apart(2.0, 1.5)]);
         assert_eq!(watch(&[0, 2, 1, 0, 0, 0, 0], 1.0, 0.0), [apart(2.5, 1.5)]);
-        // on its way in it comes back
+        // an indenter that moves inwards comes back
         assert_eq!(watch(&[1, 0, 0, 0, 0, 0, 0], 0.5, 1.0), []);
     }
 
