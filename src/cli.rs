@@ -15,7 +15,7 @@ use percuss_serve::ServeError;
 use crate::{
     admissible::SearchError,
     case::{Case, CaseErrors},
-    exact::answer::NoAnswer,
+    exact::closed_form::NoClosedForm,
     recording::RecordingError,
     simulation::SimulationError,
 };
@@ -115,7 +115,7 @@ pub enum CliError {
     Usage(String),
     /// No closed form answers the case.
     #[error(transparent)]
-    NoAnswer(#[from] NoAnswer),
+    NoClosedForm(#[from] NoClosedForm),
     /// The computation failed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
@@ -176,7 +176,7 @@ impl Arguments {
 pub fn report(error: &CliError) -> ExitCode {
     let (text, status) = match error {
         CliError::Case(errors) => (render(errors), 2),
-        CliError::Usage(_) | CliError::NoAnswer(_) | CliError::Simulation(SimulationError::NoSolver) => {
+        CliError::Usage(_) | CliError::NoClosedForm(_) | CliError::Simulation(SimulationError::NoSolver) => {
             (format!("error: {error}\n"), 2)
         }
         _ => (format!("error: {error}\n"), 1),

@@ -1,19 +1,18 @@
-//! Closed forms that computed answers are checked against: one file each, independent of the solver.
+//! Closed forms that computed results are checked against: one file each, independent of the solver.
 //!
-//! | Closed form | Of what |
+//! | Closed form | Result |
 //! |---|---|
 //! | [`elastic_paraboloid`] | full theory: pressure on the axis under a paraboloid with prescribed motion |
-//! | [`paraboloid`] | its twin in the simplified theory |
+//! | [`paraboloid`] | the same in the simplified theory |
 //! | [`spreading`] | simplified theory: pressure and drag under a spreading cone or paraboloid, at any place |
 //! | [`plane_punch`] | pressure and drag of a plane flat punch before the waves of its edges meet |
 //! | [`disc_stiffness`], [`strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
 //! | [`mod@column`] | a layer without shear waves under a body of finite mass |
 //!
-//! All but the first belong to model `rakhmatulin`. Each checks its parameters and the range in which it holds; outside
-//! it the answer is an error, not a number. [`answer`] chooses the form that answers a case and shows it step by step,
-//! as a computed run is shown.
+//! All but the first belong to model `rakhmatulin`. Each checks its parameters and the range in which it holds, and returns
+//! an error outside it. [`closed_form`] finds the form for a case and evaluates it step by step.
 
-pub mod answer;
+pub mod closed_form;
 pub mod column;
 pub mod disc_stiffness;
 pub mod elastic_paraboloid;
@@ -23,7 +22,7 @@ mod quadrature;
 pub mod spreading;
 pub mod strip_stiffness;
 
-/// Why a closed form has no answer.
+/// Why a closed form has no value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ExactError {
     /// A parameter is out of range.
@@ -36,7 +35,7 @@ pub enum ExactError {
         /// What is allowed.
         bound: &'static str,
     },
-    /// The answer asked for lies outside the range in which the form holds.
+    /// The point lies outside the range in which the form holds.
     #[error("{name} = {value} is outside the range of this closed form: {bound}")]
     OutsideRange {
         /// Name.
@@ -48,9 +47,9 @@ pub enum ExactError {
     },
 }
 
-/// Distances that waves have travelled that are at depth `z` of a target at time `t`, each with its share: `2mh + z` and
+/// Distances travelled by the waves that have reached depth `z` at time `t`, each with its weight: `2mh + z` and
 /// `2(m+1)h − z`; \[KA\] Eq. 16, misprint corrected (it prints `(2m+1)h − z`, which Eq. 14 and causality exclude). A wave
-/// whose front arrives at this very time counts half, the others whole.
+/// whose front arrives at `t` has the weight ½, others 1.
 fn distances(z: f64, thickness: Option<f64>, t: f64) -> Result<Vec<(f64, f64)>, ExactError> {
     let outside = |name, value, bound| Err(ExactError::OutsideRange { name, value, bound });
     let depth = thickness.unwrap_or(f64::INFINITY);

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! case.toml -> Case -> Simulation{ model <-surface-> contact(indenter) } -+
-//!              Case -> exact::Answer ------------------------------------+-> View -> channels -> Recorder -> run.mcap
+//!              Case -> exact::ClosedForm ---------------------------------+-> View -> channels -> Recorder -> run.mcap
 //! ```
 //!
 //! # The house
@@ -21,7 +21,7 @@
 //! | [`simulation`] | the order of one step |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
 //! | [`admissible`] | the impact velocity that keeps the strain within the limit, by trials |
-//! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::answer`] chooses the one for a case |
+//! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::closed_form`] chooses the one for a case |
 //! | [`study`] | a case on refined meshes: orders, extrapolated values, error bars |
 //! | [`view`] | what one step shows to observers |
 //! | [`channels`], [`message`] | recorded channels, one file each, those for viewers in [`channels::view`], and their messages |
@@ -68,7 +68,7 @@
 //! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in [`channels::Catalogue::new`] |
 //! | channel for viewers | `src/channels/view/<x>.rs`, a variant of [`case::ViewChannel`]; a panel in [`layout`] |
 //! | model | its operators in [`model::scheme`], `src/model/<x>.rs` ([`model::reference::Scheme`] is enough to run whole cases), one line in [`simulation`] |
-//! | closed form | `src/exact/<x>.rs`, one line in [`exact`]; if it answers cases, an arm of [`exact::answer::Answer::to`] |
+//! | closed form | `src/exact/<x>.rs`, one line in [`exact`]; if it answers cases, an arm of [`exact::closed_form::ClosedForm::for_case`] |
 //! | built-in case | `src/case/builtin/<x>.toml`, its name in `src/case/builtin.rs` |
 //!
 //! # Units, signs, symbols

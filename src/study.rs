@@ -22,7 +22,7 @@ use serde::Serialize;
 use crate::{
     case::{Case, CaseErrors, Frames},
     contact::event::EventKind,
-    exact::answer::Answer,
+    exact::closed_form::ClosedForm,
     simulation::{Simulation, SimulationError},
     units,
     view::View,
@@ -145,7 +145,7 @@ pub fn study(
             steps: case.sizes.steps,
         })
         .collect();
-    let answer = Answer::to(finest).ok();
+    let answer = ClosedForm::for_case(finest).ok();
     let ratio = levels[levels.len() - 2].dr / levels[levels.len() - 1].dr;
     let assess = |name, unit, values, exact| Quantity::assess(name, unit, values, exact, ratio);
     let mut quantities = Vec::new();

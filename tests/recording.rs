@@ -10,7 +10,7 @@ use std::{
 use mcap::{MessageStream, Summary};
 use percuss::{
     case::{Case, builtin},
-    exact::answer::Answer,
+    exact::closed_form::ClosedForm,
     message::{foxglove, percuss as message},
     recording::{FORMAT_VERSION, RecordingError, Tap},
     session::{Session, Source, Status},
@@ -615,12 +615,11 @@ fn an_existing_file_is_left_alone() {
 
 /// Records the closed form of a case and returns the bytes.
 fn record_exact(case: &Case, path: &Path) -> Vec<u8> {
-    let mut answer = Answer::to(case).expect("a closed form");
-    let source = Source::Exact { form: answer.name(), knows_drag: answer.knows_drag() };
+    let mut answer = ClosedForm::for_case(case).expect("a closed form");
+    let source = Source::Exact { form: answer.name(), knows_drag: answer.has_drag() };
     let mut session = Session::begin(case, source, path, false, 1).expect("a new file");
     for step in 0..=answer.last_step() {
-        answer.go_to(step);
-        session.observe(&answer.view()).expect("room on the disk");
+        session.observe(&answer.evaluate(step)).expect("room on the disk");
     }
     session.end(&Status::Completed, &Validity::new(case.impact.velocity, false)).expect("room on the disk");
     fs::read(path).expect("the recording")

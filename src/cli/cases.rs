@@ -7,7 +7,7 @@ use clap::Args;
 use super::{CliError, Exit, print};
 use crate::{
     case::{Case, builtin},
-    exact::answer::Answer,
+    exact::closed_form::ClosedForm,
 };
 
 /// Lists the built-in cases, and which closed form answers them.
@@ -23,7 +23,7 @@ impl Cases {
         let mut rows = Vec::new();
         for name in builtin::names() {
             let case = Case::load(name, &[])?;
-            rows.push((name, Answer::to(&case).ok(), case.title));
+            rows.push((name, ClosedForm::for_case(&case).ok(), case.title));
         }
         let text = if self.json {
             let list: Vec<_> = rows

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     case::{Case, HeadKind},
-    exact::answer::Answer,
+    exact::closed_form::ClosedForm,
     session::{Session, Source, Status},
     validity::Validity,
 };
@@ -39,22 +39,21 @@ pub(super) struct Exact {
 impl Exact {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
-        let mut answer = Answer::to(&case)?;
+        let mut form = ClosedForm::for_case(&case)?;
         let path = self.output.path(&self.case.case, "-exact")?;
         let pool = self.output.threads.pool()?;
-        let source = Source::Exact { form: answer.name(), knows_drag: answer.knows_drag() };
+        let source = Source::Exact { form: form.name(), knows_drag: form.has_drag() };
         let signal = watch_signals()?;
         let mut session =
             Session::begin(&case, source, &path, self.output.force, pool.current_num_threads())?;
-        let last = answer.last_step();
+        let last = form.last_step();
         let mut progress = Progress::new(last, case.sizes.dt, self.output.quiet);
-        progress.say(&format!("{}: {answer}", self.case.case));
+        progress.say(&format!("{}: {form}", self.case.case));
 
         let mut validity = Validity::new(case.impact.velocity, case.indenter.head == HeadKind::Flat);
-        let mut status = ending(&case, &answer);
+        let mut status = ending(&case, &form);
         for step in 0..=last {
-            pool.install(|| answer.go_to(step));
-            let view = answer.view();
+            let view = pool.install(|| form.evaluate(step));
             for (i, p) in view.interface.pressure.iter().enumerate() {
                 let place = (view.interface.r0 + i as f64 * view.interface.dr, 0.0);
                 validity.observe(p.abs(), view.step, view.time, place);
@@ -81,9 +80,9 @@ impl Exact {
     }
 }
 
-fn ending(case: &Case, answer: &Answer) -> Status {
-    if answer.last_step() == case.sizes.steps {
+fn ending(case: &Case, form: &ClosedForm) -> Status {
+    if form.last_step() == case.sizes.steps {
         return Status::Completed;
     }
-    Status::Stopped(format!("the closed form holds until t = {}", answer.end_time()))
+    Status::Stopped(format!("the closed form holds until t = {}", form.end_time()))
 }

@@ -1,7 +1,7 @@
 //! A layer without shear waves, c_s → 0, under a flat body of finite mass: Saint-Venant's problem of a bar struck at its
 //! end.
 //!
-//! The wave the body sends down comes back unchanged from the backing, so with V the velocity of the body
+//! The wave that the body emits returns unchanged from the backing, so with V the velocity of the body
 //!
 //! ```text
 //! p(t) = V(t) + 2·Σ_{m≥1} V(t − 2mh)      M·V' = −p,  V(0) = V0
@@ -24,7 +24,7 @@ use super::{ExactError, positive};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Column {
     velocity: f64,
-    yielding: f64,
+    inverse_mass: f64,
     thickness: f64,
 }
 
@@ -43,7 +43,7 @@ impl Column {
                 return Err(ExactError::Parameter { name, value, bound: "greater than 0" });
             }
         }
-        Ok(Self { velocity, yielding: 1.0 / mass, thickness })
+        Ok(Self { velocity, inverse_mass: 1.0 / mass, thickness })
     }
 
     /// Velocity V of the body at time `t > 0` \[c_p\].
@@ -84,13 +84,13 @@ impl Column {
         if t <= 0.0 {
             return 0.0;
         }
-        let x = 2.0 * self.yielding * t;
+        let x = 2.0 * self.inverse_mass * t;
         let (mut value, mut before) = (1.0, 0.0);
         for m in 0..n {
             let m = f64::from(m);
             (value, before) = (((2.0 * m + 1.0 - x) * value - m * before) / (m + 1.0), value);
         }
-        (-self.yielding * t).exp() * value
+        (-self.inverse_mass * t).exp() * value
     }
 }
 

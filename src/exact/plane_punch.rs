@@ -1,6 +1,6 @@
 //! A plane flat punch at constant velocity, until the waves of its edges meet.
 //!
-//! Each edge radiates into a field that does not know of the other edge yet, so the pressure is that of a half-plane
+//! Each edge radiates into a field that the wave of the other edge has not reached, so the pressure is that of a half-plane
 //! punch: with the distance `1 − |x|` of the nearer edge and `X = (1 − |x|)/c_s` its arrival time,
 //!
 //! ```text
@@ -53,7 +53,7 @@ impl PlanePunch {
     ///
     /// # Errors
     ///
-    /// `x` is not under the punch, or `t` is outside the range of the module's head.
+    /// `x` is not under the punch, or `t` is outside the range of the form.
     pub fn pressure(&self, x: f64, t: f64) -> Result<f64, ExactError> {
         let distance = positive("1 - |x|", 1.0 - x.abs(), f64::INFINITY, "|x| < 1")?;
         let arrival = distance / self.shear_wave_speed;

@@ -9,7 +9,7 @@
 //! ```
 
 use percuss::{
-    exact::answer::Answer,
+    exact::closed_form::ClosedForm,
     simulation::{Simulation, SimulationError},
 };
 
@@ -29,7 +29,7 @@ fn compare<const N: usize>(
     radii: [f64; N],
 ) -> [Vec<(f64, f64, f64)>; N] {
     let case = on_mesh(name, cells, &[end_time]);
-    let exact = Answer::to(&case).expect("a closed form");
+    let exact = ClosedForm::for_case(&case).expect("a closed form");
     let mut columns = [const { Vec::new() }; N];
     for (time, stresses) in run(&case, |view| (view.time, radii.map(|r| view.interface.stress_at(r)))) {
         for ((column, r), p) in columns.iter_mut().zip(radii).zip(stresses) {

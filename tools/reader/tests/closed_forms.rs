@@ -1,10 +1,10 @@
-//! Recordings of closed forms: what percuss writes of what it knows is sound, though it is not all that a run records.
+//! Recordings of closed forms are sound, though they have fewer channels than a run.
 
 use std::{fs, path::Path};
 
 use percuss::{
     case::{Case, HeadKind, builtin},
-    exact::answer::Answer,
+    exact::closed_form::ClosedForm,
     session::{Session, Source, Status},
     validity::Validity,
 };
@@ -18,14 +18,13 @@ fn record(name: &str, path: &Path) -> bool {
     let overrides = ["mesh.cells=20".to_owned(), "run.end_time=1.5".to_owned()];
     let text = builtin::find(name).expect("a built-in case");
     let case = Case::parse(name, text, &overrides, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
-    let Ok(mut answer) = Answer::to(&case) else { return false };
-    let source = Source::Exact { form: answer.name(), knows_drag: answer.knows_drag() };
+    let Ok(mut form) = ClosedForm::for_case(&case) else { return false };
+    let source = Source::Exact { form: form.name(), knows_drag: form.has_drag() };
     let mut session = Session::begin(&case, source, path, false, 1).expect("a new file");
-    for step in 0..=answer.last_step() {
-        answer.go_to(step);
-        session.observe(&answer.view()).expect("room on the disk");
+    for step in 0..=form.last_step() {
+        session.observe(&form.evaluate(step)).expect("room on the disk");
     }
-    let status = match answer.last_step() == case.sizes.steps {
+    let status = match form.last_step() == case.sizes.steps {
         true => Status::Completed,
         false => Status::Stopped("the closed form holds no longer".into()),
     };
@@ -53,5 +52,5 @@ fn every_closed_form_is_sound() {
         let (page, damages) = report(&path, Limits::default()).expect("a report");
         assert!(page.contains("\"sound\":true") && damages.is_empty(), "{name}");
     }
-    assert!(with_drag >= 4 && without >= 9, "{with_drag} forms know the drag, {without} do not");
+    assert!(with_drag >= 4 && without >= 9, "{with_drag} forms have the drag, {without} do not");
 }

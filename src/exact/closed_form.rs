@@ -1,4 +1,4 @@
-//! The closed form that answers a case, shown step by step as a computed run is shown.
+//! The closed form for a case, evaluated step by step on the nodes and at the times of a computed run.
 
 use std::{fmt, sync::Arc};
 
@@ -17,21 +17,20 @@ use crate::{
     view::{Interface, StressAt, View},
 };
 
-/// Why no closed form answers a case.
+/// Why there is no closed form for a case.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("no closed form answers this case: {reason}")]
-pub struct NoAnswer {
+pub struct NoClosedForm {
     reason: String,
 }
 
-fn none<T>(reason: impl Into<String>) -> Result<T, NoAnswer> {
-    Err(NoAnswer { reason: reason.into() })
+fn none<T>(reason: impl Into<String>) -> Result<T, NoClosedForm> {
+    Err(NoClosedForm { reason: reason.into() })
 }
 
 /// Share of a spacing that may be rounding.
 const SLIVER: f64 = 1e-9;
 
-/// The closed forms that answer cases.
 #[derive(Clone, Debug)]
 enum Form {
     /// The whole surface under a spreading contact, until the wave of its edge arrives.
@@ -42,9 +41,46 @@ enum Form {
     ElasticParaboloid(ElasticParaboloid),
 }
 
-/// The answer of a closed form to a case.
+impl Form {
+    /// The form for a case whose contact spreads like `front` out to `edge`.
+    fn for_case(case: &Case, front: Front, edge: f64) -> Result<Self, NoClosedForm> {
+        let unfit = |error: super::ExactError| NoClosedForm { reason: error.to_string() };
+        let is_prescribed = case.impact.contact == Rule::Prescribed;
+        let (velocity, c_s) = (case.impact.velocity, case.target.material.shear_wave_speed);
+        let (radius, thickness) = (case.indenter.radius, case.target.thickness);
+        match (case.model, case.geometry, front) {
+            (ModelKind::Elastic, Geometry::Axisymmetric, Front::Paraboloid { curvature })
+                if is_prescribed && radius.is_none() =>
+            {
+                let form = ElasticParaboloid::new(velocity, curvature, (1.0, c_s), thickness);
+                Ok(Self::ElasticParaboloid(form.map_err(unfit)?))
+            }
+            (ModelKind::Elastic, ..) => none(
+                "model \"elastic\" has one for an unbounded axisymmetric paraboloid with contact = \"prescribed\"",
+            ),
+            (ModelKind::Rakhmatulin, Geometry::Plane, Front::Flat) if !is_prescribed => {
+                if radius != Some(1.0) {
+                    return none("the plane flat punch has one for indenter.radius = 1");
+                }
+                let depth = thickness.unwrap_or(f64::INFINITY);
+                Ok(Self::PlanePunch(PlanePunch::new(velocity, c_s, depth).map_err(unfit)?))
+            }
+            (ModelKind::Rakhmatulin, Geometry::Plane, _) => {
+                none("in the plane only the flat punch (unilateral or bilateral) has one")
+            }
+            (ModelKind::Rakhmatulin, Geometry::Axisymmetric, _) if edge == 0.0 => {
+                none("the contact of this cone is slower than the waves: contact = \"prescribed\" has one")
+            }
+            (ModelKind::Rakhmatulin, Geometry::Axisymmetric, front) => {
+                Ok(Self::Spreading(Spreading::new(front, velocity, c_s, thickness).map_err(unfit)?))
+            }
+        }
+    }
+}
+
+/// The closed form for a case.
 #[derive(Clone, Debug)]
-pub struct Answer {
+pub struct ClosedForm {
     form: Form,
     /// How the contact spreads.
     front: Front,
@@ -55,95 +91,54 @@ pub struct Answer {
     /// Radius out to which the contact is that of the unbounded shape, faster than the waves if it is unilateral \[R\].
     edge: f64,
     punch_radius: f64,
-    /// Nodes take means over their surroundings while they are being met.
-    takes_means: bool,
+    /// True if nodes of a computed run come into contact by hat-weighted averages.
+    has_partial_contact: bool,
     r0: f64,
     dr: f64,
     dt: f64,
     steps: u64,
-    /// The step worked out.
-    step: u64,
+    /// Time of the step evaluated last.
     time: f64,
-    pressure: Arc<[f64]>,
-    drag: f64,
 }
 
-impl Answer {
+impl ClosedForm {
     /// Finds the closed form for `case`.
     ///
     /// # Errors
     ///
-    /// There is none, and why.
-    pub fn to(case: &Case) -> Result<Self, NoAnswer> {
+    /// The reason why there is none.
+    pub fn for_case(case: &Case) -> Result<Self, NoClosedForm> {
         if case.indenter.mass.is_finite() {
             return none("it needs an indenter of infinite mass (indenter.mass = inf)");
         }
         let rule = case.impact.contact;
         let c_s = case.target.material.shear_wave_speed;
-        let velocity = case.impact.velocity;
-        let thickness = case.target.thickness;
         let punch_radius = case.indenter.radius.unwrap_or(f64::INFINITY);
-        let unfit = |error: super::ExactError| NoAnswer { reason: error.to_string() };
-        let mut edge = punch_radius;
         let front = match case.indenter.head {
             HeadKind::Flat => Front::Flat,
             HeadKind::Paraboloid { curvature } => Front::Paraboloid { curvature },
             HeadKind::Cone { spread_rate } => Front::Cone { spread_rate },
             HeadKind::Profile { .. } => return none("it needs a flat face, a paraboloid or a cone"),
         };
-        let form = match (case.model, case.geometry, front) {
-            (ModelKind::Elastic, Geometry::Axisymmetric, Front::Paraboloid { curvature })
-                if rule == Rule::Prescribed && punch_radius.is_infinite() =>
-            {
-                let form = ElasticParaboloid::new(velocity, curvature, (1.0, c_s), thickness);
-                Form::ElasticParaboloid(form.map_err(unfit)?)
-            }
-            (ModelKind::Elastic, ..) => {
-                return none(
-                    "model \"elastic\" has one for an unbounded axisymmetric paraboloid with contact = \"prescribed\"",
-                );
-            }
-            (ModelKind::Rakhmatulin, Geometry::Plane, Front::Flat) if rule != Rule::Prescribed => {
-                if punch_radius != 1.0 {
-                    return none("the plane flat punch has one for indenter.radius = 1");
-                }
-                let depth = thickness.unwrap_or(f64::INFINITY);
-                Form::PlanePunch(PlanePunch::new(velocity, c_s, depth).map_err(unfit)?)
-            }
-            (ModelKind::Rakhmatulin, Geometry::Plane, _) => {
-                return none("in the plane only the flat punch (unilateral or bilateral) has one");
-            }
-            (ModelKind::Rakhmatulin, Geometry::Axisymmetric, front) => {
-                if rule != Rule::Prescribed {
-                    edge = edge.min(front.sonic_radius(c_s));
-                }
-                if edge == 0.0 {
-                    return none(
-                        "the contact of this cone is slower than the waves: contact = \"prescribed\" has one",
-                    );
-                }
-                Form::Spreading(Spreading::new(front, velocity, c_s, thickness).map_err(unfit)?)
-            }
-        };
+        let outruns_waves = if rule == Rule::Prescribed { f64::INFINITY } else { front.sonic_radius(c_s) };
+        let edge = punch_radius.min(outruns_waves);
+        let form = Form::for_case(case, front, edge)?;
         let grid = case.grid();
         Ok(Self {
             form,
             front,
             rule,
-            velocity,
+            velocity: case.impact.velocity,
             shear_wave_speed: c_s,
-            thickness,
+            thickness: case.target.thickness,
             edge,
             punch_radius,
-            takes_means: case.mesh.kind == MeshKind::Matched && front != Front::Flat,
+            has_partial_contact: case.mesh.kind == MeshKind::Matched && front != Front::Flat,
             r0: grid.r0,
             dr: grid.dr,
             dt: grid.dt(),
             steps: case.sizes.steps,
-            step: 0,
             time: 0.0,
-            pressure: Arc::default(),
-            drag: f64::NAN,
         })
     }
 
@@ -156,7 +151,7 @@ impl Answer {
         }
     }
 
-    /// Time up to which the closed form knows something, infinite if it always does \[R/c_p\].
+    /// Time up to which the closed form holds somewhere \[R/c_p\].
     pub fn end_time(&self) -> f64 {
         match &self.form {
             Form::Spreading(_) => self.front.arrival(self.edge) + self.edge / self.shear_wave_speed,
@@ -168,8 +163,8 @@ impl Answer {
         }
     }
 
-    /// True if the drag is known as long as the pressure is.
-    pub fn knows_drag(&self) -> bool {
+    /// True if the form has the drag as long as it has the pressure.
+    pub fn has_drag(&self) -> bool {
         match &self.form {
             Form::Spreading(_) => self.front != Front::Flat && self.edge.is_infinite(),
             Form::PlanePunch(_) => true,
@@ -177,27 +172,44 @@ impl Answer {
         }
     }
 
-    /// Number of the last step of the case that the closed form can show.
+    /// Number of the last step of the case at which the closed form holds.
     pub fn last_step(&self) -> u64 {
         let steps = (self.end_time() / self.dt * (1.0 + 1e-12)).ceil() - 1.0;
         if steps < self.steps as f64 { steps.max(0.0) as u64 } else { self.steps }
     }
 
-    /// Works out step `step`, with the threads of the pool it is called in.
-    pub fn go_to(&mut self, step: u64) {
-        self.step = step;
+    /// Evaluates step `step`, with the threads of the pool it is called in.
+    pub fn evaluate(&mut self, step: u64) -> View<'_> {
         self.time = step as f64 * self.dt;
-        let nodes = self.reached();
-        let pressure: Vec<f64> = (0..nodes).into_par_iter().map(|i| self.stress_at(self.radius(i))).collect();
-        self.pressure = pressure.into();
-        self.drag = self.drag_at(self.time);
+        let (r0, time) = (self.r0_shown(), self.time);
+        let radius = |i: usize| r0 + i as f64 * self.dr;
+        let nodes = 0..self.reached();
+        let pressure: Vec<f64> = nodes.into_par_iter().map(|i| self.pressure_at(radius(i), time)).collect();
+        View {
+            step,
+            time,
+            interface: Interface {
+                r0,
+                dr: self.dr,
+                pressure: pressure.into(),
+                punch_radius: self.punch_radius,
+                complete: false,
+                exact: Some(self),
+            },
+            drag: self.drag_at(time),
+            contact_radius: self.contact_radius(time),
+            velocity: self.velocity,
+            depth: self.velocity * time,
+            events: Arc::default(),
+            frame: None,
+        }
     }
 
-    /// Drag at any time \[πR²γc_p²; plane Rγc_p²\]; not a number where it is not known.
+    /// Drag at any time \[πR²γc_p²; plane Rγc_p²\]; NaN where it is not known.
     pub fn drag_at(&self, time: f64) -> f64 {
         let drag = match &self.form {
-            _ if !self.knows_drag() => return f64::NAN,
-            // like the pressure, half of the jump that begins the impact
+            _ if !self.has_drag() => return f64::NAN,
+            // as of the pressure, half of the initial jump
             Form::PlanePunch(_) if time == 0.0 => Ok(0.5 * self.velocity),
             Form::PlanePunch(form) => form.drag(time),
             Form::Spreading(form) => form.drag(time),
@@ -206,10 +218,10 @@ impl Answer {
         drag.unwrap_or(f64::NAN)
     }
 
-    /// Interface stress at radius `r` at any time \[γc_p²\]; not a number where it is not known.
+    /// Interface stress at radius `r` at any time \[γc_p²\]; NaN where it is not known.
     pub fn pressure_at(&self, r: f64, time: f64) -> f64 {
         if r > self.punch_radius || r > self.contact_radius(time) {
-            // ahead of the contact: zero if the contact is faster than waves, and what a probe shows there anyway
+            // ahead of the contact, as a probe of a computed run shows
             return 0.0;
         }
         let value = match &self.form {
@@ -223,61 +235,35 @@ impl Answer {
         value.unwrap_or(f64::NAN)
     }
 
-    /// The step last worked out.
-    pub fn view(&self) -> View<'_> {
-        View {
-            step: self.step,
-            time: self.time,
-            interface: Interface {
-                r0: self.r0_shown(),
-                dr: self.dr,
-                pressure: Arc::clone(&self.pressure),
-                punch_radius: self.punch_radius,
-                complete: false,
-                exact: Some(self),
-            },
-            drag: self.drag,
-            contact_radius: self.contact_radius(self.time),
-            velocity: self.velocity,
-            depth: self.velocity * self.time,
-            events: Arc::default(),
-            frame: None,
-        }
-    }
-
-    /// Radius of the first node shown: the axis, if the form knows nothing else.
+    /// Radius of the first node: the axis, if the form holds there alone.
     fn r0_shown(&self) -> f64 {
         if matches!(self.form, Form::ElasticParaboloid(_)) { 0.0 } else { self.r0 }
     }
 
-    fn radius(&self, i: usize) -> f64 {
-        self.r0_shown() + i as f64 * self.dr
-    }
-
-    /// Contact radius if the surface does not give way ahead of the contact \[R\].
+    /// Contact radius if the surface is at rest ahead of the contact \[R\].
     fn contact_radius(&self, t: f64) -> f64 {
         self.front.radius(t).min(self.punch_radius)
     }
 
-    /// Number of nodes a run has had in contact after this step. A node that takes a mean is met one step and one
+    /// Number of nodes that a computed run has had in contact after this step. Partial contact begins one step and one
     /// spacing ahead of the contact.
     fn reached(&self) -> usize {
         if matches!(self.form, Form::ElasticParaboloid(_)) {
             return 1;
         }
-        let struck = self.nodes_within(self.contact_radius(self.time + self.dt));
-        let met = if self.takes_means {
+        let full = self.nodes_within(self.contact_radius(self.time + self.dt));
+        let partial = if self.has_partial_contact {
             self.nodes_within(self.contact_radius(self.time + 2.0 * self.dt) + self.dr)
         } else {
-            struck
+            full
         };
         if self.rule == Rule::Prescribed {
-            return met;
+            return partial;
         }
-        // where the punch ends in the surroundings of a node, the node counts for itself
-        let wholly = self.nodes_within(self.punch_radius - self.dr + 2.0 * SLIVER * self.dr);
+        // a node in whose support the punch ends comes into contact as a point
+        let inside = self.nodes_within(self.punch_radius - self.dr + 2.0 * SLIVER * self.dr);
         let on_punch = self.nodes_within(self.punch_radius * (1.0 + SLIVER));
-        met.min(wholly).max(struck.min(on_punch))
+        partial.min(inside).max(full.min(on_punch))
     }
 
     /// Number of nodes inside a radius.
@@ -286,7 +272,7 @@ impl Answer {
         ((radius - self.r0) / self.dr - SLIVER).ceil().max(0.0) as usize
     }
 
-    /// Radius beyond which the wave of the edge has changed the pressure \[R\].
+    /// Radius up to which no wave of the edge has arrived \[R\].
     fn known_radius(&self, time: f64) -> f64 {
         match &self.form {
             Form::Spreading(_) if self.edge.is_finite() => {
@@ -298,13 +284,13 @@ impl Answer {
     }
 }
 
-impl StressAt for Answer {
+impl StressAt for ClosedForm {
     fn stress_at(&self, r: f64) -> f64 {
         self.pressure_at(r, self.time)
     }
 }
 
-impl fmt::Display for Answer {
+impl fmt::Display for ClosedForm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = match &self.form {
             Form::Spreading(_) if self.front == Front::Flat => {
