@@ -1,7 +1,6 @@
 //! The channels of a recording: one file each, and the catalogue that lists them.
 //!
-//! A channel turns a [`View`] into messages and says in plain text what their fields mean. It knows nothing of how
-//! a view came about or of files.
+//! A channel encodes a [`View`] into messages and describes their fields. It does not know how a view is computed, nor files.
 
 use std::{
     collections::BTreeMap,
@@ -38,12 +37,12 @@ pub trait Channel: Send {
     /// Units and meanings of the numeric fields.
     fn fields(&self) -> Vec<FieldNote>;
 
-    /// What else the metadata of the channel says.
+    /// Further entries of the metadata of the channel.
     fn remarks(&self) -> Vec<(String, String)> {
         Vec::new()
     }
 
-    /// Writes what the channel has to say about a step.
+    /// Emits the messages of a step.
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>);
 }
 
@@ -80,7 +79,7 @@ fn step_and_time() -> [FieldNote; 2] {
     [FieldNote::new("step", "1", "number k of the step"), FieldNote::new("time", "R/c_p", "time t = k dt")]
 }
 
-/// Where a channel puts its messages.
+/// Destination of the messages of a channel.
 pub struct Outlet<'a> {
     batch: &'a mut Batch,
     channel: usize,
@@ -106,7 +105,7 @@ pub fn log_time(time: f64, playback_rate: f64) -> u64 {
 
 /// All channels of a case. To add one, add its line here.
 pub struct Catalogue {
-    /// Channels that look at every step, numbered from 0.
+    /// Channels that observe every step, numbered from 0.
     channels: Vec<Box<dyn Channel>>,
     /// Channels of frames, numbered after them.
     frames: FrameChannels,
@@ -132,32 +131,32 @@ impl Catalogue {
         Self { channels, frames, playback_rate: case.record.playback_rate }
     }
 
-    /// The channels that a closed form can fill for `case`.
+    /// The channels of a closed form for `case`.
     ///
-    /// * `knows_drag`: true if it knows the drag
-    pub fn exact(case: &Case, knows_drag: bool) -> Self {
+    /// * `has_drag`: true if the form has the drag
+    pub fn exact(case: &Case, has_drag: bool) -> Self {
         let mut channels: Vec<Box<dyn Channel>> = vec![
             Box::new(interface_stress::InterfaceStress::new(case)),
             Box::new(velocity::Velocity),
             Box::new(probes::Probes::new(case)),
             Box::new(log::Log),
         ];
-        if knows_drag {
+        if has_drag {
             channels.push(Box::new(drag::Drag::new(case)));
         }
         let frames = FrameChannels::new(Vec::new(), 0);
         Self { channels, frames, playback_rate: case.record.playback_rate }
     }
 
-    /// Asks every channel something, in the order of their numbers.
-    fn each<T>(&self, ask: impl Fn(&dyn Channel) -> T) -> Vec<T> {
+    /// Maps every channel, in the order of their numbers.
+    fn map<T>(&self, f: impl Fn(&dyn Channel) -> T) -> Vec<T> {
         let frames = lock(&self.frames.channels);
-        self.channels.iter().chain(frames.iter()).map(|channel| ask(channel.as_ref())).collect()
+        self.channels.iter().chain(frames.iter()).map(|channel| f(channel.as_ref())).collect()
     }
 
     /// Topics, schemas and metadata of all channels.
     pub fn specs(&self) -> Vec<ChannelSpec> {
-        self.each(|channel| ChannelSpec {
+        self.map(|channel| ChannelSpec {
             topic: channel.topic().into(),
             schema: channel.schema().into(),
             descriptors: descriptor_set(channel.schema()),
@@ -167,17 +166,17 @@ impl Catalogue {
 
     /// Topics of all channels.
     pub fn topics(&self) -> Vec<String> {
-        self.each(|channel| channel.topic().to_owned())
+        self.map(|channel| channel.topic().to_owned())
     }
 
-    /// Lets every channel look at a step.
+    /// Passes a step to every channel.
     ///
     /// # Errors
     ///
     /// The first error of the recorder.
     pub fn observe(&mut self, view: &View<'_>, recorder: &mut Recorder) -> Result<(), RecordingError> {
         let log_time = log_time(view.time, self.playback_rate);
-        let_speak(&mut self.channels, 0, view, log_time, recorder.batch());
+        observe_all(&mut self.channels, 0, view, log_time, recorder.batch());
         if view.frame.is_some() {
             self.frames.observe(view, self.channels.len(), log_time, recorder)
         } else {
@@ -207,12 +206,12 @@ impl Catalogue {
     }
 }
 
-/// What is shared, whatever has happened to a thread that held it.
+/// Locks shared data, even if a thread has panicked while it held the lock.
 fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn let_speak(
+fn observe_all(
     channels: &mut [Box<dyn Channel>],
     first: usize,
     view: &View<'_>,
@@ -224,8 +223,8 @@ fn let_speak(
     }
 }
 
-/// Channels that speak at frames only: fields and pictures. They do it on the thread that writes, from a view that
-/// shares the frame, while the run goes on.
+/// Channels that emit messages at frames only: fields and pictures. They observe on the writer thread, from a view that
+/// shares the frame, while the run continues.
 struct FrameChannels {
     channels: Arc<Mutex<Vec<Box<dyn Channel>>>>,
     is_empty: bool,
@@ -239,7 +238,7 @@ impl FrameChannels {
         Self { channels: Arc::new(Mutex::new(channels)), is_empty, frame_size }
     }
 
-    /// Hands a frame over to the writer.
+    /// Defers a frame to the writer thread.
     ///
     /// * `first`: number of the first channel
     fn observe(
@@ -256,9 +255,9 @@ impl FrameChannels {
         let channels = Arc::clone(&self.channels);
         let make = move |batch: &mut Batch| {
             let mut channels = lock(&channels);
-            let_speak(&mut channels, first, &view, log_time, batch);
+            observe_all(&mut channels, first, &view, log_time, batch);
         };
-        recorder.later(self.frame_size, Box::new(make))
+        recorder.defer(self.frame_size, Box::new(make))
     }
 }
 
@@ -266,7 +265,7 @@ fn all_metadata(channel: &dyn Channel) -> BTreeMap<String, String> {
     let mut map = metadata(&channel.fields());
     map.extend(channel.remarks());
     if channel.topic().starts_with(view::TOPICS) {
-        // readers that compare recordings leave such channels to what they are made from
+        // comparisons skip such channels: their sources are compared
         map.insert("derived".into(), "drawn from the other channels".into());
     }
     map

@@ -1,7 +1,7 @@
-//! Live runs: what is recorded is also served to viewers, and the run can be paced so that a person can follow it.
+//! Live runs: recorded messages are also served to viewers, and the run can be paced for a person to follow.
 //!
-//! The messages are tapped where they are written to the file, on the thread that writes it: the run computes the same
-//! numbers and the file gets the same bytes whether anybody watches or not.
+//! The messages are tapped on the writer thread: the run computes the same numbers and the file gets the same bytes with or
+//! without viewers.
 
 use std::{
     sync::Arc,
@@ -13,7 +13,7 @@ use percuss_serve::{Address, Channel, ServeError, Server};
 
 use crate::recording::{ChannelSpec, Tap};
 
-/// Longest sleep, so that signals are noticed.
+/// Longest sleep between two checks for signals.
 const NAP: Duration = Duration::from_millis(50);
 
 /// A server of the messages of a run.
@@ -37,7 +37,7 @@ impl Live {
     ///
     /// # Errors
     ///
-    /// The address is not to be had.
+    /// The address is not available.
     pub fn open(address: &Address, title: &str, channels: Vec<ChannelSpec>) -> Result<Self, ServeError> {
         let channel = |spec: ChannelSpec| Channel {
             topic: spec.topic,
@@ -55,34 +55,34 @@ impl Live {
         self.server.url()
     }
 
-    /// What the recorder is to hand its messages to.
+    /// Receiver for the messages of the recorder.
     pub fn tap(&self) -> Box<dyn Tap> {
         Box::new(Feed { server: Arc::clone(&self.server) })
     }
 
-    /// Waits until so many viewers have subscribed to all they want, or `is_over`. Viewers subscribe panel by panel: they are
-    /// taken to have all they want when nobody has subscribed for [`percuss_serve::QUIET`].
+    /// Waits until so many viewers have subscribed, or `is_over`. Viewers subscribe panel by panel: their subscriptions are
+    /// complete when none has come for [`percuss_serve::QUIET`].
     pub fn wait_for(&self, viewers: usize, is_over: impl Fn() -> bool) {
         while !self.server.is_ready(viewers) && !is_over() {
             thread::sleep(NAP);
         }
     }
 
-    /// Number of viewers that have subscribed to something.
+    /// Number of viewers with a subscription.
     pub fn viewers(&self) -> usize {
         self.server.viewers()
     }
 
-    /// Holds the end until all viewers have left, for so long at most, or until `is_over`.
+    /// Waits until all viewers have left, at most `longest`, or until `is_over`.
     pub fn hold(&self, longest: Duration, is_over: impl Fn() -> bool) {
         self.server.hold(longest, is_over);
     }
 }
 
-/// Holds a run back to a pace.
+/// Slows a run down to a pace.
 #[derive(Debug)]
 pub struct Pace {
-    /// Log time that passes in a second.
+    /// Log time per second.
     speed: f64,
     start: Option<Instant>,
 }
