@@ -21,7 +21,7 @@ use mcap::{Channel, McapResult, MessageStream, Summary, records::MessageHeader, 
 
 use crate::{
     case::{Case, CaseErrors, Frames, Sizes},
-    channels::view::{self, Stage},
+    channels::view::{self, Viewport},
     recording::{CHUNK_TARGET, Compression, MESSAGE_HEADER, write_options},
     session,
     simulation::Simulation,
@@ -248,7 +248,7 @@ impl Law {
 }
 
 fn pixels(case: &Case) -> f64 {
-    let stage = Stage::new(case);
+    let stage = Viewport::new(case);
     (stage.columns * stage.rows) as f64
 }
 

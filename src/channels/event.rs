@@ -1,4 +1,4 @@
-//! `/event`: what happens once, as it happens.
+//! `/event`: tension, rebound, separation and the like, in the step in which they occur.
 
 use super::{Channel, FieldNote, Outlet, step_and_time};
 use crate::{

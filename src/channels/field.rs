@@ -6,7 +6,7 @@ use crate::{case::Case, message::percuss, model::Field, view::View};
 /// The channel of one field.
 pub struct FieldSlice {
     field: Field,
-    /// Nodes from one that is shown to the next.
+    /// Every so many nodes are recorded.
     every: usize,
     message: percuss::FieldSlice,
 }

@@ -10,7 +10,7 @@ pub struct InterfaceStress {
 }
 
 impl InterfaceStress {
-    /// As often as `case` asks for it.
+    /// At the interval of `case`.
     pub fn new(case: &Case) -> Self {
         Self { every: case.record.interface_every, message: percuss::InterfaceStress::default() }
     }

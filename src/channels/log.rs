@@ -1,4 +1,4 @@
-//! `/log`: what the run said, as it happens, for the log panels of viewers.
+//! `/log`: messages of the run in text, for the log panels of viewers.
 
 use prost_types::Timestamp;
 
@@ -10,10 +10,10 @@ use crate::{message::foxglove, view::View};
 /// Topic of the log.
 pub const TOPIC: &str = "/log";
 
-/// The log channel: events appear in it by themselves.
+/// The log channel: it emits a line for every event.
 pub struct Log;
 
-/// A log time \[ns\] as a message carries it.
+/// The timestamp of a log time \[ns\].
 pub fn timestamp(log_time: u64) -> Timestamp {
     Timestamp { seconds: (log_time / 1_000_000_000) as i64, nanos: (log_time % 1_000_000_000) as i32 }
 }

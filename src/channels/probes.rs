@@ -10,7 +10,7 @@ pub struct Probes {
 }
 
 impl Probes {
-    /// Probes where `case` asks for them.
+    /// At the radii of `case`.
     pub fn new(case: &Case) -> Self {
         Self { radii: case.record.probes.clone(), message: percuss::Probes::default() }
     }

@@ -1,12 +1,12 @@
-//! The channels under `/view`: what viewers draw by themselves, at frames.
+//! The channels under `/view`: pictures for viewers, at frames.
 //!
-//! They show the same run as the other channels, ready to look at: thinned out, rounded, mirrored to r < 0 and with
-//! displacements drawn to a scale that suits the eye. Numbers are to be taken from the other channels.
+//! They show the same run as the other channels: downsampled, rounded, mirrored to r < 0, with displacements exaggerated.
+//! The exact numbers are in the other channels.
 //!
 //! World frame of all pictures: x = r, y up (depth is −y), z towards the viewer, unit R. The frame `indenter` moves
-//! with the indenter; displacements are drawn [`Stage::exaggeration`] times their size, which the metadata of the
-//! channels state. What overlaps lies on [`Sheet`]s one above the other, the field lowest, so that no two surfaces
-//! meet and which is seen does not depend on the viewer.
+//! with the indenter; displacements are drawn [`Viewport::exaggeration`] times their size, which the metadata of the
+//! channels state. Overlapping parts lie on [`Sheet`]s one above the other, the field lowest, so that no two surfaces
+//! coincide and every viewer shows the same one.
 
 use std::sync::{Arc, Mutex};
 
@@ -25,26 +25,26 @@ mod image;
 mod profile;
 mod scene;
 mod section;
-mod stage;
 mod tf;
+mod viewport;
 
 pub use profile::MARGIN as PROFILE_MARGIN;
 pub use section::level_range;
-pub use stage::{Sheet, Stage};
+pub use viewport::{Sheet, Viewport};
 
 use section::Section;
 
-/// What all topics of these channels begin with.
+/// Prefix of the topics of these channels.
 pub const TOPICS: &str = "/view/";
-/// Name of the frame of reference that stands still.
+/// Name of the frame of reference at rest.
 pub const WORLD: &str = "world";
 /// Name of the frame of reference that moves with the indenter.
 pub const INDENTER: &str = "indenter";
 
 /// The view channels of a case.
 pub(super) fn channels(case: &Case) -> Vec<Box<dyn Channel>> {
-    let stage = Arc::new(Stage::new(case));
-    let section = Arc::new(Mutex::new(Section::new(case, &stage)));
+    let viewport = Arc::new(Viewport::new(case));
+    let section = Arc::new(Mutex::new(Section::new(case, &viewport)));
     let wanted = |view: &&ViewChannel| match view {
         // these show recorded fields
         ViewChannel::Field | ViewChannel::Image => !case.record.fields.is_empty(),
@@ -52,18 +52,18 @@ pub(super) fn channels(case: &Case) -> Vec<Box<dyn Channel>> {
     };
     let channel = |view: &ViewChannel| -> Box<dyn Channel> {
         match view {
-            ViewChannel::Field => Box::new(grid::Grid::new(case, &stage, &section)),
-            ViewChannel::Image => Box::new(image::Image::new(case, &stage, &section)),
-            ViewChannel::Scene => Box::new(scene::Scene::new(case, &stage)),
-            ViewChannel::Fronts => Box::new(fronts::Fronts::new(case, &stage)),
-            ViewChannel::Tf => Box::new(tf::Transforms::new(&stage)),
+            ViewChannel::Field => Box::new(grid::Grid::new(case, &viewport, &section)),
+            ViewChannel::Image => Box::new(image::Image::new(case, &viewport, &section)),
+            ViewChannel::Scene => Box::new(scene::Scene::new(case, &viewport)),
+            ViewChannel::Fronts => Box::new(fronts::Fronts::new(case, &viewport)),
+            ViewChannel::Tf => Box::new(tf::Transforms::new(&viewport)),
             ViewChannel::Profile => Box::new(profile::Profile::new(case)),
         }
     };
     case.record.views.iter().filter(wanted).map(channel).collect()
 }
 
-/// Log time of a message as the viewers' messages carry it.
+/// Timestamp of a message.
 fn timestamp(outlet: &Outlet<'_>) -> Timestamp {
     super::log::timestamp(outlet.log_time())
 }

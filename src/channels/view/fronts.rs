@@ -1,13 +1,12 @@
-//! `/view/fronts`: where the wave fronts are by geometry, as thin lines. A topic of its own, so that a viewer can switch them
-//! off.
+//! `/view/fronts`: wave fronts by geometry, as thin lines. A separate topic, which a viewer can switch off.
 //!
-//! The edge of the contact sends out waves from the moment they run ahead of it. In the equation of motion \[KA\] Eq. 18
+//! The edge of the contact emits waves from the time at which they outrun it. In the equation of motion \[KA\] Eq. 18
 //! they run at c_p along z and at c_s along r, so their front is an ellipse about the edge; a backing folds it back.
-//! Under a flat punch there is the plane front besides.
+//! A flat punch also has the plane front.
 
 use std::sync::Arc;
 
-use super::{Sheet, Stage, WORLD, colours, entity, line, point, stage::Edge};
+use super::{Sheet, Viewport, WORLD, colours, entity, line, point, viewport::Edge};
 use crate::{
     case::{Case, HeadKind},
     channels::{Channel, FieldNote, Outlet},
@@ -17,12 +16,12 @@ use crate::{
 
 /// Points of half an ellipse.
 const POINTS: u32 = 36;
-/// Fronts are drawn until they have crossed the layer so many times.
+/// Crossings of the layer after which fronts are no longer drawn.
 const CROSSINGS: f64 = 4.0;
 
 /// The channel.
 pub struct Fronts {
-    stage: Arc<Stage>,
+    viewport: Arc<Viewport>,
     is_flat: bool,
     /// Unit half circle, `(cos, sin)` from r = 1 over z = 1 to r = −1.
     circle: Vec<(f64, f64)>,
@@ -30,9 +29,9 @@ pub struct Fronts {
 
 impl Fronts {
     /// The channel of a case.
-    pub fn new(case: &Case, stage: &Arc<Stage>) -> Self {
+    pub fn new(case: &Case, viewport: &Arc<Viewport>) -> Self {
         Self {
-            stage: Arc::clone(stage),
+            viewport: Arc::clone(viewport),
             is_flat: case.indenter.head == HeadKind::Flat,
             circle: (0..=POINTS)
                 .map(|part| on_circle(2.0 * f64::from(part) / f64::from(POINTS) - 1.0))
@@ -41,9 +40,9 @@ impl Fronts {
     }
 
     fn lines(&self, time: f64) -> Vec<LinePrimitive> {
-        let Some(edge) = self.stage.edge else { return Vec::new() };
+        let Some(edge) = self.viewport.edge else { return Vec::new() };
         let age = time - edge.time;
-        if age <= 0.0 || self.stage.thickness.is_some_and(|thickness| age > CROSSINGS * thickness) {
+        if age <= 0.0 || self.viewport.thickness.is_some_and(|thickness| age > CROSSINGS * thickness) {
             return Vec::new();
         }
         let mut lines = Vec::new();
@@ -55,23 +54,23 @@ impl Fronts {
             let depth = self.folded(age);
             lines.push(vec![point(-edge.r, -depth), point(edge.r, -depth)]);
         }
-        let z = self.stage.height_of(Sheet::Fronts);
+        let z = self.viewport.height_of(Sheet::Fronts);
         let thin = |points: Vec<Point3>| LinePrimitive { thickness: 1.0, ..line(points, z, colours::FRONT) };
         lines.into_iter().filter(|points: &Vec<_>| points.len() > 1).map(thin).collect()
     }
 
-    /// The front from the edge at r > 0, as far as it is on the stage: points `(r, z)` of the unfolded ellipse.
+    /// The part of the front from the edge at r > 0 that is in the viewport: points `(r, z)` of the unfolded ellipse.
     fn arc(&self, edge: Edge, age: f64) -> Vec<(f64, f64)> {
-        let c_s = self.stage.shear_wave_speed;
+        let c_s = self.viewport.shear_wave_speed;
         let points = self.circle.iter().map(|(cos, sin)| (edge.r + c_s * age * cos, age * sin));
         points
-            .filter(|(r, z)| r.abs() <= self.stage.half_width && self.folded(*z) <= self.stage.depth)
+            .filter(|(r, z)| r.abs() <= self.viewport.half_width && self.folded(*z) <= self.viewport.depth)
             .collect()
     }
 
-    /// Depth of a front that has come to depth z if nothing was in its way: backing and surface fold it.
+    /// Depth of a front whose unfolded depth is z: backing and surface fold it.
     fn folded(&self, z: f64) -> f64 {
-        match self.stage.thickness {
+        match self.viewport.thickness {
             None => z,
             Some(thickness) => {
                 let rest = z % (2.0 * thickness);
@@ -105,7 +104,7 @@ impl Channel for Fronts {
     }
 
     fn remarks(&self) -> Vec<(String, String)> {
-        match self.stage.edge {
+        match self.viewport.edge {
             Some(edge) => {
                 vec![("edge.r".into(), edge.r.to_string()), ("edge.time".into(), edge.time.to_string())]
             }
@@ -138,7 +137,7 @@ mod tests {
     #[test]
     fn fronts_are_folded_by_a_layer() {
         let case = Case::load("fig5", &[]).expect("a built-in case");
-        let fronts = Fronts::new(&case, &Arc::new(Stage::new(&case)));
+        let fronts = Fronts::new(&case, &Arc::new(Viewport::new(&case)));
         for (z, depth) in [(0.25, 0.25), (1.25, 0.75), (2.25, 0.25), (3.0, 1.0)] {
             assert!((fronts.folded(z) - depth).abs() < 1e-15, "{z}");
         }

@@ -1,15 +1,14 @@
 //! `/view/field`: the recorded fields over the section, both sides of the axis, for the 3D panels of viewers.
 //!
-//! One byte per field and cell: viewers colour bytes over 0 to 255 unless told otherwise, so the picture is right
-//! without any setting.
+//! One byte per field and cell: by default viewers map bytes 0 to 255 to colours, so the picture needs no settings.
 
 use std::sync::{Arc, Mutex};
 
 use super::{
-    Sheet, Stage, WORLD, at,
+    Sheet, Viewport, WORLD, at,
     section::{Section, ZERO, level_step},
-    stage::range,
     timestamp,
+    viewport::range,
 };
 use crate::{
     case::Case,
@@ -28,7 +27,7 @@ pub struct Grid {
 
 impl Grid {
     /// The channel of a case.
-    pub fn new(case: &Case, stage: &Stage, section: &Arc<Mutex<Section>>) -> Self {
+    pub fn new(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) -> Self {
         let fields = lock(section).fields() as u32;
         let packed = |(offset, field): (usize, &Field)| PackedElementField {
             name: field.name().into(),
@@ -40,13 +39,13 @@ impl Grid {
             frame_id: WORLD.into(),
             // the lower left corner of the section
             pose: Some(at(
-                -(stage.columns as f64) * stage.pixel,
-                -(stage.rows as f64) * stage.pixel,
-                stage.height_of(Sheet::Field),
+                -(viewport.columns as f64) * viewport.pixel,
+                -(viewport.rows as f64) * viewport.pixel,
+                viewport.height_of(Sheet::Field),
             )),
-            column_count: 2 * stage.columns as u32,
-            cell_size: Some(foxglove::Vector2 { x: stage.pixel, y: stage.pixel }),
-            row_stride: 2 * stage.columns as u32 * fields,
+            column_count: 2 * viewport.columns as u32,
+            cell_size: Some(foxglove::Vector2 { x: viewport.pixel, y: viewport.pixel }),
+            row_stride: 2 * viewport.columns as u32 * fields,
             cell_stride: fields,
             fields: case.record.fields.iter().enumerate().map(packed).collect(),
             data: Vec::new(),

@@ -1,12 +1,11 @@
 //! `/view/image`: the section as a picture file, for every viewer that shows images.
 //!
-//! The picture is a PNG of palette colours whose pixels are the levels of `/view/field` themselves, stored and not
-//! packed: the compression of the chunk finds the same bytes in the grid before it, and is quicker than two. Nothing is drawn
-//! over the section.
+//! The picture is a PNG of palette colours whose pixels are the levels of `/view/field`, stored without compression: the
+//! compression of the chunk finds the same bytes in the grid before it, which is faster than compressing twice.
 
 use std::sync::{Arc, Mutex};
 
-use super::{Stage, WORLD, colours::palette, section::Section, stage::range, timestamp};
+use super::{Viewport, WORLD, colours::palette, section::Section, timestamp, viewport::range};
 use crate::{
     case::Case,
     channels::{Channel, FieldNote, Outlet, lock},
@@ -15,7 +14,7 @@ use crate::{
     view::View,
 };
 
-/// Levels that are colours of their own in the palette.
+/// Levels with a colour of their own in the palette.
 const NOTHING: u8 = 0;
 const INDENTER: u8 = 1;
 
@@ -24,8 +23,8 @@ pub struct Image {
     section: Arc<Mutex<Section>>,
     columns: usize,
     rows: usize,
-    /// Rows above the surface that show where the contact is.
-    strip: usize,
+    /// Rows above the surface that show the contact.
+    margin: usize,
     pixel: f64,
     shown: Field,
     range: f64,
@@ -36,7 +35,7 @@ pub struct Image {
 
 impl Image {
     /// The channel of a case: it shows the first of the recorded fields.
-    pub fn new(case: &Case, stage: &Stage, section: &Arc<Mutex<Section>>) -> Self {
+    pub fn new(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) -> Self {
         let shown = case.record.fields[0];
         let message = foxglove::CompressedImage {
             frame_id: WORLD.into(),
@@ -45,10 +44,10 @@ impl Image {
         };
         Self {
             section: Arc::clone(section),
-            columns: 2 * stage.columns,
-            rows: stage.rows,
-            strip: (stage.rows / 16).max(2),
-            pixel: stage.pixel,
+            columns: 2 * viewport.columns,
+            rows: viewport.rows,
+            margin: (viewport.rows / 16).max(2),
+            pixel: viewport.pixel,
             shown,
             range: range(case, shown),
             palette: palette(),
@@ -61,7 +60,7 @@ impl Image {
         let half = self.columns / 2;
         let contact = ((view.contact_radius / self.pixel).round() as usize).min(half);
         self.pixels.clear();
-        for _ in 0..self.strip {
+        for _ in 0..self.margin {
             let row = self.pixels.len();
             self.pixels.resize(row + self.columns, NOTHING);
             self.pixels[row + half - contact..row + half + contact].fill(INDENTER);
@@ -82,7 +81,7 @@ impl Image {
     fn encode(&mut self) -> Result<(), png::EncodingError> {
         let data = &mut self.message.data;
         data.clear();
-        let mut encoder = png::Encoder::new(data, self.columns as u32, (self.rows + self.strip) as u32);
+        let mut encoder = png::Encoder::new(data, self.columns as u32, (self.rows + self.margin) as u32);
         encoder.set_color(png::ColorType::Indexed);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_palette(self.palette.as_slice());

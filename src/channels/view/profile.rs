@@ -8,9 +8,9 @@ use crate::{
     view::View,
 };
 
-/// Largest number of points of a profile: some viewers leave arrays of more than 500 values out.
+/// Largest number of points of a profile: some viewers skip arrays of more than 500 values.
 const POINTS: f64 = 400.0;
-/// Shown out to so many times the radius that contact reaches.
+/// Outer radius of the profile over the radius that contact reaches.
 pub const MARGIN: f64 = 2.0;
 
 /// The channel.
@@ -18,7 +18,7 @@ pub struct Profile {
     shape: Shape,
     /// Every so many nodes.
     every: usize,
-    /// Number of nodes within what is shown.
+    /// Number of nodes up to the outer radius.
     nodes: usize,
     message: percuss::SurfaceProfile,
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{INDENTER, Sheet, Stage, WORLD, at, colours, entity, line, point, stage::range};
+use super::{INDENTER, Sheet, Viewport, WORLD, at, colours, entity, line, point, viewport::range};
 use crate::{
     case::Case,
     channels::{Channel, FieldNote, Outlet},
@@ -20,39 +20,39 @@ const SURFACE_POINTS: f64 = 100.0;
 
 /// The channel.
 pub struct Scene {
-    stage: Arc<Stage>,
+    viewport: Arc<Viewport>,
     /// Length of the arrow per unit of drag.
     drag_scale: f64,
     /// Shown nodes of the surface, and every how many of them.
     nodes: usize,
     every: usize,
-    /// What of the indenter and the target is the same in all frames.
+    /// Parts that are the same in all frames.
     body: (LinePrimitive, TriangleListPrimitive),
     backing: Option<LinePrimitive>,
 }
 
 impl Scene {
     /// The channel of a case.
-    pub fn new(case: &Case, stage: &Arc<Stage>) -> Self {
-        let nodes = (stage.half_width / case.sizes.dr).floor();
-        // the colour's full stress on all of the contact is an arrow of half the stage
-        let reach = stage.reach.min(stage.half_width);
+    pub fn new(case: &Case, viewport: &Arc<Viewport>) -> Self {
+        let nodes = (viewport.half_width / case.sizes.dr).floor();
+        // the largest stress of the colour range on all of the contact is an arrow of half the viewport
+        let reach = viewport.reach.min(viewport.half_width);
         let area = match case.geometry {
             Geometry::Axisymmetric => reach * reach,
             Geometry::Plane => reach,
         };
-        let full = 0.5 * stage.depth.min(stage.half_width);
-        let backing = stage.thickness.map(|thickness| {
-            let ends = [-stage.half_width, stage.half_width].map(|x| point(x, -thickness));
-            line(ends.to_vec(), stage.height_of(Sheet::Backing), colours::OUTLINE)
+        let full = 0.5 * viewport.depth.min(viewport.half_width);
+        let backing = viewport.thickness.map(|thickness| {
+            let ends = [-viewport.half_width, viewport.half_width].map(|x| point(x, -thickness));
+            line(ends.to_vec(), viewport.height_of(Sheet::Backing), colours::OUTLINE)
         });
         Self {
             drag_scale: full / (range(case, Field::Stress) * area),
             nodes: nodes as usize,
             every: ((nodes / SURFACE_POINTS).ceil() as usize).max(1),
-            body: body(stage),
+            body: body(viewport),
             backing,
-            stage: Arc::clone(stage),
+            viewport: Arc::clone(viewport),
         }
     }
 
@@ -60,19 +60,19 @@ impl Scene {
         let displacement = view.frame.as_ref().map_or(&[][..], |frame| &frame.fields.surface);
         let moved = self.nodes.min(displacement.len());
         let radius = |i: usize| view.interface.r0 + i as f64 * view.interface.dr;
-        let node = |i: usize| (radius(i), self.stage.height(displacement[i]));
+        let node = |i: usize| (radius(i), self.viewport.height(displacement[i]));
         let mut right: Vec<(f64, f64)> = (0..moved).step_by(self.every).map(node).collect();
-        // the rest is level: its two ends tell all of it
+        // the rest is level: its two ends suffice
         let rest = radius(moved);
-        if rest < self.stage.half_width {
-            right.extend([(rest, 0.0), (self.stage.half_width, 0.0)]);
+        if rest < self.viewport.half_width {
+            right.extend([(rest, 0.0), (self.viewport.half_width, 0.0)]);
         }
         let left = right.iter().rev().map(|(x, y)| (-x, *y));
         left.chain(right.iter().copied()).map(|(x, y)| rounded(x, y)).collect()
     }
 
     fn entities(&mut self, view: &View<'_>, outlet: &Outlet<'_>) -> Vec<SceneEntity> {
-        let stage = Arc::clone(&self.stage);
+        let viewport = Arc::clone(&self.viewport);
         let new = |id: &str, frame: &str| entity(id, frame, outlet);
         let lines = |lines: Vec<LinePrimitive>, entity: SceneEntity| SceneEntity { lines, ..entity };
         let mut entities = vec![
@@ -82,30 +82,30 @@ impl Scene {
                 ..new("indenter", INDENTER)
             },
             lines(
-                vec![line(self.surface(view), stage.height_of(Sheet::Surface), colours::SURFACE)],
+                vec![line(self.surface(view), viewport.height_of(Sheet::Surface), colours::SURFACE)],
                 new("surface", WORLD),
             ),
         ];
         if let Some(backing) = &self.backing {
             entities.push(lines(vec![backing.clone()], new("backing", WORLD)));
         }
-        let tick = 0.05 * stage.depth;
-        let foot = stage.height(view.depth);
+        let tick = 0.05 * viewport.depth;
+        let foot = viewport.height(view.depth);
         let contact = [-1.0, 1.0].map(|side| side * view.contact_radius);
         let points = contact.iter().flat_map(|x| [rounded(*x, foot), rounded(*x, foot - tick)]).collect();
         entities.push(lines(
             vec![LinePrimitive {
                 r#type: line_primitive::Type::LineList.into(),
-                ..line(points, stage.height_of(Sheet::Marks), colours::CONTACT)
+                ..line(points, viewport.height_of(Sheet::Marks), colours::CONTACT)
             }],
             new("contact", WORLD),
         ));
-        let tail = foot + stage.top;
+        let tail = foot + viewport.top;
         entities.push(SceneEntity {
-            arrows: arrow((tail, stage.height_of(Sheet::Marks)), self.drag_scale * view.drag, tick),
+            arrows: arrow((tail, viewport.height_of(Sheet::Marks)), self.drag_scale * view.drag, tick),
             texts: vec![label(
                 format!("t = {:.3}   F = {:.3}", view.time, view.drag),
-                at(0.0, tail - 1.5 * tick, stage.height_of(Sheet::Marks)),
+                at(0.0, tail - 1.5 * tick, viewport.height_of(Sheet::Marks)),
             )],
             ..new("drag", WORLD)
         });
@@ -113,30 +113,30 @@ impl Scene {
     }
 }
 
-/// A point rounded to single precision: half of its bytes are zeros then and pack well.
+/// A point rounded to single precision: half of its bytes are zeros, which compress well.
 fn rounded(x: f64, y: f64) -> Point3 {
     point(f64::from(x as f32), f64::from(y as f32))
 }
 
 /// Outline and filling of the indenter in its own frame.
-fn body(stage: &Stage) -> (LinePrimitive, TriangleListPrimitive) {
+fn body(viewport: &Viewport) -> (LinePrimitive, TriangleListPrimitive) {
     let mirror = |[x, y]: [f64; 2]| [-x, y];
     let face: Vec<[f64; 2]> =
-        stage.face.iter().skip(1).rev().map(|p| mirror(*p)).chain(stage.face.iter().copied()).collect();
-    let edge = stage.face.last().map_or(0.0, |point| point[0]);
+        viewport.face.iter().skip(1).rev().map(|p| mirror(*p)).chain(viewport.face.iter().copied()).collect();
+    let edge = viewport.face.last().map_or(0.0, |point| point[0]);
     let mut outline: Vec<Point3> = face.iter().map(|[x, y]| point(*x, *y)).collect();
-    outline.extend([point(edge, stage.top), point(-edge, stage.top)]);
+    outline.extend([point(edge, viewport.top), point(-edge, viewport.top)]);
     let corners = |pair: &[[f64; 2]]| {
         let ([a, b], [c, d]) = (pair[0], pair[1]);
-        let top = stage.top;
+        let top = viewport.top;
         [point(a, b), point(c, d), point(c, top), point(a, b), point(c, top), point(a, top)]
     };
     let outline = LinePrimitive {
         r#type: line_primitive::Type::LineLoop.into(),
-        ..line(outline, stage.height_of(Sheet::Outline), colours::OUTLINE)
+        ..line(outline, viewport.height_of(Sheet::Outline), colours::OUTLINE)
     };
     let filling = TriangleListPrimitive {
-        pose: Some(at(0.0, 0.0, stage.height_of(Sheet::Body))),
+        pose: Some(at(0.0, 0.0, viewport.height_of(Sheet::Body))),
         points: face.windows(2).flat_map(corners).collect(),
         color: Some(colours::BODY),
         ..TriangleListPrimitive::default()
@@ -144,7 +144,7 @@ fn body(stage: &Stage) -> (LinePrimitive, TriangleListPrimitive) {
     (outline, filling)
 }
 
-/// The drag: up from the indenter where the target pushes, down where it pulls, nothing where there is none.
+/// The drag: up from the indenter where the target pushes, down where it pulls, no arrow without drag.
 fn arrow((tail, z): (f64, f64), length: f64, width: f64) -> Vec<ArrowPrimitive> {
     if !length.is_finite() || length.abs() < 1e-3 * width {
         return Vec::new();
@@ -192,7 +192,7 @@ impl Channel for Scene {
     }
 
     fn remarks(&self) -> Vec<(String, String)> {
-        vec![self.stage.remark(), ("arrow_length_per_drag".into(), self.drag_scale.to_string())]
+        vec![self.viewport.remark(), ("arrow_length_per_drag".into(), self.drag_scale.to_string())]
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {

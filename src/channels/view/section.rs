@@ -1,8 +1,8 @@
-//! The section as a raster of levels: recorded fields, thinned out to pixels, one byte per field and pixel.
+//! The section as a raster of levels: recorded fields, downsampled to pixels, one byte per field and pixel.
 //!
-//! The pictures of a frame share it, so that it is made once.
+//! The pictures of a frame share one raster.
 
-use super::stage::{Stage, range};
+use super::viewport::{Viewport, range};
 use crate::{
     case::Case,
     model::{Extent, Field, Frame, Sample},
@@ -10,15 +10,15 @@ use crate::{
 
 /// Level of the value 0.
 pub const ZERO: u8 = 128;
-/// Levels from 0 to the end of the range on either side; levels 0 and 1 stand for no value.
+/// Levels from 0 to the end of the range on either side; levels 0 and 1 are no values.
 const SIDE: f64 = 126.0;
 
-/// Smallest and largest level that stand for values.
+/// Smallest and largest level of values.
 pub fn level_range() -> (f64, f64) {
     (f64::from(ZERO) - SIDE, f64::from(ZERO) + SIDE)
 }
 
-/// Value of one level where the range of colours is ± `range`.
+/// Value of one level in the colour range ± `range`.
 pub fn level_step(range: f64) -> f64 {
     range / SIDE
 }
@@ -40,19 +40,19 @@ struct Nodes {
 }
 
 impl Section {
-    /// The raster of the recorded fields on a stage.
-    pub fn new(case: &Case, stage: &Stage) -> Self {
+    /// The raster of the recorded fields on a viewport.
+    pub fn new(case: &Case, viewport: &Viewport) -> Self {
         let grid = case.grid();
         let every = case.record.field_every as f64;
-        let middle = |pixel: usize| (pixel as f64 + 0.5) * stage.pixel;
+        let middle = |pixel: usize| (pixel as f64 + 0.5) * viewport.pixel;
         let nearest = |x: f64| x.round().max(0.0) as usize;
         let fields = case.record.fields.iter();
         Self {
             scales: fields.map(|field| (1.0 / level_step(range(case, *field))) as f32).collect(),
             fields: case.record.fields.clone(),
             nodes: Nodes {
-                rows: (0..stage.rows).rev().map(|row| nearest(middle(row) / (every * grid.dz))).collect(),
-                columns: (0..stage.columns)
+                rows: (0..viewport.rows).rev().map(|row| nearest(middle(row) / (every * grid.dz))).collect(),
+                columns: (0..viewport.columns)
                     .map(|i| nearest((middle(i) - grid.r0) / (every * grid.dr)))
                     .collect(),
             },
@@ -72,7 +72,7 @@ impl Section {
             self.step = Some(step);
             let fields = self.fields.len();
             let (rows, columns) = (self.nodes.rows.len(), self.nodes.columns.len());
-            // all of it at rest, then what has moved
+            // at rest, unless a node of the sample follows
             self.levels.clear();
             self.levels.resize(rows * 2 * columns * fields, ZERO);
             for (number, (field, scale)) in self.fields.iter().zip(&self.scales).enumerate() {
@@ -110,7 +110,7 @@ fn fill(levels: &mut [u8], (field, fields): (usize, usize), nodes: &Nodes, sampl
 
 /// Level of a value in units of a level, held within the range.
 fn level(value: f32) -> u8 {
-    // a cast from a float stops at 0 and 255; a value that is not a number becomes 0, which stands for none
+    // a cast from a float saturates at 0 and 255; NaN becomes 0, which is no value
     (value.clamp(-SIDE as f32, SIDE as f32) + (f32::from(ZERO) + 0.5)) as u8
 }
 

@@ -1,6 +1,6 @@
 //! `/view/tf`: where the indenter stands in the pictures.
 
-use super::{INDENTER, Stage, WORLD, timestamp, upright, vector};
+use super::{INDENTER, Viewport, WORLD, timestamp, upright, vector};
 use crate::{
     channels::{Channel, FieldNote, Outlet},
     message::foxglove::{self, FrameTransform},
@@ -9,13 +9,13 @@ use crate::{
 
 /// The channel.
 pub struct Transforms {
-    stage: std::sync::Arc<Stage>,
+    viewport: std::sync::Arc<Viewport>,
 }
 
 impl Transforms {
-    /// The channel of a stage.
-    pub fn new(stage: &std::sync::Arc<Stage>) -> Self {
-        Self { stage: stage.clone() }
+    /// The channel of a viewport.
+    pub fn new(viewport: &std::sync::Arc<Viewport>) -> Self {
+        Self { viewport: viewport.clone() }
     }
 }
 
@@ -37,7 +37,7 @@ impl Channel for Transforms {
     }
 
     fn remarks(&self) -> Vec<(String, String)> {
-        vec![self.stage.remark()]
+        vec![self.viewport.remark()]
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
@@ -48,7 +48,7 @@ impl Channel for Transforms {
             timestamp: Some(timestamp(outlet)),
             parent_frame_id: WORLD.into(),
             child_frame_id: INDENTER.into(),
-            translation: Some(vector(0.0, self.stage.height(view.depth))),
+            translation: Some(vector(0.0, self.viewport.height(view.depth))),
             rotation: Some(upright()),
         };
         outlet.put(&foxglove::FrameTransforms { transforms: vec![transform] });

@@ -1,4 +1,4 @@
-//! The stage: what part of the target is shown, how large, and in what ranges of colours. Known before the run begins.
+//! The viewport: visible part of the target, scales and colour ranges, all derived from the case.
 
 use std::f64::consts::PI;
 
@@ -11,14 +11,14 @@ use crate::{
 
 /// Points on one side of the outline of a head that is not flat.
 const HEAD_POINTS: u32 = 24;
-/// Share of the smaller side of the stage that the deepest displacement may take.
+/// Share of the smaller side of the viewport that the deepest displacement may take.
 const DEEPEST: f64 = 0.2;
-/// Distance between sheets as a share of the smaller side of the stage: some hundred times what viewers tell apart.
+/// Distance between sheets as a share of the smaller side of the viewport: some hundred times what viewers resolve.
 const SHEET: f64 = 0.01;
-/// Room for what exceeds the front pressure under the tip of a cone, beside an edge, behind a reflection.
+/// Margin for peaks above the front pressure: under the tip of a cone, beside an edge, behind a reflection.
 const HEADROOM: f64 = 1.25;
 
-/// What covers what in pictures, from the back to the front.
+/// Layers of pictures, from the back to the front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sheet {
     /// The field over the section.
@@ -37,9 +37,9 @@ pub enum Sheet {
     Marks,
 }
 
-/// The part of the target that pictures show, and the scales they are drawn to.
+/// Part of the target in pictures, and their scales.
 #[derive(Clone, Debug)]
-pub struct Stage {
+pub struct Viewport {
     /// Shown out to this radius, to both sides of the axis \[R\].
     pub half_width: f64,
     /// Shown down to this depth \[R\].
@@ -50,7 +50,7 @@ pub struct Stage {
     pub columns: usize,
     /// Rows of pixels.
     pub rows: usize,
-    /// Displacements and heads are drawn so many times as high as they are.
+    /// Factor by which displacements and heads are drawn higher than they are.
     pub exaggeration: f64,
     /// Right half of the face of the indenter in its own frame, from the axis outwards, to scale: shape `(n, [x, y])` \[R\].
     pub face: Vec<[f64; 2]>,
@@ -58,7 +58,7 @@ pub struct Stage {
     pub top: f64,
     /// Largest radius that contact reaches \[R\].
     pub reach: f64,
-    /// Where and when the waves of the edge set out.
+    /// Start of the waves of the edge.
     pub edge: Option<Edge>,
     /// Thickness of the layer \[R\]; `None` for a half-space.
     pub thickness: Option<f64>,
@@ -66,7 +66,7 @@ pub struct Stage {
     pub shear_wave_speed: f64,
 }
 
-/// Where the contact stops outrunning the waves: from there on they run ahead of it.
+/// Point at which the contact stops outrunning the waves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
     /// Radius \[R\].
@@ -75,8 +75,8 @@ pub struct Edge {
     pub time: f64,
 }
 
-impl Stage {
-    /// The stage of a case.
+impl Viewport {
+    /// The viewport for a case.
     pub fn new(case: &Case) -> Self {
         let sizes = &case.sizes;
         let shape = case.shape();
@@ -85,7 +85,7 @@ impl Stage {
         let reach = sizes.contact_reach;
         let half_width = (reach + c_s * end_time).min(sizes.outer_radius);
         let depth = if sizes.layer { sizes.depth } else { end_time.min(sizes.depth) };
-        // a tenth of the nodes: pictures stay small beside fields; and not many more than fields show
+        // a tenth of the nodes, so that pictures are small beside fields, and not many more than recorded nodes
         let nodes = (half_width / sizes.dr) * (depth / sizes.dz);
         let shown = nodes / (case.record.field_every as f64).powi(2);
         let pixels = (nodes / 10.0).min(shown).clamp(8e3, 4e4);
@@ -119,18 +119,17 @@ impl Stage {
         f64::from(sheet as u8) * SHEET * self.depth.min(self.half_width)
     }
 
-    /// What channels say of their scale in their metadata.
+    /// Entry for the metadata of channels.
     pub fn remark(&self) -> (String, String) {
         ("exaggeration".into(), self.exaggeration.to_string())
     }
 }
 
-/// Half of the range of values that colours stand for in every picture of a run, the report's too: estimated before the run
-/// and rounded up to 1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten.
+/// Half of the colour range of every picture of a run, the report's included: estimated from the case and rounded up to 1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten.
 ///
 /// *Velocity* is 1.25·V0. *Displacement* is that of the indenter, V0·T under constant velocity, about `V0·T·M/(T + M)` under a
-/// mass. *Stress* is `1.25·V0 + p`: a front carries V0, to which come peaks at tips and edges; behind it the stress
-/// rises by p while the indenter is driven on,
+/// mass. *Stress* is `1.25·V0 + p`: a front has V0, plus peaks at tips and edges; behind it the stress rises by p
+/// while the indenter moves on,
 ///
 /// ```text
 ///               driven at V0 to time T     stopped by the stress (energy ½MV0²)
@@ -139,10 +138,10 @@ impl Stage {
 /// ```
 ///
 /// with the largest contact radius a and the mass m = M/a² over its area (plane: M/a). p is the smaller of the two
-/// columns, and for a layer the larger of the two rows: thick layers are half-spaces for a while.
+/// columns, and for a layer the larger of the two rows: a thick layer begins as a half-space.
 ///
-/// Values beyond are shown in the colour of the end. Over the built-in cases these are 0 to 0.8 % of the moved
-/// part of a section, mostly under edges, where the stress has no bound.
+/// Values beyond it have the colour of the end. In the built-in cases these are 0 to 0.8 % of the moved part of a section,
+/// mostly under edges, where the stress is unbounded.
 pub fn range(case: &Case, field: Field) -> f64 {
     let velocity = case.impact.velocity;
     round_up(match field {
@@ -213,10 +212,10 @@ fn edge(shape: &Shape, velocity: f64, c_s: f64, dt: f64, steps: u64) -> Option<E
 mod tests {
     use super::*;
 
-    fn stage(name: &str) -> (Case, Stage) {
+    fn viewport(name: &str) -> (Case, Viewport) {
         let case = Case::load(name, &[]).expect("a built-in case");
-        let stage = Stage::new(&case);
-        (case, stage)
+        let viewport = Viewport::new(&case);
+        (case, viewport)
     }
 
     #[test]
@@ -251,8 +250,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_drawn_over_the_field_lies_above_it() {
-        let (_, stage) = stage("fig5");
+    fn sheets_over_the_field_lie_above_it() {
+        let (_, viewport) = viewport("fig5");
         let sheets = [
             Sheet::Field,
             Sheet::Fronts,
@@ -262,28 +261,28 @@ mod tests {
             Sheet::Surface,
             Sheet::Marks,
         ];
-        let heights = sheets.map(|sheet| stage.height_of(sheet));
+        let heights = sheets.map(|sheet| viewport.height_of(sheet));
         assert_eq!(heights[0], 0.0);
         assert!(heights.windows(2).all(|pair| pair[1] - pair[0] > 0.005), "{heights:?}");
     }
 
     #[test]
     fn a_flat_punch_has_its_edge_at_once() {
-        let (_, stage) = stage("fig5");
-        assert_eq!(stage.edge, Some(Edge { r: 1.0, time: 0.0 }));
-        assert_eq!(stage.face, [[0.0, 0.0], [1.0, 0.0]]);
+        let (_, viewport) = viewport("fig5");
+        assert_eq!(viewport.edge, Some(Edge { r: 1.0, time: 0.0 }));
+        assert_eq!(viewport.face, [[0.0, 0.0], [1.0, 0.0]]);
         // w = 6 at the end of the run, drawn no deeper than a fifth of the layer
-        assert_eq!(stage.exaggeration, 0.02);
-        assert!(2.0 * stage.half_width / stage.pixel < 800.0);
+        assert_eq!(viewport.exaggeration, 0.02);
+        assert!(2.0 * viewport.half_width / viewport.pixel < 800.0);
     }
 
     #[test]
-    fn a_paraboloid_is_overtaken_where_it_slows_down_to_c_s() {
-        let (case, stage) = stage("fig2");
+    fn edge_of_a_paraboloid_is_where_it_slows_down_to_c_s() {
+        let (case, viewport) = viewport("fig2");
         // r*² = k·t: dr*/dt = c_s at t = k/(4 c_s²), r = k/(2 c_s)
         let HeadKind::Paraboloid { curvature } = case.indenter.head else { panic!("a paraboloid") };
         let c_s = case.target.material.shear_wave_speed;
-        let edge = stage.edge.expect("it slows down");
+        let edge = viewport.edge.expect("it slows down");
         let step = case.sizes.steps as f64 * case.sizes.dt / 1e4;
         assert!(
             (edge.time - curvature / (4.0 * c_s * c_s)).abs() < 2.0 * case.sizes.dt.max(step),
@@ -293,10 +292,10 @@ mod tests {
     }
 
     #[test]
-    fn a_fast_cone_is_never_overtaken() {
-        assert_eq!(stage("fig6a").1.edge, None);
-        // with a radius it is, where the cylinder begins
-        let edge = stage("fig6c").1.edge.expect("an edge");
+    fn a_fast_cone_has_no_edge() {
+        assert_eq!(viewport("fig6a").1.edge, None);
+        // with a radius it has one, at the cylinder
+        let edge = viewport("fig6c").1.edge.expect("an edge");
         assert!((edge.r - 1.0).abs() < 0.02 && (edge.time - 0.5).abs() < 0.02, "{edge:?}");
     }
 }
