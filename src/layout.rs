@@ -1,8 +1,8 @@
-//! Layouts for viewers, made for a case: which panels, what they show, titles, units, ranges.
+//! Layouts for viewers, built for a case: panels with their topics, titles, units, ranges.
 //!
-//! They are made from the topics that a recording of the case has, so that nothing in them points nowhere.
+//! They refer only to topics that a recording of the case has.
 
-use crate::{case::Case, channels::view::Stage};
+use crate::{case::Case, channels::view::Viewport};
 
 mod lichtblick;
 mod plotjuggler;
@@ -10,21 +10,21 @@ mod plotjuggler;
 /// Name of the attachment in a recording.
 pub const ATTACHMENT: &str = "layout.json";
 
-/// Curves of a panel, at most: more are no picture any more.
+/// Largest number of curves in a panel.
 const MAX_CURVES: usize = 16;
 
-/// What a layout is made from.
+/// Builds the layouts for a recording.
 #[derive(Debug)]
-pub struct Scenery<'a> {
+pub struct LayoutBuilder<'a> {
     case: &'a Case,
     topics: &'a [String],
-    stage: Stage,
+    viewport: Viewport,
 }
 
-impl<'a> Scenery<'a> {
-    /// The scenery of a recording of `case` with these topics.
+impl<'a> LayoutBuilder<'a> {
+    /// A builder for a recording of `case` with these topics.
     pub fn new(case: &'a Case, topics: &'a [String]) -> Self {
-        Self { case, topics, stage: Stage::new(case) }
+        Self { case, topics, viewport: Viewport::new(case) }
     }
 
     /// Layout for Lichtblick and Foxglove, as JSON text.
@@ -41,7 +41,7 @@ impl<'a> Scenery<'a> {
         self.topics.iter().any(|known| known == topic)
     }
 
-    /// Numbers and radii of the probes that a panel shows.
+    /// Numbers and radii of the probes in a panel.
     fn probes(&self) -> impl Iterator<Item = (usize, f64)> {
         let probes: &[f64] = if self.has("/probes") { &self.case.record.probes } else { &[] };
         probes.iter().copied().enumerate().take(MAX_CURVES)

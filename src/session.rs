@@ -13,7 +13,7 @@ use std::{collections::BTreeMap, path::Path, time::SystemTime};
 use crate::{
     case::Case,
     channels::{Catalogue, log::Level},
-    layout::{self, Scenery},
+    layout::{self, LayoutBuilder},
     recording::{FORMAT_VERSION, Recorder, RecordingError, Tap},
     simulation::{Ending, Simulation, SimulationError},
     validity::{Peak, STRAIN_LIMIT, Validity},
@@ -142,7 +142,7 @@ impl Session {
         let resolved = case.resolved_toml().into_bytes();
         recorder.attach("case.resolved.toml", "application/toml", resolved)?;
         let catalogue = source.catalogue(case);
-        let layout = Scenery::new(case, &catalogue.topics()).lichtblick().into_bytes();
+        let layout = LayoutBuilder::new(case, &catalogue.topics()).lichtblick().into_bytes();
         recorder.attach(layout::ATTACHMENT, "application/json", layout)?;
         recorder.channels(catalogue.specs())?;
         let session = Self {

@@ -444,7 +444,7 @@ fn plane_runs_have_units_of_their_own() {
     }
     let exact = case_of_plane_punch(&folder);
     assert_eq!(exact, "Rγc_p²");
-    let layout = percuss::layout::Scenery::new(&case, &["/drag".to_owned()]).lichtblick();
+    let layout = percuss::layout::LayoutBuilder::new(&case, &["/drag".to_owned()]).lichtblick();
     assert!(layout.contains("[Rγc_p²]") && !layout.contains('π'), "{layout}");
 }
 

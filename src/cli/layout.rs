@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::{CaseArguments, CliError, Exit, output::write_file, print};
-use crate::{channels::Catalogue, layout::Scenery};
+use crate::{channels::Catalogue, layout::LayoutBuilder};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -45,10 +45,10 @@ impl Layout {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
         let topics = Catalogue::new(&case).topics();
-        let scenery = Scenery::new(&case, &topics);
+        let builder = LayoutBuilder::new(&case, &topics);
         let text = match self.viewer {
-            Viewer::Lichtblick => scenery.lichtblick(),
-            Viewer::Plotjuggler => scenery.plotjuggler(),
+            Viewer::Lichtblick => builder.lichtblick(),
+            Viewer::Plotjuggler => builder.plotjuggler(),
         };
         match &self.output {
             None => print(&text)?,

@@ -3,7 +3,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::Scenery;
+use super::LayoutBuilder;
 use crate::{
     channels::view::{INDENTER, PROFILE_MARGIN, WORLD, level_range},
     units,
@@ -26,15 +26,15 @@ impl Panels {
 }
 
 /// The layout.
-pub fn layout(scenery: &Scenery<'_>) -> Value {
+pub fn layout(builder: &LayoutBuilder<'_>) -> Value {
     let mut panels = Panels::default();
-    let case = scenery.case;
+    let case = builder.case;
     // viewers count the seconds of log time
     let seconds = case.sizes.steps as f64 * case.sizes.dt * case.record.playback_rate;
-    let views = ["/view/field", "/view/scene", "/view/fronts"].iter().any(|topic| scenery.has(topic));
-    let section = views.then(|| panels.add("3D", "section", &case.title, section(scenery)));
+    let views = ["/view/field", "/view/scene", "/view/fronts"].iter().any(|topic| builder.has(topic));
+    let section = views.then(|| panels.add("3D", "section", &case.title, section(builder)));
     let mut motion = Vec::new();
-    if scenery.has("/drag") {
+    if builder.has("/drag") {
         motion.push(path("/drag.force", &format!("drag F [{}]", units::force(case.geometry))));
     }
     motion.push(path("/velocity.velocity", "velocity V [c_p]"));
@@ -46,12 +46,12 @@ pub fn layout(scenery: &Scenery<'_>) -> Value {
         plot(&motion, time, &format!("F [{}], V [c_p]", units::force(case.geometry))),
     );
     let probes: Vec<Value> =
-        scenery.probes().map(|(i, r)| path(&format!("/probes.stress[{i}]"), &format!("r = {r}"))).collect();
+        builder.probes().map(|(i, r)| path(&format!("/probes.stress[{i}]"), &format!("r = {r}"))).collect();
     let probes = (!probes.is_empty()).then(|| {
         let plot = plot(&probes, time, "stress [γc_p²]");
         panels.add("Plot", "probes", "Interface stress [γc_p²] against time", plot)
     });
-    let profile = scenery.has("/view/profile").then(|| {
+    let profile = builder.has("/view/profile").then(|| {
         let curves =
             [("stress", "stress [γc_p²]"), ("displacement", "surface [R]"), ("indenter", "indenter [R]")];
         let curves = curves.map(|(field, label)| path(&format!("/view/profile.{field}[:]"), label));
@@ -112,15 +112,15 @@ fn plot(paths: &[Value], (x_label, end): (&str, f64), y_label: &str) -> Value {
 }
 
 /// The section from the front, without perspective, all of it in view.
-fn section(scenery: &Scenery<'_>) -> Value {
-    let stage = &scenery.stage;
+fn section(builder: &LayoutBuilder<'_>) -> Value {
+    let viewport = &builder.viewport;
     // such a panel is two to three times as wide as it is high
-    let width = 2.0 * stage.half_width;
-    let height = stage.depth + 2.0 * stage.top;
+    let width = 2.0 * viewport.half_width;
+    let height = viewport.depth + 2.0 * viewport.top;
     let distance = 1.1 * height.max(width / 2.5);
     let mut topics = Map::new();
-    if scenery.has("/view/field")
-        && let Some(field) = scenery.case.record.fields.first()
+    if builder.has("/view/field")
+        && let Some(field) = builder.case.record.fields.first()
     {
         let (low, high) = level_range();
         topics.insert(
@@ -136,7 +136,7 @@ fn section(scenery: &Scenery<'_>) -> Value {
         );
     }
     for topic in ["/view/scene", "/view/fronts"] {
-        if scenery.has(topic) {
+        if builder.has(topic) {
             topics.insert(topic.into(), json!({ "visible": true }));
         }
     }
@@ -147,7 +147,7 @@ fn section(scenery: &Scenery<'_>) -> Value {
             "phi": 0,
             "thetaOffset": 0,
             "target": [0, 0, 0],
-            "targetOffset": [0, 0.5 * (1.5 * stage.top - stage.depth), 0],
+            "targetOffset": [0, 0.5 * (1.5 * viewport.top - viewport.depth), 0],
             "targetOrientation": [0, 0, 0, 1],
             "fovy": 45,
             // near enough to each other for the sheets of the scene to be told apart

@@ -2,19 +2,19 @@
 
 use std::fmt::Write;
 
-use super::Scenery;
+use super::LayoutBuilder;
 
 /// Colours of Okabe and Ito, in the order of their use.
 const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#e69f00", "#cc79a7", "#56b4e9", "#000000"];
 
 /// The layout: one tab, the plots one above the other.
-pub fn layout(scenery: &Scenery<'_>) -> String {
+pub fn layout(builder: &LayoutBuilder<'_>) -> String {
     let mut plots: Vec<(&str, Vec<String>)> = Vec::new();
-    if scenery.has("/drag") {
+    if builder.has("/drag") {
         plots.push(("drag", vec!["/drag/force".into()]));
     }
     plots.push(("velocity", vec!["/velocity/velocity".into()]));
-    let probes: Vec<String> = scenery.probes().map(|(i, _)| format!("/probes/stress[{i}]")).collect();
+    let probes: Vec<String> = builder.probes().map(|(i, _)| format!("/probes/stress[{i}]")).collect();
     if !probes.is_empty() {
         plots.push(("interface stress", probes));
     }
