@@ -1,7 +1,7 @@
 //! The mesh: positions, cell areas and face weights of the nodes, and the spacing rules that lead to them.
 //!
 //! This module knows geometry (axisymmetric or plane) and mesh kind and turns both into plain weights, so that
-//! no kernel has to ask for either. It knows nothing of fields, materials or contact.
+//! no kernel depends on either. It knows nothing of fields, materials or contact.
 //!
 //! Nodes stand in rows of constant depth `z_j = j·Δz`; along a row node `i` is the middle of the cell between
 //! two faces. Displacements live on nodes, radial fluxes on faces:
@@ -52,7 +52,7 @@ pub struct Spacing {
 /// edge there the drag of a plane flat punch is exact and stresses converge at second order.
 const EDGE_OFFSET: f64 = 0.25;
 
-/// Slack for quotients that are whole numbers but for rounding.
+/// Tolerance for quotients that are whole numbers within rounding.
 const ROUNDING: f64 = 1e-9;
 
 impl Spacing {
@@ -99,23 +99,23 @@ impl Spacing {
     }
 }
 
-/// Part of the surface, with weights, that a node stands for.
+/// Part of the surface, with weights, that a node represents.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Support {
     /// One point \[R\].
     Point(f64),
-    /// `inner < r < outer`, all of it alike.
+    /// `inner < r < outer`, with uniform weight.
     Cell {
         /// Inner face \[R\].
         inner: f64,
         /// Outer face \[R\].
         outer: f64,
     },
-    /// Weight `1 − |r − middle|/width`, 0 beyond; what would lie at r < 0 is folded over.
+    /// Hat function `1 − |r − middle|/width`, 0 beyond; its part at r < 0 is folded over.
     Hat {
-        /// Where the weight is largest \[R\].
+        /// Centre \[R\].
         middle: f64,
-        /// Distance at which it has fallen to 0 \[R\].
+        /// Half-width \[R\].
         width: f64,
     },
 }
@@ -164,7 +164,7 @@ pub struct Grid {
     pub nz: usize,
     /// Cell areas a_i, shape `(nr,)`: `2∫r dr` over the cell \[R²\], plane `∫dx` \[R\].
     pub area: Vec<f64>,
-    /// Weight of the face between nodes i and i+1, shape `(nr,)`: `2 r_{i+½}`, plane 1; the last one is 0, nothing
+    /// Weight of the face between nodes i and i+1, shape `(nr,)`: `2 r_{i+½}`, plane 1; the last one is 0, no flux
     /// crosses the outer boundary.
     pub face: Vec<f64>,
     half_cell_start: bool,
@@ -220,8 +220,8 @@ impl Grid {
         }
     }
 
-    /// What node `i` takes a given motion of the surface from: a mean that falls off linearly to the neighbouring
-    /// nodes, or on the paper's mesh the node itself.
+    /// Support of node `i` in partial contact and under a prescribed motion: a hat out to the neighbouring nodes, or on the
+    /// paper's mesh the node itself.
     pub fn support(&self, i: usize) -> Support {
         let middle = self.r(i);
         if self.half_cell_start { Support::Point(middle) } else { Support::Hat { middle, width: self.dr } }

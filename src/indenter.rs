@@ -35,7 +35,7 @@ impl Indenter {
     /// Displacement w^{k+1} \[R\] if no force acted during this step.
     pub fn free_depth(&self) -> f64 {
         if self.is_driven() {
-            // exact, not summed up: V0·(k+1)·Δt
+            // without the rounding of a sum: V0·(k+1)·Δt
             self.initial_velocity * ((self.step + 1) as f64 * self.dt)
         } else {
             self.depth + self.dt * self.half_velocity
@@ -47,7 +47,7 @@ impl Indenter {
         self.dt * self.dt / self.mass
     }
 
-    /// True if the velocity is constant whatever the drag (infinite mass).
+    /// True if the velocity is constant at any drag (infinite mass).
     pub fn is_driven(&self) -> bool {
         self.mass.is_infinite()
     }
@@ -67,7 +67,7 @@ impl Indenter {
     }
 
     /// Kinetic energy ½M v² at the current half step \[πR³γc_p²; plane R²γc_p²\]; 0 for a driven indenter, whose
-    /// energy is not at stake.
+    /// energy is constant.
     pub fn kinetic_energy(&self) -> f64 {
         if self.is_driven() { 0.0 } else { 0.5 * self.mass * self.half_velocity * self.half_velocity }
     }

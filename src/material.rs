@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The target material as a run needs it: speeds relative to `c_p`, and SI values where they are known.
+/// The target material: speeds relative to `c_p`, and SI values where they are known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
     /// Shear wave speed c_s \[c_p\].
@@ -31,7 +31,7 @@ pub struct Elastic {
     pub density: f64,
 }
 
-/// What is wrong with elastic constants.
+/// Why elastic constants are invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MaterialError {
     /// Neither pair of constants, or parts of both.

@@ -1,7 +1,7 @@
 //! What a model and the contact exchange on z = 0, and nothing else.
 //!
-//! In step k the model offers where its surface nodes would be at level k+1 if no pressure acted, and how much a
-//! pressure moves each of them; the contact answers with the pressure and the displacement that result.
+//! In step k the model predicts the displacement of its surface nodes at level k+1 without pressure, and the compliance of
+//! each; the contact returns the pressure and the resulting displacement.
 
 /// The surface nodes during one step. All arrays have the shape `(nr,)`.
 #[derive(Clone, Debug)]
@@ -14,7 +14,7 @@ pub struct Surface {
     pub pressure: Vec<f64>,
     /// Displacement u^{k+1} of the surface under that pressure \[R\].
     pub displacement: Vec<f64>,
-    /// Number of leading nodes that have been loaded so far; pressure beyond them is and was 0.
+    /// Number of leading nodes that have been loaded so far; pressure beyond them has always been 0.
     pub loaded: usize,
 }
 

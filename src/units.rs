@@ -28,7 +28,7 @@ pub fn energy(geometry: Geometry) -> &'static str {
     }
 }
 
-/// SI values of the units of a run; what the case does not say is `None`.
+/// SI values of the units of a run; `None` where the case does not state them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {
     /// Symmetry, which force, mass and energy depend on.

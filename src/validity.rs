@@ -1,14 +1,13 @@
-//! Is linear theory still valid? The largest strain of a run, and the impact velocity it allows.
+//! Validity of linear theory: the largest strain of a run, and the impact velocity it allows.
 //!
 //! \[KA\], closing estimate: linear elasticity holds while `ε_zz` stays below a limit. In the simplified theory the
 //! strain at the surface is the interface stress, `|∂u/∂z| = |p|` in units of γc_p². (The paper's own numbers are
 //! twice what its strains give; this is the estimate without that factor.)
 //!
-//! Under a flat face the whole problem scales with V0, contact rule and finite mass included: with u also λu obeys it for λV0.
-//! So the strains of one run name the velocity at which they reach the limit. At a sharp edge they are those of the mesh: the stress
-//! grows there as Δr^(−½). At probes beside it, it does not. Any other head is reached sooner or later in proportion to V0, the
-//! shape of the contact changes with it, and strains are not proportional to V0: their limit is found by trials
-//! ([`crate::admissible`]).
+//! Under a flat face the whole problem is linear in V0, contact rule and finite mass included: if u is a solution for V0, λu is
+//! one for λV0. So the strains of one run give the velocity at which they reach the limit. At a sharp edge they depend on the
+//! mesh: the stress grows there as Δr^(−½), but not at probes beside it. Under any other head the contact spreads at a rate
+//! that depends on V0, strains are not proportional to V0, and their limit is found by trials ([`crate::admissible`]).
 
 /// Largest axial strain at which linear theory is trusted; \[KA\], end of section 4.
 pub const STRAIN_LIMIT: f64 = 0.005;
@@ -50,7 +49,7 @@ pub struct Validity {
 }
 
 impl Validity {
-    /// Nothing seen yet.
+    /// State before the first step.
     ///
     /// * `velocity`: V0 of the impact \[c_p\]
     /// * `is_flat`: true if the face of the indenter is flat
@@ -59,24 +58,24 @@ impl Validity {
         Self { velocity, is_flat, pressure: nothing, strain: nothing, probes: nothing }
     }
 
-    /// Takes note of an interface stress `|p|` at `(r, z)`; in the simplified theory the strain is the same number.
+    /// Observes an interface stress `|p|` at `(r, z)`; in the simplified theory the strain is the same number.
     pub fn observe(&mut self, pressure: f64, step: u64, time: f64, place: (f64, f64)) {
         self.pressure.observe(pressure, step, time, place);
         self.observe_strain(pressure, step, time, place);
     }
 
-    /// Takes note of an axial strain at `(r, z)`.
+    /// Observes an axial strain at `(r, z)`.
     pub fn observe_strain(&mut self, strain: f64, step: u64, time: f64, place: (f64, f64)) {
         self.strain.observe(strain, step, time, place);
     }
 
-    /// Takes note of an interface stress `|p|` at a probe.
+    /// Observes an interface stress `|p|` at a probe.
     pub fn observe_probe(&mut self, pressure: f64, step: u64, time: f64, r: f64) {
         self.probes.observe(pressure, step, time, (r, 0.0));
     }
 
     /// Largest impact velocity \[c_p\] at which the strain stays within [`STRAIN_LIMIT`], infinite if there was no strain;
-    /// `None` if the face is not flat, because nothing scales with V0 then.
+    /// `None` if the face is not flat: then strains do not scale with V0.
     pub fn admissible_velocity(&self) -> Option<f64> {
         self.velocity_for(&self.strain)
     }
@@ -106,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_flat_does_not_scale() {
+    fn strains_under_other_heads_do_not_scale() {
         let mut validity = Validity::new(1.0, false);
         validity.observe(2.5, 3, 0.1, (1.0, 0.0));
         assert_eq!((validity.admissible_velocity(), validity.admissible_velocity_at_probes()), (None, None));

@@ -1,8 +1,7 @@
-//! What one step shows to observers, whoever produced it.
+//! A step, computed or exact, as observers see it.
 //!
-//! A [`View`] is read only: observers hold it by reference, and its large parts are shared and never change. So recording
-//! cannot change a number, and an observer that works later or on another thread keeps a view at no cost
-//! ([`View::share`]).
+//! A [`View`] is read only: observers hold it by reference, and its large parts are shared and immutable. So recording
+//! cannot change a number, and an observer on another thread keeps a view without a copy ([`View::share`]).
 
 use std::sync::Arc;
 
@@ -25,7 +24,7 @@ pub struct View<'a> {
     pub velocity: f64,
     /// Displacement w^k of the indenter \[R\].
     pub depth: f64,
-    /// What happened in this step.
+    /// Events of this step.
     pub events: Arc<[Event]>,
     /// Fields and energy, on steps that are frames.
     pub frame: Option<Frame>,
@@ -44,17 +43,17 @@ pub struct Interface<'a> {
     pub punch_radius: f64,
     /// True once the outermost node that fits on the punch has been in contact.
     pub complete: bool,
-    /// A closed form that knows the stress between nodes too; `None` for a computed step.
+    /// A closed form, which has the stress between nodes too; `None` for a computed step.
     pub exact: Option<&'a dyn StressAt>,
 }
 
-/// Interface stress known at any radius.
+/// Interface stress at any radius.
 pub trait StressAt: Sync {
-    /// Interface stress at radius `r` of the step that is shown \[γc_p²\]; not a number where it is not known.
+    /// Interface stress at radius `r` in this step \[γc_p²\]; NaN where it is not known.
     fn stress_at(&self, r: f64) -> f64;
 }
 
-/// What only frames show.
+/// Fields and energy of a frame.
 #[derive(Clone)]
 pub struct Frame {
     /// Energy ledger at level k.
@@ -73,7 +72,7 @@ pub struct Energy {
     pub strain: f64,
     /// Kinetic energy of an indenter of finite mass.
     pub indenter: f64,
-    /// Energy lost so far to surface nodes that struck the indenter.
+    /// Energy dissipated so far by the impact of surface nodes on the indenter.
     pub dissipated: f64,
     /// Work done so far by a prescribed motion.
     pub work: f64,
@@ -82,7 +81,7 @@ pub struct Energy {
 }
 
 impl View<'_> {
-    /// The same view for an observer that outlives the step. A closed form that knows the stress between nodes stays behind.
+    /// The same view for an observer that outlives the step, without the closed form.
     pub fn share(&self) -> View<'static> {
         let Interface { r0, dr, ref pressure, punch_radius, complete, .. } = self.interface;
         View {
@@ -111,7 +110,7 @@ impl Interface<'_> {
     ///
     /// Linear between nodes; inside the first node the even parabola through the first two, `(9p_0 − p_1)/8` at
     /// r = 0 on a mesh of cells; between the last node of a punch and its edge the value at that node; 0 outside
-    /// the punch and where there has been no contact. A closed form is asked instead.
+    /// the punch and where there has been no contact. A closed form is evaluated at `r`.
     pub fn stress_at(&self, r: f64) -> f64 {
         if let Some(exact) = self.exact {
             return exact.stress_at(r);
@@ -151,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn probes_follow_the_contract() {
+    fn stress_is_interpolated_between_nodes() {
         let p = [1.0, 2.0, 3.0, 5.0, 9.0];
         let view = interface(&p, true);
         assert!((view.stress_at(0.0) - (9.0 * p[0] - p[1]) / 8.0).abs() < 1e-15);
