@@ -11,25 +11,25 @@ pub struct Address {
     pub port: u16,
 }
 
-/// The text is no address.
+/// The text is not an address.
 #[derive(Debug, thiserror::Error)]
 #[error("write HOST:PORT, HOST or PORT, for example 127.0.0.1:8765 or [::1]:8765")]
 pub struct AddressError;
 
 impl Address {
-    /// Who can reach it, in words.
+    /// Machines that can connect, in words.
     pub fn reach(&self) -> &'static str {
-        if self.is_loopback() { "this machine only" } else { "anybody who reaches this machine" }
+        if self.is_loopback() { "this machine only" } else { "every machine that reaches this one" }
     }
 
-    /// True if only this machine can reach it.
+    /// True if only this machine can connect.
     pub fn is_loopback(&self) -> bool {
         self.host == "localhost" || self.host.parse::<IpAddr>().is_ok_and(|number| number.is_loopback())
     }
 }
 
 impl Default for Address {
-    /// This machine only, at the port that viewers try first.
+    /// This machine only, at the default port of viewers.
     fn default() -> Self {
         Self { host: "127.0.0.1".into(), port: 8765 }
     }
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn addresses_are_read() {
+    fn addresses_are_parsed() {
         for (text, shown, local) in [
             ("9000", "127.0.0.1:9000", true),
             (":9000", "127.0.0.1:9000", true),

@@ -1,30 +1,32 @@
-//! What has been sent so far: the queue of every viewer, and what newcomers are shown.
+//! The messages sent so far: the queue of every viewer, and the past for new viewers.
 //!
-//! Messages stand in one list in the order they were sent; a viewer is a [`Cursor`] in it. The newest messages, the *backlog*,
-//! are all there. Of older ones
+//! Messages are in one list in the order in which they were sent; a viewer is a [`Cursor`] in it. The list has all of the newest
+//! messages, the *backlog*. Of older ones
 //!
-//! * *series* (small messages: numbers, events, log lines) are kept from the beginning, so that a newcomer's plots are whole;
+//! * *series* (small messages: numbers, events, log lines) are kept from the beginning, so that the plots of a new viewer are
+//!   complete;
 //! * *pictures* (a channel with any message above [`SERIES_MESSAGE`]) keep the last message only.
 //!
-//! Memory is bounded: where series outgrow their share, the channel that takes most keeps every second message, then every
-//! fourth, and so on from its beginning. A viewer that reads too slowly loses what has left the list, thus pictures first.
+//! Memory is bounded: above the limit of series the largest channel is downsampled to every second message, then every fourth,
+//! and so on from its beginning. A viewer that reads too slowly loses messages that have left the list, thus pictures first.
 
 use std::{
     collections::{BTreeMap, VecDeque},
     sync::Arc,
 };
 
-use crate::{Playback, protocol::Frame};
+use crate::{Answer, Playback};
+
+mod cursor;
+
+pub use cursor::Cursor;
 
 /// Largest message of a series \[bytes\].
 pub const SERIES_MESSAGE: usize = 4 << 10;
 /// Memory of the backlog, and of the series before it \[bytes\].
 const LIMITS: Limits = Limits { backlog: 32 << 20, series: 64 << 20 };
-/// What an entry takes beside the bytes of its message, about \[bytes\].
+/// Approximate memory of an entry without the bytes of its message \[bytes\].
 const ENTRY_OVERHEAD: usize = 128;
-/// Entries that one look at the list passes, and bytes that it takes along, at most.
-const LOOK: usize = 4096;
-const LOOK_BYTES: usize = 256 << 10;
 
 #[derive(Clone, Copy, Debug)]
 struct Limits {
@@ -41,11 +43,11 @@ enum Entry {
         bytes: Arc<[u8]>,
     },
     Time(u64),
-    /// Where the player stands; with the viewer and the name of the request that it answers.
+    /// State of the player, and the request that it answers.
     Playback {
         playback: Playback,
         did_seek: bool,
-        answers: Option<(u64, String)>,
+        answers: Option<Answer>,
     },
 }
 
@@ -58,7 +60,7 @@ impl Entry {
     }
 }
 
-/// What is kept of a channel behind the backlog.
+/// Messages of a channel that are kept after they have left the backlog.
 #[derive(Debug, Default)]
 struct Kept {
     is_picture: bool,
@@ -66,56 +68,28 @@ struct Kept {
     newest: Option<u64>,
     /// Numbers of kept messages.
     numbers: Vec<u64>,
-    /// Memory of them \[bytes\]; the one picture does not count.
+    /// Memory of them \[bytes\], without the one picture.
     cost: usize,
     /// Messages that have left the backlog.
     seen: u64,
-    /// One in `2^thinned` of them is kept.
-    thinned: u32,
+    /// One in `2^halvings` of them is kept.
+    halvings: u32,
 }
 
-/// All messages that viewers may still ask for.
+/// All messages that viewers can still get.
 #[derive(Debug)]
 pub struct History {
     limits: Limits,
     entries: BTreeMap<u64, Entry>,
     /// Number of the next entry.
     next: u64,
-    /// Number of the entry that newcomers begin with.
+    /// Number of the first entry for new viewers.
     start: u64,
     backlog: VecDeque<u64>,
     backlog_cost: usize,
     channels: Vec<Kept>,
     series_cost: usize,
-}
-
-/// Where a viewer stands in the list, and what it wants of it.
-#[derive(Debug)]
-pub struct Cursor {
-    /// The viewer.
-    viewer: u64,
-    /// Number of the next entry it looks at.
-    next: u64,
-    /// Up to this number it catches up with what others have seen: pictures are left out but the last.
-    present: u64,
-    /// Number of the first time or state that goes to it.
-    states: u64,
-    /// Subscription to a channel, and the first entry that goes to it.
-    subscriptions: BTreeMap<usize, (u32, u64)>,
-    /// The time it was told last \[ns\].
-    clock: Option<u64>,
-}
-
-impl Cursor {
-    /// Channels with their subscriptions.
-    pub fn subscriptions(&self) -> impl Iterator<Item = (usize, u32)> {
-        self.subscriptions.iter().map(|(channel, (id, _))| (*channel, *id))
-    }
-
-    /// Ends a subscription.
-    pub fn unsubscribe(&mut self, id: u32) {
-        self.subscriptions.retain(|_, (known, _)| *known != id);
-    }
+    player: Option<Playback>,
 }
 
 impl History {
@@ -134,6 +108,7 @@ impl History {
             backlog_cost: 0,
             channels: (0..channels).map(|_| Kept::default()).collect(),
             series_cost: 0,
+            player: None,
         }
     }
 
@@ -146,13 +121,13 @@ impl History {
             kept.is_picture = true;
         }
         if kept.is_picture {
-            // older ones are of no more use than those a slow viewer finds in the backlog
+            // only the last picture is kept after it has left the backlog
             self.drop_kept(channel);
         }
         self.push(Entry::Message { channel, log_time, bytes: bytes.into() });
     }
 
-    /// Adds a time \[ns\] without a message; a later one takes its place as long as nothing else comes between.
+    /// Adds a time \[ns\] without a message, which replaces one at the end of the list.
     pub fn time(&mut self, time: u64) {
         if let Some(number) = self.backlog.back().copied()
             && matches!(self.entries.get(&number), Some(Entry::Time(_)))
@@ -165,13 +140,19 @@ impl History {
 
     /// Adds the state of a player.
     ///
-    /// * `answers`: the viewer and the name of its request, if it is an answer
-    pub fn playback(&mut self, playback: Playback, did_seek: bool, answers: Option<(u64, String)>) {
+    /// * `answers`: the request that it answers
+    pub fn playback(&mut self, playback: Playback, did_seek: bool, answers: Option<Answer>) {
+        self.player = Some(playback);
         self.push(Entry::Playback { playback, did_seek, answers });
     }
 
-    /// Forgets what has been sent: newcomers begin with what comes next. Viewers still get what they have not fetched.
-    pub fn begin_again(&mut self) {
+    /// The last state of the player.
+    pub fn player(&self) -> Option<Playback> {
+        self.player
+    }
+
+    /// Ends the past of new viewers: they begin with the next entry. Viewers still get what they have not read.
+    pub fn reset(&mut self) {
         for channel in 0..self.channels.len() {
             self.drop_kept(channel);
             let is_picture = self.channels[channel].is_picture;
@@ -199,14 +180,14 @@ impl History {
         }
     }
 
-    /// Takes an entry out of the backlog, and keeps it if it belongs to what newcomers are shown.
+    /// Takes an entry out of the backlog, and keeps it if it belongs to the past of new viewers.
     fn retire(&mut self, number: u64) {
         let channel = match self.entries.get(&number) {
             Some(Entry::Message { channel, .. }) if number >= self.start => *channel,
             _ => return self.remove_from_backlog(number),
         };
         let kept = &mut self.channels[channel];
-        let is_due = kept.seen.is_multiple_of(1 << kept.thinned);
+        let is_due = kept.seen.is_multiple_of(1 << kept.halvings);
         kept.seen += 1;
         let is_kept = if kept.is_picture { kept.newest == Some(number) } else { is_due };
         if !is_kept {
@@ -220,11 +201,11 @@ impl History {
         }
         kept.cost += cost;
         self.series_cost += cost;
-        while self.series_cost > self.limits.series && self.thin() {}
+        while self.series_cost > self.limits.series && self.downsample() {}
     }
 
-    /// Keeps every second message of the channel that takes most; false if there is none to thin out.
-    fn thin(&mut self) -> bool {
+    /// Keeps every second message of the largest channel; false if no channel has more than one.
+    fn downsample(&mut self) -> bool {
         let many = |kept: &&mut Kept| kept.numbers.len() > 1;
         let Some(kept) = self.channels.iter_mut().filter(many).max_by_key(|kept| kept.cost) else {
             return false;
@@ -240,11 +221,11 @@ impl History {
         }
         self.series_cost -= kept.cost - cost;
         (kept.numbers, kept.cost) = (even, cost);
-        kept.thinned += 1;
+        kept.halvings += 1;
         true
     }
 
-    /// Lets go of what is kept of a channel behind the backlog.
+    /// Drops the kept messages of a channel.
     fn drop_kept(&mut self, channel: usize) {
         let kept = &mut self.channels[channel];
         for number in kept.numbers.drain(..) {
@@ -252,101 +233,14 @@ impl History {
         }
         self.series_cost -= std::mem::take(&mut kept.cost);
     }
-
-    /// A viewer that has just come.
-    pub fn cursor(&self, viewer: u64) -> Cursor {
-        Cursor {
-            viewer,
-            next: self.next,
-            present: self.next,
-            states: self.next,
-            subscriptions: BTreeMap::new(),
-            clock: None,
-        }
-    }
-
-    /// Subscribes a viewer to channels, of which it gets the history first.
-    ///
-    /// A viewer puts a message at the time it was told last, and forgets what it has when time goes back. So if the history
-    /// begins before its time, it is told the whole history of all its channels anew. Returns the time it goes back to.
-    pub fn subscribe(
-        &self,
-        cursor: &mut Cursor,
-        subscriptions: impl IntoIterator<Item = (usize, u32)>,
-    ) -> Option<u64> {
-        let new: BTreeMap<usize, u32> = subscriptions.into_iter().collect();
-        let begin = self.start.min(cursor.next);
-        let mut missed = self.entries.range(begin..cursor.next).filter_map(|(_, entry)| match entry {
-            Entry::Message { channel, log_time, .. } if new.contains_key(channel) => Some(*log_time),
-            _ => None,
-        });
-        let back = missed.next().filter(|time| cursor.clock.is_some_and(|clock| *time < clock));
-        for (_, from) in cursor.subscriptions.values_mut() {
-            *from = if back.is_some() { begin } else { cursor.next.max(*from) };
-        }
-        cursor.subscriptions.extend(new.into_iter().map(|(channel, id)| (channel, (id, self.start))));
-        cursor.states = cursor.next;
-        cursor.next = begin;
-        cursor.present = self.next;
-        back
-    }
-
-    /// True if a viewer has been given all there is.
-    pub fn is_at_end(&self, cursor: &Cursor) -> bool {
-        cursor.next == self.next
-    }
-
-    /// Appends what comes next for a viewer, a limited amount of it: every message after its time.
-    pub fn read(&self, cursor: &mut Cursor, frames: &mut Vec<Frame>) {
-        let mut bytes = 0;
-        for (number, entry) in self.entries.range(cursor.next..).take(LOOK) {
-            if bytes > LOOK_BYTES {
-                return;
-            }
-            cursor.next = number + 1;
-            match entry {
-                Entry::Message { channel, log_time, bytes: content } => {
-                    let Some((id, from)) = cursor.subscriptions.get(channel) else { continue };
-                    let kept = &self.channels[*channel];
-                    let is_old_picture =
-                        *number < cursor.present && kept.is_picture && kept.newest != Some(*number);
-                    if number < from || is_old_picture {
-                        continue;
-                    }
-                    if cursor.clock.replace(*log_time) != Some(*log_time) {
-                        frames.push(Frame::Time(*log_time));
-                    }
-                    bytes += content.len() + ENTRY_OVERHEAD;
-                    let content = Arc::clone(content);
-                    frames.push(Frame::Message { subscription: *id, log_time: *log_time, content });
-                }
-                _ if *number < cursor.states => {}
-                Entry::Time(time) => {
-                    if cursor.clock.replace(*time) != Some(*time) {
-                        frames.push(Frame::Time(*time));
-                    }
-                }
-                Entry::Playback { playback, did_seek, answers } => {
-                    let request = answers.as_ref().filter(|(viewer, _)| *viewer == cursor.viewer);
-                    frames.push(Frame::Playback {
-                        playback: *playback,
-                        did_seek: *did_seek,
-                        request: request.map(|(_, name)| name.clone()),
-                    });
-                }
-            }
-        }
-        if self.entries.range(cursor.next..).next().is_none() {
-            cursor.next = self.next;
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::protocol::Frame;
 
-    /// Log times by subscription of everything a cursor finds, and the times it is told.
+    /// Log times by subscription of everything that a cursor reads, and the times sent to it.
     fn read(history: &History, cursor: &mut Cursor) -> (BTreeMap<u32, Vec<u64>>, Vec<u64>) {
         let (mut messages, mut times, mut clock) = (BTreeMap::<u32, Vec<u64>>::new(), Vec::new(), None);
         while !history.is_at_end(cursor) {
@@ -381,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn newcomers_get_series_whole_and_the_last_picture() {
+    fn new_viewers_get_complete_series_and_the_last_picture() {
         let mut history = History::new(2);
         run(&mut history, 0..301);
         let mut cursor = history.cursor(0);
@@ -397,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn a_later_subscription_takes_all_of_them_back() {
+    fn a_later_subscription_repeats_the_past_of_all() {
         let mut history = History::new(3);
         run(&mut history, 0..50);
         history.message(2, 3, b"an event, written late");
@@ -407,11 +301,11 @@ mod tests {
         assert_eq!(history.subscribe(&mut cursor, [(1, 8)]), Some(0));
         let (messages, times) = read(&history, &mut cursor);
         assert_eq!((messages[&7].len(), messages[&8].len()), (50, 1));
-        assert_eq!(times.first(), Some(&0), "time goes back: what the viewer has gives way");
+        assert_eq!(times.first(), Some(&0), "time goes back: the viewer drops what it has");
     }
 
     #[test]
-    fn a_subscription_without_a_past_takes_nothing_back() {
+    fn a_subscription_without_a_past_repeats_nothing() {
         let mut history = History::new(3);
         let mut cursor = history.cursor(0);
         history.subscribe(&mut cursor, [(0, 7)]);
@@ -425,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn memory_is_bounded_and_series_are_thinned_evenly() {
+    fn memory_is_bounded_and_series_are_downsampled_evenly() {
         let limits = Limits { backlog: 100_000, series: 100_000 };
         let mut history = History::with_limits(4, limits);
         history.message(2, 0, b"the run begins");
@@ -457,14 +351,14 @@ mod tests {
     }
 
     #[test]
-    fn who_begins_again_shows_newcomers_nothing_of_before() {
+    fn a_reset_ends_the_past_of_new_viewers() {
         let mut history = History::new(2);
         let mut old = history.cursor(0);
         history.subscribe(&mut old, [(0, 7)]);
         run(&mut history, 0..20);
-        history.begin_again();
+        history.reset();
         run(&mut history, 0..5);
-        assert_eq!(read(&history, &mut old).0[&7].len(), 25, "who was there gets both");
+        assert_eq!(read(&history, &mut old).0[&7].len(), 25, "a viewer from before gets both");
         let mut new = history.cursor(1);
         history.subscribe(&mut new, [(0, 7), (1, 8)]);
         let (messages, _) = read(&history, &mut new);
@@ -480,7 +374,7 @@ mod tests {
         (2..1000).for_each(|time| history.time(time));
         assert_eq!(history.entries.len(), 2);
         assert_eq!(read(&history, &mut cursor).1, [1, 999]);
-        // at the end of the list already: the next time is a new entry
+        // read already: the next time is a new entry
         history.time(1001);
         assert_eq!(read(&history, &mut cursor).1, [1001]);
     }

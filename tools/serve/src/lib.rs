@@ -2,8 +2,8 @@
 //! (`percuss-read replay`).
 //!
 //! Knows topics, schemas and bytes, nothing of physics or files. Sending never waits: messages go into one [`history`] from which
-//! every viewer is served at its own speed, each message after its own time. Who comes later gets what has been sent so far,
-//! series whole and of pictures the last; a viewer that is too slow loses pictures, then the oldest of the rest.
+//! every viewer reads at its own speed, each message after its own time. A later viewer gets the messages sent so far: all of
+//! series, the last of pictures. A viewer that is too slow loses pictures, then the oldest of the rest.
 
 use std::{
     collections::BTreeMap,
@@ -22,28 +22,30 @@ use std::{
 use tungstenite::Message;
 
 mod address;
-mod audience;
+mod connection;
 mod history;
 mod protocol;
-mod viewer;
+mod viewers;
 
 pub use address::{Address, AddressError};
 
-use audience::Audience;
+use history::History;
+use viewers::Viewers;
 
-/// Viewers subscribe panel by panel, in bursts over half a second to one and a half: who is quiet for so long has all it wants.
+/// Viewers subscribe panel by panel, in bursts over half a second to one and a half: subscriptions are complete after so long
+/// without another.
 pub const QUIET: Duration = Duration::from_millis(1500);
-/// How long the end waits for viewers to fetch what is under way.
+/// Longest wait at the end for viewers to read everything.
 const LINGER: Duration = Duration::from_secs(3);
 const PAUSE: Duration = Duration::from_millis(20);
-/// Connections at a time; more are turned away.
+/// Largest number of connections; more are refused.
 const CONNECTIONS: usize = 64;
 
-/// Reads how much log time is to pass in a second.
+/// Parses a speed: log time per second.
 ///
 /// # Errors
 ///
-/// It is no number above 0.
+/// It is not a number above 0.
 pub fn speed(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(speed) if speed.is_finite() && speed > 0.0 => Ok(speed),
@@ -51,11 +53,11 @@ pub fn speed(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Reads a number of seconds.
+/// Parses a number of seconds.
 ///
 /// # Errors
 ///
-/// It is no number, or below 0.
+/// It is not a number, or below 0.
 pub fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
     seconds.ok_or_else(|| "seconds are a number from 0 up".into())
@@ -74,30 +76,30 @@ pub struct Channel {
     pub metadata: BTreeMap<String, String>,
 }
 
-/// What a viewer asks of a player.
+/// Request of a viewer to a player.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
-    /// Play, or stand still.
+    /// Play, or pause.
     pub play: bool,
-    /// Speed, 1 for the time of the messages; none to leave it as it is.
+    /// New speed, 1 for the time of the messages.
     pub speed: Option<f64>,
     /// Time to go to \[ns\].
     pub seek: Option<u64>,
-    /// What the answer needs.
+    /// Identifies the request in the answer.
     pub answer: Answer,
 }
 
-/// Who has made a request, for the answer.
+/// Viewer and name of a request, for the answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Answer {
     viewer: u64,
     request: String,
 }
 
-/// Where a player stands.
+/// State of a player.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Playback {
-    /// What it does.
+    /// Playing, paused or at the end.
     pub state: Playing,
     /// Its time \[ns\].
     pub time: u64,
@@ -110,13 +112,13 @@ pub struct Playback {
 pub enum Playing {
     /// Plays.
     Playing,
-    /// Stands still.
+    /// Is paused.
     Paused,
-    /// Has come to the end.
+    /// Is at the end.
     Ended,
 }
 
-/// Why nothing can be served.
+/// Why an address cannot be served.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot serve at {address}: {error}")]
 pub struct ServeError {
@@ -128,10 +130,10 @@ pub struct ServeError {
 pub struct Server {
     host: String,
     port: u16,
-    audience: Arc<Audience>,
+    viewers: Arc<Viewers>,
     requests: Mutex<Receiver<Request>>,
     is_closed: Arc<AtomicBool>,
-    door: Option<JoinHandle<Vec<Connection>>>,
+    acceptor: Option<JoinHandle<Vec<Connection>>>,
 }
 
 /// A connection and its thread.
@@ -143,12 +145,12 @@ struct Connection {
 impl Server {
     /// Opens a server.
     ///
-    /// * `name`: what viewers call it
-    /// * `range`: first and last time \[ns\] of a recording that viewers may play as they like
+    /// * `name`: title in viewers
+    /// * `range`: first and last time \[ns\] of a recording that viewers can play
     ///
     /// # Errors
     ///
-    /// The address is not to be had.
+    /// The address is not available.
     pub fn open(
         address: &Address,
         name: &str,
@@ -160,23 +162,23 @@ impl Server {
         listener.set_nonblocking(true).map_err(failed)?;
         let port = listener.local_addr().map_err(failed)?.port();
         let (sender, requests) = channel();
-        let audience = Arc::new(Audience::new(channels.len(), sender));
+        let viewers = Arc::new(Viewers::new(channels.len(), sender));
         let is_closed = Arc::new(AtomicBool::new(false));
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
         let session = format!("{}-{since}", process::id());
         let mut greeting = vec![protocol::server_info(name, &session, range)];
         greeting.extend(protocol::advertise(channels));
-        let door = {
-            let (audience, is_closed) = (Arc::clone(&audience), Arc::clone(&is_closed));
-            thread::spawn(move || welcome(&listener, &audience, &is_closed, greeting.into()))
+        let acceptor = {
+            let (viewers, is_closed) = (Arc::clone(&viewers), Arc::clone(&is_closed));
+            thread::spawn(move || accept(&listener, &viewers, &is_closed, greeting.into()))
         };
         Ok(Self {
             host: address.host.clone(),
             port,
-            audience,
+            viewers,
             requests: Mutex::new(requests),
             is_closed,
-            door: Some(door),
+            acceptor: Some(acceptor),
         })
     }
 
@@ -189,49 +191,48 @@ impl Server {
         }
     }
 
-    /// Number of viewers that have subscribed to something.
+    /// Number of viewers with a subscription.
     pub fn viewers(&self) -> usize {
-        self.audience.count()
+        self.viewers.count()
     }
 
-    /// True if so many viewers have subscribed to all they want, as far as can be told: nobody has subscribed for
-    /// [`QUIET`].
+    /// True if so many viewers have subscribed, and there has been no subscription for [`QUIET`].
     pub fn is_ready(&self, viewers: usize) -> bool {
-        viewers == 0 || (self.viewers() >= viewers && self.audience.is_quiet())
+        viewers == 0 || (self.viewers() >= viewers && self.viewers.is_quiet())
     }
 
-    /// Sends a message to those who have subscribed to its channel, and keeps it for those who will.
+    /// Sends a message to the subscribers of its channel, and keeps it for later ones.
     ///
     /// * `channel`: its number in the list that the server was opened with
     /// * `log_time`: its time \[ns\]
     pub fn send(&self, channel: usize, log_time: u64, bytes: &[u8]) {
-        self.audience.message(channel, log_time, bytes);
+        self.viewers.update(|history| history.message(channel, log_time, bytes));
     }
 
-    /// Tells viewers the time \[ns\] if there is no message to do so.
-    pub fn tell_time(&self, time: u64) {
-        self.audience.time(time);
+    /// Sends a time \[ns\] without a message.
+    pub fn send_time(&self, time: u64) {
+        self.viewers.update(|history| history.time(time));
     }
 
-    /// Forgets what has been sent: newcomers begin with what comes next.
-    pub fn begin_again(&self) {
-        self.audience.begin_again();
+    /// Ends the past of new viewers: they begin with the next message.
+    pub fn reset(&self) {
+        self.viewers.update(History::reset);
     }
 
-    /// What viewers have asked for; waits for it until then.
+    /// The next request of a viewer; waits for it at most `wait`.
     pub fn request(&self, wait: Duration) -> Option<Request> {
         self.requests.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(wait).ok()
     }
 
-    /// Tells viewers where the player stands, after what has been sent before.
+    /// Sends the state of the player, after the messages sent before.
     ///
-    /// * `did_seek`: it has jumped there
-    /// * `answer`: the request this answers
-    pub fn tell_playback(&self, playback: Playback, did_seek: bool, answer: Option<Answer>) {
-        self.audience.playback(playback, did_seek, answer);
+    /// * `did_seek`: true after a jump
+    /// * `answer`: the request that it answers
+    pub fn send_playback(&self, playback: Playback, did_seek: bool, answer: Option<Answer>) {
+        self.viewers.update(|history| history.playback(playback, did_seek, answer));
     }
 
-    /// Holds the end until all viewers have left, for so long at most, or until `is_over`.
+    /// Waits until all viewers have left, at most `longest`, or until `is_over`.
     pub fn hold(&self, longest: Duration, is_over: impl Fn() -> bool) {
         let start = Instant::now();
         while self.viewers() > 0 && start.elapsed() < longest && !is_over() {
@@ -243,13 +244,13 @@ impl Server {
 impl Drop for Server {
     fn drop(&mut self) {
         self.is_closed.store(true, Ordering::Relaxed);
-        let connections = self.door.take().and_then(|door| door.join().ok()).unwrap_or_default();
-        self.audience.end();
+        let connections = self.acceptor.take().and_then(|acceptor| acceptor.join().ok()).unwrap_or_default();
+        self.viewers.end();
         let start = Instant::now();
-        while !self.audience.is_empty() && start.elapsed() < LINGER {
+        while !self.viewers.is_empty() && start.elapsed() < LINGER {
             thread::sleep(PAUSE);
         }
-        // who is slow, or has never said a word, is not waited for
+        // slow or silent connections are closed
         for connection in connections {
             drop(connection.stream.shutdown(Shutdown::Both));
             drop(connection.thread.join());
@@ -257,16 +258,16 @@ impl Drop for Server {
     }
 }
 
-/// Takes connections until the server is closed; returns those there are.
-fn welcome(
+/// Accepts connections until the server is closed; returns the open ones.
+fn accept(
     listener: &TcpListener,
-    audience: &Arc<Audience>,
+    viewers: &Arc<Viewers>,
     is_closed: &AtomicBool,
     greeting: Arc<[Message]>,
 ) -> Vec<Connection> {
     let mut connections: Vec<Connection> = Vec::new();
     while !is_closed.load(Ordering::Relaxed) {
-        // errors are those of single connections, or pass
+        // errors concern single connections, or are temporary
         let Ok((stream, _)) = listener.accept() else {
             thread::sleep(PAUSE);
             continue;
@@ -276,8 +277,8 @@ fn welcome(
         if connections.len() >= CONNECTIONS {
             continue;
         }
-        let (audience, greeting) = (Arc::clone(audience), Arc::clone(&greeting));
-        let thread = thread::spawn(move || viewer::serve(stream, &audience, &greeting));
+        let (viewers, greeting) = (Arc::clone(viewers), Arc::clone(&greeting));
+        let thread = thread::spawn(move || connection::serve(stream, &viewers, &greeting));
         connections.push(Connection { stream: copy, thread });
     }
     connections

@@ -1,7 +1,7 @@
 //! The frames of the Foxglove WebSocket protocol: <https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md>, and of its
 //! playback control.
 //!
-//! Messages carry their log time, but viewers put them at the time that the last *time* frame before them told.
+//! Messages carry their log time, but viewers place them at the time of the last *time* frame before them.
 
 use std::sync::Arc;
 
@@ -12,15 +12,15 @@ use tungstenite::Message;
 
 use crate::{Channel, Playback, Playing};
 
-/// Versions of the protocol, the best first. They differ in nothing that is sent here.
+/// Versions of the protocol in the order of preference. The frames used here are the same in all.
 pub const SUBPROTOCOLS: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 
 const MESSAGE: u8 = 1;
 const TIME: u8 = 2;
 const PLAYBACK_STATE: u8 = 5;
-/// The one request in binary.
+/// The only binary request.
 const PLAYBACK_CONTROL: u8 = 3;
-/// Level of a status that tells an error.
+/// Level of an error status.
 const ERROR: u8 = 2;
 
 /// A frame with data.
@@ -37,19 +37,19 @@ pub enum Frame {
     },
     /// The time of what follows \[ns\].
     Time(u64),
-    /// Where the player stands.
+    /// State of the player.
     Playback {
         /// The state.
         playback: Playback,
-        /// It has jumped there.
+        /// True after a jump.
         did_seek: bool,
-        /// Name of the request this answers.
+        /// Name of the request that it answers.
         request: Option<String>,
     },
 }
 
 impl Frame {
-    /// The frame as it is sent.
+    /// The frame as bytes of the protocol.
     pub fn encode(&self) -> Message {
         let mut data;
         match self {
@@ -85,8 +85,8 @@ impl Frame {
 
 /// The first frame of a server.
 ///
-/// * `session`: tells this server from any other at the same address
-/// * `range`: first and last time \[ns\] of what a viewer may play
+/// * `session`: distinguishes this server from others at the same address
+/// * `range`: first and last time \[ns\] that a viewer can play
 pub fn server_info(name: &str, session: &str, range: Option<(u64, u64)>) -> Message {
     let time = |time: u64| json!({ "sec": time / 1_000_000_000, "nsec": time % 1_000_000_000 });
     let mut info =
@@ -99,7 +99,7 @@ pub fn server_info(name: &str, session: &str, range: Option<(u64, u64)>) -> Mess
     Message::text(info.to_string())
 }
 
-/// Channels that can be subscribed to: the number of a channel is its place in the list, its id one more.
+/// Advertises channels: the number of a channel is its index in the list, its id one more.
 pub fn advertise(channels: &[Channel]) -> impl Iterator<Item = Message> + '_ {
     const AT_ONCE: usize = 100;
     let advertised = |(number, channel): (usize, &Channel)| {
@@ -130,30 +130,30 @@ pub fn advertise(channels: &[Channel]) -> impl Iterator<Item = Message> + '_ {
     })
 }
 
-/// Tells a viewer what is wrong with its request.
+/// Reports an error in a request to a viewer.
 pub fn error(message: &str) -> Message {
     Message::text(json!({ "op": "status", "level": ERROR, "message": message }).to_string())
 }
 
-/// What a viewer asks for.
+/// A request of a viewer.
 #[derive(Debug, PartialEq)]
-pub enum Asked {
+pub enum ClientMessage {
     /// Messages of channels: pairs of a number of a channel and an id for it.
     Subscribe(Vec<(usize, u32)>),
     /// No more messages for these ids.
     Unsubscribe(Vec<u32>),
-    /// Something of the player.
+    /// Playback control.
     Playback {
-        /// Play, or stand still.
+        /// Play, or pause.
         play: bool,
-        /// Speed; nothing if it is none.
+        /// Speed, if it is a positive number.
         speed: Option<f64>,
         /// Time to go to \[ns\].
         seek: Option<u64>,
         /// Name of the request.
         request: String,
     },
-    /// Something this server does not offer.
+    /// A request that this server does not support.
     Other,
 }
 
@@ -177,45 +177,45 @@ struct Subscription {
     channel_id: usize,
 }
 
-/// Reads a request in text.
+/// Parses a text request.
 ///
 /// # Errors
 ///
-/// It is no request of the protocol.
-pub fn text(text: &str) -> Result<Asked, String> {
+/// It is not a request of the protocol.
+pub fn text(text: &str) -> Result<ClientMessage, String> {
     Ok(match serde_json::from_str(text).map_err(|error| format!("not a request: {error}"))? {
         Operation::Subscribe { subscriptions } => {
             let number = |wanted: Subscription| match wanted.channel_id.checked_sub(1) {
                 Some(number) => Ok((number, wanted.id)),
                 None => Err("there is no channel 0".to_owned()),
             };
-            Asked::Subscribe(subscriptions.into_iter().map(number).collect::<Result<_, _>>()?)
+            ClientMessage::Subscribe(subscriptions.into_iter().map(number).collect::<Result<_, _>>()?)
         }
-        Operation::Unsubscribe { subscription_ids } => Asked::Unsubscribe(subscription_ids),
-        Operation::Other => Asked::Other,
+        Operation::Unsubscribe { subscription_ids } => ClientMessage::Unsubscribe(subscription_ids),
+        Operation::Other => ClientMessage::Other,
     })
 }
 
-/// Reads a request in binary.
+/// Parses a binary request.
 ///
 /// # Errors
 ///
-/// It is cut off, or no request of the protocol.
-pub fn binary(data: &[u8]) -> Result<Asked, String> {
+/// It is truncated, or not a request of the protocol.
+pub fn binary(data: &[u8]) -> Result<ClientMessage, String> {
     if data.first() != Some(&PLAYBACK_CONTROL) {
-        return Ok(Asked::Other);
+        return Ok(ClientMessage::Other);
     }
     playback_control(&data[1..]).ok_or_else(|| "not a request of playback control".into())
 }
 
-fn playback_control(mut data: &[u8]) -> Option<Asked> {
+fn playback_control(mut data: &[u8]) -> Option<ClientMessage> {
     let command = take::<1>(&mut data)?[0];
     let speed = f64::from(f32::from_le_bytes(take(&mut data)?));
     let has_seek = take::<1>(&mut data)?[0] != 0;
     let seek = u64::from_le_bytes(take(&mut data)?);
     let length = u32::from_le_bytes(take(&mut data)?) as usize;
     let request = std::str::from_utf8(data.get(..length)?).ok()?;
-    Some(Asked::Playback {
+    Some(ClientMessage::Playback {
         play: match command {
             0 => true,
             1 => false,
@@ -250,12 +250,15 @@ mod tests {
     }
 
     #[test]
-    fn requests_are_read() {
+    fn requests_are_parsed() {
         let subscribe =
             r#"{"op":"subscribe","subscriptions":[{"id":3,"channelId":1},{"id":4,"channelId":9}]}"#;
-        assert_eq!(text(subscribe), Ok(Asked::Subscribe(vec![(0, 3), (8, 4)])));
-        assert_eq!(text(r#"{"op":"unsubscribe","subscriptionIds":[3]}"#), Ok(Asked::Unsubscribe(vec![3])));
-        assert_eq!(text(r#"{"op":"getParameters","parameterNames":[]}"#), Ok(Asked::Other));
+        assert_eq!(text(subscribe), Ok(ClientMessage::Subscribe(vec![(0, 3), (8, 4)])));
+        assert_eq!(
+            text(r#"{"op":"unsubscribe","subscriptionIds":[3]}"#),
+            Ok(ClientMessage::Unsubscribe(vec![3]))
+        );
+        assert_eq!(text(r#"{"op":"getParameters","parameterNames":[]}"#), Ok(ClientMessage::Other));
         for bad in [
             "",
             "{}",
@@ -267,18 +270,19 @@ mod tests {
     }
 
     #[test]
-    fn playback_control_is_read_and_cut_off_requests_are_refused() {
+    fn playback_control_is_parsed_and_truncated_requests_are_refused() {
         let mut data = vec![3, 1];
         data.extend(2.5_f32.to_le_bytes());
         data.push(1);
         data.extend(9_u64.to_le_bytes());
         data.extend(2_u32.to_le_bytes());
         data.extend(b"id");
-        let asked = Asked::Playback { play: false, speed: Some(2.5), seek: Some(9), request: "id".into() };
-        assert_eq!(binary(&data), Ok(asked));
+        let expected =
+            ClientMessage::Playback { play: false, speed: Some(2.5), seek: Some(9), request: "id".into() };
+        assert_eq!(binary(&data), Ok(expected));
         for length in 1..data.len() {
             assert!(binary(&data[..length]).is_err(), "{length} bytes");
         }
-        assert_eq!(binary(&[1, 0, 0]), Ok(Asked::Other));
+        assert_eq!(binary(&[1, 0, 0]), Ok(ClientMessage::Other));
     }
 }

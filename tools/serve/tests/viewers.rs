@@ -1,4 +1,4 @@
-//! What viewers get: everything, each message at its own time, whenever they come and in whatever order they subscribe.
+//! Viewers get every message at its own time, at any time of connection and in any order of subscriptions.
 
 use std::{
     collections::BTreeMap,
@@ -71,7 +71,7 @@ fn every_message_comes_at_its_own_time_at_any_pace() {
 }
 
 #[test]
-fn who_comes_late_gets_series_whole_and_the_last_picture() {
+fn a_late_viewer_gets_complete_series_and_the_last_picture() {
     let server = server();
     run(&server, 0..=200, Duration::ZERO);
     let mut viewer = Viewer::connect(&server.url());
@@ -86,7 +86,7 @@ fn who_comes_late_gets_series_whole_and_the_last_picture() {
 }
 
 #[test]
-fn who_subscribes_panel_by_panel_gets_all_of_each() {
+fn panel_by_panel_subscriptions_get_all_of_each() {
     let server = server();
     thread::scope(|scope| {
         scope.spawn(|| run(&server, 0..=300, Duration::from_millis(6)));
@@ -128,9 +128,9 @@ fn a_run_waits_for_the_last_panel() {
 }
 
 #[test]
-fn nobody_who_is_slow_or_silent_holds_up_the_run_or_its_end() {
+fn slow_or_silent_viewers_delay_neither_the_run_nor_its_end() {
     let server = server();
-    // one that says nothing, one that never reads
+    // one without a handshake, one that never reads
     let silent = TcpStream::connect(server.url().trim_start_matches("ws://")).expect("it listens");
     let mut slow = Viewer::connect(&server.url());
     slow.subscribe(&TOPICS);
@@ -158,7 +158,7 @@ fn nobody_who_is_slow_or_silent_holds_up_the_run_or_its_end() {
 }
 
 #[test]
-fn the_end_is_held_until_viewers_have_left() {
+fn the_end_waits_until_viewers_have_left() {
     let server = server();
     run(&server, 0..=300, Duration::ZERO);
     let mut viewer = Viewer::connect(&server.url());
@@ -177,7 +177,7 @@ fn the_end_is_held_until_viewers_have_left() {
     });
     let held = start.elapsed();
     assert!(Duration::from_millis(400) < held && held < Duration::from_secs(3), "{held:?}");
-    // who is still there at the end is told so, after everything else
+    // a viewer at the end gets the close frame after everything else
     let mut viewer = Viewer::connect(&server.url());
     viewer.subscribe(&["/drag"]);
     while server.viewers() == 0 {

@@ -181,7 +181,7 @@ impl Player {
                 }
             } else if self.state == Playing::Ended && self.server.viewers() == 0 {
                 // who comes next sees it from the beginning
-                self.server.begin_again();
+                self.server.reset();
                 (self.state, self.is_waiting) = (Playing::Playing, true);
                 self.clock = (Instant::now(), self.span.0);
             }
@@ -201,9 +201,9 @@ impl Player {
     /// From the beginning.
     fn start(&mut self) -> Result<(), ReplayError> {
         self.is_waiting = false;
-        self.server.begin_again();
+        self.server.reset();
         self.go_to(self.span.0)?;
-        self.server.tell_playback(self.playback(), true, None);
+        self.server.send_playback(self.playback(), true, None);
         Ok(())
     }
 
@@ -214,7 +214,7 @@ impl Player {
         }
         self.state = Playing::Ended;
         self.clock = (Instant::now(), self.span.1);
-        self.server.tell_playback(self.playback(), false, None);
+        self.server.send_playback(self.playback(), false, None);
         Ok(())
     }
 
@@ -235,19 +235,19 @@ impl Player {
         self.speed = asked.speed.unwrap_or(self.speed);
         self.state = if asked.play { Playing::Playing } else { Playing::Paused };
         let Some(time) = asked.seek else {
-            self.server.tell_playback(self.playback(), false, Some(asked.answer));
+            self.server.send_playback(self.playback(), false, Some(asked.answer));
             return Ok(());
         };
         let time = time.clamp(self.span.0, self.span.1);
         self.is_waiting = false;
-        self.server.begin_again();
+        self.server.reset();
         self.go_to(time)?;
-        self.server.tell_playback(self.playback(), true, Some(asked.answer));
+        self.server.send_playback(self.playback(), true, Some(asked.answer));
         // what a picture of that time is made of
         for event in self.timeline.latest_before(time.saturating_add(1))? {
             self.send(&event);
         }
-        self.server.tell_time(time);
+        self.server.send_time(time);
         Ok(())
     }
 
@@ -258,7 +258,7 @@ impl Player {
             self.send(&event);
             self.head = self.next()?;
         }
-        self.server.tell_time(now.min(self.span.1));
+        self.server.send_time(now.min(self.span.1));
         Ok(())
     }
 

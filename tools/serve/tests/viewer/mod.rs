@@ -1,4 +1,4 @@
-//! A viewer that keeps messages as Lichtblick does: at the time it was told last, and nothing of before when time goes back.
+//! A viewer that places messages as Lichtblick does: at the last time sent to it; when time goes back it drops all of them.
 
 use std::{
     collections::BTreeMap,
@@ -9,7 +9,7 @@ use std::{
 
 use tungstenite::{ClientRequestBuilder, Error, Message, WebSocket, client};
 
-/// A message, its log time and the time it is put at \[ns\].
+/// A message, its log time and the time at which it is placed \[ns\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stamped {
     pub log_time: u64,
@@ -33,7 +33,7 @@ pub struct Viewer {
 impl Viewer {
     /// Connects, and reads what there is to subscribe to.
     pub fn connect(url: &str) -> Self {
-        let stream = TcpStream::connect(url.trim_start_matches("ws://")).expect("somebody listens");
+        let stream = TcpStream::connect(url.trim_start_matches("ws://")).expect("a listening server");
         let uri = url.parse().expect("an address");
         let request = ClientRequestBuilder::new(uri).with_sub_protocol("foxglove.websocket.v1");
         let (socket, _) = client(request, stream).expect("a server of the protocol");
@@ -61,7 +61,7 @@ impl Viewer {
         }
     }
 
-    /// Receives until something is so, the server closes, or it has taken too long.
+    /// Receives until a condition holds, the server closes, or the time is over.
     pub fn watch(&mut self, longest: Duration, is_enough: impl Fn(&Self) -> bool) {
         let start = Instant::now();
         while !self.is_closed && !is_enough(self) && start.elapsed() < longest {

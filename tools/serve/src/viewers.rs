@@ -1,4 +1,4 @@
-//! The viewers of a server: who is there, what they want, and what each of them gets next.
+//! The viewers of a server: their subscriptions, and what each of them gets next.
 
 use std::{
     collections::{HashMap, VecDeque},
@@ -9,20 +9,20 @@ use std::{
 use tungstenite::Message;
 
 use crate::{
-    Answer, Playback, QUIET, Request,
+    Playback, QUIET, Request,
     history::{Cursor, History},
     protocol::Frame,
 };
 
 /// Subscriptions of a viewer that come closer together than this are answered as one.
 const BURST: Duration = Duration::from_millis(100);
-/// Answers that may wait for a viewer: what it asks for beyond that goes unanswered.
+/// Largest number of waiting answers to a viewer; further requests get none.
 const ANSWERS: usize = 64;
 
 /// All viewers.
-pub struct Audience {
+pub struct Viewers {
     state: Mutex<State>,
-    /// Something has been sent or asked for.
+    /// Signals an entry or a request.
     changed: Condvar,
     requests: Mutex<Sender<Request>>,
 }
@@ -31,17 +31,16 @@ struct State {
     history: History,
     channels: usize,
     viewers: HashMap<u64, Viewer>,
-    /// Name of the next viewer.
+    /// Id of the next viewer.
     next: u64,
-    /// When somebody subscribed last.
+    /// Time of the last subscription.
     subscribed: Option<Instant>,
-    playback: Option<Playback>,
     is_ending: bool,
 }
 
 struct Viewer {
     cursor: Cursor,
-    /// Subscriptions that wait for the end of their burst, and when the last came.
+    /// Subscriptions that wait for the end of their burst, and the time of the last.
     wanted: Vec<(usize, u32)>,
     wanted_at: Instant,
     answers: VecDeque<Message>,
@@ -49,11 +48,11 @@ struct Viewer {
 
 /// What a viewer gets next.
 pub enum Next {
-    /// Answers to what it asked.
+    /// Answers to its requests.
     Answers(VecDeque<Message>),
-    /// Frames, in the list that was given.
+    /// Frames, in the list of the caller.
     Frames,
-    /// Nothing more: it has left, or the server ends and it has been given everything.
+    /// The end: it has left, or the server ends and it has read everything.
     End,
 }
 
@@ -61,8 +60,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Audience {
-    /// Nobody yet.
+impl Viewers {
+    /// No viewers yet.
     ///
     /// * `channels`: number of channels
     /// * `requests`: where requests to the player go
@@ -74,7 +73,6 @@ impl Audience {
                 viewers: HashMap::new(),
                 next: 0,
                 subscribed: None,
-                playback: None,
                 is_ending: false,
             }),
             changed: Condvar::new(),
@@ -82,7 +80,7 @@ impl Audience {
         }
     }
 
-    /// A viewer comes.
+    /// Adds a viewer and returns its id.
     pub fn enter(&self) -> u64 {
         let mut state = lock(&self.state);
         let id = state.next;
@@ -94,17 +92,17 @@ impl Audience {
         id
     }
 
-    /// A viewer leaves.
+    /// Removes a viewer.
     pub fn leave(&self, id: u64) {
         lock(&self.state).viewers.remove(&id);
         self.changed.notify_all();
     }
 
-    /// A viewer subscribes: pairs of the number of a channel and an id for it.
+    /// Subscribes a viewer: pairs of the number of a channel and an id for it.
     ///
     /// # Errors
     ///
-    /// Which of them is impossible; the others count.
+    /// The last of them that is impossible; the others count.
     pub fn subscribe(&self, id: u64, wanted: Vec<(usize, u32)>) -> Result<(), String> {
         let mut state = lock(&self.state);
         let channels = state.channels;
@@ -129,7 +127,7 @@ impl Audience {
         outcome
     }
 
-    /// A viewer ends subscriptions.
+    /// Ends subscriptions of a viewer.
     pub fn unsubscribe(&self, id: u64, subscriptions: &[u32]) {
         if let Some(viewer) = lock(&self.state).viewers.get_mut(&id) {
             viewer.wanted.retain(|(_, name)| !subscriptions.contains(name));
@@ -139,7 +137,7 @@ impl Audience {
         }
     }
 
-    /// A viewer gets an answer out of turn.
+    /// Sends an answer to a viewer, before its frames.
     pub fn answer(&self, id: u64, message: Message) {
         if let Some(viewer) = lock(&self.state).viewers.get_mut(&id)
             && viewer.answers.len() < ANSWERS
@@ -149,67 +147,48 @@ impl Audience {
         }
     }
 
-    /// A viewer asks something of the player.
+    /// Passes the request of a viewer to the player.
     pub fn request(&self, request: Request) {
-        // without a player there is nobody to ask
+        // without a player there is no receiver
         drop(lock(&self.requests).send(request));
     }
 
-    /// Number of viewers that have subscribed to something.
+    /// Number of viewers with a subscription.
     pub fn count(&self) -> usize {
         let has_any =
             |viewer: &&Viewer| !viewer.wanted.is_empty() || viewer.cursor.subscriptions().next().is_some();
         lock(&self.state).viewers.values().filter(has_any).count()
     }
 
-    /// True if nobody has subscribed for a while.
+    /// True if there has been no subscription for [`QUIET`].
     pub fn is_quiet(&self) -> bool {
         lock(&self.state).subscribed.is_none_or(|at| at.elapsed() >= QUIET)
     }
 
-    /// True if nobody is there any more, subscribed or not.
+    /// True if there are no viewers, with or without subscriptions.
     pub fn is_empty(&self) -> bool {
         lock(&self.state).viewers.is_empty()
     }
 
-    /// All viewers get a message.
-    pub fn message(&self, channel: usize, log_time: u64, bytes: &[u8]) {
-        lock(&self.state).history.message(channel, log_time, bytes);
+    /// Adds to the history, and wakes all viewers.
+    pub fn update(&self, change: impl FnOnce(&mut History)) {
+        change(&mut lock(&self.state).history);
         self.changed.notify_all();
     }
 
-    /// All viewers are told the time \[ns\].
-    pub fn time(&self, time: u64) {
-        lock(&self.state).history.time(time);
-        self.changed.notify_all();
-    }
-
-    /// All viewers are told where the player stands.
-    pub fn playback(&self, playback: Playback, did_seek: bool, answer: Option<Answer>) {
-        let mut state = lock(&self.state);
-        state.playback = Some(playback);
-        state.history.playback(playback, did_seek, answer.map(|answer| (answer.viewer, answer.request)));
-        self.changed.notify_all();
-    }
-
-    /// Newcomers begin with what comes next.
-    pub fn begin_again(&self) {
-        lock(&self.state).history.begin_again();
-    }
-
-    /// Nothing more comes: viewers are let go when they have been given everything.
+    /// Ends the server: viewers get the end when they have read everything.
     pub fn end(&self) {
         lock(&self.state).is_ending = true;
         self.changed.notify_all();
     }
 
-    /// Waits for what is next for a viewer.
+    /// Waits for the next frames or answers of a viewer.
     ///
-    /// * `frames`: is empty, and gets the frames
+    /// * `frames`: an empty list for the frames
     pub fn next(&self, id: u64, frames: &mut Vec<Frame>) -> Next {
         let mut guard = lock(&self.state);
         loop {
-            let State { history, viewers, playback, is_ending, .. } = &mut *guard;
+            let State { history, viewers, is_ending, .. } = &mut *guard;
             let Some(viewer) = viewers.get_mut(&id) else { return Next::End };
             if !viewer.answers.is_empty() {
                 return Next::Answers(std::mem::take(&mut viewer.answers));
@@ -219,7 +198,7 @@ impl Audience {
             if !viewer.wanted.is_empty() {
                 if age >= BURST || *is_ending {
                     let back = history.subscribe(&mut viewer.cursor, viewer.wanted.drain(..));
-                    if let (Some(time), Some(playback)) = (back, *playback) {
+                    if let (Some(time), Some(playback)) = (back, history.player()) {
                         let playback = Playback { time, ..playback };
                         frames.push(Frame::Playback { playback, did_seek: true, request: None });
                     }
@@ -232,7 +211,7 @@ impl Audience {
                 return Next::Frames;
             }
             if !history.is_at_end(&viewer.cursor) {
-                // a long way through what others want: let them have their turn
+                // many entries of other viewers' channels: release the lock in between
                 drop(guard);
                 guard = lock(&self.state);
                 continue;
