@@ -12,6 +12,7 @@ use prost::Message;
 use crate::{
     case::Case,
     message::descriptor_set,
+    model::Field,
     recording::{Batch, ChannelSpec, Recorder, RecordingError},
     view::View,
 };
@@ -107,8 +108,11 @@ pub fn log_time(time: f64, playback_rate: f64) -> u64 {
 pub struct Catalogue {
     /// Channels that observe every step, numbered from 0.
     channels: Vec<Box<dyn Channel>>,
-    /// Channels of frames, numbered after them.
-    frames: FrameChannels,
+    /// Channels that emit messages at frames only, fields and pictures, numbered after them. They observe on the writer
+    /// thread, from a view that shares the frame, while the run continues.
+    frames: Arc<Mutex<Vec<Box<dyn Channel>>>>,
+    /// Memory of the fields of a frame \[bytes\].
+    frame_size: usize,
     playback_rate: f64,
 }
 
@@ -124,11 +128,9 @@ impl Catalogue {
             Box::new(event::Event),
             Box::new(log::Log),
         ];
-        let slices = case.record.fields.iter().map(|field| field::FieldSlice::new(case, *field));
-        let views = view::channels(case);
-        let slices = slices.into_iter().map(|slice| Box::new(slice) as Box<dyn Channel>);
-        let frames = FrameChannels::new(slices.chain(views).collect(), case.frame_size());
-        Self { channels, frames, playback_rate: case.record.playback_rate }
+        let slice = |field: &Field| -> Box<dyn Channel> { Box::new(field::FieldSlice::new(case, *field)) };
+        let slices = case.record.fields.iter().map(slice);
+        Self::with(case, channels, slices.chain(view::channels(case)).collect())
     }
 
     /// The channels of a closed form for `case`.
@@ -144,13 +146,17 @@ impl Catalogue {
         if has_drag {
             channels.push(Box::new(drag::Drag::new(case)));
         }
-        let frames = FrameChannels::new(Vec::new(), 0);
-        Self { channels, frames, playback_rate: case.record.playback_rate }
+        Self::with(case, channels, Vec::new())
+    }
+
+    fn with(case: &Case, channels: Vec<Box<dyn Channel>>, frames: Vec<Box<dyn Channel>>) -> Self {
+        let frames = Arc::new(Mutex::new(frames));
+        Self { channels, frames, frame_size: case.frame_size(), playback_rate: case.record.playback_rate }
     }
 
     /// Maps every channel, in the order of their numbers.
     fn map<T>(&self, f: impl Fn(&dyn Channel) -> T) -> Vec<T> {
-        let frames = lock(&self.frames.channels);
+        let frames = lock(&self.frames);
         self.channels.iter().chain(frames.iter()).map(|channel| f(channel.as_ref())).collect()
     }
 
@@ -177,11 +183,12 @@ impl Catalogue {
     pub fn observe(&mut self, view: &View<'_>, recorder: &mut Recorder) -> Result<(), RecordingError> {
         let log_time = log_time(view.time, self.playback_rate);
         observe_all(&mut self.channels, 0, view, log_time, recorder.batch());
-        if view.frame.is_some() {
-            self.frames.observe(view, self.channels.len(), log_time, recorder)
-        } else {
-            recorder.hand_over_if_full()
+        if view.frame.is_none() {
+            return recorder.hand_over_if_full();
         }
+        let (view, frames, first) = (view.share(), Arc::clone(&self.frames), self.channels.len());
+        let observe = move |batch: &mut Batch| observe_all(&mut lock(&frames), first, &view, log_time, batch);
+        recorder.defer(self.frame_size, Box::new(observe))
     }
 
     /// Writes a line to the log channel.
@@ -211,6 +218,7 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Passes a step to channels, the first of which has the number `first`.
 fn observe_all(
     channels: &mut [Box<dyn Channel>],
     first: usize,
@@ -220,44 +228,6 @@ fn observe_all(
 ) {
     for (channel, observer) in channels.iter_mut().enumerate() {
         observer.observe(view, &mut Outlet { batch, channel: first + channel, log_time });
-    }
-}
-
-/// Channels that emit messages at frames only: fields and pictures. They observe on the writer thread, from a view that
-/// shares the frame, while the run continues.
-struct FrameChannels {
-    channels: Arc<Mutex<Vec<Box<dyn Channel>>>>,
-    is_empty: bool,
-    /// Memory of the fields of a frame \[bytes\].
-    frame_size: usize,
-}
-
-impl FrameChannels {
-    fn new(channels: Vec<Box<dyn Channel>>, frame_size: usize) -> Self {
-        let is_empty = channels.is_empty();
-        Self { channels: Arc::new(Mutex::new(channels)), is_empty, frame_size }
-    }
-
-    /// Defers a frame to the writer thread.
-    ///
-    /// * `first`: number of the first channel
-    fn observe(
-        &self,
-        view: &View<'_>,
-        first: usize,
-        log_time: u64,
-        recorder: &mut Recorder,
-    ) -> Result<(), RecordingError> {
-        if self.is_empty {
-            return recorder.hand_over_if_full();
-        }
-        let view = view.share();
-        let channels = Arc::clone(&self.channels);
-        let make = move |batch: &mut Batch| {
-            let mut channels = lock(&channels);
-            observe_all(&mut channels, first, &view, log_time, batch);
-        };
-        recorder.defer(self.frame_size, Box::new(make))
     }
 }
 

@@ -21,14 +21,9 @@ pub struct Live {
     server: Arc<Server>,
 }
 
-/// The end at the recorder.
-struct Feed {
-    server: Arc<Server>,
-}
-
-impl Tap for Feed {
+impl Tap for Arc<Server> {
     fn message(&mut self, channel: usize, log_time: u64, bytes: &[u8]) {
-        self.server.send(channel, log_time, bytes);
+        self.send(channel, log_time, bytes);
     }
 }
 
@@ -57,7 +52,7 @@ impl Live {
 
     /// Receiver for the messages of the recorder.
     pub fn tap(&self) -> Box<dyn Tap> {
-        Box::new(Feed { server: Arc::clone(&self.server) })
+        Box::new(Arc::clone(&self.server))
     }
 
     /// Waits until so many viewers have subscribed, or `is_over`. Viewers subscribe panel by panel: their subscriptions are

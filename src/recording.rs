@@ -192,26 +192,18 @@ impl Recorder {
     ///
     /// # Errors
     ///
-    /// As for all methods below: the first error of the writer.
+    /// Of this and all methods below: the first error of the writer.
     pub fn channels(&mut self, channels: Vec<ChannelSpec>) -> Result<(), RecordingError> {
         self.send(Job::Channels(channels))
     }
 
     /// Passes every message from here on to `tap` too.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the writer.
     pub fn tap(&mut self, tap: Box<dyn Tap>) -> Result<(), RecordingError> {
         self.hand_over()?;
         self.send(Job::Tap(tap))
     }
 
     /// Sends the batch to the writer.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the writer.
     pub fn hand_over(&mut self) -> Result<(), RecordingError> {
         if self.batch.entries.is_empty() {
             return Ok(());
@@ -227,10 +219,6 @@ impl Recorder {
     }
 
     /// Sends the batch to the writer if it is full.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the writer.
     pub fn hand_over_if_full(&mut self) -> Result<(), RecordingError> {
         if self.batch.bytes.len() + self.batch.deferred >= BATCH_TARGET { self.hand_over() } else { Ok(()) }
     }
@@ -238,10 +226,6 @@ impl Recorder {
     /// Adds messages that are encoded on the writer thread, after those added before.
     ///
     /// * `size`: memory that `make` holds \[bytes\]
-    ///
-    /// # Errors
-    ///
-    /// The first error of the writer.
     pub fn defer(
         &mut self,
         size: usize,
@@ -258,30 +242,18 @@ impl Recorder {
     }
 
     /// Attaches a file; create and log time are 0.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the writer.
     pub fn attach(&mut self, name: &str, media_type: &str, data: Vec<u8>) -> Result<(), RecordingError> {
         self.hand_over()?;
         self.send(Job::Attachment { name: name.into(), media_type: media_type.into(), data })
     }
 
     /// Writes a metadata record.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the writer.
     pub fn metadata(&mut self, name: &str, entries: BTreeMap<String, String>) -> Result<(), RecordingError> {
         self.hand_over()?;
         self.send(Job::Metadata { name: name.into(), entries })
     }
 
     /// Writes the summary and waits until the file is complete.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the writer.
     pub fn finish(mut self) -> Result<(), RecordingError> {
         self.hand_over()?;
         self.send(Job::Finish)?;

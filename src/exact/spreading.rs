@@ -160,18 +160,11 @@ impl Spreading {
         let time = |y: f64| self.front.arrival(y) + delay(d, r - y, self.c);
         // time'(y) rises from y = 0 to r, where it is τ'(r) ≥ 0
         let slope = |y: f64| self.front.slowness(y) - rate(d, r - y, self.c);
-        let (mut low, mut high) = (0.0, r);
         if slope(0.0) >= 0.0 {
             return (time(0.0), 0.0);
         }
-        for _ in 0..200 {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
-                break;
-            }
-            if slope(middle) < 0.0 { low = middle } else { high = middle }
-        }
-        (time(high), high)
+        let (_, origin) = bisect(r, 200, |y| slope(y) < 0.0);
+        (time(origin), origin)
     }
 
     /// `p_d/V0` at `(r, t)`.
@@ -249,15 +242,23 @@ impl Spreading {
             return gauss_legendre_on(NODES, 0.0, 1.0).into_iter().map(|(v, w)| w * at(v)).sum();
         }
         // the front of this reflection may end under the contact
-        let (mut low, mut high) = (0.0, edge);
-        if self.first_arrival(edge, d).0 > t {
-            for _ in 0..60 {
-                let middle = 0.5 * (low + high);
-                if self.first_arrival(middle, d).0 <= t { low = middle } else { high = middle }
-            }
-        }
+        let has_arrived = |r: f64| self.first_arrival(r, d).0 <= t;
+        let high = if has_arrived(edge) { edge } else { bisect(edge, 60, has_arrived).1 };
         gauss_legendre_on(NODES, 0.0, high).into_iter().map(|(r, w)| w * integrand(r)).sum()
     }
+}
+
+/// Halves the interval from 0 to `high`, with `is_low` true up to a point in it, so many times.
+fn bisect(mut high: f64, halvings: u32, is_low: impl Fn(f64) -> bool) -> (f64, f64) {
+    let mut low = 0.0;
+    for _ in 0..halvings {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if is_low(middle) { low = middle } else { high = middle }
+    }
+    (low, high)
 }
 
 /// Delay E of a wave through the depth `d` and the distance `x` along the surface.
@@ -316,12 +317,7 @@ mod tests {
             // pressure jumps where reflections end
             let mut ends: Vec<f64> = vec![0.0, edge];
             for (d, _) in contact.paths(0.0, t).expect("range").into_iter().filter(|path| path.0 > 0.0) {
-                let (mut low, mut high) = (0.0, edge);
-                for _ in 0..60 {
-                    let middle = 0.5 * (low + high);
-                    if contact.first_arrival(middle, d).0 <= t { low = middle } else { high = middle }
-                }
-                ends.push(low);
+                ends.push(bisect(edge, 60, |r| contact.first_arrival(r, d).0 <= t).0);
             }
             ends.sort_by(f64::total_cmp);
             for ends in ends.windows(2) {

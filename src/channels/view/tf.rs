@@ -1,4 +1,6 @@
-//! `/view/tf`: where the indenter stands in the pictures.
+//! `/view/tf`: position of the indenter in the pictures.
+
+use std::sync::Arc;
 
 use super::{INDENTER, Viewport, WORLD, timestamp, upright, vector};
 use crate::{
@@ -9,13 +11,13 @@ use crate::{
 
 /// The channel.
 pub struct Transforms {
-    viewport: std::sync::Arc<Viewport>,
+    viewport: Arc<Viewport>,
 }
 
 impl Transforms {
     /// The channel of a viewport.
-    pub fn new(viewport: &std::sync::Arc<Viewport>) -> Self {
-        Self { viewport: viewport.clone() }
+    pub fn new(viewport: &Arc<Viewport>) -> Self {
+        Self { viewport: Arc::clone(viewport) }
     }
 }
 
