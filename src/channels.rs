@@ -35,7 +35,7 @@ pub trait Channel: Send {
     /// Full name of the message type.
     fn schema(&self) -> &'static str;
 
-    /// Units and meanings of the numeric fields.
+    /// Units and meanings of the numeric fields, without `step` and `time`, which begin every percuss message.
     fn fields(&self) -> Vec<FieldNote>;
 
     /// Further entries of the metadata of the channel.
@@ -75,10 +75,8 @@ impl FieldNote {
     }
 }
 
-/// The notes on `step` and `time`, which begin every percuss message.
-fn step_and_time() -> [FieldNote; 2] {
-    [FieldNote::new("step", "1", "number k of the step"), FieldNote::new("time", "R/c_p", "time t = k dt")]
-}
+const STEP: FieldNote = FieldNote::new("step", "1", "number k of the step");
+const TIME: FieldNote = FieldNote::new("time", "R/c_p", "time t = k dt");
 
 /// Destination of the messages of a channel.
 pub struct Outlet<'a> {
@@ -166,7 +164,7 @@ impl Catalogue {
             topic: channel.topic().into(),
             schema: channel.schema().into(),
             descriptors: descriptor_set(channel.schema()),
-            metadata: all_metadata(channel),
+            metadata: metadata(channel),
         })
     }
 
@@ -231,27 +229,26 @@ fn observe_all(
     }
 }
 
-fn all_metadata(channel: &dyn Channel) -> BTreeMap<String, String> {
-    let mut map = metadata(&channel.fields());
-    map.extend(channel.remarks());
-    if channel.topic().starts_with(view::TOPICS) {
-        // comparisons skip such channels: their sources are compared
-        map.insert("derived".into(), "drawn from the other channels".into());
-    }
-    map
-}
-
-fn metadata(fields: &[FieldNote]) -> BTreeMap<String, String> {
+fn metadata(channel: &dyn Channel) -> BTreeMap<String, String> {
     let mut map = BTreeMap::new();
+    let mut fields = channel.fields();
+    if channel.schema().starts_with("percuss.") {
+        fields.extend([STEP, TIME]);
+    }
     for field in fields {
         map.insert(format!("unit.{}", field.name), field.unit.into());
         map.insert(format!("meaning.{}", field.name), field.meaning.into());
-        if let Some(axis) = &field.axis {
-            map.insert(format!("axis.{}", field.name), axis.clone());
+        if let Some(axis) = field.axis {
+            map.insert(format!("axis.{}", field.name), axis);
         }
         if let Some(symmetry) = field.symmetry {
             map.insert(format!("symmetry.{}", field.name), symmetry.into());
         }
+    }
+    map.extend(channel.remarks());
+    if channel.topic().starts_with(view::TOPICS) {
+        // comparisons skip such channels: their sources are compared
+        map.insert("derived".into(), "drawn from the other channels".into());
     }
     map
 }

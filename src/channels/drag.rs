@@ -1,6 +1,6 @@
 //! `/drag`: resistance to the indenter, every step.
 
-use super::{Channel, FieldNote, Outlet, step_and_time};
+use super::{Channel, FieldNote, Outlet};
 use crate::{case::Case, grid::Geometry, message::percuss, units, view::View};
 
 /// The drag channel.
@@ -25,19 +25,16 @@ impl Channel for Drag {
     }
 
     fn fields(&self) -> Vec<FieldNote> {
-        let mut fields = step_and_time().to_vec();
-        fields.push(FieldNote::new(
-            "force",
-            units::force(self.geometry),
-            match self.geometry {
-                Geometry::Axisymmetric => "drag F on the indenter, F(0+) = V0 for a flat punch",
-                Geometry::Plane => {
-                    "drag F on the half x >= 0 of the indenter, per length, F(0+) = V0 for a flat punch"
-                }
-            },
-        ));
-        fields.push(FieldNote::new("contact_radius", "R", "contact radius r*"));
-        fields
+        let meaning = match self.geometry {
+            Geometry::Axisymmetric => "drag F on the indenter, F(0+) = V0 for a flat punch",
+            Geometry::Plane => {
+                "drag F on the half x >= 0 of the indenter, per length, F(0+) = V0 for a flat punch"
+            }
+        };
+        vec![
+            FieldNote::new("force", units::force(self.geometry), meaning),
+            FieldNote::new("contact_radius", "R", "contact radius r*"),
+        ]
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {

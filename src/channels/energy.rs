@@ -1,6 +1,6 @@
 //! `/energy`: the energy ledger, at frames.
 
-use super::{Channel, FieldNote, Outlet, step_and_time};
+use super::{Channel, FieldNote, Outlet};
 use crate::{case::Case, grid::Geometry, message::percuss, units, view::View};
 
 /// The energy channel.
@@ -26,8 +26,7 @@ impl Channel for Energy {
 
     fn fields(&self) -> Vec<FieldNote> {
         let unit = units::energy(self.geometry);
-        let mut fields = step_and_time().to_vec();
-        fields.extend([
+        vec![
             FieldNote::new("kinetic", unit, "kinetic energy of the target"),
             FieldNote::new("strain", unit, "strain energy of the target"),
             FieldNote::new("indenter", unit, "kinetic energy of an indenter of finite mass"),
@@ -38,8 +37,7 @@ impl Channel for Energy {
             ),
             FieldNote::new("work", unit, "work done so far by a motion that is prescribed"),
             FieldNote::new("residual", unit, "initial + work - all of the above: rounding"),
-        ]);
-        fields
+        ]
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {

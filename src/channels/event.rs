@@ -1,6 +1,6 @@
 //! `/event`: tension, rebound, separation and the like, in the step in which they occur.
 
-use super::{Channel, FieldNote, Outlet, step_and_time};
+use super::{Channel, FieldNote, Outlet};
 use crate::{
     contact::event::EventKind,
     message::percuss::{self, event::Kind},
@@ -20,12 +20,12 @@ impl Channel for Event {
     }
 
     fn fields(&self) -> Vec<FieldNote> {
-        let mut fields = step_and_time().to_vec();
-        fields.push(FieldNote::new("r", "R", "where it happened, for events that have a place"));
-        let meaning =
+        let since =
             "since when, for events that are known only later: when contact was lost, of a separation";
-        fields.push(FieldNote::new("since", "R/c_p", meaning));
-        fields
+        vec![
+            FieldNote::new("r", "R", "where it happened, for events that have a place"),
+            FieldNote::new("since", "R/c_p", since),
+        ]
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {

@@ -1,6 +1,6 @@
 //! `/field/displacement`, `/field/velocity`, `/field/stress`: a field over the section, at frames.
 
-use super::{Channel, FieldNote, Outlet, step_and_time};
+use super::{Channel, FieldNote, Outlet};
 use crate::{case::Case, message::percuss, model::Field, view::View};
 
 /// The channel of one field.
@@ -40,8 +40,7 @@ impl Channel for FieldSlice {
                 "stress -sigma_zz, compression positive like the interface stress, row-major [z][r]",
             ),
         };
-        let mut fields = step_and_time().to_vec();
-        fields.extend([
+        vec![
             FieldNote::new("r0", "R", "radius of the first column"),
             FieldNote::new("dr", "R", "distance between columns"),
             FieldNote::new("nr", "1", "number of columns"),
@@ -49,8 +48,7 @@ impl Channel for FieldSlice {
             FieldNote::new("dz", "R", "distance between rows"),
             FieldNote::new("nz", "1", "number of rows"),
             FieldNote::new("values", unit, meaning).along("z0,dz,nz;r0,dr,nr"),
-        ]);
-        fields
+        ]
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {

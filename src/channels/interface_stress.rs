@@ -1,6 +1,6 @@
 //! `/interface/stress`: stress at the surface nodes out to the largest radius ever in contact.
 
-use super::{Channel, FieldNote, Outlet, step_and_time};
+use super::{Channel, FieldNote, Outlet};
 use crate::{case::Case, message::percuss, view::View};
 
 /// The interface stress channel.
@@ -26,12 +26,12 @@ impl Channel for InterfaceStress {
     }
 
     fn fields(&self) -> Vec<FieldNote> {
-        let mut fields = step_and_time().to_vec();
-        fields.push(FieldNote::new("r0", "R", "radius of the first node"));
-        fields.push(FieldNote::new("dr", "R", "distance between nodes"));
         let meaning = "interface stress p = -sigma_zz, compression positive, at r0 + i dr";
-        fields.push(FieldNote::new("stress", "γc_p²", meaning).along("r0,dr").even());
-        fields
+        vec![
+            FieldNote::new("r0", "R", "radius of the first node"),
+            FieldNote::new("dr", "R", "distance between nodes"),
+            FieldNote::new("stress", "γc_p²", meaning).along("r0,dr").even(),
+        ]
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {

@@ -1,6 +1,6 @@
 //! `/probes`: interface stress at chosen radii, every step.
 
-use super::{Channel, FieldNote, Outlet, step_and_time};
+use super::{Channel, FieldNote, Outlet};
 use crate::{case::Case, message::percuss, view::View};
 
 /// The probes channel.
@@ -27,10 +27,8 @@ impl Channel for Probes {
 
     fn fields(&self) -> Vec<FieldNote> {
         let radii: Vec<String> = self.radii.iter().map(f64::to_string).collect();
-        let mut fields = step_and_time().to_vec();
         let meaning = "interface stress p = -sigma_zz, compression positive, at the radii of the axis";
-        fields.push(FieldNote::new("stress", "γc_p²", meaning).along(radii.join(",")));
-        fields
+        vec![FieldNote::new("stress", "γc_p²", meaning).along(radii.join(","))]
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {

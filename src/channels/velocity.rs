@@ -1,6 +1,6 @@
 //! `/velocity`: motion of the indenter, every step.
 
-use super::{Channel, FieldNote, Outlet, step_and_time};
+use super::{Channel, FieldNote, Outlet};
 use crate::{message::percuss, view::View};
 
 /// The velocity channel.
@@ -16,10 +16,10 @@ impl Channel for Velocity {
     }
 
     fn fields(&self) -> Vec<FieldNote> {
-        let mut fields = step_and_time().to_vec();
-        fields.push(FieldNote::new("velocity", "c_p", "velocity V of the indenter into the target"));
-        fields.push(FieldNote::new("displacement", "R", "displacement w of the indenter into the target"));
-        fields
+        vec![
+            FieldNote::new("velocity", "c_p", "velocity V of the indenter into the target"),
+            FieldNote::new("displacement", "R", "displacement w of the indenter into the target"),
+        ]
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {

@@ -2,7 +2,7 @@
 
 use crate::{
     case::Case,
-    channels::{Channel, FieldNote, Outlet, step_and_time},
+    channels::{Channel, FieldNote, Outlet},
     message::percuss,
     shape::Shape,
     view::View,
@@ -47,14 +47,12 @@ impl Channel for Profile {
     }
 
     fn fields(&self) -> Vec<FieldNote> {
-        let mut fields = step_and_time().to_vec();
-        fields.extend([
+        vec![
             FieldNote::new("r", "R", "radii of the points"),
             FieldNote::new("stress", "γc_p²", "interface stress, compression positive"),
             FieldNote::new("displacement", "R", "displacement of the surface into the target"),
             FieldNote::new("indenter", "R", "face of the indenter, w - f(r); 0 beside the indenter"),
-        ]);
-        fields
+        ]
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
