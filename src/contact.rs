@@ -32,7 +32,7 @@ use partial::PartialContact;
 pub enum Rule {
     /// Contact where the free surface would penetrate the indenter, and only while it pushes; \[KA\] Eqs. 5, 7.
     Unilateral,
-    /// A fixed zone, bonded: the interface also carries tension.
+    /// A fixed zone, glued: the interface also carries tension.
     Bilateral,
     /// The motion of the whole surface is given; \[KA\] Eq. 10.
     Prescribed,
@@ -53,7 +53,7 @@ pub struct ContactState {
     pub work: f64,
     /// Energy dissipated during the step by the impact of nodes on the indenter \[πR³γc_p²; plane R²γc_p²\].
     pub dissipated: f64,
-    /// Node that needs tension: the one under the largest tension (bonded), or one that opens in this step.
+    /// Node that needs tension: the one under the largest tension (glued), or one that opens in this step.
     pub extended: Option<usize>,
     /// Number of nodes in contact.
     pub nodes: usize,

@@ -1,4 +1,4 @@
-//! The table under "How right it is" in the README: what it states is what the tests allow.
+//! The table of the section "Accuracy" in the README: it states the errors that the tests allow.
 //!
 //! Its numbers stand nowhere else. A test reads those of its case and holds what it measures against them, so neither
 //! the table nor the program can change alone.
