@@ -8,7 +8,7 @@ use std::{env, error::Error, fs, path::PathBuf};
 
 use prost_build::Config;
 
-/// The message of every channel, relative to this folder; what these files import comes with them.
+/// The message of every channel, relative to this folder; imports are added.
 const FILES: [&str; 13] = [
     "drag.proto",
     "energy.proto",

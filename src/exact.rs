@@ -32,7 +32,7 @@ pub enum ExactError {
         name: &'static str,
         /// Value.
         value: f64,
-        /// What is allowed.
+        /// Allowed range.
         bound: &'static str,
     },
     /// The point lies outside the range in which the form holds.
@@ -42,7 +42,7 @@ pub enum ExactError {
         name: &'static str,
         /// Value.
         value: f64,
-        /// Where it holds.
+        /// Range of the form.
         bound: String,
     },
 }

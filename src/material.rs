@@ -46,7 +46,7 @@ pub enum MaterialError {
         name: &'static str,
         /// Value given.
         value: f64,
-        /// What is allowed.
+        /// Allowed range.
         bound: &'static str,
     },
 }

@@ -163,7 +163,7 @@ pub struct Recorder {
 impl Recorder {
     /// Creates the file.
     ///
-    /// * `overwrite`: replace what is at `path`
+    /// * `overwrite`: replace an existing file
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! What a model and the contact exchange on z = 0, and nothing else.
+//! Exchange of a model and the contact on z = 0.
 //!
 //! In step k the model predicts the displacement of its surface nodes at level k+1 without pressure, and the compliance of
 //! each; the contact returns the pressure and the resulting displacement.

@@ -12,7 +12,7 @@ pub struct FieldSlice {
 }
 
 impl FieldSlice {
-    /// The channel of `field`, with as many nodes as `case` asks for.
+    /// The channel of `field`, with the nodes that `case` records.
     pub fn new(case: &Case, field: Field) -> Self {
         Self { field, every: case.record.field_every, message: percuss::FieldSlice::default() }
     }

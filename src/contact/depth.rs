@@ -101,7 +101,7 @@ impl Contact {
 
     /// [`Contact::imposed`] of a node that can be in partial contact.
     ///
-    /// The gap of a loaded node never grows, or the contact would return energy: what opens, opens node by node.
+    /// The gap of a loaded node never grows, or the contact would return energy: contact is lost node by node.
     fn imposed_partial(&self, i: usize, full: Average, depth: f64, free: &[f64]) -> (Average, bool) {
         let node = &self.partial[i];
         let average = if free[i] >= 0.0 && !node.is_full(depth) {

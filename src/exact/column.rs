@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_its_range_there_is_no_number() {
+    fn outside_its_range_it_is_an_error() {
         assert!(Column::new(1.0, 0.0, 1.0).is_err() && Column::new(1.0, 1.0, f64::NAN).is_err());
         assert!(Column::new(1.0, 1.0, 1.0).expect("parameters").pressure(0.0).is_err());
     }

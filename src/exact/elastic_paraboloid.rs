@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_its_range_there_is_no_number() {
+    fn outside_its_range_it_is_an_error() {
         assert!(ElasticParaboloid::new(1.0, 1.0, (1.0, 0.9), None).is_err(), "no such material");
         assert!(ElasticParaboloid::new(1.0, 0.0, (1.0, 0.5), None).is_err());
         let valid = ElasticParaboloid::new(1.0, 1.0, (1.0, 0.5), Some(1.0)).expect("parameters");

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_its_range_there_is_no_number() {
+    fn outside_its_range_it_is_an_error() {
         assert!(Paraboloid::new(1.0, 1.0, 1.0, None).is_err());
         assert!(Paraboloid::new(1.0, f64::NAN, 0.5, None).is_err());
         let valid = Paraboloid::new(1.0, 1.0, 0.5, None).expect("parameters");

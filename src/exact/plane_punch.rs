@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_its_range_there_is_no_number() {
+    fn outside_its_range_it_is_an_error() {
         let punch = PlanePunch::new(1.0, 0.5, 1.0).expect("parameters");
         assert!(punch.drag(2.0).is_err(), "the first reflection is back");
         assert!(punch.pressure(1.0, 1.0).is_err());

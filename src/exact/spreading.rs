@@ -30,7 +30,7 @@
 //! p_d = (V0/πc²) ∫_0^π { (1 − c²τ'²)·σ*/(E·|∂G/∂σ|) + c² ∫_0^{σ*} ∇²τ·σ/E dσ } dφ
 //! ```
 //!
-//! The inner integral is elementary or smooth; the outer one is periodic and smooth but for a logarithm on the ray from x
+//! The inner integral is elementary or smooth; the outer one is periodic and smooth except for a logarithm on the ray from x
 //! through the tip of a cone. Both are refined until they no longer change. On the axis of a paraboloid the result is
 //! the closed form of [`super::paraboloid`], which tests check to ten digits; the drag of a contact that outruns all
 //! waves is `V0·Σ (2 −δ_{m0})·r*²(t − 2mh)`, because the mean of p over the whole plane obeys the equation without c.
@@ -175,7 +175,7 @@ impl Spreading {
         }
         let (arrival, origin) = if d == 0.0 { (self.front.arrival(r), r) } else { self.first_arrival(r, d) };
         if (t - arrival).abs() <= ROUNDING * t {
-            // a front just arriving: half of what stands behind it
+            // a front just arriving: half of the value behind it
             const BEHIND: f64 = 1e-7;
             let step = BEHIND * arrival.max(self.length() / self.c);
             return 0.5 * self.term_behind(r, d, arrival + step, origin);
@@ -221,7 +221,7 @@ impl Spreading {
         over_half_circle(stretch, |phi, rest| self.ray(Ray::new(self, r, d, t, centre, phi, rest))) / PI
     }
 
-    /// Both integrands on one ray: what leaves at its end, and what comes from along it.
+    /// Both integrands on one ray: the term at its end, and the integral along it.
     fn ray(&self, ray: Ray<'_>) -> f64 {
         let end = ray.end();
         let point = ray.at(end);
@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_contact_begins_like_a_fast_one() {
+    fn drag_is_continuous_where_the_contact_falls_behind_the_waves() {
         // F is continuous where the contact falls behind the waves, r* = k/2c
         let front = Front::Paraboloid { curvature: 0.2 };
         let contact = Spreading::new(front, 1.0, 0.5, Some(1.0)).expect("parameters");
@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn outside_its_range_there_is_no_number() {
+    fn outside_its_range_it_is_an_error() {
         let cone = Spreading::new(CONE, 1.0, 0.5, None).expect("parameters");
         assert!(cone.pressure(0.0, 0.0, 1.0).is_err(), "the tip");
         assert!(cone.pressure(0.0, 0.1, 1.0).is_ok());

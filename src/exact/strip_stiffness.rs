@@ -35,7 +35,7 @@ pub struct StripStiffness {
     mean: f64,
 }
 
-/// `x` from which on `K(k) = ln(4/k')` to rounding: what it leaves out is of the size of `k'²`.
+/// `x` above which `K(k) = ln(4/k')` to rounding: the error is of the order of `k'²`.
 const THIN: f64 = 20.0;
 
 impl StripStiffness {
@@ -117,8 +117,8 @@ mod tests {
         assert!(thin.pressure_slope(1.0).is_err());
     }
     #[test]
-    fn thin_layers_are_columns_but_for_their_edges() {
-        // true to 1e-15: p = 1/√(1 − e^{−πδ/h'}) at the distance δ from the edge, h' = h·c_s, but for e^{−π/h'}
+    fn thin_layers_are_columns_except_at_the_edges() {
+        // true to 1e-15: p = 1/√(1 − e^{−πδ/h'}) at the distance δ from the edge, h' = h·c_s, up to e^{−π/h'}
         for (h, c_s, x) in [(0.2, 0.31, 0.9), (0.02, 0.31, 0.99), (1e-3, 0.1, 0.999_9), (1e-6, 0.5, 0.5)] {
             let strip = StripStiffness::new(h, c_s).expect("parameters");
             let expected = 1.0 / (1.0 - (-PI * (1.0 - x) / (h * c_s)).exp()).sqrt();
@@ -133,7 +133,7 @@ mod tests {
             let expected = 1.0 + 2.0 * LN_2 / PI * h * c_s;
             assert!((slope - expected).abs() < 1e-14, "h = {h}: {slope} {expected}");
         }
-        // both forms of the drag meet where one gives way to the other
+        // both forms of the drag agree at the limit between them
         let at = |x: f64| StripStiffness::new(0.5 * PI / (0.5 * x), 0.5).expect("parameters").drag_slope();
         let (below, above) = (at(THIN * (1.0 - 1e-12)), at(THIN * (1.0 + 1e-12)));
         assert!((below - above).abs() < 1e-13, "{below} {above}");

@@ -52,15 +52,8 @@ pub fn layout(builder: &LayoutBuilder<'_>) -> Value {
         panels.add("Plot", "probes", "Interface stress [γc_p²] against time", plot)
     });
     let profile = builder.has("/view/profile").then(|| {
-        let curves =
-            [("stress", "stress [γc_p²]"), ("displacement", "surface [R]"), ("indenter", "indenter [R]")];
-        let curves = curves.map(|(field, label)| path(&format!("/view/profile.{field}[:]"), label));
-        let radius = ("r [R]", PROFILE_MARGIN * case.sizes.contact_reach);
-        let mut settings = plot(&curves, radius, "stress [γc_p²], surface and indenter [R]");
-        settings["xAxisVal"] = "currentCustom".into();
-        settings["xAxisPath"] = json!({ "value": "/view/profile.r[:]", "enabled": true });
-        settings["isSynced"] = false.into();
-        panels.add("Plot", "profile", "Along the surface at the current time, against r [R]", settings)
+        let title = "Along the surface at the current time, against r [R]";
+        panels.add("Plot", "profile", title, profile(PROFILE_MARGIN * case.sizes.contact_reach))
     });
     let log = panels.add("RosOut", "log", "Log", json!({ "searchTerms": [], "minLogLevel": 1 }));
 
@@ -92,7 +85,7 @@ fn path(value: &str, label: &str) -> Value {
     json!({ "value": value, "label": label, "enabled": true, "timestampMethod": "receiveTime", "showLine": true })
 }
 
-/// * `(x_label, end)`: what the horizontal axis shows, and its right end; it begins at 0
+/// * `(x_label, end)`: label and right end of the horizontal axis, which begins at 0
 fn plot(paths: &[Value], (x_label, end): (&str, f64), y_label: &str) -> Value {
     json!({
         "paths": paths,
@@ -111,6 +104,18 @@ fn plot(paths: &[Value], (x_label, end): (&str, f64), y_label: &str) -> Value {
     })
 }
 
+/// Stress and displacements along the surface, out to a radius.
+fn profile(outer_radius: f64) -> Value {
+    let curves =
+        [("stress", "stress [γc_p²]"), ("displacement", "surface [R]"), ("indenter", "indenter [R]")];
+    let curves = curves.map(|(field, label)| path(&format!("/view/profile.{field}[:]"), label));
+    let mut settings = plot(&curves, ("r [R]", outer_radius), "stress [γc_p²], surface and indenter [R]");
+    settings["xAxisVal"] = "currentCustom".into();
+    settings["xAxisPath"] = json!({ "value": "/view/profile.r[:]", "enabled": true });
+    settings["isSynced"] = false.into();
+    settings
+}
+
 /// The section from the front, without perspective, all of it in view.
 fn section(builder: &LayoutBuilder<'_>) -> Value {
     let viewport = &builder.viewport;
@@ -118,6 +123,34 @@ fn section(builder: &LayoutBuilder<'_>) -> Value {
     let width = 2.0 * viewport.half_width;
     let height = viewport.depth + 2.0 * viewport.top;
     let distance = 1.1 * height.max(width / 2.5);
+    json!({
+        "cameraState": {
+            "perspective": false,
+            "distance": distance,
+            "phi": 0,
+            "thetaOffset": 0,
+            "target": [0, 0, 0],
+            "targetOffset": [0, 0.5 * (1.5 * viewport.top - viewport.depth), 0],
+            "targetOrientation": [0, 0, 0, 1],
+            "fovy": 45,
+            // close enough to each other for viewers to resolve the sheets of the scene
+            "near": 1e-3 * distance,
+            "far": 20.0 * distance,
+        },
+        "followMode": "follow-none",
+        "followTf": WORLD,
+        "scene": { "backgroundColor": "#ffffff", "transforms": { "showLabel": false } },
+        "transforms": {
+            format!("frame:{WORLD}"): { "visible": false },
+            format!("frame:{INDENTER}"): { "visible": false },
+        },
+        "topics": topics(builder),
+        "layers": {},
+    })
+}
+
+/// Settings of the topics of the section.
+fn topics(builder: &LayoutBuilder<'_>) -> Map<String, Value> {
     let mut topics = Map::new();
     if builder.has("/view/field")
         && let Some(field) = builder.case.record.fields.first()
@@ -140,28 +173,5 @@ fn section(builder: &LayoutBuilder<'_>) -> Value {
             topics.insert(topic.into(), json!({ "visible": true }));
         }
     }
-    json!({
-        "cameraState": {
-            "perspective": false,
-            "distance": distance,
-            "phi": 0,
-            "thetaOffset": 0,
-            "target": [0, 0, 0],
-            "targetOffset": [0, 0.5 * (1.5 * viewport.top - viewport.depth), 0],
-            "targetOrientation": [0, 0, 0, 1],
-            "fovy": 45,
-            // near enough to each other for the sheets of the scene to be told apart
-            "near": 1e-3 * distance,
-            "far": 20.0 * distance,
-        },
-        "followMode": "follow-none",
-        "followTf": WORLD,
-        "scene": { "backgroundColor": "#ffffff", "transforms": { "showLabel": false } },
-        "transforms": {
-            format!("frame:{WORLD}"): { "visible": false },
-            format!("frame:{INDENTER}"): { "visible": false },
-        },
-        "topics": topics,
-        "layers": {},
-    })
+    topics
 }

@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn levels_stand_for_values() {
+    fn levels_are_steps_of_values() {
         assert_eq!([-1e9, -126.0, -0.4, 0.0, 1.6, 1e9].map(level), [2, 2, 128, 128, 130, 254]);
         assert_eq!(level(f32::NAN), 0);
     }

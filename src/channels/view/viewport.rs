@@ -13,7 +13,7 @@ use crate::{
 const HEAD_POINTS: u32 = 24;
 /// Share of the smaller side of the viewport that the deepest displacement may take.
 const DEEPEST: f64 = 0.2;
-/// Distance between sheets as a share of the smaller side of the viewport: some hundred times what viewers resolve.
+/// Distance between sheets as a share of the smaller side of the viewport: some hundred times the resolution of viewers.
 const SHEET: f64 = 0.01;
 /// Margin for peaks above the front pressure: under the tip of a cone, beside an edge, behind a reflection.
 const HEADROOM: f64 = 1.25;
@@ -182,7 +182,7 @@ fn round_down(x: f64) -> f64 {
     steps.take_while(|step| *step <= x).last().unwrap_or(1e-15)
 }
 
-/// The smallest round number that is not below `x`, but for rounding errors.
+/// The smallest round number that is not below `x`, up to rounding.
 fn round_up(x: f64) -> f64 {
     const ROUND: [&str; 10] = ["1", "1.25", "1.5", "2", "2.5", "3", "4", "5", "6", "8"];
     let numbers = (-15..=15).flat_map(|decade| ROUND.map(|digits| format!("{digits}e{decade}")));
@@ -236,7 +236,7 @@ mod tests {
             let case = Case::load(name, &[change.to_owned()]).expect("a built-in case");
             [Field::Stress, Field::Velocity, Field::Displacement].map(|field| range(&case, field))
         };
-        // a layer: 1.25 + 2⌊6/2⌋; as long as nothing has come back, 1.25 + 2·0.5·1.5/π
+        // a layer: 1.25 + 2⌊6/2⌋; before the first reflection, 1.25 + 2·0.5·1.5/π
         assert_eq!(range("fig5", "mesh.cells=20"), [8.0, 1.25, 6.0]);
         assert_eq!(range("fig5", "run.end_time=1.5"), [2.0, 1.25, 1.5]);
         // a mass of 4 is stopped by a stress of √4

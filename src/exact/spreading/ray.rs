@@ -1,8 +1,8 @@
-//! One ray of the integral: where it leaves the region that has sent waves, and what comes from along it.
+//! One ray of the integral: the end of the ray on the boundary of the source region, and the integral along it.
 
 use super::{Front, Spreading};
 
-/// A ray from a point of the region that has sent waves.
+/// A ray from a point of the source region.
 pub(super) struct Ray<'a> {
     of: &'a Spreading,
     r: f64,
@@ -14,7 +14,7 @@ pub(super) struct Ray<'a> {
     sin: f64,
 }
 
-/// What there is at a point of a ray.
+/// Quantities at a point of a ray.
 pub(super) struct Point {
     pub(super) delay: f64,
     pub(super) slowness: f64,

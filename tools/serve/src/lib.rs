@@ -107,7 +107,7 @@ pub struct Playback {
     pub speed: f64,
 }
 
-/// What a player does.
+/// Activity of a player.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Playing {
     /// Plays.

@@ -35,7 +35,7 @@ pub enum Frame {
         /// The message itself.
         content: Arc<[u8]>,
     },
-    /// The time of what follows \[ns\].
+    /// The time of the following messages \[ns\].
     Time(u64),
     /// State of the player.
     Playback {

@@ -1,4 +1,4 @@
-//! The viewers of a server: their subscriptions, and what each of them gets next.
+//! The viewers of a server: their subscriptions and next frames.
 
 use std::{
     collections::{HashMap, VecDeque},
@@ -46,7 +46,7 @@ struct Viewer {
     answers: VecDeque<Message>,
 }
 
-/// What a viewer gets next.
+/// The next output to a viewer.
 pub enum Next {
     /// Answers to its requests.
     Answers(VecDeque<Message>),

@@ -1,4 +1,4 @@
-//! Reading: the place of a viewer in the history, and what it gets next.
+//! Reading: the place of a viewer in the history, and its next frames.
 
 use std::{collections::BTreeMap, sync::Arc};
 

@@ -22,7 +22,7 @@ pub struct Viewer {
     socket: WebSocket<TcpStream>,
     /// Ids of channels by topic.
     pub channels: BTreeMap<String, u64>,
-    /// What is there of every topic.
+    /// Messages by topic.
     pub messages: BTreeMap<String, Vec<Stamped>>,
     /// How often time has gone back.
     pub jumps: u32,
@@ -31,7 +31,7 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// Connects, and reads what there is to subscribe to.
+    /// Connects, and reads the advertised channels.
     pub fn connect(url: &str) -> Self {
         let stream = TcpStream::connect(url.trim_start_matches("ws://")).expect("a listening server");
         let uri = url.parse().expect("an address");
@@ -108,7 +108,7 @@ impl Viewer {
         }
     }
 
-    /// Log times of what is there of a topic, each of which must be where it belongs.
+    /// Log times of the messages of a topic, each of which must be placed at its own.
     pub fn times(&self, topic: &str) -> Vec<u64> {
         let messages = &self.messages[topic];
         for message in messages {
