@@ -16,7 +16,7 @@ use std::{
     thread::JoinHandle,
 };
 
-use mcap::McapError;
+use mcap::{Attachment, McapError, records::Metadata};
 use prost::Message;
 use serde::{Deserialize, Serialize};
 
@@ -122,8 +122,8 @@ impl Batch {
 
 enum Job {
     Messages(Batch),
-    Attachment { name: String, media_type: String, data: Vec<u8> },
-    Metadata { name: String, entries: BTreeMap<String, String> },
+    Attachment(Attachment<'static>),
+    Metadata(Metadata),
     Channels(Vec<ChannelSpec>),
     Tap(Box<dyn Tap>),
     Finish,
@@ -244,13 +244,14 @@ impl Recorder {
     /// Attaches a file; create and log time are 0.
     pub fn attach(&mut self, name: &str, media_type: &str, data: Vec<u8>) -> Result<(), RecordingError> {
         self.hand_over()?;
-        self.send(Job::Attachment { name: name.into(), media_type: media_type.into(), data })
+        let (name, media_type, data) = (name.into(), media_type.into(), data.into());
+        self.send(Job::Attachment(Attachment { log_time: 0, create_time: 0, name, media_type, data }))
     }
 
     /// Writes a metadata record.
     pub fn metadata(&mut self, name: &str, entries: BTreeMap<String, String>) -> Result<(), RecordingError> {
         self.hand_over()?;
-        self.send(Job::Metadata { name: name.into(), entries })
+        self.send(Job::Metadata(Metadata { name: name.into(), metadata: entries }))
     }
 
     /// Writes the summary and waits until the file is complete.

@@ -1,4 +1,4 @@
-//! Live runs as viewers see them. The viewer puts messages at the time it was told last, as Lichtblick does.
+//! Live runs as viewers see them. The viewer places messages at the last time sent to it, as Lichtblick does.
 
 use std::{
     net::TcpStream,

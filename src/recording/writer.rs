@@ -6,11 +6,7 @@ use std::{
     sync::mpsc::{Receiver, SyncSender, sync_channel},
 };
 
-use mcap::{
-    Attachment, McapError, WriteOptions, Writer,
-    records::{MessageHeader, Metadata},
-    write::NoSeek,
-};
+use mcap::{McapError, WriteOptions, Writer, records::MessageHeader, write::NoSeek};
 
 use super::{Batch, CHUNK_TARGET, ChannelSpec, Compression, Entry, Job, MESSAGE_HEADER, Tap};
 
@@ -114,13 +110,8 @@ impl WriterThread<'_> {
                 self.tap = Some(tap);
                 Ok(())
             }
-            Job::Attachment { name, media_type, data } => {
-                let data = data.into();
-                self.writer.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data })
-            }
-            Job::Metadata { name, entries } => {
-                self.writer.write_metadata(&Metadata { name, metadata: entries })
-            }
+            Job::Attachment(attachment) => self.writer.attach(&attachment),
+            Job::Metadata(metadata) => self.writer.write_metadata(&metadata),
             Job::Finish => self.writer.finish().map(drop),
             Job::Channels(channels) => self.declare(channels),
         }
