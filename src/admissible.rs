@@ -7,8 +7,10 @@
 
 use crate::{
     case::{Case, CaseErrors, Frames, HeadKind},
-    simulation::{Simulation, SimulationError},
+    session::{self, RunError},
+    simulation::Simulation,
     validity::STRAIN_LIMIT,
+    view::View,
 };
 
 /// Strains from this share of [`STRAIN_LIMIT`] up to the limit itself count as having reached it.
@@ -41,7 +43,7 @@ pub enum SearchError {
     Case(#[from] CaseErrors),
     /// A trial failed.
     #[error(transparent)]
-    Simulation(#[from] SimulationError),
+    Run(#[from] RunError),
     /// There is no velocity, or the mesh cannot show it.
     #[error(
         "no impact velocity is found that keeps the strain within {STRAIN_LIMIT}: at V0 = {:e} it is {:e}, with {} nodes in contact (at least {FEWEST_NODES} are needed to tell); make mesh.cells larger, or the head is too sharp for any velocity",
@@ -113,14 +115,11 @@ fn at_velocity(case: &Case, name: &str, overrides: &[String], velocity: f64) -> 
     Case::load(name, &all)
 }
 
-fn run(case: &Case) -> Result<Trial, SimulationError> {
-    let mut simulation = Simulation::new(case)?;
+fn run(case: &Case) -> Result<Trial, RunError> {
     let mut nodes = 0;
-    while let Some(view) = simulation.step()? {
-        nodes = view.interface.pressure.len();
-    }
-    let strain = simulation.validity().strain.value;
-    Ok(Trial { velocity: case.impact.velocity, strain, nodes })
+    let mut count = |view: &View<'_>| nodes = view.interface.pressure.len();
+    let outcome = session::run(&mut Simulation::new(case)?, &mut [&mut count])?;
+    Ok(Trial { velocity: case.impact.velocity, strain: outcome.validity.strain.value, nodes })
 }
 
 /// What trials have shown so far.

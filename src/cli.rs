@@ -16,7 +16,7 @@ use crate::{
     admissible::SearchError,
     case::{Case, CaseErrors},
     exact::answer::NoAnswer,
-    recording::RecordingError,
+    session::RunError,
     simulation::SimulationError,
 };
 
@@ -116,18 +116,15 @@ pub enum CliError {
     /// No closed form answers the case.
     #[error(transparent)]
     NoAnswer(#[from] NoAnswer),
-    /// The computation failed.
+    /// The run failed.
     #[error(transparent)]
-    Simulation(#[from] SimulationError),
+    Run(#[from] RunError),
     /// No admissible velocity is found.
     #[error("{0}")]
     NotAdmissible(String),
     /// Viewers cannot be served.
     #[error(transparent)]
     Serve(#[from] ServeError),
-    /// The recording failed.
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
     /// Something of the system failed.
     #[error("{what}: {error}")]
     System {
@@ -142,7 +139,7 @@ impl From<SearchError> for CliError {
     fn from(error: SearchError) -> Self {
         match error {
             SearchError::Case(errors) => Self::Case(errors),
-            SearchError::Simulation(error) => Self::Simulation(error),
+            SearchError::Run(error) => Self::Run(error),
             SearchError::NotFound(_) => Self::NotAdmissible(error.to_string()),
         }
     }
@@ -176,9 +173,9 @@ impl Arguments {
 pub fn report(error: &CliError) -> ExitCode {
     let (text, status) = match error {
         CliError::Case(errors) => (render(errors), 2),
-        CliError::Usage(_) | CliError::NoAnswer(_) | CliError::Simulation(SimulationError::NoSolver) => {
-            (format!("error: {error}\n"), 2)
-        }
+        CliError::Usage(_)
+        | CliError::NoAnswer(_)
+        | CliError::Run(RunError::Simulation(SimulationError::NoSolver)) => (format!("error: {error}\n"), 2),
         _ => (format!("error: {error}\n"), 1),
     };
     // if even stderr is gone there is nobody left to tell

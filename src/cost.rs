@@ -23,8 +23,9 @@ use crate::{
     case::{Case, CaseErrors, Frames, Sizes},
     channels::view::{self, Stage},
     recording::{CHUNK_TARGET, Compression, MESSAGE_HEADER, write_options},
-    session,
+    session::{self, Flow, Observer, Outcome, Recording, Source, Status},
     simulation::Simulation,
+    view::View,
 };
 
 /// What all trials of a case may take together, and the part of it that is for computing without recording.
@@ -134,15 +135,19 @@ fn computed(case: &Case, deadline: Instant) -> Option<f64> {
         case.record.frames = Frames::Spread(1);
     }
     let start = Instant::now();
-    let mut simulation = Simulation::new(&case).ok()?;
-    while simulation.step().ok()?.is_some() {
-        if Instant::now() > deadline {
-            return None;
-        }
-    }
-    // the interior is behind the surface until it is asked for, as the end of a recording does
-    simulation.validity();
+    run(&case, &mut [&mut until(deadline)])?;
     Some(start.elapsed().as_secs_f64())
+}
+
+/// Interrupts a run at `deadline`.
+fn until(deadline: Instant) -> impl FnMut(&View<'_>) -> Flow {
+    move |_| if Instant::now() < deadline { Flow::Continue } else { Flow::Interrupt("out of time".into()) }
+}
+
+/// Runs a case. `None` if that fails, or is interrupted.
+fn run(case: &Case, observers: &mut [&mut dyn Observer]) -> Option<Outcome> {
+    let outcome = session::run(&mut Simulation::new(case).ok()?, observers).ok()?;
+    (!matches!(outcome.status, Status::Interrupted(_))).then_some(outcome)
 }
 
 /// A quantity that grows linearly with another, `y = start + slope·x`.
@@ -272,9 +277,10 @@ impl Trial {
     fn of(case: &Case, computing: f64, deadline: Instant) -> Option<Self> {
         let path = tempfile::NamedTempFile::new().ok()?.into_temp_path();
         let start = Instant::now();
-        let last_step = session::record(case, &path, || Instant::now() < deadline).ok()??;
+        let mut recording = Recording::create(&path, true, case, Source::Simulation).ok()?;
+        let outcome = run(case, &mut [&mut recording, &mut until(deadline)])?;
         let recording = (start.elapsed().as_secs_f64() - computing).max(0.0);
-        let part = last_step as f64 / case.sizes.steps as f64;
+        let part = outcome.last_step as f64 / case.sizes.steps as f64;
         let file = std::fs::read(&path).ok()?;
         let messages = messages_of(&file).ok()?;
         Some(Self { case: case.clone(), recording, part, file, messages })

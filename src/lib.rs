@@ -26,7 +26,8 @@
 //! | [`view`] | what one step shows to observers |
 //! | [`channels`], [`message`] | recorded channels, one file each, those for viewers in [`channels::view`], and their messages |
 //! | [`layout`] | layouts of viewers, made for a case |
-//! | [`recording`], [`session`] | the MCAP writer; a recording of one case from first record to status |
+//! | [`session`] | [`session::run`], the only loop over steps, computed or exact; observers; [`session::Recording`], the observer that writes a file |
+//! | [`recording`] | the MCAP writer |
 //! | [`cost`] | what a run will take, scaled from trials on coarser meshes |
 //! | [`live`] | serving a run to viewers, and its pace |
 //! | [`cli`] | the command line |

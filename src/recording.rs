@@ -280,7 +280,7 @@ impl Recorder {
     /// # Errors
     ///
     /// The first error of the writer.
-    pub fn finish(mut self) -> Result<(), RecordingError> {
+    pub fn finish(&mut self) -> Result<(), RecordingError> {
         self.send_batch()?;
         self.send(Job::Finish)?;
         self.queue = None;

@@ -23,7 +23,8 @@ use crate::{
     case::{Case, CaseErrors, Frames},
     contact::event::EventKind,
     exact::answer::Answer,
-    simulation::{Simulation, SimulationError},
+    session::{self, RunError},
+    simulation::Simulation,
     units,
     view::View,
 };
@@ -123,11 +124,7 @@ pub fn on_meshes(name: &str, overrides: &[String], cells: &[usize]) -> Result<Ve
 /// # Panics
 ///
 /// Fewer than three cases.
-pub fn study(
-    cases: &[Case],
-    plan: &Plan,
-    mut watch: impl FnMut(u64, f64) + Send,
-) -> Result<Study, SimulationError> {
+pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64, f64) + Send) -> Result<Study, RunError> {
     assert!(cases.len() >= 3, "an order needs three meshes");
     let (finest, coarser) = cases.split_last().expect("there are cases");
     let (last, first) = rayon::join(
@@ -195,14 +192,14 @@ const DRAG: usize = 0;
 const VELOCITY: usize = 1;
 const FIRST_PROBE: usize = 2;
 
-fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64, f64)) -> Result<Trace, SimulationError> {
-    let mut simulation = Simulation::new(case)?;
+fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64, f64)) -> Result<Trace, RunError> {
     let columns = vec![Vec::new(); FIRST_PROBE + plan.probes.len()];
     let mut trace = Trace { times: Vec::new(), columns, events: BTreeMap::new() };
-    while let Some(view) = simulation.step()? {
-        trace.observe(&view, plan);
+    let mut collect = |view: &View<'_>| {
+        trace.observe(view, plan);
         watch(view.step, view.time);
-    }
+    };
+    session::run(&mut Simulation::new(case)?, &mut [&mut collect])?;
     Ok(trace)
 }
 

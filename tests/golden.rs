@@ -18,7 +18,8 @@ use mcap::MessageStream;
 use percuss::{
     case::Case,
     message::percuss::{Drag, Energy, Event, FieldSlice, InterfaceStress, Probes, Velocity},
-    session,
+    session::{self, Recording, Source},
+    simulation::Simulation,
 };
 use prost::Message;
 
@@ -193,7 +194,11 @@ fn record(golden: &Golden, threads: usize) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("run.mcap");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-    pool.install(|| session::record(&case, &path, || true)).expect("a sound case").expect("its end");
+    pool.install(|| {
+        let mut recording = Recording::create(&path, false, &case, Source::Simulation).expect("a new file");
+        let mut simulation = Simulation::new(&case).expect("a solver");
+        session::run(&mut simulation, &mut [&mut recording]).expect("a sound case");
+    });
     fs::read(&path).expect("the recording")
 }
 

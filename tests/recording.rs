@@ -10,12 +10,12 @@ use std::{
 use mcap::{MessageStream, Summary};
 use percuss::{
     case::{Case, builtin},
-    exact::answer::Answer,
     message::{foxglove, percuss as message},
     recording::{FORMAT_VERSION, RecordingError, Tap},
-    session::{Session, Source, Status},
+    session::{self, ClosedForm, Flow, Observer, Recording, RunError, Source, Status},
     simulation::{Simulation, SimulationError},
     validity::Validity,
+    view::View,
 };
 use prost::Message;
 
@@ -27,13 +27,8 @@ fn case(name: &str, overrides: &[&str]) -> Case {
 
 /// Runs a case into a file and returns its bytes.
 fn record(case: &Case, path: &Path) -> Vec<u8> {
-    let mut simulation = Simulation::new(case).expect("a solver");
-    let mut session = Session::begin(case, Source::Simulation, path, false, 1).expect("a new file");
-    while let Some(view) = simulation.step().expect("finite numbers") {
-        session.observe(&view).expect("room on the disk");
-    }
-    let status = simulation.ending().expect("the run has ended").into();
-    session.end(&status, &simulation.validity()).expect("room on the disk");
+    let mut recording = Recording::create(path, false, case, Source::Simulation).expect("a new file");
+    session::run(&mut Simulation::new(case).expect("a solver"), &mut [&mut recording]).expect("a sound run");
     fs::read(path).expect("the recording")
 }
 
@@ -555,22 +550,56 @@ fn numbers_that_overflow_end_the_run_with_a_status() {
     let mut case = case("fig5", &["mesh.cells=20", "record.frames=0"]);
     // no case file can ask for this
     case.impact.velocity = f64::MAX;
+    let mut recording = Recording::create(&path, false, &case, Source::Simulation).expect("a new file");
     let mut simulation = Simulation::new(&case).expect("a solver");
-    let mut session = Session::begin(&case, Source::Simulation, &path, false, 1).expect("a new file");
-    let error = loop {
-        match simulation.step() {
-            Ok(Some(view)) => session.observe(&view).expect("room on the disk"),
-            Ok(None) => panic!("the numbers must overflow"),
-            Err(error) => break error,
-        }
-    };
-    let SimulationError::NotFinite { quantity: "interface stress", place: Some(_), .. } = error else {
+    let error = session::run(&mut simulation, &mut [&mut recording]).expect_err("the numbers overflow");
+    let RunError::Simulation(SimulationError::NotFinite {
+        quantity: "interface stress", place: Some(_), ..
+    }) = error
+    else {
         panic!("{error}");
     };
-    session.end(&Status::Failed(error.to_string()), &simulation.validity()).expect("room on the disk");
     let status = &metadata(&fs::read(&path).expect("the recording"))["percuss.status"];
     assert_eq!(status["status"], "failed");
     assert!(status["message"].contains("not finite"), "{}", status["message"]);
+}
+
+/// Fails at some step.
+struct Failing(u64);
+
+impl Observer for Failing {
+    fn observe(&mut self, view: &View<'_>) -> Result<Flow, RunError> {
+        if view.step == self.0 { Err(RunError::Observer("no more paper".into())) } else { Ok(Flow::Continue) }
+    }
+
+    fn end(&mut self, _: &Status, _: &Validity) -> Result<(), RunError> {
+        panic!("an observer that has failed is not called again")
+    }
+}
+
+#[test]
+fn a_recording_ends_with_a_status_when_another_observer_fails() {
+    let folder = folder();
+    let case = case("fig5", &["mesh.cells=20"]);
+    // before and after the recording in the order of observers
+    for is_first in [true, false] {
+        let path = folder.path().join(format!("{is_first}.mcap"));
+        let mut recording = Recording::create(&path, false, &case, Source::Simulation).expect("a new file");
+        let mut failing = Failing(7);
+        let mut observers: [&mut dyn Observer; 2] = [&mut recording, &mut failing];
+        if is_first {
+            observers.swap(0, 1);
+        }
+        let error = session::run(&mut Simulation::new(&case).expect("a solver"), &mut observers);
+        assert!(matches!(error, Err(RunError::Observer(_))), "{error:?}");
+        let bytes = fs::read(&path).expect("the recording");
+        let status = &metadata(&bytes)["percuss.status"];
+        assert_eq!((status["status"].as_str(), status["message"].as_str()), ("failed", "no more paper"));
+        // what was computed is recorded
+        let last_step: u64 = status["last_step"].parse().expect("a number");
+        assert!((7..60).contains(&last_step), "{last_step}");
+        assert_eq!(messages::<message::Drag>(&bytes, "/drag").len() as u64, last_step + 1);
+    }
 }
 
 /// Counts messages, and is dropped with the thread that writes.
@@ -588,14 +617,14 @@ fn a_recording_given_up_has_no_end() {
     let path = folder.path().join("a.mcap");
     let case = case("fig5", &["mesh.cells=20"]);
     let mut simulation = Simulation::new(&case).expect("a solver");
-    let mut session = Session::begin(&case, Source::Simulation, &path, false, 1).expect("a new file");
+    let mut recording = Recording::create(&path, false, &case, Source::Simulation).expect("a new file");
     let (witness, seen) = mpsc::channel();
-    session.show(Box::new(Witness(witness))).expect("room on the disk");
+    recording.tap(Box::new(Witness(witness))).expect("room on the disk");
     for _ in 0..10 {
         let view = simulation.step().expect("finite numbers").expect("a step");
-        session.observe(&view).expect("room on the disk");
+        recording.observe(&view).expect("room on the disk");
     }
-    drop(session);
+    drop(recording);
     // ends when the writer thread has: then nothing more comes into the file
     assert!(seen.iter().count() >= 10 * 4, "stress, drag, velocity and probes of every step were written");
     let bytes = fs::read(&path).expect("the recording");
@@ -608,21 +637,16 @@ fn an_existing_file_is_left_alone() {
     let folder = folder();
     let path: PathBuf = folder.path().join("a.mcap");
     fs::write(&path, "precious").expect("a file");
-    let result = Session::begin(&case("fig5", &[]), Source::Simulation, &path, false, 1);
+    let result = Recording::create(&path, false, &case("fig5", &[]), Source::Simulation);
     assert!(matches!(result.err(), Some(RecordingError::Exists(_))));
     assert_eq!(fs::read(&path).expect("the file"), b"precious");
 }
 
 /// Records the closed form of a case and returns the bytes.
 fn record_exact(case: &Case, path: &Path) -> Vec<u8> {
-    let mut answer = Answer::to(case).expect("a closed form");
-    let source = Source::Exact { form: answer.name(), knows_drag: answer.knows_drag() };
-    let mut session = Session::begin(case, source, path, false, 1).expect("a new file");
-    for step in 0..=answer.last_step() {
-        answer.go_to(step);
-        session.observe(&answer.view()).expect("room on the disk");
-    }
-    session.end(&Status::Completed, &Validity::new(case.impact.velocity, false)).expect("room on the disk");
+    let mut steps = ClosedForm::new(case).expect("a closed form");
+    let mut recording = Recording::create(path, false, case, steps.source()).expect("a new file");
+    session::run(&mut steps, &mut [&mut recording]).expect("room on the disk");
     fs::read(path).expect("the recording")
 }
 
@@ -722,20 +746,19 @@ fn steps_are_shown_in_order_with_their_frames_and_to_the_last_one_computed() {
             &["mesh.cells=66", &format!("record.frames={frames}"), &format!("record.fields={fields}")],
         );
         let at_frames = case.frames();
-        let mut simulation = Simulation::new(&case).expect("a solver");
         let mut steps = Vec::new();
-        while let Some(view) = simulation.step().expect("finite numbers") {
+        let mut look = |view: &View<'_>| {
             assert_eq!(view.frame.is_some(), at_frames.contain(view.step), "step {}", view.step);
             assert!(view.frame.as_ref().is_none_or(|frame| frame.energy.residual.abs() < 1e-12));
             steps.push(view.step);
-            if view.step == 150 {
-                simulation.interrupt();
-            }
-        }
+            if view.step == 150 { Flow::Interrupt("enough".into()) } else { Flow::Continue }
+        };
+        let mut simulation = Simulation::new(&case).expect("a solver");
+        let outcome = session::run(&mut simulation, &mut [&mut look]).expect("finite numbers");
         assert!(steps.len() > 150 && steps.len() < 300, "{} steps", steps.len());
         assert!((0..).zip(&steps).all(|(expected, step)| expected == *step));
-        assert!(simulation.ending().is_none());
-        let last_step = steps.last().copied().expect("a step");
-        assert!(simulation.validity().strain.step <= last_step);
+        assert_eq!(outcome.status, Status::Interrupted("enough".into()));
+        assert_eq!(steps.last(), Some(&outcome.last_step));
+        assert!(outcome.validity.strain.step <= outcome.last_step);
     }
 }

@@ -1,20 +1,18 @@
 //! `percuss exact`: the closed form that answers a case, recorded like a run.
 
-use std::{fs, sync::atomic::Ordering};
+use std::fs;
 
 use clap::Args;
 use indicatif::BinaryBytes;
 
 use super::{
     CaseArguments, CliError, Exit,
-    output::{OutputArguments, interrupted_by, watch_signals},
+    output::{OutputArguments, exit, flow, watch_signals},
     progress::Progress,
 };
 use crate::{
-    case::{Case, HeadKind},
-    exact::answer::Answer,
-    session::{Session, Source, Status},
-    validity::Validity,
+    session::{self, ClosedForm, Recording, RunError},
+    view::View,
 };
 
 const EXAMPLES: &str = "\
@@ -39,51 +37,24 @@ pub(super) struct Exact {
 impl Exact {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
-        let mut answer = Answer::to(&case)?;
+        let mut steps = ClosedForm::new(&case)?;
         let path = self.output.path(&self.case.case, "-exact")?;
         let pool = self.output.threads.pool()?;
-        let source = Source::Exact { form: answer.name(), knows_drag: answer.knows_drag() };
         let signal = watch_signals()?;
-        let mut session =
-            Session::begin(&case, source, &path, self.output.force, pool.current_num_threads())?;
-        let last = answer.last_step();
-        let mut progress = Progress::new(last, case.sizes.dt, self.output.quiet);
-        progress.say(&format!("{}: {answer}", self.case.case));
-
-        let mut validity = Validity::new(case.impact.velocity, case.indenter.head == HeadKind::Flat);
-        let mut status = ending(&case, &answer);
-        for step in 0..=last {
-            pool.install(|| answer.go_to(step));
-            let view = answer.view();
-            for (i, p) in view.interface.pressure.iter().enumerate() {
-                let place = (view.interface.r0 + i as f64 * view.interface.dr, 0.0);
-                validity.observe(p.abs(), view.step, view.time, place);
-            }
-            for &r in &case.record.probes {
-                validity.observe_probe(view.interface.stress_at(r).abs(), view.step, view.time, r);
-            }
-            session.observe(&view)?;
+        let source = steps.source();
+        let recording = pool.install(|| Recording::create(&path, self.output.force, &case, source));
+        let mut recording = recording.map_err(RunError::from)?;
+        let mut progress = Progress::new(steps.answer().last_step(), case.sizes.dt, self.output.quiet);
+        progress.say(&format!("{}: {}", self.case.case, steps.answer()));
+        let mut watch = |view: &View<'_>| {
             progress.advance(view.step, view.time);
-            let seen = signal.load(Ordering::Relaxed);
-            if seen != 0 && step < last {
-                status = Status::Interrupted(interrupted_by(seen));
-                break;
-            }
-        }
+            flow(&signal)
+        };
+        let outcome = pool.install(|| session::run(&mut steps, &mut [&mut recording, &mut watch]));
         progress.end();
-        session.end(&status, &validity)?;
+        let status = outcome?.status;
         let size = fs::metadata(&path).map_or(0, |metadata| metadata.len());
         progress.say(&format!("{}: {}, {}", path.display(), status.name(), BinaryBytes(size)));
-        Ok(match status {
-            Status::Interrupted(_) => Exit::Interrupted(signal.load(Ordering::Relaxed) as u8),
-            _ => Exit::Done,
-        })
+        Ok(exit(&status, &signal))
     }
-}
-
-fn ending(case: &Case, answer: &Answer) -> Status {
-    if answer.last_step() == case.sizes.steps {
-        return Status::Completed;
-    }
-    Status::Stopped(format!("the closed form holds until t = {}", answer.end_time()))
 }

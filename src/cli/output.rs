@@ -7,7 +7,7 @@ use std::{
     path::{Path, PathBuf},
     sync::{
         Arc,
-        atomic::{AtomicBool, AtomicUsize},
+        atomic::{AtomicBool, AtomicUsize, Ordering},
     },
 };
 
@@ -18,8 +18,11 @@ use signal_hook::{
     flag,
 };
 
-use super::{CliError, default_output};
-use crate::recording::create_file;
+use super::{CliError, Exit, default_output};
+use crate::{
+    recording::create_file,
+    session::{Flow, Status},
+};
 
 /// Where a recording goes and how it is made.
 #[derive(Debug, Args)]
@@ -103,10 +106,21 @@ pub(super) fn watch_signals() -> Result<Arc<AtomicUsize>, CliError> {
     Ok(seen)
 }
 
-/// What the status record says about a signal.
-pub(super) fn interrupted_by(signal: usize) -> String {
-    let name = if signal == SIGINT as usize { "SIGINT" } else { "SIGTERM" };
-    format!("interrupted by {name}")
+/// Interrupts a run when a signal has been seen.
+pub(super) fn flow(signal: &AtomicUsize) -> Flow {
+    match signal.load(Ordering::Relaxed) as i32 {
+        0 => Flow::Continue,
+        SIGINT => Flow::Interrupt("interrupted by SIGINT".into()),
+        _ => Flow::Interrupt("interrupted by SIGTERM".into()),
+    }
+}
+
+/// How a command that recorded a run has ended.
+pub(super) fn exit(status: &Status, signal: &AtomicUsize) -> Exit {
+    match status {
+        Status::Interrupted(_) => Exit::Interrupted(signal.load(Ordering::Relaxed) as u8),
+        _ => Exit::Done,
+    }
 }
 
 fn is_same_file(a: &Path, b: &Path) -> bool {

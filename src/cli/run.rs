@@ -2,11 +2,7 @@
 
 use std::{
     fs,
-    path::Path,
-    sync::{
-        Arc,
-        atomic::{AtomicUsize, Ordering},
-    },
+    sync::atomic::{AtomicUsize, Ordering},
     time::{Duration, Instant},
 };
 
@@ -16,15 +12,16 @@ use percuss_serve::{Address, seconds, speed};
 
 use super::{
     CaseArguments, CliError, Exit,
-    output::{OutputArguments, interrupted_by, watch_signals},
+    output::{OutputArguments, exit, flow, watch_signals},
     progress::Progress,
 };
 use crate::{
     case::Case,
     channels::{Catalogue, log_time},
     live::{Live, Pace},
-    session::{Session, Source, Status},
-    simulation::{Engine, Simulation, SimulationError},
+    session::{self, Outcome, Recording, RunError, Source},
+    simulation::{Engine, Simulation},
+    view::View,
 };
 
 const EXAMPLES: &str = "\
@@ -82,19 +79,15 @@ impl From<EngineName> for Engine {
 impl Run {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
-        let simulation = Simulation::with_engine(&case, self.engine.into())?;
+        let mut simulation = Simulation::with_engine(&case, self.engine.into()).map_err(RunError::from)?;
         let output = self.output.path(&self.case.case, "")?;
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;
         let live = self.live.as_ref().map(|address| self.open(address, &case)).transpose()?;
-        let mut session = Session::begin(
-            &case,
-            Source::Simulation,
-            &output,
-            self.output.force,
-            pool.current_num_threads(),
-        )?;
-        let progress = Progress::new(case.sizes.steps, case.sizes.dt, self.output.quiet);
+        let recording =
+            pool.install(|| Recording::create(&output, self.output.force, &case, Source::Simulation));
+        let mut recording = recording.map_err(RunError::from)?;
+        let mut progress = Progress::new(case.sizes.steps, case.sizes.dt, self.output.quiet);
         progress.say(&format!("{}: {}", self.case.case, case.title));
         let every = case.record.field_every;
         if every > 1 && every == case.usual_field_every() {
@@ -102,20 +95,41 @@ impl Run {
                 "fields show one node in {every} along r and along z; --set record.field_every=1 shows all"
             ));
         }
+        let is_over = || signal.load(Ordering::Relaxed) != 0;
         if let Some(live) = &live {
-            session.show(live.tap())?;
-            live.wait_for(self.wait.unwrap_or(0), || signal.load(Ordering::Relaxed) != 0);
+            recording.tap(live.tap()).map_err(RunError::from)?;
+            live.wait_for(self.wait.unwrap_or(0), is_over);
         }
-        let pace = self.pace.map(Pace::new);
-        let mut run =
-            Running { case: &case, simulation, session, progress, signal: Arc::clone(&signal), pace };
+        let mut pace = self.pace.map(Pace::new);
         let start = Instant::now();
-        let outcome = pool.install(|| run.steps())?;
-        let exit = pool.install(|| run.end(outcome, &output, start));
+        let mut watch = |view: &View<'_>| {
+            for event in &*view.events {
+                progress.say(&event.text);
+            }
+            if let Some(pace) = &mut pace {
+                pace.keep(log_time(view.time, case.record.playback_rate), is_over);
+            }
+            progress.advance(view.step, view.time);
+            flow(&signal)
+        };
+        let outcome = pool.install(|| session::run(&mut simulation, &mut [&mut recording, &mut watch]));
+        progress.end();
+        if let Ok(Outcome { status, .. }) = &outcome {
+            let size = fs::metadata(&output).map_or(0, |metadata| metadata.len());
+            progress.say(&format!(
+                "{}: {}, {} in {:.2} s; {} steps of {:.4e} planned",
+                output.display(),
+                status.name(),
+                BinaryBytes(size),
+                start.elapsed().as_secs_f64(),
+                case.sizes.steps,
+                case.sizes.dt,
+            ));
+        }
         if let Some(live) = live {
             self.hold(&live, &signal);
         }
-        exit
+        Ok(exit(&outcome?.status, &signal))
     }
 
     /// Holds the end for those who watch.
@@ -138,80 +152,5 @@ impl Run {
             eprintln!("live at {} for {}", live.url(), address.reach());
         }
         Ok(live)
-    }
-}
-
-/// A run under way.
-struct Running<'a> {
-    case: &'a Case,
-    simulation: Simulation,
-    session: Session,
-    progress: Progress,
-    signal: Arc<AtomicUsize>,
-    pace: Option<Pace>,
-}
-
-/// How the loop over steps has ended.
-enum Outcome {
-    Ended,
-    Interrupted(usize),
-    Failed(SimulationError),
-}
-
-impl Running<'_> {
-    fn steps(&mut self) -> Result<Outcome, CliError> {
-        loop {
-            match self.simulation.step() {
-                Ok(None) => break,
-                Ok(Some(view)) => {
-                    for event in &*view.events {
-                        self.progress.say(&event.text);
-                    }
-                    self.session.observe(&view)?;
-                    if let Some(pace) = &mut self.pace {
-                        let log_time = log_time(view.time, self.case.record.playback_rate);
-                        pace.keep(log_time, || self.signal.load(Ordering::Relaxed) != 0);
-                    }
-                    self.progress.advance(view.step, view.time);
-                }
-                Err(error) => return Ok(Outcome::Failed(error)),
-            }
-            if self.signal.load(Ordering::Relaxed) != 0 {
-                // what has been computed is recorded
-                self.simulation.interrupt();
-            }
-        }
-        Ok(match self.simulation.ending() {
-            Some(_) => Outcome::Ended,
-            None => Outcome::Interrupted(self.signal.load(Ordering::Relaxed)),
-        })
-    }
-
-    fn end(mut self, outcome: Outcome, output: &Path, start: Instant) -> Result<Exit, CliError> {
-        let status = match (&outcome, self.simulation.ending()) {
-            (Outcome::Interrupted(signal), _) => Status::Interrupted(interrupted_by(*signal)),
-            (Outcome::Failed(error), _) => Status::Failed(error.to_string()),
-            (Outcome::Ended, Some(ending)) => ending.into(),
-            (Outcome::Ended, None) => unreachable!("a simulation ends with an ending"),
-        };
-        self.progress.end();
-        self.session.end(&status, &self.simulation.validity())?;
-        if let Outcome::Failed(error) = outcome {
-            return Err(error.into());
-        }
-        let size = fs::metadata(output).map_or(0, |metadata| metadata.len());
-        self.progress.say(&format!(
-            "{}: {}, {} in {:.2} s; {} steps of {:.4e} planned",
-            output.display(),
-            status.name(),
-            BinaryBytes(size),
-            start.elapsed().as_secs_f64(),
-            self.case.sizes.steps,
-            self.case.sizes.dt,
-        ));
-        match outcome {
-            Outcome::Interrupted(signal) => Ok(Exit::Interrupted(signal as u8)),
-            _ => Ok(Exit::Done),
-        }
     }
 }

@@ -3,6 +3,7 @@
 
 use percuss::{
     admissible::{CLOSE, Trial, find},
+    session,
     simulation::Simulation,
     validity::STRAIN_LIMIT,
 };
@@ -20,8 +21,7 @@ fn named(name: &str, overrides: &[&str]) -> (Trial, usize) {
 /// Largest strain of a run, relative to the limit, and what the run itself names as admissible.
 fn strain(name: &str, overrides: &[&str]) -> (f64, Option<f64>) {
     let mut simulation = Simulation::new(&case(name, overrides)).expect("a solver");
-    while simulation.step().expect("finite numbers").is_some() {}
-    let validity = simulation.validity();
+    let validity = session::run(&mut simulation, &mut []).expect("finite numbers").validity;
     (validity.strain.value / STRAIN_LIMIT, validity.admissible_velocity())
 }
 

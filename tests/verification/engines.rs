@@ -10,16 +10,11 @@ use percuss::{
     view::View,
 };
 
-use super::case;
+use super::{case, observe};
 
 /// All steps of a run.
 fn views(case: &Case, engine: Engine) -> Vec<View<'static>> {
-    let mut simulation = Simulation::with_engine(case, engine).expect("a solver");
-    let mut views = Vec::new();
-    while let Some(view) = simulation.step().expect("finite numbers") {
-        views.push(view);
-    }
-    views
+    observe(Simulation::with_engine(case, engine).expect("a solver"), |view| view.share())
 }
 
 /// Numbers of a step: the indenter's and the interface stress.

@@ -13,7 +13,9 @@
 
 use percuss::{
     contact::event::EventKind,
-    simulation::{Ending, Simulation},
+    session::{self, Status},
+    simulation::Simulation,
+    view::View,
 };
 
 use super::{
@@ -160,10 +162,9 @@ fn going_on_after_the_extension_is_an_option() {
     let case = case("fig8-m2.5", &["run.stop=separation", "record.frames=0"]);
     let mut simulation = Simulation::new(&case).expect("a solver");
     let mut kinds = Vec::new();
-    while let Some(view) = simulation.step().expect("finite numbers") {
-        kinds.extend(view.events.iter().map(|event| event.kind));
-    }
+    let mut collect = |view: &View<'_>| kinds.extend(view.events.iter().map(|event| event.kind));
+    let outcome = session::run(&mut simulation, &mut [&mut collect]).expect("finite numbers");
     let expected = [EventKind::Rebound, EventKind::Extension, EventKind::Separation, EventKind::Stopped];
     assert_eq!(kinds, expected);
-    assert!(matches!(simulation.ending(), Some(Ending::Stopped(_))));
+    assert!(matches!(outcome.status, Status::Stopped(_)));
 }

@@ -6,6 +6,7 @@
 
 use percuss::{
     case::{Case, builtin},
+    session,
     simulation::Simulation,
     view::View,
 };
@@ -48,9 +49,8 @@ fn run<T>(case: &Case, look: impl FnMut(&View<'_>) -> T) -> Vec<T> {
 /// What `look` sees of every step of a simulation.
 fn observe<T>(mut simulation: Simulation, mut look: impl FnMut(&View<'_>) -> T) -> Vec<T> {
     let mut seen = Vec::new();
-    while let Some(view) = simulation.step().expect("finite numbers") {
-        seen.push(look(&view));
-    }
+    session::run(&mut simulation, &mut [&mut |view: &View<'_>| seen.push(look(view))])
+        .expect("finite numbers");
     seen
 }
 

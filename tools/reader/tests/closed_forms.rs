@@ -3,10 +3,8 @@
 use std::{fs, path::Path};
 
 use percuss::{
-    case::{Case, HeadKind, builtin},
-    exact::answer::Answer,
-    session::{Session, Source, Status},
-    validity::Validity,
+    case::{Case, builtin},
+    session::{self, ClosedForm, Recording},
 };
 use percuss_reader::{
     command::{report::report, verify::verify},
@@ -18,20 +16,9 @@ fn record(name: &str, path: &Path) -> bool {
     let overrides = ["mesh.cells=20".to_owned(), "run.end_time=1.5".to_owned()];
     let text = builtin::find(name).expect("a built-in case");
     let case = Case::parse(name, text, &overrides, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
-    let Ok(mut answer) = Answer::to(&case) else { return false };
-    let source = Source::Exact { form: answer.name(), knows_drag: answer.knows_drag() };
-    let mut session = Session::begin(&case, source, path, false, 1).expect("a new file");
-    for step in 0..=answer.last_step() {
-        answer.go_to(step);
-        session.observe(&answer.view()).expect("room on the disk");
-    }
-    let status = match answer.last_step() == case.sizes.steps {
-        true => Status::Completed,
-        false => Status::Stopped("the closed form holds no longer".into()),
-    };
-    session
-        .end(&status, &Validity::new(case.impact.velocity, case.indenter.head == HeadKind::Flat))
-        .expect("room on the disk");
+    let Ok(mut steps) = ClosedForm::new(&case) else { return false };
+    let mut recording = Recording::create(path, false, &case, steps.source()).expect("a new file");
+    session::run(&mut steps, &mut [&mut recording]).expect("room on the disk");
     true
 }
 

@@ -21,7 +21,12 @@ use std::{
 };
 
 use clap::{Parser, Subcommand};
-use percuss::{case::Case, model::Coverage, session::record, simulation::Simulation};
+use percuss::{
+    case::Case,
+    model::Coverage,
+    session::{Recording, Source, run as run_steps},
+    simulation::Simulation,
+};
 use percuss_bench::{exit, median};
 
 #[derive(Parser)]
@@ -187,22 +192,21 @@ fn growth(cells: &[usize], end: f64, repeat: usize) -> Result<()> {
     Ok(())
 }
 
-/// Time of a run that nobody looks at \[s\].
+/// Time of a run without observers \[s\].
 fn computed(case: &Case, coverage: Option<Coverage>) -> Result<f64> {
     let start = Instant::now();
     let mut simulation = match coverage {
         Some(coverage) => Simulation::with_coverage(case, coverage)?,
         None => Simulation::new(case)?,
     };
-    while simulation.step()?.is_some() {}
-    // the interior is behind the surface until somebody asks for it, as the end of a recording does
-    simulation.validity();
+    run_steps(&mut simulation, &mut [])?;
     Ok(start.elapsed().as_secs_f64())
 }
 
 /// Time of a run with its recording \[s\].
 fn recorded(case: &Case, file: &Path) -> Result<f64> {
     let start = Instant::now();
-    record(case, file, || true)?;
+    let mut recording = Recording::create(file, true, case, Source::Simulation)?;
+    run_steps(&mut Simulation::new(case)?, &mut [&mut recording])?;
     Ok(start.elapsed().as_secs_f64())
 }

@@ -1,0 +1,80 @@
+//! The steps of a closed form, shown like those of a computed run.
+
+use super::{Source, Status, Steps};
+use crate::{
+    case::{Case, HeadKind},
+    exact::answer::{Answer, NoAnswer},
+    simulation::SimulationError,
+    validity::Validity,
+    view::View,
+};
+
+/// The steps of the closed form that answers a case, as far as it holds.
+pub struct ClosedForm<'a> {
+    case: &'a Case,
+    answer: Answer,
+    next_step: u64,
+    is_interrupted: bool,
+    validity: Validity,
+}
+
+impl<'a> ClosedForm<'a> {
+    /// The steps of the closed form for `case`.
+    ///
+    /// # Errors
+    ///
+    /// There is none, and why.
+    pub fn new(case: &'a Case) -> Result<Self, NoAnswer> {
+        let validity = Validity::new(case.impact.velocity, case.indenter.head == HeadKind::Flat);
+        Ok(Self { case, answer: Answer::to(case)?, next_step: 0, is_interrupted: false, validity })
+    }
+
+    /// The closed form.
+    pub fn answer(&self) -> &Answer {
+        &self.answer
+    }
+
+    /// Where its numbers come from, for a recording.
+    pub fn source(&self) -> Source {
+        Source::Exact { form: self.answer.name(), knows_drag: self.answer.knows_drag() }
+    }
+}
+
+impl Steps for ClosedForm<'_> {
+    fn step(&mut self) -> Result<Option<View<'_>>, SimulationError> {
+        if self.is_interrupted || self.next_step > self.answer.last_step() {
+            return Ok(None);
+        }
+        self.answer.go_to(self.next_step);
+        self.next_step += 1;
+        let view = self.answer.view();
+        for (i, p) in view.interface.pressure.iter().enumerate() {
+            let place = (view.interface.r0 + i as f64 * view.interface.dr, 0.0);
+            self.validity.observe(p.abs(), view.step, view.time, place);
+        }
+        for &r in &self.case.record.probes {
+            self.validity.observe_probe(view.interface.stress_at(r).abs(), view.step, view.time, r);
+        }
+        Ok(Some(view))
+    }
+
+    fn interrupt(&mut self) {
+        self.is_interrupted = true;
+    }
+
+    fn ending(&self) -> Option<Status> {
+        let last = self.answer.last_step();
+        if self.next_step <= last {
+            return None;
+        }
+        Some(if last == self.case.sizes.steps {
+            Status::Completed
+        } else {
+            Status::Stopped(format!("the closed form holds until t = {}", self.answer.end_time()))
+        })
+    }
+
+    fn validity(&mut self) -> Validity {
+        self.validity
+    }
+}
