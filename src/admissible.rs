@@ -6,7 +6,7 @@
 //! itself, on its own mesh: the velocity that is named has been run.
 
 use crate::{
-    case::{Case, CaseErrors, Frames, HeadKind},
+    case::{Case, CaseErrors, HeadKind},
     session::{self, RunError},
     simulation::Simulation,
     validity::STRAIN_LIMIT,
@@ -38,7 +38,7 @@ pub struct Trial {
 /// Why no velocity is named.
 #[derive(Debug, thiserror::Error)]
 pub enum SearchError {
-    /// The case is invalid, as it is or at the velocity of a trial.
+    /// The case is invalid at the velocity of a trial.
     #[error(transparent)]
     Case(#[from] CaseErrors),
     /// A trial failed.
@@ -54,16 +54,14 @@ pub enum SearchError {
 
 /// Finds the largest velocity at which the strain stays within [`STRAIN_LIMIT`], and no less than [`CLOSE`] of it.
 ///
-/// * `name`, `overrides`: as for [`Case::load`]
-/// * `watch`: is told every trial
+/// * `watch`: called after every trial
 ///
 /// # Errors
 ///
-/// An invalid case, a trial that fails, or no such velocity.
-pub fn find(name: &str, overrides: &[String], mut watch: impl FnMut(&Trial)) -> Result<Trial, SearchError> {
-    let case = Case::load(name, overrides)?;
+/// A trial that is invalid or fails, or no such velocity.
+pub fn find(case: &Case, mut watch: impl FnMut(&Trial)) -> Result<Trial, SearchError> {
     let mut run = |velocity: f64| -> Result<Trial, SearchError> {
-        let trial = run(&at_velocity(&case, name, overrides, velocity)?)?;
+        let trial = run(&at_velocity(case, velocity)?)?;
         watch(&trial);
         Ok(trial)
     };
@@ -94,25 +92,16 @@ pub fn find(name: &str, overrides: &[String], mut watch: impl FnMut(&Trial)) -> 
 }
 
 /// The case at another velocity, with the geometry of its head kept and nothing recorded inside.
-fn at_velocity(case: &Case, name: &str, overrides: &[String], velocity: f64) -> Result<Case, CaseErrors> {
+fn at_velocity(case: &Case, velocity: f64) -> Result<Case, CaseErrors> {
     let factor = velocity / case.impact.velocity;
-    let frames = match case.record.frames {
-        Frames::Spread(_) => "record.frames=0",
-        Frames::At(_) => "record.frame_times=[]",
-    };
-    let mut all = overrides.to_vec();
-    all.extend([frames.to_owned(), "record.fields=[]".into(), format!("impact.velocity={velocity:?}")]);
-    // these two are named by how fast the contact spreads: f = V0·r²/k, f = V0·r/V*
+    let varied = case.vary_surface().set("impact.velocity", velocity);
+    // two heads are named by how fast the contact spreads: f = V0·r²/k, f = V0·r/V*
     match case.indenter.head {
-        HeadKind::Flat | HeadKind::Profile { .. } => {}
-        HeadKind::Paraboloid { curvature } => {
-            all.push(format!("indenter.curvature={:?}", factor * curvature));
-        }
-        HeadKind::Cone { spread_rate } => {
-            all.push(format!("indenter.spread_rate={:?}", factor * spread_rate));
-        }
+        HeadKind::Flat | HeadKind::Profile { .. } => varied,
+        HeadKind::Paraboloid { curvature } => varied.set("indenter.curvature", factor * curvature),
+        HeadKind::Cone { spread_rate } => varied.set("indenter.spread_rate", factor * spread_rate),
     }
-    Case::load(name, &all)
+    .build()
 }
 
 fn run(case: &Case) -> Result<Trial, RunError> {

@@ -78,12 +78,6 @@ impl CaseArguments {
     fn load(&self) -> Result<Case, CliError> {
         Ok(Case::load(&self.case, &self.overrides)?)
     }
-
-    /// The case with more keys changed.
-    fn load_with(&self, settings: impl IntoIterator<Item = String>) -> Result<Case, CaseErrors> {
-        let overrides: Vec<String> = self.overrides.iter().cloned().chain(settings).collect();
-        Case::load(&self.case, &overrides)
-    }
 }
 
 /// How a command has ended without an error.

@@ -20,7 +20,7 @@ use std::{
 use mcap::{Channel, McapResult, MessageStream, Summary, records::MessageHeader, write::NoSeek};
 
 use crate::{
-    case::{Case, CaseErrors, Frames, Sizes},
+    case::{Case, CaseErrors, Sizes},
     channels::view::{self, Stage},
     recording::{CHUNK_TARGET, Compression, MESSAGE_HEADER, write_options},
     session::{self, Flow, Observer, Outcome, Recording, Source, Status},
@@ -75,18 +75,16 @@ pub struct RunEstimate {
 
 impl Estimate {
     /// Estimates a run of `case`.
-    ///
-    /// * `coarser`: the case on a mesh of so many cells, with every so many nodes of a field
-    pub fn new(case: &Case, coarser: impl Fn(usize, usize) -> Result<Case, CaseErrors>) -> Self {
+    pub fn new(case: &Case) -> Self {
         let Sizes { nr, nz, .. } = case.sizes;
         let memory = 2 * 8 * (nr as u64 + 1) * (nz as u64 + 1)
             + FRAMES_IN_MEMORY.min(case.frames().count()) * case.frame_size() as u64;
-        Self { memory, run: tried(case, coarser) }
+        Self { memory, run: tried(case) }
     }
 }
 
 /// Tries a case; `None` if no trial has come to its end.
-fn tried(case: &Case, coarser: impl Fn(usize, usize) -> Result<Case, CaseErrors>) -> Option<RunEstimate> {
+fn tried(case: &Case) -> Option<RunEstimate> {
     let start = Instant::now();
     let (deadline, patience) = (start + LONGEST_TRIALS, start + PATIENCE);
     let mut meshes: Vec<(Case, f64)> = Vec::new();
@@ -96,7 +94,7 @@ fn tried(case: &Case, coarser: impl Fn(usize, usize) -> Result<Case, CaseErrors>
             continue;
         }
         // some cases leave no choice of cells
-        let Ok(case) = coarser(cells, every_of_trial(case, cells)) else { continue };
+        let Ok(case) = on_mesh(case, cells) else { continue };
         let needed = if meshes.is_empty() { 0.0 } else { computing_seconds(computing(&meshes), &case) };
         if start.elapsed().as_secs_f64() + needed > FOR_COMPUTING * LONGEST_TRIALS.as_secs_f64() {
             break;
@@ -129,11 +127,10 @@ fn recording(trials: &[Trial], case: &Case) -> f64 {
 /// Time of computing a case but for its frames, of which there are as many on every mesh \[s\]. `None` if that fails, or is not
 /// done by `deadline`.
 fn computed(case: &Case, deadline: Instant) -> Option<f64> {
-    let mut case = case.clone();
-    if !case.record.frames.is_none() {
-        // one is as deep a look into the target as many
-        case.record.frames = Frames::Spread(1);
-    }
+    // one frame is as deep a look into the target as many
+    let frames = u8::from(!case.record.frames.is_none());
+    let case = case.vary_frames(frames).set("record.field_every", case.record.field_every as i64);
+    let case = case.build().ok()?;
     let start = Instant::now();
     run(&case, &mut [&mut until(deadline)])?;
     Some(start.elapsed().as_secs_f64())
@@ -192,10 +189,10 @@ fn nodes(case: &Case) -> f64 {
     1.0 / (case.sizes.dr * case.sizes.dz)
 }
 
-/// Nodes from one that fields show to the next in a trial: as far apart as in the case, if its mesh is fine enough.
-fn every_of_trial(case: &Case, cells: usize) -> usize {
-    let every = case.record.field_every as f64 * cells as f64 / case.mesh.cells as f64;
-    (every.round() as usize).max(1)
+/// A case on a mesh of so many cells. Its fields show nodes as far apart as in the case, if the mesh is fine enough.
+fn on_mesh(case: &Case, cells: usize) -> Result<Case, CaseErrors> {
+    let every = (case.record.field_every as f64 * cells as f64 / case.mesh.cells as f64).round().max(1.0);
+    case.vary().set("mesh.cells", cells as i64).set("record.field_every", every as i64).build()
 }
 
 /// What the size of a channel grows with.
@@ -377,9 +374,8 @@ mod tests {
 
     /// A trial of a case on a mesh of so many cells.
     fn trial(name: &str, settings: &[String], cells: usize) -> Trial {
-        let every = every_of_trial(&load(name, settings), cells);
-        let coarser = [format!("mesh.cells={cells}"), format!("record.field_every={every}")];
-        Trial::of(&load(name, &[settings, &coarser].concat()), 0.0, in_an_hour()).expect("a trial")
+        let coarser = on_mesh(&load(name, settings), cells).expect("a mesh");
+        Trial::of(&coarser, 0.0, in_an_hour()).expect("a trial")
     }
 
     #[test]

@@ -6,6 +6,26 @@
 //!              Case -> exact::Answer ------------------------------------+-> View -> channels -> Recorder -> run.mcap
 //! ```
 //!
+//! # Example
+//!
+//! The peak of the drag against the mass of the indenter:
+//!
+//! ```
+//! use percuss::{case::Case, session, simulation::Simulation, view::View};
+//!
+//! let case = Case::load("fig8-m5", &["mesh.cells=20".into()])?;
+//! let mut peaks = Vec::new();
+//! for mass in [2.5, 5.0, 10.0] {
+//!     let case = case.vary().set("indenter.mass", mass).build()?;
+//!     let mut peak = 0.0;
+//!     let mut look = |view: &View<'_>| peak = f64::max(peak, view.drag);
+//!     session::run(&mut Simulation::new(&case)?, &mut [&mut look])?;
+//!     peaks.push(peak);
+//! }
+//! assert!(peaks.is_sorted_by(|light, heavy| light < heavy), "{peaks:?}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # The house
 //!
 //! | Module | Owns |

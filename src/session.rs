@@ -222,3 +222,60 @@ pub fn run(steps: &mut impl Steps, observers: &mut [&mut dyn Observer]) -> Resul
     }
     failure.map_or(Ok(Outcome { status, last_step, validity }), Err)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Case;
+
+    /// Why an unchecked case fails, and what its recording says of it.
+    fn failure(case: &Case) -> (SimulationError, String) {
+        let path = tempfile::NamedTempFile::new().expect("a file").into_temp_path();
+        let mut recording = Recording::create(&path, true, case, Source::Simulation).expect("a file");
+        let mut simulation = Simulation::new(case).expect("a solver");
+        let Err(RunError::Simulation(error)) = run(&mut simulation, &mut [&mut recording]) else {
+            panic!("the run fails");
+        };
+        let bytes = std::fs::read(&path).expect("the recording");
+        let summary = mcap::Summary::read(&bytes).expect("a sound file").expect("a summary");
+        let index = summary.metadata_indexes.iter().find(|index| index.name == "percuss.status");
+        let status = mcap::read::metadata(&bytes, index.expect("a status")).expect("a record").metadata;
+        assert_eq!(status["status"], "failed");
+        assert_eq!(status["message"], error.to_string());
+        (error, status["last_step"].clone())
+    }
+
+    fn load(name: &str, settings: &[&str]) -> Case {
+        let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
+        Case::load(name, &settings).expect("a built-in case")
+    }
+
+    #[test]
+    fn numbers_that_overflow_end_the_run_with_a_status() {
+        let case = load("fig5", &["mesh.cells=20", "record.frames=0"]);
+        let (error, _) = failure(&case.unchecked(|case| case.impact.velocity = f64::MAX));
+        let SimulationError::NotFinite { quantity: "interface stress", place: Some(_), .. } = error else {
+            panic!("{error}");
+        };
+    }
+
+    #[test]
+    fn a_contact_that_outgrows_its_mesh_ends_the_run_with_a_status() {
+        // with c_s = 0.2 and 20 cells a step is 0.25 long, in which the contact spreads by 5
+        let case = load(
+            "fig6a",
+            &[
+                "indenter.spread_rate=20",
+                "impact.contact=unilateral",
+                "target.shear_wave_speed=0.2",
+                "mesh.cells=20",
+                "run.end_time=1",
+                "record.frames=0",
+            ],
+        );
+        let (error, last_step) = failure(&case.unchecked(|case| case.sizes.nr = 420));
+        assert!(matches!(error, SimulationError::ContactLeavesMesh { step: 3 | 4, .. }), "{error}");
+        assert!(error.to_string().contains("mesh.outer_radius"), "{error}");
+        assert!(matches!(last_step.as_str(), "2" | "3"), "{last_step}");
+    }
+}

@@ -138,7 +138,9 @@ impl Simulation {
     ///
     /// As [`Simulation::new`].
     pub fn with_engine(case: &Case, engine: Engine) -> Result<Self, SimulationError> {
-        let coverage = if case.looks_inside() {
+        // frames show the interior, and the validity of a layer the strain at its backing
+        let needs_interior = case.sizes.layer || !case.record.frames.is_none();
+        let coverage = if needs_interior {
             Coverage::Field
         } else {
             Coverage::Surface { last_step: case.sizes.steps as usize }

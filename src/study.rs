@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{
-    case::{Case, CaseErrors, Frames},
+    case::{Case, CaseErrors},
     contact::event::EventKind,
     exact::answer::Answer,
     session::{self, RunError},
@@ -92,24 +92,15 @@ struct Trace {
     events: BTreeMap<&'static str, f64>,
 }
 
-/// A case on several meshes. Nothing of a study is recorded, so it has no frames.
+/// A case on several meshes, without the frames, which a study does not record.
 ///
-/// * `name`, `overrides`: as for [`Case::load`]
 /// * `cells`: `mesh.cells` of every mesh
 ///
 /// # Errors
 ///
-/// Every problem of the case and the overrides.
-pub fn on_meshes(name: &str, overrides: &[String], cells: &[usize]) -> Result<Vec<Case>, CaseErrors> {
-    let no_frames = match Case::load(name, overrides)?.record.frames {
-        Frames::Spread(_) => "record.frames=0",
-        Frames::At(_) => "record.frame_times=[]",
-    };
-    let case = |cells: &usize| {
-        let more = [no_frames.to_owned(), "record.fields=[]".into(), format!("mesh.cells={cells}")];
-        Case::load(name, &[overrides, &more].concat())
-    };
-    cells.iter().map(case).collect()
+/// A mesh that the case cannot have.
+pub fn on_meshes(case: &Case, cells: &[usize]) -> Result<Vec<Case>, CaseErrors> {
+    cells.iter().map(|cells| case.vary_surface().set("mesh.cells", *cells as i64).build()).collect()
 }
 
 /// Computes a case on several meshes, in parallel.
@@ -339,7 +330,8 @@ mod tests {
         // 24 times and 4 radii of three cases that are solved in closed form, on meshes coarse enough to be wrong
         let (mut bars, mut missed, mut worst) = (0, 0, 0.0_f64);
         for name in ["fig2-prescribed", "fig6a", "fig7a"] {
-            let cases = on_meshes(name, &[], &[13, 26, 52]).expect("a built-in case");
+            let cases =
+                on_meshes(&Case::load(name, &[]).expect("a built-in case"), &[13, 26, 52]).expect("meshes");
             let end = cases[0].run.end_time;
             let plan = Plan {
                 times: (1..25).map(|m| f64::from(m) / 24.5 * end).collect(),

@@ -1,69 +1,18 @@
 //! TOML text with spans: where every value stands, and every problem with it.
 //!
-//! A document is the text of a case file and, behind it, the texts of the overrides; offsets count through all of
-//! them, so that a problem can be shown where its value was written.
+//! A document is the text of a case file and, behind it, the settings; offsets count through all of them, so that a problem
+//! is shown where its value was written.
 
-use std::{fmt, ops::Range, sync::Arc};
+use std::{ops::Range, sync::Arc};
 
-use miette::{Diagnostic, NamedSource, SourceSpan};
+use miette::NamedSource;
 use serde::de::DeserializeOwned;
 use toml::{
     Spanned,
     de::{DeTable, DeValue, ValueDeserializer},
 };
 
-/// All problems of a case.
-#[derive(Debug, thiserror::Error, Diagnostic)]
-#[error("invalid case `{name}`: {}", count(.problems.len()))]
-pub struct CaseErrors {
-    name: String,
-    /// The problems, in the order of the text.
-    #[related]
-    pub problems: Vec<Problem>,
-}
-
-/// One problem of a case.
-#[derive(Debug, thiserror::Error, Diagnostic)]
-#[error("{message}")]
-pub struct Problem {
-    /// What is wrong, naming key and value.
-    pub message: String,
-    #[help]
-    help: Option<String>,
-    #[source_code]
-    source_code: Option<NamedSource<Arc<str>>>,
-    #[label("here")]
-    label: Option<SourceSpan>,
-}
-
-fn count(n: usize) -> String {
-    if n == 1 { "1 problem".into() } else { format!("{n} problems") }
-}
-
-impl CaseErrors {
-    fn single(name: &str, message: String, help: String) -> Self {
-        let problem = Problem { message, help: Some(help), source_code: None, label: None };
-        Self { name: name.into(), problems: vec![problem] }
-    }
-
-    /// The file cannot be read.
-    pub(super) fn unreadable(name: &str, error: &std::io::Error) -> Self {
-        let names: Vec<&str> = super::builtin::names().collect();
-        let help =
-            format!("CASE is the path of a TOML file or one of the built-in cases: {}", names.join(", "));
-        Self::single(name, format!("`{name}` is no built-in case, and as a file: {error}"), help)
-    }
-
-    /// The file is not text.
-    pub(super) fn not_utf8(name: &str, error: &std::string::FromUtf8Error) -> Self {
-        let place = error.utf8_error().valid_up_to();
-        let before = &error.as_bytes()[..place];
-        let line = before.iter().filter(|&&byte| byte == b'\n').count() + 1;
-        let byte = error.as_bytes().get(place).copied().unwrap_or_default();
-        let message = format!("line {line}: byte 0x{byte:02x} is not valid UTF-8");
-        Self::single(name, message, "save the case file as UTF-8 text".into())
-    }
-}
+use super::{CaseBuilder, CaseErrors, Problem, bounds::Bounds};
 
 /// A value and where it stands.
 #[derive(Clone, Debug)]
@@ -72,37 +21,36 @@ pub struct Given<T> {
     pub span: Range<usize>,
 }
 
-/// The texts a case is read from: the case file, then one for each override.
+/// The texts a case is read from: the case file, then one for each setting.
 pub struct Sources(Vec<Source>);
 
 struct Source {
     name: String,
-    text: Arc<str>,
+    /// The text behind as many blanks as all texts before it are long, so that its spans count through all of them.
+    text: String,
     start: usize,
 }
 
 impl Sources {
-    /// Takes a case file and overrides `key=value`; an override whose value is no TOML is taken as a string.
-    pub fn new(name: &str, text: &str, overrides: &[String]) -> Self {
-        // an editor's byte order mark is no part of the text
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text).to_owned();
+    /// The texts of a case; a setting whose value is no TOML is taken as a string.
+    pub fn new(given: &CaseBuilder) -> Self {
         let mut sources = Self(Vec::new());
-        sources.push(name, text);
-        for given in overrides {
-            let text = match given.split_once('=') {
-                Some((key, value)) if DeTable::parse(given).is_err() => {
-                    format!("{key}={}", toml::Value::String(value.trim().into()))
+        // an editor's byte order mark is no part of the text
+        sources.push(&given.name, given.text.strip_prefix('\u{feff}').unwrap_or(&given.text));
+        for setting in &given.settings {
+            match setting.split_once('=') {
+                Some((key, value)) if DeTable::parse(setting).is_err() => {
+                    sources.push("--set", &format!("{key}={}", toml::Value::String(value.trim().into())));
                 }
-                _ => given.clone(),
-            };
-            sources.push("--set", text);
+                _ => sources.push("--set", setting),
+            }
         }
         sources
     }
 
-    fn push(&mut self, name: &str, text: String) {
-        let start = self.0.last().map_or(0, |s| s.start + s.text.len() + 1);
-        self.0.push(Source { name: name.into(), text: text.into(), start });
+    fn push(&mut self, name: &str, text: &str) {
+        let start = self.0.last().map_or(0, |last| last.text.len() + 1);
+        self.0.push(Source { name: name.into(), text: format!("{:start$}{text}", ""), start });
     }
 }
 
@@ -121,9 +69,9 @@ impl<'t> Document<'t> {
             let (table, errors) = DeTable::parse_recoverable(&source.text);
             for error in errors {
                 let message = error.message().trim_end().to_owned();
-                document.problem(shift(error.span().unwrap_or_default(), source.start), message, None);
+                document.problem(error.span().unwrap_or(source.start..source.start), message, None);
             }
-            merge(&mut root, shift_table(table.into_inner(), source.start));
+            merge(&mut root, table.into_inner());
         }
         (
             document,
@@ -155,15 +103,15 @@ impl<'t> Document<'t> {
     }
 
     fn locate(&self, (span, message, help): (Range<usize>, String, Option<String>)) -> Problem {
-        let source =
-            self.sources.0.iter().rev().find(|s| s.start <= span.start).filter(|s| !s.text.trim().is_empty());
-        let Some(source) = source else {
-            return Problem { message, help, source_code: None, label: None };
-        };
-        let start = (span.start - source.start).min(source.text.len());
-        let end = (span.end - source.start).clamp(start, source.text.len());
-        let source_code = NamedSource::new(&source.name, source.text.clone()).with_language("TOML");
-        Problem { message, help, source_code: Some(source_code), label: Some((start..end).into()) }
+        let source = self.sources.0.iter().rev().find(|source| source.start <= span.start);
+        let place = source.filter(|source| !source.text.trim().is_empty()).map(|source| {
+            let text = &source.text[source.start..];
+            let start = (span.start - source.start).min(text.len());
+            let end = (span.end - source.start).clamp(start, text.len());
+            (NamedSource::new(&source.name, Arc::from(text)).with_language("TOML"), (start..end).into())
+        });
+        let (source_code, label) = place.unzip();
+        Problem { message, help, source_code, label }
     }
 }
 
@@ -336,83 +284,11 @@ impl<'t> Section<'t> {
     }
 }
 
-/// Bounds of a number; never NaN.
-#[derive(Clone, Copy, Debug)]
-pub struct Bounds {
-    low: f64,
-    high: f64,
-    low_open: bool,
-    high_open: bool,
-    or_infinite: bool,
-}
-
-impl Bounds {
-    /// `low < x ≤ high`
-    pub const fn above(low: f64, high: f64) -> Self {
-        Self { low, high, low_open: true, high_open: false, or_infinite: false }
-    }
-
-    /// `low < x < high`
-    pub const fn between(low: f64, high: f64) -> Self {
-        Self { high_open: true, ..Self::above(low, high) }
-    }
-
-    /// `low ≤ x ≤ high`
-    pub const fn within(low: f64, high: f64) -> Self {
-        Self { low_open: false, ..Self::above(low, high) }
-    }
-
-    /// Also infinity.
-    pub const fn or_infinite(self) -> Self {
-        Self { or_infinite: true, ..self }
-    }
-
-    /// True if `x` is allowed.
-    pub fn contain(&self, x: f64) -> bool {
-        (self.or_infinite && x == f64::INFINITY)
-            || ((if self.low_open { x > self.low } else { x >= self.low })
-                && (if self.high_open { x < self.high } else { x <= self.high }))
-    }
-}
-
-impl fmt::Display for Bounds {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (low, high) = (if self.low_open { ">" } else { "≥" }, if self.high_open { "<" } else { "≤" });
-        write!(f, "a number {low} {} and {high} {}", self.low, self.high)?;
-        if self.or_infinite { write!(f, ", or inf") } else { Ok(()) }
-    }
-}
-
 fn describe(value: &DeValue<'_>) -> String {
     match value.type_str() {
         name @ ("integer" | "array") => format!("an {name}"),
         name => format!("a {name}"),
     }
-}
-
-fn shift(span: Range<usize>, by: usize) -> Range<usize> {
-    span.start + by..span.end + by
-}
-
-/// Makes the spans of a table count from the start of all texts.
-fn shift_table(table: DeTable<'_>, by: usize) -> DeTable<'_> {
-    let entries = table.into_iter().map(|(key, value)| {
-        let span = shift(key.span(), by);
-        (Spanned::new(span, key.into_inner()), shift_value(value, by))
-    });
-    entries.collect()
-}
-
-fn shift_value(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
-    let span = shift(value.span(), by);
-    let value = match value.into_inner() {
-        DeValue::Table(table) => DeValue::Table(shift_table(table, by)),
-        DeValue::Array(array) => {
-            DeValue::Array(array.into_iter().map(|item| shift_value(item, by)).collect())
-        }
-        scalar => scalar,
-    };
-    Spanned::new(span, value)
 }
 
 /// Puts the entries of `later` into `table`, table by table.

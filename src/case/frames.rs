@@ -76,8 +76,8 @@ impl FrameSteps {
         }
     }
 
-    /// The steps, about where they are spread: for estimates.
-    pub fn about(&self) -> Vec<f64> {
+    /// The steps, without rounding where they are spread.
+    pub(super) fn estimated_steps(&self) -> Vec<f64> {
         match self {
             Self::Spread { steps, .. } => {
                 let gaps = self.count().saturating_sub(1).max(1) as f64;

@@ -8,8 +8,9 @@ use std::{fmt, path::Path};
 use serde::{Deserialize, Deserializer, de, de::DeserializeOwned};
 
 use super::{
-    Case, CaseErrors, Frames, Impact, Mesh, Record, Run, Stop, Target, ViewChannel,
-    document::{Bounds, Document, Given, Section, Sources},
+    Case, CaseBuilder, CaseErrors, Frames, Impact, Mesh, Parameters, Record, Run, Stop, Target, ViewChannel,
+    bounds::Bounds,
+    document::{Document, Given, Section, Sources},
     read_indenter::read_indenter,
     sizes::Plan,
 };
@@ -33,8 +34,8 @@ const DEFAULT_CELLS: u64 = 100;
 const DEFAULT_FRAMES: u64 = 200;
 
 /// Reads and checks a case.
-pub fn case(name: &str, text: &str, overrides: &[String], folder: &Path) -> Result<Case, CaseErrors> {
-    let sources = Sources::new(name, text, overrides);
+pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
+    let sources = Sources::new(&given);
     let (mut document, mut root) = Document::parse(&sources);
     let doc = &mut document;
 
@@ -43,7 +44,7 @@ pub fn case(name: &str, text: &str, overrides: &[String], folder: &Path) -> Resu
     let geometry = root.get(doc, "geometry", "axisymmetric, plane").map_or(Geometry::Axisymmetric, value);
     let target = read_target(doc, &mut root, model);
     let velocity = read_impact(doc, &mut root);
-    let indenter = read_indenter(doc, &mut root, folder, velocity.contact.as_ref());
+    let indenter = read_indenter(doc, &mut root, &given.folder, velocity.contact.as_ref());
     let impact =
         Impact { velocity: velocity.velocity, contact: velocity.contact.map_or(Rule::Unilateral, value) };
     let mesh = read_mesh(doc, &mut root);
@@ -53,11 +54,11 @@ pub fn case(name: &str, text: &str, overrides: &[String], folder: &Path) -> Resu
 
     // sizes are worth deriving only from a case that is sound so far
     let parts = target.zip(indenter).filter(|_| document.is_sound());
-    let case = parts.and_then(|((target, thickness), indenter)| {
+    let parameters = parts.and_then(|((target, thickness), indenter)| {
         let plan = Plan { model, target: &target, indenter: &indenter, impact, run, record: &record };
         let sizes = plan.sizes(&mut document, &mesh, thickness, end_time)?;
-        let mut case = Case {
-            title: title.unwrap_or_else(|| default_title(name)),
+        let mut parameters = Parameters {
+            title: title.unwrap_or_else(|| default_title(&given.name)),
             model,
             geometry,
             target,
@@ -67,12 +68,12 @@ pub fn case(name: &str, text: &str, overrides: &[String], folder: &Path) -> Resu
             run,
             record,
             sizes,
-            text: text.to_owned(),
         };
-        case.record.field_every = field_every.unwrap_or_else(|| case.usual_field_every());
-        Some(case)
+        parameters.record.field_every = field_every.unwrap_or_else(|| parameters.default_field_every());
+        Some(parameters)
     });
-    document.finish(case)
+    let parameters = document.finish(parameters)?;
+    Ok(Case { parameters, given })
 }
 
 pub(super) fn value<T>(given: Given<T>) -> T {

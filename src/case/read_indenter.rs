@@ -6,7 +6,8 @@ use serde::Deserialize;
 
 use super::{
     Body, HeadKind,
-    document::{Bounds, Document, Given, Section},
+    bounds::Bounds,
+    document::{Document, Given, Section},
     read::{HUGE, MAX_LIST, Span, TINY, span_of, value},
 };
 use crate::{contact::Rule, shape::Profile};

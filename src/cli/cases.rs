@@ -23,7 +23,7 @@ impl Cases {
         let mut rows = Vec::new();
         for name in builtin::names() {
             let case = Case::load(name, &[])?;
-            rows.push((name, Answer::to(&case).ok(), case.title));
+            rows.push((name, Answer::to(&case).ok(), case.title.clone()));
         }
         let text = if self.json {
             let list: Vec<_> = rows

@@ -42,10 +42,8 @@ impl Check {
             print(&case.resolved_toml())?;
             return Ok(Exit::Done);
         }
-        let estimate = Estimate::new(&case, |cells, every| {
-            self.case.load_with([format!("mesh.cells={cells}"), format!("record.field_every={every}")])
-        });
-        let admissible = self.admissible.then(|| self.find_velocity()).transpose()?;
+        let estimate = Estimate::new(&case);
+        let admissible = self.admissible.then(|| find_velocity(&case)).transpose()?;
         let text = if self.json {
             json(&case, &estimate, admissible)
         } else {
@@ -54,16 +52,16 @@ impl Check {
         print(&text)?;
         Ok(Exit::Done)
     }
+}
 
-    fn find_velocity(&self) -> Result<Trial, CliError> {
-        let is_watched = io::stderr().is_terminal();
-        let tell = |trial: &Trial| {
-            if is_watched {
-                eprintln!("trial: V0 = {:.4e}, largest strain {:.5}", trial.velocity, trial.strain);
-            }
-        };
-        Ok(admissible::find(&self.case.case, &self.case.overrides, tell)?)
-    }
+fn find_velocity(case: &Case) -> Result<Trial, CliError> {
+    let is_watched = io::stderr().is_terminal();
+    let watch = |trial: &Trial| {
+        if is_watched {
+            eprintln!("trial: V0 = {:.4e}, largest strain {:.5}", trial.velocity, trial.strain);
+        }
+    };
+    Ok(admissible::find(case, watch)?)
 }
 
 /// A velocity in m/s, where the case gives c_p.

@@ -90,7 +90,7 @@ impl Run {
         let mut progress = Progress::new(case.sizes.steps, case.sizes.dt, self.output.quiet);
         progress.say(&format!("{}: {}", self.case.case, case.title));
         let every = case.record.field_every;
-        if every > 1 && every == case.usual_field_every() {
+        if every > 1 && every == case.default_field_every() {
             progress.say(&format!(
                 "fields show one node in {every} along r and along z; --set record.field_every=1 shows all"
             ));

@@ -102,9 +102,9 @@ impl StudyArguments {
             let text = format!("--refine {}: a power of two from 4 to {MAX_REFINE}", self.refine);
             return Err(CliError::Usage(text));
         }
-        let cells = self.case.load()?.mesh.cells;
-        let levels: Vec<usize> = (0..=self.refine.ilog2()).map(|level| cells << level).collect();
-        Ok(on_meshes(&self.case.case, &self.case.overrides, &levels)?)
+        let case = self.case.load()?;
+        let levels: Vec<usize> = (0..=self.refine.ilog2()).map(|level| case.mesh.cells << level).collect();
+        Ok(on_meshes(&case, &levels)?)
     }
 
     fn plan(&self, case: &Case) -> Result<Plan, CliError> {

@@ -89,7 +89,7 @@ impl Recording {
         run.extend(source.entries());
         recorder.metadata("percuss.run", run)?;
         recorder.metadata("percuss.host", host_record())?;
-        recorder.attach("case.toml", "application/toml", case.text.clone().into_bytes())?;
+        recorder.attach("case.toml", "application/toml", case.text().into_bytes())?;
         let resolved = case.resolved_toml().into_bytes();
         recorder.attach("case.resolved.toml", "application/toml", resolved)?;
         let catalogue = source.catalogue(case);

@@ -12,9 +12,8 @@ use super::case;
 
 /// The velocity that is named for a built-in case, and the number of trials it took.
 fn named(name: &str, overrides: &[&str]) -> (Trial, usize) {
-    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     let mut trials = 0;
-    let found = find(name, &overrides, |_| trials += 1).unwrap_or_else(|error| panic!("{error}"));
+    let found = find(&case(name, overrides), |_| trials += 1).unwrap_or_else(|error| panic!("{error}"));
     (found, trials)
 }
 
@@ -71,7 +70,6 @@ fn a_head_too_sharp_for_any_velocity_is_said_to_be() {
     // a cone slower than the waves strains the target in proportion to its slope
     let overrides =
         ["record.frames=0", "mesh.cells=20", "impact.contact=unilateral", "indenter.spread_rate=0.05"];
-    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-    let error = find("fig6a", &overrides, |_| ()).expect_err("too sharp").to_string();
+    let error = find(&case("fig6a", &overrides), |_| ()).expect_err("too sharp").to_string();
     assert!(error.contains("no impact velocity") && error.contains("mesh.cells"), "{error}");
 }
