@@ -3,7 +3,11 @@
 //! A document is the text of a case file and, behind it, the settings; offsets count through all of them, so that a problem
 //! is shown where its value was written.
 
-use std::{ops::Range, sync::Arc};
+use std::{
+    cell::RefCell,
+    ops::{Range, RangeInclusive},
+    sync::Arc,
+};
 
 use miette::NamedSource;
 use serde::de::DeserializeOwned;
@@ -21,8 +25,18 @@ pub struct Given<T> {
     pub span: Range<usize>,
 }
 
-/// The texts a case is read from: the case file, then one for each setting.
-pub struct Sources(Vec<Source>);
+/// The texts a case is read from, the case file and one for each setting, and the problems found in them so far.
+pub struct Document {
+    sources: Vec<Source>,
+    problems: RefCell<Vec<Note>>,
+}
+
+/// A problem, and where it stands in all texts together.
+struct Note {
+    span: Range<usize>,
+    message: String,
+    help: Option<String>,
+}
 
 struct Source {
     name: String,
@@ -31,79 +45,69 @@ struct Source {
     start: usize,
 }
 
-impl Sources {
+impl Document {
     /// The texts of a case; a setting whose value is no TOML is taken as a string.
     pub fn new(given: &CaseBuilder) -> Self {
-        let mut sources = Self(Vec::new());
+        let mut document = Self { sources: Vec::new(), problems: RefCell::default() };
         // an editor's byte order mark is no part of the text
-        sources.push(&given.name, given.text.strip_prefix('\u{feff}').unwrap_or(&given.text));
+        document.push(&given.name, given.text.strip_prefix('\u{feff}').unwrap_or(&given.text));
         for setting in &given.settings {
             match setting.split_once('=') {
                 Some((key, value)) if DeTable::parse(setting).is_err() => {
-                    sources.push("--set", &format!("{key}={}", toml::Value::String(value.trim().into())));
+                    document.push("--set", &format!("{key}={}", toml::Value::String(value.trim().into())));
                 }
-                _ => sources.push("--set", setting),
+                _ => document.push("--set", setting),
             }
         }
-        sources
+        document
     }
 
     fn push(&mut self, name: &str, text: &str) {
-        let start = self.0.last().map_or(0, |last| last.text.len() + 1);
-        self.0.push(Source { name: name.into(), text: format!("{:start$}{text}", ""), start });
+        let start = self.sources.last().map_or(0, |last| last.text.len() + 1);
+        self.sources.push(Source { name: name.into(), text: format!("{:start$}{text}", ""), start });
     }
-}
 
-/// A parsed document and the problems found in it so far.
-pub struct Document<'t> {
-    sources: &'t Sources,
-    problems: Vec<(Range<usize>, String, Option<String>)>,
-}
-
-impl<'t> Document<'t> {
-    /// Parses the texts; the root section holds what could be understood, later texts winning over earlier ones.
-    pub fn parse(sources: &'t Sources) -> (Self, Section<'t>) {
-        let mut document = Self { sources, problems: Vec::new() };
-        let mut root = DeTable::new();
-        for source in &sources.0 {
-            let (table, errors) = DeTable::parse_recoverable(&source.text);
+    /// What can be parsed of the texts, later ones winning over earlier ones.
+    pub fn root(&self) -> Section<'_> {
+        let mut table = DeTable::new();
+        for source in &self.sources {
+            let (part, errors) = DeTable::parse_recoverable(&source.text);
             for error in errors {
+                let span = error.span().unwrap_or(source.start..source.start);
                 let message = error.message().trim_end().to_owned();
-                document.problem(error.span().unwrap_or(source.start..source.start), message, None);
+                self.problems.borrow_mut().push(Note { span, message, help: None });
             }
-            merge(&mut root, table.into_inner());
+            merge(&mut table, part.into_inner());
         }
-        (
-            document,
-            Section { path: String::new(), table: root, span: 0..0, keys: Vec::new(), refused: Vec::new() },
-        )
+        Section::new(self, String::new(), table, 0..0)
     }
 
     /// Notes a problem.
-    pub fn problem(&mut self, span: Range<usize>, message: String, help: Option<String>) {
-        self.problems.push((span, message, help));
+    pub fn problem(&self, span: Range<usize>, message: impl Into<String>, help: impl Into<String>) {
+        let note = Note { span, message: message.into(), help: Some(help.into()) };
+        self.problems.borrow_mut().push(note);
     }
 
     /// True if there are no problems so far.
     pub fn is_sound(&self) -> bool {
-        self.problems.is_empty()
+        self.problems.borrow().is_empty()
     }
 
     /// Ends reading: `value`, or all problems in the order of the text.
-    pub fn finish<T>(mut self, value: Option<T>) -> Result<T, CaseErrors> {
+    pub fn finish<T>(&self, value: Option<T>) -> Result<T, CaseErrors> {
         match value {
-            Some(value) if self.problems.is_empty() => Ok(value),
+            Some(value) if self.is_sound() => Ok(value),
             _ => {
-                self.problems.sort_by_key(|(span, ..)| span.start);
-                let problems = std::mem::take(&mut self.problems);
-                let problems = problems.into_iter().map(|problem| self.locate(problem)).collect();
-                Err(CaseErrors { name: self.sources.0[0].name.clone(), problems })
+                let mut problems = self.problems.take();
+                problems.sort_by_key(|note| note.span.start);
+                let problems = problems.into_iter().map(|note| self.locate(note)).collect();
+                Err(CaseErrors { name: self.sources[0].name.clone(), problems })
             }
         }
     }
 
-    fn locate(&self, (span, message, help): (Range<usize>, String, Option<String>)) -> Problem {
-        let source = self.sources.0.iter().rev().find(|source| source.start <= span.start);
+    fn locate(&self, Note { span, message, help }: Note) -> Problem {
+        let source = self.sources.iter().rev().find(|source| source.start <= span.start);
         let place = source.filter(|source| !source.text.trim().is_empty()).map(|source| {
             let text = &source.text[source.start..];
             let start = (span.start - source.start).min(text.len());
@@ -117,6 +121,7 @@ impl<'t> Document<'t> {
 
 /// A table of the document, read key by key.
 pub struct Section<'t> {
+    pub document: &'t Document,
     path: String,
     table: DeTable<'t>,
     span: Range<usize>,
@@ -126,13 +131,22 @@ pub struct Section<'t> {
 }
 
 impl<'t> Section<'t> {
+    fn new(document: &'t Document, path: String, table: DeTable<'t>, span: Range<usize>) -> Self {
+        Self { document, path, table, span, keys: Vec::new(), refused: Vec::new() }
+    }
+
     /// Where the section stands.
     pub fn span(&self) -> Range<usize> {
         self.span.clone()
     }
 
+    /// Notes a problem.
+    pub fn problem(&self, span: Range<usize>, message: impl Into<String>, help: impl Into<String>) {
+        self.document.problem(span, message, help);
+    }
+
     /// Full name of a key.
-    pub fn name(&self, key: &str) -> String {
+    fn name(&self, key: &str) -> String {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
@@ -142,29 +156,24 @@ impl<'t> Section<'t> {
     }
 
     /// A sub-table; an empty one if it is missing.
-    pub fn section(&mut self, document: &mut Document<'t>, key: &'static str) -> Section<'t> {
+    pub fn section(&mut self, key: &'static str) -> Section<'t> {
         let path = self.name(key);
-        let (keys, refused) = (Vec::new(), Vec::new());
-        match self.remove(key).map(|value| (value.span(), value.into_inner())) {
-            Some((span, DeValue::Table(table))) => Section { path, table, span, keys, refused },
+        let (table, span) = match self.remove(key).map(|value| (value.span(), value.into_inner())) {
+            Some((span, DeValue::Table(table))) => (table, span),
             Some((span, other)) => {
                 let message = format!("`{path}` is {}, it must be a table", describe(&other));
-                document.problem(span.clone(), message, Some(format!("write it as [{path}]")));
-                Section { path, table: DeTable::new(), span, keys, refused }
+                self.problem(span.clone(), message, format!("write it as [{path}]"));
+                (DeTable::new(), span)
             }
-            None => Section { path, table: DeTable::new(), span: self.span(), keys, refused },
-        }
+            None => (DeTable::new(), self.span()),
+        };
+        Self::new(self.document, path, table, span)
     }
 
     /// A value, if the key is there and the value fits.
     ///
     /// * `allowed`: what to write, for the message
-    pub fn get<T: DeserializeOwned>(
-        &mut self,
-        document: &mut Document<'t>,
-        key: &'static str,
-        allowed: &str,
-    ) -> Option<Given<T>> {
+    pub fn get<T: DeserializeOwned>(&mut self, key: &'static str, allowed: &str) -> Option<Given<T>> {
         let value = self.remove(key)?;
         let span = value.span();
         match T::deserialize(ValueDeserializer::from(value)) {
@@ -172,87 +181,61 @@ impl<'t> Section<'t> {
             Err(error) => {
                 let place = error.span().filter(|place| !place.is_empty()).unwrap_or(span);
                 let message = format!("`{}`: {}", self.name(key), error.message().trim_end());
-                self.refuse(document, key, place, message, allowed)
+                self.refuse(key, place, message, allowed)
             }
         }
     }
 
     /// A value that must be there.
-    pub fn require<T: DeserializeOwned>(
-        &mut self,
-        document: &mut Document<'t>,
-        key: &'static str,
-        allowed: &str,
-    ) -> Option<Given<T>> {
-        let given = self.get(document, key, allowed);
-        self.need(document, key, given.is_some(), allowed);
+    pub fn require<T: DeserializeOwned>(&mut self, key: &'static str, allowed: &str) -> Option<Given<T>> {
+        let given = self.get(key, allowed);
+        self.need(key, given.is_some(), allowed);
         given
     }
 
     /// A number within bounds, if the key is there.
-    pub fn number(
-        &mut self,
-        document: &mut Document<'t>,
-        key: &'static str,
-        bounds: Bounds,
-    ) -> Option<Given<f64>> {
-        let given = self.get(document, key, &bounds.to_string())?;
-        self.check(document, key, given, bounds)
-    }
-
-    /// A number within bounds that must be there.
-    pub fn require_number(
-        &mut self,
-        document: &mut Document<'t>,
-        key: &'static str,
-        bounds: Bounds,
-    ) -> Option<Given<f64>> {
-        let given = self.require(document, key, &bounds.to_string())?;
-        self.check(document, key, given, bounds)
-    }
-
-    /// A whole number within bounds, if the key is there.
-    pub fn count(
-        &mut self,
-        document: &mut Document<'t>,
-        key: &'static str,
-        range: std::ops::RangeInclusive<u64>,
-    ) -> Option<Given<u64>> {
-        let allowed = format!("a whole number from {} to {}", range.start(), range.end());
-        let given: Given<i64> = self.get(document, key, &allowed)?;
-        match u64::try_from(given.value).ok().filter(|value| range.contains(value)) {
-            Some(value) => Some(Given { value, span: given.span }),
-            None => {
-                let message = format!("`{}` = {} is not possible", self.name(key), given.value);
-                self.refuse(document, key, given.span, message, &allowed)
-            }
-        }
-    }
-
-    fn check(
-        &mut self,
-        document: &mut Document<'t>,
-        key: &'static str,
-        given: Given<f64>,
-        bounds: Bounds,
-    ) -> Option<Given<f64>> {
+    pub fn number(&mut self, key: &'static str, bounds: Bounds) -> Option<Given<f64>> {
+        let allowed = bounds.to_string();
+        let given = self.get(key, &allowed)?;
         if bounds.contain(given.value) {
             return Some(given);
         }
         let message = format!("`{}` = {:?} is not possible", self.name(key), given.value);
-        self.refuse(document, key, given.span, message, &bounds.to_string())
+        self.refuse(key, given.span, message, &allowed)
     }
 
-    fn refuse<T>(
+    /// A number within bounds that must be there.
+    pub fn require_number(&mut self, key: &'static str, bounds: Bounds) -> Option<Given<f64>> {
+        let given = self.number(key, bounds);
+        self.need(key, given.is_some(), &bounds.to_string());
+        given
+    }
+
+    /// A whole number within bounds, if the key is there.
+    pub fn count(&mut self, key: &'static str, range: RangeInclusive<u64>) -> Option<Given<u64>> {
+        let allowed = format!("a whole number from {} to {}", range.start(), range.end());
+        let given: Given<i64> = self.get(key, &allowed)?;
+        match u64::try_from(given.value).ok().filter(|value| range.contains(value)) {
+            Some(value) => Some(Given { value, span: given.span }),
+            None => {
+                let message = format!("`{}` = {} is not possible", self.name(key), given.value);
+                self.refuse(key, given.span, message, &allowed)
+            }
+        }
+    }
+
+    /// Refuses the value of a key.
+    ///
+    /// * `allowed`: what to write instead
+    pub fn refuse<T>(
         &mut self,
-        document: &mut Document<'t>,
         key: &'static str,
         span: Range<usize>,
-        message: String,
+        message: impl Into<String>,
         allowed: &str,
     ) -> Option<T> {
         self.refused.push(key);
-        document.problem(span, message, Some(format!("allowed: {allowed}")));
+        self.problem(span, message, format!("allowed: {allowed}"));
         None
     }
 
@@ -261,25 +244,24 @@ impl<'t> Section<'t> {
         self.refused.contains(&key)
     }
 
-    /// Notes that `key` is missing, unless it is there but wrong, which has been said already.
+    /// Notes that `key` is missing, unless it is there but refused.
     ///
     /// * `present`: whether a value has been read
-    pub fn need(&self, document: &mut Document<'t>, key: &str, present: bool, meaning: &str) {
+    pub fn need(&self, key: &str, present: bool, meaning: &str) {
         if !present && !self.is_refused(key) {
             let name = self.name(key);
-            let help = format!("add `{name}`: {meaning}");
-            document.problem(self.span(), format!("`{name}` is missing"), Some(help));
+            self.problem(self.span(), format!("`{name}` is missing"), format!("add `{name}`: {meaning}"));
         }
     }
 
     /// Refuses what is left in the section.
-    pub fn end(self, document: &mut Document<'t>) {
+    pub fn end(self) {
         for (key, _) in &self.table {
             let name = self.name(key.get_ref());
             let place =
                 if self.path.is_empty() { "at the top level".into() } else { format!("in [{}]", self.path) };
             let help = format!("known {place}: {}", self.keys.join(", "));
-            document.problem(key.span(), format!("unknown key `{name}`"), Some(help));
+            self.problem(key.span(), format!("unknown key `{name}`"), help);
         }
     }
 }
