@@ -109,26 +109,27 @@
 
 pub mod admissible;
 pub mod case;
-pub mod channels;
+mod channels;
 #[cfg(feature = "cli")]
 pub mod cli;
-pub mod contact;
-pub mod cost;
+mod contact;
+#[cfg(feature = "cli")]
+mod cost;
 pub mod exact;
 pub mod grid;
-pub mod indenter;
-pub mod layout;
+mod indenter;
+mod layout;
 #[cfg(feature = "cli")]
-pub mod live;
-pub mod material;
+mod live;
+mod material;
 pub mod message;
 pub mod model;
 pub mod recording;
 pub mod session;
-pub mod shape;
+mod shape;
 pub mod simulation;
 pub mod study;
 pub mod surface;
-pub mod units;
+mod units;
 pub mod validity;
 pub mod view;

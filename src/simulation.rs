@@ -7,8 +7,8 @@
 //!          the View of step k is shown
 //! ```
 //!
-//! The simulation decides when frames are and when a run ends; it neither writes nor waits. Whoever calls
-//! [`Simulation::step`] may stop calling at any time.
+//! The simulation decides when frames are and when a run ends; it neither writes nor waits. [`crate::session::run`] asks it
+//! for one step after the other.
 //!
 //! A model may run its interior behind the surface and hand a step out some steps later, see [`Model`]. The simulation goes
 //! on computing until it has the step it is to show.
@@ -67,7 +67,7 @@ fn describe(place: &Option<(f64, f64)>) -> String {
 
 /// How a run has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub(crate) enum Ending {
     /// All steps are done.
     Completed,
     /// A condition of the case has stopped it.
@@ -188,7 +188,7 @@ impl Simulation {
     ///
     /// [`SimulationError::NotFinite`] if the numbers have overflowed, [`SimulationError::ContactLeavesMesh`] if the mesh is too
     /// narrow; the steps before have been shown.
-    pub fn step(&mut self) -> Result<Option<View<'static>>, SimulationError> {
+    pub(crate) fn step(&mut self) -> Result<Option<View<'static>>, SimulationError> {
         loop {
             let is_over = self.ending.is_some() || self.failure.is_some() || self.is_interrupted;
             if let Some((step, frame)) = self.model.next(is_over) {
@@ -204,7 +204,7 @@ impl Simulation {
     }
 
     /// Computes no further step; those that have been computed are still shown.
-    pub fn interrupt(&mut self) {
+    pub(crate) fn interrupt(&mut self) {
         self.is_interrupted = true;
     }
 
@@ -282,12 +282,12 @@ impl Simulation {
     }
 
     /// How the run has ended; `None` while it has not.
-    pub fn ending(&self) -> Option<&Ending> {
+    pub(crate) fn ending(&self) -> Option<&Ending> {
         self.ending.as_ref()
     }
 
     /// Largest pressure and strain so far.
-    pub fn validity(&mut self) -> Validity {
+    pub(crate) fn validity(&mut self) -> Validity {
         let mut validity = self.validity;
         if self.layer {
             let peak = self.model.backing_peak();

@@ -12,7 +12,7 @@ use percuss::{
     case::{Case, builtin},
     message::{foxglove, percuss as message},
     recording::{FORMAT_VERSION, RecordingError, Tap},
-    session::{self, ClosedForm, Flow, Observer, Recording, RunError, Source, Status},
+    session::{self, ClosedForm, Flow, Observer, Recording, RunError, Source, Status, Steps},
     simulation::Simulation,
     validity::Validity,
     view::View,
@@ -439,7 +439,9 @@ fn plane_runs_have_units_of_their_own() {
     }
     let exact = case_of_plane_punch(&folder);
     assert_eq!(exact, "Rγc_p²");
-    let layout = percuss::layout::Scenery::new(&case, &["/drag".to_owned()]).lichtblick();
+    let layout = summary.attachment_indexes.iter().find(|index| index.name == "layout.json");
+    let layout = mcap::read::attachment(&bytes, layout.expect("a layout")).expect("an attachment").data;
+    let layout = String::from_utf8_lossy(&layout);
     assert!(layout.contains("[Rγc_p²]") && !layout.contains('π'), "{layout}");
 }
 

@@ -12,10 +12,9 @@
 //! 9.36 do not follow from its equations.)
 
 use percuss::{
-    contact::event::EventKind,
     session::{self, Status},
     simulation::Simulation,
-    view::View,
+    view::{EventKind, View},
 };
 
 use super::{

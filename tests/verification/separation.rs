@@ -2,7 +2,7 @@
 
 use percuss::{
     case::Case,
-    contact::event::{Event, EventKind},
+    view::{Event, EventKind},
 };
 
 use super::{case, run};
