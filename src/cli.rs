@@ -1,6 +1,6 @@
-//! The command line: what was typed, which command it is, and what comes back as exit status.
+//! The command line: arguments, commands, exit status.
 //!
-//! Data goes to stdout, talk to stderr. Errors are printed once, by [`report`].
+//! Data is written to stdout, remarks to stderr. Errors are printed once, by [`report`].
 
 use std::{
     io::{self, IsTerminal, Write},
@@ -52,11 +52,11 @@ Exit status: 0 done, 1 failed, 2 usage or invalid case, 130 or 143 interrupted w
 enum Command {
     /// Compute a case and record it
     Run(run::Run),
-    /// Record the closed form that answers a case
+    /// Record the closed form for a case
     Exact(exact::Exact),
     /// Run a case on refined meshes; orders, extrapolated values, error bars
     Study(study::StudyArguments),
-    /// Validate a case; print sizes, memory, file size and time it will take
+    /// Validate a case; print its sizes and estimates of memory, file size and run time
     Check(check::Check),
     /// Print or write the layout of a viewer for a case
     Layout(layout::Layout),
@@ -64,7 +64,7 @@ enum Command {
     Cases(cases::Cases),
 }
 
-/// Which case a command is about.
+/// The case of a command.
 #[derive(Debug, Args)]
 struct CaseArguments {
     /// Name of a built-in case (see `percuss cases`) or path of a TOML file
@@ -80,12 +80,12 @@ impl CaseArguments {
     }
 }
 
-/// How a command has ended without an error.
+/// How a command ends without an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// Done.
     Done,
-    /// Interrupted by this signal; what was recorded is valid.
+    /// Interrupted by this signal, with a valid recording of the steps before.
     Interrupted(u8),
 }
 
@@ -98,16 +98,16 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// Why a command has failed.
+/// Why a command fails.
 #[derive(Debug, thiserror::Error)]
 pub enum CliError {
     /// The case is invalid.
     #[error(transparent)]
     Case(#[from] CaseErrors),
-    /// The request makes no sense.
+    /// The arguments are invalid.
     #[error("{0}")]
     Usage(String),
-    /// No closed form answers the case.
+    /// The case has no closed form.
     #[error(transparent)]
     NoAnswer(#[from] NoAnswer),
     /// The run failed.
@@ -119,7 +119,7 @@ pub enum CliError {
     /// Viewers cannot be served.
     #[error(transparent)]
     Serve(#[from] ServeError),
-    /// Something of the system failed.
+    /// A call of the operating system failed.
     #[error("{what}: {error}")]
     System {
         /// What was tried.
@@ -146,11 +146,11 @@ impl CliError {
 }
 
 impl Arguments {
-    /// Carries out the command.
+    /// Runs the command.
     ///
     /// # Errors
     ///
-    /// Why it failed; to be handed to [`report`].
+    /// The reason, for [`report`].
     pub fn run(&self) -> Result<Exit, CliError> {
         match &self.command {
             Command::Run(run) => run.run(),
@@ -172,7 +172,7 @@ pub fn report(error: &CliError) -> ExitCode {
         | CliError::Run(RunError::Simulation(SimulationError::NoSolver)) => (format!("error: {error}\n"), 2),
         _ => (format!("error: {error}\n"), 1),
     };
-    // if even stderr is gone there is nobody left to tell
+    // with stderr closed there is no place to report to
     drop(io::stderr().write_all(text.as_bytes()));
     ExitCode::from(status)
 }
@@ -194,7 +194,7 @@ fn render(errors: &CaseErrors) -> String {
     text
 }
 
-/// Writes data to stdout; a reader that has had enough is no error.
+/// Writes data to stdout; a closed pipe is no error.
 fn print(text: &str) -> Result<(), CliError> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {

@@ -105,11 +105,12 @@ struct Step {
 
 /// What advances the target.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Engine {
-    /// The fast one: vectors, tiles and threads.
+    /// Vectors, tiles, threads
     #[default]
     Blocked,
-    /// The plain stepper, [`crate::model::reference`].
+    /// Every node of every level, one by one, on one thread
     Reference,
 }
 

@@ -10,7 +10,7 @@ use crate::{
     exact::answer::Answer,
 };
 
-/// Lists the built-in cases, and which closed form answers them.
+/// Lists the built-in cases and their closed forms.
 #[derive(Debug, Args)]
 pub(super) struct Cases {
     /// Print JSON

@@ -1,13 +1,10 @@
-//! `percuss exact`: the closed form that answers a case, recorded like a run.
-
-use std::fs;
+//! `percuss exact`: the closed form for a case, recorded like a run.
 
 use clap::Args;
-use indicatif::BinaryBytes;
 
 use super::{
     CaseArguments, CliError, Exit,
-    output::{OutputArguments, exit, flow, watch_signals},
+    output::{OutputArguments, exit, flow, watch_signals, written},
     progress::Progress,
 };
 use crate::{
@@ -21,10 +18,10 @@ Examples:
   percuss run fig2-prescribed && percuss-read diff fig2-prescribed-exact.mcap fig2-prescribed.mcap --l2-rel 0.01
   percuss exact fig3 --set record.probes=[0.0,0.5]           until the wave of the edge arrives
 
-Which closed form answers a case, and until when, `percuss cases` says. Where a form knows no value the recording has
-not-a-number; `percuss-read diff --skip-nan` leaves those out.";
+`percuss cases` lists each form and its valid time. Where a form has no value the recording has NaN;
+`percuss-read diff --skip-nan` leaves those out.";
 
-/// Records the closed form that answers a case, on the channels of a run that it knows.
+/// Records the closed form for a case, on those channels of a run that it has values of.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Exact {
@@ -53,8 +50,7 @@ impl Exact {
         let outcome = pool.install(|| session::run(&mut steps, &mut [&mut recording, &mut watch]));
         progress.end();
         let status = outcome?.status;
-        let size = fs::metadata(&path).map_or(0, |metadata| metadata.len());
-        progress.say(&format!("{}: {}, {}", path.display(), status.name(), BinaryBytes(size)));
+        progress.say(&written(&path, &status));
         Ok(exit(&status, &signal))
     }
 }

@@ -1,25 +1,23 @@
 //! `percuss run`: compute a case and record it.
 
 use std::{
-    fs,
     sync::atomic::{AtomicUsize, Ordering},
     time::{Duration, Instant},
 };
 
-use clap::{Args, ValueEnum};
-use indicatif::BinaryBytes;
+use clap::Args;
 use percuss_serve::{Address, seconds, speed};
 
 use super::{
     CaseArguments, CliError, Exit,
-    output::{OutputArguments, exit, flow, watch_signals},
+    output::{OutputArguments, exit, flow, watch_signals, written},
     progress::Progress,
 };
 use crate::{
     case::Case,
     channels::{Catalogue, log_time},
     live::{Live, Pace},
-    session::{self, Outcome, Recording, RunError, Source},
+    session::{self, Recording, RunError, Source},
     simulation::{Engine, Simulation},
     view::View,
 };
@@ -43,59 +41,35 @@ pub(super) struct Run {
     /// only, at 127.0.0.1:8765
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
     live: Option<Address>,
-    /// Hold the run back so that a person can watch: log time that passes in a second; 1 without SPEED
+    /// Slow the run down to so many seconds of log time per second; 1 without SPEED
     #[arg(long, value_name = "SPEED", num_args = 0..=1, default_missing_value = "1", value_parser = speed)]
     pace: Option<f64>,
-    /// Begin when this many viewers have subscribed, and nobody has for 1.5 s: viewers do it panel by panel; 1 without N
+    /// Begin when this many viewers have subscribed and 1.5 s have passed without a subscription, as viewers subscribe panel by
+    /// panel; 1 without N
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", requires = "live")]
     wait: Option<usize>,
-    /// When all is recorded, serve those who watch until they have left, so many seconds at most; Ctrl-C ends it
+    /// After the run, serve viewers until they have left, so many seconds at most; Ctrl-C ends it
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, requires = "live")]
     hold: Duration,
-    /// What computes: the fast engine, or the plain stepper that it is tested against, slow and simple
+    /// Engine: the fast one, or the plain stepper that it is tested against, slow and simple
     #[arg(long, value_enum, default_value_t)]
-    engine: EngineName,
-}
-
-/// Engines by name.
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
-enum EngineName {
-    /// Vectors, tiles, threads
-    #[default]
-    Blocked,
-    /// Every node of every level, one by one, on one thread
-    Reference,
-}
-
-impl From<EngineName> for Engine {
-    fn from(name: EngineName) -> Self {
-        match name {
-            EngineName::Blocked => Self::Blocked,
-            EngineName::Reference => Self::Reference,
-        }
-    }
+    engine: Engine,
 }
 
 impl Run {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
-        let mut simulation = Simulation::with_engine(&case, self.engine.into()).map_err(RunError::from)?;
-        let output = self.output.path(&self.case.case, "")?;
+        let mut simulation = Simulation::with_engine(&case, self.engine).map_err(RunError::from)?;
+        let path = self.output.path(&self.case.case, "")?;
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;
+        let is_over = || signal.load(Ordering::Relaxed) != 0;
         let live = self.live.as_ref().map(|address| self.open(address, &case)).transpose()?;
         let recording =
-            pool.install(|| Recording::create(&output, self.output.force, &case, Source::Simulation));
+            pool.install(|| Recording::create(&path, self.output.force, &case, Source::Simulation));
         let mut recording = recording.map_err(RunError::from)?;
         let mut progress = Progress::new(case.sizes.steps, case.sizes.dt, self.output.quiet);
-        progress.say(&format!("{}: {}", self.case.case, case.title));
-        let every = case.record.field_every;
-        if every > 1 && every == case.default_field_every() {
-            progress.say(&format!(
-                "fields show one node in {every} along r and along z; --set record.field_every=1 shows all"
-            ));
-        }
-        let is_over = || signal.load(Ordering::Relaxed) != 0;
+        progress.say(&self.heading(&case));
         if let Some(live) = &live {
             recording.tap(live.tap()).map_err(RunError::from)?;
             live.wait_for(self.wait.unwrap_or(0), is_over);
@@ -114,17 +88,10 @@ impl Run {
         };
         let outcome = pool.install(|| session::run(&mut simulation, &mut [&mut recording, &mut watch]));
         progress.end();
-        if let Ok(Outcome { status, .. }) = &outcome {
-            let size = fs::metadata(&output).map_or(0, |metadata| metadata.len());
-            progress.say(&format!(
-                "{}: {}, {} in {:.2} s; {} steps of {:.4e} planned",
-                output.display(),
-                status.name(),
-                BinaryBytes(size),
-                start.elapsed().as_secs_f64(),
-                case.sizes.steps,
-                case.sizes.dt,
-            ));
+        if let Ok(outcome) = &outcome {
+            let (seconds, sizes) = (start.elapsed().as_secs_f64(), &case.sizes);
+            let planned = format!("{} steps of {:.4e} planned", sizes.steps, sizes.dt);
+            progress.say(&format!("{} in {seconds:.2} s; {planned}", written(&path, &outcome.status)));
         }
         if let Some(live) = live {
             self.hold(&live, &signal);
@@ -132,7 +99,19 @@ impl Run {
         Ok(exit(&outcome?.status, &signal))
     }
 
-    /// Holds the end for those who watch.
+    /// The case, and how dense its fields are unless it says so itself.
+    fn heading(&self, case: &Case) -> String {
+        let mut text = format!("{}: {}", self.case.case, case.title);
+        let every = case.record.field_every;
+        if every > 1 && every == case.default_field_every() {
+            text += &format!(
+                "\nfields show one node in {every} along r and along z; --set record.field_every=1 shows all"
+            );
+        }
+        text
+    }
+
+    /// Serves viewers after the end.
     fn hold(&self, live: &Live, signal: &AtomicUsize) {
         let is_over = || signal.load(Ordering::Relaxed) != 0;
         let viewers = live.viewers();
@@ -145,7 +124,7 @@ impl Run {
         live.hold(self.hold, is_over);
     }
 
-    /// Opens the server of a live run and says where it is.
+    /// Opens the server of a live run and prints its address.
     fn open(&self, address: &Address, case: &Case) -> Result<Live, CliError> {
         let live = Live::open(address, &case.title, Catalogue::new(case).specs())?;
         if !self.output.quiet {
