@@ -1,7 +1,7 @@
 //! A session: the loop over the steps of a run, and what observes them.
 //!
-//! [`run`] is the only loop over steps. They come from [`Steps`], a computed case ([`Simulation`]) or a closed form
-//! ([`ClosedForm`]); recording, progress, pace and what a study collects are [`Observer`]s.
+//! [`run`] is the only loop over steps. Their source is a computed case ([`Simulation`]) or a closed form ([`ExactSteps`]);
+//! recording, progress, pace and the collecting of studies are [`Observer`]s.
 
 use std::error::Error;
 
@@ -12,10 +12,10 @@ use crate::{
     view::View,
 };
 
-mod closed_form;
+mod exact_steps;
 mod recording;
 
-pub use closed_form::ClosedForm;
+pub use exact_steps::ExactSteps;
 pub use recording::{Recording, Source};
 
 /// How a run has ended.
@@ -51,7 +51,7 @@ impl Status {
         }
     }
 
-    /// What the status record says beside its name.
+    /// Message of the status record.
     pub fn message(&self) -> &str {
         match self {
             Self::Completed => "all steps done",
@@ -60,7 +60,7 @@ impl Status {
     }
 }
 
-/// What yields the steps of a run, one after the other.
+/// A source of the steps of a run.
 pub trait Steps {
     /// The next step; `None` when the run has ended.
     ///
@@ -72,7 +72,7 @@ pub trait Steps {
     /// Computes no further step; those that are computed are still yielded.
     fn interrupt(&mut self);
 
-    /// How the run has ended of itself; `None` while it has not.
+    /// How the source has ended; `None` if it has further steps.
     fn ending(&self) -> Option<Status>;
 
     /// Largest pressure and strain so far.
@@ -122,10 +122,10 @@ impl<F: FnMut(&View<'_>) -> T, T: Into<Flow>> Observer for F {
     }
 }
 
-/// Whether a run goes on after a step.
+/// Whether a run continues after a step.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Flow {
-    /// It does.
+    /// The run continues.
     #[default]
     Continue,
     /// No further step is computed, for this reason.
@@ -172,10 +172,10 @@ pub enum RunError {
     Observer(Box<dyn Error + Send + Sync>),
 }
 
-/// Shows all steps to all observers, in this order, until the run ends, an observer interrupts it or something fails.
+/// Shows all steps to all observers, in their order, until the run ends, an observer interrupts it, or source or observer fail.
 ///
-/// Every observer is told the end, but for one that has failed itself. After an interruption, or when an observer has
-/// failed, the steps that are already computed are still shown to the others.
+/// [`Observer::end`] is called on every path, except for an observer that has failed. After an interruption, or the failure of
+/// an observer, the steps that are already computed are shown to the others.
 ///
 /// # Errors
 ///
@@ -228,7 +228,7 @@ mod tests {
     use super::*;
     use crate::case::Case;
 
-    /// Why an unchecked case fails, and what its recording says of it.
+    /// Error of an unchecked case, and the last step in the status of its recording.
     fn failure(case: &Case) -> (SimulationError, String) {
         let path = tempfile::NamedTempFile::new().expect("a file").into_temp_path();
         let mut recording = Recording::create(&path, true, case, Source::Simulation).expect("a file");

@@ -12,7 +12,7 @@ use percuss::{
     case::{Case, builtin},
     message::{foxglove, percuss as message},
     recording::{FORMAT_VERSION, RecordingError, Tap},
-    session::{self, ClosedForm, Flow, Observer, Recording, RunError, Source, Status, Steps},
+    session::{self, ExactSteps, Flow, Observer, Recording, RunError, Source, Status, Steps},
     simulation::Simulation,
     validity::Validity,
     view::View,
@@ -625,7 +625,7 @@ fn an_existing_file_is_left_alone() {
 
 /// Records the closed form of a case and returns the bytes.
 fn record_exact(case: &Case, path: &Path) -> Vec<u8> {
-    let mut steps = ClosedForm::new(case).expect("a closed form");
+    let mut steps = ExactSteps::new(case).expect("a closed form");
     let mut recording = Recording::create(path, false, case, steps.source()).expect("a new file");
     session::run(&mut steps, &mut [&mut recording]).expect("room on the disk");
     fs::read(path).expect("the recording")

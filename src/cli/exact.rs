@@ -8,7 +8,7 @@ use super::{
     progress::Progress,
 };
 use crate::{
-    session::{self, ClosedForm, Recording, RunError},
+    session::{self, ExactSteps, Recording, RunError},
     view::View,
 };
 
@@ -34,7 +34,7 @@ pub(super) struct Exact {
 impl Exact {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
-        let mut steps = ClosedForm::new(&case)?;
+        let mut steps = ExactSteps::new(&case)?;
         let path = self.output.path(&self.case.case, "-exact")?;
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;

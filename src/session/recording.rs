@@ -16,7 +16,7 @@ use crate::{
     view::View,
 };
 
-/// Where the numbers of a recording come from.
+/// Source of the numbers of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// A computed run.
@@ -25,7 +25,7 @@ pub enum Source {
     Exact {
         /// Its name.
         form: &'static str,
-        /// True if it knows the drag.
+        /// True if it has the drag.
         knows_drag: bool,
     },
 }
@@ -38,7 +38,7 @@ impl Source {
         }
     }
 
-    /// What the run record says about it.
+    /// Its entries in the run record.
     fn entries(self) -> BTreeMap<String, String> {
         match self {
             Self::Simulation => to_map([("source", "simulation".to_owned())]),
@@ -56,7 +56,7 @@ impl Source {
     }
 }
 
-/// Length that `percuss.host` is filled up to \[bytes\].
+/// Length to which `percuss.host` is padded \[bytes\].
 const HOST_LENGTH: usize = 1024;
 
 /// Records the steps that it observes, from the first record to the status.
@@ -71,7 +71,7 @@ pub struct Recording {
     scale_speed: Option<f64>,
     steps: u64,
     last: Option<(u64, f64)>,
-    /// True if viewers want every step at once.
+    /// True if every step is handed to the writer at once.
     is_live: bool,
 }
 
@@ -107,7 +107,7 @@ impl Recording {
         })
     }
 
-    /// Hands every message to `tap` too, step by step.
+    /// Also hands every message to `tap`, step by step.
     ///
     /// # Errors
     ///
@@ -190,7 +190,7 @@ fn to_map<'a>(entries: impl IntoIterator<Item = (&'a str, String)>) -> BTreeMap<
     entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
-/// What was computed: the same for every repetition of a run.
+/// The computed case: the same for every repetition of a run.
 fn run_record(case: &Case) -> BTreeMap<String, String> {
     let sizes = &case.sizes;
     let name = |value: serde_json::Value| value.as_str().unwrap_or_default().to_owned();
@@ -215,7 +215,7 @@ fn run_record(case: &Case) -> BTreeMap<String, String> {
     map
 }
 
-/// Where, when and by what it was computed, filled up to a fixed length.
+/// Place, time and program of the computation, padded to a fixed length.
 fn host_record() -> BTreeMap<String, String> {
     let clip = |text: String| text.chars().take(100).collect::<String>();
     let build = if cfg!(debug_assertions) { "debug" } else { "release" };

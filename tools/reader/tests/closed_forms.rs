@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use percuss::{
     case::{Case, builtin},
-    session::{self, ClosedForm, Recording},
+    session::{self, ExactSteps, Recording},
 };
 use percuss_reader::{
     command::{report::report, verify::verify},
@@ -16,7 +16,7 @@ fn record(name: &str, path: &Path) -> bool {
     let overrides = ["mesh.cells=20".to_owned(), "run.end_time=1.5".to_owned()];
     let text = builtin::find(name).expect("a built-in case");
     let case = Case::parse(name, text, &overrides, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
-    let Ok(mut steps) = ClosedForm::new(&case) else { return false };
+    let Ok(mut steps) = ExactSteps::new(&case) else { return false };
     let mut recording = Recording::create(path, false, &case, steps.source()).expect("a new file");
     session::run(&mut steps, &mut [&mut recording]).expect("room on the disk");
     true

@@ -9,8 +9,8 @@ use crate::{
     view::View,
 };
 
-/// The steps of the closed form that answers a case, as far as it holds.
-pub struct ClosedForm<'a> {
+/// The steps of the closed form for a case, as long as it holds.
+pub struct ExactSteps<'a> {
     case: &'a Case,
     answer: Answer,
     next_step: u64,
@@ -18,12 +18,12 @@ pub struct ClosedForm<'a> {
     validity: Validity,
 }
 
-impl<'a> ClosedForm<'a> {
+impl<'a> ExactSteps<'a> {
     /// The steps of the closed form for `case`.
     ///
     /// # Errors
     ///
-    /// There is none, and why.
+    /// The reason why there is none.
     pub fn new(case: &'a Case) -> Result<Self, NoAnswer> {
         let validity = Validity::new(case.impact.velocity, case.indenter.head == HeadKind::Flat);
         Ok(Self { case, answer: Answer::to(case)?, next_step: 0, is_interrupted: false, validity })
@@ -34,13 +34,13 @@ impl<'a> ClosedForm<'a> {
         &self.answer
     }
 
-    /// Where its numbers come from, for a recording.
+    /// The source to record.
     pub fn source(&self) -> Source {
         Source::Exact { form: self.answer.name(), knows_drag: self.answer.knows_drag() }
     }
 }
 
-impl Steps for ClosedForm<'_> {
+impl Steps for ExactSteps<'_> {
     fn step(&mut self) -> Result<Option<View<'_>>, SimulationError> {
         if self.is_interrupted || self.next_step > self.answer.last_step() {
             return Ok(None);
