@@ -1,15 +1,15 @@
-//! Cases: what to compute and what to record, read from TOML and checked.
+//! Cases: checked descriptions of what is computed and recorded, read from TOML or built.
 //!
 //! A [`Case`] that exists is valid and complete: every default is filled in and every derived size is known. Its
 //! [`Parameters`] can be read and not changed; another case is a variation ([`Case::vary`]), which passes the same
 //! checks. Reading reports all errors of a file at once ([`CaseErrors`]), each at its place in the text.
 //!
 //! * `builder`: cases from keys and values, files and `--set` included
-//! * `parameters`: what a case consists of
+//! * `parameters`: the data of a case
 //! * `errors`, `bounds`, `document`: problems and their places; bounds of numbers; TOML text with spans, one section at a time
 //! * `read`, `read_indenter`: from a document to parameters, section by section
 //! * `frames`, `density`: which steps are frames, and which nodes they show
-//! * `sizes`: what follows from the rest
+//! * `sizes`: derived sizes
 //! * `resolved`: from parameters back to TOML, with nothing left implicit
 //! * `builtin`: the cases of the paper
 
@@ -80,9 +80,9 @@ impl Case {
 
     /// Reads a case from TOML text.
     ///
-    /// * `name`: what messages call the text
+    /// * `name`: name of the case in messages
     /// * `overrides`: texts `key=value` with dotted keys, applied in order
-    /// * `folder`: where relative paths in the case start
+    /// * `folder`: folder of relative paths in the case
     ///
     /// # Errors
     ///
@@ -102,7 +102,7 @@ impl Case {
 
     /// Begins a case without a file: its keys are those of case files.
     ///
-    /// * `name`: what messages call it, and its title if none is set
+    /// * `name`: name of the case in messages, and its title if none is set
     pub fn builder(name: &str) -> CaseBuilder {
         CaseBuilder::from_text(name, "", Path::new(""))
     }
@@ -122,7 +122,7 @@ impl Case {
         }
     }
 
-    /// Begins a variation that shows nothing of the interior.
+    /// Begins a variation without frames and fields.
     pub(crate) fn vary_surface(&self) -> CaseBuilder {
         self.vary_frames(0).set("record.fields", Vec::<Value>::new())
     }
@@ -135,7 +135,7 @@ impl Case {
 
 #[cfg(test)]
 impl Case {
-    /// A case that no check has seen.
+    /// An unchecked case.
     pub(crate) fn unchecked(mut self, change: impl FnOnce(&mut Parameters)) -> Self {
         change(&mut self.parameters);
         self

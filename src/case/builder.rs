@@ -6,14 +6,14 @@ pub use toml::Value;
 
 use super::{Case, CaseErrors, builtin, read};
 
-/// A case that is not checked yet.
+/// An unchecked case.
 #[derive(Clone, Debug)]
 pub struct CaseBuilder {
-    /// What messages call the case.
+    /// Name of the case in messages.
     pub(super) name: String,
     /// Text of the case file.
     pub(super) text: String,
-    /// Where relative paths start.
+    /// Folder of relative paths.
     pub(super) folder: PathBuf,
     /// Texts `key=value` that override the text, in this order.
     pub(super) settings: Vec<String>,

@@ -1,12 +1,12 @@
-//! How dense fields are recorded: which nodes frames show, and what they take.
+//! The density of recorded fields: which nodes frames show, and their size.
 
 use super::Parameters;
 use crate::{model::Extent, shape::Shape};
 
-/// Nonzero numbers of a field, in all frames together, estimated, where the case does not say how dense: 16 MiB. Recording them
-/// takes little time beside any run that takes time; all nodes of a fine mesh take longer than computing them.
+/// Default of the estimated nonzero numbers of a field in all frames together: 16 MiB. Recording them takes a small part of any
+/// long run; recording all nodes of a fine mesh takes longer than computing them.
 const ACTIVE_NODES: f64 = (1 << 22) as f64;
-/// Cells of the mesh that fields show at least, where the case does not say how dense.
+/// Least number of cells that fields show by default.
 const SHOWN_CELLS: usize = 50;
 
 impl Parameters {
@@ -17,8 +17,7 @@ impl Parameters {
         (size_of::<f32>() * values).max(1)
     }
 
-    /// Nodes from one that fields show to the next, where a case leaves that open: as few as keep the estimated nonzero
-    /// numbers of a field to [`ACTIVE_NODES`], but [`SHOWN_CELLS`] remain.
+    /// Default of `record.field_every`: as small as [`ACTIVE_NODES`] allows, and not above what leaves [`SHOWN_CELLS`].
     pub(crate) fn default_field_every(&self) -> usize {
         if self.record.fields.is_empty() {
             return 1;
@@ -71,11 +70,11 @@ mod tests {
     }
 
     #[test]
-    fn fields_are_as_dense_as_they_may_be_unless_the_case_says_how_dense() {
+    fn default_density_keeps_the_number_of_nodes() {
         let case = fine(&[]);
         let every = case.record.field_every;
         assert!(every > 1 && case.estimated_nodes(every - 1) > ACTIVE_NODES);
-        // thinned rows and columns are rounded up
+        // the numbers of shown rows and columns are rounded up
         assert!(case.estimated_nodes(every) < 1.05 * ACTIVE_NODES);
         assert_eq!(fine(&["record.field_every=1"]).record.field_every, 1);
         assert_eq!(fine(&["record.frame_times=[1.0, 2.5]"]).record.field_every, 1);

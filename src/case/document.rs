@@ -1,4 +1,4 @@
-//! TOML text with spans: where every value stands, and every problem with it.
+//! TOML text with spans: the place of every value, and of every problem.
 //!
 //! A document is the text of a case file and, behind it, the settings; offsets count through all of them, so that a problem
 //! is shown where its value was written.
@@ -18,7 +18,7 @@ use toml::{
 
 use super::{CaseBuilder, CaseErrors, Problem, bounds::Bounds};
 
-/// A value and where it stands.
+/// A value and its place.
 #[derive(Clone, Debug)]
 pub struct Given<T> {
     pub value: T,
@@ -31,7 +31,7 @@ pub struct Document {
     problems: RefCell<Vec<Note>>,
 }
 
-/// A problem, and where it stands in all texts together.
+/// A problem, and its place in all texts together.
 struct Note {
     span: Range<usize>,
     message: String,
@@ -67,7 +67,7 @@ impl Document {
         self.sources.push(Source { name: name.into(), text: format!("{:start$}{text}", ""), start });
     }
 
-    /// What can be parsed of the texts, later ones winning over earlier ones.
+    /// The parsable part of the texts, where later ones override earlier ones.
     pub fn root(&self) -> Section<'_> {
         let mut table = DeTable::new();
         for source in &self.sources {
@@ -135,7 +135,7 @@ impl<'t> Section<'t> {
         Self { document, path, table, span, keys: Vec::new(), refused: Vec::new() }
     }
 
-    /// Where the section stands.
+    /// Place of the section.
     pub fn span(&self) -> Range<usize> {
         self.span.clone()
     }
@@ -172,7 +172,7 @@ impl<'t> Section<'t> {
 
     /// A value, if the key is there and the value fits.
     ///
-    /// * `allowed`: what to write, for the message
+    /// * `allowed`: allowed values, for the message
     pub fn get<T: DeserializeOwned>(&mut self, key: &'static str, allowed: &str) -> Option<Given<T>> {
         let value = self.remove(key)?;
         let span = value.span();
@@ -186,7 +186,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// A value that must be there.
+    /// A required value.
     pub fn require<T: DeserializeOwned>(&mut self, key: &'static str, allowed: &str) -> Option<Given<T>> {
         let given = self.get(key, allowed);
         self.need(key, given.is_some(), allowed);
@@ -204,7 +204,7 @@ impl<'t> Section<'t> {
         self.refuse(key, given.span, message, &allowed)
     }
 
-    /// A number within bounds that must be there.
+    /// A required number within bounds.
     pub fn require_number(&mut self, key: &'static str, bounds: Bounds) -> Option<Given<f64>> {
         let given = self.number(key, bounds);
         self.need(key, given.is_some(), &bounds.to_string());
@@ -226,7 +226,7 @@ impl<'t> Section<'t> {
 
     /// Refuses the value of a key.
     ///
-    /// * `allowed`: what to write instead
+    /// * `allowed`: allowed values, for the message
     pub fn refuse<T>(
         &mut self,
         key: &'static str,
@@ -254,7 +254,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// Refuses what is left in the section.
+    /// Refuses the unread keys of the section.
     pub fn end(self) {
         for (key, _) in &self.table {
             let name = self.name(key.get_ref());

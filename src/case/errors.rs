@@ -18,7 +18,7 @@ pub struct CaseErrors {
 #[derive(Debug, thiserror::Error, Diagnostic)]
 #[error("{message}")]
 pub struct Problem {
-    /// What is wrong, naming key and value.
+    /// The problem, with key and value.
     pub message: String,
     #[help]
     pub(super) help: Option<String>,

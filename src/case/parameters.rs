@@ -1,4 +1,4 @@
-//! What a case consists of: plain data, checked when a [`Case`](super::Case) is built.
+//! The data of a case, checked when a [`Case`](super::Case) is built.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,10 +13,10 @@ use crate::{
     units::Scales,
 };
 
-/// What a case consists of.
+/// The data of a case.
 #[derive(Clone, Debug)]
 pub struct Parameters {
-    /// What the run is about.
+    /// Title of the run.
     pub title: String,
     /// Theory of the target.
     pub model: ModelKind,
@@ -32,9 +32,9 @@ pub struct Parameters {
     pub mesh: Mesh,
     /// When the run ends.
     pub run: Run,
-    /// What is recorded.
+    /// Channels and frames of the recording.
     pub record: Record,
-    /// What follows from the rest.
+    /// Sizes derived from the rest.
     pub sizes: Sizes,
 }
 
@@ -99,7 +99,7 @@ pub struct Body {
     pub scale_radius: Option<f64>,
 }
 
-/// Form of the head as a case file describes it: for shapes that are named by how fast contact spreads.
+/// Form of the head in the parameters of case files, which describe some shapes by the speed of the contact radius.
 #[derive(Clone, Debug, PartialEq)]
 pub enum HeadKind {
     /// `f = 0`.
@@ -132,7 +132,7 @@ pub struct Impact {
     pub contact: Rule,
 }
 
-/// The mesh as asked for.
+/// The mesh as given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mesh {
     /// Placement of nodes.
@@ -154,7 +154,7 @@ pub struct Run {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stop {
-    /// None: the run goes on to its end time.
+    /// None: the run lasts to its end time.
     Never,
     /// The interface first needs tension.
     Extension,
@@ -162,7 +162,7 @@ pub enum Stop {
     Separation,
 }
 
-/// What is recorded.
+/// Channels and frames of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// Steps between messages of interface stress.
@@ -171,7 +171,7 @@ pub struct Record {
     pub probes: Vec<f64>,
     /// Fields recorded in frames.
     pub fields: Vec<Field>,
-    /// Nodes from one that fields show to the next, along r and z.
+    /// Distance of the nodes that fields show, along r and z \[nodes\].
     pub field_every: usize,
     /// Channels for viewers, at frames.
     pub views: Vec<ViewChannel>,
@@ -195,7 +195,7 @@ pub enum ViewChannel {
     Scene,
     /// `/view/fronts`: wave fronts by geometry.
     Fronts,
-    /// `/view/tf`: where the indenter stands.
+    /// `/view/tf`: position of the indenter.
     Tf,
     /// `/view/profile`: the surface for x–y plots.
     Profile,
@@ -219,13 +219,13 @@ pub struct Sizes {
     pub steps: u64,
     /// Nodes along r.
     pub nr: usize,
-    /// Axial steps down to the backing, or to where nothing can be seen of in a half-space.
+    /// Axial steps down to the backing, or in a half-space to a depth whose waves do not return.
     pub nz: usize,
     /// Outer radius of the mesh \[R\].
     pub outer_radius: f64,
     /// Depth of the mesh \[R\]: the thickness of a layer.
     pub depth: f64,
-    /// Largest radius that contact can reach on a flat surface, nodes that are being met included \[R\].
+    /// Largest radius of contact, partial contact included, on a flat surface \[R\].
     pub contact_reach: f64,
     /// True for a layer, false for a half-space.
     pub layer: bool,

@@ -1,7 +1,7 @@
 //! From a document to a case: every key, its default and its bounds.
 //!
-//! Reading goes on after a problem with a stand-in value, so that one pass finds all of them; the stand-ins never
-//! leave this module, because a document with problems yields no case.
+//! After a problem reading continues with a placeholder, so that one pass finds all of them; placeholders never leave this
+//! module, because a document with problems yields no case.
 
 use std::{fmt, path::Path};
 
@@ -52,7 +52,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let (record, field_every) = read_record(&mut root, run.end_time);
     root.end();
 
-    // sizes are worth deriving only from a case that is sound so far
+    // sizes are derived from sound values only
     let parts = target.zip(indenter).filter(|_| document.is_sound());
     let parameters = parts.and_then(|((target, thickness), indenter)| {
         let plan = Plan { model, target: &target, indenter: &indenter, impact, run, record: &record };
@@ -95,7 +95,7 @@ fn read_target(root: &mut Section<'_>, model: ModelKind) -> Option<(Target, Span
     Some((Target { thickness, material: material? }, span))
 }
 
-/// Thickness, `None` for a half-space, and where it stands.
+/// Thickness, `None` for a half-space, and its place.
 fn read_thickness(section: &mut Section<'_>) -> Option<(Option<f64>, Span)> {
     let bounds = Bounds::within(TINY, HUGE);
     let allowed = format!("{bounds}, or \"half-space\"");
@@ -137,7 +137,7 @@ fn read_material(section: &mut Section<'_>, model: ModelKind) -> Option<Material
             }
         },
         (Some(speed), Some(_)) => {
-            let message = "`target.shear_wave_speed` and `target.material` say the same thing twice";
+            let message = "`target.shear_wave_speed` and `target.material` are both given";
             (speed.span, message.to_owned(), "keep one of them".to_owned())
         }
         (None, None) => {
@@ -189,7 +189,7 @@ fn read_run(root: &mut Section<'_>) -> (Run, Span) {
     (Run { end_time: end_time.map_or(1.0, value), stop }, span)
 }
 
-/// The `[record]` section, and its `field_every`, if it is given: else it follows from the sizes.
+/// The `[record]` section, and its `field_every`, if given: its default depends on the sizes.
 fn read_record(root: &mut Section<'_>, end_time: f64) -> (Record, Option<usize>) {
     let mut section = root.section("record");
     let interface_every = section.count("interface_every", 1..=1_000_000_000).map_or(1, value);
@@ -229,7 +229,7 @@ fn read_frames(section: &mut Section<'_>, end_time: f64) -> Frames {
             Frames::At(Vec::new())
         }
         (None, Some(times)) => {
-            // a stand-in for the end time bounds nothing
+            // a placeholder for the end time is no bound
             let bounds = Bounds::within(0.0, if section.document.is_sound() { end_time } else { 1e12 });
             check_list(section, &times, ("frame_times", "times"), bounds, ", the time of the run");
             Frames::At(times.value)
@@ -240,7 +240,7 @@ fn read_frames(section: &mut Section<'_>, end_time: f64) -> Frames {
 
 /// A list of names, each at most once.
 ///
-/// * `known`: the names there are
+/// * `known`: all names
 fn read_names<T: DeserializeOwned + PartialEq + fmt::Debug>(
     section: &mut Section<'_>,
     key: &'static str,
@@ -257,8 +257,8 @@ fn read_names<T: DeserializeOwned + PartialEq + fmt::Debug>(
 
 /// Checks a list of `record`: every number, and how many there are.
 ///
-/// * `names`: of the key, and of what it lists
-/// * `remark`: what to add to the bounds
+/// * `names`: key, and noun for the elements
+/// * `remark`: addition to the bounds in the message
 fn check_list(
     section: &Section<'_>,
     given: &Given<Vec<f64>>,
@@ -277,7 +277,7 @@ fn check_list(
     }
 }
 
-/// Where a value was given.
+/// Place of a value.
 pub(super) fn span_of<T>(given: &Option<Given<T>>) -> Option<Span> {
     given.as_ref().map(|given| given.span.clone())
 }

@@ -1,4 +1,4 @@
-//! The `[indenter]` section: shapes, profiles from files, and the rules that only some shapes can follow.
+//! The `[indenter]` section: shapes, profiles from files, and contact rules that only some shapes allow.
 
 use std::path::Path;
 
@@ -28,7 +28,7 @@ struct ScaleTable {
     radius: f64,
 }
 
-/// What describes the head, as it is given.
+/// The keys of the head.
 struct GivenHead {
     radius: Option<Given<f64>>,
     curvature: Option<Given<f64>>,
@@ -156,7 +156,7 @@ impl GivenHead {
     }
 }
 
-/// Rules that only some indenters can follow.
+/// Contact rules that only some indenters allow.
 fn check_rule(
     section: &Section<'_>,
     contact: Option<&Given<Rule>>,

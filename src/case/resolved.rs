@@ -1,4 +1,4 @@
-//! From a case back to a case file in which nothing is left implicit.
+//! From a case back to a case file with every default and derived choice explicit.
 
 use serde::Serialize;
 
@@ -156,7 +156,7 @@ pub fn toml(case: &Parameters) -> String {
     toml::to_string(&resolved(case)).expect("a case is plain tables, text and numbers")
 }
 
-/// The case as JSON; an infinite mass becomes `null`, JSON has no infinity.
+/// The case as JSON; an infinite mass becomes `null`, as JSON has no infinity.
 pub fn json(case: &Parameters) -> serde_json::Value {
     serde_json::to_value(resolved(case)).expect("a case is plain maps, text and numbers")
 }

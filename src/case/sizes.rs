@@ -1,4 +1,4 @@
-//! Sizes that follow from a sound case: node distances, steps, how far and how deep the mesh goes.
+//! Sizes derived from a sound case: node distances, steps, radius and depth of the mesh.
 
 use super::{
     Body, Impact, Record, Run, Sizes, Target,
@@ -18,7 +18,7 @@ const MAX_NODES: f64 = 1e9;
 /// of steps: beyond it the field is below 1e-16 (measured; its head is an Airy function).
 const PRECURSOR: f64 = 6.0;
 
-/// A sound case whose sizes are not known yet.
+/// A sound case without its sizes.
 pub(super) struct Plan<'a> {
     pub model: ModelKind,
     pub target: &'a Target,
@@ -31,7 +31,7 @@ pub(super) struct Plan<'a> {
 impl Plan<'_> {
     /// Derives the sizes, or notes why there are none.
     ///
-    /// * `thickness`, `end_time`: where these keys stand
+    /// * `thickness`, `end_time`: places of these keys
     pub(super) fn sizes(
         &self,
         doc: &Document,
@@ -139,7 +139,7 @@ impl Plan<'_> {
         contact_reach: f64,
     ) -> Option<f64> {
         if let Some(given) = &mesh.outer_radius {
-            // nodes beside the contact, whatever the mesh
+            // nodes beside the contact on any mesh
             let least = contact_reach + 2.0 * spacing.dr;
             if given.value >= least {
                 return Some(given.value);
