@@ -1,4 +1,4 @@
-//! Recordings: what is in them, that they repeat, and how they end.
+//! Recordings: their content, repeatability and end.
 
 use std::{
     collections::BTreeMap,
@@ -51,31 +51,31 @@ fn messages<M: Message + Default>(bytes: &[u8], topic: &str) -> Vec<(u64, M)> {
 }
 
 #[test]
-fn thinned_fields_are_nodes_of_whole_ones() {
+fn downsampled_fields_are_nodes_of_whole_ones() {
     let folder = folder();
     let topics = ["/field/displacement", "/field/velocity", "/field/stress"];
     let settings =
         ["mesh.cells=20", "record.frames=5", "record.fields=[\"displacement\", \"velocity\", \"stress\"]"];
     let whole = record(&case("fig8-m5", &settings), &folder.path().join("whole.mcap"));
-    let thinned = [&settings[..], &["record.field_every=3"]].concat();
-    let thinned = record(&case("fig8-m5", &thinned), &folder.path().join("thinned.mcap"));
+    let downsampled = [&settings[..], &["record.field_every=3"]].concat();
+    let downsampled = record(&case("fig8-m5", &downsampled), &folder.path().join("downsampled.mcap"));
     for topic in topics {
         let whole: Vec<(u64, message::FieldSlice)> = messages(&whole, topic);
-        let thinned: Vec<(u64, message::FieldSlice)> = messages(&thinned, topic);
-        assert_eq!(whole.len(), thinned.len());
-        for ((_, whole), (_, thinned)) in whole.iter().zip(&thinned) {
-            assert_eq!((whole.step, whole.r0, whole.z0), (thinned.step, thinned.r0, thinned.z0));
-            assert_eq!((3.0 * whole.dr, 3.0 * whole.dz), (thinned.dr, thinned.dz));
-            let (nr, nz) = (thinned.nr as usize, thinned.nz as usize);
+        let downsampled: Vec<(u64, message::FieldSlice)> = messages(&downsampled, topic);
+        assert_eq!(whole.len(), downsampled.len());
+        for ((_, whole), (_, downsampled)) in whole.iter().zip(&downsampled) {
+            assert_eq!((whole.step, whole.r0, whole.z0), (downsampled.step, downsampled.r0, downsampled.z0));
+            assert_eq!((3.0 * whole.dr, 3.0 * whole.dz), (downsampled.dr, downsampled.dz));
+            let (nr, nz) = (downsampled.nr as usize, downsampled.nz as usize);
             assert_eq!((nr, nz), (whole.nr.div_ceil(3) as usize, whole.nz.div_ceil(3) as usize));
-            assert_eq!(thinned.values.len(), nr * nz);
-            for (m, value) in thinned.values.iter().enumerate() {
+            assert_eq!(downsampled.values.len(), nr * nz);
+            for (m, value) in downsampled.values.iter().enumerate() {
                 assert_eq!(*value, whole.values[3 * (m / nr) * whole.nr as usize + 3 * (m % nr)]);
             }
         }
     }
     let forces = |bytes: &[u8]| -> Vec<(u64, message::Drag)> { messages(bytes, "/drag") };
-    assert_eq!(forces(&whole), forces(&thinned));
+    assert_eq!(forces(&whole), forces(&downsampled));
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn si_scales_are_recorded_where_they_are_known() {
 }
 
 #[test]
-fn views_show_what_the_other_channels_say() {
+fn views_agree_with_the_other_channels() {
     let folder = folder();
     let case =
         case("fig3", &["mesh.cells=25", "record.frames=9", "record.fields=[\"stress\", \"velocity\"]"]);
@@ -285,7 +285,7 @@ fn colours_saturate_in_a_small_part_of_the_section() {
                 "{name}, {field}: {beyond} of {}",
                 moved.len()
             );
-            // and not for being so wide that nothing is seen
+            // and not because their range is too wide
             let largest = moved.iter().copied().fold(0.0, f64::max);
             assert!(range <= 2.5 * largest, "{name}, {field}: {range}, {largest}");
         }
@@ -377,7 +377,7 @@ fn fields_are_recorded_as_slices() {
 fn all_slices_of_a_recording_have_one_shape() {
     let folder = folder();
     let fields = "record.fields=[\"displacement\", \"velocity\", \"stress\"]";
-    // a half-space, where what has moved grows along r and z
+    // a half-space, whose active region grows along r and z
     for every in ["record.field_every=1", "record.field_every=3"] {
         let settings = ["mesh.cells=20", "record.frames=6", "run.stop=never", fields, every];
         let case = case("fig8-m5", &settings);
@@ -385,15 +385,15 @@ fn all_slices_of_a_recording_have_one_shape() {
             &case,
             &folder.path().join(format!("{}.mcap", every.len() + every.ends_with('3') as usize)),
         );
-        let thinned = |nodes: usize| nodes.div_ceil(case.record.field_every) as u32;
-        let shape = (thinned(case.sizes.nr), thinned(case.sizes.nz + 1));
+        let downsampled = |nodes: usize| nodes.div_ceil(case.record.field_every) as u32;
+        let shape = (downsampled(case.sizes.nr), downsampled(case.sizes.nz + 1));
         for topic in ["/field/displacement", "/field/velocity", "/field/stress"] {
             let slices: Vec<(u64, message::FieldSlice)> = messages(&bytes, topic);
             assert_eq!(slices.len(), 6);
             for (_, slice) in &slices {
                 assert_eq!((slice.nr, slice.nz), shape, "{topic}, step {}", slice.step);
                 assert_eq!(slice.values.len(), (slice.nr * slice.nz) as usize);
-                // nothing is deeper than a row per step, or further out than a column per step
+                // at most one row per step in depth, and one column per step in radius
                 let every = case.record.field_every as u64;
                 for (m, value) in slice.values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
                     let (j, i) = (m as u64 / u64::from(slice.nr), m as u64 % u64::from(slice.nr));
@@ -431,7 +431,7 @@ fn plane_runs_have_units_of_their_own() {
     assert!((number("scale.mass_kg_per_m") / (0.01 * 0.01 * 7850.0) - 1.0).abs() < 1e-14);
     assert!((number("scale.energy_j_per_m") / (1e-4 * number("scale.stress_pa")) - 1.0).abs() < 1e-14);
     assert!(!run.contains_key("scale.force_n") && !run.contains_key("scale.mass_kg"));
-    // the energy of the half x >= 0, per length: what the mass has lost of ½·M·V0² is in the target
+    // the energy of the half x >= 0, per length: the loss of ½·M·V0² of the mass is in the target
     let energies: Vec<(u64, message::Energy)> = messages(&bytes, "/energy");
     for (_, energy) in &energies {
         let sum = energy.kinetic + energy.strain + energy.indenter + energy.dissipated + energy.residual;
@@ -606,7 +606,7 @@ fn a_recording_given_up_has_no_end() {
         recording.observe(&view).expect("room on the disk");
     }
     drop(recording);
-    // ends when the writer thread has: then nothing more comes into the file
+    // ends with the writer thread: then the file does not change any more
     assert!(seen.iter().count() >= 10 * 4, "stress, drag, velocity and probes of every step were written");
     let bytes = fs::read(&path).expect("the recording");
     assert!(bytes.starts_with(mcap::MAGIC) && !bytes.ends_with(mcap::MAGIC), "begun, not ended");
@@ -639,7 +639,7 @@ impl Stresses {
         self.0.get(step)?.get(node).copied().filter(|value| value.is_finite())
     }
 
-    /// True if no front is near: the value is known and not zero some steps and nodes to either side, and little different.
+    /// True if no front is near: the value is known, not zero, and changes little some steps and nodes to either side.
     fn is_smooth(&self, step: usize, node: usize, change: f64) -> bool {
         /// Steps, and nodes, over which the mesh spreads a front, and one more.
         const NEAR: usize = 3;
@@ -668,9 +668,10 @@ fn a_closed_form_is_on_the_channels_of_the_run() {
         let case = case(name, &["mesh.cells=100", "record.fields=[]", "run.end_time=1.5", "record.frames=0"]);
         let run = record(&case, &folder.path().join(format!("{name}.mcap")));
         let exact = record_exact(&case, &folder.path().join(format!("{name}-exact.mcap")));
-        let told = &metadata(&exact)["percuss.run"];
-        assert_eq!((told["source"].as_str(), told.contains_key("closed_form")), ("exact", true));
-        // the same steps, the same arrays, the same numbers away from fronts wherever the form knows one
+        let run_record = &metadata(&exact)["percuss.run"];
+        let names_form = run_record.contains_key("closed_form");
+        assert_eq!((run_record["source"].as_str(), names_form), ("exact", true));
+        // the same steps, the same arrays, the same numbers away from fronts wherever the form has one
         let topic = "/interface/stress";
         let (run, exact) = (
             messages::<message::InterfaceStress>(&run, topic),
@@ -702,7 +703,7 @@ fn a_closed_form_is_on_the_channels_of_the_run() {
 }
 
 #[test]
-fn frames_land_on_the_times_asked_for() {
+fn frames_are_at_the_given_times() {
     let folder = folder();
     let case = case("fig4", &["mesh.cells=50", "record.frame_times=[1.0, 0.05, 2.0]"]);
     let bytes = record(&case, &folder.path().join("a.mcap"));
@@ -711,14 +712,14 @@ fn frames_land_on_the_times_asked_for() {
     let expected: Vec<u64> = [0.05, 1.0, 2.0].iter().map(|time| (time / dt).round() as u64).collect();
     assert_eq!(frames.iter().map(|(_, frame)| frame.step).collect::<Vec<_>>(), expected);
     for (_, frame) in &frames {
-        // every message says its own time
+        // every message has its own time
         assert_eq!(frame.time, frame.step as f64 * dt);
     }
 }
 
 #[test]
 fn steps_are_shown_in_order_with_their_frames_and_to_the_last_one_computed() {
-    // frames as often as there are steps, and seldom; fields that fill the memory for frames, and none
+    // a frame at every step, and few; fields that fill the memory for frames, and none
     for (frames, fields) in
         [("24", "[]"), ("25", "[\"stress\", \"velocity\"]"), ("400", "[\"displacement\"]")]
     {
