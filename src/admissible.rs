@@ -1,50 +1,52 @@
 //! The largest impact velocity that keeps the strain of a case within the limit of linear theory.
 //!
-//! Under a flat face strains are proportional to V0, and one run names the velocity. Under any other head they are not: with the
-//! *geometry* of the head kept, a slower indenter has a sharper contact, and the strain falls more slowly than V0, under a cone that
-//! is slower than the waves hardly at all. There is no closed relation for all heads, so the velocity is found by trials of the case
-//! itself, on its own mesh: the velocity that is named has been run.
+//! Under a flat face strains are proportional to V0, and one run gives the velocity. Under any other head they are not: at the same
+//! *geometry* of the head, a slower indenter has a sharper contact, and the strain decreases more slowly than V0, under a cone
+//! slower than the waves hardly at all. There is no closed relation for all heads, so the velocity is found by trials of the
+//! case itself, on its own mesh.
 
 use crate::{
-    case::{Case, CaseErrors, Frames, HeadKind},
-    simulation::{Simulation, SimulationError},
+    case::{Case, CaseErrors, HeadKind},
+    session::{self, RunError},
+    simulation::Simulation,
     validity::STRAIN_LIMIT,
+    view::View,
 };
 
 /// Strains from this share of [`STRAIN_LIMIT`] up to the limit itself count as having reached it.
 pub const CLOSE: f64 = 0.97;
-/// What trials aim at, relative to [`STRAIN_LIMIT`].
+/// Strain that trials aim at, relative to [`STRAIN_LIMIT`].
 const AIM: f64 = 0.985;
-/// Nodes in contact that a trial needs at least: with fewer it shows the mesh and not the head.
+/// Nodes in contact that a trial needs at least: with fewer, the strain depends on the mesh and not on the head.
 const FEWEST_NODES: usize = 6;
-/// Trials after which a search is given up.
+/// Largest number of trials.
 const MOST_TRIALS: usize = 40;
-/// Largest change of the velocity from one trial to the next while the limit has only been seen from one side.
+/// Largest ratio of the velocities of two trials while all strains lie on one side of the limit.
 const LARGEST_STEP: f64 = 30.0;
 
-/// A run of the case at some velocity.
+/// A run of the case at a velocity.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Trial {
     /// Impact velocity V0 \[c_p\].
     pub velocity: f64,
     /// Largest axial strain.
     pub strain: f64,
-    /// Nodes of the surface that have been in contact.
+    /// Surface nodes in contact, up to the outermost ever.
     pub nodes: usize,
 }
 
-/// Why no velocity is named.
+/// Why no velocity is found.
 #[derive(Debug, thiserror::Error)]
 pub enum SearchError {
-    /// The case is invalid, as it is or at the velocity of a trial.
+    /// The case is invalid at the velocity of a trial.
     #[error(transparent)]
     Case(#[from] CaseErrors),
     /// A trial failed.
     #[error(transparent)]
-    Simulation(#[from] SimulationError),
-    /// There is no velocity, or the mesh cannot show it.
+    Run(#[from] RunError),
+    /// There is no such velocity, or the mesh is too coarse to find it.
     #[error(
-        "no impact velocity is found that keeps the strain within {STRAIN_LIMIT}: at V0 = {:e} it is {:e}, with {} nodes in contact (at least {FEWEST_NODES} are needed to tell); make mesh.cells larger, or the head is too sharp for any velocity",
+        "no impact velocity is found that keeps the strain within {STRAIN_LIMIT}: at V0 = {:e} it is {:e}, with {} nodes in contact (at least {FEWEST_NODES} are needed); make mesh.cells larger, or the head is too sharp for any velocity",
         .0.velocity, .0.strain, .0.nodes
     )]
     NotFound(Trial),
@@ -52,16 +54,14 @@ pub enum SearchError {
 
 /// Finds the largest velocity at which the strain stays within [`STRAIN_LIMIT`], and no less than [`CLOSE`] of it.
 ///
-/// * `name`, `overrides`: as for [`Case::load`]
-/// * `watch`: is told every trial
+/// * `watch`: called after every trial
 ///
 /// # Errors
 ///
-/// An invalid case, a trial that fails, or no such velocity.
-pub fn find(name: &str, overrides: &[String], mut watch: impl FnMut(&Trial)) -> Result<Trial, SearchError> {
-    let case = Case::load(name, overrides)?;
+/// A trial that is invalid or fails, or no such velocity.
+pub fn find(case: &Case, mut watch: impl FnMut(&Trial)) -> Result<Trial, SearchError> {
     let mut run = |velocity: f64| -> Result<Trial, SearchError> {
-        let trial = run(&at_velocity(&case, name, overrides, velocity)?)?;
+        let trial = run(&at_velocity(case, velocity)?)?;
         watch(&trial);
         Ok(trial)
     };
@@ -70,7 +70,7 @@ pub fn find(name: &str, overrides: &[String], mut watch: impl FnMut(&Trial)) -> 
         let factor = STRAIN_LIMIT / trial.strain;
         return Ok(Trial { velocity: factor * trial.velocity, strain: STRAIN_LIMIT, ..trial });
     }
-    // first contact strains the target by V0, as in one dimension: nothing faster is admissible
+    // first contact strains the target by V0, as in one dimension: no larger velocity is admissible
     let mut velocity = STRAIN_LIMIT;
     let mut search = Search::default();
     for _ in 0..MOST_TRIALS {
@@ -91,39 +91,27 @@ pub fn find(name: &str, overrides: &[String], mut watch: impl FnMut(&Trial)) -> 
     })))
 }
 
-/// The case at another velocity, with the geometry of its head kept and nothing recorded inside.
-fn at_velocity(case: &Case, name: &str, overrides: &[String], velocity: f64) -> Result<Case, CaseErrors> {
+/// The case at another velocity, with the same geometry of its head and without frames.
+fn at_velocity(case: &Case, velocity: f64) -> Result<Case, CaseErrors> {
     let factor = velocity / case.impact.velocity;
-    let frames = match case.record.frames {
-        Frames::Spread(_) => "record.frames=0",
-        Frames::At(_) => "record.frame_times=[]",
-    };
-    let mut all = overrides.to_vec();
-    all.extend([frames.to_owned(), "record.fields=[]".into(), format!("impact.velocity={velocity:?}")]);
-    // these two are named by how fast the contact spreads: f = V0·r²/k, f = V0·r/V*
+    let varied = case.vary_surface().set("impact.velocity", velocity);
+    // two heads are named by how fast the contact spreads: f = V0·r²/k, f = V0·r/V*
     match case.indenter.head {
-        HeadKind::Flat | HeadKind::Profile { .. } => {}
-        HeadKind::Paraboloid { curvature } => {
-            all.push(format!("indenter.curvature={:?}", factor * curvature));
-        }
-        HeadKind::Cone { spread_rate } => {
-            all.push(format!("indenter.spread_rate={:?}", factor * spread_rate));
-        }
+        HeadKind::Flat | HeadKind::Profile { .. } => varied,
+        HeadKind::Paraboloid { curvature } => varied.set("indenter.curvature", factor * curvature),
+        HeadKind::Cone { spread_rate } => varied.set("indenter.spread_rate", factor * spread_rate),
     }
-    Case::load(name, &all)
+    .build()
 }
 
-fn run(case: &Case) -> Result<Trial, SimulationError> {
-    let mut simulation = Simulation::new(case)?;
+fn run(case: &Case) -> Result<Trial, RunError> {
     let mut nodes = 0;
-    while let Some(view) = simulation.step()? {
-        nodes = view.interface.pressure.len();
-    }
-    let strain = simulation.validity().strain.value;
-    Ok(Trial { velocity: case.impact.velocity, strain, nodes })
+    let mut count = |view: &View<'_>| nodes = view.interface.pressure.len();
+    let outcome = session::run(&mut Simulation::new(case)?, &mut [&mut count])?;
+    Ok(Trial { velocity: case.impact.velocity, strain: outcome.validity.strain.value, nodes })
 }
 
-/// What trials have shown so far.
+/// Results of the trials so far.
 #[derive(Clone, Copy, Debug, Default)]
 struct Search {
     fastest_within: Option<Trial>,
@@ -153,7 +141,7 @@ impl Search {
             (Some(within), Some(beyond)) => {
                 let width = (beyond.velocity / within.velocity).ln();
                 if width < 1.0 - CLOSE {
-                    // the strain jumps here, from one node in contact to the next
+                    // the strain jumps here from one number of nodes in contact to the next
                     return Next::Found(within);
                 }
                 let rise = (beyond.strain / within.strain).ln();
@@ -191,7 +179,7 @@ mod tests {
 
     #[test]
     fn known_relations_are_inverted() {
-        // a paraboloid on its axis, p² = V0² + b·V0; a cone with a floor; one that is strained too little at first; a jump
+        // a paraboloid on its axis, p² = V0² + b·V0; a cone with a least strain; one whose first strain is small; a jump
         let relations: [&dyn Fn(f64) -> f64; 4] =
             [&|v| f64::sqrt(v * v + 0.3 * v), &|v| 0.004 + 3.0 * v, &|v| 0.4 * v.powf(0.9), &|v| {
                 if v < 1e-4 { 10.0 * v } else { 100.0 * v }
@@ -199,7 +187,7 @@ mod tests {
         for (i, relation) in relations.iter().enumerate() {
             let (velocity, trials) = search(relation);
             assert!(relation(velocity) <= STRAIN_LIMIT && trials < 20, "{i}: {velocity}, {trials}");
-            // a little faster is too fast
+            // a slightly larger velocity is inadmissible
             assert!(relation(1.06 * velocity) > CLOSE * STRAIN_LIMIT, "{i}: {velocity}");
         }
     }

@@ -1,6 +1,6 @@
-//! The command line: what was typed, which command it is, and what comes back as exit status.
+//! The command line: arguments, commands, exit status.
 //!
-//! Data goes to stdout, talk to stderr. Errors are printed once, by [`report`].
+//! Data is written to stdout, remarks to stderr. Errors are printed once, by [`report`].
 
 use std::{
     io::{self, IsTerminal, Write},
@@ -16,7 +16,7 @@ use crate::{
     admissible::SearchError,
     case::{Case, CaseErrors},
     exact::closed_form::NoClosedForm,
-    recording::RecordingError,
+    session::RunError,
     simulation::SimulationError,
 };
 
@@ -52,11 +52,11 @@ Exit status: 0 done, 1 failed, 2 usage or invalid case, 130 or 143 interrupted w
 enum Command {
     /// Compute a case and record it
     Run(run::Run),
-    /// Record the closed form that answers a case
+    /// Record the closed form for a case
     Exact(exact::Exact),
     /// Run a case on refined meshes; orders, extrapolated values, error bars
     Study(study::StudyArguments),
-    /// Validate a case; print sizes, memory, file size and time it will take
+    /// Validate a case; print its sizes and estimates of memory, file size and run time
     Check(check::Check),
     /// Print or write the layout of a viewer for a case
     Layout(layout::Layout),
@@ -64,7 +64,7 @@ enum Command {
     Cases(cases::Cases),
 }
 
-/// Which case a command is about.
+/// The case of a command.
 #[derive(Debug, Args)]
 struct CaseArguments {
     /// Name of a built-in case (see `percuss cases`) or path of a TOML file
@@ -78,20 +78,14 @@ impl CaseArguments {
     fn load(&self) -> Result<Case, CliError> {
         Ok(Case::load(&self.case, &self.overrides)?)
     }
-
-    /// The case with more keys changed.
-    fn load_with(&self, settings: impl IntoIterator<Item = String>) -> Result<Case, CaseErrors> {
-        let overrides: Vec<String> = self.overrides.iter().cloned().chain(settings).collect();
-        Case::load(&self.case, &overrides)
-    }
 }
 
-/// How a command has ended without an error.
+/// How a command ends without an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// Done.
     Done,
-    /// Interrupted by this signal; what was recorded is valid.
+    /// Interrupted by this signal, with a valid recording of the steps before.
     Interrupted(u8),
 }
 
@@ -104,31 +98,28 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// Why a command has failed.
+/// Why a command fails.
 #[derive(Debug, thiserror::Error)]
 pub enum CliError {
     /// The case is invalid.
     #[error(transparent)]
     Case(#[from] CaseErrors),
-    /// The request makes no sense.
+    /// The arguments are invalid.
     #[error("{0}")]
     Usage(String),
-    /// No closed form answers the case.
+    /// The case has no closed form.
     #[error(transparent)]
     NoClosedForm(#[from] NoClosedForm),
-    /// The computation failed.
+    /// The run failed.
     #[error(transparent)]
-    Simulation(#[from] SimulationError),
+    Run(#[from] RunError),
     /// No admissible velocity is found.
     #[error("{0}")]
     NotAdmissible(String),
     /// Viewers cannot be served.
     #[error(transparent)]
     Serve(#[from] ServeError),
-    /// The recording failed.
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-    /// Something of the system failed.
+    /// A call of the operating system failed.
     #[error("{what}: {error}")]
     System {
         /// What was tried.
@@ -142,7 +133,7 @@ impl From<SearchError> for CliError {
     fn from(error: SearchError) -> Self {
         match error {
             SearchError::Case(errors) => Self::Case(errors),
-            SearchError::Simulation(error) => Self::Simulation(error),
+            SearchError::Run(error) => Self::Run(error),
             SearchError::NotFound(_) => Self::NotAdmissible(error.to_string()),
         }
     }
@@ -155,11 +146,11 @@ impl CliError {
 }
 
 impl Arguments {
-    /// Carries out the command.
+    /// Runs the command.
     ///
     /// # Errors
     ///
-    /// Why it failed; to be handed to [`report`].
+    /// The reason, for [`report`].
     pub fn run(&self) -> Result<Exit, CliError> {
         match &self.command {
             Command::Run(run) => run.run(),
@@ -176,12 +167,12 @@ impl Arguments {
 pub fn report(error: &CliError) -> ExitCode {
     let (text, status) = match error {
         CliError::Case(errors) => (render(errors), 2),
-        CliError::Usage(_) | CliError::NoClosedForm(_) | CliError::Simulation(SimulationError::NoSolver) => {
-            (format!("error: {error}\n"), 2)
-        }
+        CliError::Usage(_)
+        | CliError::NoClosedForm(_)
+        | CliError::Run(RunError::Simulation(SimulationError::NoSolver)) => (format!("error: {error}\n"), 2),
         _ => (format!("error: {error}\n"), 1),
     };
-    // if even stderr is gone there is nobody left to tell
+    // with stderr closed there is no place to report to
     drop(io::stderr().write_all(text.as_bytes()));
     ExitCode::from(status)
 }
@@ -203,7 +194,7 @@ fn render(errors: &CaseErrors) -> String {
     text
 }
 
-/// Writes data to stdout; a reader that has had enough is no error.
+/// Writes data to stdout; a closed pipe is no error.
 fn print(text: &str) -> Result<(), CliError> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {

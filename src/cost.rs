@@ -1,7 +1,7 @@
-//! What a run will take: memory, bytes, time.
+//! Estimates of a run: memory, bytes, time.
 //!
-//! The case is computed without its frames on coarser meshes, one finer than the other, and recorded on the finest for which
-//! there is time; a second is for all of it, more only if the coarsest mesh needs it. The rest is scaled by known laws:
+//! The case is computed without its frames on ever finer meshes, and recorded on the finest for which there is time; all of it
+//! takes about a second, more only if the coarsest mesh does. The estimates are scaled by known laws:
 //!
 //! ```text
 //! computing            steps × nodes in the light cone, and steps      1/(Δt·Δr·Δz), 1/Δt
@@ -9,28 +9,26 @@
 //! array lengths        columns, shown nodes, pixels                    1/Δr, those of the section
 //! ```
 //!
-//! The light cone takes the same part of space and time on every mesh. How much messages compress is seen in the trial, for each
-//! law of length by itself. A case for which the second is long enough is its own trial.
+//! The light cone is the same part of space and time on every mesh. Compression is measured in the trial, for each law of
+//! length by itself. A case that takes less than a second is its own trial.
 
-use std::{
-    collections::BTreeMap,
-    time::{Duration, Instant},
-};
-
-use mcap::{Channel, McapResult, MessageStream, Summary, records::MessageHeader, write::NoSeek};
+use std::time::{Duration, Instant};
 
 use crate::{
-    case::{Case, CaseErrors, Frames, Sizes},
-    channels::view::{self, Viewport},
-    recording::{CHUNK_TARGET, Compression, MESSAGE_HEADER, write_options},
-    session,
+    case::{Case, CaseErrors, Sizes},
+    session::{self, Flow, Observer, Outcome, Status},
     simulation::Simulation,
+    view::View,
 };
 
-/// What all trials of a case may take together, and the part of it that is for computing without recording.
+mod trial;
+
+use trial::Trial;
+
+/// Time of all trials of a case together, and the part of it for computing without recording.
 const LONGEST_TRIALS: Duration = Duration::from_secs(1);
 const FOR_COMPUTING: f64 = 0.4;
-/// What the coarsest mesh alone may take: without it there is no estimate.
+/// Time of the coarsest mesh alone, at most: without it there is no estimate.
 pub const PATIENCE: Duration = Duration::from_secs(10);
 /// Estimated times hold within this factor, on a machine that is as busy during the run as it was during the trial.
 pub const TIME_FACTOR: f64 = 1.5;
@@ -42,22 +40,19 @@ const FRACTIONS: [usize; 6] = [32, 16, 8, 4, 2, 1];
 /// Cells of a trial, at least: fewer show nothing of a case.
 const FEWEST_CELLS: usize = 20;
 
-/// Frames in memory at once, about, if they come faster than they are written: under way, and in the queue of the recorder.
+/// Estimated number of frames in memory if they are computed faster than written: sampled, and in the queue of the recorder.
 const FRAMES_IN_MEMORY: u64 = 9;
 
-/// Bytes a message takes beside its payload: record header and index entry.
-const MESSAGE_OVERHEAD: f64 = MESSAGE_HEADER as f64 + 16.0;
-
-/// What a run will take.
+/// Estimate of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate {
     /// Memory for the field and for frames on their way to the file \[bytes\].
     pub memory: u64,
-    /// What is scaled from a trial; `None` if no trial has come to its end.
+    /// Estimates scaled from trials; `None` if no trial is completed in time.
     pub run: Option<RunEstimate>,
 }
 
-/// What a trial says of a run.
+/// Estimates scaled from trials.
 #[derive(Clone, Copy, Debug)]
 pub struct RunEstimate {
     /// Size of all messages before compression \[bytes\].
@@ -74,18 +69,16 @@ pub struct RunEstimate {
 
 impl Estimate {
     /// Estimates a run of `case`.
-    ///
-    /// * `coarser`: the case on a mesh of so many cells, with every so many nodes of a field
-    pub fn new(case: &Case, coarser: impl Fn(usize, usize) -> Result<Case, CaseErrors>) -> Self {
+    pub fn new(case: &Case) -> Self {
         let Sizes { nr, nz, .. } = case.sizes;
         let memory = 2 * 8 * (nr as u64 + 1) * (nz as u64 + 1)
             + FRAMES_IN_MEMORY.min(case.frames().count()) * case.frame_size() as u64;
-        Self { memory, run: tried(case, coarser) }
+        Self { memory, run: run_trials(case) }
     }
 }
 
-/// Tries a case; `None` if no trial has come to its end.
-fn tried(case: &Case, coarser: impl Fn(usize, usize) -> Result<Case, CaseErrors>) -> Option<RunEstimate> {
+/// Runs the trials; `None` if none is completed in time.
+fn run_trials(case: &Case) -> Option<RunEstimate> {
     let start = Instant::now();
     let (deadline, patience) = (start + LONGEST_TRIALS, start + PATIENCE);
     let mut meshes: Vec<(Case, f64)> = Vec::new();
@@ -94,8 +87,8 @@ fn tried(case: &Case, coarser: impl Fn(usize, usize) -> Result<Case, CaseErrors>
         if fraction > 1 && cells < FEWEST_CELLS {
             continue;
         }
-        // some cases leave no choice of cells
-        let Ok(case) = coarser(cells, every_of_trial(case, cells)) else { continue };
+        // some cases are invalid on other meshes
+        let Ok(case) = on_mesh(case, cells) else { continue };
         let needed = if meshes.is_empty() { 0.0 } else { computing_seconds(computing(&meshes), &case) };
         if start.elapsed().as_secs_f64() + needed > FOR_COMPUTING * LONGEST_TRIALS.as_secs_f64() {
             break;
@@ -118,31 +111,34 @@ fn tried(case: &Case, coarser: impl Fn(usize, usize) -> Result<Case, CaseErrors>
     trials.last()?.estimate(case, seconds).ok()
 }
 
-/// What frames and recording add to the time of computing a case: some to begin with, the rest grows with its messages \[s\].
+/// Time that frames and recording add to that of computing a case, linear in the size of its messages \[s\].
 fn recording(trials: &[Trial], case: &Case) -> f64 {
     let Some(last) = trials.last() else { return 0.0 };
     let point = |trial: &Trial| [last.message_bytes(&trial.case), trial.recording];
     Line::through(&trials.iter().map(point).collect::<Vec<_>>()).at(last.message_bytes(case))
 }
 
-/// Time of computing a case but for its frames, of which there are as many on every mesh \[s\]. `None` if that fails, or is not
+/// Time of computing a case without its frames, whose number is the same on every mesh \[s\]. `None` if the run fails or is not
 /// done by `deadline`.
 fn computed(case: &Case, deadline: Instant) -> Option<f64> {
-    let mut case = case.clone();
-    if !case.record.frames.is_none() {
-        // one is as deep a look into the target as many
-        case.record.frames = Frames::Spread(1);
-    }
+    // the whole interior is computed for one frame as for many
+    let frames = u8::from(!case.record.frames.is_none());
+    let case = case.vary_frames(frames).set("record.field_every", case.record.field_every as i64);
+    let case = case.build().ok()?;
     let start = Instant::now();
-    let mut simulation = Simulation::new(&case).ok()?;
-    while simulation.step().ok()?.is_some() {
-        if Instant::now() > deadline {
-            return None;
-        }
-    }
-    // the interior is behind the surface until it is asked for, as the end of a recording does
-    simulation.validity();
+    run(&case, &mut [&mut until(deadline)])?;
     Some(start.elapsed().as_secs_f64())
+}
+
+/// Interrupts a run at `deadline`.
+fn until(deadline: Instant) -> impl FnMut(&View<'_>) -> Flow {
+    move |_| if Instant::now() < deadline { Flow::Continue } else { Flow::Interrupt("out of time".into()) }
+}
+
+/// Runs a case. `None` if that fails, or is interrupted.
+fn run(case: &Case, observers: &mut [&mut dyn Observer]) -> Option<Outcome> {
+    let outcome = session::run(&mut Simulation::new(case).ok()?, observers).ok()?;
+    (!matches!(outcome.status, Status::Interrupted(_))).then_some(outcome)
 }
 
 /// A quantity that grows linearly with another, `y = start + slope·x`.
@@ -153,8 +149,8 @@ struct Line {
 }
 
 impl Line {
-    /// The line through the last two of these points, at least one, and the last in any case; neither part of it is negative.
-    /// Without two points in rising order it begins at 0.
+    /// The line through the last two of these points, at least one; it passes the last and has no negative part. Without two
+    /// points in rising order it passes the origin.
     fn through(points: &[[f64; 2]]) -> Self {
         let [x, y] = points[points.len() - 1];
         let slope = match points.iter().rev().nth(1) {
@@ -171,7 +167,7 @@ impl Line {
     }
 }
 
-/// Time of computing a step against the nodes per unit of section: the light cone takes the same part of it on every mesh.
+/// Time of computing a step against the nodes per unit of section.
 fn computing(meshes: &[(Case, f64)]) -> Line {
     let point = |(case, seconds): &(Case, f64)| [nodes(case), seconds / case.sizes.steps as f64];
     Line::through(&meshes.iter().map(point).collect::<Vec<_>>())
@@ -187,173 +183,10 @@ fn nodes(case: &Case) -> f64 {
     1.0 / (case.sizes.dr * case.sizes.dz)
 }
 
-/// Nodes from one that fields show to the next in a trial: as far apart as in the case, if its mesh is fine enough.
-fn every_of_trial(case: &Case, cells: usize) -> usize {
-    let every = case.record.field_every as f64 * cells as f64 / case.mesh.cells as f64;
-    (every.round() as usize).max(1)
-}
-
-/// What the size of a channel grows with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Law {
-    /// Nothing: what happens once.
-    Once,
-    /// A message every step.
-    Steps,
-    /// A number for every column under the indenter, every step.
-    Columns,
-    /// A message every frame.
-    Frames,
-    /// A number for every shown node, every frame.
-    Nodes,
-    /// A byte for every pixel of a picture, every frame.
-    Pixels,
-}
-
-impl Law {
-    /// The law of a topic; one that is not known here is a message every step.
-    fn of(topic: &str) -> Self {
-        match topic {
-            "/event" | "/log" => Self::Once,
-            "/energy" => Self::Frames,
-            "/interface/stress" => Self::Columns,
-            "/view/field" | "/view/image" => Self::Pixels,
-            _ if topic.starts_with("/field/") => Self::Nodes,
-            _ if topic.starts_with(view::TOPICS) => Self::Frames,
-            _ => Self::Steps,
-        }
-    }
-
-    /// How many times the number of messages and the length of each grow from one mesh to another.
-    fn growth(self, from: &Case, to: &Case) -> [f64; 2] {
-        let ratio = |amount: fn(&Case) -> f64| amount(to) / amount(from);
-        let steps = ratio(|case| case.sizes.steps as f64 + 1.0);
-        // no frames at all are none on any mesh
-        let frames = ratio(|case| case.frames().count().max(1) as f64);
-        match self {
-            Self::Once => [1.0, 1.0],
-            Self::Steps => [steps, 1.0],
-            Self::Columns => [steps, ratio(|case| 1.0 / case.sizes.dr)],
-            Self::Frames => [frames, 1.0],
-            Self::Nodes => [frames, ratio(|case| case.frame_size() as f64)],
-            Self::Pixels => [frames, ratio(pixels)],
-        }
-    }
-
-    /// How many times less a message compresses that is `length` times as long. What of a picture does not compress lies along
-    /// lines, whose length grows as the root of the number of pixels.
-    fn compression_growth(self, length: f64) -> f64 {
-        if self == Self::Pixels { 1.0 / length.sqrt() } else { 1.0 }
-    }
-}
-
-fn pixels(case: &Case) -> f64 {
-    let stage = Viewport::new(case);
-    (stage.columns * stage.rows) as f64
-}
-
-/// A recording of a case on one mesh.
-struct Trial {
-    case: Case,
-    /// What frames and recording add to the time of computing \[s\].
-    recording: f64,
-    /// Part of the run after which its stop condition comes true; 1 if it does not.
-    part: f64,
-    /// The recording.
-    file: Vec<u8>,
-    /// Number and payload of the messages of every law \[bytes\].
-    messages: BTreeMap<Law, [f64; 2]>,
-}
-
-impl Trial {
-    /// Records a case. `None` if that fails, or is not done by `deadline`.
-    ///
-    /// * `computing`: time of computing it but for its frames \[s\]
-    fn of(case: &Case, computing: f64, deadline: Instant) -> Option<Self> {
-        let path = tempfile::NamedTempFile::new().ok()?.into_temp_path();
-        let start = Instant::now();
-        let last_step = session::record(case, &path, || Instant::now() < deadline).ok()??;
-        let recording = (start.elapsed().as_secs_f64() - computing).max(0.0);
-        let part = last_step as f64 / case.sizes.steps as f64;
-        let file = std::fs::read(&path).ok()?;
-        let messages = messages_of(&file).ok()?;
-        Some(Self { case: case.clone(), recording, part, file, messages })
-    }
-
-    /// Size of all messages of a run before compression \[bytes\].
-    fn message_bytes(&self, case: &Case) -> f64 {
-        self.messages.keys().map(|law| self.bytes_of(*law, case)).sum()
-    }
-
-    /// Size of the messages of one law before compression \[bytes\].
-    fn bytes_of(&self, law: Law, case: &Case) -> f64 {
-        let [number, payload] = self.messages[&law];
-        let [messages, length] = law.growth(&self.case, case);
-        messages * (number * MESSAGE_OVERHEAD + payload * length)
-    }
-
-    /// Scales the trial to a run of `case`.
-    ///
-    /// * `seconds`: that it takes \[s\]
-    fn estimate(&self, case: &Case, seconds: f64) -> McapResult<RunEstimate> {
-        let summary = Summary::read(&self.file)?.unwrap_or_default();
-        let in_chunks: u64 =
-            summary.chunk_indexes.iter().map(|chunk| chunk.chunk_length + chunk.message_index_length).sum();
-        // schemas, attachments, metadata
-        let beside = self.file.len() as f64 - in_chunks as f64;
-        let (mut here, mut there) = (0.0, 0.0);
-        for law in self.messages.keys() {
-            let packed = compressed(&self.file, *law, self.case.record.compression)?;
-            let [_, length] = law.growth(&self.case, case);
-            let growth = self.bytes_of(*law, case) / self.bytes_of(*law, &self.case);
-            here += packed;
-            there += packed * growth * law.compression_growth(length);
-        }
-        // together messages compress a little better than law by law
-        let together = if here > 0.0 { in_chunks as f64 / here } else { 1.0 };
-        let end = case.sizes.steps as f64 * case.sizes.dt;
-        Ok(RunEstimate {
-            messages: self.message_bytes(case) as u64,
-            file: (beside + together * there) as u64,
-            seconds,
-            stops_at: (self.part < 1.0).then_some(self.part * end),
-            trial_cells: self.case.mesh.cells,
-        })
-    }
-}
-
-/// Number and payload of the messages of every law in a recording \[bytes\].
-fn messages_of(file: &[u8]) -> McapResult<BTreeMap<Law, [f64; 2]>> {
-    let mut messages = BTreeMap::new();
-    for message in MessageStream::new(file)? {
-        let message = message?;
-        let [number, payload] = messages.entry(Law::of(&message.channel.topic)).or_insert([0.0; 2]);
-        *number += 1.0;
-        *payload += message.data.len() as f64;
-    }
-    Ok(messages)
-}
-
-/// Size of the messages of one law in chunks of their own \[bytes\].
-fn compressed(file: &[u8], law: Law, compression: Compression) -> McapResult<f64> {
-    let options = write_options(compression).chunk_size(Some(CHUNK_TARGET)).emit_summary_records(false);
-    let mut writer = options.create(NoSeek::new(Vec::new()))?;
-    for message in MessageStream::new(file)? {
-        let message = message?;
-        let Channel { id, topic, .. } = message.channel.as_ref();
-        if Law::of(topic) == law {
-            writer.add_channel_with_id(*id, 0, topic, "", &BTreeMap::new())?;
-            let header = MessageHeader {
-                channel_id: *id,
-                sequence: message.sequence,
-                log_time: message.log_time,
-                publish_time: message.publish_time,
-            };
-            writer.write_to_known_channel(&header, &message.data)?;
-        }
-    }
-    writer.finish()?;
-    Ok(writer.into_inner().into_inner().len() as f64)
+/// A case on a mesh of so many cells. Its fields show nodes as far apart as in the case, if the mesh is fine enough.
+fn on_mesh(case: &Case, cells: usize) -> Result<Case, CaseErrors> {
+    let every = (case.record.field_every as f64 * cells as f64 / case.mesh.cells as f64).round().max(1.0);
+    case.vary().set("mesh.cells", cells as i64).set("record.field_every", every as i64).build()
 }
 
 #[cfg(test)]
@@ -371,9 +204,8 @@ mod tests {
 
     /// A trial of a case on a mesh of so many cells.
     fn trial(name: &str, settings: &[String], cells: usize) -> Trial {
-        let every = every_of_trial(&load(name, settings), cells);
-        let coarser = [format!("mesh.cells={cells}"), format!("record.field_every={every}")];
-        Trial::of(&load(name, &[settings, &coarser].concat()), 0.0, in_an_hour()).expect("a trial")
+        let coarser = on_mesh(&load(name, settings), cells).expect("a mesh");
+        Trial::of(&coarser, 0.0, in_an_hour()).expect("a trial")
     }
 
     #[test]

@@ -6,18 +6,38 @@
 //!              Case -> exact::ClosedForm ---------------------------------+-> View -> channels -> Recorder -> run.mcap
 //! ```
 //!
-//! # The house
+//! # Example
+//!
+//! The peak of the drag against the mass of the indenter:
+//!
+//! ```
+//! use percuss::{case::Case, session, simulation::Simulation, view::View};
+//!
+//! let case = Case::load("fig8-m5", &["mesh.cells=20".into()])?;
+//! let mut peaks = Vec::new();
+//! for mass in [2.5, 5.0, 10.0] {
+//!     let case = case.vary().set("indenter.mass", mass).build()?;
+//!     let mut peak = 0.0;
+//!     let mut look = |view: &View<'_>| peak = f64::max(peak, view.drag);
+//!     session::run(&mut Simulation::new(&case)?, &mut [&mut look])?;
+//!     peaks.push(peak);
+//! }
+//! assert!(peaks.is_sorted_by(|light, heavy| light < heavy), "{peaks:?}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Modules
 //!
 //! | Module | Owns |
 //! |---|---|
-//! | [`case`] | case files: reading, checking, derived sizes, the built-in cases |
+//! | [`case`] | cases, from files or built: reading, checking, derived sizes, the built-in cases |
 //! | [`units`], [`material`] | names of units and SI scales; elastic constants |
-//! | [`shape`] | indenter profiles and what they wet of a cell |
+//! | [`shape`] | indenter profiles and the share of a cell that they cover |
 //! | [`grid`] | mesh and geometry as positions and weights |
 //! | [`indenter`] | the rigid body |
 //! | [`surface`] | what model and contact exchange on z = 0 |
 //! | [`contact`] | contact rules, active set, drag, events |
-//! | [`model`] | what lies behind the surface: the trait, [`model::scheme`] and its plain stepper [`model::reference`], one file per model, and the fast engine, which nothing else sees |
+//! | [`model`] | the target behind the surface: the trait, [`model::scheme`] and its plain stepper [`model::reference`], one file per model, and the fast engine, private to it |
 //! | [`simulation`] | the order of one step |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
 //! | [`admissible`] | the impact velocity that keeps the strain within the limit, by trials |
@@ -26,21 +46,23 @@
 //! | [`view`] | what one step shows to observers |
 //! | [`channels`], [`message`] | recorded channels, one file each, those for viewers in [`channels::view`], and their messages |
 //! | [`layout`] | layouts of viewers, made for a case |
-//! | [`recording`], [`session`] | the MCAP writer; a recording of one case from first record to status |
-//! | [`cost`] | what a run will take, scaled from trials on coarser meshes |
+//! | [`session`] | [`session::run`], the only loop over steps, computed or exact; observers; [`session::Recording`], the observer that writes a file |
+//! | [`recording`] | the MCAP writer |
+//! | [`cost`] | estimates of a run, scaled from trials on coarser meshes |
 //! | [`live`] | serving a run to viewers, and its pace |
 //! | [`cli`] | the command line |
 //!
 //! Parts meet at plain types only. [`surface::Surface`]: the model predicts a free surface and its compliance, the
-//! contact answers with a pressure. [`view::View`]: what a step shows. Messages: all that the file says, with units
+//! contact answers with a pressure. [`view::View`]: what a step shows. Messages: the content of the file, with units
 //! and axes in channel metadata. The reader (`tools/reader`) uses none of this crate: the file is the only link.
 //!
 //! `units, material, shape, indenter, grid, surface` use nothing of ours but each other's plain types; `model` uses
 //! `surface, grid`; `contact` uses `surface, shape, indenter, grid`; `simulation` uses `case, model, contact, view`;
-//! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver; `study` runs
-//! simulations and asks `exact`, and records nothing; so does `admissible`, without closed forms; `cost` records coarser cases and reads them back.
+//! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver; `session` uses
+//! `simulation, exact, channels, recording` and is the loop of `study`, `admissible`, `cost` and `cli`. `study` and `admissible`
+//! record nothing; `cost` records coarser cases and reads them back.
 //!
-//! [`cli`] and [`live`] belong to the program: they come with the default feature `cli`, which the library does without.
+//! [`cli`], [`live`] and [`cost`] belong to the program and its default feature `cli`.
 //!
 //! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader, by
 //! `percuss study` and by the figures), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
@@ -48,16 +70,17 @@
 //!
 //! # Invariants
 //!
-//! * Nothing under the loop of [`simulation`] does input or output.
+//! * [`session::run`] is the only loop over steps. Nothing under [`simulation`] does input or output.
+//! * A [`case::Case`] that exists is valid, and nothing changes it.
 //! * Observers hold a [`view::View`] by reference, and its fields never change: recording cannot change a number, output
 //!   never alters the time step. Channels of frames share the view and emit on the thread that writes, in the same order.
 //! * Viewers of a live run are served from what is written; they can neither slow the run nor change the file.
 //! * Nothing from clock, host or thread count enters a channel. The same case gives the same bytes on any number of
 //!   threads: every sum is taken in the order of rows and nodes.
 //! * No kernel asks for geometry or mesh: [`grid::Grid`] turns both into weights.
-//! * The numerics stand in [`model::scheme`] and [`model::reference`]; the fast engine gives the same bits and is tested
-//!   against them. It leaves out what is outside the light cone, and may run its interior behind the surface, many steps in
-//!   one pass and on other threads; frames are sampled as it passes, and steps are handed out in order all the same.
+//! * The numerics are in [`model::scheme`] and [`model::reference`]; the fast engine gives the same bits and is tested
+//!   against them. It skips nodes outside the light cone, and may run its interior behind the surface, many steps in one pass
+//!   and on other threads; frames are sampled in the pass, and steps are yielded in order.
 //! * Vectors of any width give the same bits: no operation is fused, sums over a row are taken in blocks of one size.
 //! * `unsafe` stands only in `model::blocked`, each block with its proof.
 //! * A recording reproduces its run: `percuss run` on its attachment `case.resolved.toml` gives the same messages.
@@ -88,26 +111,27 @@
 
 pub mod admissible;
 pub mod case;
-pub mod channels;
+mod channels;
 #[cfg(feature = "cli")]
 pub mod cli;
-pub mod contact;
-pub mod cost;
+mod contact;
+#[cfg(feature = "cli")]
+mod cost;
 pub mod exact;
 pub mod grid;
-pub mod indenter;
-pub mod layout;
+mod indenter;
+mod layout;
 #[cfg(feature = "cli")]
-pub mod live;
-pub mod material;
+mod live;
+mod material;
 pub mod message;
 pub mod model;
 pub mod recording;
 pub mod session;
-pub mod shape;
+mod shape;
 pub mod simulation;
 pub mod study;
 pub mod surface;
-pub mod units;
+mod units;
 pub mod validity;
 pub mod view;

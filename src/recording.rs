@@ -255,7 +255,7 @@ impl Recorder {
     }
 
     /// Writes the summary and waits until the file is complete.
-    pub fn finish(mut self) -> Result<(), RecordingError> {
+    pub fn finish(&mut self) -> Result<(), RecordingError> {
         self.hand_over()?;
         self.send(Job::Finish)?;
         self.queue = None;

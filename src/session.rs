@@ -1,33 +1,31 @@
-//! A recording session: one case, its views, its channels and its recorder, from the first record to the status.
+//! A session: the loop over the steps of a run, and what observes them.
 //!
-//! ```text
-//! percuss.run · percuss.host · attachments · channels · messages … · percuss.validity · percuss.status
-//! ```
-//!
-//! The status is written last, also when a run fails; a recording without one has no end and does not claim to be
-//! complete. Nothing from clock, host or thread count enters the file outside `percuss.host`, and that record always
-//! has the same length, so that all offsets in the file repeat too.
+//! [`run`] is the only loop over steps. Their source is a computed case ([`Simulation`]) or a closed form ([`ExactSteps`]);
+//! recording, progress, pace and the collecting of studies are [`Observer`]s.
 
-use std::{collections::BTreeMap, path::Path, time::SystemTime};
+use std::error::Error;
 
 use crate::{
-    case::Case,
-    channels::{Catalogue, log::Level},
-    layout::{self, LayoutBuilder},
-    recording::{FORMAT_VERSION, Recorder, RecordingError, Tap},
+    recording::RecordingError,
     simulation::{Ending, Simulation, SimulationError},
-    validity::{Peak, STRAIN_LIMIT, Validity},
+    validity::Validity,
     view::View,
 };
 
-/// How a run has ended, for the status record.
+mod exact_steps;
+mod recording;
+
+pub use exact_steps::ExactSteps;
+pub use recording::{Recording, Source};
+
+/// How a run has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Status {
     /// All steps are done.
     Completed,
-    /// The case's stop condition came true.
+    /// The stop condition of the case holds, or the closed form no longer does.
     Stopped(String),
-    /// Somebody interrupted the run.
+    /// An observer has interrupted the run.
     Interrupted(String),
     /// The run failed.
     Failed(String),
@@ -53,7 +51,7 @@ impl Status {
         }
     }
 
-    /// What the status record says beside its name.
+    /// Message of the status record.
     pub fn message(&self) -> &str {
         match self {
             Self::Completed => "all steps done",
@@ -62,185 +60,105 @@ impl Status {
     }
 }
 
-/// Where the numbers of a recording come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
-    /// A computed run.
-    Simulation,
-    /// A closed form.
-    Exact {
-        /// Its name.
-        form: &'static str,
-        /// True if it knows the drag.
-        knows_drag: bool,
-    },
+/// A source of the steps of a run.
+pub trait Steps {
+    /// The next step; `None` when the run has ended.
+    ///
+    /// # Errors
+    ///
+    /// The run cannot go on; all steps before have been yielded.
+    fn step(&mut self) -> Result<Option<View<'_>>, SimulationError>;
+
+    /// Computes no further step; those that are computed are still yielded.
+    fn interrupt(&mut self);
+
+    /// How the source has ended; `None` if it has further steps.
+    fn ending(&self) -> Option<Status>;
+
+    /// Largest pressure and strain so far.
+    fn validity(&mut self) -> Validity;
 }
 
-impl Source {
-    fn catalogue(self, case: &Case) -> Catalogue {
+impl Steps for Simulation {
+    fn step(&mut self) -> Result<Option<View<'_>>, SimulationError> {
+        self.step()
+    }
+
+    fn interrupt(&mut self) {
+        self.interrupt();
+    }
+
+    fn ending(&self) -> Option<Status> {
+        self.ending().map(Status::from)
+    }
+
+    fn validity(&mut self) -> Validity {
+        self.validity()
+    }
+}
+
+/// What observes a run. Functions of a [`View`] that return nothing or a [`Flow`] are observers.
+pub trait Observer {
+    /// Observes a step.
+    ///
+    /// # Errors
+    ///
+    /// The observer has failed: it is not called again, and the run fails.
+    fn observe(&mut self, view: &View<'_>) -> Result<Flow, RunError>;
+
+    /// Takes note of the end of the run, however it has ended.
+    ///
+    /// # Errors
+    ///
+    /// The observer has failed, and the run fails.
+    fn end(&mut self, _status: &Status, _validity: &Validity) -> Result<(), RunError> {
+        Ok(())
+    }
+}
+
+impl<F: FnMut(&View<'_>) -> T, T: Into<Flow>> Observer for F {
+    fn observe(&mut self, view: &View<'_>) -> Result<Flow, RunError> {
+        Ok(self(view).into())
+    }
+}
+
+/// Whether a run continues after a step.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Flow {
+    /// The run continues.
+    #[default]
+    Continue,
+    /// No further step is computed, for this reason.
+    Interrupt(String),
+}
+
+impl Flow {
+    fn reason(self) -> Option<String> {
         match self {
-            Self::Simulation => Catalogue::new(case),
-            Self::Exact { knows_drag, .. } => Catalogue::exact(case, knows_drag),
-        }
-    }
-
-    /// What the run record says about it.
-    fn entries(self) -> BTreeMap<String, String> {
-        match self {
-            Self::Simulation => to_map([("source", "simulation".to_owned())]),
-            Self::Exact { form, .. } => {
-                to_map([("source", "exact".to_owned()), ("closed_form", form.to_owned())])
-            }
-        }
-    }
-
-    fn noun(self) -> &'static str {
-        match self {
-            Self::Simulation => "run",
-            Self::Exact { .. } => "closed form",
+            Self::Continue => None,
+            Self::Interrupt(reason) => Some(reason),
         }
     }
 }
 
-/// Length that `percuss.host` is filled up to \[bytes\].
-const HOST_LENGTH: usize = 1024;
-
-/// A recording being made.
-pub struct Session {
-    recorder: Recorder,
-    catalogue: Catalogue,
-    source: Source,
-    scale_speed: Option<f64>,
-    steps: u64,
-    last: Option<(u64, f64)>,
-    /// True if somebody watches, and wants every step at once.
-    is_live: bool,
-}
-
-impl Session {
-    /// Begins a recording of `case` at `path`.
-    ///
-    /// * `overwrite`: replace what is at `path`
-    /// * `threads`: number of threads, for the host record only
-    ///
-    /// # Errors
-    ///
-    /// The file exists, or cannot be written.
-    pub fn begin(
-        case: &Case,
-        source: Source,
-        path: &Path,
-        overwrite: bool,
-        threads: usize,
-    ) -> Result<Self, RecordingError> {
-        let mut recorder = Recorder::create(path, overwrite, case.record.compression)?;
-        let mut run = run_record(case);
-        run.extend(source.entries());
-        recorder.metadata("percuss.run", run)?;
-        recorder.metadata("percuss.host", host_record(threads))?;
-        recorder.attach("case.toml", "application/toml", case.text.clone().into_bytes())?;
-        let resolved = case.resolved_toml().into_bytes();
-        recorder.attach("case.resolved.toml", "application/toml", resolved)?;
-        let catalogue = source.catalogue(case);
-        let layout = LayoutBuilder::new(case, &catalogue.topics()).lichtblick().into_bytes();
-        recorder.attach(layout::ATTACHMENT, "application/json", layout)?;
-        recorder.channels(catalogue.specs())?;
-        let session = Self {
-            source,
-            scale_speed: case.scales().speed,
-            steps: case.sizes.steps,
-            last: None,
-            is_live: false,
-            recorder,
-            catalogue,
-        };
-        Ok(session)
-    }
-
-    /// Hands every message to `tap` too, step by step.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the recorder.
-    pub fn show(&mut self, tap: Box<dyn Tap>) -> Result<(), RecordingError> {
-        self.is_live = true;
-        self.recorder.tap(tap)
-    }
-
-    /// Records a step.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the recorder; the session is of no more use.
-    pub fn observe(&mut self, view: &View<'_>) -> Result<(), RecordingError> {
-        if self.last.is_none() {
-            // the version is in the metadata: here it would make every release differ from every other
-            let text = format!("{} of {} steps begins", self.source.noun(), self.steps);
-            self.catalogue.say(Level::Info, view.time, &text, &mut self.recorder)?;
-        }
-        self.catalogue.observe(view, &mut self.recorder)?;
-        self.last = Some((view.step, view.time));
-        self.recorder.end_step();
-        if self.is_live { self.recorder.hand_over() } else { Ok(()) }
-    }
-
-    /// Ends the recording: last words, validity, status, summary.
-    ///
-    /// # Errors
-    ///
-    /// The first error of the recorder; then the file has no end.
-    pub fn end(mut self, status: &Status, validity: &Validity) -> Result<(), RecordingError> {
-        let (step, time) = self.last.unwrap_or((0, 0.0));
-        let level = if matches!(status, Status::Failed(_)) { Level::Error } else { Level::Info };
-        let text = format!("{}: {}", status.name(), status.message());
-        self.catalogue.say(level, time, &text, &mut self.recorder)?;
-        self.recorder.metadata("percuss.validity", self.validity_record(validity))?;
-        let entries = [
-            ("status", status.name().to_owned()),
-            ("message", status.message().to_owned()),
-            ("last_step", step.to_string()),
-            ("last_time", time.to_string()),
-            ("steps", self.steps.to_string()),
-        ];
-        self.recorder.metadata("percuss.status", to_map(entries))?;
-        self.recorder.finish()
-    }
-
-    fn validity_record(&self, validity: &Validity) -> BTreeMap<String, String> {
-        let mut map = BTreeMap::new();
-        let mut peak = |name: &str, peak: &Peak| {
-            map.insert(name.to_owned(), peak.value.to_string());
-            map.insert(format!("{name}.step"), peak.step.to_string());
-            map.insert(format!("{name}.time"), peak.time.to_string());
-            map.insert(format!("{name}.r"), peak.r.to_string());
-            map.insert(format!("{name}.z"), peak.z.to_string());
-        };
-        peak("largest_pressure", &validity.pressure);
-        peak("largest_strain", &validity.strain);
-        peak("largest_strain_at_probes", &validity.probes);
-        map.insert("strain_limit".into(), STRAIN_LIMIT.to_string());
-        let velocities = [
-            ("admissible_velocity", validity.admissible_velocity()),
-            ("admissible_velocity_at_probes", validity.admissible_velocity_at_probes()),
-        ];
-        for (name, velocity) in velocities {
-            let Some(velocity) = velocity else { continue };
-            map.insert(name.into(), velocity.to_string());
-            if let Some(speed) = self.scale_speed {
-                map.insert(format!("{name}_m_per_s"), (velocity * speed).to_string());
-            }
-        }
-        let note = if validity.admissible_velocity().is_some() {
-            "strains under a flat face are proportional to V0; at its sharp edge they grow with the mesh as dr^(-1/2), at probes beside it they do not"
-        } else {
-            "strains under a head that is not flat are not proportional to V0: `percuss check CASE --admissible` finds the velocity by trials"
-        };
-        map.insert("admissible_velocity.note".into(), note.into());
-        map
+impl From<()> for Flow {
+    fn from((): ()) -> Self {
+        Self::Continue
     }
 }
 
-/// Why [`record`] has failed.
+/// The end of a run that has not failed.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// How the run has ended.
+    pub status: Status,
+    /// Number of the last step observed.
+    pub last_step: u64,
+    /// Largest pressure and strain.
+    pub validity: Validity,
+}
+
+/// Why a run has failed.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// The computation failed.
@@ -249,72 +167,115 @@ pub enum RunError {
     /// The recording failed.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// Another observer failed.
+    #[error("{0}")]
+    Observer(Box<dyn Error + Send + Sync>),
 }
 
-/// Runs a case and records it at `path`, whatever is there; returns its last step.
+/// Shows all steps to all observers, in their order, until the run ends, an observer interrupts it, or source or observer fail.
 ///
-/// * `goes_on`: asked after every step; if it says no, the recording is given up, its file has no end, and the result is `None`
+/// [`Observer::end`] is called on every path, except for an observer that has failed. After an interruption, or the failure of
+/// an observer, the steps that are already computed are shown to the others.
 ///
 /// # Errors
 ///
-/// The first error of the simulation or of the recorder; then the file has no end.
-pub fn record(case: &Case, path: &Path, goes_on: impl Fn() -> bool) -> Result<Option<u64>, RunError> {
-    let mut simulation = Simulation::new(case)?;
-    let mut session = Session::begin(case, Source::Simulation, path, true, rayon::current_num_threads())?;
-    let mut last_step = 0;
-    while let Some(view) = simulation.step()? {
-        last_step = view.step;
-        session.observe(&view)?;
-        if !goes_on() {
-            return Ok(None);
+/// The first error of the computation or of an observer.
+pub fn run(steps: &mut impl Steps, observers: &mut [&mut dyn Observer]) -> Result<Outcome, RunError> {
+    let mut observers: Vec<&mut dyn Observer> =
+        observers.iter_mut().map(|observer| &mut **observer).collect();
+    let (mut failure, mut interruption, mut last_step) = (None, None, 0);
+    loop {
+        match steps.step() {
+            Ok(None) => break,
+            Ok(Some(view)) => {
+                last_step = view.step;
+                observers.retain_mut(|observer| match observer.observe(&view) {
+                    Ok(flow) => {
+                        interruption = interruption.take().or(flow.reason());
+                        true
+                    }
+                    Err(error) => {
+                        failure.get_or_insert(error);
+                        false
+                    }
+                });
+            }
+            Err(error) => {
+                failure.get_or_insert(error.into());
+                break;
+            }
+        }
+        if interruption.is_some() || failure.is_some() {
+            steps.interrupt();
         }
     }
-    let status = simulation.ending().map_or(Status::Completed, Status::from);
-    session.end(&status, &simulation.validity())?;
-    Ok(Some(last_step))
+    let status = match (&failure, steps.ending()) {
+        (Some(error), _) => Status::Failed(error.to_string()),
+        (None, Some(ending)) => ending,
+        (None, None) => Status::Interrupted(interruption.unwrap_or_else(|| "interrupted".into())),
+    };
+    let validity = steps.validity();
+    for observer in observers {
+        if let Err(error) = observer.end(&status, &validity) {
+            failure.get_or_insert(error);
+        }
+    }
+    failure.map_or(Ok(Outcome { status, last_step, validity }), Err)
 }
 
-fn to_map<'a>(entries: impl IntoIterator<Item = (&'a str, String)>) -> BTreeMap<String, String> {
-    entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Case;
 
-/// What was computed: the same for every repetition of a run.
-fn run_record(case: &Case) -> BTreeMap<String, String> {
-    let sizes = &case.sizes;
-    let name = |value: serde_json::Value| value.as_str().unwrap_or_default().to_owned();
-    let json = case.resolved_json();
-    let mut map = to_map([
-        ("format_version", FORMAT_VERSION.to_owned()),
-        ("percuss_version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("title", case.title.clone()),
-        ("model", name(json["model"].clone())),
-        ("geometry", name(json["geometry"].clone())),
-        ("contact", name(json["impact"]["contact"].clone())),
-        ("mesh", name(json["mesh"]["kind"].clone())),
-        ("dr", sizes.dr.to_string()),
-        ("dz", sizes.dz.to_string()),
-        ("dt", sizes.dt.to_string()),
-        ("nr", sizes.nr.to_string()),
-        ("nz", sizes.nz.to_string()),
-        ("steps", sizes.steps.to_string()),
-        ("playback_rate", case.record.playback_rate.to_string()),
-    ]);
-    map.extend(case.scales().known().into_iter().map(|(name, value)| (name.to_owned(), value.to_string())));
-    map
-}
+    /// Error of an unchecked case, and the last step in the status of its recording.
+    fn failure(case: &Case) -> (SimulationError, String) {
+        let path = tempfile::NamedTempFile::new().expect("a file").into_temp_path();
+        let mut recording = Recording::create(&path, true, case, Source::Simulation).expect("a file");
+        let mut simulation = Simulation::new(case).expect("a solver");
+        let Err(RunError::Simulation(error)) = run(&mut simulation, &mut [&mut recording]) else {
+            panic!("the run fails");
+        };
+        let bytes = std::fs::read(&path).expect("the recording");
+        let summary = mcap::Summary::read(&bytes).expect("a sound file").expect("a summary");
+        let index = summary.metadata_indexes.iter().find(|index| index.name == "percuss.status");
+        let status = mcap::read::metadata(&bytes, index.expect("a status")).expect("a record").metadata;
+        assert_eq!(status["status"], "failed");
+        assert_eq!(status["message"], error.to_string());
+        (error, status["last_step"].clone())
+    }
 
-/// Where, when and by what it was computed, filled up to a fixed length.
-fn host_record(threads: usize) -> BTreeMap<String, String> {
-    let clip = |text: String| text.chars().take(100).collect::<String>();
-    let build = if cfg!(debug_assertions) { "debug" } else { "release" };
-    let mut map = to_map([
-        ("start_time", humantime::format_rfc3339_seconds(SystemTime::now()).to_string()),
-        ("host", clip(gethostname::gethostname().to_string_lossy().into_owned())),
-        ("threads", threads.to_string()),
-        ("build", format!("{build} {} {}", std::env::consts::ARCH, std::env::consts::OS)),
-    ]);
-    let used: usize = map.iter().map(|(key, value)| key.len() + value.len()).sum();
-    let padding = HOST_LENGTH.saturating_sub(used + "padding".len());
-    map.insert("padding".into(), " ".repeat(padding));
-    map
+    fn load(name: &str, settings: &[&str]) -> Case {
+        let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
+        Case::load(name, &settings).expect("a built-in case")
+    }
+
+    #[test]
+    fn numbers_that_overflow_end_the_run_with_a_status() {
+        let case = load("fig5", &["mesh.cells=20", "record.frames=0"]);
+        let (error, _) = failure(&case.unchecked(|case| case.impact.velocity = f64::MAX));
+        let SimulationError::NotFinite { quantity: "interface stress", place: Some(_), .. } = error else {
+            panic!("{error}");
+        };
+    }
+
+    #[test]
+    fn a_contact_that_outgrows_its_mesh_ends_the_run_with_a_status() {
+        // with c_s = 0.2 and 20 cells a step is 0.25 long, in which the contact spreads by 5
+        let case = load(
+            "fig6a",
+            &[
+                "indenter.spread_rate=20",
+                "impact.contact=unilateral",
+                "target.shear_wave_speed=0.2",
+                "mesh.cells=20",
+                "run.end_time=1",
+                "record.frames=0",
+            ],
+        );
+        let (error, last_step) = failure(&case.unchecked(|case| case.sizes.nr = 420));
+        assert!(matches!(error, SimulationError::ContactLeavesMesh { step: 3 | 4, .. }), "{error}");
+        assert!(error.to_string().contains("mesh.outer_radius"), "{error}");
+        assert!(matches!(last_step.as_str(), "2" | "3"), "{last_step}");
+    }
 }

@@ -7,7 +7,7 @@ use crate::grid::{Geometry, Support};
 
 mod profile;
 
-pub use profile::{Profile, ProfileError};
+pub use profile::Profile;
 
 /// Form of the head, before it is bounded by a cylinder.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,8 +7,8 @@
 //!          the View of step k is shown
 //! ```
 //!
-//! The simulation decides when frames are and when a run ends; it neither writes nor waits. Whoever calls
-//! [`Simulation::step`] may stop calling at any time.
+//! The simulation decides when frames are and when a run ends; it neither writes nor waits. [`crate::session::run`] asks it
+//! for one step after the other.
 //!
 //! A model may run its interior behind the surface and hand a step out some steps later, see [`Model`]. The simulation goes
 //! on computing until it has the step it is to show.
@@ -67,7 +67,7 @@ fn describe(place: &Option<(f64, f64)>) -> String {
 
 /// How a run has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub(crate) enum Ending {
     /// All steps are done.
     Completed,
     /// A condition of the case has stopped it.
@@ -105,11 +105,12 @@ struct Step {
 
 /// What advances the target.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Engine {
-    /// The fast one: vectors, tiles and threads.
+    /// Vectors, tiles, threads
     #[default]
     Blocked,
-    /// The plain stepper, [`crate::model::reference`].
+    /// Every node of every level, one by one, on one thread
     Reference,
 }
 
@@ -138,7 +139,9 @@ impl Simulation {
     ///
     /// As [`Simulation::new`].
     pub fn with_engine(case: &Case, engine: Engine) -> Result<Self, SimulationError> {
-        let coverage = if case.looks_inside() {
+        // frames show the interior, and the validity of a layer the strain at its backing
+        let needs_interior = case.sizes.layer || !case.record.frames.is_none();
+        let coverage = if needs_interior {
             Coverage::Field
         } else {
             Coverage::Surface { last_step: case.sizes.steps as usize }
@@ -186,7 +189,7 @@ impl Simulation {
     ///
     /// [`SimulationError::NotFinite`] if the numbers have overflowed, [`SimulationError::ContactLeavesMesh`] if the mesh is too
     /// narrow; the steps before have been shown.
-    pub fn step(&mut self) -> Result<Option<View<'static>>, SimulationError> {
+    pub(crate) fn step(&mut self) -> Result<Option<View<'static>>, SimulationError> {
         loop {
             let is_over = self.ending.is_some() || self.failure.is_some() || self.is_interrupted;
             if let Some((step, frame)) = self.model.next(is_over) {
@@ -202,7 +205,7 @@ impl Simulation {
     }
 
     /// Computes no further step; those that have been computed are still shown.
-    pub fn interrupt(&mut self) {
+    pub(crate) fn interrupt(&mut self) {
         self.is_interrupted = true;
     }
 
@@ -280,12 +283,12 @@ impl Simulation {
     }
 
     /// How the run has ended; `None` while it has not.
-    pub fn ending(&self) -> Option<&Ending> {
+    pub(crate) fn ending(&self) -> Option<&Ending> {
         self.ending.as_ref()
     }
 
     /// Largest pressure and strain so far.
-    pub fn validity(&mut self) -> Validity {
+    pub(crate) fn validity(&mut self) -> Validity {
         let mut validity = self.validity;
         if self.layer {
             let peak = self.model.backing_peak();

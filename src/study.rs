@@ -1,6 +1,6 @@
-//! Convergence studies: one case on meshes refined by two, and what its numbers tend to.
+//! Convergence studies: one case on meshes refined by two, and the limits of its numbers.
 //!
-//! Of every quantity there is a value per mesh. From the last three, `v_1, v_2, v_3` on meshes refined by ρ,
+//! Every quantity has a value per mesh. From the last three, `v_1, v_2, v_3` on meshes refined by ρ,
 //!
 //! ```text
 //! observed order   p = ln((v_2 − v_1)/(v_3 − v_2))/ln ρ
@@ -8,11 +8,12 @@
 //! error bar        1.25·|v_3 − v_2|/(ρ^q − 1),  q = min(p, 1) (grid convergence index, \[Ro\])
 //! ```
 //!
-//! if they tend to something with an order between ½ and 2½; otherwise the finest value stands, with three times the largest
-//! difference as its error bar. The scheme is of second order at best: a higher order is a difference that happens to be
-//! small, and one between 1 and 2½ may be, so no error bar counts on more than the first. The bar is about the finest value. Of 2186
-//! triples of values in cases with a closed form, 10 to 256 cells, 1.6 % of the bars miss it; all but two of them by less than
-//! four bars, most just before a front. (Orders up to 4 and bars of order p: 16 %, by up to 77 bars.) Where a closed form answers the case, errors and their order are those against it.
+//! if the order is between ½ and 2½; otherwise there is no extrapolated value, and the error bar is three times the largest
+//! difference. The scheme is of second order at best: a higher order is a difference that is small by chance, and one between 1
+//! and 2½ may be, so no error bar assumes more than the first. The bar is about the finest value. Of 2186 triples of values in
+//! cases with a closed form, 10 to 256 cells, 1.6 % of the bars miss it; all but two of them by less than four bars, most just
+//! before a front. (Orders up to 4 and bars of order p: 16 %, by up to 77 bars.) Where the case has a closed form, errors and
+//! their order are those against it.
 
 use std::collections::BTreeMap;
 
@@ -20,15 +21,16 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{
-    case::{Case, CaseErrors, Frames},
+    case::{Case, CaseErrors, Sizes},
     contact::event::EventKind,
     exact::closed_form::ClosedForm,
-    simulation::{Simulation, SimulationError},
+    session::{self, RunError},
+    simulation::Simulation,
     units,
     view::View,
 };
 
-/// What to look at.
+/// Times and radii of a study.
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
     /// Times of drag, velocity and stress \[R/c_p\].
@@ -50,7 +52,7 @@ pub struct Level {
     pub steps: u64,
 }
 
-/// A quantity on all meshes, and what follows.
+/// A quantity on all meshes, its order and its limit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Quantity {
     /// Name.
@@ -59,11 +61,11 @@ pub struct Quantity {
     pub unit: &'static str,
     /// Values, from the coarsest mesh to the finest; `None` where there is none.
     pub values: Vec<Option<f64>>,
-    /// Observed order, if the values tend to something.
+    /// Observed order, if the values have one.
     pub order: Option<f64>,
     /// Extrapolated value, if there is an order.
     pub extrapolated: Option<f64>,
-    /// Half-width of the interval about the finest value that the true value is expected in.
+    /// Half-width of the interval about the finest value that is expected to contain the limit.
     pub error_bar: Option<f64>,
     /// Value of the closed form.
     pub exact: Option<f64>,
@@ -78,43 +80,34 @@ pub struct Quantity {
 pub struct Study {
     /// Meshes, from the coarsest to the finest.
     pub levels: Vec<Level>,
-    /// Closed form the values are held against, if there is one.
+    /// Closed form of the case, if it has one.
     pub closed_form: Option<&'static str>,
     /// Quantities.
     pub quantities: Vec<Quantity>,
 }
 
-/// What one mesh gives: steps with drag, velocity and stresses, and first times of events.
+/// Results on one mesh: steps with drag, velocity and stresses, and first times of events.
 struct Trace {
     times: Vec<f64>,
     columns: Vec<Vec<f64>>,
     events: BTreeMap<&'static str, f64>,
 }
 
-/// A case on several meshes. Nothing of a study is recorded, so it has no frames.
+/// A case on several meshes, without the frames, which a study does not record.
 ///
-/// * `name`, `overrides`: as for [`Case::load`]
 /// * `cells`: `mesh.cells` of every mesh
 ///
 /// # Errors
 ///
-/// Every problem of the case and the overrides.
-pub fn on_meshes(name: &str, overrides: &[String], cells: &[usize]) -> Result<Vec<Case>, CaseErrors> {
-    let no_frames = match Case::load(name, overrides)?.record.frames {
-        Frames::Spread(_) => "record.frames=0",
-        Frames::At(_) => "record.frame_times=[]",
-    };
-    let case = |cells: &usize| {
-        let more = [no_frames.to_owned(), "record.fields=[]".into(), format!("mesh.cells={cells}")];
-        Case::load(name, &[overrides, &more].concat())
-    };
-    cells.iter().map(case).collect()
+/// A mesh that the case cannot have.
+pub fn on_meshes(case: &Case, cells: &[usize]) -> Result<Vec<Case>, CaseErrors> {
+    cells.iter().map(|cells| case.vary_surface().set("mesh.cells", *cells as i64).build()).collect()
 }
 
 /// Computes a case on several meshes, in parallel.
 ///
 /// * `cases`: the case on meshes refined by the same factor, from the coarsest to the finest, at least three
-/// * `watch`: is told the step and time of the finest, the longest
+/// * `watch`: called with step and time of the finest mesh
 ///
 /// # Errors
 ///
@@ -123,11 +116,7 @@ pub fn on_meshes(name: &str, overrides: &[String], cells: &[usize]) -> Result<Ve
 /// # Panics
 ///
 /// Fewer than three cases.
-pub fn study(
-    cases: &[Case],
-    plan: &Plan,
-    mut watch: impl FnMut(u64, f64) + Send,
-) -> Result<Study, SimulationError> {
+pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64, f64) + Send) -> Result<Study, RunError> {
     assert!(cases.len() >= 3, "an order needs three meshes");
     let (finest, coarser) = cases.split_last().expect("there are cases");
     let (last, first) = rayon::join(
@@ -136,54 +125,59 @@ pub fn study(
     );
     let mut traces = first?;
     traces.push(last?);
-    let levels: Vec<Level> = cases
-        .iter()
-        .map(|case| Level {
-            cells: case.mesh.cells,
-            dr: case.sizes.dr,
-            dt: case.sizes.dt,
-            steps: case.sizes.steps,
-        })
-        .collect();
+    let levels: Vec<Level> = cases.iter().map(Level::of).collect();
     let answer = ClosedForm::for_case(finest).ok();
     let ratio = levels[levels.len() - 2].dr / levels[levels.len() - 1].dr;
-    let assess = |name, unit, values, exact| Quantity::assess(name, unit, values, exact, ratio);
     let mut quantities = Vec::new();
-    // number of the column in a trace, name, unit
-    let mut columns = vec![(DRAG, "drag".to_owned(), units::force(finest.geometry))];
-    if finest.indenter.mass.is_finite() {
-        columns.push((VELOCITY, "velocity".into(), "c_p"));
-    }
-    let probe = |(i, r)| (FIRST_PROBE + i, format!("stress at r = {r}"), "γc_p²");
-    columns.extend(plan.probes.iter().enumerate().map(probe));
-    for (column, name, unit) in columns {
+    for (column, name, unit) in columns(finest, plan) {
         for &time in &plan.times {
             let values: Vec<_> = traces.iter().map(|trace| trace.at(column, time)).collect();
             if values.iter().all(Option::is_none) {
-                // the run has stopped before
+                // the run ends before
                 continue;
             }
-            let exact = answer.as_ref().and_then(|answer| {
-                let value = match column {
-                    DRAG => answer.drag_at(time),
-                    VELOCITY => return None,
-                    probe => answer.pressure_at(plan.probes[probe - FIRST_PROBE], time),
-                };
-                Some(value).filter(|value| value.is_finite())
-            });
-            quantities.push(assess(format!("{name}, t = {time}"), unit, values, exact));
+            let exact = answer.as_ref().and_then(|answer| exact(answer, plan, column, time));
+            quantities.push(Quantity::assess(format!("{name}, t = {time}"), unit, values, exact, ratio));
         }
     }
     for name in EVENTS.map(|(_, name)| name) {
         let values: Vec<_> = traces.iter().map(|trace| trace.events.get(name).copied()).collect();
         if values.iter().any(Option::is_some) {
-            quantities.push(assess(format!("time of {name}"), "R/c_p", values, None));
+            quantities.push(Quantity::assess(format!("time of {name}"), "R/c_p", values, None, ratio));
         }
     }
     Ok(Study { levels, closed_form: answer.map(|answer| answer.name()), quantities })
 }
 
-/// Events whose times are looked at.
+impl Level {
+    fn of(case: &Case) -> Self {
+        let Sizes { dr, dt, steps, .. } = case.sizes;
+        Self { cells: case.mesh.cells, dr, dt, steps }
+    }
+}
+
+/// Number in a trace, name and unit of every column that is a quantity.
+fn columns(case: &Case, plan: &Plan) -> Vec<(usize, String, &'static str)> {
+    let mut columns = vec![(DRAG, "drag".to_owned(), units::force(case.geometry))];
+    if case.indenter.mass.is_finite() {
+        columns.push((VELOCITY, "velocity".into(), "c_p"));
+    }
+    let probe = |(i, r)| (FIRST_PROBE + i, format!("stress at r = {r}"), "γc_p²");
+    columns.extend(plan.probes.iter().enumerate().map(probe));
+    columns
+}
+
+/// Value of a closed form at a time; `None` where it has none.
+fn exact(answer: &ClosedForm, plan: &Plan, column: usize, time: f64) -> Option<f64> {
+    let value = match column {
+        DRAG => answer.drag_at(time),
+        VELOCITY => return None,
+        probe => answer.pressure_at(plan.probes[probe - FIRST_PROBE], time),
+    };
+    value.is_finite().then_some(value)
+}
+
+/// Events whose times are quantities.
 const EVENTS: [(EventKind, &str); 3] = [
     (EventKind::Extension, "extension"),
     (EventKind::Rebound, "rebound"),
@@ -195,14 +189,14 @@ const DRAG: usize = 0;
 const VELOCITY: usize = 1;
 const FIRST_PROBE: usize = 2;
 
-fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64, f64)) -> Result<Trace, SimulationError> {
-    let mut simulation = Simulation::new(case)?;
+fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64, f64)) -> Result<Trace, RunError> {
     let columns = vec![Vec::new(); FIRST_PROBE + plan.probes.len()];
     let mut trace = Trace { times: Vec::new(), columns, events: BTreeMap::new() };
-    while let Some(view) = simulation.step()? {
-        trace.observe(&view, plan);
+    let mut collect = |view: &View<'_>| {
+        trace.observe(view, plan);
         watch(view.step, view.time);
-    }
+    };
+    session::run(&mut Simulation::new(case)?, &mut [&mut collect])?;
     Ok(trace)
 }
 
@@ -223,7 +217,7 @@ impl Trace {
         }
     }
 
-    /// Time at which the velocity, linear between the last two steps, was 0.
+    /// Time at which the velocity, linear between the last two steps, is 0.
     fn standstill(&self) -> f64 {
         match (&self.times[..], &self.columns[VELOCITY][..]) {
             (&[.., t0, t1], &[.., v0, v1]) if v0 > v1 => t0 + (t1 - t0) * v0 / (v0 - v1),
@@ -249,7 +243,7 @@ impl Trace {
 }
 
 impl Quantity {
-    /// What the values of a quantity say.
+    /// Order, limit and errors of the values of a quantity.
     ///
     /// * `ratio`: factor of the refinement
     fn assess(
@@ -299,7 +293,7 @@ impl Quantity {
         quantity
     }
 
-    /// Best value there is: the closed form's, the extrapolated one, the finest one.
+    /// Best known value: that of the closed form, the extrapolated one, the finest one.
     pub fn reference(&self) -> Option<f64> {
         self.exact.or(self.extrapolated).or(self.values.last().copied().flatten())
     }
@@ -326,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_tend_to_anything_has_no_order() {
+    fn values_without_a_limit_have_no_order() {
         // the last is of order 3.3: the scheme has no such order
         for values in [[1.0, 2.0, 1.0], [1.0, 1.1, 1.3], [1.0, 1.0, 1.0], [1.0, 1.1, 1.11]] {
             let quantity = assess(values, None);
@@ -342,7 +336,8 @@ mod tests {
         // 24 times and 4 radii of three cases that are solved in closed form, on meshes coarse enough to be wrong
         let (mut bars, mut missed, mut worst) = (0, 0, 0.0_f64);
         for name in ["fig2-prescribed", "fig6a", "fig7a"] {
-            let cases = on_meshes(name, &[], &[13, 26, 52]).expect("a built-in case");
+            let cases =
+                on_meshes(&Case::load(name, &[]).expect("a built-in case"), &[13, 26, 52]).expect("meshes");
             let end = cases[0].run.end_time;
             let plan = Plan {
                 times: (1..25).map(|m| f64::from(m) / 24.5 * end).collect(),

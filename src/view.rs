@@ -5,7 +5,8 @@
 
 use std::sync::Arc;
 
-use crate::{contact::event::Event, model};
+pub use crate::contact::event::{Event, EventKind};
+use crate::model;
 
 /// One step k of a simulation or of a closed form.
 #[derive(Clone)]

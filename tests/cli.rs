@@ -20,8 +20,6 @@ fn percuss(folder: &Path, arguments: &[&str]) -> Output {
 fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss"));
     command.current_dir(folder).args(arguments).env_remove("NO_COLOR").stdin(Stdio::null());
-    // what `check` measures once is kept beside the tests, not in the cache of whoever runs them
-    command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
     command
 }
 
@@ -34,7 +32,7 @@ fn recordings(folder: &Path) -> Vec<String> {
     names.map(|name| name.to_string_lossy().into_owned()).filter(|name| name.ends_with(".mcap")).collect()
 }
 
-/// A small valid case; tests spoil it.
+/// A small valid case; tests replace lines of it.
 const GOOD: &str = "\
 title = \"a test\"
 model = \"rakhmatulin\"
@@ -158,7 +156,7 @@ fn bad_cases_are_refused_where_they_are_bad() {
         let lines: Vec<&str> =
             GOOD.lines().map(|line| if is_line(line) { replacement } else { line }).collect();
         let line = 1 + GOOD.lines().position(is_line).expect("a line to spoil");
-        // a byte order mark and Windows line ends must not move the place a message points at
+        // a byte order mark and Windows line ends do not shift places
         for (start, end) in [("", "\n"), ("\u{feff}", "\r\n")] {
             fs::write(folder.path().join("bad.toml"), format!("{start}{}{end}", lines.join(end)))
                 .expect("a file");
@@ -167,7 +165,7 @@ fn bad_cases_are_refused_where_they_are_bad() {
             assert_eq!(output.status.code(), Some(2), "{replacement}: {message}");
             assert!(message.contains("1 problem"), "{replacement}: {message}");
             assert!(message.contains(expected), "{replacement}: {message}");
-            // what is there is pointed at: in its own line, or the one added after it
+            // messages point at the line of the value, or the one added after it
             let here = |line: usize| message.contains(&format!("[bad.toml:{line}:"));
             let missing = message.contains("is missing");
             assert!(missing || here(line) || here(line + 1), "{replacement}: {message}");
@@ -219,7 +217,7 @@ fn files_that_are_no_cases() {
 }
 
 #[test]
-fn requests_that_make_no_sense() {
+fn invalid_arguments_are_refused() {
     let folder = folder();
     for arguments in [
         &["run", "fig5", "--set", "mesh.cells"] as &[&str],
@@ -250,13 +248,13 @@ fn existing_outputs_are_kept_unless_forced() {
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("--force"));
     assert_eq!(fs::read(&path).expect("the file"), b"precious");
-    // a case that is refused does not touch the output either
+    // an invalid case does not touch the output either
     let output = percuss(folder.path(), &["run", "fig5", "--force", "--set", "mesh.cells=0"]);
     assert_eq!(output.status.code(), Some(2));
     assert_eq!(fs::read(&path).expect("the file"), b"precious");
     let output = percuss(folder.path(), &[&arguments as &[&str], &["--force", "--quiet"]].concat());
     assert!(output.status.success());
-    assert!(output.stderr.is_empty(), "--quiet says nothing");
+    assert!(output.stderr.is_empty(), "--quiet prints nothing");
     assert!(fs::read(&path).expect("the file").starts_with(mcap::MAGIC));
 }
 
@@ -292,7 +290,7 @@ fn outputs_that_cannot_be_written() {
         assert_eq!(output.status.code(), Some(1));
         assert!(stderr(&output).contains(expected), "{}", stderr(&output));
     }
-    // the device that is always full
+    // a device that is always full
     if cfg!(target_os = "linux") {
         let output = percuss(folder.path(), &["run", "fig5", "--force", "-o", "/dev/full"]);
         assert_eq!(output.status.code(), Some(1));
@@ -338,7 +336,7 @@ fn interrupted_runs_leave_a_finished_recording() {
 }
 
 #[test]
-fn fields_that_are_thinned_unasked_are_said_to_be() {
+fn the_default_density_of_fields_is_reported() {
     let folder = folder();
     let many = ["--set", "record.frames=600", "--set", "run.end_time=12"];
     let run =
@@ -362,7 +360,7 @@ fn fields_that_are_thinned_unasked_are_said_to_be() {
 }
 
 #[test]
-fn check_tells_what_a_run_will_take() {
+fn check_estimates_the_bytes_of_a_run() {
     let folder = folder();
     let output = percuss(folder.path(), &["check", "fig5", "--json"]);
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -371,7 +369,7 @@ fn check_tells_what_a_run_will_take() {
     assert_eq!(json["case"]["mesh"]["cells"], 100);
     let estimate = json["estimate"]["message_bytes"].as_f64().expect("a number");
 
-    // the resolved case is a case, and says the same of itself
+    // the resolved case is a case, and its own resolved case
     let resolved = percuss(folder.path(), &["check", "fig5", "--resolved"]);
     fs::write(folder.path().join("full.toml"), &resolved.stdout).expect("a file");
     let again = percuss(folder.path(), &["check", "full.toml", "--resolved"]);
@@ -385,9 +383,9 @@ fn check_tells_what_a_run_will_take() {
 }
 
 #[test]
-fn check_knows_how_large_a_recording_gets_and_when_it_stops() {
+fn check_estimates_compressed_bytes_and_the_stop() {
     let folder = folder();
-    // half-spaces: one that stops by itself; and one of a growing contact
+    // half-spaces: one with a stop condition, one with a growing contact
     for arguments in
         [&["fig8-m5"][..], &["fig6b", "--set", "mesh.cells=150", "--set", "record.compression=lz4"]]
     {
@@ -447,7 +445,7 @@ fn a_profile_from_a_file_is_written_into_the_resolved_case() {
     assert!(output.status.success(), "{}", stderr(&output));
     let resolved = String::from_utf8(output.stdout).expect("text");
     assert!(resolved.contains("points = [[0.0, 0.0], [0.5, 0.02], [1.0, 0.3]]"), "{resolved}");
-    // it needs the file no more
+    // the resolved case does not need the file
     fs::write(folder.path().join("full.toml"), resolved).expect("a file");
     let output = percuss(folder.path(), &["run", "full.toml"]);
     assert!(output.status.success(), "{}", stderr(&output));
@@ -534,7 +532,7 @@ fn a_study_reports_orders_and_error_bars() {
         (&["--plot", "order.pdf"], ".svg or .png"),
         (&["--plot", "order.svg"], "--force"),
     ] {
-        // the last value of an option that is given twice would be an error of its own
+        // an option given twice is an error of its own
         let base = if more[0] == "--times" { &study[..4] } else { &study[..] };
         let output = percuss(folder.path(), &[base, more].concat());
         assert_eq!(output.status.code(), Some(2), "{more:?}");
@@ -588,14 +586,14 @@ fn live_runs_need_an_address_that_is_free() {
         assert_eq!(run(&["--live", bad]).status.code(), Some(2));
     }
     assert_eq!(run(&["--pace", "0"]).status.code(), Some(2));
-    assert_eq!(run(&["--wait"]).status.code(), Some(2), "nobody to wait for");
+    assert_eq!(run(&["--wait"]).status.code(), Some(2), "no viewers to wait for");
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = taken.local_addr().expect("an address").to_string();
     let output = run(&["--live", &address]);
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains(&address), "{}", stderr(&output));
     assert_eq!(recordings(folder.path()), [""; 0], "no file is left behind");
-    // nobody watches: the run takes its pace and ends by itself
+    // without viewers the run keeps its pace and ends
     let start = Instant::now();
     let output = run(&["--live", "0", "--pace", "2", "-o", "paced.mcap"]);
     assert!(output.status.success(), "{}", stderr(&output));

@@ -1,16 +1,16 @@
-//! Golden digests: what six small cases record, message by message, so that a change of results is seen.
+//! Golden digests of the recorded messages of six small cases: they show every change of results.
 //!
-//! Every case has a text `tests/golden/<case>.txt`, which begins with what it stands for. Each channel that comes from the
-//! computation has a line with its topic, the number of its messages and a hash of them, and after it a few of its numbers at
-//! the middle and the last message: in full digits, and as bits. The hash says that something has changed, the numbers what.
+//! Every case has a text `tests/golden/<case>.txt`, which begins with its purpose. Each computed channel has a line with its
+//! topic, the number of its messages and a hash of them, and after it a few of its numbers at the middle and the last message:
+//! in full digits, and as bits. The hash shows that results have changed, the numbers how.
 //!
-//! All of it is the same on every machine and for any number of threads. A change that is meant is blessed with
+//! All of it is the same on every machine and for any number of threads. An intended change is blessed with
 //!
 //! ```text
 //! PERCUSS_BLESS=1 cargo test --test golden
 //! ```
 //!
-//! and committed by itself, with the reason why the new numbers are the right ones.
+//! and committed by itself, with the reason for the new numbers.
 
 use std::{collections::BTreeMap, fmt::Write, fs, path::Path};
 
@@ -18,11 +18,12 @@ use mcap::MessageStream;
 use percuss::{
     case::Case,
     message::percuss::{Drag, Energy, Event, FieldSlice, InterfaceStress, Probes, Velocity},
-    session,
+    session::{self, Recording, Source},
+    simulation::Simulation,
 };
 use prost::Message;
 
-/// What a golden text stands for.
+/// The case of a golden text.
 struct Golden {
     name: &'static str,
     about: &'static str,
@@ -93,7 +94,7 @@ const CASES: [Golden; 6] = [
 /// Numbers of a message that its digest shows, with their names.
 type Numbers = Vec<(String, f64)>;
 
-/// What a message says, as numbers: `None` for topics whose messages are drawn from the others, or are text.
+/// The numbers of a message: `None` for topics derived from the others, and for text.
 fn numbers(topic: &str, bytes: &[u8]) -> Option<Numbers> {
     let named =
         |pairs: &[(&str, f64)]| pairs.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
@@ -156,7 +157,7 @@ fn digest(golden: &Golden, file: &[u8]) -> String {
         let topic = &message.channel.topic;
         if let Some(numbers) = numbers(topic, &message.data) {
             let (state, all) = channels.entry(topic.clone()).or_insert((EMPTY, Vec::new()));
-            // times and numbers, not the bytes: what has been computed, however it is written down
+            // times and numbers, not the bytes: results, independent of their encoding
             *state = hash(*state, &message.log_time.to_le_bytes());
             for (_, value) in &numbers {
                 *state = hash(*state, &value.to_bits().to_le_bytes());
@@ -193,7 +194,11 @@ fn record(golden: &Golden, threads: usize) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("run.mcap");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-    pool.install(|| session::record(&case, &path, || true)).expect("a sound case").expect("its end");
+    pool.install(|| {
+        let mut recording = Recording::create(&path, false, &case, Source::Simulation).expect("a new file");
+        let mut simulation = Simulation::new(&case).expect("a solver");
+        session::run(&mut simulation, &mut [&mut recording]).expect("a sound case");
+    });
     fs::read(&path).expect("the recording")
 }
 
@@ -237,7 +242,7 @@ fn results_are_those_of_the_golden_digests() {
     }
     assert!(
         changed.is_empty(),
-        "results have changed; if that is meant, PERCUSS_BLESS=1 cargo test --test golden\n{changed}"
+        "results have changed; if that is intended, PERCUSS_BLESS=1 cargo test --test golden\n{changed}"
     );
 }
 

@@ -1,4 +1,4 @@
-//! Live runs as viewers see them. The viewer places messages at the last time sent to it, as Lichtblick does.
+//! Live runs as viewers see them. The viewer puts messages at the time it received last, as Lichtblick does.
 
 use std::{
     net::TcpStream,
@@ -25,7 +25,7 @@ fn live(folder: &Path, arguments: &[&str]) -> (Child, String) {
     serving(command.current_dir(folder))
 }
 
-/// Watches until the run has said its last words and the drag is whole.
+/// Receives until the last log line of the run and the last drag.
 fn watch_to_the_end(viewer: &mut Viewer) {
     let is_end = |message: &viewer::Stamped| message.data.windows(9).any(|part| part == b"completed");
     viewer.watch(LONG, |viewer| viewer.messages["/log"].iter().any(is_end));
@@ -54,7 +54,7 @@ fn points_are_at_their_times_at_any_pace() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let (child, url) = live(folder.path(), &[&["--wait"], pace].concat());
         let mut viewer = Viewer::connect(&url);
-        // panel by panel: the run begins after the last
+        // panel by panel: the run begins after the last subscription
         for topic in ["/drag", "/view/scene", "/log", "/velocity"] {
             viewer.subscribe(&[topic]);
             viewer.watch(Duration::from_millis(450), |_| false);
@@ -69,7 +69,7 @@ fn points_are_at_their_times_at_any_pace() {
 }
 
 #[test]
-fn who_comes_late_or_panel_by_panel_sees_the_beginning() {
+fn late_viewers_and_panels_receive_the_beginning() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (child, url) = live(folder.path(), &["--pace", "2"]);
     let mut viewer = Viewer::connect(&url);
@@ -81,7 +81,7 @@ fn who_comes_late_or_panel_by_panel_sees_the_beginning() {
     assert_eq!((viewer.times("/drag"), viewer.times("/velocity")), (times(), times()));
     assert_eq!(viewer.times("/log").first(), Some(&0));
     assert!(viewer.jumps > 0, "the run was under way");
-    // after the last step: all of it, too
+    // after the last step
     let mut late = Viewer::connect(&url);
     late.subscribe(&["/drag", "/log", "/view/scene"]);
     watch_to_the_end(&mut late);
@@ -92,7 +92,7 @@ fn who_comes_late_or_panel_by_panel_sees_the_beginning() {
 }
 
 #[test]
-fn a_connection_that_says_nothing_does_not_hold_the_end() {
+fn a_silent_connection_does_not_hold_the_end() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (mut child, url) = live(folder.path(), &["--set", "mesh.cells=10", "--pace", "6"]);
     let silent = TcpStream::connect(url.trim_start_matches("ws://")).expect("it listens");

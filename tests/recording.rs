@@ -1,4 +1,4 @@
-//! Recordings: what is in them, that they repeat, and how they end.
+//! Recordings: their content, repeatability and end.
 
 use std::{
     collections::BTreeMap,
@@ -10,12 +10,12 @@ use std::{
 use mcap::{MessageStream, Summary};
 use percuss::{
     case::{Case, builtin},
-    exact::closed_form::ClosedForm,
     message::{foxglove, percuss as message},
     recording::{FORMAT_VERSION, RecordingError, Tap},
-    session::{Session, Source, Status},
-    simulation::{Simulation, SimulationError},
+    session::{self, ExactSteps, Flow, Observer, Recording, RunError, Source, Status, Steps},
+    simulation::Simulation,
     validity::Validity,
+    view::View,
 };
 use prost::Message;
 
@@ -27,13 +27,8 @@ fn case(name: &str, overrides: &[&str]) -> Case {
 
 /// Runs a case into a file and returns its bytes.
 fn record(case: &Case, path: &Path) -> Vec<u8> {
-    let mut simulation = Simulation::new(case).expect("a solver");
-    let mut session = Session::begin(case, Source::Simulation, path, false, 1).expect("a new file");
-    while let Some(view) = simulation.step().expect("finite numbers") {
-        session.observe(&view).expect("room on the disk");
-    }
-    let status = simulation.ending().expect("the run has ended").into();
-    session.end(&status, &simulation.validity()).expect("room on the disk");
+    let mut recording = Recording::create(path, false, case, Source::Simulation).expect("a new file");
+    session::run(&mut Simulation::new(case).expect("a solver"), &mut [&mut recording]).expect("a sound run");
     fs::read(path).expect("the recording")
 }
 
@@ -56,31 +51,31 @@ fn messages<M: Message + Default>(bytes: &[u8], topic: &str) -> Vec<(u64, M)> {
 }
 
 #[test]
-fn thinned_fields_are_nodes_of_whole_ones() {
+fn downsampled_fields_are_nodes_of_whole_ones() {
     let folder = folder();
     let topics = ["/field/displacement", "/field/velocity", "/field/stress"];
     let settings =
         ["mesh.cells=20", "record.frames=5", "record.fields=[\"displacement\", \"velocity\", \"stress\"]"];
     let whole = record(&case("fig8-m5", &settings), &folder.path().join("whole.mcap"));
-    let thinned = [&settings[..], &["record.field_every=3"]].concat();
-    let thinned = record(&case("fig8-m5", &thinned), &folder.path().join("thinned.mcap"));
+    let downsampled = [&settings[..], &["record.field_every=3"]].concat();
+    let downsampled = record(&case("fig8-m5", &downsampled), &folder.path().join("downsampled.mcap"));
     for topic in topics {
         let whole: Vec<(u64, message::FieldSlice)> = messages(&whole, topic);
-        let thinned: Vec<(u64, message::FieldSlice)> = messages(&thinned, topic);
-        assert_eq!(whole.len(), thinned.len());
-        for ((_, whole), (_, thinned)) in whole.iter().zip(&thinned) {
-            assert_eq!((whole.step, whole.r0, whole.z0), (thinned.step, thinned.r0, thinned.z0));
-            assert_eq!((3.0 * whole.dr, 3.0 * whole.dz), (thinned.dr, thinned.dz));
-            let (nr, nz) = (thinned.nr as usize, thinned.nz as usize);
+        let downsampled: Vec<(u64, message::FieldSlice)> = messages(&downsampled, topic);
+        assert_eq!(whole.len(), downsampled.len());
+        for ((_, whole), (_, downsampled)) in whole.iter().zip(&downsampled) {
+            assert_eq!((whole.step, whole.r0, whole.z0), (downsampled.step, downsampled.r0, downsampled.z0));
+            assert_eq!((3.0 * whole.dr, 3.0 * whole.dz), (downsampled.dr, downsampled.dz));
+            let (nr, nz) = (downsampled.nr as usize, downsampled.nz as usize);
             assert_eq!((nr, nz), (whole.nr.div_ceil(3) as usize, whole.nz.div_ceil(3) as usize));
-            assert_eq!(thinned.values.len(), nr * nz);
-            for (m, value) in thinned.values.iter().enumerate() {
+            assert_eq!(downsampled.values.len(), nr * nz);
+            for (m, value) in downsampled.values.iter().enumerate() {
                 assert_eq!(*value, whole.values[3 * (m / nr) * whole.nr as usize + 3 * (m % nr)]);
             }
         }
     }
     let forces = |bytes: &[u8]| -> Vec<(u64, message::Drag)> { messages(bytes, "/drag") };
-    assert_eq!(forces(&whole), forces(&thinned));
+    assert_eq!(forces(&whole), forces(&downsampled));
 }
 
 #[test]
@@ -161,7 +156,7 @@ fn si_scales_are_recorded_where_they_are_known() {
 }
 
 #[test]
-fn views_show_what_the_other_channels_say() {
+fn views_agree_with_the_other_channels() {
     let folder = folder();
     let case =
         case("fig3", &["mesh.cells=25", "record.frames=9", "record.fields=[\"stress\", \"velocity\"]"]);
@@ -290,7 +285,7 @@ fn colours_saturate_in_a_small_part_of_the_section() {
                 "{name}, {field}: {beyond} of {}",
                 moved.len()
             );
-            // and not for being so wide that nothing is seen
+            // and not because their range is too wide
             let largest = moved.iter().copied().fold(0.0, f64::max);
             assert!(range <= 2.5 * largest, "{name}, {field}: {range}, {largest}");
         }
@@ -382,7 +377,7 @@ fn fields_are_recorded_as_slices() {
 fn all_slices_of_a_recording_have_one_shape() {
     let folder = folder();
     let fields = "record.fields=[\"displacement\", \"velocity\", \"stress\"]";
-    // a half-space, where what has moved grows along r and z
+    // a half-space, whose active region grows along r and z
     for every in ["record.field_every=1", "record.field_every=3"] {
         let settings = ["mesh.cells=20", "record.frames=6", "run.stop=never", fields, every];
         let case = case("fig8-m5", &settings);
@@ -390,15 +385,15 @@ fn all_slices_of_a_recording_have_one_shape() {
             &case,
             &folder.path().join(format!("{}.mcap", every.len() + every.ends_with('3') as usize)),
         );
-        let thinned = |nodes: usize| nodes.div_ceil(case.record.field_every) as u32;
-        let shape = (thinned(case.sizes.nr), thinned(case.sizes.nz + 1));
+        let downsampled = |nodes: usize| nodes.div_ceil(case.record.field_every) as u32;
+        let shape = (downsampled(case.sizes.nr), downsampled(case.sizes.nz + 1));
         for topic in ["/field/displacement", "/field/velocity", "/field/stress"] {
             let slices: Vec<(u64, message::FieldSlice)> = messages(&bytes, topic);
             assert_eq!(slices.len(), 6);
             for (_, slice) in &slices {
                 assert_eq!((slice.nr, slice.nz), shape, "{topic}, step {}", slice.step);
                 assert_eq!(slice.values.len(), (slice.nr * slice.nz) as usize);
-                // nothing is deeper than a row per step, or further out than a column per step
+                // at most one row per step in depth, and one column per step in radius
                 let every = case.record.field_every as u64;
                 for (m, value) in slice.values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
                     let (j, i) = (m as u64 / u64::from(slice.nr), m as u64 % u64::from(slice.nr));
@@ -436,7 +431,7 @@ fn plane_runs_have_units_of_their_own() {
     assert!((number("scale.mass_kg_per_m") / (0.01 * 0.01 * 7850.0) - 1.0).abs() < 1e-14);
     assert!((number("scale.energy_j_per_m") / (1e-4 * number("scale.stress_pa")) - 1.0).abs() < 1e-14);
     assert!(!run.contains_key("scale.force_n") && !run.contains_key("scale.mass_kg"));
-    // the energy of the half x >= 0, per length: what the mass has lost of ½·M·V0² is in the target
+    // the energy of the half x >= 0, per length: the loss of ½·M·V0² of the mass is in the target
     let energies: Vec<(u64, message::Energy)> = messages(&bytes, "/energy");
     for (_, energy) in &energies {
         let sum = energy.kinetic + energy.strain + energy.indenter + energy.dissipated + energy.residual;
@@ -444,7 +439,9 @@ fn plane_runs_have_units_of_their_own() {
     }
     let exact = case_of_plane_punch(&folder);
     assert_eq!(exact, "Rγc_p²");
-    let layout = percuss::layout::LayoutBuilder::new(&case, &["/drag".to_owned()]).lichtblick();
+    let layout = summary.attachment_indexes.iter().find(|index| index.name == "layout.json");
+    let layout = mcap::read::attachment(&bytes, layout.expect("a layout")).expect("an attachment").data;
+    let layout = String::from_utf8_lossy(&layout);
     assert!(layout.contains("[Rγc_p²]") && !layout.contains('π'), "{layout}");
 }
 
@@ -548,29 +545,42 @@ fn truncated_recordings_keep_their_whole_chunks() {
     assert!(read.len() > 100);
 }
 
+/// Fails at some step.
+struct Failing(u64);
+
+impl Observer for Failing {
+    fn observe(&mut self, view: &View<'_>) -> Result<Flow, RunError> {
+        if view.step == self.0 { Err(RunError::Observer("no more paper".into())) } else { Ok(Flow::Continue) }
+    }
+
+    fn end(&mut self, _: &Status, _: &Validity) -> Result<(), RunError> {
+        panic!("an observer that has failed is not called again")
+    }
+}
+
 #[test]
-fn numbers_that_overflow_end_the_run_with_a_status() {
+fn a_recording_ends_with_a_status_when_another_observer_fails() {
     let folder = folder();
-    let path = folder.path().join("a.mcap");
-    let mut case = case("fig5", &["mesh.cells=20", "record.frames=0"]);
-    // no case file can ask for this
-    case.impact.velocity = f64::MAX;
-    let mut simulation = Simulation::new(&case).expect("a solver");
-    let mut session = Session::begin(&case, Source::Simulation, &path, false, 1).expect("a new file");
-    let error = loop {
-        match simulation.step() {
-            Ok(Some(view)) => session.observe(&view).expect("room on the disk"),
-            Ok(None) => panic!("the numbers must overflow"),
-            Err(error) => break error,
+    let case = case("fig5", &["mesh.cells=20"]);
+    // before and after the recording in the order of observers
+    for is_first in [true, false] {
+        let path = folder.path().join(format!("{is_first}.mcap"));
+        let mut recording = Recording::create(&path, false, &case, Source::Simulation).expect("a new file");
+        let mut failing = Failing(7);
+        let mut observers: [&mut dyn Observer; 2] = [&mut recording, &mut failing];
+        if is_first {
+            observers.swap(0, 1);
         }
-    };
-    let SimulationError::NotFinite { quantity: "interface stress", place: Some(_), .. } = error else {
-        panic!("{error}");
-    };
-    session.end(&Status::Failed(error.to_string()), &simulation.validity()).expect("room on the disk");
-    let status = &metadata(&fs::read(&path).expect("the recording"))["percuss.status"];
-    assert_eq!(status["status"], "failed");
-    assert!(status["message"].contains("not finite"), "{}", status["message"]);
+        let error = session::run(&mut Simulation::new(&case).expect("a solver"), &mut observers);
+        assert!(matches!(error, Err(RunError::Observer(_))), "{error:?}");
+        let bytes = fs::read(&path).expect("the recording");
+        let status = &metadata(&bytes)["percuss.status"];
+        assert_eq!((status["status"].as_str(), status["message"].as_str()), ("failed", "no more paper"));
+        // what was computed is recorded
+        let last_step: u64 = status["last_step"].parse().expect("a number");
+        assert!((7..60).contains(&last_step), "{last_step}");
+        assert_eq!(messages::<message::Drag>(&bytes, "/drag").len() as u64, last_step + 1);
+    }
 }
 
 /// Counts messages, and is dropped with the thread that writes.
@@ -588,15 +598,15 @@ fn a_recording_given_up_has_no_end() {
     let path = folder.path().join("a.mcap");
     let case = case("fig5", &["mesh.cells=20"]);
     let mut simulation = Simulation::new(&case).expect("a solver");
-    let mut session = Session::begin(&case, Source::Simulation, &path, false, 1).expect("a new file");
+    let mut recording = Recording::create(&path, false, &case, Source::Simulation).expect("a new file");
     let (witness, seen) = mpsc::channel();
-    session.show(Box::new(Witness(witness))).expect("room on the disk");
+    recording.tap(Box::new(Witness(witness))).expect("room on the disk");
     for _ in 0..10 {
         let view = simulation.step().expect("finite numbers").expect("a step");
-        session.observe(&view).expect("room on the disk");
+        recording.observe(&view).expect("room on the disk");
     }
-    drop(session);
-    // ends when the writer thread has: then nothing more comes into the file
+    drop(recording);
+    // ends with the writer thread: then the file does not change any more
     assert!(seen.iter().count() >= 10 * 4, "stress, drag, velocity and probes of every step were written");
     let bytes = fs::read(&path).expect("the recording");
     assert!(bytes.starts_with(mcap::MAGIC) && !bytes.ends_with(mcap::MAGIC), "begun, not ended");
@@ -608,20 +618,16 @@ fn an_existing_file_is_left_alone() {
     let folder = folder();
     let path: PathBuf = folder.path().join("a.mcap");
     fs::write(&path, "precious").expect("a file");
-    let result = Session::begin(&case("fig5", &[]), Source::Simulation, &path, false, 1);
+    let result = Recording::create(&path, false, &case("fig5", &[]), Source::Simulation);
     assert!(matches!(result.err(), Some(RecordingError::Exists(_))));
     assert_eq!(fs::read(&path).expect("the file"), b"precious");
 }
 
 /// Records the closed form of a case and returns the bytes.
 fn record_exact(case: &Case, path: &Path) -> Vec<u8> {
-    let mut answer = ClosedForm::for_case(case).expect("a closed form");
-    let source = Source::Exact { form: answer.name(), knows_drag: answer.has_drag() };
-    let mut session = Session::begin(case, source, path, false, 1).expect("a new file");
-    for step in 0..=answer.last_step() {
-        session.observe(&answer.evaluate(step)).expect("room on the disk");
-    }
-    session.end(&Status::Completed, &Validity::new(case.impact.velocity, false)).expect("room on the disk");
+    let mut steps = ExactSteps::new(case).expect("a closed form");
+    let mut recording = Recording::create(path, false, case, steps.source()).expect("a new file");
+    session::run(&mut steps, &mut [&mut recording]).expect("room on the disk");
     fs::read(path).expect("the recording")
 }
 
@@ -633,7 +639,7 @@ impl Stresses {
         self.0.get(step)?.get(node).copied().filter(|value| value.is_finite())
     }
 
-    /// True if no front is near: the value is known and not zero some steps and nodes to either side, and little different.
+    /// True if no front is near: the value is known, not zero, and changes little some steps and nodes to either side.
     fn is_smooth(&self, step: usize, node: usize, change: f64) -> bool {
         /// Steps, and nodes, over which the mesh spreads a front, and one more.
         const NEAR: usize = 3;
@@ -662,9 +668,10 @@ fn a_closed_form_is_on_the_channels_of_the_run() {
         let case = case(name, &["mesh.cells=100", "record.fields=[]", "run.end_time=1.5", "record.frames=0"]);
         let run = record(&case, &folder.path().join(format!("{name}.mcap")));
         let exact = record_exact(&case, &folder.path().join(format!("{name}-exact.mcap")));
-        let told = &metadata(&exact)["percuss.run"];
-        assert_eq!((told["source"].as_str(), told.contains_key("closed_form")), ("exact", true));
-        // the same steps, the same arrays, the same numbers away from fronts wherever the form knows one
+        let run_record = &metadata(&exact)["percuss.run"];
+        let names_form = run_record.contains_key("closed_form");
+        assert_eq!((run_record["source"].as_str(), names_form), ("exact", true));
+        // the same steps, the same arrays, the same numbers away from fronts wherever the form has one
         let topic = "/interface/stress";
         let (run, exact) = (
             messages::<message::InterfaceStress>(&run, topic),
@@ -696,7 +703,7 @@ fn a_closed_form_is_on_the_channels_of_the_run() {
 }
 
 #[test]
-fn frames_land_on_the_times_asked_for() {
+fn frames_are_at_the_given_times() {
     let folder = folder();
     let case = case("fig4", &["mesh.cells=50", "record.frame_times=[1.0, 0.05, 2.0]"]);
     let bytes = record(&case, &folder.path().join("a.mcap"));
@@ -705,14 +712,14 @@ fn frames_land_on_the_times_asked_for() {
     let expected: Vec<u64> = [0.05, 1.0, 2.0].iter().map(|time| (time / dt).round() as u64).collect();
     assert_eq!(frames.iter().map(|(_, frame)| frame.step).collect::<Vec<_>>(), expected);
     for (_, frame) in &frames {
-        // every message says its own time
+        // every message has its own time
         assert_eq!(frame.time, frame.step as f64 * dt);
     }
 }
 
 #[test]
 fn steps_are_shown_in_order_with_their_frames_and_to_the_last_one_computed() {
-    // frames as often as there are steps, and seldom; fields that fill the memory for frames, and none
+    // a frame at every step, and few; fields that fill the memory for frames, and none
     for (frames, fields) in
         [("24", "[]"), ("25", "[\"stress\", \"velocity\"]"), ("400", "[\"displacement\"]")]
     {
@@ -721,20 +728,19 @@ fn steps_are_shown_in_order_with_their_frames_and_to_the_last_one_computed() {
             &["mesh.cells=66", &format!("record.frames={frames}"), &format!("record.fields={fields}")],
         );
         let at_frames = case.frames();
-        let mut simulation = Simulation::new(&case).expect("a solver");
         let mut steps = Vec::new();
-        while let Some(view) = simulation.step().expect("finite numbers") {
+        let mut look = |view: &View<'_>| {
             assert_eq!(view.frame.is_some(), at_frames.contain(view.step), "step {}", view.step);
             assert!(view.frame.as_ref().is_none_or(|frame| frame.energy.residual.abs() < 1e-12));
             steps.push(view.step);
-            if view.step == 150 {
-                simulation.interrupt();
-            }
-        }
+            if view.step == 150 { Flow::Interrupt("enough".into()) } else { Flow::Continue }
+        };
+        let mut simulation = Simulation::new(&case).expect("a solver");
+        let outcome = session::run(&mut simulation, &mut [&mut look]).expect("finite numbers");
         assert!(steps.len() > 150 && steps.len() < 300, "{} steps", steps.len());
         assert!((0..).zip(&steps).all(|(expected, step)| expected == *step));
-        assert!(simulation.ending().is_none());
-        let last_step = steps.last().copied().expect("a step");
-        assert!(simulation.validity().strain.step <= last_step);
+        assert_eq!(outcome.status, Status::Interrupted("enough".into()));
+        assert_eq!(steps.last(), Some(&outcome.last_step));
+        assert!(outcome.validity.strain.step <= outcome.last_step);
     }
 }

@@ -1,6 +1,6 @@
-//! Which steps are frames: steps that show fields and energy.
+//! Frames: steps that show fields and energy.
 
-/// Frames as a case asks for them.
+/// Frames as a case gives them.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Frames {
     /// So many, spread evenly over the run, first and last step included.
@@ -41,7 +41,7 @@ impl Frames {
 pub enum FrameSteps {
     /// Frame m falls on step `round(m·steps/(frames − 1))`, a single one on the last step.
     Spread {
-        /// Number of frames asked for.
+        /// Number of frames given.
         frames: u64,
         /// Number of the last step.
         steps: u64,
@@ -76,8 +76,8 @@ impl FrameSteps {
         }
     }
 
-    /// The steps, about where they are spread: for estimates.
-    pub fn about(&self) -> Vec<f64> {
+    /// The steps, without rounding where they are spread.
+    pub(super) fn estimated_steps(&self) -> Vec<f64> {
         match self {
             Self::Spread { steps, .. } => {
                 let gaps = self.count().saturating_sub(1).max(1) as f64;
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frames_are_as_many_as_asked_for() {
+    fn frames_are_as_many_as_given() {
         for (steps, frames) in [(300, 200), (1000, 200), (199, 200), (7, 3), (10, 1), (5, 2), (1_000_003, 17)]
         {
             let chosen = Frames::Spread(frames).of(steps, 0.1);

@@ -1,8 +1,8 @@
-//! From a case back to a case file in which nothing is left implicit.
+//! From a case back to a case file with every default and derived choice explicit.
 
 use serde::Serialize;
 
-use super::{Case, Frames, HeadKind, Stop, ViewChannel};
+use super::{Frames, HeadKind, Parameters, Stop, ViewChannel};
 use crate::{
     contact::Rule,
     grid::{Geometry, MeshKind},
@@ -102,7 +102,7 @@ struct Record<'a> {
     playback_rate: f64,
 }
 
-fn resolved(case: &Case) -> Resolved<'_> {
+fn resolved(case: &Parameters) -> Resolved<'_> {
     let body = &case.indenter;
     let (shape, curvature, spread_rate, points) = match &body.head {
         HeadKind::Flat => ("flat", None, None, None),
@@ -152,11 +152,11 @@ fn resolved(case: &Case) -> Resolved<'_> {
 }
 
 /// The case as TOML.
-pub fn toml(case: &Case) -> String {
+pub fn toml(case: &Parameters) -> String {
     toml::to_string(&resolved(case)).expect("a case is plain tables, text and numbers")
 }
 
-/// The case as JSON; an infinite mass becomes `null`, JSON has no infinity.
-pub fn json(case: &Case) -> serde_json::Value {
+/// The case as JSON; an infinite mass becomes `null`, as JSON has no infinity.
+pub fn json(case: &Parameters) -> serde_json::Value {
     serde_json::to_value(resolved(case)).expect("a case is plain maps, text and numbers")
 }

@@ -1,4 +1,4 @@
-//! Sizes that follow from a sound case: node distances, steps, how far and how deep the mesh goes.
+//! Sizes derived from a sound case: node distances, steps, radius and depth of the mesh.
 
 use super::{
     Body, Impact, Record, Run, Sizes, Target,
@@ -18,7 +18,7 @@ const MAX_NODES: f64 = 1e9;
 /// of steps: beyond it the field is below 1e-16 (measured; its head is an Airy function).
 const PRECURSOR: f64 = 6.0;
 
-/// A sound case whose sizes are not known yet.
+/// A sound case without its sizes.
 pub(super) struct Plan<'a> {
     pub model: ModelKind,
     pub target: &'a Target,
@@ -31,60 +31,30 @@ pub(super) struct Plan<'a> {
 impl Plan<'_> {
     /// Derives the sizes, or notes why there are none.
     ///
-    /// * `thickness`, `end_time`: where these keys stand
+    /// * `thickness`, `end_time`: places of these keys
     pub(super) fn sizes(
         &self,
-        doc: &mut Document,
+        doc: &Document,
         mesh: &GivenMesh,
         thickness: Span,
         end_time: Span,
     ) -> Option<Sizes> {
-        let cells = mesh.cells.value as usize;
-        let c_s = self.target.material.shear_wave_speed;
-        let spacing = match mesh.kind {
-            MeshKind::Matched => Spacing::matched(cells, self.indenter.radius, self.target.thickness, c_s),
-            MeshKind::Paper => match Spacing::paper(cells, self.target.thickness) {
-                Some(spacing) => spacing,
-                None => {
-                    let message = format!(
-                        "the paper mesh needs a whole number of cells through the layer, but thickness·cells = {}",
-                        self.target.thickness.unwrap_or_default() * cells as f64
-                    );
-                    doc.problem(thickness, message, Some("change target.thickness or mesh.cells".into()));
-                    return None;
-                }
-            },
-        };
+        let spacing = self.spacing(doc, mesh, thickness)?;
         let dt = spacing.dz;
-        let steps = (self.run.end_time / dt).round();
-        if !(1.0..=MAX_STEPS).contains(&steps) {
-            let message =
-                format!("`run.end_time` = {:?} takes {steps:.4e} steps of {dt:.4e}", self.run.end_time);
-            let help = format!("allowed: 1 to {MAX_STEPS:e} steps; change run.end_time or mesh.cells");
-            doc.problem(end_time, message, Some(help));
-            return None;
-        }
-        // log times are nanoseconds in 64 bits; half of that range is 292 years
-        let rate = self.record.playback_rate;
-        if 1e9 * rate * self.run.end_time > i64::MAX as f64 {
-            let message = format!("`record.playback_rate` = {rate:?} puts the end of the run 292 years away");
-            doc.problem(end_time, message, Some("make record.playback_rate or run.end_time smaller".into()));
-            return None;
-        }
-
+        let steps = self.steps(doc, dt, end_time)?;
         let contact_reach = self.contact_reach(spacing, steps);
         let outer = self.outer_radius(doc, mesh, spacing, steps, contact_reach)?;
         let nr = (outer / spacing.dr - 1e-9).ceil().max(1.0);
         let nz = match spacing.layer_rows {
             Some(rows) => rows as f64,
-            // the wave goes one row per step; if only the surface is looked at, half as deep is enough
+            // the wave travels one row per step; if only the surface is observed, half as deep is enough
             None if !self.record.frames.is_none() => steps + 2.0,
             None => (steps / 2.0).ceil() + 2.0,
         };
         if nr * nz > MAX_NODES {
             let message = format!("the mesh has {:.3e} nodes ({nr} along r, {nz} along z)", nr * nz);
             let help = format!("allowed: at most {MAX_NODES:e}; make mesh.cells or run.end_time smaller");
-            doc.problem(mesh.cells.span.clone(), message, Some(help));
+            doc.problem(mesh.cells.span.clone(), message, help);
             return None;
         }
         Some(Sizes {
@@ -101,8 +71,47 @@ impl Plan<'_> {
         })
     }
 
+    fn spacing(&self, doc: &Document, mesh: &GivenMesh, thickness: Span) -> Option<Spacing> {
+        let cells = mesh.cells.value as usize;
+        let c_s = self.target.material.shear_wave_speed;
+        let spacing = match mesh.kind {
+            MeshKind::Matched => {
+                return Some(Spacing::matched(cells, self.indenter.radius, self.target.thickness, c_s));
+            }
+            MeshKind::Paper => Spacing::paper(cells, self.target.thickness),
+        };
+        if spacing.is_none() {
+            let message = format!(
+                "the paper mesh needs a whole number of cells through the layer, but thickness·cells = {}",
+                self.target.thickness.unwrap_or_default() * cells as f64
+            );
+            doc.problem(thickness, message, "change target.thickness or mesh.cells");
+        }
+        spacing
+    }
+
+    /// Number of the last step.
+    fn steps(&self, doc: &Document, dt: f64, end_time: Span) -> Option<f64> {
+        let steps = (self.run.end_time / dt).round();
+        if !(1.0..=MAX_STEPS).contains(&steps) {
+            let message =
+                format!("`run.end_time` = {:?} takes {steps:.4e} steps of {dt:.4e}", self.run.end_time);
+            let help = format!("allowed: 1 to {MAX_STEPS:e} steps; change run.end_time or mesh.cells");
+            doc.problem(end_time, message, help);
+            return None;
+        }
+        // log times are nanoseconds in 64 bits; half of that range is 292 years
+        let rate = self.record.playback_rate;
+        if 1e9 * rate * self.run.end_time > i64::MAX as f64 {
+            let message = format!("`record.playback_rate` = {rate:?} puts the end of the run 292 years away");
+            doc.problem(end_time, message, "make record.playback_rate or run.end_time smaller");
+            return None;
+        }
+        Some(steps)
+    }
+
     /// Largest radius that contact can reach on a flat surface \[R\]: at the depth to which the last step, K, moves the indenter,
-    /// by nodes that are being met, which take a mean over one spacing in r and one step in depth.
+    /// by partial contact, an average over one spacing in r and one step in depth.
     ///
     /// ```text
     /// f(r_contact − Δr) = V0·(K + 1)·Δt + V0·Δt       not beyond the radius of a punch
@@ -113,8 +122,8 @@ impl Plan<'_> {
         (shape.reach(step * (steps + 1.0) + step) + spacing.dr).min(shape.radius())
     }
 
-    /// Outer radius of the mesh \[R\]: so large that nothing comes back from it to the contact, or, where fields are
-    /// recorded, that nothing gets there.
+    /// Outer radius of the mesh \[R\]: so large that no wave returns from it to the contact, or, where fields are recorded,
+    /// that no wave arrives there.
     ///
     /// ```text
     /// r_max = r_contact + c·t_end/2 + margin      with fields: r_contact + c·t_end + margin
@@ -123,14 +132,14 @@ impl Plan<'_> {
     /// with `c = c_s` (model `elastic`: 1) and the width of the precursor as margin.
     fn outer_radius(
         &self,
-        doc: &mut Document,
+        doc: &Document,
         mesh: &GivenMesh,
         spacing: Spacing,
         steps: f64,
         contact_reach: f64,
     ) -> Option<f64> {
         if let Some(given) = &mesh.outer_radius {
-            // nodes beside the contact, whatever the mesh
+            // nodes beside the contact on any mesh
             let least = contact_reach + 2.0 * spacing.dr;
             if given.value >= least {
                 return Some(given.value);
@@ -140,7 +149,7 @@ impl Plan<'_> {
             let help = format!(
                 "contact reaches r = {contact_reach:.4}; allowed: at least {least:.4}, or leave the key out to have it derived"
             );
-            doc.problem(given.span.clone(), message, Some(help));
+            doc.problem(given.span.clone(), message, help);
             return None;
         }
         let speed = match self.model {

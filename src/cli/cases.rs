@@ -10,7 +10,7 @@ use crate::{
     exact::closed_form::ClosedForm,
 };
 
-/// Lists the built-in cases, and which closed form answers them.
+/// Lists the built-in cases and their closed forms.
 #[derive(Debug, Args)]
 pub(super) struct Cases {
     /// Print JSON
@@ -23,7 +23,7 @@ impl Cases {
         let mut rows = Vec::new();
         for name in builtin::names() {
             let case = Case::load(name, &[])?;
-            rows.push((name, ClosedForm::for_case(&case).ok(), case.title));
+            rows.push((name, ClosedForm::for_case(&case).ok(), case.title.clone()));
         }
         let text = if self.json {
             let list: Vec<_> = rows

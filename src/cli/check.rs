@@ -1,4 +1,4 @@
-//! `percuss check`: is a case valid, and what will it take?
+//! `percuss check`: validates a case and estimates its run.
 
 use std::io::{self, IsTerminal};
 
@@ -26,8 +26,8 @@ pub(super) struct Check {
     /// Print the complete case as TOML, every default and derived choice explicit; `percuss run` on it repeats the run
     #[arg(long)]
     resolved: bool,
-    /// Also find the largest impact velocity that keeps the strain within the limit of linear theory, with the geometry of the
-    /// head kept: by runs of the case, some five to ten of them unless its face is flat
+    /// Also find the largest impact velocity that keeps the strain within the limit of linear theory, at the same geometry of
+    /// the head: by one run of the case if its face is flat, by five to ten otherwise
     #[arg(long, conflicts_with = "resolved")]
     admissible: bool,
     /// Print everything as JSON
@@ -42,10 +42,8 @@ impl Check {
             print(&case.resolved_toml())?;
             return Ok(Exit::Done);
         }
-        let estimate = Estimate::new(&case, |cells, every| {
-            self.case.load_with([format!("mesh.cells={cells}"), format!("record.field_every={every}")])
-        });
-        let admissible = self.admissible.then(|| self.find_velocity()).transpose()?;
+        let estimate = Estimate::new(&case);
+        let admissible = self.admissible.then(|| find_velocity(&case)).transpose()?;
         let text = if self.json {
             json(&case, &estimate, admissible)
         } else {
@@ -54,16 +52,16 @@ impl Check {
         print(&text)?;
         Ok(Exit::Done)
     }
+}
 
-    fn find_velocity(&self) -> Result<Trial, CliError> {
-        let is_watched = io::stderr().is_terminal();
-        let tell = |trial: &Trial| {
-            if is_watched {
-                eprintln!("trial: V0 = {:.4e}, largest strain {:.5}", trial.velocity, trial.strain);
-            }
-        };
-        Ok(admissible::find(&self.case.case, &self.case.overrides, tell)?)
-    }
+fn find_velocity(case: &Case) -> Result<Trial, CliError> {
+    let is_terminal = io::stderr().is_terminal();
+    let watch = |trial: &Trial| {
+        if is_terminal {
+            eprintln!("trial: V0 = {:.4e}, largest strain {:.5}", trial.velocity, trial.strain);
+        }
+    };
+    Ok(admissible::find(case, watch)?)
 }
 
 /// A velocity in m/s, where the case gives c_p.
@@ -142,7 +140,7 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
     rows.iter().map(|(key, value)| format!("{key:<10} {value}\n")).collect()
 }
 
-/// What a trial says of the run.
+/// The estimates of a run, row by row.
 fn run_rows(run: &RunEstimate) -> Vec<(&'static str, String)> {
     let RunEstimate { messages, file, seconds, stops_at, trial_cells } = *run;
     let percent = 100.0 * BYTES_TOLERANCE;
@@ -156,7 +154,7 @@ fn run_rows(run: &RunEstimate) -> Vec<(&'static str, String)> {
     rows
 }
 
-/// What frames show of the field.
+/// Number and density of the frames.
 fn frames(case: &Case) -> String {
     let count = case.frames().count();
     let names: Vec<&str> = case.record.fields.iter().map(|field| field.name()).collect();

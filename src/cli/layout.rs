@@ -21,7 +21,7 @@ Every recording carries its layout for Lichtblick and Foxglove as the attachment
 pub(super) struct Layout {
     #[command(flatten)]
     case: CaseArguments,
-    /// Which viewer
+    /// Viewer
     #[arg(long, value_enum, default_value_t = Viewer::Lichtblick)]
     viewer: Viewer,
     /// File to write; stdout if none

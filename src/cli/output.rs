@@ -1,4 +1,4 @@
-//! What commands that write a recording have in common: where to, with how many threads, and how they are interrupted.
+//! What commands that write a recording share: output path, threads, signals.
 
 use std::{
     fs,
@@ -7,21 +7,25 @@ use std::{
     path::{Path, PathBuf},
     sync::{
         Arc,
-        atomic::{AtomicBool, AtomicUsize},
+        atomic::{AtomicBool, AtomicUsize, Ordering},
     },
 };
 
 use clap::Args;
+use indicatif::BinaryBytes;
 use rayon::ThreadPool;
 use signal_hook::{
     consts::{SIGINT, SIGTERM},
     flag,
 };
 
-use super::{CliError, default_output};
-use crate::recording::create_file;
+use super::{CliError, Exit, default_output};
+use crate::{
+    recording::create_file,
+    session::{Flow, Status},
+};
 
-/// Where a recording goes and how it is made.
+/// Path of a recording and how it is computed.
 #[derive(Debug, Args)]
 pub(super) struct OutputArguments {
     /// Recording to write [default: the name of the case with .mcap]
@@ -32,20 +36,20 @@ pub(super) struct OutputArguments {
     /// Overwrite an existing recording
     #[arg(long)]
     pub(super) force: bool,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     pub(super) quiet: bool,
 }
 
-/// How many threads may be used.
+/// Number of threads.
 #[derive(Debug, Args)]
 pub(super) struct ThreadArguments {
-    /// Number of threads [default: all cores]; no result depends on it
+    /// Number of threads [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
 }
 
-/// Largest number of threads that makes sense to ask for.
+/// Largest number of threads.
 const MAX_THREADS: usize = 1024;
 
 impl OutputArguments {
@@ -55,7 +59,7 @@ impl OutputArguments {
     ///
     /// # Errors
     ///
-    /// It is the case file itself, or named like a file of another format.
+    /// It is the case file itself, or has the extension of another format.
     pub(super) fn path(&self, case: &str, suffix: &str) -> Result<PathBuf, CliError> {
         let path = self.output.clone().unwrap_or_else(|| default_output(case, suffix));
         if is_same_file(&path, Path::new(case)) {
@@ -90,7 +94,7 @@ impl ThreadArguments {
     }
 }
 
-/// Remembers SIGINT and SIGTERM instead of dying; a second one kills at once. The signal seen is the value, 0 for none.
+/// Catches SIGINT and SIGTERM: the value is the signal, 0 for none. A second signal ends the process at once.
 pub(super) fn watch_signals() -> Result<Arc<AtomicUsize>, CliError> {
     let seen = Arc::new(AtomicUsize::new(0));
     let armed = Arc::new(AtomicBool::new(false));
@@ -103,10 +107,27 @@ pub(super) fn watch_signals() -> Result<Arc<AtomicUsize>, CliError> {
     Ok(seen)
 }
 
-/// What the status record says about a signal.
-pub(super) fn interrupted_by(signal: usize) -> String {
-    let name = if signal == SIGINT as usize { "SIGINT" } else { "SIGTERM" };
-    format!("interrupted by {name}")
+/// Interrupts a run after a signal.
+pub(super) fn flow(signal: &AtomicUsize) -> Flow {
+    match signal.load(Ordering::Relaxed) as i32 {
+        0 => Flow::Continue,
+        SIGINT => Flow::Interrupt("interrupted by SIGINT".into()),
+        _ => Flow::Interrupt("interrupted by SIGTERM".into()),
+    }
+}
+
+/// The exit of a command that has recorded a run.
+pub(super) fn exit(status: &Status, signal: &AtomicUsize) -> Exit {
+    match status {
+        Status::Interrupted(_) => Exit::Interrupted(signal.load(Ordering::Relaxed) as u8),
+        _ => Exit::Done,
+    }
+}
+
+/// Name, status and size of a recording.
+pub(super) fn written(path: &Path, status: &Status) -> String {
+    let size = fs::metadata(path).map_or(0, |metadata| metadata.len());
+    format!("{}: {}, {}", path.display(), status.name(), BinaryBytes(size))
 }
 
 fn is_same_file(a: &Path, b: &Path) -> bool {

@@ -1,4 +1,4 @@
-//! Progress of a run: a bar on a terminal, a line now and then elsewhere, nothing if asked to be quiet.
+//! Progress of a run: a bar on a terminal, a line every few seconds elsewhere, nothing with `--quiet`.
 
 use std::{
     io::{self, IsTerminal, Write},
@@ -7,7 +7,7 @@ use std::{
 
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
-/// Shows how far a run is.
+/// Shows the progress of a run.
 pub(super) enum Progress {
     Bar(ProgressBar),
     Lines(Lines),
@@ -51,14 +51,14 @@ impl Progress {
         match self {
             Self::Bar(bar) => {
                 bar.set_position(step + 1);
-                // formatting every message would cost more than some steps do
+                // formatting every message takes longer than some steps
                 if step.is_multiple_of(64) {
                     let end = bar.length().map_or(time, |n| (n - 1) as f64 * time / (step.max(1)) as f64);
                     bar.set_message(format!("t = {time:.3} of {end:.3}"));
                 }
             }
             Self::Lines(lines) => {
-                // asking the clock costs less than a step, but not nothing
+                // the clock is not read at every step
                 if step.is_multiple_of(16) && lines.last.elapsed() >= LINE_INTERVAL {
                     lines.last = Instant::now();
                     lines.print(step);
@@ -68,7 +68,7 @@ impl Progress {
         }
     }
 
-    /// Says something without disturbing the bar.
+    /// Prints a line above the bar.
     pub(super) fn say(&self, text: &str) {
         match self {
             Self::Bar(bar) => bar.suspend(|| say(text)),
@@ -77,7 +77,7 @@ impl Progress {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(super) fn end(&self) {
         if let Self::Bar(bar) = self {
             bar.finish_and_clear();

@@ -27,9 +27,8 @@ Examples:
   percuss study fig4 --plot fig4-order.svg
 
 The order is observed on the last three meshes, the extrapolated value is Richardson's. The error bar, about the finest value,
-is 1.25 of what is left at that order, at most the first; without an order (none between 0.5 and 2.5) it is three times the
-largest difference. Stress at r = 0 under the waves of an edge and the
-stress at an edge do not converge, and the table shows it.";
+is 1.25 times the remaining error at that order, at most the first; without an order (none between 0.5 and 2.5) it is three
+times the largest difference. The stress at r = 0 under the waves of an edge and the stress at an edge do not converge.";
 
 /// Runs a case on meshes refined by two and reports observed orders, extrapolated values and error bars.
 #[derive(Debug, Args)]
@@ -37,13 +36,13 @@ stress at an edge do not converge, and the table shows it.";
 pub(super) struct StudyArguments {
     #[command(flatten)]
     case: CaseArguments,
-    /// Refine by so much, a power of two: 4 computes the cells of the case, twice and four times as many
+    /// Largest refinement, a power of two: 4 computes the cells of the case, twice and four times as many
     #[arg(long, value_name = "N", default_value_t = 4)]
     refine: usize,
-    /// Times to look at [default: 0.23, 0.48, 0.73, 0.98 of the run: numbers at the very arrival of a front tell nothing]
+    /// Times of drag, velocity and stress [default: 0.23, 0.48, 0.73, 0.98 of the run, away from arrivals of fronts]
     #[arg(long, value_name = "T", value_delimiter = ',')]
     times: Vec<f64>,
-    /// Radii of the stress to look at [default: the probes of the case]
+    /// Radii of the stress [default: the probes of the case]
     #[arg(long, value_name = "R", value_delimiter = ',')]
     probes: Vec<f64>,
     #[command(flatten)]
@@ -57,12 +56,12 @@ pub(super) struct StudyArguments {
     /// Overwrite an existing picture
     #[arg(long)]
     force: bool,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     quiet: bool,
 }
 
-/// Largest refinement that makes sense to ask for: time grows with its cube.
+/// Largest refinement: time grows with its cube.
 const MAX_REFINE: usize = 64;
 
 impl StudyArguments {
@@ -102,9 +101,9 @@ impl StudyArguments {
             let text = format!("--refine {}: a power of two from 4 to {MAX_REFINE}", self.refine);
             return Err(CliError::Usage(text));
         }
-        let cells = self.case.load()?.mesh.cells;
-        let levels: Vec<usize> = (0..=self.refine.ilog2()).map(|level| cells << level).collect();
-        Ok(on_meshes(&self.case.case, &self.case.overrides, &levels)?)
+        let case = self.case.load()?;
+        let levels: Vec<usize> = (0..=self.refine.ilog2()).map(|level| case.mesh.cells << level).collect();
+        Ok(on_meshes(&case, &levels)?)
     }
 
     fn plan(&self, case: &Case) -> Result<Plan, CliError> {

@@ -1,6 +1,6 @@
-//! The table of the section "Accuracy" in the README: it states the errors that the tests allow.
+//! The table under "How right it is" in the README: the tests allow the errors that it states.
 //!
-//! Its numbers stand nowhere else. A test reads those of its case and holds what it measures against them, so neither
+//! Its numbers stand nowhere else. A test reads those of its case and compares its measured errors with them, so neither
 //! the table nor the program can change alone.
 
 const README: &str = include_str!("../../README.md");
@@ -8,11 +8,11 @@ const README: &str = include_str!("../../README.md");
 /// Heading of the columns of the table.
 const HEADING: &str = "| Case | Compared with | Error |";
 
-/// Measured errors are those stated within this factor, either way: the table rounds to one or two digits, and one that
-/// has become too pessimistic is wrong too.
+/// Measured errors are those stated within this factor, either way: the table rounds to one or two digits, and a
+/// pessimistic one is wrong too.
 const FACTOR: f64 = 1.5;
 
-/// Files in which rows are looked up.
+/// Files that are searched for rows.
 const TESTS: [&str; 7] = [
     include_str!("energy_and_momentum.rs"),
     include_str!("fig2_paraboloid.rs"),
@@ -52,7 +52,7 @@ pub fn stated<const N: usize>(case: &str) -> [f64; N] {
     numbers(error).try_into().unwrap_or_else(|found| panic!("`{error}` has the numbers {found:?}"))
 }
 
-/// Holds a measured error against the stated one.
+/// Compares a measured error with the stated one.
 pub fn assert_stated(what: &str, measured: f64, stated: f64) {
     assert!(
         stated / FACTOR <= measured && measured <= stated * FACTOR,
@@ -60,7 +60,7 @@ pub fn assert_stated(what: &str, measured: f64, stated: f64) {
     );
 }
 
-/// Holds a rounding error, which may be less by chance, against the stated one.
+/// Compares a rounding error, which may be smaller by chance, with the stated one.
 pub fn assert_rounding(what: &str, measured: f64, stated: f64) {
     assert!(measured <= stated * FACTOR, "{what}: the error is {measured:e}, the README states {stated:e}");
 }

@@ -1,32 +1,31 @@
-//! Closing estimate of \[KA\]: the impact velocity that keeps the strain within 0.005. A run at the velocity that is named must
-//! keep it, whatever the head.
+//! Closing estimate of \[KA\]: the impact velocity that keeps the strain within 0.005. A run at the velocity found keeps it,
+//! for any head.
 
 use percuss::{
     admissible::{CLOSE, Trial, find},
+    session,
     simulation::Simulation,
     validity::STRAIN_LIMIT,
 };
 
 use super::case;
 
-/// The velocity that is named for a built-in case, and the number of trials it took.
-fn named(name: &str, overrides: &[&str]) -> (Trial, usize) {
-    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+/// The velocity found for a built-in case, and the number of trials.
+fn search(name: &str, overrides: &[&str]) -> (Trial, usize) {
     let mut trials = 0;
-    let found = find(name, &overrides, |_| trials += 1).unwrap_or_else(|error| panic!("{error}"));
+    let found = find(&case(name, overrides), |_| trials += 1).unwrap_or_else(|error| panic!("{error}"));
     (found, trials)
 }
 
-/// Largest strain of a run, relative to the limit, and what the run itself names as admissible.
+/// Largest strain of a run, relative to the limit, and the admissible velocity of its validity.
 fn strain(name: &str, overrides: &[&str]) -> (f64, Option<f64>) {
     let mut simulation = Simulation::new(&case(name, overrides)).expect("a solver");
-    while simulation.step().expect("finite numbers").is_some() {}
-    let validity = simulation.validity();
+    let validity = session::run(&mut simulation, &mut []).expect("finite numbers").validity;
     (validity.strain.value / STRAIN_LIMIT, validity.admissible_velocity())
 }
 
 #[test]
-fn a_run_at_the_velocity_that_is_named_keeps_the_limit() {
+fn a_run_at_the_velocity_found_keeps_the_limit() {
     // f = r²/7 and f = r/1000 at any velocity: k = 7·V0, V* = 1000·V0; velocity of the case, cells
     for (name, key, factor, given, cells) in
         [("fig2", "curvature", 7.0, 1.0, 400), ("fig6a", "spread_rate", 1000.0, 0.02, 100)]
@@ -41,13 +40,13 @@ fn a_run_at_the_velocity_that_is_named_keeps_the_limit() {
             strain(name, &[&shared[..], &settings(velocity).each_ref().map(String::as_str)].concat())
         };
         let case = settings(given);
-        let (found, trials) = named(name, &[&shared[..], &case.each_ref().map(String::as_str)].concat());
+        let (found, trials) = search(name, &[&shared[..], &case.each_ref().map(String::as_str)].concat());
         let (share, scaled) = at(found.velocity);
         println!("{name}: V0 = {:e}, {trials} trials, strain {share} of the limit", found.velocity);
-        // the named velocity was rounded on its way through the parameters of the shape
+        // the parameters of the shape round the velocity
         assert!((CLOSE - 1e-9..=1.0 + 1e-9).contains(&share), "{name}: {share}");
         assert!(trials <= 12 && scaled.is_none(), "{name}: {trials}");
-        // what scaling the run of the case would name is not admissible
+        // scaling the run of the case gives an inadmissible velocity
         let wrong = given / at(given).0;
         println!("{name}: scaled V0 = {wrong:e}, strain {} of the limit", at(wrong).0);
         assert!(at(wrong).0 > 1.2, "{name}: {}", at(wrong).0);
@@ -58,7 +57,7 @@ fn a_run_at_the_velocity_that_is_named_keeps_the_limit() {
 fn flat_faces_scale() {
     for mass in ["inf", "2.5"] {
         let shared = ["record.frames=0", "mesh.cells=50", &format!("indenter.mass={mass}")];
-        let (found, trials) = named("fig5", &shared);
+        let (found, trials) = search("fig5", &shared);
         let velocity = format!("impact.velocity={:?}", found.velocity);
         let (share, scaled) = strain("fig5", &[&shared[..], &[&velocity]].concat());
         assert!((share - 1.0).abs() < 1e-9 && trials == 1, "{mass}: {share}");
@@ -67,11 +66,10 @@ fn flat_faces_scale() {
 }
 
 #[test]
-fn a_head_too_sharp_for_any_velocity_is_said_to_be() {
+fn a_head_too_sharp_for_any_velocity_is_reported() {
     // a cone slower than the waves strains the target in proportion to its slope
     let overrides =
         ["record.frames=0", "mesh.cells=20", "impact.contact=unilateral", "indenter.spread_rate=0.05"];
-    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-    let error = find("fig6a", &overrides, |_| ()).expect_err("too sharp").to_string();
+    let error = find(&case("fig6a", &overrides), |_| ()).expect_err("too sharp").to_string();
     assert!(error.contains("no impact velocity") && error.contains("mesh.cells"), "{error}");
 }

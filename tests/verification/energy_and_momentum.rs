@@ -1,4 +1,4 @@
-//! Balances of the discrete scheme: energy, momentum, and the sign of what unilateral contact loses.
+//! Balances of the discrete scheme: energy, momentum, and the sign of the dissipation in unilateral contact.
 
 use super::{
     accuracy::{assert_rounding, stated},
@@ -34,7 +34,7 @@ fn bilateral_contact_conserves_energy() {
 }
 
 #[test]
-fn unilateral_contact_only_ever_loses_energy() {
+fn unilateral_contact_dissipates_energy() {
     for name in ["fig2", "fig3", "fig6c", "fig7b", "fig8-m2.5", "fig9-m1"] {
         let case = case(name, &["mesh.cells=50", "run.stop=never", "record.frames=100"]);
         let mut last = 0.0;
@@ -72,7 +72,7 @@ fn momentum_of_the_punch_is_the_impulse_of_the_drag() {
 }
 
 #[test]
-fn profile_of_points_does_as_the_shape_it_describes() {
+fn a_profile_of_points_equals_its_shape() {
     // a cone given by two points is the cone, but for rounding of f
     let points = "indenter.points=[[0.0, 0.0], [1.0, 0.5]]";
     let cone = case("fig6c", &["mesh.cells=40", "record.frames=0"]);
@@ -87,7 +87,7 @@ fn profile_of_points_does_as_the_shape_it_describes() {
 }
 
 #[test]
-fn nodes_being_met_and_left_never_give_energy_back() {
+fn partial_contact_never_adds_energy() {
     // heads of small mass that come to rest and leave, on meshes so coarse that most nodes are at the edge of the contact
     for (name, mass) in
         [("fig2", 0.02), ("fig3", 0.3), ("fig3", 2.0), ("fig6a", 0.3), ("fig6c", 0.1), ("fig7b", 2.0)]

@@ -36,16 +36,16 @@ fn prescribed_motion() {
         assert_eq!(on_mesh("fig2-prescribed", cells, &[]).sizes.nz, rows);
         assert_stated(&format!("{cells} cells"), axis_error("matched", cells), error);
     }
-    // nodes that start one by one under the moving edge feed waves of grid frequency, on every mesh alike
+    // nodes that come into contact one by one under the moving edge excite waves of grid frequency on every mesh
     for cells in [50, 100] {
         assert_stated(&format!("paper's mesh, {cells} cells"), axis_error("paper", cells), paper);
     }
 }
 
 #[test]
-fn a_contact_faster_than_waves_has_the_motion_prescribed() {
+fn a_contact_faster_than_waves_is_a_prescribed_one() {
     // r* = √(kt) outruns the waves until r* = k/2c_s, t = k/4c_s², and the wave of its edge takes until t = 3k/4c_s² to
-    // the axis. Until then the closed form answers the unilateral contact, too, with the drag F = V0·r*².
+    // the axis. Until then the closed form also holds for unilateral contact, with the drag F = V0·r*².
     let slow = CURVATURE / (4.0 * SHEAR_WAVE_SPEED * SHEAR_WAVE_SPEED);
     let exact = closed_form();
     let errors = [100, 200, 400].map(|cells| {
@@ -53,7 +53,7 @@ fn a_contact_faster_than_waves_has_the_motion_prescribed() {
         let seen = run(&case, |view| (view.time, view.drag, view.interface.stress_at(0.0)));
         let early = seen.iter().filter(|row| row.0 < 3.0 * slow);
         let axis = early.map(|row| (row.2, exact.axis_pressure(0.0, row.0).expect("t ≥ 0")));
-        // a disc of a few nodes is a rough one: begin where it has ten nodes on the coarsest mesh
+        // a disc of a few nodes is a coarse one: begin where it has ten nodes on the coarsest mesh
         let fast = seen.iter().filter(|row| (0.25 * slow..slow).contains(&row.0));
         let drag = fast.map(|row| (row.1 / (VELOCITY * CURVATURE * row.0) - 1.0).abs());
         (relative_rms(axis), drag.fold(0.0, f64::max))
@@ -69,7 +69,7 @@ fn a_contact_faster_than_waves_has_the_motion_prescribed() {
 #[test]
 fn drag_and_stress_of_a_slow_contact() {
     // Against the scheme on a mesh twice as fine. Measured 4e-5, 3e-6, 5e-6 for the drag; 1.5e-4, 4e-4, 6e-5 for the stress
-    // on the axis, where the noise of the contact's edge comes together.
+    // on the axis, where the noise of the contact's edge focuses.
     const DRAG: f64 = 6e-5;
     const STRESS: f64 = 6e-4;
     let series = |seen: Vec<(f64, f64, f64)>| -> [Vec<(f64, f64)>; 2] {
@@ -112,7 +112,7 @@ fn contact_reaches_radii_when_the_paper_reads_it() {
     let times = contact_times(reference(&fine), &fine.grid());
     let coarse_times =
         contact_times(percuss::simulation::Simulation::new(&coarse).expect("a solver"), &coarse.grid());
-    // measured 1.1075, 2.63, 4.4125; the paper reads them off a drawing
+    // measured 1.1075, 2.63, 4.4125; the paper's values come from a drawing
     for ((r, coarse), (fine, read)) in
         [0.4, 0.6, 0.8].into_iter().zip(coarse_times).zip(times.into_iter().zip([1.13, 2.66, 4.45]))
     {

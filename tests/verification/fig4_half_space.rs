@@ -18,7 +18,7 @@ use super::{
 /// Times of the drag \[R/c_p\].
 const TIMES: [f64; 4] = [0.25, 0.5, 1.0, 1.5];
 
-/// What the drags of two meshes tend to at these times.
+/// Limit of the drags of two meshes at these times.
 fn extrapolated_drag(kind: &str, cells: [usize; 2], order: i32) -> [f64; 4] {
     let kind = format!("mesh.kind={kind}");
     let [coarse, fine] = cells.map(|cells| {
@@ -40,13 +40,13 @@ fn drag_converges_at_second_order() {
         TIMES.into_iter().zip(expected).map(error).fold(0.0, f64::max)
     });
     assert_stated("drag, 100 cells", errors[1], bound);
-    // measured 1.9: the times lie between steps, each mesh's at other places
+    // measured 1.9: the times lie between steps, at other places on each mesh
     assert!((1.7..2.3).contains(&orders(&errors)[0]), "{errors:?}");
 }
 
 #[test]
 fn both_meshes_tend_to_the_same_drag() {
-    // what is left of the second order of the paper's mesh: measured at most 3e-6
+    // the remaining second order of the paper's mesh: measured at most 3e-6
     const TOLERANCE: f64 = 5e-6;
     let matched = extrapolated_drag("matched", [200, 400], 2);
     let paper = extrapolated_drag("paper", [200, 400], 1);
@@ -57,7 +57,7 @@ fn both_meshes_tend_to_the_same_drag() {
 
 #[test]
 fn stress_is_that_of_a_plane_wave_until_the_edge_wave_arrives() {
-    // without dispersion along z and, at Courant number 1, along r: not even the last bit is another one
+    // without dispersion along z and, at Courant number 1, along r: the same to the last bit
     let case = on_mesh("fig4", 100, &[]);
     let grid = case.grid();
     let mut compared = 0;
@@ -82,7 +82,7 @@ fn depth_slices_are_recorded_with_the_sign_of_the_interface() {
     let slices = run(&case, |view| {
         let frame = view.frame.as_ref().expect("every step is a frame");
         let Sample { extent, values, .. } = frame.fields.sample(Field::Stress).expect("it is recorded");
-        // row 0 is the interface; before any edge wave comes, stress under the middle is V0 behind the front z = t
+        // row 0 is the interface; before any edge wave arrives, stress under the middle is V0 behind the front z = t
         let middle: Vec<f32> = (0..extent.nz).map(|j| values[j * extent.nr]).collect();
         (view.time, view.interface.pressure[0], middle)
     });
@@ -105,8 +105,8 @@ fn depth_slices_are_recorded_with_the_sign_of_the_interface() {
 }
 
 #[test]
-fn what_cannot_be_seen_is_not_missed() {
-    // without frames a half-space is computed only as deep as the surface can still hear of; nothing changes there
+fn depths_whose_waves_do_not_return_have_no_effect() {
+    // without frames a half-space is computed to the depth whose waves return to the surface within the run
     let outer = "mesh.outer_radius=4";
     for name in ["fig4", "fig6a", "fig8-m2.5", "fig9-m1"] {
         let look = |case| run(&case, |view| (view.drag.to_bits(), view.velocity.to_bits()));

@@ -1,5 +1,5 @@
-//! \[KA\] Figs. 6a, 6b, 7a: unbounded cones, tan φ = 2, 4, against the semi-analytic answer of
-//! [`percuss::exact::spreading`] at all nodes that are shown.
+//! \[KA\] Figs. 6a, 6b, 7a: unbounded cones, tan φ = 2, 4, against the semi-analytic form
+//! [`percuss::exact::spreading`] at all recorded nodes.
 //!
 //! ```text
 //!  contact front r* = V*t, faster than the waves of the tip, r = c_s·t
@@ -8,10 +8,7 @@
 //! ______\\___|___/______
 //! ```
 
-use percuss::{
-    exact::closed_form::ClosedForm,
-    simulation::{Simulation, SimulationError},
-};
+use percuss::exact::closed_form::ClosedForm;
 
 use super::{
     accuracy::{assert_stated, stated},
@@ -79,7 +76,7 @@ fn a_cone_on_a_layer() {
     let dt = on_mesh("fig7a", 200, &[]).sizes.dt;
     let mut worst = [0.0; 3];
     for (r, column) in RADII.into_iter().zip(columns) {
-        // a plane front that runs along the surface with V* = 2 has come down and up again
+        // a plane front that moves along the surface with V* = 2, reflected by the backing
         let arrival = r / 2.0 + 2.0 * (1.0f64 - (0.5f64 / 2.0).powi(2)).sqrt();
         let at = column.partition_point(|row| row.0 <= arrival);
         let jump = column[at].2 - column[at - 1].2;
@@ -99,7 +96,7 @@ fn a_cone_on_a_layer() {
 #[test]
 fn unilateral_contact_is_the_same() {
     // the contact outruns all waves, so giving the motion and pushing with a body are the same problem; on the mesh they
-    // differ by the weights of nodes that are being met
+    // differ by the weights of partial contact
     let given = on_mesh("fig6a", 100, &["run.end_time=2"]);
     let pushed = on_mesh("fig6a", 100, &["run.end_time=2", "impact.contact=unilateral"]);
     let look = |case| run(case, |view| view.interface.stress_at(0.5));
@@ -139,17 +136,4 @@ fn a_fast_cone_does_not_outgrow_its_mesh() {
     for (step, (a, b)) in drags(&derived).iter().zip(drags(&wide)).enumerate() {
         assert!((a - b).abs() <= 1e-12 * b.abs(), "step {step}: {a} {b}");
     }
-    // and where the mesh is too narrow all the same, the run says so
-    let mut narrow = derived;
-    narrow.sizes.nr = 420;
-    let mut simulation = Simulation::new(&narrow).expect("a solver");
-    let error = loop {
-        match simulation.step() {
-            Ok(Some(view)) => assert!(view.step < 4),
-            Ok(None) => panic!("the contact leaves the mesh"),
-            Err(error) => break error,
-        }
-    };
-    assert!(matches!(error, SimulationError::ContactLeavesMesh { step: 3 | 4, .. }), "{error}");
-    assert!(error.to_string().contains("mesh.outer_radius"), "{error}");
 }

@@ -12,8 +12,9 @@
 //! 9.36 do not follow from its equations.)
 
 use percuss::{
-    contact::event::EventKind,
-    simulation::{Ending, Simulation},
+    session::{self, Status},
+    simulation::Simulation,
+    view::{EventKind, View},
 };
 
 use super::{
@@ -40,7 +41,7 @@ impl Response {
         let case = on_mesh("fig4", cells, &["run.end_time=12", "impact.contact=bilateral"]);
         let seen = observe(start(&case), |view| (view.drag, view.interface.stress_at(0.0)));
         let (mut drag, mut stress): (Vec<f64>, Vec<f64>) = seen.into_iter().unzip();
-        // a run shows half of the jump that begins it; the response begins with the whole of it
+        // a run shows half of its initial jump; the response begins with the whole jump
         drag[0] *= 2.0;
         stress[0] *= 2.0;
         Self { dt: case.sizes.dt, drag, stress }
@@ -57,7 +58,7 @@ impl Response {
         };
         let (mut velocity, mut motion, mut stresses) = (1.0, Vec::new(), Vec::new());
         for k in 0..self.drag.len() {
-            // the half interval at the end; the scheme has it in the first step, too, as the mass gives way at once
+            // the half interval at the end; the scheme has it in the first step too, as the mass decelerates at once
             let last = 0.5 * self.dt;
             let drag = self.drag[k] + so_far(&slope, &self.drag);
             let stress = self.stress[k] + so_far(&slope, &self.stress);
@@ -112,7 +113,7 @@ fn rebound_and_extension() {
                 let velocity: Vec<_> = seen.iter().map(|row| (row.0, row.1)).collect();
                 let mut stress: Vec<_> = seen.iter().map(|row| (row.0, row.2)).collect();
                 if contact == "unilateral" {
-                    // a node that has opened has no stress: go on from the two steps before
+                    // a node that has opened has no stress: extrapolate from the two steps before
                     let opened = stress.len() - 1;
                     stress[opened].1 = 2.0 * stress[opened - 1].1 - stress[opened - 2].1;
                 }
@@ -160,10 +161,9 @@ fn going_on_after_the_extension_is_an_option() {
     let case = case("fig8-m2.5", &["run.stop=separation", "record.frames=0"]);
     let mut simulation = Simulation::new(&case).expect("a solver");
     let mut kinds = Vec::new();
-    while let Some(view) = simulation.step().expect("finite numbers") {
-        kinds.extend(view.events.iter().map(|event| event.kind));
-    }
+    let mut collect = |view: &View<'_>| kinds.extend(view.events.iter().map(|event| event.kind));
+    let outcome = session::run(&mut simulation, &mut [&mut collect]).expect("finite numbers");
     let expected = [EventKind::Rebound, EventKind::Extension, EventKind::Separation, EventKind::Stopped];
     assert_eq!(kinds, expected);
-    assert!(matches!(simulation.ending(), Some(Ending::Stopped(_))));
+    assert!(matches!(outcome.status, Status::Stopped(_)));
 }

@@ -6,6 +6,7 @@
 
 use percuss::{
     case::{Case, builtin},
+    session,
     simulation::Simulation,
     view::View,
 };
@@ -35,22 +36,21 @@ fn on_mesh(name: &str, cells: usize, overrides: &[&str]) -> Case {
     case(name, &[&["record.frames=0", &format!("mesh.cells={cells}")], overrides].concat())
 }
 
-/// What computes references on finer meshes: the plain stepper.
+/// The plain stepper, which computes references on finer meshes.
 fn reference(case: &Case) -> Simulation {
     Simulation::reference(case).expect("a solver")
 }
 
-/// What `look` sees of every step of a case.
+/// Results of `look` at every step of a case.
 fn run<T>(case: &Case, look: impl FnMut(&View<'_>) -> T) -> Vec<T> {
     observe(Simulation::new(case).expect("a solver"), look)
 }
 
-/// What `look` sees of every step of a simulation.
+/// Results of `look` at every step of a simulation.
 fn observe<T>(mut simulation: Simulation, mut look: impl FnMut(&View<'_>) -> T) -> Vec<T> {
     let mut seen = Vec::new();
-    while let Some(view) = simulation.step().expect("finite numbers") {
-        seen.push(look(&view));
-    }
+    session::run(&mut simulation, &mut [&mut |view: &View<'_>| seen.push(look(view))])
+        .expect("finite numbers");
     seen
 }
 
@@ -96,7 +96,7 @@ fn orders(errors: &[f64]) -> Vec<f64> {
     errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect()
 }
 
-/// What values on two meshes, the second refined by two, tend to with a known order (Richardson).
+/// Limit of values on two meshes, the second refined by two, with a known order (Richardson).
 fn extrapolate(coarse: f64, fine: f64, order: i32) -> f64 {
     fine + (fine - coarse) / (2f64.powi(order) - 1.0)
 }

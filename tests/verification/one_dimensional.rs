@@ -1,5 +1,4 @@
-//! One-dimensional limits: before an edge wave arrives, the column under a flat punch does not know that it is not
-//! alone.
+//! One-dimensional limits: before an edge wave arrives, the columns under a flat punch are independent.
 //!
 //! ```text
 //! p(r, t) = V0·[1 + 2·(number of reflections so far)]      fronts at t = 2mh

@@ -1,8 +1,8 @@
-//! When indenter and target are apart: a node that opens for a step is no separation.
+//! Separation of indenter and target: a node that opens for a step is none.
 
 use percuss::{
     case::Case,
-    contact::event::{Event, EventKind},
+    view::{Event, EventKind},
 };
 
 use super::{case, run};
@@ -43,7 +43,7 @@ fn a_chattering_node_does_not_end_a_run() {
 }
 
 #[test]
-fn a_separation_is_not_taken_back_at_once() {
+fn a_separation_is_not_followed_by_contact_at_once() {
     for cells in [3, 5, 10, 20] {
         let events = events(&ball(cells, "never"));
         let kinds: Vec<EventKind> = events.iter().map(|(_, event)| event.kind).collect();

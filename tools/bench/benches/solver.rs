@@ -11,8 +11,7 @@ use percuss::{
     surface::Surface,
 };
 
-/// A target in full motion, and its surface.
-///
+/// A target with its whole section inside the light cone, and its surface.
 type Target = (Box<dyn Model<()>>, Surface);
 
 /// * `shown`: what frames show

@@ -1,8 +1,8 @@
-//! What the benchmarks share.
+//! Shared parts of the benchmarks.
 
 use std::{fmt::Display, process::ExitCode};
 
-/// Ends a program: says what went wrong, if anything has.
+/// Ends a program, with its error on stderr.
 pub fn exit(result: Result<(), impl Display>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -13,7 +13,7 @@ pub fn exit(result: Result<(), impl Display>) -> ExitCode {
     }
 }
 
-/// The value in the middle; of an even number of values the larger one there.
+/// The median; of an even number of values the upper one.
 ///
 /// # Panics
 ///

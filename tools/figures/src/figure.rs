@@ -1,4 +1,4 @@
-//! What a figure of the page consists of.
+//! The parts of a figure of the page.
 
 use percuss_picture::{Curve, Panel};
 
@@ -7,25 +7,25 @@ use crate::lab::{Made, Points};
 /// A figure of the paper, computed.
 #[derive(Default)]
 pub struct Figure {
-    /// Number in the paper, or a word for what it does not have: also the name of its files.
+    /// Number in the paper, or a word for a figure that it does not have: also the name of its files.
     pub id: String,
-    /// What it shows.
+    /// Title.
     pub title: String,
-    /// What the reader should know.
+    /// Remark.
     pub text: String,
     /// Diagrams, one below the other.
     pub panels: Vec<Panel>,
     /// Recordings it was drawn from.
     pub made: Vec<Made>,
-    /// What the paper states beside what was computed.
+    /// Statements of the paper with the computed values.
     pub statements: Vec<Statement>,
 }
 
-/// A statement of the paper and what was computed.
+/// A statement of the paper and the computed value.
 pub struct Statement {
-    /// What the paper says.
+    /// Value in the paper.
     pub paper: String,
-    /// What was computed.
+    /// Computed value.
     pub computed: String,
     /// Do they agree?
     pub verdict: Verdict,
@@ -36,11 +36,11 @@ pub struct Statement {
 /// Do a statement and a computation agree?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Within what the paper's digits and figures tell.
+    /// Within the precision of the paper's digits and figures.
     Agrees,
     /// They do not.
     Differs,
-    /// The paper states nothing that could be held against it.
+    /// The paper states no value to compare with.
     Given,
 }
 

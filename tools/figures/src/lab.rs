@@ -15,7 +15,7 @@ use percuss_reader::{
 
 use crate::{Failure, Progress};
 
-/// Where recordings are, and what was done.
+/// The folder of recordings, and the progress shown.
 pub struct Lab<'a> {
     folder: PathBuf,
     progress: &'a Progress,
@@ -146,7 +146,7 @@ pub fn sections(
     Ok(found)
 }
 
-/// What `take` makes of a field of a topic, at the messages nearest to some times.
+/// Results of `take` for a field of a topic, at the messages nearest to some times.
 fn fields<T>(
     made: &Made,
     topic: &str,
@@ -179,7 +179,7 @@ pub fn at(points: &Points, t: f64) -> f64 {
     v0 + (v1 - v0) * (t - t0) / (t1 - t0)
 }
 
-/// Largest value and where it is.
+/// Largest value and its place.
 pub fn largest(points: &Points) -> (f64, f64) {
     points
         .iter()

@@ -7,8 +7,8 @@
 //! |---|---|
 //! | `lab` | running cases and reading their recordings |
 //! | `paper` | the figures, one file per kind of indenter, with the paper's statements |
-//! | `noise` | how much of a curve is mesh noise |
-//! | `figure`, `page` | what a figure consists of; the page |
+//! | `noise` | the share of mesh noise in a curve |
+//! | `figure`, `page` | the parts of a figure; the page |
 
 use std::{
     fs,
@@ -57,7 +57,7 @@ impl<E: std::error::Error> From<E> for Failure {
     }
 }
 
-/// Says what is being computed.
+/// Shows the current run.
 struct Progress {
     bar: ProgressBar,
     start: Instant,

@@ -1,4 +1,4 @@
-//! How much of a curve is mesh noise: the energy of p(0, t) above half the mesh frequency, relative to all of it.
+//! The share of mesh noise in a curve: the energy of p(0, t) above half the mesh frequency, relative to all of it.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ use crate::{
 
 /// Share of the energy of a series above half its highest frequency, `ω > π/2Δt`.
 ///
-/// The mean of the series is taken off and its ends are faded out (Hann), so that they do not count as steps.
+/// The mean of the series is subtracted and its ends are faded out (Hann), so that they do not count as steps.
 pub fn share(points: &Points) -> f64 {
     let n = points.len();
     let mean = points.iter().map(|p| p.1).sum::<f64>() / n as f64;
@@ -21,7 +21,7 @@ pub fn share(points: &Points) -> f64 {
         .collect();
     let energy = |m: usize| {
         let (c, s) = faded.iter().enumerate().fold((0.0, 0.0), |sum: (f64, f64), (k, v)| {
-            // reduced before it is multiplied: the angle stays exact
+            // reduced before the multiplication, which keeps the angle exact
             let angle = 2.0 * PI * ((m * k) % n) as f64 / n as f64;
             (sum.0 + v * angle.cos(), sum.1 + v * angle.sin())
         });
@@ -70,7 +70,7 @@ mod tests {
     fn shares_of_known_waves() {
         let wave =
             |step: f64| (0..400).map(|k| (f64::from(k), (step * f64::from(k)).sin())).collect::<Points>();
-        // the mean of a wave over the series is not quite 0, and is taken off
+        // the mean of a wave over the series is not quite 0, and is subtracted
         assert!(share(&wave(0.1)) < 1e-10 && share(&wave(2.8)) > 1.0 - 1e-5);
         let mixed = wave(0.1).iter().zip(wave(2.8)).map(|(a, b)| (a.0, a.1 + 0.1 * b.1)).collect();
         assert!((share(&mixed) - 0.01 / 1.01).abs() < 1e-3);

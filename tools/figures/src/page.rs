@@ -1,4 +1,4 @@
-//! The page: figure by figure, pictures, commands, and a table of what the paper states beside what was computed.
+//! The page: figure by figure, pictures, commands, and a table of statements of the paper and computed values.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use crate::figure::{Figure, Statement, Verdict};
 pub struct Table {
     /// Title.
     pub title: String,
-    /// What it shows.
+    /// Text above it.
     pub text: String,
     /// Rows, the first with the headings.
     pub rows: Vec<Vec<String>>,

@@ -1,12 +1,10 @@
-//! Recordings of closed forms are sound, though they have fewer channels than a run.
+//! Recordings of closed forms: what percuss writes of what it knows is sound, though it is not all that a run records.
 
 use std::{fs, path::Path};
 
 use percuss::{
-    case::{Case, HeadKind, builtin},
-    exact::closed_form::ClosedForm,
-    session::{Session, Source, Status},
-    validity::Validity,
+    case::{Case, builtin},
+    session::{self, ExactSteps, Recording},
 };
 use percuss_reader::{
     command::{report::report, verify::verify},
@@ -18,19 +16,9 @@ fn record(name: &str, path: &Path) -> bool {
     let overrides = ["mesh.cells=20".to_owned(), "run.end_time=1.5".to_owned()];
     let text = builtin::find(name).expect("a built-in case");
     let case = Case::parse(name, text, &overrides, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
-    let Ok(mut form) = ClosedForm::for_case(&case) else { return false };
-    let source = Source::Exact { form: form.name(), knows_drag: form.has_drag() };
-    let mut session = Session::begin(&case, source, path, false, 1).expect("a new file");
-    for step in 0..=form.last_step() {
-        session.observe(&form.evaluate(step)).expect("room on the disk");
-    }
-    let status = match form.last_step() == case.sizes.steps {
-        true => Status::Completed,
-        false => Status::Stopped("the closed form holds no longer".into()),
-    };
-    session
-        .end(&status, &Validity::new(case.impact.velocity, case.indenter.head == HeadKind::Flat))
-        .expect("room on the disk");
+    let Ok(mut steps) = ExactSteps::new(&case) else { return false };
+    let mut recording = Recording::create(path, false, &case, steps.source()).expect("a new file");
+    session::run(&mut steps, &mut [&mut recording]).expect("room on the disk");
     true
 }
 
@@ -52,5 +40,5 @@ fn every_closed_form_is_sound() {
         let (page, damages) = report(&path, Limits::default()).expect("a report");
         assert!(page.contains("\"sound\":true") && damages.is_empty(), "{name}");
     }
-    assert!(with_drag >= 4 && without >= 9, "{with_drag} forms have the drag, {without} do not");
+    assert!(with_drag >= 4 && without >= 9, "{with_drag} forms know the drag, {without} do not");
 }

@@ -1,4 +1,4 @@
-//! How fast `percuss-read` goes through a recording, beside what unpacking its chunks alone costs.
+//! Speed of `percuss-read` on a recording, compared with decompressing its chunks alone.
 //!
 //! ```text
 //! cargo build --release --workspace
@@ -6,9 +6,9 @@
 //! target/release/reader-bench big.mcap --repeat 5
 //! ```
 //!
-//! Runs, in turn: unpacking (this program: every chunk read and unpacked by zstd into one buffer, nothing looked at),
+//! Runs, in turn: decompression (this program: every chunk read and decompressed by zstd into one buffer, without parsing),
 //! `trace` of the topic with the most bytes, and `diff` of the file with a second one (by default itself). Prints
-//! medians, the ratio to unpacking (twice for `diff`, which reads two files), and the largest memory of the reader.
+//! medians, the ratio to decompression (twice for `diff`, which reads two files), and the largest memory of the reader.
 
 use std::{
     fs::File,
@@ -25,7 +25,7 @@ use percuss_bench::{exit, median};
 #[derive(Parser)]
 #[command(about, long_about = None)]
 struct Arguments {
-    /// Recording, its chunks packed by zstd or not at all
+    /// Recording, its chunks compressed by zstd or not at all
     file: PathBuf,
     /// Second recording for `diff` [default: the same]
     other: Option<PathBuf>,
@@ -46,7 +46,7 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> io::Result<()> {
     let other = arguments.other.as_ref().unwrap_or(&arguments.file);
-    let (mut unpacking, mut tracing, mut comparing) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut decompression, mut tracing, mut comparing) = (Vec::new(), Vec::new(), Vec::new());
     let (mut memory, mut bytes) = (0, 0);
     let at = "--field=stress[0]";
     let trace: [&dyn AsRef<std::ffi::OsStr>; 7] =
@@ -54,30 +54,30 @@ fn run(arguments: &Arguments) -> io::Result<()> {
     let diff: [&dyn AsRef<std::ffi::OsStr>; 3] = [&"diff", &arguments.file, other];
     for _ in 0..arguments.repeat {
         let start = Instant::now();
-        bytes = unpack(&arguments.file)?;
-        unpacking.push(start.elapsed());
+        bytes = decompress(&arguments.file)?;
+        decompression.push(start.elapsed());
         for (command, times) in [(&trace[..], &mut tracing), (&diff[..], &mut comparing)] {
             let (time, peak) = child(&arguments.reader, command)?;
             times.push(time);
             memory = memory.max(peak);
         }
     }
-    let [unpacking, tracing, comparing] = [unpacking, tracing, comparing].map(median);
+    let [decompression, tracing, comparing] = [decompression, tracing, comparing].map(median);
     let rate = |time: Duration| bytes as f64 / time.as_secs_f64() / 1e6;
-    println!("unpacking alone  {unpacking:8.2?}  {:6.0} MB/s", rate(unpacking));
-    let share = unpacking.as_secs_f64() / tracing.as_secs_f64();
-    println!("trace            {tracing:8.2?}  {:6.0} MB/s  {share:.2} of unpacking", rate(tracing));
-    let share = 2.0 * unpacking.as_secs_f64() / comparing.as_secs_f64();
+    println!("decompression    {decompression:8.2?}  {:6.0} MB/s", rate(decompression));
+    let share = decompression.as_secs_f64() / tracing.as_secs_f64();
+    println!("trace            {tracing:8.2?}  {:6.0} MB/s  {share:.2} of decompression", rate(tracing));
+    let share = 2.0 * decompression.as_secs_f64() / comparing.as_secs_f64();
     println!(
-        "diff             {comparing:8.2?}  {:6.0} MB/s  {share:.2} of unpacking both",
+        "diff             {comparing:8.2?}  {:6.0} MB/s  {share:.2} of decompressing both",
         2.0 * rate(comparing)
     );
     println!("largest memory   {} MB", memory / 1000);
     Ok(())
 }
 
-/// Reads and unpacks every chunk of a file; answers the size of their content.
-fn unpack(path: &Path) -> io::Result<u64> {
+/// Reads and decompresses every chunk of a file; returns the size of their content.
+fn decompress(path: &Path) -> io::Result<u64> {
     let mut file = BufReader::with_capacity(1 << 16, File::open(path)?);
     file.seek(SeekFrom::Start(mcap::MAGIC.len() as u64))?;
     let (mut body, mut content, mut total) = (Vec::new(), Vec::new(), 0);
@@ -104,7 +104,7 @@ fn unpack(path: &Path) -> io::Result<u64> {
     }
 }
 
-/// Runs the reader; answers its time and its largest memory \[kB\].
+/// Runs the reader; returns its time and its largest memory \[kB\].
 fn child(reader: &Path, arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> io::Result<(Duration, u64)> {
     let mut command = Command::new(reader);
     for argument in arguments {

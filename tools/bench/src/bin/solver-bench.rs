@@ -1,4 +1,4 @@
-//! What recording costs, what the light cone saves, and how time grows with the mesh.
+//! The cost of recording, the gain of the light cone, and the growth of time with the mesh.
 //!
 //! ```text
 //! cargo build --release --workspace
@@ -8,9 +8,8 @@
 //! ```
 //!
 //! Runs of a comparison alternate; ratios are medians of the ratios of neighbouring runs. They are timed from the first step
-//! to where the whole field is at the last one; recordings with everything until the file is closed. Those with and without
-//! recording have a process and a file of their own each, like those of `percuss run`: memory and files that were there before
-//! are given out at another price.
+//! to the end of the whole field; recordings until the file is closed. Runs with and without recording have a process and a
+//! file of their own each, like those of `percuss run`: reused memory and files have another cost.
 
 use std::{
     error::Error,
@@ -21,7 +20,12 @@ use std::{
 };
 
 use clap::{Parser, Subcommand};
-use percuss::{case::Case, model::Coverage, session::record, simulation::Simulation};
+use percuss::{
+    case::Case,
+    model::Coverage,
+    session::{Recording, Source, run as run_steps},
+    simulation::Simulation,
+};
 use percuss_bench::{exit, median};
 
 #[derive(Parser)]
@@ -141,7 +145,7 @@ fn recording(name: &str, set: &[String], threads: usize, repeat: usize) -> Resul
 
 /// Time of a run in a process of its own \[s\].
 ///
-/// * `file`: where it is recorded
+/// * `file`: path of its recording
 fn once(name: &str, settings: &[String], threads: usize, file: Option<&Path>) -> Result<f64> {
     let mut command = Command::new(std::env::current_exe()?);
     command.args(["once", name, "--threads", &threads.to_string()]);
@@ -187,22 +191,21 @@ fn growth(cells: &[usize], end: f64, repeat: usize) -> Result<()> {
     Ok(())
 }
 
-/// Time of a run that nobody looks at \[s\].
+/// Time of a run without observers \[s\].
 fn computed(case: &Case, coverage: Option<Coverage>) -> Result<f64> {
     let start = Instant::now();
     let mut simulation = match coverage {
         Some(coverage) => Simulation::with_coverage(case, coverage)?,
         None => Simulation::new(case)?,
     };
-    while simulation.step()?.is_some() {}
-    // the interior is behind the surface until somebody asks for it, as the end of a recording does
-    simulation.validity();
+    run_steps(&mut simulation, &mut [])?;
     Ok(start.elapsed().as_secs_f64())
 }
 
 /// Time of a run with its recording \[s\].
 fn recorded(case: &Case, file: &Path) -> Result<f64> {
     let start = Instant::now();
-    record(case, file, || true)?;
+    let mut recording = Recording::create(file, true, case, Source::Simulation)?;
+    run_steps(&mut Simulation::new(case)?, &mut [&mut recording])?;
     Ok(start.elapsed().as_secs_f64())
 }

@@ -25,7 +25,7 @@ fn fig4(lab: &Lab<'_>) -> Result<Figure, Failure> {
         let (t, points) = surface(&run, time)?;
         let mut curves = vec![curve("z = 0", points, 0)];
         for (i, z) in depths.into_iter().enumerate() {
-            // beyond the front nothing has moved and nothing is recorded
+            // beyond the front the target is at rest
             if z < t {
                 let (_, points) = section(&run, "stress", time, z)?;
                 curves.push(curve(format!("z = {z}"), points, i + 1));
@@ -118,7 +118,7 @@ fn fig5a(lab: &Lab<'_>, disc: &Made, strip: &Made) -> Result<Figure, Failure> {
 
 fn fig5b(disc: Made) -> Result<Figure, Failure> {
     let closed = DiscStiffness::new(1.0, 0.5)?;
-    // slope of p at every node between two times 20 apart: the waves that are left change it little
+    // slope of p at every node between two times 20 apart: remaining waves have little effect on it
     let (t0, early) = surface(&disc, 20.0)?;
     let (t1, late) = surface(&disc, 40.0)?;
     let computed: Vec<(f64, f64)> =

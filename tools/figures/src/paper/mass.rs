@@ -138,8 +138,7 @@ fn fig9(lab: &Lab<'_>) -> Result<Figure, Failure> {
     })
 }
 
-/// Largest strain (u_0 − u_1)/Δz at r = 1, Δ = 0.02, over frames: what a difference of displacements shows of a stress that
-/// is singular.
+/// Largest strain (u_0 − u_1)/Δz at r = 1, Δ = 0.02, over frames: the difference of displacements at a singular stress.
 fn simple_difference(lab: &Lab<'_>, case: &str) -> Result<f64, Failure> {
     const FRAMES: usize = 100;
     let frames = format!("record.frames={FRAMES}");

@@ -1,0 +1,50 @@
+//! Bounds of the numbers in a case.
+
+use std::fmt;
+
+/// Bounds of a number; never NaN.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    low: f64,
+    high: f64,
+    low_open: bool,
+    high_open: bool,
+    or_infinite: bool,
+}
+
+impl Bounds {
+    /// `low < x ≤ high`
+    pub const fn above(low: f64, high: f64) -> Self {
+        Self { low, high, low_open: true, high_open: false, or_infinite: false }
+    }
+
+    /// `low < x < high`
+    pub const fn between(low: f64, high: f64) -> Self {
+        Self { high_open: true, ..Self::above(low, high) }
+    }
+
+    /// `low ≤ x ≤ high`
+    pub const fn within(low: f64, high: f64) -> Self {
+        Self { low_open: false, ..Self::above(low, high) }
+    }
+
+    /// Also infinity.
+    pub const fn or_infinite(self) -> Self {
+        Self { or_infinite: true, ..self }
+    }
+
+    /// True if `x` is allowed.
+    pub fn contain(&self, x: f64) -> bool {
+        (self.or_infinite && x == f64::INFINITY)
+            || ((if self.low_open { x > self.low } else { x >= self.low })
+                && (if self.high_open { x < self.high } else { x <= self.high }))
+    }
+}
+
+impl fmt::Display for Bounds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (low, high) = (if self.low_open { ">" } else { "≥" }, if self.high_open { "<" } else { "≤" });
+        write!(f, "a number {low} {} and {high} {}", self.low, self.high)?;
+        if self.or_infinite { write!(f, ", or inf") } else { Ok(()) }
+    }
+}

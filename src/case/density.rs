@@ -1,0 +1,97 @@
+//! The density of recorded fields: which nodes frames show, and their size.
+
+use super::Parameters;
+use crate::{model::Extent, shape::Shape};
+
+/// Default of the estimated nonzero numbers of a field in all frames together: 16 MiB. Recording them takes a small part of any
+/// long run; recording all nodes of a fine mesh takes longer than computing them.
+const ACTIVE_NODES: f64 = (1 << 22) as f64;
+/// Least number of cells that fields show by default.
+const SHOWN_CELLS: usize = 50;
+
+impl Parameters {
+    /// Memory of the fields of a frame, at most \[bytes\].
+    pub(crate) fn frame_size(&self) -> usize {
+        let Extent { nr, nz } = Extent::of(&self.grid(), self.record.field_every);
+        let values = nr * nz * self.record.fields.len();
+        (size_of::<f32>() * values).max(1)
+    }
+
+    /// Default of `record.field_every`: as small as [`ACTIVE_NODES`] allows, and not above what leaves [`SHOWN_CELLS`].
+    pub(crate) fn default_field_every(&self) -> usize {
+        if self.record.fields.is_empty() {
+            return 1;
+        }
+        let every = (self.estimated_nodes(1) / ACTIVE_NODES).sqrt().ceil() as usize;
+        every.min(self.mesh.cells / SHOWN_CELLS).max(1)
+    }
+
+    /// Estimated nonzero numbers of a field of every `every`-th node along r and z, in all frames together.
+    fn estimated_nodes(&self, every: usize) -> f64 {
+        const SAMPLES: usize = 200;
+        let shown = |nodes: f64| (nodes / every as f64).ceil();
+        let rows = |step: f64| (step + 1.0).min(self.sizes.nz as f64 + 1.0);
+        let frames = self.frames().estimated_steps();
+        let samples = frames.iter().step_by(frames.len().div_ceil(SAMPLES).max(1));
+        let each = frames.len() as f64 / samples.len().max(1) as f64;
+        let shape = self.shape();
+        let nodes = |step: &f64| shown(self.active_columns(&shape, *step)) * shown(rows(*step));
+        each * samples.map(nodes).sum::<f64>()
+    }
+
+    /// Estimated number of columns inside the light cone of the contact at a step.
+    ///
+    /// ```text
+    /// max over earlier steps s of  r_contact(s)/Δr + λ·(step − s),   λ = c_sΔt/Δr
+    /// ```
+    fn active_columns(&self, shape: &Shape, step: f64) -> f64 {
+        const SAMPLES: u32 = 16;
+        let courant = self.target.material.shear_wave_speed * self.sizes.dt / self.sizes.dr;
+        let columns = |part: u32| {
+            let earlier = step * f64::from(part) / f64::from(SAMPLES);
+            let contact = shape.reach(self.impact.velocity * earlier * self.sizes.dt) / self.sizes.dr;
+            contact + courant * (step - earlier)
+        };
+        (0..=SAMPLES).map(columns).fold(1.0, f64::max).min(self.sizes.nr as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::case::Case;
+
+    fn fine(settings: &[&str]) -> Case {
+        let shared = ["mesh.kind=\"paper\"", "mesh.cells=1000", "mesh.outer_radius=4"];
+        let all: Vec<String> = shared.iter().chain(settings).map(|&setting| setting.to_owned()).collect();
+        Case::load("fig5", &all).expect("a built-in case")
+    }
+
+    #[test]
+    fn default_density_keeps_the_number_of_nodes() {
+        let case = fine(&[]);
+        let every = case.record.field_every;
+        assert!(every > 1 && case.estimated_nodes(every - 1) > ACTIVE_NODES);
+        // the numbers of shown rows and columns are rounded up
+        assert!(case.estimated_nodes(every) < 1.05 * ACTIVE_NODES);
+        assert_eq!(fine(&["record.field_every=1"]).record.field_every, 1);
+        assert_eq!(fine(&["record.frame_times=[1.0, 2.5]"]).record.field_every, 1);
+        assert_eq!(fine(&["record.frames=0"]).record.field_every, 1);
+        assert_eq!(fine(&["record.fields=[]"]).record.field_every, 1);
+        // a small case; one on a coarse mesh that is wide and deep
+        for name in ["fig5", "fig9-m5"] {
+            assert_eq!(Case::load(name, &[]).expect("a built-in case").record.field_every, 1);
+        }
+        let again = Case::parse("again", &case.resolved_toml(), &[], Path::new("")).expect("a case");
+        assert_eq!(again.record, case.record);
+    }
+
+    #[test]
+    fn many_frames_are_estimated_from_some() {
+        let few = fine(&["record.frames=200"]).estimated_nodes(4) / 200.0;
+        let many = fine(&["record.frames=5001"]).estimated_nodes(4) / 5001.0;
+        assert!((many / few - 1.0).abs() < 0.01, "{few} {many}");
+    }
+}

@@ -1,0 +1,245 @@
+//! The data of a case, checked when a [`Case`](super::Case) is built.
+
+use serde::{Deserialize, Serialize};
+
+use super::{FrameSteps, Frames, resolved};
+use crate::{
+    contact::Rule,
+    grid::{Geometry, Grid, MeshKind, Spacing},
+    material::Material,
+    model::{Field, ModelKind},
+    recording::Compression,
+    shape::{Head, Profile, Shape},
+    units::Scales,
+};
+
+/// The data of a case.
+#[derive(Clone, Debug)]
+pub struct Parameters {
+    /// Title of the run.
+    pub title: String,
+    /// Theory of the target.
+    pub model: ModelKind,
+    /// Symmetry.
+    pub geometry: Geometry,
+    /// The target.
+    pub target: Target,
+    /// The indenter.
+    pub indenter: Body,
+    /// The impact.
+    pub impact: Impact,
+    /// The mesh.
+    pub mesh: Mesh,
+    /// When the run ends.
+    pub run: Run,
+    /// Channels and frames of the recording.
+    pub record: Record,
+    /// Sizes derived from the rest.
+    pub sizes: Sizes,
+}
+
+impl Parameters {
+    /// The case as TOML with every default and derived choice explicit; it repeats the run.
+    pub fn resolved_toml(&self) -> String {
+        resolved::toml(self)
+    }
+
+    /// The case as JSON with every default and derived choice explicit.
+    pub fn resolved_json(&self) -> serde_json::Value {
+        resolved::json(self)
+    }
+
+    /// The shape of the indenter.
+    pub fn shape(&self) -> Shape {
+        self.indenter.shape(self.impact.velocity)
+    }
+
+    /// The mesh.
+    pub fn grid(&self) -> Grid {
+        let Sizes { dr, dz, nr, nz, layer, .. } = self.sizes;
+        Grid::new(self.geometry, self.mesh.kind, Spacing { dr, dz, layer_rows: layer.then_some(nz) }, nr, nz)
+    }
+
+    /// The steps that are frames.
+    pub fn frames(&self) -> FrameSteps {
+        self.record.frames.of(self.sizes.steps, self.sizes.dt)
+    }
+
+    /// SI values of the units, where the case gives them.
+    pub fn scales(&self) -> Scales {
+        let si = self.target.material.si;
+        Scales {
+            geometry: self.geometry,
+            length: self.indenter.scale_radius,
+            speed: si.and_then(|m| m.wave_speeds().ok()).map(|(c_p, _)| c_p),
+            density: si.map(|m| m.density),
+        }
+    }
+}
+
+/// The elastic layer or half-space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// Thickness h of a layer \[R\]; `None` for a half-space.
+    pub thickness: Option<f64>,
+    /// The material.
+    pub material: Material,
+}
+
+/// The rigid indenter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Form of the head, in the parameters of the case file.
+    pub head: HeadKind,
+    /// Radius of the punch \[R\]; `None` if unbounded.
+    pub radius: Option<f64>,
+    /// Mass M \[πγR³, plane γR²\], may be infinite.
+    pub mass: f64,
+    /// SI value of the length unit \[m\].
+    pub scale_radius: Option<f64>,
+}
+
+/// Form of the head in the parameters of case files, which describe some shapes by the speed of the contact radius.
+#[derive(Clone, Debug, PartialEq)]
+pub enum HeadKind {
+    /// `f = 0`.
+    Flat,
+    /// `r*² = k·t` at constant V0.
+    Paraboloid {
+        /// k
+        curvature: f64,
+    },
+    /// `r* = V*·t` at V0 = 1.
+    Cone {
+        /// V* = tan φ
+        spread_rate: f64,
+    },
+    /// Points `[r, f]`.
+    Profile {
+        /// The points \[R\].
+        points: Vec<[f64; 2]>,
+        /// The curve through them.
+        curve: Profile,
+    },
+}
+
+/// The impact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impact {
+    /// Velocity V0 \[c_p\].
+    pub velocity: f64,
+    /// Contact rule.
+    pub contact: Rule,
+}
+
+/// The mesh as given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mesh {
+    /// Placement of nodes.
+    pub kind: MeshKind,
+    /// Nodes across the radius or unit length.
+    pub cells: usize,
+}
+
+/// When a run ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run {
+    /// Time at the last step, but for rounding to whole steps \[R/c_p\].
+    pub end_time: f64,
+    /// Event that ends the run earlier.
+    pub stop: Stop,
+}
+
+/// Event that ends a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stop {
+    /// None: the run lasts to its end time.
+    Never,
+    /// The interface first needs tension.
+    Extension,
+    /// The indenter leaves the target.
+    Separation,
+}
+
+/// Channels and frames of a recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Steps between messages of interface stress.
+    pub interface_every: u64,
+    /// Radii of the probes \[R\].
+    pub probes: Vec<f64>,
+    /// Fields recorded in frames.
+    pub fields: Vec<Field>,
+    /// Distance of the nodes that fields show, along r and z \[nodes\].
+    pub field_every: usize,
+    /// Channels for viewers, at frames.
+    pub views: Vec<ViewChannel>,
+    /// Steps at which fields and energy are shown.
+    pub frames: Frames,
+    /// Compression of chunks.
+    pub compression: Compression,
+    /// Seconds of log time per unit of dimensionless time.
+    pub playback_rate: f64,
+}
+
+/// A channel for viewers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ViewChannel {
+    /// `/view/field`: the recorded fields as a grid.
+    Field,
+    /// `/view/image`: the first recorded field as a picture.
+    Image,
+    /// `/view/scene`: indenter, surface, drag.
+    Scene,
+    /// `/view/fronts`: wave fronts by geometry.
+    Fronts,
+    /// `/view/tf`: position of the indenter.
+    Tf,
+    /// `/view/profile`: the surface for x–y plots.
+    Profile,
+}
+
+impl ViewChannel {
+    /// All of them.
+    pub const ALL: [Self; 6] = [Self::Field, Self::Image, Self::Scene, Self::Fronts, Self::Tf, Self::Profile];
+}
+
+/// Sizes that follow from a case.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Sizes {
+    /// Radial distance of nodes \[R\].
+    pub dr: f64,
+    /// Axial distance of nodes \[R\].
+    pub dz: f64,
+    /// Time step \[R/c_p\].
+    pub dt: f64,
+    /// Number K of the last step.
+    pub steps: u64,
+    /// Nodes along r.
+    pub nr: usize,
+    /// Axial steps down to the backing, or in a half-space to a depth whose waves do not return.
+    pub nz: usize,
+    /// Outer radius of the mesh \[R\].
+    pub outer_radius: f64,
+    /// Depth of the mesh \[R\]: the thickness of a layer.
+    pub depth: f64,
+    /// Largest radius of contact, partial contact included, on a flat surface \[R\].
+    pub contact_reach: f64,
+    /// True for a layer, false for a half-space.
+    pub layer: bool,
+}
+
+impl Body {
+    /// The shape at impact velocity V0: `f = V0 r²/k`, `f = V0 r/V*`.
+    pub fn shape(&self, velocity: f64) -> Shape {
+        let head = match &self.head {
+            HeadKind::Flat => Head::Flat,
+            HeadKind::Paraboloid { curvature } => Head::Paraboloid { curvature: velocity / curvature },
+            HeadKind::Cone { spread_rate } => Head::Cone { slope: velocity / spread_rate },
+            HeadKind::Profile { curve, .. } => Head::Profile(curve.clone()),
+        };
+        Shape::new(head, self.radius)
+    }
+}

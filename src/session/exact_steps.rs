@@ -1,0 +1,79 @@
+//! The steps of a closed form, shown like those of a computed run.
+
+use super::{Source, Status, Steps};
+use crate::{
+    case::{Case, HeadKind},
+    exact::closed_form::{ClosedForm, NoClosedForm},
+    simulation::SimulationError,
+    validity::Validity,
+    view::View,
+};
+
+/// The steps of the closed form for a case, as long as it holds.
+pub struct ExactSteps<'a> {
+    case: &'a Case,
+    form: ClosedForm,
+    next_step: u64,
+    is_interrupted: bool,
+    validity: Validity,
+}
+
+impl<'a> ExactSteps<'a> {
+    /// The steps of the closed form for `case`.
+    ///
+    /// # Errors
+    ///
+    /// The reason why there is none.
+    pub fn new(case: &'a Case) -> Result<Self, NoClosedForm> {
+        let validity = Validity::new(case.impact.velocity, case.indenter.head == HeadKind::Flat);
+        Ok(Self { case, form: ClosedForm::for_case(case)?, next_step: 0, is_interrupted: false, validity })
+    }
+
+    /// The closed form.
+    pub fn form(&self) -> &ClosedForm {
+        &self.form
+    }
+
+    /// The source to record.
+    pub fn source(&self) -> Source {
+        Source::Exact { form: self.form.name(), knows_drag: self.form.has_drag() }
+    }
+}
+
+impl Steps for ExactSteps<'_> {
+    fn step(&mut self) -> Result<Option<View<'_>>, SimulationError> {
+        if self.is_interrupted || self.next_step > self.form.last_step() {
+            return Ok(None);
+        }
+        let view = self.form.evaluate(self.next_step);
+        self.next_step += 1;
+        for (i, p) in view.interface.pressure.iter().enumerate() {
+            let place = (view.interface.r0 + i as f64 * view.interface.dr, 0.0);
+            self.validity.observe(p.abs(), view.step, view.time, place);
+        }
+        for &r in &self.case.record.probes {
+            self.validity.observe_probe(view.interface.stress_at(r).abs(), view.step, view.time, r);
+        }
+        Ok(Some(view))
+    }
+
+    fn interrupt(&mut self) {
+        self.is_interrupted = true;
+    }
+
+    fn ending(&self) -> Option<Status> {
+        let last = self.form.last_step();
+        if self.next_step <= last {
+            return None;
+        }
+        Some(if last == self.case.sizes.steps {
+            Status::Completed
+        } else {
+            Status::Stopped(format!("the closed form holds until t = {}", self.form.end_time()))
+        })
+    }
+
+    fn validity(&mut self) -> Validity {
+        self.validity
+    }
+}

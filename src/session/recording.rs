@@ -1,0 +1,232 @@
+//! The recording of a case: an observer that turns its views into a file.
+//!
+//! The status is written last, also when a run fails; a recording without one has no end and does not claim to be
+//! complete. Nothing from clock, host or thread count enters the file outside `percuss.host`, and that record always
+//! has the same length, so that all offsets in the file repeat too.
+
+use std::{collections::BTreeMap, path::Path, time::SystemTime};
+
+use super::{Flow, Observer, RunError, Status};
+use crate::{
+    case::Case,
+    channels::{Catalogue, log::Level},
+    layout::{self, LayoutBuilder},
+    recording::{FORMAT_VERSION, Recorder, RecordingError, Tap},
+    validity::{Peak, STRAIN_LIMIT, Validity},
+    view::View,
+};
+
+/// Source of the numbers of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// A computed run.
+    Simulation,
+    /// A closed form.
+    Exact {
+        /// Its name.
+        form: &'static str,
+        /// True if it has the drag.
+        knows_drag: bool,
+    },
+}
+
+impl Source {
+    fn catalogue(self, case: &Case) -> Catalogue {
+        match self {
+            Self::Simulation => Catalogue::new(case),
+            Self::Exact { knows_drag, .. } => Catalogue::exact(case, knows_drag),
+        }
+    }
+
+    /// Its entries in the run record.
+    fn entries(self) -> BTreeMap<String, String> {
+        match self {
+            Self::Simulation => to_map([("source", "simulation".to_owned())]),
+            Self::Exact { form, .. } => {
+                to_map([("source", "exact".to_owned()), ("closed_form", form.to_owned())])
+            }
+        }
+    }
+
+    fn noun(self) -> &'static str {
+        match self {
+            Self::Simulation => "run",
+            Self::Exact { .. } => "closed form",
+        }
+    }
+}
+
+/// Length to which `percuss.host` is padded \[bytes\].
+const HOST_LENGTH: usize = 1024;
+
+/// Records the steps that it observes, from the first record to the status.
+///
+/// ```text
+/// percuss.run · percuss.host · attachments · channels · messages … · percuss.validity · percuss.status
+/// ```
+pub struct Recording {
+    recorder: Recorder,
+    catalogue: Catalogue,
+    source: Source,
+    scale_speed: Option<f64>,
+    steps: u64,
+    last: Option<(u64, f64)>,
+    /// True if every step is handed to the writer at once.
+    is_live: bool,
+}
+
+impl Recording {
+    /// Begins a recording of `case` at `path`, with the case and its layout attached.
+    ///
+    /// * `overwrite`: replace what is at `path`
+    ///
+    /// # Errors
+    ///
+    /// The file exists, or cannot be written.
+    pub fn create(path: &Path, overwrite: bool, case: &Case, source: Source) -> Result<Self, RecordingError> {
+        let mut recorder = Recorder::create(path, overwrite, case.record.compression)?;
+        let mut run = run_record(case);
+        run.extend(source.entries());
+        recorder.metadata("percuss.run", run)?;
+        recorder.metadata("percuss.host", host_record())?;
+        recorder.attach("case.toml", "application/toml", case.text().into_bytes())?;
+        let resolved = case.resolved_toml().into_bytes();
+        recorder.attach("case.resolved.toml", "application/toml", resolved)?;
+        let catalogue = source.catalogue(case);
+        let layout = LayoutBuilder::new(case, &catalogue.topics()).lichtblick().into_bytes();
+        recorder.attach(layout::ATTACHMENT, "application/json", layout)?;
+        recorder.channels(catalogue.specs())?;
+        Ok(Self {
+            source,
+            scale_speed: case.scales().speed,
+            steps: case.sizes.steps,
+            last: None,
+            is_live: false,
+            recorder,
+            catalogue,
+        })
+    }
+
+    /// Also hands every message to `tap`, step by step.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the recorder.
+    pub fn tap(&mut self, tap: Box<dyn Tap>) -> Result<(), RecordingError> {
+        self.is_live = true;
+        self.recorder.tap(tap)
+    }
+
+    fn validity_record(&self, validity: &Validity) -> BTreeMap<String, String> {
+        let mut map = BTreeMap::new();
+        let mut peak = |name: &str, peak: &Peak| {
+            map.insert(name.to_owned(), peak.value.to_string());
+            map.insert(format!("{name}.step"), peak.step.to_string());
+            map.insert(format!("{name}.time"), peak.time.to_string());
+            map.insert(format!("{name}.r"), peak.r.to_string());
+            map.insert(format!("{name}.z"), peak.z.to_string());
+        };
+        peak("largest_pressure", &validity.pressure);
+        peak("largest_strain", &validity.strain);
+        peak("largest_strain_at_probes", &validity.probes);
+        map.insert("strain_limit".into(), STRAIN_LIMIT.to_string());
+        let velocities = [
+            ("admissible_velocity", validity.admissible_velocity()),
+            ("admissible_velocity_at_probes", validity.admissible_velocity_at_probes()),
+        ];
+        for (name, velocity) in velocities {
+            let Some(velocity) = velocity else { continue };
+            map.insert(name.into(), velocity.to_string());
+            if let Some(speed) = self.scale_speed {
+                map.insert(format!("{name}_m_per_s"), (velocity * speed).to_string());
+            }
+        }
+        let note = if validity.admissible_velocity().is_some() {
+            "strains under a flat face are proportional to V0; at its sharp edge they grow with the mesh as dr^(-1/2), at probes beside it they do not"
+        } else {
+            "strains under a head that is not flat are not proportional to V0: `percuss check CASE --admissible` finds the velocity by trials"
+        };
+        map.insert("admissible_velocity.note".into(), note.into());
+        map
+    }
+}
+
+impl Observer for Recording {
+    fn observe(&mut self, view: &View<'_>) -> Result<Flow, RunError> {
+        if self.last.is_none() {
+            // the version is in the metadata: here it would make every release differ from every other
+            let text = format!("{} of {} steps begins", self.source.noun(), self.steps);
+            self.catalogue.say(Level::Info, view.time, &text, &mut self.recorder)?;
+        }
+        self.catalogue.observe(view, &mut self.recorder)?;
+        self.last = Some((view.step, view.time));
+        self.recorder.end_step();
+        if self.is_live {
+            self.recorder.hand_over()?;
+        }
+        Ok(Flow::Continue)
+    }
+
+    /// Writes the last log line, validity, status and summary.
+    fn end(&mut self, status: &Status, validity: &Validity) -> Result<(), RunError> {
+        let (step, time) = self.last.unwrap_or((0, 0.0));
+        let level = if matches!(status, Status::Failed(_)) { Level::Error } else { Level::Info };
+        let text = format!("{}: {}", status.name(), status.message());
+        self.catalogue.say(level, time, &text, &mut self.recorder)?;
+        self.recorder.metadata("percuss.validity", self.validity_record(validity))?;
+        let entries = [
+            ("status", status.name().to_owned()),
+            ("message", status.message().to_owned()),
+            ("last_step", step.to_string()),
+            ("last_time", time.to_string()),
+            ("steps", self.steps.to_string()),
+        ];
+        self.recorder.metadata("percuss.status", to_map(entries))?;
+        Ok(self.recorder.finish()?)
+    }
+}
+
+fn to_map<'a>(entries: impl IntoIterator<Item = (&'a str, String)>) -> BTreeMap<String, String> {
+    entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+/// The computed case: the same for every repetition of a run.
+fn run_record(case: &Case) -> BTreeMap<String, String> {
+    let sizes = &case.sizes;
+    let name = |value: serde_json::Value| value.as_str().unwrap_or_default().to_owned();
+    let json = case.resolved_json();
+    let mut map = to_map([
+        ("format_version", FORMAT_VERSION.to_owned()),
+        ("percuss_version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("title", case.title.clone()),
+        ("model", name(json["model"].clone())),
+        ("geometry", name(json["geometry"].clone())),
+        ("contact", name(json["impact"]["contact"].clone())),
+        ("mesh", name(json["mesh"]["kind"].clone())),
+        ("dr", sizes.dr.to_string()),
+        ("dz", sizes.dz.to_string()),
+        ("dt", sizes.dt.to_string()),
+        ("nr", sizes.nr.to_string()),
+        ("nz", sizes.nz.to_string()),
+        ("steps", sizes.steps.to_string()),
+        ("playback_rate", case.record.playback_rate.to_string()),
+    ]);
+    map.extend(case.scales().known().into_iter().map(|(name, value)| (name.to_owned(), value.to_string())));
+    map
+}
+
+/// Place, time and program of the computation, padded to a fixed length.
+fn host_record() -> BTreeMap<String, String> {
+    let clip = |text: String| text.chars().take(100).collect::<String>();
+    let build = if cfg!(debug_assertions) { "debug" } else { "release" };
+    let mut map = to_map([
+        ("start_time", humantime::format_rfc3339_seconds(SystemTime::now()).to_string()),
+        ("host", clip(gethostname::gethostname().to_string_lossy().into_owned())),
+        ("threads", rayon::current_num_threads().to_string()),
+        ("build", format!("{build} {} {}", std::env::consts::ARCH, std::env::consts::OS)),
+    ]);
+    let used: usize = map.iter().map(|(key, value)| key.len() + value.len()).sum();
+    let padding = HOST_LENGTH.saturating_sub(used + "padding".len());
+    map.insert("padding".into(), " ".repeat(padding));
+    map
+}
