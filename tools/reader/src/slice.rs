@@ -10,7 +10,7 @@ use crate::{
     overview::Channel,
     recording::{Budget, Damage, Limits, Next, OpenError},
     table::Heading,
-    wire::{Misfit, Values},
+    wire::{DecodeError, Values},
 };
 
 use percuss_picture::Image;
@@ -125,7 +125,7 @@ pub enum MomentError {
     },
     /// The message nearest to a time cannot be decoded.
     #[error("the message of `{topic}` at time {time} does not fit its schema")]
-    Misfit {
+    SchemaMismatch {
         /// Topic.
         topic: String,
         /// Time of the message.
@@ -232,8 +232,10 @@ pub fn moments(
         let mut values = layout.values();
         match layout.decode(&bytes, &mut values) {
             Ok(()) if budget.spend(values.weight()) => moments.push(Moment { time, values }),
-            Ok(()) | Err(Misfit::Memory) => return Err(memory().into()),
-            Err(Misfit::Schema) => return Err(MomentError::Misfit { topic: topic(), time }),
+            Ok(()) | Err(DecodeError::Memory) => return Err(memory().into()),
+            Err(DecodeError::SchemaMismatch) => {
+                return Err(MomentError::SchemaMismatch { topic: topic(), time });
+            }
         }
     }
     Ok((moments, messages.damages().to_vec()))

@@ -14,7 +14,7 @@ use crate::{
     overview::{Directory, Metadata},
     recording::{Found, Index, Limits, Next, OpenError, Scan},
     text::{printable, short},
-    wire::{Misfit, Values},
+    wire::{DecodeError, Values},
 };
 
 /// Version of the JSON form.
@@ -318,10 +318,10 @@ impl State {
             Some(channel) => {
                 if let Some(layout) = &channel.layout {
                     let values = self.values.entry(id).or_insert_with(|| layout.values());
-                    if let Err(misfit) = layout.decode(data, values) {
-                        let what = match misfit {
-                            Misfit::Schema => "does not fit its schema",
-                            Misfit::Memory => "unpacks to more than --max-memory allows",
+                    if let Err(error) = layout.decode(data, values) {
+                        let what = match error {
+                            DecodeError::SchemaMismatch => "does not fit its schema",
+                            DecodeError::Memory => "unpacks to more than --max-memory allows",
                         };
                         let topic = short(&channel.topic);
                         let text = format!("a message of `{topic}` at log time {time} {what}");
