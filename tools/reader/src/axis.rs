@@ -3,7 +3,8 @@
 use percuss_picture::Side;
 
 use crate::{
-    overview::Channel,
+    channel::Channel,
+    convention,
     wire::{Layout, List, Values},
 };
 
@@ -27,7 +28,7 @@ impl Axis {
             return Self::Unknown;
         }
         let path = &layout.leaves[leaf].path;
-        let Some(text) = channel.metadata.get(&format!("axis.{path}")) else {
+        let Some(text) = channel.metadata.get(&convention::axis(path)) else {
             return Self::Unknown;
         };
         let prefix = path.rsplit_once('.').map_or(String::new(), |(prefix, _)| format!("{prefix}."));

@@ -1,6 +1,7 @@
 //! The command line: arguments, where output goes, errors and exit status.
 
 mod cat;
+mod chosen;
 mod diff;
 mod export;
 mod info;
@@ -12,7 +13,6 @@ mod report;
 mod schema;
 mod trace;
 mod verify;
-mod window;
 
 use std::{
     io::{self, IsTerminal, Write},

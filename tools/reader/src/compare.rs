@@ -35,10 +35,10 @@ pub use tolerance::{Rule, Rules, Tolerance, Tube};
 use clock::Start;
 
 use crate::{
+    channel::Channel,
     messages::Recording,
-    overview::Channel,
-    recording::{Damage, Next, OpenError},
-    select::Pattern,
+    recording::{Damage, OpenError},
+    select::{Pattern, Window},
     wire::Leaf,
 };
 
@@ -49,18 +49,14 @@ pub struct Options {
     pub topics: Vec<Pattern>,
     /// Patterns of fields; all if empty.
     pub fields: Vec<Pattern>,
-    /// Every n-th sample of a channel; 0 and 1 for all.
-    pub every: u64,
     /// How messages are brought together; by itself if none.
     pub mode: Option<Mode>,
     /// Times count from the start of each recording. Without a mode, also where the recordings have no time in common.
     pub relative: bool,
     /// What is allowed.
     pub rules: Rules,
-    /// First time compared.
-    pub from: Option<f64>,
-    /// Last time compared.
-    pub to: Option<f64>,
+    /// Times compared, and every n-th sample of a channel.
+    pub window: Window,
     /// What not-a-number is equal to.
     pub nan: NotANumber,
     /// Stop at the first difference beyond tolerance.
@@ -168,11 +164,6 @@ pub enum Gap {
 }
 
 impl Options {
-    /// True if a time is in the window.
-    fn is_in_window(&self, time: f64) -> bool {
-        !(self.from.is_some_and(|from| time < from) || self.to.is_some_and(|to| time > to))
-    }
-
     /// True if a field takes part.
     fn compares(&self, topic: &str, field: &str) -> bool {
         let chosen = self.fields.is_empty() || self.fields.iter().any(|pattern| pattern.fits(field));
@@ -334,7 +325,7 @@ pub fn compare(
     let is_relative = pairs.iter().any(|pair| pair.starts.is_some());
     let window = |recording: &Recording| match is_relative {
         true => None,
-        false => recording.log_window(options.from, options.to),
+        false => recording.log_window(options.window.from, options.window.to),
     };
     let scales = if pairs.iter().any(|pair| needs_scale(a, pair, &options.rules)) {
         scales(a, &pairs, options, window(a))?
@@ -392,7 +383,7 @@ fn gaps(comparison: &Comparison, options: &Options) -> Vec<Gap> {
             "--ignore leaves no topic".into()
         }
         (true, _) => "neither recording has a topic".into(),
-        (false, 0) => match (options.from, options.to) {
+        (false, 0) => match (options.window.from, options.window.to) {
             (None, None) => "neither recording has a message".into(),
             (from, to) => {
                 let from = from.map_or(String::new(), |from| format!(" from {from}"));
@@ -471,24 +462,21 @@ fn scales(
     let mut messages = a.messages(starts.keys().copied(), window)?;
     let mut values = HashMap::new();
     let mut numbers = Vec::new();
-    loop {
-        let next = messages.next(|message| {
-            let channel: &Channel = &a.channels[&message.channel];
-            let Some(layout) = &channel.layout else { return };
-            let values = values.entry(message.channel).or_insert_with(|| layout.values());
-            let time = clock::time(channel, starts[&message.channel], message.data, message.log_time);
-            if !options.is_in_window(time) || layout.decode(message.data, values).is_err() {
-                return;
-            }
-            for (leaf, list) in values.lists.iter().enumerate() {
-                if list.numbers(&mut numbers) {
-                    scales.entry((message.channel, leaf)).or_default().add(&numbers);
-                }
-            }
-            values.release();
-        })?;
-        if !matches!(next, Next::Record(())) {
-            return Ok(scales);
+    messages.for_each(|message| -> Result<(), OpenError> {
+        let channel: &Channel = &a.channels[&message.channel];
+        let Some(layout) = &channel.layout else { return Ok(()) };
+        let values = values.entry(message.channel).or_insert_with(|| layout.values());
+        let time = clock::time(channel, starts[&message.channel], message.data, message.log_time);
+        if !options.window.holds(time) || layout.decode(message.data, values).is_err() {
+            return Ok(());
         }
-    }
+        for (leaf, list) in values.lists.iter().enumerate() {
+            if list.numbers(&mut numbers) {
+                scales.entry((message.channel, leaf)).or_default().add(&numbers);
+            }
+        }
+        values.release();
+        Ok(())
+    })?;
+    Ok(scales)
 }

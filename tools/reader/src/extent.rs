@@ -6,11 +6,11 @@ use percuss_picture::Side;
 
 use crate::{
     axis::{Axis, Grid},
-    field::MAX_COLUMNS,
+    channel::Channel,
     messages::Recording,
     nest::{Counts, Nest},
-    overview::Channel,
-    recording::{Next, OpenError},
+    recording::OpenError,
+    table::MAX_COLUMNS,
     wire::{COUNT, Layout, UNKNOWN, Values},
 };
 
@@ -96,11 +96,12 @@ impl Extents {
             }
         }
         let mut messages = recording.messages(ids.iter().copied(), None)?;
-        while let Next::Record(()) = messages.next(|message| {
+        messages.for_each(|message| -> Result<(), OpenError> {
             if let Some(survey) = surveys.get_mut(&message.channel) {
                 survey.take(message.data);
             }
-        })? {}
+            Ok(())
+        })?;
         let extents = surveys.into_iter().flat_map(|(id, survey)| {
             survey.arrays.into_iter().map(move |array| ((id, array.leaf), array.extent))
         });

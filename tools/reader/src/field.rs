@@ -8,19 +8,17 @@ use prost_reflect::EnumDescriptor;
 
 use crate::{
     axis::{Axis, at_point, between},
+    channel::Channel,
+    convention,
     extent::{Extent, Reach},
     nest::{Counts, Nest, Spot},
-    overview::Channel,
     recording::seconds,
-    table::{Cell, Heading, Kind},
+    table::{Cell, Heading, Kind, MAX_COLUMNS},
     wire::{COUNT, Layout, List, Type, UNKNOWN, Values},
 };
 
 use selection::Name;
 pub use selection::{Positions, Selection, SelectionError};
-
-/// Largest number of columns an array is spread over.
-pub const MAX_COLUMNS: usize = 10_000;
 
 /// Largest number of columns of a table, and longest that the names of those of a topic may be together \[bytes\].
 pub(crate) const MAX_TABLE: usize = 1 << 18;
@@ -58,12 +56,6 @@ enum Take {
     },
 }
 
-/// Leaf of the time of a message: a plain double named `time`.
-pub fn time_leaf(layout: &Layout) -> Option<usize> {
-    let leaf = layout.find("time")?;
-    (layout.leaves[leaf].is_single && layout.leaves[leaf].kind.is_number()).then_some(leaf)
-}
-
 /// What of a channel is taken into rows.
 #[derive(Debug)]
 pub struct Columns {
@@ -95,7 +87,7 @@ pub fn columns(
     })?;
     let at: Vec<(&Positions, Mark<bool>)> = selection.at.iter().map(|at| (at, Mark::new(false))).collect();
     let mut picker = Picker { channel, layout, counts: Counts::of(layout), at: &at, extent };
-    let leaf = time_leaf(layout);
+    let leaf = channel.time_leaf();
     let time = match leaf {
         Some(leaf) => picker.plain(leaf),
         None => {
@@ -264,8 +256,7 @@ impl Picker<'_> {
         at: &Positions,
     ) -> Result<Vec<Column>, SelectionError> {
         let path = &self.layout.leaves[leaf].path;
-        let symmetry = self.channel.metadata.get(&format!("symmetry.{path}"));
-        let even = symmetry.is_some_and(|symmetry| symmetry == "even");
+        let even = convention::is_even(&self.channel.metadata, path);
         let names = axis.coordinates();
         let reaches = match axis {
             Axis::Listed(positions) => Reach::listed(positions).into_iter().collect(),

@@ -14,7 +14,7 @@
 //! |---|---|
 //! | [`recording`] | opening a file, limits, checksums, the index, records in the order of the file, stepping over damage |
 //! | [`messages`] | a recording that is open: its channels, and the messages of some of them, by the index if there is one |
-//! | [`overview`] | channels and what else a recording says of itself |
+//! | [`channel`], [`directory`] | channels, and how they are made of the definitions in a file |
 //! | [`wire`] | messages taken apart into typed lists, one per leaf of their type |
 //! | [`field`], `axis`, `nest` | fields of messages: names, units; positions on the axes of arrays and values between them; places in nested lists |
 //! | [`extent`] | how far arrays reach over all messages |
@@ -108,15 +108,17 @@
 //! | `-help`, `-Help`, `-version`, `-copyright` | `--help`, `--version`, the licence files |
 
 mod axis;
+pub mod channel;
 pub mod cli;
 pub mod command;
 pub mod compare;
+pub mod convention;
+pub mod directory;
 pub mod extent;
 pub mod field;
 pub mod format;
 pub mod messages;
 mod nest;
-pub mod overview;
 pub mod recording;
 pub mod select;
 pub mod slice;

@@ -1,5 +1,6 @@
 //! Which topics, which times, which of many messages: chosen alike by every verb.
 
+use clap::Args;
 use globset::{GlobBuilder, GlobMatcher};
 
 use crate::messages::Recording;
@@ -32,6 +33,38 @@ impl Pattern {
     /// The pattern as it was written.
     pub fn text(&self) -> &str {
         &self.text
+    }
+}
+
+/// A time; NaN is none.
+pub(crate) fn time(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok().filter(|number| !number.is_nan());
+    number.ok_or_else(|| "not a number".into())
+}
+
+/// Which times, and which of many messages.
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
+pub struct Window {
+    /// First time, in the unit of the time column
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
+    pub from: Option<f64>,
+    /// Last time, in the unit of the time column
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
+    pub to: Option<f64>,
+    /// Every n-th message of that time
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub every: u64,
+}
+
+impl Window {
+    /// True if a time is not before the first or after the last.
+    pub fn holds(&self, time: f64) -> bool {
+        !(self.from.is_some_and(|from| time < from) || self.to.is_some_and(|to| time > to))
+    }
+
+    /// True if the message of a number, from 0, among those of the window is not one of every n-th; 0 means all, as 1 does.
+    pub fn leaves_out(&self, number: u64) -> bool {
+        !number.is_multiple_of(self.every.max(1))
     }
 }
 

@@ -4,11 +4,12 @@ use std::{collections::BTreeSet, path::PathBuf};
 
 use crate::{
     axis::{Axis, Place, between},
+    channel::Channel,
+    convention,
     extent::Extent,
     messages::Recording,
     nest::{Counts, Nest},
-    overview::Channel,
-    recording::{Budget, Damage, Limits, Next, OpenError},
+    recording::{Budget, Damage, Limits, OpenError},
     table::Heading,
     wire::{DecodeError, Values},
 };
@@ -190,42 +191,28 @@ pub fn moments(
     let mut span = Span::default();
     let mut budget = Budget::new(recording.limits().kept());
     let memory = || OpenError::Memory { path: recording.path.clone(), what: "the messages at these times" };
-    loop {
-        let next = messages.next(|message| {
-            let time = channel.time_of(message.data, message.log_time);
-            span.add(time);
-            for (slot, &at) in nearest.iter_mut().zip(wanted) {
-                let is_nearer = match slot {
-                    Some((known, _)) if at.is_infinite() => time >= *known,
-                    Some((known, _)) => (time - at).abs() < (*known - at).abs(),
-                    None => true,
-                };
-                if is_nearer {
-                    budget.give_back(slot.take().map_or(0, |(_, bytes)| bytes.len()));
-                    if !budget.spend(message.data.len()) {
-                        return Err(memory());
-                    }
-                    *slot = Some((time, message.data.to_vec()));
+    messages.for_each(|message| {
+        let time = channel.time_of(message.data, message.log_time);
+        span.add(time);
+        for (slot, &at) in nearest.iter_mut().zip(wanted) {
+            let is_nearer = match slot {
+                Some((known, _)) if at.is_infinite() => time >= *known,
+                Some((known, _)) => (time - at).abs() < (*known - at).abs(),
+                None => true,
+            };
+            if is_nearer {
+                budget.give_back(slot.take().map_or(0, |(_, bytes)| bytes.len()));
+                if !budget.spend(message.data.len()) {
+                    return Err(memory());
                 }
+                *slot = Some((time, message.data.to_vec()));
             }
-            Ok(())
-        })?;
-        match next {
-            Next::Record(kept) => kept?,
-            Next::Pending | Next::End => break,
         }
-    }
+        Ok(())
+    })?;
     let topic = || channel.topic.clone();
-    for &time in times {
-        if let Some((first, last)) = span.excludes(time) {
-            return Err(MomentError::Outside {
-                file: recording.path.clone(),
-                topic: topic(),
-                time,
-                first,
-                last,
-            });
-        }
+    if let Some((time, (first, last))) = times.iter().find_map(|&time| Some((time, span.excludes(time)?))) {
+        return Err(MomentError::Outside { file: recording.path.clone(), topic: topic(), time, first, last });
     }
     let (mut moments, mut budget) = (Vec::new(), Budget::new(recording.limits().values()));
     for (time, bytes) in nearest.into_iter().flatten() {
@@ -256,18 +243,15 @@ pub fn visit(
     let Some(layout) = &channel.layout else { return Ok(Vec::new()) };
     let mut messages = recording.messages([id], None)?;
     let mut count = 0_u64;
-    loop {
-        let next = messages.next(|message| {
-            count += 1;
-            let mut values = layout.values();
-            if (count - 1).is_multiple_of(every) && layout.decode(message.data, &mut values).is_ok() {
-                take(Moment { time: channel.time_of(message.data, message.log_time), values });
-            }
-        })?;
-        if !matches!(next, Next::Record(())) {
-            return Ok(messages.damages().to_vec());
+    messages.for_each(|message| -> Result<(), OpenError> {
+        count += 1;
+        let mut values = layout.values();
+        if (count - 1).is_multiple_of(every) && layout.decode(message.data, &mut values).is_ok() {
+            take(Moment { time: channel.time_of(message.data, message.log_time), values });
         }
-    }
+        Ok(())
+    })?;
+    Ok(messages.damages().to_vec())
 }
 
 fn unit_of_coordinate(channel: &Channel, axis: &str) -> Option<String> {
@@ -333,7 +317,7 @@ pub fn slice(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Slice> {
         columns: grid.columns,
         units: [0, 1].map(|i: usize| unit_of_coordinate(channel, &coordinates[i])),
         coordinates,
-        even: channel.metadata.get(&format!("symmetry.{name}")).is_some_and(|symmetry| symmetry == "even"),
+        even: convention::is_even(&channel.metadata, &name),
         name,
         values,
     })

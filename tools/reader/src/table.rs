@@ -2,6 +2,9 @@
 
 use std::io;
 
+/// Largest number of columns an array is spread over.
+pub const MAX_COLUMNS: usize = 10_000;
+
 /// What the cells of a column are, where they are not empty.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kind {

@@ -16,7 +16,7 @@ use mcap::{Compression, WriteOptions};
 use percuss_reader::{
     command::{recover::recover, verify::verify_scan},
     messages::Recording,
-    recording::{Limits, Next, Scan},
+    recording::{Limits, OpenError, Scan},
 };
 use raw::{channel, chunk, file, folder, message, record, run, schema, text, varint};
 use tempfile::TempDir;
@@ -52,9 +52,8 @@ fn is_sound(bytes: Vec<u8>) -> bool {
 fn content(bytes: Vec<u8>) -> (u64, bool) {
     let Some(mut scan) = scan(bytes) else { return (0, false) };
     let mut hasher = DefaultHasher::new();
-    while scan.next(|found| format!("{:?}", found.record).hash(&mut hasher)).expect("no error of the system")
-        != Next::End
-    {}
+    let each = scan.for_each(|found| format!("{:?}", found.record).hash(&mut hasher));
+    each.expect("no error of the system");
     (hasher.finish(), scan.is_complete())
 }
 
@@ -92,9 +91,11 @@ fn messages(path: &Path) -> Vec<(u16, u64, Vec<u8>)> {
     let recording = Recording::open(path, Limits::default()).expect("a recording");
     let mut messages = recording.messages(recording.channels.keys().copied(), None).expect("messages");
     let mut all = Vec::new();
-    while messages.next(|m| all.push((m.channel, m.log_time, m.data.to_vec()))).expect("messages")
-        != Next::End
-    {}
+    let each = messages.for_each(|message| -> Result<(), OpenError> {
+        all.push((message.channel, message.log_time, message.data.to_vec()));
+        Ok(())
+    });
+    each.expect("messages");
     all
 }
 

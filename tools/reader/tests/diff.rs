@@ -12,6 +12,7 @@ use percuss_reader::{
     compare::{Comparison, Kind, Mode, NotANumber, Options, Rules, compare},
     messages::Recording,
     recording::Limits,
+    select::Window,
 };
 use prost_reflect::Value;
 use tempfile::TempDir;
@@ -643,7 +644,8 @@ fn wall_clocks_are_compared_from_the_start_of_each_recording() {
     assert_eq!(verdict(&more), Verdict::Different);
     assert_eq!((channel(&more, "/place").only_a, channel(&more, "/place").only_b), (0, 1));
     // the window counts from the start too
-    let options = Options { from: Some(0.295), to: Some(0.335), ..Options::default() };
+    let options =
+        Options { window: Window { from: Some(0.295), to: Some(0.335), every: 1 }, ..Options::default() };
     let window = desk.forged(&a, &wall(5, Some(150), 200), &options);
     assert_eq!((verdict(&window), channel(&window, "/scalar").compared), (Verdict::Equal, 4));
     // all channels have the same start: one that is late stays late

@@ -5,7 +5,7 @@ mod forge;
 use std::{borrow::Cow, fs};
 
 use mcap::records::{Record, SchemaHeader};
-use percuss_reader::{overview::Directory, recording::Limits};
+use percuss_reader::{directory::Directory, recording::Limits};
 use prost_reflect::{
     prost::Message,
     prost_types::{

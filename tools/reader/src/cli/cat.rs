@@ -7,11 +7,11 @@ use std::{
 
 use clap::Args;
 
-use super::{CliError, Exit, loss, output::explain, window::Window};
+use super::{CliError, Exit, loss, output::explain};
 use crate::{
     command::cat::{CatError, Request, cat},
     recording::Limits,
-    select::Pattern,
+    select::{Pattern, Window},
 };
 
 const CAT_EXAMPLES: &str = "\
@@ -37,13 +37,7 @@ pub(super) struct CatArguments {
 
 impl CatArguments {
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
-        let request = Request {
-            topics: self.topics.clone(),
-            from: self.window.from,
-            to: self.window.to,
-            every: self.window.every,
-            follow: self.follow,
-        };
+        let request = Request { topics: self.topics.clone(), window: self.window, follow: self.follow };
         let mut output = BufWriter::new(io::stdout());
         let result = cat(&self.file, &request, limits, &mut output);
         let damages = match result {

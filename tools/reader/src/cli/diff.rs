@@ -10,7 +10,6 @@ use super::{
     output::{by_extension, print, print_document, print_painted, refuse_inputs, write},
     plot::medium,
     say,
-    window::Window,
 };
 use crate::{
     command::diff::{
@@ -19,7 +18,7 @@ use crate::{
     },
     compare::{ChannelReport, Comparison, Mode, NotANumber, Options, Rule, Rules, Tolerance},
     recording::Limits,
-    select::Pattern,
+    select::{Pattern, Window},
 };
 
 const DIFF_EXAMPLES: &str = "\
@@ -270,15 +269,13 @@ impl DiffArguments {
         Ok(Options {
             topics: self.topics.clone(),
             fields: self.fields.clone(),
-            every: self.window.every,
             mode: match self.align {
                 Some(Align::Mode(mode)) => Some(mode),
                 Some(Align::Relative) | None => None,
             },
             relative: matches!(self.align, Some(Align::Relative)),
             rules,
-            from: self.window.from,
-            to: self.window.to,
+            window: self.window,
             nan: match (self.nan_equal, self.skip_nan) {
                 (_, true) => NotANumber::Skipped,
                 (true, _) => NotANumber::EqualsItself,

@@ -8,10 +8,11 @@ use std::{
 use clap::Args;
 
 use super::{
-    CliError, Exit, loss,
+    CliError, Exit,
+    chosen::finite_time,
+    loss,
     output::{by_extension, explain, is_same_file, print, refuse_inputs, write},
     say,
-    window::finite_time,
 };
 use crate::{
     command::export::{FORMS, attachment, attachments, form, matrix},

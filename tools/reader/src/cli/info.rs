@@ -21,13 +21,13 @@ pub(super) struct InfoArguments {
 
 impl InfoArguments {
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
-        let (text, overview) = info(&self.file, self.json, limits)?;
+        let (text, recording) = info(&self.file, self.json, limits)?;
         if self.json {
             print_document(&text)?
         } else {
             print(&text)?
         };
-        let damages: Vec<_> = overview.damages.into_iter().map(|d| (self.file.clone(), d)).collect();
+        let damages: Vec<_> = recording.damages.into_iter().map(|d| (self.file.clone(), d)).collect();
         Ok(loss(&damages))
     }
 }

@@ -8,16 +8,18 @@ use std::{
 use clap::Args;
 
 use super::{
-    CliError, Exit, has_colour, loss,
+    CliError, Exit,
+    chosen::{Chosen, finite_time},
+    has_colour, loss,
     output::{by_extension, refuse_inputs, write},
     say, say_left_out,
-    window::{Chosen, Window, finite_time},
 };
 use percuss_picture::Medium;
 
 use crate::{
     command::plot::{Request, plot},
     recording::Limits,
+    select::Window,
 };
 
 const PLOT_EXAMPLES: &str = "\
@@ -105,9 +107,7 @@ impl PlotArguments {
             topics: self.chosen.topics.clone(),
             selection: self.chosen.selection(),
             at_times: self.at_time.clone(),
-            from: self.window.from,
-            to: self.window.to,
-            every: self.window.every,
+            window: self.window,
             log: (log.contains('x'), log.contains('y')),
             x_range: self.x_range,
             range: self.range,

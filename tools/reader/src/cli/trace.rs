@@ -8,10 +8,11 @@ use std::{
 use clap::{Args, ValueEnum};
 
 use super::{
-    CliError, Exit, loss,
+    CliError, Exit,
+    chosen::Chosen,
+    loss,
     output::{Output, by_extension, explain, refuse_inputs},
     say, say_left_out,
-    window::{Chosen, Window},
 };
 use crate::{
     command::trace::{Align, Outcome, Request, TraceError, trace},
@@ -22,6 +23,7 @@ use crate::{
         parquet::Parquet,
     },
     recording::Limits,
+    select::Window,
 };
 
 const TRACE_EXAMPLES: &str = "\
@@ -81,9 +83,7 @@ impl TraceArguments {
         let request = Request {
             topics: self.chosen.topics.clone(),
             selection: self.chosen.selection(),
-            from: self.window.from,
-            to: self.window.to,
-            every: self.window.every,
+            window: self.window,
             align: self.align,
             stack: self.stack,
             follow: self.follow,

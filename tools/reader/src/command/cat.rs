@@ -9,10 +9,10 @@ use std::{
 use prost_reflect::{MessageDescriptor, SerializeOptions};
 
 use crate::{
+    channel::Channel,
     messages::{Message, POLL, Recording},
-    overview::Channel,
-    recording::{Damage, Limits, Next, OpenError},
-    select::{self, Pattern, UnknownTopic},
+    recording::{Damage, Limits, OpenError},
+    select::{self, Pattern, UnknownTopic, Window},
     wire::dynamic,
 };
 
@@ -21,12 +21,8 @@ use crate::{
 pub struct Request {
     /// Topics; all if empty.
     pub topics: Vec<Pattern>,
-    /// First time, of the field `time` or the log time in seconds.
-    pub from: Option<f64>,
-    /// Last time.
-    pub to: Option<f64>,
-    /// Every n-th message of each topic; 1 for all.
-    pub every: u64,
+    /// Times, of the field `time` or the log time in seconds, and every n-th message of each topic.
+    pub window: Window,
     /// Keeps reading a file that is being written.
     pub follow: bool,
 }
@@ -69,7 +65,7 @@ pub fn cat(
         thread::sleep(POLL);
         recording = Recording::open(path, limits)?;
     }
-    let window = recording.log_window(request.from, request.to);
+    let window = recording.log_window(request.window.from, request.window.to);
     let mut messages = recording.messages(ids(&recording)?, window)?;
     if request.follow {
         messages.follow();
@@ -77,30 +73,24 @@ pub fn cat(
     let mut seen = std::collections::HashMap::<u16, u64>::new();
     let mut text = Text { bytes: Vec::new(), room: limits.kept() };
     loop {
-        let next = messages.next(|message| {
+        messages.for_each(|message| {
             let channel = &recording.channels[&message.channel];
-            let time = channel.time_of(message.data, message.log_time);
-            if request.from.is_some_and(|from| time < from) || request.to.is_some_and(|to| time > to) {
+            if !request.window.holds(channel.time_of(message.data, message.log_time)) {
                 return Ok(());
             }
             let count = seen.entry(message.channel).or_default();
             *count += 1;
-            if !(*count - 1).is_multiple_of(request.every.max(1)) {
+            if request.window.leaves_out(*count - 1) {
                 return Ok(());
             }
-            line(channel, &message, limits, &mut text, output)
+            line(channel, &message, limits, &mut text, output).map_err(CatError::Output)
         })?;
-        match next {
-            Next::Record(result) => result?,
-            Next::Pending => {
-                output.flush()?;
-                thread::sleep(POLL);
-            }
-            Next::End => break,
+        output.flush()?;
+        if messages.is_over() {
+            return Ok(messages.damages().to_vec());
         }
+        thread::sleep(POLL);
     }
-    output.flush()?;
-    Ok(messages.damages().to_vec())
 }
 
 /// Text that does not grow beyond what there is room for: of an empty message all fields are written, with their names.

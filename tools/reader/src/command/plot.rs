@@ -6,13 +6,14 @@ use percuss_picture::{Curve, Medium, Panel, draw, draw_image};
 
 use crate::{
     axis::Axis,
+    channel::Channel,
     command::trace::{Align, Outcome, Request as Traced, TraceError, names, trace},
+    convention,
     extent::{Extent, Extents},
     field::{Positions, Selection, SelectionError},
     messages::Recording,
-    overview::Channel,
     recording::{Budget, Damage, Limits, OpenError},
-    select::{self, Pattern, UnknownTopic},
+    select::{self, Pattern, UnknownTopic, Window},
     slice::{Moment, MomentError, Profile, Slice, moments, profile, slice},
     table::{Cell, Heading, Sink},
     wire::{COUNT, UNKNOWN},
@@ -27,12 +28,8 @@ pub struct Request {
     pub selection: Selection,
     /// Times of profiles and images; curves over time if none.
     pub at_times: Option<Vec<f64>>,
-    /// First time.
-    pub from: Option<f64>,
-    /// Last time.
-    pub to: Option<f64>,
-    /// Every n-th row.
-    pub every: u64,
+    /// Times, and every n-th row.
+    pub window: Window,
     /// Logarithmic axes, horizontal and vertical.
     pub log: (bool, bool),
     /// Ends of the horizontal axis.
@@ -109,7 +106,7 @@ pub fn plot(
         return at_times(paths, request, times, &title, limits, medium);
     }
     if shows_last_frame(paths, request, limits)? {
-        if request.from.is_some() || request.to.is_some() || request.every > 1 {
+        if request.window.from.is_some() || request.window.to.is_some() || request.window.every > 1 {
             let text = "--from, --to and --every choose times of curves; choose a frame with --at-time";
             return Err(PlotError::Unfit(text.into()));
         }
@@ -171,9 +168,7 @@ pub(crate) fn traces(
     let traced = Traced {
         topics: request.topics.clone(),
         selection: request.selection.clone(),
-        from: request.from,
-        to: request.to,
-        every: request.every.max(1),
+        window: request.window,
         align: Align::Exact,
         stack: false,
         follow: false,
@@ -184,7 +179,7 @@ pub(crate) fn traces(
     let all_chosen = request.selection.fields.is_empty();
     let is_counter = |heading: &Heading| {
         let name = heading.name.rsplit([':', '.']).next().unwrap_or_default();
-        all_chosen && matches!(name, "step" | "log_time")
+        all_chosen && matches!(name, convention::STEP | "log_time")
     };
     let (mut curves, mut headings) = (Vec::new(), Vec::new());
     for (curve, heading) in table.curves.into_iter().zip(&table.headings[1.min(table.headings.len())..]) {
@@ -273,7 +268,7 @@ fn at_times(
     limits: Limits,
     medium: Medium,
 ) -> Result<Drawn, PlotError> {
-    let default = ["/interface/stress".parse().expect("a plain topic")];
+    let default = [convention::INTERFACE.parse().expect("a plain topic")];
     let topics = if request.topics.is_empty() { &default[..] } else { &request.topics };
     let (mut found, mut damages) = (Found::default(), Vec::new());
     for (path, name) in paths.iter().zip(names(paths)) {

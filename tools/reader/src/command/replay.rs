@@ -13,7 +13,7 @@ use percuss_serve::{Address, Channel, Playback, Playing, ServeError, Server};
 use crate::{
     command::recover::{RecoverError, recover},
     messages::Recording,
-    recording::{Damage, Limits, OpenError, seconds},
+    recording::{Damage, Limits, OpenError, log_times, seconds},
     timeline::{Event, Timeline, TimelineError},
 };
 
@@ -83,13 +83,8 @@ pub fn replay(
     let recording = Recording::open(path, limits)?;
     let (timeline, lost) = open(path, limits, say)?;
     let span = timeline.span().and_then(|(first, last)| {
-        let (low, high) = match recording.log_window(request.from, request.to) {
-            Some(window) => window,
-            None => {
-                let nanoseconds = |time: f64| (time * 1e9).clamp(0.0, u64::MAX as f64) as u64;
-                (request.from.map_or(0, nanoseconds), request.to.map_or(u64::MAX, nanoseconds))
-            }
-        };
+        let window = recording.log_window(request.from, request.to);
+        let (low, high) = window.unwrap_or_else(|| log_times(request.from, request.to, 1.0));
         let span = (first.max(low), last.min(high));
         (span.0 <= span.1).then_some(span)
     });

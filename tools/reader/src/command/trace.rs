@@ -8,12 +8,13 @@ use std::{
 };
 
 use crate::{
+    channel::Channel,
+    convention,
     extent::{Extent, Extents},
     field::{Column, Columns, MAX_TABLE, Positions, Selection, SelectionError, columns},
     messages::{Messages, POLL, Recording},
-    overview::Channel,
-    recording::{Damage, Limits, Next, OpenError},
-    select::{self, Pattern, UnknownTopic},
+    recording::{Damage, Limits, OpenError, log_times},
+    select::{self, Pattern, UnknownTopic, Window},
     table::{Cell, Heading, Kind, Sink},
     wire::Values,
 };
@@ -21,22 +22,15 @@ use crate::{
 pub use join::Align;
 use join::{Joiner, Rows};
 
-/// Topic that is traced if none is named: the drag of percuss.
-pub const DEFAULT_TOPIC: &str = "/drag";
-
 /// What to trace.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
-    /// Topics; [`DEFAULT_TOPIC`] if none.
+    /// Topics; [`convention::DRAG`] if none.
     pub topics: Vec<Pattern>,
     /// Fields and positions.
     pub selection: Selection,
-    /// First time, in the unit of the time column.
-    pub from: Option<f64>,
-    /// Last time, in the unit of the time column.
-    pub to: Option<f64>,
-    /// Every n-th row; 1 for all.
-    pub every: u64,
+    /// Times, in the unit of the time column, and every n-th row.
+    pub window: Window,
     /// How rows come about.
     pub align: Align,
     /// Files one after the other with their names in the first column, instead of side by side.
@@ -200,8 +194,7 @@ fn run(
     }
     let widths: Vec<usize> = files.iter().flat_map(|file| file.slots.iter().map(Slot::width)).collect();
     let limits = files.first().map_or_else(Limits::default, |file| file.recording.limits());
-    let mut rows =
-        Rows { every: request.every.max(1), seen: 0, label, sink, outcome, filled, cells: Vec::new() };
+    let mut rows = Rows { window: request.window, seen: 0, label, sink, outcome, filled, cells: Vec::new() };
     let mut joiner = Joiner::new(request.align, widths, limits.kept());
     loop {
         // the file that is behind goes first, so that rows of equal times meet
@@ -260,7 +253,7 @@ impl Traced {
         all_left_out: &mut Vec<SelectionError>,
     ) -> Result<Self, TraceError> {
         let mut recording = Recording::open(path, limits)?;
-        let default = [DEFAULT_TOPIC.parse().expect("a plain topic")];
+        let default = [convention::DRAG.parse().expect("a plain topic")];
         let patterns = if request.topics.is_empty() { &default[..] } else { &request.topics };
         // of a file that is being written, the topics may still be to come
         while request.follow && select::channels(&recording, patterns).is_err() {
@@ -305,12 +298,10 @@ impl Traced {
 
     fn stream(&self, request: &Request) -> Result<Stream<'_>, OpenError> {
         let by_time = self.slots.iter().all(|slot| slot.time.leaf.is_some());
-        let window = if by_time {
-            self.recording.log_window(request.from, request.to)
-        } else {
-            let nanoseconds = |s: f64| (s * 1e9).max(0.0) as u64;
-            let low = request.from.map_or(0, |from| nanoseconds(from).saturating_sub(1));
-            Some((low, request.to.map_or(u64::MAX, |to| nanoseconds(to).saturating_add(1))))
+        let Window { from, to, .. } = request.window;
+        let window = match by_time {
+            true => self.recording.log_window(from, to),
+            false => Some(log_times(from, to, 1.0)),
         };
         let mut messages = self.recording.messages(self.slots.iter().map(|slot| slot.id), window)?;
         if request.follow {
@@ -453,24 +444,23 @@ impl Stream<'_> {
                     return None;
                 }
                 let time = slot.time.cell(&values[index], message.log_time).number().unwrap_or(f64::NAN);
-                let is_early = request.from.is_some_and(|from| time < from);
-                let is_late = request.to.is_some_and(|to| time > to);
                 let cell = |column: &Column| column.cell(&values[index], message.log_time);
-                let sample =
-                    (!is_early && !is_late).then(|| (index, time, slot.columns.iter().map(cell).collect()));
+                let sample = request
+                    .window
+                    .holds(time)
+                    .then(|| (index, time, slot.columns.iter().map(cell).collect()));
                 values[index].release();
                 sample
             })?;
             match next {
-                Next::Record(Some((slot, time, cells))) => {
+                Some(Some((slot, time, cells))) => {
                     self.time = time;
                     return Ok(Step::Sample(self.base + slot, time, cells));
                 }
-                Next::Record(None) => {}
-                Next::Pending => return Ok(Step::Pending),
-                Next::End => {
-                    self.done = true;
-                    return Ok(Step::Over);
+                Some(None) => {}
+                None => {
+                    self.done = self.messages.is_over();
+                    return Ok(if self.done { Step::Over } else { Step::Pending });
                 }
             }
         }

@@ -16,8 +16,9 @@ use super::{
 };
 use crate::{
     axis::Axis,
+    channel::Channel,
+    convention,
     messages::Recording,
-    overview::Channel,
     wire::{Layout, Leaf, List, Type, Values},
 };
 
@@ -70,7 +71,7 @@ fn ordered(time: f64) -> u64 {
 
 /// Leaf of the step of a message: a plain whole number named `step`.
 fn step_leaf(layout: &Layout) -> Option<usize> {
-    let leaf = layout.find("step")?;
+    let leaf = layout.find(convention::STEP)?;
     let is_integer = matches!(layout.leaves[leaf].kind, Type::UInt | Type::Int);
     (is_integer && layout.leaves[leaf].is_single).then_some(leaf)
 }
@@ -134,7 +135,7 @@ impl<'a> Aligner<'a> {
             let path = layout_a.leaves[leaf_a].path.clone();
             let rule = options.rules.of(topic, &path).cloned();
             let ignored = !options.compares(topic, &path);
-            let even = channel_a.metadata.get(&format!("symmetry.{path}")).is_some_and(|s| s == "even");
+            let even = convention::is_even(&channel_a.metadata, &path);
             let known = scales.get(&(pair.a, leaf_a)).copied();
             Some(Field {
                 unit: channel_a.unit(&path).map(str::to_owned),
@@ -210,7 +211,7 @@ impl<'a> Aligner<'a> {
         let channel = [self.a, self.b][side];
         let start = self.starts.map(|starts| starts[side]);
         let time = clock::time(channel, start, item.bytes(), item.log_time);
-        if !self.options.is_in_window(time) {
+        if !self.options.window.holds(time) {
             return Ok(());
         }
         self.report.messages[side] += 1;
@@ -350,7 +351,7 @@ impl<'a> Aligner<'a> {
 
     /// True if the pair of messages that was counted last is not one of those to compare.
     fn is_left_out(&self) -> bool {
-        !(self.pairs - 1).is_multiple_of(self.options.every.max(1))
+        self.options.window.leaves_out(self.pairs - 1)
     }
 
     fn compare_front(&mut self, watch: &mut Option<Watch<'_>>) -> Result<(), CompareError> {

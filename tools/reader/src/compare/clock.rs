@@ -6,9 +6,9 @@
 
 use super::{Options, structure::Pair};
 use crate::{
+    channel::Channel,
     messages::Recording,
-    overview::Channel,
-    recording::{Next, OpenError, seconds},
+    recording::{OpenError, seconds},
 };
 
 /// Where the times of a channel count from.
@@ -56,17 +56,15 @@ impl Spans {
         }
         let timed = recording.channels.iter().filter(|(_, channel)| channel.has_time()).map(|(&id, _)| id);
         let mut messages = recording.messages(timed, None)?;
-        loop {
-            let next = messages.next(|message| {
-                let channel = &recording.channels[&message.channel];
-                channel.time_of(message.data, message.log_time)
-            })?;
-            let Next::Record(time) = next else { return Ok(spans) };
+        messages.for_each(|message| -> Result<(), OpenError> {
+            let time = recording.channels[&message.channel].time_of(message.data, message.log_time);
             if time.is_finite() {
                 let (first, last) = spans.message.unwrap_or((time, time));
                 spans.message = Some((first.min(time), last.max(time)));
             }
-        }
+            Ok(())
+        })?;
+        Ok(spans)
     }
 
     /// Start and span of the clock of a channel.

@@ -9,6 +9,7 @@ use super::{
 };
 use crate::{
     axis::{self, Axis, Grid, at},
+    convention,
     wire::{Layout, Leaf, List, Type, Values},
 };
 
@@ -33,7 +34,7 @@ pub(super) struct Field {
 /// Fields that say which message it is, and when: `step`, `time`, and those of type `google.protobuf.Timestamp`.
 pub(super) fn is_key(layout: &Layout, leaf: usize) -> bool {
     let leaf = &layout.leaves[leaf];
-    if matches!(leaf.path.as_str(), "step" | "time") {
+    if matches!(leaf.path.as_str(), convention::STEP | convention::TIME) {
         return true;
     }
     let mut message = layout.descriptor().clone();

@@ -11,10 +11,7 @@ use std::{
 };
 
 use super::{CompareError, Options, Watch, align::Aligner};
-use crate::{
-    messages::Recording,
-    recording::{Damage, Next},
-};
+use crate::{messages::Recording, recording::Damage};
 
 /// Bytes after which a batch is handed on.
 const BATCH: usize = 1 << 20;
@@ -105,43 +102,39 @@ enum Parcel {
     End(Result<Vec<Damage>, CompareError>),
 }
 
+/// Reads a file and hands on its messages in batches.
 fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, CompareError> {
     // a few of them may lie between a reader and the comparison
     let largest = input.recording.limits().record() / 4;
     let mut messages = input.recording.messages(input.slots.keys().copied(), input.window)?;
     let pool = Pool::default();
     let mut batch = Batch::new(&pool);
-    loop {
-        let mut too_large = None;
-        let next = messages.next(|message| {
-            if message.data.len() > largest {
-                too_large = Some(message.data.len());
-                return;
-            }
-            batch.bytes.extend_from_slice(message.data);
-            let (slot, end) = (input.slots[&message.channel], batch.bytes.len());
-            batch.entries.push(Entry { slot, log_time: message.log_time, end });
-        })?;
-        if let Some(bytes) = too_large {
-            return Err(CompareError::TooLarge { bytes });
+    messages.for_each(|message| {
+        if message.data.len() > largest {
+            return Err(CompareError::TooLarge { bytes: message.data.len() });
         }
-        let is_over = !matches!(next, Next::Record(()));
-        if is_over || batch.bytes.len() >= BATCH || batch.entries.len() >= BATCH / 64 {
-            let full = std::mem::replace(&mut batch, Batch::new(&pool));
-            // nothing waits behind a large one: empty batches take its place until it has been received
-            let fillers = if full.bytes.len() > 2 * BATCH { AHEAD } else { 0 };
-            let fillers = std::iter::repeat_with(Batch::default).take(fillers);
-            for batch in std::iter::once(full).chain(fillers) {
-                // nobody listens any more: the comparison has stopped early
-                if out.send(Parcel::Batch(batch)).is_err() {
-                    return Ok(Vec::new());
-                }
-            }
+        batch.bytes.extend_from_slice(message.data);
+        let (slot, end) = (input.slots[&message.channel], batch.bytes.len());
+        batch.entries.push(Entry { slot, log_time: message.log_time, end });
+        if batch.bytes.len() < BATCH && batch.entries.len() < BATCH / 64 {
+            return Ok(());
         }
-        if is_over {
-            return Ok(messages.damages().to_vec());
-        }
+        send(std::mem::replace(&mut batch, Batch::new(&pool)), out)
+    })?;
+    send(batch, out)?;
+    Ok(messages.damages().to_vec())
+}
+
+/// Hands on a batch.
+fn send(batch: Batch, out: &SyncSender<Parcel>) -> Result<(), CompareError> {
+    // nothing waits behind a large one: empty batches take its place until it has been received
+    let fillers = if batch.bytes.len() > 2 * BATCH { AHEAD } else { 0 };
+    let fillers = std::iter::repeat_with(Batch::default).take(fillers);
+    for batch in std::iter::once(batch).chain(fillers) {
+        let is_received = out.send(Parcel::Batch(batch));
+        is_received.map_err(|_| CompareError::Watch("the comparison has stopped early".into()))?;
     }
+    Ok(())
 }
 
 /// One file as the comparison sees it.
@@ -190,7 +183,7 @@ pub(super) fn run(
             let (out, parcels) = sync_channel(AHEAD);
             scope.spawn(move || {
                 let end = read(input, &out);
-                // nobody listens any more: the comparison has stopped early
+                // fails if the comparison has stopped early
                 drop(out.send(Parcel::End(end)));
             });
             let (batch, origin) = (Arc::default(), input.origin);

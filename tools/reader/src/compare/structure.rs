@@ -8,8 +8,9 @@ use std::{
 
 use super::{CompareError, Options, Rules, clock::Start};
 use crate::{
+    channel::Channel,
+    convention,
     messages::Recording,
-    overview::Channel,
     recording::OpenError,
     wire::{Leaf, Type},
 };
@@ -212,12 +213,10 @@ fn fields(a: &Channel, b: &Channel, options: &Options, findings: &mut Vec<Findin
         if names(leaf) != names(other) {
             find(Some(&leaf.path), Kind::Type(names(leaf), names(other)));
         }
-        for key in ["unit", "axis", "symmetry"] {
-            let entry =
-                |channel: &Channel, path: &str| channel.metadata.get(&format!("{key}.{path}")).cloned();
-            let (of_a, of_b) = (entry(a, &leaf.path), entry(b, &other.path));
+        for (key, of_a, of_b) in convention::compared(&leaf.path, &other.path) {
+            let (of_a, of_b) = (a.metadata.get(&of_a), b.metadata.get(&of_b));
             if of_a != of_b {
-                let (a, b) = (of_a.unwrap_or_default(), of_b.unwrap_or_default());
+                let (a, b) = (of_a.cloned().unwrap_or_default(), of_b.cloned().unwrap_or_default());
                 find(Some(&leaf.path), Kind::Metadata { key: key.into(), a, b });
             }
         }
@@ -250,9 +249,6 @@ pub struct Change {
     pub b: Option<String>,
 }
 
-/// Records that say where and when, not what.
-const NEVER_COMPARED: &str = "percuss.host";
-
 /// Compares metadata records and attachments; attachments in TOML key by key.
 ///
 /// # Errors
@@ -262,7 +258,7 @@ pub(super) fn provenance(a: &Recording, b: &Recording) -> Result<Vec<Change>, Op
     let mut changes = Vec::new();
     let names: BTreeSet<&str> =
         a.metadata.iter().chain(&b.metadata).map(|record| record.name.as_str()).collect();
-    for name in names.into_iter().filter(|name| *name != NEVER_COMPARED) {
+    for name in names.into_iter().filter(|name| *name != convention::HOST) {
         let empty = BTreeMap::new();
         compare_entries(
             name,
@@ -274,8 +270,8 @@ pub(super) fn provenance(a: &Recording, b: &Recording) -> Result<Vec<Change>, Op
     let (all_a, all_b) = (digests(a)?, digests(b)?);
     let names: BTreeSet<&String> = all_a.keys().chain(all_b.keys()).collect();
     // the resolved case says all that the case file says
-    let resolved = names.iter().any(|name| *name == "case.resolved.toml");
-    for name in names.into_iter().filter(|name| !(resolved && *name == "case.toml")) {
+    let resolved = names.iter().any(|name| *name == convention::RESOLVED_CASE);
+    for name in names.into_iter().filter(|name| !(resolved && *name == convention::CASE)) {
         let (of_a, of_b) = (all_a.get(name), all_b.get(name));
         if of_a.map(|digest| digest.hash) == of_b.map(|digest| digest.hash) {
             continue;

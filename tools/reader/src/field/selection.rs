@@ -1,10 +1,10 @@
 //! What is wanted of a topic: fields by name, positions on the axes of arrays; and why it cannot be had.
 
-use super::MAX_COLUMNS;
 use crate::{
     axis::Axis,
+    channel::Channel,
     extent::Reach,
-    overview::Channel,
+    table::MAX_COLUMNS,
     wire::{COUNT, UNKNOWN},
 };
 

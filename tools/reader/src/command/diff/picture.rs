@@ -60,7 +60,6 @@ fn field_panels(
         let request = Request {
             topics: vec![topic.parse().map_err(PlotError::Nothing)?],
             selection: Selection { fields: vec![element.clone()], at: Vec::new() },
-            every: 1,
             ..Request::default()
         };
         match traces(&[PathBuf::from(path)], &request, limits) {

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use crate::{
     axis::Axis,
+    convention,
     messages::Recording,
     recording::{Damage, OpenError},
     slice::{Side, Slice, slice, visit},
@@ -49,7 +50,9 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
     let Some(quantile) = samples.get((samples.len() as f64 * SHOWN) as usize).copied() else {
         return Ok(Value::Null);
     };
-    let range = recorded_range(recording, &channel.topic).unwrap_or(quantile);
+    let mut views = recording.channels.values();
+    let recorded = views.find_map(|view| convention::colour_range(&view.metadata, &channel.topic));
+    let range = recorded.unwrap_or(quantile);
     let pixel = (width * depth / PIXELS).sqrt();
     let (columns, rows) = ((width / pixel).ceil(), (depth / pixel).ceil());
     // a field as narrow as a line, or of no size at all, is no picture
@@ -77,16 +80,6 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
         "times": times,
         "frames": frames,
     }))
-}
-
-/// Half of the range of colours in which the views of the recording show `/field/<name>`: the metadata of one of them has
-/// `colour_range.<name>` with the two ends.
-fn recorded_range(recording: &Recording, topic: &str) -> Option<f64> {
-    let key = format!("colour_range.{}", topic.rsplit('/').next()?);
-    let text = recording.channels.values().find_map(|channel| channel.metadata.get(&key))?;
-    let (low, high) = text.split_once(',')?;
-    let range = f64::max(-low.parse::<f64>().ok()?, high.parse().ok()?);
-    (range.is_finite() && range > 0.0).then_some(range)
 }
 
 /// The value at the node nearest to every pixel as a level; what is cut off is at rest.

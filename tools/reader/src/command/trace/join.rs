@@ -6,7 +6,10 @@ use std::{
 };
 
 use super::Outcome;
-use crate::table::{Cell, Sink};
+use crate::{
+    select::Window,
+    table::{Cell, Sink},
+};
 
 /// Cells that may wait for others of their row.
 const WAITING_CELLS: usize = 1 << 20;
@@ -35,7 +38,7 @@ pub enum Align {
 
 /// Takes finished rows.
 pub(super) struct Rows<'a> {
-    pub(super) every: u64,
+    pub(super) window: Window,
     pub(super) seen: u64,
     pub(super) label: Option<Cell>,
     pub(super) sink: &'a mut dyn Sink,
@@ -48,7 +51,7 @@ pub(super) struct Rows<'a> {
 impl Rows<'_> {
     fn take(&mut self, time: f64, groups: Vec<Option<Vec<Cell>>>, widths: &[usize]) -> io::Result<()> {
         self.seen += 1;
-        if !(self.seen - 1).is_multiple_of(self.every) {
+        if self.window.leaves_out(self.seen - 1) {
             return Ok(());
         }
         self.cells.clear();
