@@ -363,7 +363,7 @@ impl Column {
             }
             (Take::At { spot, axis, even, position }, Some(list)) => {
                 let value = |i: usize| list.number(spot.rank(values, i)?);
-                let found = between(spot.length(values), axis.place(values), *even, *position, value);
+                let found = between(spot.length(values), axis.nodes(values), *even, *position, value);
                 found.map_or(Cell::Empty, Cell::Double)
             }
             (Take::Point { axis, even, point, whole }, Some(list)) => {

@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, path::PathBuf};
 
 use crate::{
-    axis::{Axis, Place, between},
+    axis::{Axis, Nodes, between},
     channel::Channel,
     convention,
     extent::Extent,
@@ -271,10 +271,10 @@ pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profil
     if field.lists == 0 || !field.kind.is_number() || matches!(axis, Axis::Matrix { .. }) {
         return None;
     }
-    let place = axis.place(&moment.values);
+    let nodes = axis.nodes(&moment.values);
     let list = &moment.values.lists[leaf];
     let nest = Nest::of(layout, &Counts::of(layout), leaf);
-    let position = |i: usize| place.position(i).unwrap_or(i as f64);
+    let position = |i: usize| nodes.position(i).unwrap_or(i as f64);
     let points = if field.lists == 1 {
         let spot = nest.spot(&[None]);
         let point = |i: usize| Some((position(i), list.number(spot.rank(&moment.values, i)?)?));
@@ -353,13 +353,13 @@ impl Slice {
             0 => (&self.rows, &self.columns, false),
             _ => (&self.columns, &self.rows, self.even),
         };
-        let place = Place::Uniform { start: across.start, step: across.step };
+        let nodes = Nodes::Uniform { start: across.start, step: across.step };
         let point = |i: usize| {
             let value = |k: usize| {
                 let (row, column) = if along == 0 { (k, i) } else { (i, k) };
                 self.values.get(row * width + column).copied()
             };
-            Some((over.at(i), between(across.length, place, even, position, value)?))
+            Some((over.at(i), between(across.length, nodes, even, position, value)?))
         };
         let points: Vec<(f64, f64)> = (0..over.length).filter_map(point).collect();
         (!points.is_empty()).then(|| Profile {

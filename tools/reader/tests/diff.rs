@@ -9,7 +9,7 @@ use forge::{Dice, Forged, forge, plain, time};
 use mcap::{Compression, WriteOptions};
 use percuss_reader::{
     command::diff::{Verdict, verdict},
-    compare::{Comparison, Kind, Mode, NotANumber, Options, Rules, compare},
+    compare::{Comparison, Difference, Mode, NanRule, Options, Rules, compare},
     messages::Recording,
     recording::Limits,
     select::Window,
@@ -232,7 +232,7 @@ fn five_hundred_mutations_are_found_and_located() {
                 let channel =
                     comparison.channels.iter().find(|channel| channel.topic == topic).expect("the channel");
                 assert_eq!((channel.only_a, channel.only_b), (1, 0), "round {round}: {topic}");
-                let (place, in_a) = channel.first_alone.as_ref().expect("a place");
+                let (place, in_a) = channel.first_unmatched.as_ref().expect("a place");
                 assert_eq!((place.step, *in_a), (Some(step), true), "round {round}: {topic}");
             }
             Expected::Structure(name) => {
@@ -301,11 +301,11 @@ fn not_a_number_is_the_same_bits() {
     assert_eq!((verdict(&strict), first(&strict)), (Verdict::Different, Some((7, "/scalar.force".into()))));
     let told = strict.first(false).map(|(_, _, divergence)| (divergence.a.clone(), divergence.b.clone()));
     assert_ne!(told.as_ref().map(|told| &told.0), told.as_ref().map(|told| &told.1), "told apart: {told:?}");
-    let asked = desk.forged(&a, &other, &Options { nan: NotANumber::EqualsItself, ..Options::default() });
+    let asked = desk.forged(&a, &other, &Options { nan: NanRule::EqualsItself, ..Options::default() });
     assert_eq!(verdict(&asked), Verdict::Equal);
     // against a number it differs still, unless it stands for no value
     let whole = forge(30, 1);
-    let [strict, skipped] = [NotANumber::EqualsItself, NotANumber::Skipped]
+    let [strict, skipped] = [NanRule::EqualsItself, NanRule::Skipped]
         .map(|nan| desk.forged(&whole, &a, &Options { nan, ..Options::default() }));
     assert_eq!(first(&strict), Some((7, "/scalar.force".into())));
     assert_eq!(verdict(&skipped), Verdict::Equal);
@@ -409,7 +409,7 @@ fn other_times_and_meshes_are_interpolated() {
     assert_eq!(verdict(&linear), Verdict::Within, "{:?}", linear.structure);
     let profile = linear.channels.iter().find(|channel| channel.topic == "/profile").expect("the channel");
     assert_eq!(profile.alignment.mode, Some(Mode::Linear));
-    assert!(profile.alignment.by_itself && profile.axes_differ);
+    assert!(profile.alignment.automatic && profile.axes_differ);
     // the fine recording ends at 139 · 0.007 = 0.973
     assert_eq!((profile.compared, profile.outside), (49, [1, 0]));
     let reversed = desk.forged(&fine, &coarse, &loose(None));
@@ -490,11 +490,11 @@ fn schemas_of_different_versions_are_aligned() {
             prost_reflect::DynamicMessage::decode(descriptor.clone(), bytes.as_slice()).expect("a message");
     }
     let comparison = desk.forged(&a, &b, &Options::default());
-    let kinds: Vec<(Option<&str>, &Kind)> =
-        comparison.structure.iter().map(|finding| (finding.field.as_deref(), &finding.kind)).collect();
-    assert!(kinds.contains(&(Some("load"), &Kind::Renamed("weight".into()))), "{kinds:?}");
-    assert!(kinds.contains(&(Some("flag"), &Kind::Missing)), "{kinds:?}");
-    assert!(kinds.contains(&(Some("extra"), &Kind::Extra)), "{kinds:?}");
+    let kinds: Vec<(Option<&str>, &Difference)> =
+        comparison.structure.iter().map(|finding| (finding.field.as_deref(), &finding.difference)).collect();
+    assert!(kinds.contains(&(Some("load"), &Difference::Renamed("weight".into()))), "{kinds:?}");
+    assert!(kinds.contains(&(Some("flag"), &Difference::Missing)), "{kinds:?}");
+    assert!(kinds.contains(&(Some("extra"), &Difference::Extra)), "{kinds:?}");
     let scalar = comparison.channels.iter().find(|channel| channel.topic == "/scalar").expect("the channel");
     assert!(scalar.fields.iter().all(|field| field.within), "what both have agrees");
     let ignoring =

@@ -16,7 +16,7 @@ use crate::{
         DiffWriter, JSON_VERSION, Job, Style, Verdict, bless, diff, is_whole, jobs, picture, summary,
         to_json, to_text, verdict,
     },
-    compare::{ChannelReport, Comparison, Mode, NotANumber, Options, Rule, Rules, Tolerance},
+    compare::{ChannelReport, Comparison, Mode, NanRule, Options, Rule, Rules, Tolerance},
     recording::Limits,
     select::{Pattern, Window},
 };
@@ -277,9 +277,9 @@ impl DiffArguments {
             rules,
             window: self.window,
             nan: match (self.nan_equal, self.skip_nan) {
-                (_, true) => NotANumber::Skipped,
-                (true, _) => NotANumber::EqualsItself,
-                _ => NotANumber::SameBits,
+                (_, true) => NanRule::Skipped,
+                (true, _) => NanRule::EqualsItself,
+                _ => NanRule::SameBits,
             },
             fail_fast: self.fail_fast,
         })

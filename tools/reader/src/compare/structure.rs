@@ -6,7 +6,7 @@ use std::{
     hash::{Hash, Hasher},
 };
 
-use super::{CompareError, Options, Rules, clock::Start};
+use super::{clock::Start, error::CompareError, options::Options, tolerance::Rules};
 use crate::{
     channel::Channel,
     convention,
@@ -23,12 +23,12 @@ pub struct Finding {
     /// Field, if it is about one.
     pub field: Option<String>,
     /// What is different.
-    pub kind: Kind,
+    pub difference: Difference,
 }
 
 /// What is different.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum Difference {
     /// Only the reference has it.
     Missing,
     /// Only the new recording has it.
@@ -54,12 +54,12 @@ impl std::fmt::Display for Finding {
         if let Some(field) = &self.field {
             write!(f, ".{field}")?;
         }
-        match &self.kind {
-            Kind::Missing => f.write_str(": missing from the new recording"),
-            Kind::Extra => f.write_str(": only in the new recording"),
-            Kind::Renamed(name) => write!(f, ": renamed to `{name}`"),
-            Kind::Type(a, b) => write!(f, ": type {a} became {b}"),
-            Kind::Metadata { key, a, b } => write!(f, ": {key} `{a}` became `{b}`"),
+        match &self.difference {
+            Difference::Missing => f.write_str(": missing from the new recording"),
+            Difference::Extra => f.write_str(": only in the new recording"),
+            Difference::Renamed(name) => write!(f, ": renamed to `{name}`"),
+            Difference::Type(a, b) => write!(f, ": type {a} became {b}"),
+            Difference::Metadata { key, a, b } => write!(f, ": {key} `{a}` became `{b}`"),
         }
     }
 }
@@ -118,7 +118,7 @@ pub(super) fn derived(a: &Recording, b: &Recording, options: &Options) -> BTreeS
     channels.filter(left_out).map(|channel| channel.topic.clone()).collect()
 }
 
-/// Pairs the channels of two recordings, and tells what cannot be paired.
+/// Pairs the channels of two recordings, and reports what cannot be paired.
 pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair>, Vec<Finding>) {
     let topics = &options.topics;
     let chosen = |channel: &Channel| {
@@ -152,7 +152,11 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
     };
     for (&id_a, channel_a) in a.channels.iter().filter(|(_, channel)| chosen(channel)) {
         let Some((id_b, channel_b)) = partner(channel_a) else {
-            findings.push(Finding { topic: channel_a.topic.clone(), field: None, kind: Kind::Missing });
+            findings.push(Finding {
+                topic: channel_a.topic.clone(),
+                field: None,
+                difference: Difference::Missing,
+            });
             continue;
         };
         taken.insert(id_b);
@@ -160,7 +164,7 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
         pairs.push(Pair { a: id_a, b: id_b, leaves, starts: None });
     }
     for (_, channel) in b.channels.iter().filter(|(id, channel)| !taken.contains(*id) && chosen(channel)) {
-        findings.push(Finding { topic: channel.topic.clone(), field: None, kind: Kind::Extra });
+        findings.push(Finding { topic: channel.topic.clone(), field: None, difference: Difference::Extra });
     }
     (pairs, findings)
 }
@@ -168,23 +172,23 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
 /// Pairs the fields of two channels by name, then by number.
 fn fields(a: &Channel, b: &Channel, options: &Options, findings: &mut Vec<Finding>) -> Vec<(usize, usize)> {
     let topic = &a.topic;
-    let mut find = |field: Option<&str>, kind: Kind| {
+    let mut find = |field: Option<&str>, difference: Difference| {
         if field.map_or_else(|| !options.rules.ignores(topic, None), |field| options.compares(topic, field)) {
-            findings.push(Finding { topic: topic.clone(), field: field.map(str::to_owned), kind });
+            findings.push(Finding { topic: topic.clone(), field: field.map(str::to_owned), difference });
         }
     };
     if a.encoding != b.encoding {
-        find(None, Kind::Type(a.encoding.clone(), b.encoding.clone()));
+        find(None, Difference::Type(a.encoding.clone(), b.encoding.clone()));
         return Vec::new();
     }
     if a.schema != b.schema {
-        find(None, Kind::Type(a.schema.clone(), b.schema.clone()));
+        find(None, Difference::Type(a.schema.clone(), b.schema.clone()));
     }
     let (Some(layout_a), Some(layout_b)) = (&a.layout, &b.layout) else {
         if a.layout.is_some() != b.layout.is_some() {
             let state =
                 |channel: &Channel| if channel.layout.is_some() { "sound schema" } else { "no sound schema" };
-            find(None, Kind::Type(state(a).into(), state(b).into()));
+            find(None, Difference::Type(state(a).into(), state(b).into()));
         }
         return Vec::new();
     };
@@ -198,26 +202,26 @@ fn fields(a: &Channel, b: &Channel, options: &Options, findings: &mut Vec<Findin
             layout_b.leaves.iter().enumerate().find(|other| same(&other)).map(|(j, _)| j)
         };
         let Some(j) = layout_b.find(&leaf.path).or_else(by_number) else {
-            find(Some(&leaf.path), Kind::Missing);
+            find(Some(&leaf.path), Difference::Missing);
             continue;
         };
         taken.insert(j);
         let other = &layout_b.leaves[j];
         if other.path != leaf.path {
-            find(Some(&leaf.path), Kind::Renamed(other.path.clone()));
+            find(Some(&leaf.path), Difference::Renamed(other.path.clone()));
         }
         let names = |leaf: &Leaf| {
             let list = if leaf.lists > 0 { "repeated " } else { "" };
             format!("{list}{}", leaf.kind.name())
         };
         if names(leaf) != names(other) {
-            find(Some(&leaf.path), Kind::Type(names(leaf), names(other)));
+            find(Some(&leaf.path), Difference::Type(names(leaf), names(other)));
         }
         for (key, of_a, of_b) in convention::compared(&leaf.path, &other.path) {
             let (of_a, of_b) = (a.metadata.get(&of_a), b.metadata.get(&of_b));
             if of_a != of_b {
                 let (a, b) = (of_a.cloned().unwrap_or_default(), of_b.cloned().unwrap_or_default());
-                find(Some(&leaf.path), Kind::Metadata { key: key.into(), a, b });
+                find(Some(&leaf.path), Difference::Metadata { key: key.into(), a, b });
             }
         }
         let both_numbers = leaf.kind.is_number() && other.kind.is_number();
@@ -230,7 +234,7 @@ fn fields(a: &Channel, b: &Channel, options: &Options, findings: &mut Vec<Findin
         }
     }
     for (_, leaf) in layout_b.leaves.iter().enumerate().filter(|(j, _)| !taken.contains(j)) {
-        find(Some(&leaf.path), Kind::Extra);
+        find(Some(&leaf.path), Difference::Extra);
     }
     pairs
 }

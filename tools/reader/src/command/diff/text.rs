@@ -157,7 +157,7 @@ fn channel_text(channel: &ChannelReport, style: Style) -> String {
     let counts = [(channel.only_a, "only in the reference"), (channel.only_b, "only in the new recording")];
     for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
         let wanted = what == "only in the reference";
-        let first = channel.first_alone.as_ref().filter(|(_, in_a)| *in_a == wanted);
+        let first = channel.first_unmatched.as_ref().filter(|(_, in_a)| *in_a == wanted);
         let first = first.map_or(String::new(), |(place, _)| format!(", the first {}", when(place)));
         text.push_str(&format!("  {} {count} messages {what}{first}\n", style.paint("1;31", "!")));
     }
