@@ -63,6 +63,18 @@ impl Axis {
         }
     }
 
+    /// The arrays of a channel that are matrices.
+    pub(crate) fn matrices(channel: &Channel) -> impl Iterator<Item = usize> {
+        let layout = channel.layout.as_deref().into_iter();
+        let leaves = layout.flat_map(|layout| (0..layout.leaves.len()).map(move |leaf| (leaf, layout)));
+        leaves.filter(|(leaf, layout)| Self::of(*leaf, layout, channel).is_matrix()).map(|(leaf, _)| leaf)
+    }
+
+    /// True for rows and columns.
+    pub(crate) fn is_matrix(&self) -> bool {
+        matches!(self, Self::Matrix { .. })
+    }
+
     /// Names of the coordinates: `r0,dr` is `r`, lists of positions are radii; none without an axis.
     pub(crate) fn coordinates(&self) -> Vec<&str> {
         match self {

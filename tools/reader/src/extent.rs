@@ -11,7 +11,7 @@ use crate::{
     nest::{Counts, Nest},
     recording::OpenError,
     table::MAX_COLUMNS,
-    wire::{COUNT, Layout, UNKNOWN, Values},
+    wire::{Layout, Values},
 };
 
 /// The positions that an array reaches in any message.
@@ -27,7 +27,7 @@ pub struct Reach {
 
 impl Reach {
     fn of(side: Side) -> Option<Self> {
-        // not-a-number compares false
+        // NaN compares false
         let is_sound = side.step > 0.0 && side.length > 0 && side.start.is_finite();
         let (low, high) = (side.start - 0.5 * side.step, side.start + (side.length as f64 - 0.5) * side.step);
         (is_sound && high.is_finite()).then_some(Self { low, high, side })
@@ -144,7 +144,7 @@ impl<'a> Survey<'a> {
         };
         let is_array = |&leaf: &usize| {
             let leaf = &layout.leaves[leaf];
-            leaf.lists > 0 && leaf.path != UNKNOWN && !leaf.path.ends_with(COUNT)
+            leaf.lists > 0 && leaf.is_data()
         };
         let arrays = (0..layout.leaves.len()).filter(is_array).map(array);
         Self { layout, values: layout.values(), arrays: arrays.collect() }

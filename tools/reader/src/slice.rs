@@ -268,7 +268,7 @@ pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profil
     let layout = channel.layout.as_ref()?;
     let field = &layout.leaves[leaf];
     let axis = Axis::of(leaf, layout, channel);
-    if field.lists == 0 || !field.kind.is_number() || matches!(axis, Axis::Matrix { .. }) {
+    if field.lists == 0 || !field.kind.is_number() || axis.is_matrix() {
         return None;
     }
     let nodes = axis.nodes(&moment.values);

@@ -111,6 +111,11 @@ pub struct Leaf {
 }
 
 impl Leaf {
+    /// False for counts, and for the fields that the schema does not know.
+    pub fn is_data(&self) -> bool {
+        self.path != UNKNOWN && !self.path.ends_with(COUNT)
+    }
+
     /// The leaf that is a whole message, kept as bytes.
     pub fn whole(path: &str) -> Self {
         Self {

@@ -180,9 +180,7 @@ pub fn matrix(
     let mut matrices = Vec::new();
     for id in select::channels(&recording, std::slice::from_ref(topic))? {
         let channel = &recording.channels[&id];
-        let Some(layout) = &channel.layout else { continue };
-        let is_matrix = |leaf: &usize| matches!(Axis::of(*leaf, layout, channel), Axis::Matrix { .. });
-        matrices.extend((0..layout.leaves.len()).filter(is_matrix).map(|leaf| (id, channel, leaf)));
+        matrices.extend(Axis::matrices(channel).map(|leaf| (id, channel, leaf)));
     }
     let (id, channel, leaf) = match matrices.as_slice() {
         [] => return Err(ExportError::NoMatrix(topic.text().into())),

@@ -11,7 +11,6 @@ use crate::{
     recording::{Damage, Limits, OpenError, seconds},
     table::Heading,
     text::{printable, short},
-    wire::{COUNT, UNKNOWN},
 };
 
 /// Version of the JSON form.
@@ -158,8 +157,7 @@ fn headline(recording: &Recording) -> String {
 fn units(channel: &Channel) -> String {
     let Some(layout) = &channel.layout else { return String::new() };
     let axes = channel.axis_parts();
-    let is_shown = |path: &str| !axes.contains(path) && !path.ends_with(COUNT) && path != UNKNOWN;
-    let fields = || layout.leaves.iter().filter(|leaf| is_shown(&leaf.path));
+    let fields = || layout.leaves.iter().filter(|leaf| !axes.contains(leaf.path.as_str()) && leaf.is_data());
     let names = fields().take(MAX_SHOWN).map(|leaf| {
         let array = if leaf.ends_in_list { "[]" } else { "" };
         let name = format!("{}{array}", short(&leaf.path));

@@ -13,7 +13,7 @@ use parquet::{
     schema::types::Type,
 };
 
-use crate::table::{Cell, Heading, Kind, Sink};
+use crate::table::{Cell, CellType, Heading, Sink};
 
 /// Rows after which a row group is written.
 const GROUP: usize = 1 << 16;
@@ -55,15 +55,15 @@ impl<W: Write + Send> Parquet<W> {
             let there = cells.into_iter().filter(|cell| *cell != Cell::Empty);
             let number = |cell: Cell| cell.number().unwrap_or(f64::NAN);
             match heading.kind {
-                Kind::Double => {
+                CellType::Double => {
                     let values: Vec<f64> = there.map(number).collect();
                     column.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
                 }
-                Kind::Float => {
+                CellType::Float => {
                     let values: Vec<f32> = there.map(|cell| number(cell) as f32).collect();
                     column.typed::<FloatType>().write_batch(&values, Some(&levels), None)?;
                 }
-                Kind::Int | Kind::UInt => {
+                CellType::Int | CellType::UInt => {
                     let integer = |cell: Cell| match cell {
                         Cell::Int(value) => value,
                         // the same bits: the logical type says that they are unsigned
@@ -73,11 +73,11 @@ impl<W: Write + Send> Parquet<W> {
                     let values: Vec<i64> = there.map(integer).collect();
                     column.typed::<Int64Type>().write_batch(&values, Some(&levels), None)?;
                 }
-                Kind::Bool => {
+                CellType::Bool => {
                     let values: Vec<bool> = there.map(|cell| cell == Cell::Bool(true)).collect();
                     column.typed::<BoolType>().write_batch(&values, Some(&levels), None)?;
                 }
-                Kind::Text => {
+                CellType::Text => {
                     let text = |cell| match cell {
                         Cell::Text(text) => ByteArray::from(text.into_bytes()),
                         _ => ByteArray::from(Vec::new()),
@@ -95,12 +95,12 @@ impl<W: Write + Send> Parquet<W> {
 
 fn column_type(heading: &Heading) -> Result<Type, ParquetError> {
     let (physical, logical) = match heading.kind {
-        Kind::Double => (Physical::DOUBLE, None),
-        Kind::Float => (Physical::FLOAT, None),
-        Kind::Int => (Physical::INT64, None),
-        Kind::UInt => (Physical::INT64, Some(LogicalType::integer(64, false))),
-        Kind::Bool => (Physical::BOOLEAN, None),
-        Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        CellType::Double => (Physical::DOUBLE, None),
+        CellType::Float => (Physical::FLOAT, None),
+        CellType::Int => (Physical::INT64, None),
+        CellType::UInt => (Physical::INT64, Some(LogicalType::integer(64, false))),
+        CellType::Bool => (Physical::BOOLEAN, None),
+        CellType::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
     };
     let builder = Type::primitive_type_builder(&heading.name, physical);
     builder.with_repetition(Repetition::OPTIONAL).with_logical_type(logical).build()

@@ -28,9 +28,7 @@ const SHOWN: f64 = 0.995;
 /// The frames of a matrix channel: `null` if it is none.
 pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> Result<Value, OpenError> {
     let channel = &recording.channels[&id];
-    let Some(layout) = &channel.layout else { return Ok(Value::Null) };
-    let is_matrix = |leaf: &usize| matches!(Axis::of(*leaf, layout, channel), Axis::Matrix { .. });
-    let Some(leaf) = (0..layout.leaves.len()).find(is_matrix) else { return Ok(Value::Null) };
+    let Some(leaf) = Axis::matrices(channel).next() else { return Ok(Value::Null) };
     let every = channel.count.div_ceil(FRAMES).max(1);
 
     // how far the frames reach, and how large their values are
