@@ -80,12 +80,15 @@ pub struct UnknownTopic {
     pub known: String,
 }
 
-/// Ids of the channels whose topics fit any of the patterns, in the order of the patterns.
+/// Ids of the channels whose topics fit any of the patterns, in the order of the patterns; all if there are none.
 ///
 /// # Errors
 ///
 /// A pattern fits nothing.
 pub fn channels(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>, UnknownTopic> {
+    if patterns.is_empty() {
+        return Ok(recording.channels.keys().copied().collect());
+    }
     let mut ids = Vec::new();
     for pattern in patterns {
         let fitting = recording.channels.iter().filter(|(_, channel)| pattern.fits(&channel.topic));

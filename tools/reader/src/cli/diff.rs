@@ -6,10 +6,9 @@ use clap::{Args, ValueEnum, builder::PossibleValue};
 use serde_json::json;
 
 use super::{
-    CliError, Exit, has_colour,
+    outcome::{CliError, Exit, has_colour, say},
     output::{by_extension, print, print_document, print_painted, refuse_inputs, write},
     plot::medium,
-    say,
 };
 use crate::{
     command::diff::{

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    CliError, Exit, loss,
+    outcome::{CliError, Exit, loss},
     output::{print, print_document},
 };
 use crate::{command::info::info, recording::Limits};
@@ -27,7 +27,6 @@ impl InfoArguments {
         } else {
             print(&text)?
         };
-        let damages: Vec<_> = recording.damages.into_iter().map(|d| (self.file.clone(), d)).collect();
-        Ok(loss(&damages))
+        Ok(loss(&self.file, &recording.damages))
     }
 }

@@ -8,11 +8,9 @@ use std::{
 use clap::Args;
 
 use super::{
-    CliError, Exit,
     chosen::{Chosen, finite_time},
-    has_colour, loss,
+    outcome::{CliError, Exit, has_colour, losses, say, say_left_out},
     output::{by_extension, refuse_inputs, write},
-    say, say_left_out,
 };
 use percuss_picture::Medium;
 
@@ -116,7 +114,7 @@ impl PlotArguments {
         let drawn = plot(&self.files, &request, limits, medium)?;
         write(self.output.as_deref(), self.force, &drawn.picture)?;
         say_left_out(&drawn.left_out);
-        let exit = loss(&drawn.damages);
+        let exit = losses(&drawn.damages);
         if drawn.undecoded > 0 {
             say(&format!("warning: {} messages do not fit their schema and are left out", drawn.undecoded));
             return Ok(Exit::Loss);

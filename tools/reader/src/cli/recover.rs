@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::{
-    CliError, Exit,
+    outcome::{CliError, Exit},
     output::{by_extension, explain, print, print_document, refuse_inputs},
 };
 use crate::{

@@ -8,11 +8,9 @@ use std::{
 use clap::{Args, ValueEnum};
 
 use super::{
-    CliError, Exit,
     chosen::Chosen,
-    loss,
+    outcome::{CliError, Exit, losses, say, say_left_out},
     output::{Output, by_extension, explain, refuse_inputs},
-    say, say_left_out,
 };
 use crate::{
     command::trace::{Align, Outcome, Request, TraceError, trace},
@@ -119,10 +117,10 @@ impl TraceArguments {
                 "warning: {} messages do not fit their schema, or unpack to more than --max-memory allows, and are left out",
                 outcome.undecoded
             ));
-            loss(&outcome.damages);
+            losses(&outcome.damages);
             return Ok(Exit::Loss);
         }
-        Ok(loss(&outcome.damages))
+        Ok(losses(&outcome.damages))
     }
 
     fn format(&self) -> Result<Format, CliError> {

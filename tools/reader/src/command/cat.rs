@@ -6,6 +6,7 @@ use std::{
     thread,
 };
 
+use clap::Args;
 use prost_reflect::{MessageDescriptor, SerializeOptions};
 
 use crate::{
@@ -17,13 +18,16 @@ use crate::{
 };
 
 /// What to show.
-#[derive(Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default)]
 pub struct Request {
-    /// Topics; all if empty.
+    /// Topics, separated by commas; `*` stands for anything [default: all]
+    #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
     pub topics: Vec<Pattern>,
     /// Times, of the field `time` or the log time in seconds, and every n-th message of each topic.
+    #[command(flatten)]
     pub window: Window,
-    /// Keeps reading a file that is being written.
+    /// Keep reading a recording that is still being written, until it is finished
+    #[arg(long)]
     pub follow: bool,
 }
 
@@ -54,19 +58,15 @@ pub fn cat(
     output: &mut dyn Write,
 ) -> Result<Vec<Damage>, CatError> {
     let mut recording = Recording::open(path, limits)?;
-    let ids = |recording: &Recording| -> Result<Vec<u16>, UnknownTopic> {
-        match request.topics.as_slice() {
-            [] => Ok(recording.channels.keys().copied().collect()),
-            topics => select::channels(recording, topics),
-        }
-    };
     // of a file that is being written, topics may still be to come
-    while request.follow && (recording.channels.is_empty() || ids(&recording).is_err()) {
+    while request.follow
+        && (recording.channels.is_empty() || select::channels(&recording, &request.topics).is_err())
+    {
         thread::sleep(POLL);
         recording = Recording::open(path, limits)?;
     }
     let window = recording.log_window(request.window.from, request.window.to);
-    let mut messages = recording.messages(ids(&recording)?, window)?;
+    let mut messages = recording.messages(select::channels(&recording, &request.topics)?, window)?;
     if request.follow {
         messages.follow();
     }

@@ -29,10 +29,7 @@ pub enum SchemaError {
 /// The file cannot be read, or there is no such topic.
 pub fn schema(path: &Path, topics: &[Pattern], limits: Limits) -> Result<String, SchemaError> {
     let recording = Recording::open(path, limits)?;
-    let ids = match topics {
-        [] => recording.channels.keys().copied().collect(),
-        topics => select::channels(&recording, topics)?,
-    };
+    let ids = select::channels(&recording, topics)?;
     let (mut text, mut seen, mut known) = (String::new(), BTreeSet::new(), BTreeSet::new());
     for channel in ids.iter().map(|id| &recording.channels[id]) {
         let Some(layout) = &channel.layout else {

@@ -99,7 +99,11 @@ pub(super) struct Block {
 impl Block {
     /// Sums over two lists of the same length; `SAME` saves half of the work where both hold the same bits.
     pub(super) fn of<const SAME: bool>(a: &[f64], b: &[f64]) -> Self {
-        const LANES: usize = 8;
+        // as many lanes as there are registers for
+        if SAME { Self::in_lanes::<SAME, 8>(a, b) } else { Self::in_lanes::<SAME, 4>(a, b) }
+    }
+
+    fn in_lanes<const SAME: bool, const LANES: usize>(a: &[f64], b: &[f64]) -> Self {
         let [mut a1, mut sum_a, mut aa, mut sum_b, mut bb, mut ab] = [[0.0; LANES]; 6];
         let [mut d1, mut d2, mut max] = [[0.0; LANES]; 3];
         let (mut least, mut greatest) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);

@@ -16,7 +16,7 @@ pub enum Shape {
     Archive,
 }
 
-/// Writes arrays of NumPy. Empty cells are not-a-number; columns that have some are doubles. The table is kept in memory
+/// Writes arrays of NumPy. Empty cells are NaN; columns that have some are doubles. The table is kept in memory
 /// until it ends, because the arrays begin with their lengths.
 pub struct Npy<W: Write> {
     output: W,
