@@ -1,5 +1,6 @@
 //! The command line: arguments, and which of them carries out what.
 
+mod align;
 mod cat;
 mod chosen;
 mod diff;

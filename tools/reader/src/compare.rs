@@ -42,6 +42,8 @@ pub use tolerance::{Rule, Rules, Tolerance, Tube};
 
 use crate::{messages::Recording, recording::OpenError};
 use align::Aligner;
+use stream::Input;
+use structure::Pair;
 
 /// Memory that comparing a field takes: sums, places, recent samples, numbers of the last message \[bytes\].
 const FIELD: usize = 4096;
@@ -63,34 +65,16 @@ pub fn compare(
     for (pair, starts) in pairs.iter_mut().zip(clock::starts(a, b, options, &ids)?) {
         pair.starts = starts;
     }
-    let mut comparison = Comparison {
-        structure,
-        provenance: structure::provenance(a, b)?,
-        derived: structure::derived(a, b, options),
-        fitting: structure::fitting(a, b, &options.rules),
-        ..Comparison::default()
-    };
     let fields = pairs.iter().map(|pair| pair.leaves.len() + 1).sum::<usize>();
     if fields.saturating_mul(FIELD) > a.limits().record() {
         return Err(CompareError::Fields { fields });
     }
-    // times that count from a start are not those of the file
-    let is_relative = pairs.iter().any(|pair| pair.starts.is_some());
-    let window = |recording: &Recording| match is_relative {
-        true => None,
-        false => recording.log_window(options.window.from, options.window.to),
-    };
-    let scales = scales(a, &pairs, options, window(a))?;
+    let files = inputs([a, b], &pairs, options);
+    let scales = scales(a, &pairs, options, files[0].window)?;
     let room = a.limits().waiting() / pairs.len().max(1);
-    let [origin_a, origin_b] = clock::origins(a, b, options);
-    let slots = |id: fn(&structure::Pair) -> u16| pairs.iter().map(id).zip(0..).collect();
-    let files = [
-        stream::Input { recording: a, slots: slots(|pair| pair.a), window: window(a), origin: origin_a },
-        stream::Input { recording: b, slots: slots(|pair| pair.b), window: window(b), origin: origin_b },
-    ];
     let mut channels: Vec<Aligner<'_>> =
         pairs.into_iter().map(|pair| Aligner::new(a, b, pair, options, &scales, room)).collect();
-    (comparison.damages, comparison.stopped_early) = stream::run(files, |side, next| {
+    let (damages, stopped_early) = stream::run(files, |side, next| {
         match next {
             Some((slot, item)) => {
                 channels[slot].push(side, item, &mut watch)?;
@@ -100,18 +84,37 @@ pub fn compare(
         }
         Ok(true)
     })?;
-    for recording in [a, b] {
-        if !comparison.damages.iter().any(|(path, _)| *path == recording.path) {
-            let damages = recording.damages.iter().map(|damage| (recording.path.clone(), damage.clone()));
-            comparison.damages.extend(damages);
-        }
-        if recording.is_partial() {
-            comparison.partial.push(recording.path.clone());
-        }
-    }
-    comparison.channels = channels.into_iter().map(Aligner::report).collect();
+    let mut comparison = Comparison {
+        structure,
+        provenance: structure::provenance(a, b)?,
+        derived: structure::derived(a, b, options),
+        fitting: structure::fitting(a, b, &options.rules),
+        damages,
+        stopped_early,
+        channels: channels.into_iter().map(Aligner::report).collect(),
+        ..Comparison::default()
+    };
+    [a, b].into_iter().for_each(|recording| comparison.add_state(recording));
     comparison.gaps = gaps(&comparison, options);
     Ok(comparison)
+}
+
+/// What is read of both recordings.
+fn inputs<'a>(recordings: [&'a Recording; 2], pairs: &[Pair], options: &Options) -> [Input<'a>; 2] {
+    let [a, b] = recordings;
+    let [origin_a, origin_b] = clock::origins(a, b, options);
+    // times that count from a start are not those of the file
+    let is_relative = pairs.iter().any(|pair| pair.starts.is_some());
+    let input = |recording: &'a Recording, origin, id: fn(&Pair) -> u16| Input {
+        recording,
+        slots: pairs.iter().map(id).zip(0..).collect(),
+        window: match is_relative {
+            true => None,
+            false => recording.log_window(options.window.from, options.window.to),
+        },
+        origin,
+    };
+    [input(a, origin_a, |pair| pair.a), input(b, origin_b, |pair| pair.b)]
 }
 
 /// What was to be compared and could not be; that nothing was, only if nothing else says why.
@@ -148,7 +151,7 @@ fn gaps(comparison: &Comparison, options: &Options) -> Vec<Gap> {
     gaps
 }
 
-fn needs_scale(a: &Recording, pair: &structure::Pair, rules: &Rules) -> bool {
+fn needs_scale(a: &Recording, pair: &Pair, rules: &Rules) -> bool {
     let channel = &a.channels[&pair.a];
     let Some(layout) = &channel.layout else { return false };
     let rule = |leaf: usize| rules.of(&channel.topic, &layout.leaves[leaf].path);
@@ -158,7 +161,7 @@ fn needs_scale(a: &Recording, pair: &structure::Pair, rules: &Rules) -> bool {
 /// Scale of every field of the reference over the time compared, by channel and leaf, if a tolerance needs any.
 fn scales(
     a: &Recording,
-    pairs: &[structure::Pair],
+    pairs: &[Pair],
     options: &Options,
     window: Option<(u64, u64)>,
 ) -> Result<HashMap<(u16, usize), Scale>, OpenError> {

@@ -13,6 +13,7 @@
 //! A type inside itself is not unfolded again but kept as bytes, so the number of leaves is finite; fields that the
 //! schema does not know are kept as bytes in the leaf [`UNKNOWN`]. Nothing a message says is lost, whatever it is.
 
+mod cursor;
 mod decode;
 mod dynamic;
 mod layout;

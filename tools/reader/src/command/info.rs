@@ -103,19 +103,7 @@ fn to_text(path: &Path, size: u64, recording: &Recording) -> String {
         line("damage", format!("{} (at byte {}, {} bytes lost)", damage.reason, damage.offset, damage.bytes));
     }
 
-    text.push_str("\nchannels\n");
-    let widths = recording.channels.values().map(|channel| printable(&channel.topic).chars().count());
-    let width = widths.max().unwrap_or(0).min(MAX_WIDTH);
-    for channel in recording.channels.values() {
-        let fields = match &channel.layout {
-            Some(_) => units(channel),
-            None => format!("({} messages are not decoded)", short(&channel.encoding)),
-        };
-        let (topic, schema) = (printable(&channel.topic), printable(&channel.schema));
-        let row = format!("  {topic:<width$}  {:>8}  {schema:<24} {fields}", channel.count);
-        text.push_str(row.trim_end());
-        text.push('\n');
-    }
+    text.push_str(&channels(recording));
     if !recording.attachments.is_empty() {
         text.push_str("\nattachments\n");
         for attachment in &recording.attachments {
@@ -129,6 +117,24 @@ fn to_text(path: &Path, size: u64, recording: &Recording) -> String {
         for (key, value) in record.entries.iter().filter(|(_, value)| !value.trim().is_empty()) {
             text.push_str(&format!("  {} = {}\n", printable(key), printable(value)));
         }
+    }
+    text
+}
+
+/// A line per channel.
+fn channels(recording: &Recording) -> String {
+    let mut text = "\nchannels\n".to_owned();
+    let widths = recording.channels.values().map(|channel| printable(&channel.topic).chars().count());
+    let width = widths.max().unwrap_or(0).min(MAX_WIDTH);
+    for channel in recording.channels.values() {
+        let fields = match &channel.layout {
+            Some(_) => units(channel),
+            None => format!("({} messages are not decoded)", short(&channel.encoding)),
+        };
+        let (topic, schema) = (printable(&channel.topic), printable(&channel.schema));
+        let row = format!("  {topic:<width$}  {:>8}  {schema:<24} {fields}", channel.count);
+        text.push_str(row.trim_end());
+        text.push('\n');
     }
     text
 }

@@ -82,21 +82,15 @@ impl<'a> Aligner<'a> {
     ) -> Self {
         let (channel_a, channel_b) = (&a.channels[&pair.a], &b.channels[&pair.b]);
         let topic = &channel_a.topic;
-        let layouts = match (&channel_a.layout, &channel_b.layout) {
-            // messages without any field are compared as bytes, which both must have at the same times
-            (Some(a), Some(b)) if a.leaves.len().max(b.leaves.len()) > 1 => {
-                Some([Arc::clone(a), Arc::clone(b)])
-            }
-            _ => None,
-        };
+        let layouts = channel_a.layout.clone().zip(channel_b.layout.clone()).map(|(a, b)| [a, b]);
+        // messages without any field are compared as bytes, which both must have at the same times
+        let layouts = layouts.filter(|layouts| layouts.iter().any(|layout| layout.leaves.len() > 1));
         let fields = match &layouts {
             None => vec![ComparedField::whole(topic, options)],
             Some([layout_a, layout_b]) => {
-                let field = |&leaves: &(usize, usize)| {
-                    let known = scales.get(&(pair.a, leaves.0)).copied();
-                    ComparedField::of([channel_a, channel_b], [layout_a, layout_b], leaves, options, known)
-                };
-                pair.leaves.iter().map(field).collect()
+                let known = |leaf: usize| scales.get(&(pair.a, leaf)).copied();
+                let (channels, layouts) = ([channel_a, channel_b], [layout_a.as_ref(), layout_b]);
+                ComparedField::all(channels, layouts, &pair.leaves, options, known)
             }
         };
         let interchangeable = layouts.as_ref().is_some_and(|[a, b]| a.is_like(b));

@@ -37,30 +37,38 @@ pub(super) struct ComparedField {
 }
 
 impl ComparedField {
-    /// * `known`: scale of the field over the whole reference, if a tolerance needs it
-    pub(super) fn of(
+    /// The fields of two channels.
+    ///
+    /// * `leaves`: those of both
+    /// * `known`: scale of a leaf over the whole reference, if a tolerance needs it
+    pub(super) fn all(
         [a, b]: [&Channel; 2],
         [layout_a, layout_b]: [&Layout; 2],
-        (leaf_a, leaf_b): (usize, usize),
+        leaves: &[(usize, usize)],
         options: &Options,
-        known: Option<Scale>,
-    ) -> Self {
-        let leaf = layout_a.leaves[leaf_a].clone();
-        let path = leaf.path.as_str();
-        Self {
-            unit: a.unit(path).map(str::to_owned),
-            leaf_a,
-            leaf_b,
-            axis_a: Axis::of(leaf_a, layout_a, a),
-            axis_b: Axis::of(leaf_b, layout_b, b),
-            even: convention::is_even(&a.metadata, path),
-            ignored: !options.compares(&a.topic, path),
-            is_place: a.axis_parts().contains(path),
-            is_key: is_key(layout_a, leaf_a),
-            meter: Meter::new(options.rules.of(&a.topic, path).cloned(), known, options.nan),
-            path: path.into(),
-            leaf,
-        }
+        known: impl Fn(usize) -> Option<Scale>,
+    ) -> Vec<Self> {
+        let places = a.axis_parts();
+        let field = |&(leaf_a, leaf_b): &(usize, usize)| {
+            let leaf = layout_a.leaves[leaf_a].clone();
+            let path = leaf.path.as_str();
+            let rule = options.rules.of(&a.topic, path).cloned();
+            Self {
+                unit: a.unit(path).map(str::to_owned),
+                leaf_a,
+                leaf_b,
+                axis_a: Axis::of(leaf_a, layout_a, a),
+                axis_b: Axis::of(leaf_b, layout_b, b),
+                even: convention::is_even(&a.metadata, path),
+                ignored: !options.compares(&a.topic, path),
+                is_place: places.contains(path),
+                is_key: is_key(layout_a, leaf_a),
+                meter: Meter::new(rule, known(leaf_a), options.nan),
+                path: path.into(),
+                leaf,
+            }
+        };
+        leaves.iter().map(field).collect()
     }
 
     /// Whole messages of a topic, compared as bytes.

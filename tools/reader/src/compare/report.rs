@@ -8,7 +8,7 @@ use super::{
     structure::{Change, Finding},
     tolerance::Rule,
 };
-use crate::{recording::Damage, wire::Leaf};
+use crate::{messages::Recording, recording::Damage, wire::Leaf};
 
 /// What a comparison found.
 #[derive(Clone, Debug, Default)]
@@ -66,6 +66,17 @@ pub enum Gap {
 }
 
 impl Comparison {
+    /// Adds what is known of the state of a recording: its damages, if the comparison met none, and whether it is partial.
+    pub(super) fn add_state(&mut self, recording: &Recording) {
+        let path = &recording.path;
+        if !self.damages.iter().any(|(known, _)| known == path) {
+            self.damages.extend(recording.damages.iter().map(|damage| (path.clone(), damage.clone())));
+        }
+        if recording.is_partial() {
+            self.partial.push(path.clone());
+        }
+    }
+
     /// True if something is different beyond tolerance.
     pub fn is_different(&self) -> bool {
         !self.structure.is_empty() || self.channels.iter().any(ChannelReport::is_different)

@@ -12,7 +12,7 @@ use crate::{
     convention,
     messages::Recording,
     recording::OpenError,
-    wire::{Leaf, Type},
+    wire::{Layout, Leaf},
 };
 
 /// A difference of structure.
@@ -195,41 +195,15 @@ fn fields(a: &Channel, b: &Channel, options: &Options, findings: &mut Vec<Findin
     let mut pairs = Vec::new();
     let mut taken = BTreeSet::new();
     for (i, leaf) in layout_a.leaves.iter().enumerate() {
-        let by_number = || {
-            let same = |other: &&(usize, &Leaf)| {
-                other.1.numbers == leaf.numbers && layout_a.find(&other.1.path).is_none()
-            };
-            layout_b.leaves.iter().enumerate().find(|other| same(&other)).map(|(j, _)| j)
-        };
-        let Some(j) = layout_b.find(&leaf.path).or_else(by_number) else {
+        let Some(j) = layout_b.find(&leaf.path).or_else(|| by_number(leaf, layout_a, layout_b)) else {
             find(Some(&leaf.path), Difference::Missing);
             continue;
         };
         taken.insert(j);
         let other = &layout_b.leaves[j];
-        if other.path != leaf.path {
-            find(Some(&leaf.path), Difference::Renamed(other.path.clone()));
-        }
-        let names = |leaf: &Leaf| {
-            let list = if leaf.lists > 0 { "repeated " } else { "" };
-            format!("{list}{}", leaf.kind.name())
-        };
-        if names(leaf) != names(other) {
-            find(Some(&leaf.path), Difference::Type(names(leaf), names(other)));
-        }
-        for (key, of_a, of_b) in convention::compared(&leaf.path, &other.path) {
-            let (of_a, of_b) = (a.metadata.get(&of_a), b.metadata.get(&of_b));
-            if of_a != of_b {
-                let (a, b) = (of_a.cloned().unwrap_or_default(), of_b.cloned().unwrap_or_default());
-                find(Some(&leaf.path), Difference::Metadata { key: key.into(), a, b });
-            }
-        }
+        differences((a, leaf), (b, other)).into_iter().for_each(|found| find(Some(&leaf.path), found));
         let both_numbers = leaf.kind.is_number() && other.kind.is_number();
-        let same_kind = match (&leaf.kind, &other.kind) {
-            (Type::Enum(_), Type::Enum(_)) => true,
-            (kind, other) => kind == other,
-        };
-        if both_numbers || same_kind {
+        if both_numbers || std::mem::discriminant(&leaf.kind) == std::mem::discriminant(&other.kind) {
             pairs.push((i, j));
         }
     }
@@ -237,6 +211,35 @@ fn fields(a: &Channel, b: &Channel, options: &Options, findings: &mut Vec<Findin
         find(Some(&leaf.path), Difference::Extra);
     }
     pairs
+}
+
+/// The field with the number of another whose name it has not.
+fn by_number(leaf: &Leaf, layout: &Layout, other: &Layout) -> Option<usize> {
+    let is_same = |other: &Leaf| other.numbers == leaf.numbers && layout.find(&other.path).is_none();
+    other.leaves.iter().position(is_same)
+}
+
+/// What is different of a field that both channels have: its name, its type, its metadata.
+fn differences((a, leaf): (&Channel, &Leaf), (b, other): (&Channel, &Leaf)) -> Vec<Difference> {
+    let mut differences = Vec::new();
+    if other.path != leaf.path {
+        differences.push(Difference::Renamed(other.path.clone()));
+    }
+    let [kind, other_kind] = [leaf, other].map(|leaf| {
+        let list = if leaf.lists > 0 { "repeated " } else { "" };
+        format!("{list}{}", leaf.kind.name())
+    });
+    if kind != other_kind {
+        differences.push(Difference::Type(kind, other_kind));
+    }
+    for (key, of_a, of_b) in convention::compared(&leaf.path, &other.path) {
+        let (of_a, of_b) = (a.metadata.get(&of_a), b.metadata.get(&of_b));
+        if of_a != of_b {
+            let (a, b) = (of_a.cloned().unwrap_or_default(), of_b.cloned().unwrap_or_default());
+            differences.push(Difference::Metadata { key: key.into(), a, b });
+        }
+    }
+    differences
 }
 
 /// Something that two recordings say differently of themselves. It says why numbers differ, and is no difference of

@@ -3,7 +3,9 @@
 use prost_reflect::{Kind, prost::Message};
 
 use super::{
-    DecodeError, Layout, List, Values, dynamic,
+    DecodeError, Layout, List, Values,
+    cursor::{Wire, spend},
+    dynamic,
     layout::{Content, Node, Scalar, Slot},
 };
 use crate::recording::Budget;
@@ -69,29 +71,19 @@ impl Layout {
     }
 }
 
-/// Spends memory of the message that is decoded.
-pub(super) fn spend(budget: &mut Budget, bytes: usize) -> Result<(), DecodeError> {
-    if budget.spend(bytes) { Ok(()) } else { Err(DecodeError::Memory) }
-}
-
 /// Memory of a text or byte string, besides its bytes: its place in a list and its block \[bytes\].
 const BLOCK: usize = 24 + 16;
 
 fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -> Result<(), Stop> {
     // also what takes no memory takes time
     spend(budget, node.slots.len())?;
-    let (mut wire, mut seen) = (Wire { bytes }, Seen::default());
-    let mut entries: Vec<(usize, &[u8])> = Vec::new();
+    let (mut wire, mut seen, mut entries) = (Wire { bytes }, Seen::default(), Vec::<(usize, &[u8])>::new());
     while !wire.bytes.is_empty() {
         let start = wire.bytes;
         let (number, wire_type) = wire.key()?;
         let Some(index) = node.find(number) else {
             wire.skip(number, wire_type, 0)?;
-            if let Some(List::Bytes(unknown)) = lists.last_mut() {
-                let field = &start[..start.len() - wire.bytes.len()];
-                spend(budget, BLOCK + field.len())?;
-                unknown.push(field.to_vec());
-            }
+            keep(&start[..start.len() - wire.bytes.len()], lists, budget)?;
             continue;
         };
         let slot = &node.slots[index];
@@ -131,6 +123,15 @@ fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -
         }
     }
     complete(node, &seen, lists, budget)
+}
+
+/// Keeps a field that the schema does not know.
+fn keep(field: &[u8], lists: &mut [List], budget: &mut Budget) -> Result<(), DecodeError> {
+    if let Some(List::Bytes(unknown)) = lists.last_mut() {
+        spend(budget, BLOCK + field.len())?;
+        unknown.push(field.to_vec());
+    }
+    Ok(())
 }
 
 /// Adds what follows from what the message holds: counts, and defaults of what it does not hold.
@@ -278,65 +279,5 @@ fn size(list: &List) -> usize {
     match list {
         List::Text(_) | List::Bytes(_) => BLOCK,
         numbers => numbers.width(),
-    }
-}
-
-/// Bytes of a message that are still to be read.
-pub(super) struct Wire<'a> {
-    pub(super) bytes: &'a [u8],
-}
-
-impl<'a> Wire<'a> {
-    /// Number and wire type of the next field.
-    pub(super) fn key(&mut self) -> Result<(u32, u8), DecodeError> {
-        let key = self.varint()?;
-        Ok((u32::try_from(key >> 3).map_err(|_| DecodeError::SchemaMismatch)?, (key & 7) as u8))
-    }
-
-    pub(super) fn varint(&mut self) -> Result<u64, DecodeError> {
-        let mut value = 0;
-        for (i, &byte) in self.bytes.iter().enumerate().take(10) {
-            value |= u64::from(byte & 0x7f) << (7 * i);
-            if byte < 0x80 {
-                // the tenth byte has room for one bit
-                if i == 9 && byte > 1 {
-                    return Err(DecodeError::SchemaMismatch);
-                }
-                self.bytes = &self.bytes[i + 1..];
-                return Ok(value);
-            }
-        }
-        Err(DecodeError::SchemaMismatch)
-    }
-
-    fn fixed<const N: usize>(&mut self) -> Result<[u8; N], DecodeError> {
-        let (head, rest) = self.bytes.split_first_chunk::<N>().ok_or(DecodeError::SchemaMismatch)?;
-        self.bytes = rest;
-        Ok(*head)
-    }
-
-    pub(super) fn block(&mut self) -> Result<&'a [u8], DecodeError> {
-        let length = usize::try_from(self.varint()?).map_err(|_| DecodeError::SchemaMismatch)?;
-        let (block, rest) = self.bytes.split_at_checked(length).ok_or(DecodeError::SchemaMismatch)?;
-        self.bytes = rest;
-        Ok(block)
-    }
-
-    /// Steps over a value whose key has been read.
-    pub(super) fn skip(&mut self, number: u32, kind: u8, depth: usize) -> Result<(), DecodeError> {
-        const MAX_GROUPS: usize = 100;
-        match kind {
-            0 => self.varint().map(drop),
-            1 => self.fixed::<8>().map(drop),
-            2 => self.block().map(drop),
-            3 if depth < MAX_GROUPS => loop {
-                match self.key()? {
-                    (inner, 4) if inner == number => return Ok(()),
-                    (inner, kind) => self.skip(inner, kind, depth + 1)?,
-                }
-            },
-            5 => self.fixed::<4>().map(drop),
-            _ => Err(DecodeError::SchemaMismatch),
-        }
     }
 }

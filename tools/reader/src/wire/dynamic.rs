@@ -4,7 +4,7 @@ use prost_reflect::{DynamicMessage, FieldDescriptor, Kind, MessageDescriptor, Va
 
 use super::{
     DecodeError,
-    decode::{Wire, spend},
+    cursor::{Wire, spend},
 };
 use crate::recording::Budget;
 

@@ -7,7 +7,7 @@ use std::{
 
 use mcap::records::{ChunkHeader, MessageHeader, MessageIndexEntry, Record, Statistics, op};
 
-use super::{Problem, Report, percuss};
+use super::report::{Problem, Report};
 use crate::{
     convention::RUN,
     directory::Directory,
@@ -274,7 +274,7 @@ impl<'a> Content<'a> {
     }
 
     /// Ends the file.
-    pub(super) fn end(mut self) -> Report {
+    pub(super) fn end(&mut self) {
         self.close_chunk();
         let index = self.index;
         let refused = self.directory.refused().into_iter().map(|damage| damage.reason);
@@ -297,8 +297,6 @@ impl<'a> Content<'a> {
             self.statistics(index.start, statistics);
         }
         self.order();
-        percuss::check(&mut self);
-        self.report
     }
 
     /// Messages of percuss are in the order of their times; other programs need not write them so.

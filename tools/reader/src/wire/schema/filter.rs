@@ -1,10 +1,10 @@
 //! Copies what the reader uses of a descriptor set, counting what it takes in memory.
 
 use super::{
-    SchemaError,
+    error::SchemaError,
     imports::{File, MAX_FILES},
 };
-use crate::wire::{DecodeError, decode::Wire};
+use crate::wire::{DecodeError, cursor::Wire};
 
 /// Deepest nesting of messages, as in other readers of protobuf.
 const MAX_DEPTH: usize = 100;
