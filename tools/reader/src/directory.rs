@@ -146,7 +146,7 @@ impl Directory {
         }
     }
 
-    /// True, and so many bytes less of room, if there is room for what a record says.
+    /// Spends memory for a record; false if there is no room for it, and from then on.
     pub(crate) fn has_room(&mut self, bytes: usize) -> bool {
         self.overflowed |= !self.budget.spend(bytes);
         !self.overflowed
@@ -190,25 +190,13 @@ impl Directory {
         self.channels
     }
 
-    /// What is known of a schema.
-    pub fn schema(&self, id: u16) -> Option<SchemaState> {
-        let schema = self.schemas.get(&id)?;
-        let pool = schema.pool.as_ref();
-        let is_sound = pool.is_some_and(|pool| pool.get_message_by_name(&schema.name).is_some());
-        let (name, encoding) = (schema.name.clone(), schema.encoding.clone());
-        Some(SchemaState { name, encoding, is_sound, reason: schema.reason.clone() })
+    /// Why a protobuf schema does not describe the message it is named after; `None` if it does. Empty where the descriptors
+    /// are sound.
+    pub fn flaw(&self, id: u16) -> Option<&str> {
+        let schema = self.schemas.get(&id).filter(|schema| schema.encoding == "protobuf")?;
+        match &schema.pool {
+            Some(pool) if pool.get_message_by_name(&schema.name).is_some() => None,
+            _ => Some(schema.reason.as_deref().unwrap_or_default()),
+        }
     }
-}
-
-/// What is known of a schema.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SchemaState {
-    /// Name.
-    pub name: String,
-    /// Encoding.
-    pub encoding: String,
-    /// True if it is protobuf and describes the message it is named after.
-    pub is_sound: bool,
-    /// Why its types are not known, where it is protobuf.
-    pub reason: Option<String>,
 }

@@ -95,7 +95,7 @@ impl Slice {
     }
 }
 
-/// A message that was taken apart.
+/// A decoded message.
 #[derive(Clone, Debug)]
 pub struct Moment {
     /// Time, of the field `time` or the log time in seconds.

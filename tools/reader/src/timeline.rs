@@ -1,5 +1,5 @@
-//! The messages of a recording by their log time, from any time on: chunk by chunk with the index, each chunk once its
-//! checksum has proved it sound.
+//! The messages of a recording by their log time, from any time on: chunk by chunk with the index, each chunk after its
+//! checksum is verified.
 
 use std::{
     cmp::Reverse,
@@ -12,7 +12,7 @@ use percuss_serve::Channel;
 
 use crate::recording::{Budget, Damage, Limits, OpenError, Scan, Source};
 
-/// Chunks that are looked through for the last messages before a time.
+/// Chunks that are searched for the last messages before a time.
 const LOOK_BACK: usize = 16;
 
 /// A message and when it was.

@@ -11,7 +11,7 @@
 //!
 //! A leaf that always holds exactly one value gets the default of its type where the wire has none, as proto3 asks.
 //! A type inside itself is not unfolded again but kept as bytes, so the number of leaves is finite; fields that the
-//! schema does not know are kept as bytes in the leaf [`UNKNOWN`]. Nothing a message says is lost, whatever it is.
+//! schema does not know are kept as bytes in the leaf [`UNKNOWN`]. Nothing that a message holds is lost.
 
 mod cursor;
 mod decode;
@@ -29,7 +29,7 @@ pub use list::{List, Values};
 /// Path of the leaf that keeps the fields which the schema does not know.
 pub const UNKNOWN: &str = "(unknown fields)";
 
-/// Ends the path of a leaf that says how many there are of a list of messages, or in a list inside one.
+/// Ends the path of a leaf that counts the elements of a list of messages, or of a list inside one.
 pub const COUNT: &str = "[#]";
 
 /// Largest number of fields that a type is unfolded into; what lies beyond stays bytes.

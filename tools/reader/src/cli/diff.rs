@@ -40,7 +40,7 @@ abs = 1e-9, tube = { time = 0.01, value = 1e-3 }.
 
 What could not be compared is never equal: without a value that both have (no common time or axis, nothing in the window, no
 field left) the status is 2, or 1 if one recording has messages that the other has not. Recordings without any common time,
-as of wall clocks, are compared as with --align relative, which is said. Folders with --bless: new recordings are taken
+as of wall clocks, are compared as with --align relative, which is reported. Folders with --bless: new recordings are taken
 over too, and those that only the reference has stay, with status 1.
 
 Exit status: 0 equal within tolerance, 1 different, 2 could not compare, 3 an input is damaged or partial: the sound part

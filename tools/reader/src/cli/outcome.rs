@@ -1,4 +1,4 @@
-//! How a command has ended: its exit status, errors, and what is said on standard error.
+//! How a command has ended: its exit status, errors, and what goes to standard error.
 
 use std::{
     io::{self, IsTerminal, Write},

@@ -164,7 +164,7 @@ pub fn bless(reference: &Path, new: &Path) -> io::Result<()> {
     let name = reference.file_name().unwrap_or_default().to_string_lossy();
     let beside = reference.with_file_name(format!(".{name}.blessed-{}", std::process::id()));
     fs::copy(new, &beside).and_then(|_| fs::rename(&beside, reference)).inspect_err(|_| {
-        // the first error is the one to tell
+        // the first error is the one to report
         drop(fs::remove_file(&beside));
     })
 }

@@ -158,31 +158,33 @@ impl Copy {
             self.lose_definition("it takes more memory than there is for it (--max-memory)");
             return Ok(());
         }
-        let defined = match record {
-            Record::Schema { header, data } if self.schemas.insert(header.id) => {
-                self.writer.add_schema_with_id(header.id, &header.name, &header.encoding, data)
-            }
-            Record::Channel(channel) if !self.topics.contains_key(&channel.id) => {
-                if channel.schema_id != 0 && !self.schemas.contains(&channel.schema_id) {
-                    return Ok(());
-                }
-                let (encoding, metadata) = (&channel.message_encoding, &channel.metadata);
-                let (id, schema, topic) = (channel.id, channel.schema_id, &channel.topic);
-                let added = self.writer.add_channel_with_id(id, schema, topic, encoding, metadata);
-                if added.is_ok() {
-                    self.topics.insert(id, topic.clone());
-                }
-                added
-            }
-            _ => return Ok(()),
-        };
-        match defined {
+        match self.add(record) {
             Err(error @ McapError::Io(_)) => Err(error),
             Err(error) => {
                 self.lose_definition(&error.to_string());
                 Ok(())
             }
-            Ok(_) => Ok(()),
+            Ok(()) => Ok(()),
+        }
+    }
+
+    /// Adds a definition that is new; a channel whose schema is lost is left out.
+    fn add(&mut self, record: &Record<'_>) -> Result<(), McapError> {
+        match record {
+            Record::Schema { header, data } => {
+                self.schemas.insert(header.id);
+                self.writer.add_schema_with_id(header.id, &header.name, &header.encoding, data).map(drop)
+            }
+            Record::Channel(channel)
+                if channel.schema_id == 0 || self.schemas.contains(&channel.schema_id) =>
+            {
+                let (encoding, metadata) = (&channel.message_encoding, &channel.metadata);
+                let (id, schema, topic) = (channel.id, channel.schema_id, &channel.topic);
+                self.writer.add_channel_with_id(id, schema, topic, encoding, metadata)?;
+                self.topics.insert(id, topic.clone());
+                Ok(())
+            }
+            _ => Ok(()),
         }
     }
 

@@ -69,7 +69,7 @@ fn stacked_headings(files: &[Traced], paths: &[PathBuf], align: Align) -> Result
     }
 }
 
-/// Names of files in headings: without folder and extension where that tells them apart.
+/// Names of files in headings: without folder and extension where that distinguishes them.
 pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
     let stem = |path: &PathBuf| {
         path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())

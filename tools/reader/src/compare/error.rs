@@ -33,7 +33,7 @@ pub enum CompareError {
     /// Messages of the recordings are in orders so different that there is no memory to wait for counterparts.
     #[error(
         "messages of `{topic}` are too far from their counterparts in the other recording to be kept until those come; \
-         compare that topic alone (--topic), or raise --max-memory"
+         compare only that topic (--topic), or raise --max-memory"
     )]
     Waiting {
         /// Topic.

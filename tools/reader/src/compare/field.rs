@@ -29,8 +29,8 @@ pub(super) struct ComparedField {
     axis_b: Axis,
     even: bool,
     pub(super) ignored: bool,
-    /// It only says where the others are.
-    is_place: bool,
+    /// It only describes axes of the others.
+    is_axis_part: bool,
     /// It only says when or in which message the others are.
     is_key: bool,
     pub(super) meter: Meter,
@@ -48,7 +48,7 @@ impl ComparedField {
         options: &Options,
         known: impl Fn(usize) -> Option<Scale>,
     ) -> Vec<Self> {
-        let places = a.axis_parts();
+        let axis_parts = a.axis_parts();
         let field = |&(leaf_a, leaf_b): &(usize, usize)| {
             let leaf = layout_a.leaves[leaf_a].clone();
             let path = leaf.path.as_str();
@@ -61,7 +61,7 @@ impl ComparedField {
                 axis_b: Axis::of(leaf_b, layout_b, b),
                 even: convention::is_even(&a.metadata, path),
                 ignored: !options.compares(&a.topic, path),
-                is_place: places.contains(path),
+                is_axis_part: axis_parts.contains(path),
                 is_key: is_key(layout_a, leaf_a),
                 meter: Meter::new(rule, known(leaf_a), options.nan),
                 path: path.into(),
@@ -83,7 +83,7 @@ impl ComparedField {
             axis_b: Axis::Unknown,
             even: false,
             ignored: !options.compares(topic, WHOLE),
-            is_place: false,
+            is_axis_part: false,
             is_key: false,
             meter: Meter::new(options.rules.of(topic, WHOLE).cloned(), None, options.nan),
         }
@@ -150,7 +150,7 @@ impl ComparedField {
         without_keys: bool,
     ) -> FieldReport {
         self.meter.finish();
-        let ignored = self.ignored || (self.is_place && axes_differ) || (without_keys && self.is_key);
+        let ignored = self.ignored || (self.is_axis_part && axes_differ) || (without_keys && self.is_key);
         let shift = self.meter.shift.best().filter(|_| !interpolated && !ignored);
         FieldReport {
             within: ignored || self.meter.is_within(),

@@ -37,7 +37,7 @@ pub struct Alignment {
     pub starts: Option<[f64; 2]>,
 }
 
-/// Messages that are looked at to choose a mode.
+/// First messages of each recording that the choice of a mode depends on.
 pub(super) const LOOKED_AT: usize = 16;
 
 /// When a message is.

@@ -15,7 +15,7 @@ use crate::{messages::Recording, recording::Damage, wire::Leaf};
 pub struct Comparison {
     /// Differences of structure.
     pub structure: Vec<Finding>,
-    /// What the recordings say differently about themselves.
+    /// Differences of metadata and attachments, for information.
     pub provenance: Vec<Change>,
     /// Channels that both have.
     pub channels: Vec<ChannelReport>,
@@ -128,7 +128,7 @@ pub struct ChannelReport {
     pub messages: [u64; 2],
     /// First and last time of those.
     pub spans: [Option<(f64, f64)>; 2],
-    /// Messages of both outside the common window of time, where that is not held against them.
+    /// Messages of both outside the common window of time, where that is no difference.
     pub outside: [u64; 2],
     /// Messages that could not be decoded.
     pub undecoded: u64,

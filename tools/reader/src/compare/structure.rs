@@ -1,5 +1,5 @@
-//! What two recordings have in common before any number is compared: channels, fields, units; and what else they say
-//! of themselves.
+//! What two recordings have in common before any number is compared: channels, fields, units; and where their metadata
+//! and attachments differ.
 
 use std::{
     collections::{BTreeMap, BTreeSet, HashMap, hash_map::DefaultHasher},
@@ -242,8 +242,7 @@ fn differences((a, leaf): (&Channel, &Leaf), (b, other): (&Channel, &Leaf)) -> V
     differences
 }
 
-/// Something that two recordings say differently of themselves. It says why numbers differ, and is no difference of
-/// its own.
+/// A difference of metadata or attachments. It explains why numbers differ, and is no difference of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
     /// Record or attachment.

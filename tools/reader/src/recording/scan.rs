@@ -42,7 +42,7 @@ pub struct FileRecord<'a> {
     pub offset: u64,
     /// Offset in the unpacked content of its chunk, if it is in one.
     pub inside: Option<u64>,
-    /// The record. A chunk comes with its header only; what is in it follows, once it has proved sound.
+    /// The record. A chunk comes with its header only; what is in it follows, once its checksum is verified.
     pub record: Record<'a>,
 }
 

@@ -53,7 +53,7 @@ impl DiffWriter {
     ///
     /// # Errors
     ///
-    /// The file cannot be written; the answer says why.
+    /// The file cannot be written.
     pub(super) fn begin(&mut self, a: &Recording, b: &Recording) -> Result<(), String> {
         let fail = self.fail();
         let file = create(&self.path, self.overwrite).map_err(|error| fail(&error))?;
@@ -98,7 +98,7 @@ impl DiffWriter {
     ///
     /// # Errors
     ///
-    /// The file cannot be written; the answer says why.
+    /// The file cannot be written.
     pub(super) fn take(&mut self, matched: &Matched<'_>) -> Result<(), String> {
         let fail = self.fail();
         let Some(open) = &mut self.open else { return Ok(()) };
@@ -122,7 +122,7 @@ impl DiffWriter {
     ///
     /// # Errors
     ///
-    /// The file cannot be written; the answer says why.
+    /// The file cannot be written.
     pub(super) fn finish(&mut self) -> Result<(), String> {
         let fail = self.fail();
         let Some(mut open) = self.open.take() else { return Ok(()) };

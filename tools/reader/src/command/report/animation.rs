@@ -18,7 +18,7 @@ const PIXELS: f64 = 16_000.0;
 /// Level of the value 0, and levels on either side of it.
 const ZERO: f64 = 128.0;
 const SIDE: f64 = 126.0;
-/// Values of a frame that are looked at for the range of colours, at most.
+/// Values of a frame that the range of colours is estimated from, at most.
 const SAMPLES: usize = 10_000;
 /// Columns or rows of a frame, at most.
 const LONGEST: f64 = 4000.0;

@@ -56,7 +56,7 @@ fn chart(id: &str, title: &str, panel: &Panel, recording: &Recording, topic: &st
         _ => curve.name.rsplit(['/', '.', ':']).next().unwrap_or_default().to_owned(),
     };
     let curves = panel.curves.iter().enumerate().map(|(i, curve)| {
-        let points = thinned(&curve.points);
+        let points = downsampled(&curve.points);
         json!({
             "name": name((i, curve)),
             "x": points.iter().map(|point| number(point.0)).collect::<Vec<_>>(),
@@ -78,7 +78,7 @@ pub fn number(value: f64) -> Value {
 }
 
 /// The smallest and the largest point of every stretch, in their order.
-fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+fn downsampled(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     if points.len() <= POINTS {
         return points.to_vec();
     }
@@ -154,14 +154,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn thinning_keeps_the_extremes() {
+    fn downsampling_keeps_the_extremes() {
         let mut points: Vec<(f64, f64)> = (0..100_000).map(|i| (f64::from(i), 0.0)).collect();
         points[77_777].1 = 5.0;
         points[33_333].1 = -5.0;
-        let thin = thinned(&points);
-        assert!(thin.len() <= POINTS + 2);
-        assert!(thin.contains(&(77_777.0, 5.0)) && thin.contains(&(33_333.0, -5.0)));
-        assert!(thin.windows(2).all(|pair| pair[0].0 < pair[1].0));
+        let fewer = downsampled(&points);
+        assert!(fewer.len() <= POINTS + 2);
+        assert!(fewer.contains(&(77_777.0, 5.0)) && fewer.contains(&(33_333.0, -5.0)));
+        assert!(fewer.windows(2).all(|pair| pair[0].0 < pair[1].0));
     }
 
     #[test]

@@ -140,11 +140,10 @@ impl<'a> Content<'a> {
             return;
         }
         self.directory.learn(record);
-        let state = self.directory.schema(header.id);
-        if let Some(schema) = state.filter(|schema| schema.encoding == "protobuf" && !schema.is_sound) {
-            let reason = schema.reason.map_or_else(String::new, |reason| format!(": {reason}"));
+        if let Some(reason) = self.directory.flaw(header.id) {
+            let colon = if reason.is_empty() { "" } else { ": " };
             let name = short(&header.name);
-            let text = format!("the schema `{name}` does not describe its message{reason}");
+            let text = format!("the schema `{name}` does not describe its message{colon}{reason}");
             self.report.problem(offset, text);
         }
     }
