@@ -105,7 +105,7 @@ pub fn log_times(from: Option<f64>, to: Option<f64>, rate: f64) -> (u64, u64) {
     (low, high)
 }
 
-/// Why a file cannot be read at all.
+/// Why a file cannot be read at all, or not what is asked for.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// The system refuses.
@@ -119,6 +119,16 @@ pub enum OpenError {
     /// The file does not begin like an MCAP file.
     #[error("`{}` is not an MCAP file: it does not begin with the MCAP magic bytes", .0.display())]
     NotMcap(PathBuf),
+    /// There is no such topic.
+    #[error("`{}` has no topic `{topic}`; it has {known}", path.display())]
+    UnknownTopic {
+        /// The file.
+        path: PathBuf,
+        /// Topic or pattern asked for.
+        topic: String,
+        /// Topics that exist.
+        known: String,
+    },
     /// What has to be kept of the file has no room.
     #[error("`{}`: {what} take more memory than --max-memory allows; raise it, or choose less", path.display())]
     Memory {

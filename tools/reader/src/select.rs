@@ -3,7 +3,7 @@
 use clap::Args;
 use globset::{GlobBuilder, GlobMatcher};
 
-use crate::messages::Recording;
+use crate::{messages::Recording, recording::OpenError};
 
 /// A pattern of topics or fields: `*` stands for anything, `?` for one character, `[ab]` for one of some.
 #[derive(Clone, Debug)]
@@ -68,24 +68,12 @@ impl Window {
     }
 }
 
-/// There is no such topic.
-#[derive(Debug, thiserror::Error)]
-#[error("`{}` has no topic `{topic}`; it has {known}", file.display())]
-pub struct UnknownTopic {
-    /// Recording.
-    pub file: std::path::PathBuf,
-    /// Topic or pattern asked for.
-    pub topic: String,
-    /// Topics that exist.
-    pub known: String,
-}
-
 /// Ids of the channels whose topics fit any of the patterns, in the order of the patterns; all if there are none.
 ///
 /// # Errors
 ///
-/// A pattern fits nothing.
-pub fn channels(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>, UnknownTopic> {
+/// A pattern fits no topic.
+pub fn channels(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>, OpenError> {
     if patterns.is_empty() {
         return Ok(recording.channels.keys().copied().collect());
     }
@@ -104,8 +92,8 @@ pub fn channels(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>,
             let known: Vec<&str> =
                 recording.channels.values().map(|channel| channel.topic.as_str()).collect();
             let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-            let (file, topic) = (recording.path.clone(), pattern.text.clone());
-            return Err(UnknownTopic { file, topic, known });
+            let (path, topic) = (recording.path.clone(), pattern.text.clone());
+            return Err(OpenError::UnknownTopic { path, topic, known });
         }
     }
     Ok(ids)

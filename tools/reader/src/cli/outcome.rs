@@ -9,7 +9,7 @@ use std::{
 use crate::{
     command::{
         cat::CatError, export::ExportError, plot::PlotError, recover::RecoverError, replay::ReplayError,
-        report::ReportError, schema::SchemaError, trace::TraceError,
+        report::ReportError, trace::TraceError,
     },
     compare::CompareError,
     field::SelectionError,
@@ -69,9 +69,6 @@ pub enum CliError {
     /// No messages shown.
     #[error(transparent)]
     Cat(#[from] CatError),
-    /// No schema shown.
-    #[error(transparent)]
-    Schema(#[from] SchemaError),
     /// A comparison could not be made.
     #[error(transparent)]
     Compare(#[from] CompareError),
@@ -103,7 +100,7 @@ pub fn report(error: &CliError) -> ExitCode {
     let is_usage = |error: &TraceError| {
         matches!(
             error,
-            TraceError::UnknownTopic(_)
+            TraceError::Open(OpenError::UnknownTopic { .. })
                 | TraceError::Selection(_)
                 | TraceError::Columns { .. }
                 | TraceError::TimeUnits { .. }
@@ -115,14 +112,14 @@ pub fn report(error: &CliError) -> ExitCode {
             PlotError::Nothing(_) | PlotError::Unfit(_) | PlotError::Moment(MomentError::Outside { .. }),
         )
         | CliError::Export(
-            ExportError::UnknownTopic(_)
+            ExportError::Open(OpenError::UnknownTopic { .. })
             | ExportError::NoAttachment { .. }
             | ExportError::NoMatrix(_)
             | ExportError::Several { .. }
             | ExportError::Moment(MomentError::Outside { .. }),
         )
-        | CliError::Cat(CatError::UnknownTopic(_))
-        | CliError::Schema(SchemaError::UnknownTopic(_))
+        | CliError::Cat(CatError::Open(OpenError::UnknownTopic { .. }))
+        | CliError::Open(OpenError::UnknownTopic { .. })
         | CliError::Replay(ReplayError::Empty { .. })
         | CliError::Report(ReportError::NotPercuss(_))
         | CliError::SameFile(_)

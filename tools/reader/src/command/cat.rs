@@ -13,7 +13,7 @@ use crate::{
     channel::Channel,
     messages::{Message, POLL, Recording},
     recording::{Damage, Limits, OpenError},
-    select::{self, Pattern, UnknownTopic, Window},
+    select::{self, Pattern, Window},
     wire::dynamic,
 };
 
@@ -37,9 +37,6 @@ pub enum CatError {
     /// The file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// There is no such topic.
-    #[error(transparent)]
-    UnknownTopic(#[from] UnknownTopic),
     /// The output cannot be written.
     #[error("cannot write the output: {0}")]
     Output(#[from] io::Error),

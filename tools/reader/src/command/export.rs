@@ -16,7 +16,7 @@ use crate::{
     format::vti::vti,
     messages::Recording,
     recording::{Damage, Limits, OpenError},
-    select::{self, Pattern, UnknownTopic},
+    select::{self, Pattern},
     slice::{MomentError, Slice, moments, slice},
 };
 
@@ -26,9 +26,6 @@ pub enum ExportError {
     /// The file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// There is no such topic.
-    #[error(transparent)]
-    UnknownTopic(#[from] UnknownTopic),
     /// There is no such attachment.
     #[error("there is no attachment `{name}`; the recording has {known}")]
     NoAttachment {

@@ -6,7 +6,7 @@ use crate::{
     command::trace::TraceError,
     field::{Selection, SelectionError},
     recording::{Damage, OpenError},
-    select::{Pattern, UnknownTopic, Window},
+    select::{Pattern, Window},
     slice::MomentError,
 };
 
@@ -65,12 +65,6 @@ pub enum PlotError {
 
 impl From<OpenError> for PlotError {
     fn from(error: OpenError) -> Self {
-        Self::Trace(error.into())
-    }
-}
-
-impl From<UnknownTopic> for PlotError {
-    fn from(error: UnknownTopic) -> Self {
         Self::Trace(error.into())
     }
 }

@@ -6,7 +6,7 @@ use super::join::Align;
 use crate::{
     field::{Selection, SelectionError},
     recording::{Damage, OpenError},
-    select::{Pattern, UnknownTopic, Window},
+    select::{Pattern, Window},
 };
 
 /// What to trace.
@@ -49,9 +49,6 @@ pub enum TraceError {
     /// A file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// There is no such topic.
-    #[error(transparent)]
-    UnknownTopic(#[from] UnknownTopic),
     /// The fields asked for are not there.
     #[error(transparent)]
     Selection(#[from] SelectionError),
