@@ -58,7 +58,7 @@ pub struct Chunks {
 }
 
 /// A recording and what it holds.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Recording {
     /// The file.
     pub path: PathBuf,

@@ -65,7 +65,7 @@ fn recording(options: WriteOptions) -> Vec<u8> {
     let bytes = schema.encode_to_vec();
     let pool = DescriptorPool::from_file_descriptor_set(schema).expect("a sound schema");
     let descriptor = pool.get_message_by_name("lab.Sample").expect("the message");
-    let mut writer = options.library("somebody else").create(Cursor::new(Vec::new())).expect("a writer");
+    let mut writer = options.library("another program").create(Cursor::new(Vec::new())).expect("a writer");
     let id = writer.add_schema("lab.Sample", "protobuf", &bytes).expect("a schema");
     let entries = [("unit.load", "N"), ("unit.time", "s"), ("axis.strain", "x0,dx")];
     let metadata = entries.into_iter().map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
@@ -153,7 +153,7 @@ fn info_tells_what_is_there() {
     assert_eq!(json["version"], 2);
     assert_eq!(json["complete"], true);
     assert_eq!(json["percuss"], false);
-    assert_eq!(json["library"], "somebody else");
+    assert_eq!(json["library"], "another program");
     assert_eq!(json["messages"], 20);
     assert_eq!(json["end_ns"], 19_000_000);
     let channels = json["channels"].as_array().expect("a list");
@@ -170,7 +170,7 @@ fn info_tells_what_is_there() {
 fn damage_is_found_and_what_comes_before_is_read() {
     let bytes = recording(WriteOptions::new().chunk_size(Some(256)).compression(None));
     let whole = lab_of(&bytes).lines(&["trace", "a.mcap", "--topic", "/lab"]);
-    // cut off: rows of whole chunks are there, and the loss is told
+    // cut off: rows of whole chunks are there, and the loss is reported
     let lab = lab_of(&bytes[..bytes.len() / 2]);
     let output = lab.read(&["trace", "a.mcap", "--topic", "/lab"]);
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
@@ -226,7 +226,7 @@ fn files_that_are_no_recordings() {
 }
 
 #[test]
-fn misfits_are_usage_errors() {
+fn mismatches_are_usage_errors() {
     let lab = lab_of(recording(WriteOptions::new()));
     for (arguments, expected) in [
         (&["--topic", "/none"] as &[&str], "/lab"),

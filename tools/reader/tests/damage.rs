@@ -42,7 +42,7 @@ fn scan(bytes: Vec<u8>) -> Option<Scan> {
     Scan::of(Box::new(Cursor::new(bytes)), Path::new("a.mcap"), Limits { memory: 64 << 20 }).ok()
 }
 
-/// True if a file is told to be sound.
+/// True if a file is reported to be sound.
 fn is_sound(bytes: Vec<u8>) -> bool {
     let Some(scan) = scan(bytes) else { return false };
     verify_scan(scan, Limits { memory: 64 << 20 }).expect("no error of the system").is_sound()
@@ -100,7 +100,7 @@ fn messages(path: &Path) -> Vec<(u16, u64, Vec<u8>)> {
 }
 
 #[test]
-fn what_is_sound_is_recovered_and_what_is_lost_is_told() {
+fn what_is_sound_is_recovered_and_what_is_lost_is_reported() {
     let mut dice = Dice(11);
     for (round, file) in files().iter().cycle().take(60).enumerate() {
         let mut spoiled = file.clone();
@@ -114,7 +114,7 @@ fn what_is_sound_is_recovered_and_what_is_lost_is_told() {
         let target = folder.path().join("recovered.mcap");
         let output = fs::File::create(&target).expect("a file");
         let recovered = recover(&path, output, Limits::default()).expect("a recovered file");
-        assert!(!recovered.lost.is_empty(), "round {round}: the loss is told");
+        assert!(!recovered.lost.is_empty(), "round {round}: the loss is reported");
         let bytes = fs::read(&target).expect("the recovered file");
         assert!(is_sound(bytes), "round {round}: the recovered file is sound");
         // everything in it was in the original; chunks are lost as wholes

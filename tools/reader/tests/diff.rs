@@ -55,12 +55,12 @@ fn first(comparison: &Comparison) -> Option<(u64, String)> {
     Some((divergence.place.step?, name))
 }
 
-/// What a mutation should be told as.
+/// What a mutation should be reported as.
 enum Expected {
     /// First difference at a step and element.
     At(u64, String),
     /// A message without counterpart at a step of a topic.
-    Alone(u64, &'static str),
+    Unmatched(u64, &'static str),
     /// A finding of structure on topic.field.
     Structure(String),
     /// The sign of a zero at a step of /profile.p[3]: all bits count, the number is the same.
@@ -141,7 +141,7 @@ fn mutate(recording: &mut Forged, dice: &mut Dice) -> Expected {
             let at = dice.below(channel.messages.len());
             let (_, message) = channel.messages.remove(at);
             let step = message.get_field_by_name("step").expect("a step").as_u64().expect("a number");
-            Expected::Alone(step, topic)
+            Expected::Unmatched(step, topic)
         }
         5 => {
             let (message, topic) = [(0, "/scalar"), (1, "/profile")][dice.below(2)];
@@ -227,7 +227,7 @@ fn five_hundred_mutations_are_found_and_located() {
                 assert_eq!(verdict(&comparison), Verdict::Different, "round {round}: {name}");
                 assert_eq!(first(&comparison), Some((step, name)), "round {round}");
             }
-            Expected::Alone(step, topic) => {
+            Expected::Unmatched(step, topic) => {
                 assert_eq!(verdict(&comparison), Verdict::Different, "round {round}: {topic}");
                 let channel =
                     comparison.channels.iter().find(|channel| channel.topic == topic).expect("the channel");
@@ -237,11 +237,11 @@ fn five_hundred_mutations_are_found_and_located() {
             }
             Expected::Structure(name) => {
                 assert_eq!(verdict(&comparison), Verdict::Different, "round {round}: {name}");
-                let told = |finding: &percuss_reader::compare::Finding| {
+                let reported = |finding: &percuss_reader::compare::Finding| {
                     format!("{}.{}", finding.topic, finding.field.clone().unwrap_or_default()) == name
                 };
                 assert!(
-                    comparison.structure.iter().any(told),
+                    comparison.structure.iter().any(reported),
                     "round {round}: {name}, {:?}",
                     comparison.structure
                 );
@@ -299,8 +299,12 @@ fn not_a_number_is_the_same_bits() {
     let other = holding(f64::NAN.to_bits() | 5);
     let strict = desk.forged(&a, &other, &Options::default());
     assert_eq!((verdict(&strict), first(&strict)), (Verdict::Different, Some((7, "/scalar.force".into()))));
-    let told = strict.first(false).map(|(_, _, divergence)| (divergence.a.clone(), divergence.b.clone()));
-    assert_ne!(told.as_ref().map(|told| &told.0), told.as_ref().map(|told| &told.1), "told apart: {told:?}");
+    let reported = strict.first(false).map(|(_, _, divergence)| (divergence.a.clone(), divergence.b.clone()));
+    assert_ne!(
+        reported.as_ref().map(|reported| &reported.0),
+        reported.as_ref().map(|reported| &reported.1),
+        "distinguished: {reported:?}"
+    );
     let asked = desk.forged(&a, &other, &Options { nan: NanRule::EqualsItself, ..Options::default() });
     assert_eq!(verdict(&asked), Verdict::Equal);
     // against a number it differs still, unless it stands for no value
@@ -346,7 +350,7 @@ fn tolerances_apply_to_what_they_name() {
 }
 
 #[test]
-fn a_late_series_is_told_as_late() {
+fn a_late_series_is_reported_as_late() {
     let desk = Desk::new();
     let (a, mut b) = (forge(120, 3), forge(120, 3));
     let force = |step: u64| (3.0 * time(step)).sin();
@@ -414,7 +418,11 @@ fn other_times_and_meshes_are_interpolated() {
     assert_eq!((profile.compared, profile.outside), (49, [1, 0]));
     let reversed = desk.forged(&fine, &coarse, &loose(None));
     let profile = reversed.channels.iter().find(|channel| channel.topic == "/profile").expect("the channel");
-    assert_eq!((profile.compared, profile.outside), (140, [0, 1]), "what is left of the new one is told too");
+    assert_eq!(
+        (profile.compared, profile.outside),
+        (140, [0, 1]),
+        "what is left of the new one is reported too"
+    );
     let (by_linear, by_cubic, by_nearest) = (
         worst(&linear, "/scalar", "force"),
         worst(&desk.forged(&coarse, &fine, &loose(Some(Mode::Cubic))), "/scalar", "force"),
@@ -503,15 +511,19 @@ fn schemas_of_different_versions_are_aligned() {
 }
 
 #[test]
-fn what_the_case_says_differently_is_told() {
+fn what_the_case_says_differently_is_reported() {
     let desk = Desk::new();
     let a = forge(30, 5);
     let mut b = a.clone();
     b.attachments[0].1 = b"seed = 6\nsteps = 30\n[mesh]\ncells = 4\n".to_vec();
     b.metadata[0].1.insert("who".into(), "you".into());
     let comparison = desk.forged(&a, &b, &Options::default());
-    assert_eq!(verdict(&comparison), Verdict::Equal, "provenance is told, and is no difference of numbers");
-    let told: Vec<String> = comparison
+    assert_eq!(
+        verdict(&comparison),
+        Verdict::Equal,
+        "provenance is reported, and is no difference of numbers"
+    );
+    let reported: Vec<String> = comparison
         .provenance
         .iter()
         .map(|change| format!("{} {} {:?} {:?}", change.place, change.key, change.a, change.b))
@@ -521,7 +533,7 @@ fn what_the_case_says_differently_is_told() {
         "case.toml mesh.cells None Some(\"4\")",
         "case.toml seed Some(\"5\") Some(\"6\")",
     ];
-    assert_eq!(told, expected);
+    assert_eq!(reported, expected);
 }
 
 #[test]
@@ -634,7 +646,7 @@ fn wall_clocks_are_compared_from_the_start_of_each_recording() {
         assert!((start_a - 1_700_000_000.123_456_8).abs() < 1e-6, "{start_a}");
         assert!((start_b - start_a - 86_400.0).abs() < 1e-6, "{start_b}");
     }
-    // where they differ is told from the start
+    // where they differ is reported from the start
     let changed = desk.forged(&a, &wall(5, Some(100), 200), &Options::default());
     assert_eq!(verdict(&changed), Verdict::Different);
     let (topic, _, divergence) = changed.first(true).expect("a difference");
@@ -691,8 +703,11 @@ fn what_has_no_time_in_common_is_not_equal() {
     let (a, b) = (half(0), half(500_000_000));
     let comparison = desk.forged(&a, &b, &Options::default());
     assert_eq!(verdict(&comparison), Verdict::NotCompared);
-    let told: Vec<String> = comparison.gaps.iter().map(ToString::to_string).collect();
-    assert!(told.len() == 1 && told[0].starts_with("`/place`: no time in common: 5 messages"), "{told:?}");
+    let reported: Vec<String> = comparison.gaps.iter().map(ToString::to_string).collect();
+    assert!(
+        reported.len() == 1 && reported[0].starts_with("`/place`: no time in common: 5 messages"),
+        "{reported:?}"
+    );
     // a difference elsewhere is certain all the same
     let mut c = b.clone();
     c.channel("/scalar").messages[7].1.set_field_by_name("force", Value::F64(7.0));
@@ -733,8 +748,8 @@ fn arrays_without_a_common_part_are_not_equal() {
             let options = Options { mode, ..rules(&["*:abs=100"]) };
             let comparison = desk.forged(&a, &at(topic, start, 50.0), &options);
             assert_eq!(verdict(&comparison), Verdict::NotCompared, "{topic}");
-            let told = comparison.gaps[0].to_string();
-            assert!(told.starts_with(&format!("`{topic}.{field}`: the axes")), "{told}");
+            let reported = comparison.gaps[0].to_string();
+            assert!(reported.starts_with(&format!("`{topic}.{field}`: the axes")), "{reported}");
             let near = desk.forged(&a, &at(topic, start, 0.075), &options);
             assert_eq!(verdict(&near), Verdict::Within, "{topic}: {:?}", near.gaps);
         }
@@ -742,7 +757,7 @@ fn arrays_without_a_common_part_are_not_equal() {
 }
 
 #[test]
-fn bytes_are_compared_or_alone() {
+fn bytes_are_compared_or_unmatched() {
     let desk = Desk::new();
     let plain_text = |times: &[u64], content: &str| {
         let mut writer = plain().library("x").create(std::io::Cursor::new(Vec::new())).expect("a writer");

@@ -1,4 +1,4 @@
-//! What definitions are charged against what they take: alone in its process, whose memory is measured.
+//! What definitions are charged against what they take: by itself in its process, whose memory is measured.
 
 mod forge;
 

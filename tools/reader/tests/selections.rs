@@ -20,7 +20,7 @@ fn desk_of(recordings: &[(&str, &Forged)]) -> Desk {
     Desk::new(&files.collect::<Vec<_>>())
 }
 
-/// An `optional` field of proto3: alone in a group of its own.
+/// An `optional` field of proto3: in a group of its own.
 fn optional(name: &str, number: i32, group: i32) -> FieldDescriptorProto {
     FieldDescriptorProto {
         oneof_index: Some(group),
@@ -416,7 +416,7 @@ fn times_in_different_units_do_not_share_a_column() {
     let desk = desk_of(&[("a.mcap", &forge(60, 1)), ("b.mcap", &other)]);
     let text = desk.error(2, &["trace", "a.mcap", "b.mcap", "--topic", "/scalar"]);
     assert!(text.contains("times are in s and in ms"), "{text}");
-    // files of the same name are told apart
+    // files of the same name are distinguished
     fs::create_dir(desk.path("old")).expect("a folder");
     fs::copy(desk.path("a.mcap"), desk.path("old/a.mcap")).expect("a file");
     let rows = desk.text(0, &["trace", "a.mcap", "old/a.mcap", "--topic", "/scalar", "--field", "force"]);

@@ -167,9 +167,9 @@ fn a_folder_is_accepted_with_what_is_new_in_it() {
     }
     fs::remove_dir(desk.path("old/sub")).expect("an empty folder");
     // the reference is never made smaller: that it has more is said, and is a difference
-    let told = desk.error(1, &["diff", "old", "new", "--bless"]);
+    let reported = desk.error(1, &["diff", "old", "new", "--bless"]);
     for part in ["`old/x.mcap` is now `new/x.mcap`", "`old/sub/y.mcap` is new", "`old/gone.mcap` stays"] {
-        assert!(told.contains(part), "{part}: {told}");
+        assert!(reported.contains(part), "{part}: {reported}");
     }
     for name in ["x", "sub/y"] {
         assert_eq!(bytes(&format!("old/{name}.mcap")), bytes("b.mcap"), "{name}");
@@ -186,7 +186,7 @@ fn a_folder_is_accepted_with_what_is_new_in_it() {
 }
 
 #[test]
-fn tolerances_that_fit_nothing_are_told() {
+fn tolerances_that_fit_nothing_are_reported() {
     let desk = desk();
     fs::write(
         desk.path("t.toml"),
@@ -195,9 +195,9 @@ fn tolerances_that_fit_nothing_are_told() {
     .expect("a file");
     let command = ["diff", "a.mcap", "b.mcap", "--abs", "1", "--tolerances", "t.toml"];
     let more = ["--tol", "/slice.valeus:abs=1", "--tol", "/slice.values:abs=1", "--ignore", "/not,/note"];
-    let told = desk.error(0, &[&command[..], &more[..]].concat());
-    let lines: Vec<&str> = told.lines().collect();
-    assert_eq!(lines.len(), 3, "{told}");
+    let reported = desk.error(0, &[&command[..], &more[..]].concat());
+    let lines: Vec<&str> = reported.lines().collect();
+    assert_eq!(lines.len(), 3, "{reported}");
     for part in [
         "`/not` (--ignore /not)",
         "`/slice.valeus` (--tol /slice.valeus:abs=1)",
@@ -205,15 +205,15 @@ fn tolerances_that_fit_nothing_are_told() {
     ] {
         assert!(
             lines.iter().any(|line| line.starts_with("warning: ") && line.contains(part)),
-            "{part}: {told}"
+            "{part}: {reported}"
         );
     }
     // what fits in one of several comparisons is no mistake
     let mut other = forge(60, 1);
     other.channels.retain(|channel| channel.topic == "/scalar");
     fs::write(desk.path("scalar.mcap"), other.write(plain())).expect("a file");
-    let told = desk.error(1, &["diff", "scalar.mcap", "scalar.mcap", "a.mcap", "--tol", "/note:abs=1"]);
-    assert_eq!(told, "");
+    let reported = desk.error(1, &["diff", "scalar.mcap", "scalar.mcap", "a.mcap", "--tol", "/note:abs=1"]);
+    assert_eq!(reported, "");
 }
 
 #[test]
@@ -231,8 +231,8 @@ fn selections_without_values_are_not_equal() {
         (&["--field", "inner"], "no field that was chosen has a value"),
         (&["--topic", "/note", "--ignore", "/note.*"], "no field that was chosen has a value"),
     ] {
-        let told = desk.error(2, &same(more));
-        assert!(told.starts_with("error: ") && told.contains(why), "{more:?}: {told}");
+        let reported = desk.error(2, &same(more));
+        assert!(reported.starts_with("error: ") && reported.contains(why), "{more:?}: {reported}");
         assert!(desk.text(2, &same(more)).starts_with("a.mcap -> same.mcap: NOT COMPARED\n"), "{more:?}");
         let json: Json =
             serde_json::from_str(&desk.text(2, &same(&[more, &["--json"]].concat()))).expect("JSON");
@@ -254,7 +254,7 @@ fn selections_without_values_are_not_equal() {
     fs::write(desk.path("long.mcap"), forge(120, 1).write(plain())).expect("a file");
     let text = desk.text(1, &["diff", "a.mcap", "long.mcap", "--from", "0.8"]);
     assert!(text.contains("40 messages only in the new recording, the first at step 80, time 0.8"), "{text}");
-    // all values are left out as not-a-number
+    // all values are left out as NaN
     let mut hollow = forge(60, 1);
     for (_, message) in &mut hollow.channel("/scalar").messages {
         message.set_field_by_name("force", Value::F64(f64::NAN));
@@ -327,18 +327,21 @@ fn no_two_of_ten_unrelated_recordings_are_equal() {
                 let output = desk.read(&[&["diff", &a, &b][..], more].concat());
                 let status = output.status.code();
                 assert!(matches!(status, Some(1 | 2)), "{i} and {j} {more:?}: {status:?}");
-                let (text, told) =
+                let (text, reported) =
                     (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
                 if status == Some(2) {
-                    assert!(text.contains("NOT COMPARED") && told.contains("error: "), "{i} and {j}: {told}");
+                    assert!(
+                        text.contains("NOT COMPARED") && reported.contains("error: "),
+                        "{i} and {j}: {reported}"
+                    );
                 } else {
                     assert!(text.contains("DIFFERENT"), "{i} and {j}: {text}");
                 }
             }
         }
     }
-    let told = desk.error(1, &["diff", &name(2), &name(3)]);
-    assert!(told.contains("have no time in common: times count from the start of each"), "{told}");
+    let reported = desk.error(1, &["diff", &name(2), &name(3)]);
+    assert!(reported.contains("have no time in common: times count from the start of each"), "{reported}");
     assert!(desk.error(2, &["diff", &name(5), &name(6), "--ignore", "*"]).contains("nothing was compared"));
     // to itself each is equal, if there is anything in it
     for i in 0..recordings.len() {
@@ -638,7 +641,7 @@ fn a_recording_is_followed_while_it_is_written() {
                 seen += 1;
             }
         }
-        reader.join().expect("it reads").expect("somebody listens");
+        reader.join().expect("it reads").expect("the test listens");
         seen += lines.iter().count();
         let output = child.wait_with_output().expect("it ends");
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));

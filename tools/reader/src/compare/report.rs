@@ -25,7 +25,7 @@ pub struct Comparison {
     pub damages: Vec<(PathBuf, Damage)>,
     /// Recordings that did not come to their planned end.
     pub partial: Vec<PathBuf>,
-    /// True if not everything was compared, because of [`Options::fail_fast`].
+    /// True if not everything was compared, because of [`super::Options::fail_fast`].
     pub stopped_early: bool,
     /// What was to be compared and could not be.
     pub gaps: Vec<Gap>,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mcap::records::Record;
 
-use super::{Attachment, Chunks, Metadata, Recording};
+use super::{Attachment, Metadata, Recording};
 use crate::{
     directory::{Directory, SHOWN, weight_of_entries},
     recording::{FileRecord, Limits, OpenError, Scan},
@@ -64,21 +64,7 @@ impl Recording {
     }
 
     fn empty(path: &Path, limits: Limits) -> Self {
-        Self {
-            path: path.into(),
-            profile: String::new(),
-            library: String::new(),
-            channels: Default::default(),
-            metadata: Vec::new(),
-            attachments: Vec::new(),
-            chunks: Chunks::default(),
-            span: None,
-            complete: false,
-            damages: Vec::new(),
-            refused: Vec::new(),
-            limits,
-            from_index: false,
-        }
+        Self { path: path.into(), limits, ..Self::default() }
     }
 
     /// From the summary, if it names every channel, all metadata and all attachments.
