@@ -5,9 +5,9 @@ use std::{io, path::PathBuf};
 use clap::Parser;
 use percuss::cli::{Arguments, Exit};
 use percuss_reader::{
+    channel::Channel,
     command::trace::{Align, Request, trace},
     messages::Recording,
-    overview::Channel,
     recording::Limits,
     slice::{Moment, moments, profile, slice},
     table::{Cell, Heading, Sink},
@@ -100,7 +100,6 @@ impl Sink for Columns {
 pub fn series(made: &Made, topic: &str, name: &str) -> Result<Points, Failure> {
     let request = Request {
         topics: vec![topic.parse().map_err(|error| Failure(format!("{topic}: {error}")))?],
-        every: 1,
         align: Align::Exact,
         ..Request::default()
     };

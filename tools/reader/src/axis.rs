@@ -3,7 +3,8 @@
 use percuss_picture::Side;
 
 use crate::{
-    overview::Channel,
+    channel::Channel,
+    convention,
     wire::{Layout, List, Values},
 };
 
@@ -27,7 +28,7 @@ impl Axis {
             return Self::Unknown;
         }
         let path = &layout.leaves[leaf].path;
-        let Some(text) = channel.metadata.get(&format!("axis.{path}")) else {
+        let Some(text) = channel.metadata.get(&convention::axis(path)) else {
             return Self::Unknown;
         };
         let prefix = path.rsplit_once('.').map_or(String::new(), |(prefix, _)| format!("{prefix}."));
@@ -62,6 +63,18 @@ impl Axis {
         }
     }
 
+    /// The arrays of a channel that are matrices.
+    pub(crate) fn matrices(channel: &Channel) -> impl Iterator<Item = usize> {
+        let layout = channel.layout.as_deref().into_iter();
+        let leaves = layout.flat_map(|layout| (0..layout.leaves.len()).map(move |leaf| (leaf, layout)));
+        leaves.filter(|(leaf, layout)| Self::of(*leaf, layout, channel).is_matrix()).map(|(leaf, _)| leaf)
+    }
+
+    /// True for rows and columns.
+    pub(crate) fn is_matrix(&self) -> bool {
+        matches!(self, Self::Matrix { .. })
+    }
+
     /// Names of the coordinates: `r0,dr` is `r`, lists of positions are radii; none without an axis.
     pub(crate) fn coordinates(&self) -> Vec<&str> {
         match self {
@@ -87,15 +100,15 @@ impl Axis {
         Some((values.lists[*start].number(0)?, values.lists[*step].number(0)?))
     }
 
-    /// The axis as it is in a message.
-    pub(crate) fn place(&self, values: &Values) -> Place<'_> {
+    /// Positions of the elements of an array in a message.
+    pub(crate) fn nodes(&self, values: &Values) -> Nodes<'_> {
         match self {
             Self::Uniform { .. } => match self.uniform(values) {
-                Some((start, step)) if step > 0.0 => Place::Uniform { start, step },
-                _ => Place::Unknown,
+                Some((start, step)) if step > 0.0 => Nodes::Uniform { start, step },
+                _ => Nodes::Unknown,
             },
-            Self::Listed(positions) => Place::Listed(positions),
-            Self::Matrix { .. } | Self::Unknown => Place::Unknown,
+            Self::Listed(positions) => Nodes::Listed(positions),
+            Self::Matrix { .. } | Self::Unknown => Nodes::Unknown,
         }
     }
 
@@ -117,15 +130,15 @@ pub(crate) struct Grid {
     pub(crate) columns: Side,
 }
 
-/// An axis with its numbers.
+/// The positions of the elements of an array in a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Place<'a> {
+pub(crate) enum Nodes<'a> {
     Uniform { start: f64, step: f64 },
     Listed(&'a [f64]),
     Unknown,
 }
 
-impl Place<'_> {
+impl Nodes<'_> {
     /// Position of an element, if it has one.
     pub(crate) fn position(&self, index: usize) -> Option<f64> {
         match self {
@@ -137,8 +150,8 @@ impl Place<'_> {
 }
 
 /// Value of an array at a position of its axis, as [`between`] has it.
-pub(crate) fn at(list: &List, place: Place<'_>, even: bool, position: f64) -> Option<f64> {
-    between(list.len(), place, even, position, |i| list.number(i))
+pub(crate) fn at(list: &List, nodes: Nodes<'_>, even: bool, position: f64) -> Option<f64> {
+    between(list.len(), nodes, even, position, |i| list.number(i))
 }
 
 /// Value of an array of `length` elements at a position of its axis.
@@ -148,18 +161,18 @@ pub(crate) fn at(list: &List, place: Place<'_>, even: bool, position: f64) -> Op
 /// first two. Nothing farther out, and nothing beside an element that is not there.
 pub(crate) fn between(
     length: usize,
-    place: Place<'_>,
+    nodes: Nodes<'_>,
     even: bool,
     position: f64,
     value: impl Fn(usize) -> Option<f64>,
 ) -> Option<f64> {
     // the share of the next element, which need not be there if it has none
-    let mixed = |i: usize, share: f64| {
+    let interpolated = |i: usize, share: f64| {
         let from = value(i)?;
         if share == 0.0 { Some(from) } else { Some(from + (value(i + 1)? - from) * share) }
     };
-    match place {
-        Place::Uniform { start, step } => {
+    match nodes {
+        Nodes::Uniform { start, step } => {
             let x = (position - start) / step;
             let last = length.checked_sub(1)? as f64;
             // half a step, and some room for rounding
@@ -172,17 +185,17 @@ pub(crate) fn between(
                 Some(p0 + (p1 - p0) * (position * position - r0 * r0) / (r1 * r1 - r0 * r0))
             } else {
                 let x = x.clamp(0.0, last);
-                mixed(x as usize, x - x.floor())
+                interpolated(x as usize, x - x.floor())
             }
         }
-        Place::Listed(positions) => {
+        Nodes::Listed(positions) => {
             if let Some(i) = positions.iter().position(|&p| p == position) {
                 return value(i);
             }
             let i = positions.windows(2).position(|pair| pair[0] < position && position < pair[1])?;
-            mixed(i, (position - positions[i]) / (positions[i + 1] - positions[i]))
+            interpolated(i, (position - positions[i]) / (positions[i + 1] - positions[i]))
         }
-        Place::Unknown => None,
+        Nodes::Unknown => None,
     }
 }
 
@@ -202,14 +215,14 @@ pub(crate) fn at_point(
     if height.checked_mul(width) != Some(list.len()) {
         return None;
     }
-    let place = |side: &Side| match side.step > 0.0 {
-        true => Place::Uniform { start: side.start, step: side.step },
-        false => Place::Unknown,
+    let nodes = |side: &Side| match side.step > 0.0 {
+        true => Nodes::Uniform { start: side.start, step: side.step },
+        false => Nodes::Unknown,
     };
     let element = |j: usize, i: usize| {
         if j < height && i < width { list.number(j * width + i) } else { Some(0.0) }
     };
-    between(rows.max(height), place(&grid.rows), false, row, |j| {
-        between(columns.max(width), place(&grid.columns), even, column, |i| element(j, i))
+    between(rows.max(height), nodes(&grid.rows), false, row, |j| {
+        between(columns.max(width), nodes(&grid.columns), even, column, |i| element(j, i))
     })
 }

@@ -1,9 +1,12 @@
-//! The command line: arguments, where output goes, errors and exit status.
+//! The command line: arguments, and which of them carries out what.
 
+mod align;
 mod cat;
+mod chosen;
 mod diff;
 mod export;
 mod info;
+mod outcome;
 mod output;
 mod plot;
 mod recover;
@@ -12,27 +15,12 @@ mod report;
 mod schema;
 mod trace;
 mod verify;
-mod window;
-
-use std::{
-    io::{self, IsTerminal, Write},
-    path::PathBuf,
-    process::ExitCode,
-};
 
 use clap::{Parser, Subcommand};
 
-use crate::{
-    command::{
-        cat::CatError, export::ExportError, plot::PlotError, recover::RecoverError, replay::ReplayError,
-        report::ReportError, schema::SchemaError, trace::TraceError,
-    },
-    compare::CompareError,
-    field::SelectionError,
-    recording::{Damage, Limits, OpenError},
-    slice::MomentError,
-    text::lines,
-};
+pub use outcome::{CliError, Exit, report};
+
+use crate::recording::Limits;
 use cat::CatArguments;
 use diff::DiffArguments;
 use export::ExportArguments;
@@ -123,85 +111,6 @@ enum Command {
     Schema(SchemaArguments),
 }
 
-/// How a command has ended without an error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Exit {
-    /// Done.
-    Done,
-    /// Done, and the answer is no: recordings differ, a recording is not sound.
-    No,
-    /// Done with loss: the file is damaged or cut off.
-    Loss,
-    /// There is no answer: what was asked for is not in what was read.
-    NoAnswer,
-}
-
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> Self {
-        match exit {
-            Exit::Done => Self::SUCCESS,
-            Exit::No => Self::from(1),
-            Exit::Loss => Self::from(3),
-            Exit::NoAnswer => Self::from(2),
-        }
-    }
-}
-
-/// Why a command has failed.
-#[derive(Debug, thiserror::Error)]
-pub enum CliError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// Tracing failed.
-    #[error(transparent)]
-    Trace(#[from] TraceError),
-    /// No picture.
-    #[error(transparent)]
-    Plot(#[from] PlotError),
-    /// Nothing recovered.
-    #[error(transparent)]
-    Recover(#[from] RecoverError),
-    /// Nothing replayed.
-    #[error(transparent)]
-    Replay(#[from] ReplayError),
-    /// No report.
-    #[error(transparent)]
-    Report(#[from] ReportError),
-    /// Nothing exported.
-    #[error(transparent)]
-    Export(#[from] ExportError),
-    /// No messages shown.
-    #[error(transparent)]
-    Cat(#[from] CatError),
-    /// No schema shown.
-    #[error(transparent)]
-    Schema(#[from] SchemaError),
-    /// A comparison could not be made.
-    #[error(transparent)]
-    Compare(#[from] CompareError),
-    /// Why there is no comparison.
-    #[error(transparent)]
-    NotCompared(Box<CliError>),
-    /// The command line asks for something that does not go together.
-    #[error("{0}")]
-    Usage(String),
-    /// The output exists.
-    #[error("`{}` exists; choose another output with -o, or overwrite it with --force", .0.display())]
-    Exists(PathBuf),
-    /// Output would go where the input is.
-    #[error("`{}` is the recording itself; choose another output with -o", .0.display())]
-    SameFile(PathBuf),
-    /// The output cannot be created or written.
-    #[error("cannot write `{}`: {error}", path.display())]
-    Output {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: io::Error,
-    },
-}
-
 impl Arguments {
     /// Carries out the command.
     ///
@@ -227,66 +136,4 @@ impl Arguments {
             }
         }
     }
-}
-
-/// Prints an error to stderr and returns its exit status.
-pub fn report(error: &CliError) -> ExitCode {
-    say(&format!("error: {error}"));
-    let misfit = |error: &TraceError| {
-        matches!(
-            error,
-            TraceError::UnknownTopic(_)
-                | TraceError::Selection(_)
-                | TraceError::Columns { .. }
-                | TraceError::TimeUnits { .. }
-        )
-    };
-    let status = match error {
-        CliError::Trace(error) | CliError::Plot(PlotError::Trace(error)) if misfit(error) => 2,
-        CliError::Plot(
-            PlotError::Nothing(_) | PlotError::Unfit(_) | PlotError::Moment(MomentError::Outside { .. }),
-        )
-        | CliError::Export(
-            ExportError::UnknownTopic(_)
-            | ExportError::NoAttachment { .. }
-            | ExportError::NoMatrix(_)
-            | ExportError::Several { .. }
-            | ExportError::Moment(MomentError::Outside { .. }),
-        )
-        | CliError::Cat(CatError::UnknownTopic(_))
-        | CliError::Schema(SchemaError::UnknownTopic(_))
-        | CliError::Replay(ReplayError::Empty { .. })
-        | CliError::Report(ReportError::NotPercuss(_))
-        | CliError::SameFile(_)
-        | CliError::Usage(_)
-        | CliError::NotCompared(_) => 2,
-        _ => 1,
-    };
-    ExitCode::from(status)
-}
-
-/// Says which fields of whole topics are left out.
-fn say_left_out(left_out: &[SelectionError]) {
-    for error in left_out {
-        say(&format!("note: left out: {error}"));
-    }
-}
-
-fn say(text: &str) {
-    // if even stderr is gone there is nobody left to tell
-    drop(writeln!(io::stderr(), "{}", lines(text)));
-}
-
-/// True if standard output is a terminal that wants colours.
-fn has_colour() -> bool {
-    let unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-    io::stdout().is_terminal() && !unwanted
-}
-
-fn loss(damages: &[(PathBuf, Damage)]) -> Exit {
-    for (path, damage) in damages {
-        let Damage { offset, bytes, reason } = damage;
-        say(&format!("warning: `{}`: {reason} (at byte {offset}, {bytes} bytes lost)", path.display()));
-    }
-    if damages.is_empty() { Exit::Done } else { Exit::Loss }
 }

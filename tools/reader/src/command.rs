@@ -1,4 +1,4 @@
-//! The verbs, one file each: from arguments to a result, printing left to [`crate::cli`].
+//! The verbs, one file each: from arguments to a result, printing left to the command line.
 
 use std::{
     fs::{File, OpenOptions},

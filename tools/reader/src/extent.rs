@@ -6,12 +6,12 @@ use percuss_picture::Side;
 
 use crate::{
     axis::{Axis, Grid},
-    field::MAX_COLUMNS,
+    channel::Channel,
     messages::Recording,
     nest::{Counts, Nest},
-    overview::Channel,
-    recording::{Next, OpenError},
-    wire::{COUNT, Layout, UNKNOWN, Values},
+    recording::OpenError,
+    table::MAX_COLUMNS,
+    wire::{Layout, Values},
 };
 
 /// The positions that an array reaches in any message.
@@ -27,7 +27,7 @@ pub struct Reach {
 
 impl Reach {
     fn of(side: Side) -> Option<Self> {
-        // not-a-number compares false
+        // NaN compares false
         let is_sound = side.step > 0.0 && side.length > 0 && side.start.is_finite();
         let (low, high) = (side.start - 0.5 * side.step, side.start + (side.length as f64 - 0.5) * side.step);
         (is_sound && high.is_finite()).then_some(Self { low, high, side })
@@ -96,11 +96,12 @@ impl Extents {
             }
         }
         let mut messages = recording.messages(ids.iter().copied(), None)?;
-        while let Next::Record(()) = messages.next(|message| {
+        messages.for_each(|message| -> Result<(), OpenError> {
             if let Some(survey) = surveys.get_mut(&message.channel) {
                 survey.take(message.data);
             }
-        })? {}
+            Ok(())
+        })?;
         let extents = surveys.into_iter().flat_map(|(id, survey)| {
             survey.arrays.into_iter().map(move |array| ((id, array.leaf), array.extent))
         });
@@ -143,7 +144,7 @@ impl<'a> Survey<'a> {
         };
         let is_array = |&leaf: &usize| {
             let leaf = &layout.leaves[leaf];
-            leaf.lists > 0 && leaf.path != UNKNOWN && !leaf.path.ends_with(COUNT)
+            leaf.lists > 0 && leaf.is_data()
         };
         let arrays = (0..layout.leaves.len()).filter(is_array).map(array);
         Self { layout, values: layout.values(), arrays: arrays.collect() }

@@ -1,8 +1,9 @@
 //! Reads MCAP recordings whose messages are protobuf: tables, pictures and comparisons of what is in them.
 //!
-//! The reader knows nothing of the program that wrote a recording. It decodes messages through the descriptors that
-//! are embedded in the file, and takes units and axes from the metadata of the channels, so it reads recordings of
-//! any version of percuss and any other protobuf MCAP file.
+//! The reader knows nothing of the solver. It decodes messages through the descriptors that are embedded in the file,
+//! and takes units and axes from the metadata of the channels, so it reads recordings of any version of percuss and any
+//! other protobuf MCAP file. What it knows of percuss's conventions (names of metadata, topics, fields and attachments)
+//! stands in one file, [`convention`], and nowhere else.
 //!
 //! ```text
 //! file -> recording::Scan -> messages::Recording, Messages -> wire::Layout, Values -+-> field::Column -> table::Sink
@@ -12,13 +13,14 @@
 //!
 //! | Module | Owns |
 //! |---|---|
-//! | [`recording`] | opening a file, limits, checksums, the index, records in the order of the file, stepping over damage |
+//! | [`recording`] | opening a file, limits, checksums, the index, records in the order of the file, skipping damage |
 //! | [`messages`] | a recording that is open: its channels, and the messages of some of them, by the index if there is one |
-//! | [`overview`] | channels and what else a recording says of itself |
-//! | [`wire`] | messages taken apart into typed lists, one per leaf of their type |
-//! | [`field`], `axis`, `nest` | fields of messages: names, units; positions on the axes of arrays and values between them; places in nested lists |
+//! | [`channel`], [`directory`] | what a channel is, and how the definitions of a file become channels |
+//! | [`convention`] | what the reader knows of percuss |
+//! | [`wire`] | messages decoded into typed lists, one per leaf of their type |
+//! | [`field`], `axis`, `nest` | fields of messages as columns; positions on the axes of arrays and values between them; elements of nested lists |
 //! | [`extent`] | how far arrays reach over all messages |
-//! | [`select`] | patterns of topics, the same for every verb |
+//! | [`select`] | patterns of topics and windows of times, the same for every verb |
 //! | [`mod@slice`] | arrays over their axis and matrices, at one time |
 //! | [`table`], [`mod@format`] | named columns with units, and what takes their rows: one file per output format |
 //! | [`timeline`] | messages by their log time, from any time on |
@@ -28,23 +30,25 @@
 //! | [`command`] | one file per verb |
 //! | [`cli`] | arguments, errors, exit status |
 //!
+//! A module uses only modules that do not use it: there are no circles among them.
+//!
 //! # Damage and limits
 //!
-//! Every checksum of what is read is verified, chunks before anything in them is used. A damaged part is stepped over,
-//! told, and makes the exit status 3. Where the index at the end of a file is sound, only chunks that hold what is asked
+//! Every checksum of what is read is verified, chunks before anything in them is used. A damaged part is skipped and
+//! reported, and makes the exit status 3. Where the index at the end of a file is sound, only chunks that hold what is asked
 //! for are read; `verify` and `info` always read everything. `--max-memory` caps what a file can make the reader take,
 //! with the shares of [`recording::Limits`]: what is kept is charged before it is allocated, with what it takes in memory,
-//! not in the file. What has no room is refused, and that is told: a record or chunk like a damaged one, a definition
+//! not in the file. What has no room is refused and reported: a record or chunk like a damaged one, a definition
 //! as one that is not known, a message as one that does not fit its schema (status 3; `verify`: not sound); a table, a picture
 //! or a comparison for which too much would have to wait is not made (status 1; `diff`: 2). Of several files side by side
 //! in a table or picture, each may take as much.
 //!
-//! Lengths inside a record are checked before it is parsed. Descriptor sets are looked through before they are parsed: those
+//! Lengths inside a record are checked before it is parsed. Descriptor sets are filtered before they are parsed: those
 //! of another syntax than proto2 and proto3, with public imports in circles, or with more than 65 536 elements are not
 //! sound. A type inside itself, nested deeper than 32, or beyond 10 000 fields is kept as bytes. Names from a file are shown with
-//! what could command a terminal escaped.
+//! terminal escapes made visible.
 //!
-//! Memory does not depend on the length of a recording. The exceptions say so: NumPy files begin with their lengths, so
+//! Memory does not depend on the length of a recording, with two exceptions: NumPy files begin with their lengths, so
 //! their columns are kept in memory, up to `--max-memory`; pictures keep the points of their curves, up to an eighth of it.
 //!
 //! # Channel metadata
@@ -60,24 +64,24 @@
 //! # How a comparison goes
 //!
 //! 1. Channels are paired by topic and message type, fields by name, then by number. What has no partner, has another
-//!    name, type, unit or axis is a difference, told before any number. Metadata records and attachments are compared
-//!    too, TOML key by key, but only for information: they say why numbers differ. `percuss.host` never takes part.
+//!    name, type, unit or axis is a difference, reported before any number. Metadata records and attachments are compared
+//!    too, TOML key by key, but only for information: they explain why numbers differ. `percuss.host` never takes part.
 //! 2. Messages are paired by step if equal steps are at equal times, else by exact time if more than half of them have
 //!    a partner, else the new recording is interpolated at the times of the reference, on the common window. The first
 //!    16 messages of a channel decide; `--align` does so for good. Recordings without any common time, as of wall clocks,
-//!    are compared from the start of each (`--align relative`), which is said; the fields that say when are left out
+//!    are compared from the start of each (`--align relative`), which is reported; the fields that hold the time are left out
 //!    then. Arrays on other axes are compared on the common range, interpolated linearly; the fields that describe the
 //!    axes are left out then, and so is `step` between messages.
-//! 3. Values are held against the first rule that fits `topic.field`, see [`compare::Tolerance`]; without a rule every bit
-//!    counts: −0 is not +0, and not-a-number is equal to the same bits only, unless more is asked for. Equal bits are
+//! 3. Values are checked against the first rule that fits `topic.field`, see [`compare::Tolerance`]; without a rule every bit
+//!    counts: −0 is not +0, and NaN is equal to the same bits only, unless more is asked for. Equal bits are
 //!    equal under any tolerance.
 //! 4. What was to be compared and could not be is never equal: a channel without common times, arrays without a common
 //!    part of their axes, a window or selection without any value. That is a verdict of its own, unless something else
 //!    is different.
 //!
-//! # From exodiff
+//! # Coming from exodiff?
 //!
-//! Who knows `exodiff` of SEACAS finds its options here:
+//! The options of `exodiff` of SEACAS correspond to these:
 //!
 //! | exodiff | percuss-read diff |
 //! |---|---|
@@ -90,11 +94,11 @@
 //! | `-file`, `-f` (command file) | `--tolerances FILE` (TOML), `--tol RULE` |
 //! | `-summary` (writes a command file with ranges) | peaks and ranges need no writing down: `peak_rel`, `range_rel` |
 //! | `-interpolate` | by itself where times differ; `--align linear`, `cubic`, `nearest` |
-//! | `-final_time_tolerance` | none: what lies outside the common window is counted and told |
-//! | `-TimeStepOffset`, `-T`, `-TA`, `-TM`, `-explicit` | `--align time`, `order` or `relative`; the best shift in time is told for every field that differs |
+//! | `-final_time_tolerance` | none: what lies outside the common window is counted and reported |
+//! | `-TimeStepOffset`, `-T`, `-TA`, `-TM`, `-explicit` | `--align time`, `order` or `relative`; the best shift in time is reported for every field that differs |
 //! | `-steps`, `-x`, `-exclude` | `--from`, `--to`, `--every` |
 //! | `-map`, `-m`, `-partial`, `-p`, `-match_ids`, `-match_file_order`, `-match_by_name`, `-nsmap`, `-ssmap`, `-no_nsmap`, `-no_ssmap`, `-dumpmap`, `-show_unmatched`, `-ignore_maps`, `-ignore_dups` | arrays have axes: different ones are brought together by position, the common range is compared |
-//! | `-norms`, `-l1norms`, `-l2norms` | always told; `--l2-rel` makes one a criterion |
+//! | `-norms`, `-l1norms`, `-l2norms` | always reported; `--l2-rel` makes one a criterion |
 //! | `-show_all_diffs` | counts, first, largest; every single one: `--write-diff` |
 //! | third file argument | `--write-diff FILE` |
 //! | `-quiet` | the exit status; `--summary` for a line per channel |
@@ -108,15 +112,17 @@
 //! | `-help`, `-Help`, `-version`, `-copyright` | `--help`, `--version`, the licence files |
 
 mod axis;
+pub mod channel;
 pub mod cli;
 pub mod command;
 pub mod compare;
+pub mod convention;
+pub mod directory;
 pub mod extent;
 pub mod field;
 pub mod format;
 pub mod messages;
 mod nest;
-pub mod overview;
 pub mod recording;
 pub mod select;
 pub mod slice;

@@ -1,7 +1,7 @@
 //! Where in a message a value stands: the elements of the lists on its way, and what is absent on it.
 //!
 //! The list of a leaf holds the values that are there, one after the other. Which of `joints[0].angle`, `joints[1].angle`
-//! a value is, the leaves beside it say that count, [`COUNT`]: how many elements a list has, whether an optional field is
+//! a value is, the leaves beside it that count, [`COUNT`], determine: how many elements a list has, whether an optional field is
 //! there. A value keeps its place so, whatever else is absent.
 
 use std::collections::{BTreeSet, HashMap};

@@ -1,8 +1,8 @@
 //! Opening a file and reading its records in order, with limits and checksums.
 //!
 //! [`Scan`] walks over the records of a file and unpacks its chunks; the parsing and unpacking is that of the `mcap`
-//! crate. Every checksum is verified, chunks before any message of theirs comes out. A damaged part is noted and
-//! stepped over: reading goes on with the next sound record, and [`Scan::damages`] tells what was lost. With the
+//! crate. Every checksum is verified, chunks before any message of theirs comes out. A damaged part is skipped and
+//! reported: reading goes on with the next sound record, and [`Scan::damages`] lists what was lost. With the
 //! [`Index`] at the end of a file, chunks that hold nothing of interest are not even read.
 
 mod budget;
@@ -17,9 +17,7 @@ use std::{
 
 pub(crate) use budget::Budget;
 pub use index::Index;
-pub(crate) use index::PREFIX;
-pub(crate) use parse::parse;
-pub use scan::{Found, Next, Scan, Source};
+pub use scan::{FileRecord, Scan, Source};
 
 /// Memory that reading may take, whatever a file claims.
 ///
@@ -27,11 +25,11 @@ pub use scan::{Found, Next, Scan, Source};
 /// |---|---|
 /// | 1/2 | a chunk, packed and unpacked: 1/4 each, [`Limits::record`] |
 /// | 1/8 | schemas, channels, metadata, the index: [`Limits::directory`] |
-/// | 1/8 | a message that is taken apart, and room for its lists to grow: [`Limits::values`] is half of that |
+/// | 1/8 | a decoded message, and room for its lists to grow: [`Limits::values`] is half of that |
 /// | 1/4 | what is kept of messages: rows that wait for others, points of curves, messages at chosen times |
 ///
 /// What is to be kept is charged before it is allocated, with what it takes in memory, not in the file; what has no room
-/// is refused, and that is told.
+/// is refused and reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// All of it \[bytes\].
@@ -68,7 +66,7 @@ impl Limits {
         self.share(8).max(LEAST_DIRECTORY)
     }
 
-    /// Memory of one message that is taken apart \[bytes\].
+    /// Memory of one decoded message \[bytes\].
     pub fn values(self) -> usize {
         self.share(16)
     }
@@ -98,7 +96,16 @@ pub fn seconds(log_time: u64) -> f64 {
     }
 }
 
-/// Why a file cannot be read at all.
+/// Log times of a window of times, with a nanosecond of room for rounding \[ns\].
+///
+/// * `rate`: log time that passes in a unit of these times \[s\]
+pub fn log_times(from: Option<f64>, to: Option<f64>, rate: f64) -> (u64, u64) {
+    let low = from.map_or(0, |from| (from * rate * 1e9).floor().max(1.0) as u64 - 1);
+    let high = to.map_or(u64::MAX, |to| ((to * rate * 1e9).ceil().max(0.0) as u64).saturating_add(1));
+    (low, high)
+}
+
+/// Why a file cannot be read at all, or not what is asked for.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// The system refuses.
@@ -112,6 +119,16 @@ pub enum OpenError {
     /// The file does not begin like an MCAP file.
     #[error("`{}` is not an MCAP file: it does not begin with the MCAP magic bytes", .0.display())]
     NotMcap(PathBuf),
+    /// There is no such topic.
+    #[error("`{}` has no topic `{topic}`; it has {known}", path.display())]
+    UnknownTopic {
+        /// The file.
+        path: PathBuf,
+        /// Topic or pattern asked for.
+        topic: String,
+        /// Topics that exist.
+        known: String,
+    },
     /// What has to be kept of the file has no room.
     #[error("`{}`: {what} take more memory than --max-memory allows; raise it, or choose less", path.display())]
     Memory {
@@ -134,7 +151,7 @@ impl OpenError {
 pub struct Damage {
     /// Where it begins \[bytes from the start of the file\].
     pub offset: u64,
-    /// How much was stepped over \[bytes\]; 0 if nothing was lost.
+    /// How much was skipped \[bytes\]; 0 if nothing was lost.
     pub bytes: u64,
     /// What is wrong there.
     pub reason: String,

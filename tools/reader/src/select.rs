@@ -1,8 +1,9 @@
 //! Which topics, which times, which of many messages: chosen alike by every verb.
 
+use clap::Args;
 use globset::{GlobBuilder, GlobMatcher};
 
-use crate::messages::Recording;
+use crate::{messages::Recording, recording::OpenError};
 
 /// A pattern of topics or fields: `*` stands for anything, `?` for one character, `[ab]` for one of some.
 #[derive(Clone, Debug)]
@@ -35,24 +36,47 @@ impl Pattern {
     }
 }
 
-/// There is no such topic.
-#[derive(Debug, thiserror::Error)]
-#[error("`{}` has no topic `{topic}`; it has {known}", file.display())]
-pub struct UnknownTopic {
-    /// Recording.
-    pub file: std::path::PathBuf,
-    /// Topic or pattern asked for.
-    pub topic: String,
-    /// Topics that exist.
-    pub known: String,
+/// A time; NaN is none.
+pub(crate) fn time(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok().filter(|number| !number.is_nan());
+    number.ok_or_else(|| "not a number".into())
 }
 
-/// Ids of the channels whose topics fit any of the patterns, in the order of the patterns.
+/// Which times, and which of many messages.
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
+pub struct Window {
+    /// First time, in the unit of the time column
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
+    pub from: Option<f64>,
+    /// Last time, in the unit of the time column
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
+    pub to: Option<f64>,
+    /// Every n-th message of that time
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub every: u64,
+}
+
+impl Window {
+    /// True if a time is not before the first or after the last.
+    pub fn holds(&self, time: f64) -> bool {
+        !(self.from.is_some_and(|from| time < from) || self.to.is_some_and(|to| time > to))
+    }
+
+    /// True if the message of a number, from 0, among those of the window is not one of every n-th; 0 means all, as 1 does.
+    pub fn leaves_out(&self, number: u64) -> bool {
+        !number.is_multiple_of(self.every.max(1))
+    }
+}
+
+/// Ids of the channels whose topics fit any of the patterns, in the order of the patterns; all if there are none.
 ///
 /// # Errors
 ///
-/// A pattern fits nothing.
-pub fn channels(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>, UnknownTopic> {
+/// A pattern fits no topic.
+pub fn channels(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>, OpenError> {
+    if patterns.is_empty() {
+        return Ok(recording.channels.keys().copied().collect());
+    }
     let mut ids = Vec::new();
     for pattern in patterns {
         let fitting = recording.channels.iter().filter(|(_, channel)| pattern.fits(&channel.topic));
@@ -68,8 +92,8 @@ pub fn channels(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>,
             let known: Vec<&str> =
                 recording.channels.values().map(|channel| channel.topic.as_str()).collect();
             let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-            let (file, topic) = (recording.path.clone(), pattern.text.clone());
-            return Err(UnknownTopic { file, topic, known });
+            let (path, topic) = (recording.path.clone(), pattern.text.clone());
+            return Err(OpenError::UnknownTopic { path, topic, known });
         }
     }
     Ok(ids)

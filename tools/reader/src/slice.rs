@@ -3,14 +3,15 @@
 use std::{collections::BTreeSet, path::PathBuf};
 
 use crate::{
-    axis::{Axis, Place, between},
+    axis::{Axis, Nodes, between},
+    channel::Channel,
+    convention,
     extent::Extent,
     messages::Recording,
     nest::{Counts, Nest},
-    overview::Channel,
-    recording::{Budget, Damage, Limits, Next, OpenError},
+    recording::{Budget, Damage, Limits, OpenError},
     table::Heading,
-    wire::{Misfit, Values},
+    wire::{DecodeError, Values},
 };
 
 use percuss_picture::Image;
@@ -94,7 +95,7 @@ impl Slice {
     }
 }
 
-/// A message that was taken apart.
+/// A decoded message.
 #[derive(Clone, Debug)]
 pub struct Moment {
     /// Time, of the field `time` or the log time in seconds.
@@ -125,7 +126,7 @@ pub enum MomentError {
     },
     /// The message nearest to a time cannot be decoded.
     #[error("the message of `{topic}` at time {time} does not fit its schema")]
-    Misfit {
+    SchemaMismatch {
         /// Topic.
         topic: String,
         /// Time of the message.
@@ -190,50 +191,38 @@ pub fn moments(
     let mut span = Span::default();
     let mut budget = Budget::new(recording.limits().kept());
     let memory = || OpenError::Memory { path: recording.path.clone(), what: "the messages at these times" };
-    loop {
-        let next = messages.next(|message| {
-            let time = channel.time_of(message.data, message.log_time);
-            span.add(time);
-            for (slot, &at) in nearest.iter_mut().zip(wanted) {
-                let is_nearer = match slot {
-                    Some((known, _)) if at.is_infinite() => time >= *known,
-                    Some((known, _)) => (time - at).abs() < (*known - at).abs(),
-                    None => true,
-                };
-                if is_nearer {
-                    budget.give_back(slot.take().map_or(0, |(_, bytes)| bytes.len()));
-                    if !budget.spend(message.data.len()) {
-                        return Err(memory());
-                    }
-                    *slot = Some((time, message.data.to_vec()));
+    messages.for_each(|message| {
+        let time = channel.time_of(message.data, message.log_time);
+        span.add(time);
+        for (slot, &at) in nearest.iter_mut().zip(wanted) {
+            let is_nearer = match slot {
+                Some((known, _)) if at.is_infinite() => time >= *known,
+                Some((known, _)) => (time - at).abs() < (*known - at).abs(),
+                None => true,
+            };
+            if is_nearer {
+                budget.give_back(slot.take().map_or(0, |(_, bytes)| bytes.len()));
+                if !budget.spend(message.data.len()) {
+                    return Err(memory());
                 }
+                *slot = Some((time, message.data.to_vec()));
             }
-            Ok(())
-        })?;
-        match next {
-            Next::Record(kept) => kept?,
-            Next::Pending | Next::End => break,
         }
-    }
+        Ok(())
+    })?;
     let topic = || channel.topic.clone();
-    for &time in times {
-        if let Some((first, last)) = span.excludes(time) {
-            return Err(MomentError::Outside {
-                file: recording.path.clone(),
-                topic: topic(),
-                time,
-                first,
-                last,
-            });
-        }
+    if let Some((time, (first, last))) = times.iter().find_map(|&time| Some((time, span.excludes(time)?))) {
+        return Err(MomentError::Outside { file: recording.path.clone(), topic: topic(), time, first, last });
     }
     let (mut moments, mut budget) = (Vec::new(), Budget::new(recording.limits().values()));
     for (time, bytes) in nearest.into_iter().flatten() {
         let mut values = layout.values();
         match layout.decode(&bytes, &mut values) {
             Ok(()) if budget.spend(values.weight()) => moments.push(Moment { time, values }),
-            Ok(()) | Err(Misfit::Memory) => return Err(memory().into()),
-            Err(Misfit::Schema) => return Err(MomentError::Misfit { topic: topic(), time }),
+            Ok(()) | Err(DecodeError::Memory) => return Err(memory().into()),
+            Err(DecodeError::SchemaMismatch) => {
+                return Err(MomentError::SchemaMismatch { topic: topic(), time });
+            }
         }
     }
     Ok((moments, messages.damages().to_vec()))
@@ -254,18 +243,15 @@ pub fn visit(
     let Some(layout) = &channel.layout else { return Ok(Vec::new()) };
     let mut messages = recording.messages([id], None)?;
     let mut count = 0_u64;
-    loop {
-        let next = messages.next(|message| {
-            count += 1;
-            let mut values = layout.values();
-            if (count - 1).is_multiple_of(every) && layout.decode(message.data, &mut values).is_ok() {
-                take(Moment { time: channel.time_of(message.data, message.log_time), values });
-            }
-        })?;
-        if !matches!(next, Next::Record(())) {
-            return Ok(messages.damages().to_vec());
+    messages.for_each(|message| -> Result<(), OpenError> {
+        count += 1;
+        let mut values = layout.values();
+        if (count - 1).is_multiple_of(every) && layout.decode(message.data, &mut values).is_ok() {
+            take(Moment { time: channel.time_of(message.data, message.log_time), values });
         }
-    }
+        Ok(())
+    })?;
+    Ok(messages.damages().to_vec())
 }
 
 fn unit_of_coordinate(channel: &Channel, axis: &str) -> Option<String> {
@@ -282,13 +268,13 @@ pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profil
     let layout = channel.layout.as_ref()?;
     let field = &layout.leaves[leaf];
     let axis = Axis::of(leaf, layout, channel);
-    if field.lists == 0 || !field.kind.is_number() || matches!(axis, Axis::Matrix { .. }) {
+    if field.lists == 0 || !field.kind.is_number() || axis.is_matrix() {
         return None;
     }
-    let place = axis.place(&moment.values);
+    let nodes = axis.nodes(&moment.values);
     let list = &moment.values.lists[leaf];
     let nest = Nest::of(layout, &Counts::of(layout), leaf);
-    let position = |i: usize| place.position(i).unwrap_or(i as f64);
+    let position = |i: usize| nodes.position(i).unwrap_or(i as f64);
     let points = if field.lists == 1 {
         let spot = nest.spot(&[None]);
         let point = |i: usize| Some((position(i), list.number(spot.rank(&moment.values, i)?)?));
@@ -331,7 +317,7 @@ pub fn slice(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Slice> {
         columns: grid.columns,
         units: [0, 1].map(|i: usize| unit_of_coordinate(channel, &coordinates[i])),
         coordinates,
-        even: channel.metadata.get(&format!("symmetry.{name}")).is_some_and(|symmetry| symmetry == "even"),
+        even: convention::is_even(&channel.metadata, &name),
         name,
         values,
     })
@@ -367,13 +353,13 @@ impl Slice {
             0 => (&self.rows, &self.columns, false),
             _ => (&self.columns, &self.rows, self.even),
         };
-        let place = Place::Uniform { start: across.start, step: across.step };
+        let nodes = Nodes::Uniform { start: across.start, step: across.step };
         let point = |i: usize| {
             let value = |k: usize| {
                 let (row, column) = if along == 0 { (k, i) } else { (i, k) };
                 self.values.get(row * width + column).copied()
             };
-            Some((over.at(i), between(across.length, place, even, position, value)?))
+            Some((over.at(i), between(across.length, nodes, even, position, value)?))
         };
         let points: Vec<(f64, f64)> = (0..over.length).filter_map(point).collect();
         (!points.is_empty()).then(|| Profile {

@@ -2,9 +2,15 @@
 
 use std::io;
 
+/// Largest number of columns an array is spread over.
+pub const MAX_COLUMNS: usize = 10_000;
+
+/// Largest number of columns of a table.
+pub(crate) const MAX_TABLE: usize = 1 << 18;
+
 /// What the cells of a column are, where they are not empty.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Kind {
+pub enum CellType {
     /// Double-precision numbers.
     #[default]
     Double,
@@ -28,7 +34,7 @@ pub struct Heading {
     /// Unit; `None` if unknown or a plain number.
     pub unit: Option<String>,
     /// What the cells are.
-    pub kind: Kind,
+    pub kind: CellType,
 }
 
 impl Heading {

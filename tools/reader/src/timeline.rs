@@ -1,5 +1,5 @@
-//! The messages of a recording by their log time, from any time on: chunk by chunk with the index, each chunk once its
-//! checksum has proved it sound.
+//! The messages of a recording by their log time, from any time on: chunk by chunk with the index, each chunk after its
+//! checksum is verified.
 
 use std::{
     cmp::Reverse,
@@ -10,9 +10,9 @@ use std::{
 use mcap::records::Record;
 use percuss_serve::Channel;
 
-use crate::recording::{Budget, Damage, Limits, Next, OpenError, Scan, Source};
+use crate::recording::{Budget, Damage, Limits, OpenError, Scan, Source};
 
-/// Chunks that are looked through for the last messages before a time.
+/// Chunks that are searched for the last messages before a time.
 const LOOK_BACK: usize = 16;
 
 /// A message and when it was.
@@ -207,7 +207,7 @@ impl Timeline {
                 };
                 (found.offset == chunk.offset, message)
             })?;
-            let Next::Record((true, message)) = next else { return Ok(events) };
+            let Some((true, message)) = next else { return Ok(events) };
             self.read += 1;
             let known = |event: &Event| self.channels.contains_key(&event.channel);
             if let Some(event) = message.filter(known).filter(&is_wanted) {

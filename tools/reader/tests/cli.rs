@@ -1,13 +1,10 @@
 //! The `percuss-read` program on recordings of other writers: made here with the `mcap` crate and dynamic messages.
 
-use std::{
-    collections::BTreeMap,
-    fs,
-    io::Cursor,
-    path::PathBuf,
-    process::{Command, Output, Stdio},
-};
+mod desk;
 
+use std::{collections::BTreeMap, fs, io::Cursor, process::Output};
+
+use desk::Desk;
 use mcap::{
     WriteOptions,
     records::{MessageHeader, Metadata},
@@ -20,7 +17,6 @@ use prost_reflect::{
         field_descriptor_proto::{Label, Type},
     },
 };
-use tempfile::TempDir;
 
 /// `message lab.Sample { double time = 1; float load = 2; repeated double strain = 3; double x0 = 4; double dx = 5; }`
 fn schema() -> FileDescriptorSet {
@@ -69,7 +65,7 @@ fn recording(options: WriteOptions) -> Vec<u8> {
     let bytes = schema.encode_to_vec();
     let pool = DescriptorPool::from_file_descriptor_set(schema).expect("a sound schema");
     let descriptor = pool.get_message_by_name("lab.Sample").expect("the message");
-    let mut writer = options.library("somebody else").create(Cursor::new(Vec::new())).expect("a writer");
+    let mut writer = options.library("another program").create(Cursor::new(Vec::new())).expect("a writer");
     let id = writer.add_schema("lab.Sample", "protobuf", &bytes).expect("a schema");
     let entries = [("unit.load", "N"), ("unit.time", "s"), ("axis.strain", "x0,dx")];
     let metadata = entries.into_iter().map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
@@ -86,32 +82,8 @@ fn recording(options: WriteOptions) -> Vec<u8> {
     writer.into_inner().into_inner()
 }
 
-struct Lab {
-    folder: TempDir,
-}
-
-impl Lab {
-    fn new(bytes: &[u8]) -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        fs::write(folder.path().join("a.mcap"), bytes).expect("a file");
-        Self { folder }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn read(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss-read"));
-        command.current_dir(self.folder.path()).args(arguments).stdin(Stdio::null());
-        command.output().expect("the program starts")
-    }
-
-    fn lines(&self, arguments: &[&str]) -> Vec<String> {
-        let output = self.read(arguments);
-        assert!(output.status.success(), "{}", stderr(&output));
-        String::from_utf8(output.stdout).expect("text").lines().map(str::to_owned).collect()
-    }
+fn lab_of(bytes: impl AsRef<[u8]>) -> Desk {
+    Desk::new(&[("a.mcap", bytes.as_ref().to_vec())])
 }
 
 fn stderr(output: &Output) -> String {
@@ -133,19 +105,19 @@ fn every_kind_of_container_is_read_alike() {
             .calculate_summary_section_crc(false),
         options().chunk_size(Some(64)),
     ];
-    let expected = Lab::new(&recording(options())).lines(&["trace", "a.mcap", "--topic", "/lab"]);
+    let expected = lab_of(recording(options())).lines(&["trace", "a.mcap", "--topic", "/lab"]);
     assert_eq!(expected.len(), 21);
     assert_eq!(expected[0], "time [s],load [N],strain[0],strain[1],strain[2]");
     assert_eq!(expected[4], "0.30000000000000004,0.3,30.0,31.0,32.0");
     for kind in kinds {
-        let lab = Lab::new(&recording(kind));
+        let lab = lab_of(recording(kind));
         assert_eq!(lab.lines(&["trace", "a.mcap", "--topic", "/lab"]), expected);
     }
 }
 
 #[test]
 fn fields_positions_and_times_are_chosen() {
-    let lab = Lab::new(&recording(WriteOptions::new()));
+    let lab = lab_of(recording(WriteOptions::new()));
     let trace =
         |arguments: &[&str]| lab.lines(&[&["trace", "a.mcap", "--topic", "/lab"], arguments].concat());
     let rows = trace(&["--at", "x=0.5,1.25", "--from", "0.45", "--to", "1.05", "--every", "3"]);
@@ -158,7 +130,7 @@ fn fields_positions_and_times_are_chosen() {
 
 #[test]
 fn output_files_are_kept_unless_forced() {
-    let lab = Lab::new(&recording(WriteOptions::new()));
+    let lab = lab_of(recording(WriteOptions::new()));
     let trace = |arguments: &[&str]| lab.read(&[&["trace", "a.mcap", "--topic", "/lab"], arguments].concat());
     assert!(trace(&["-o", "out.jsonl"]).status.success());
     let text = fs::read_to_string(lab.path("out.jsonl")).expect("the output");
@@ -175,13 +147,13 @@ fn output_files_are_kept_unless_forced() {
 
 #[test]
 fn info_tells_what_is_there() {
-    let lab = Lab::new(&recording(WriteOptions::new()));
+    let lab = lab_of(recording(WriteOptions::new()));
     let output = lab.read(&["info", "a.mcap", "--json"]);
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(json["version"], 2);
     assert_eq!(json["complete"], true);
     assert_eq!(json["percuss"], false);
-    assert_eq!(json["library"], "somebody else");
+    assert_eq!(json["library"], "another program");
     assert_eq!(json["messages"], 20);
     assert_eq!(json["end_ns"], 19_000_000);
     let channels = json["channels"].as_array().expect("a list");
@@ -197,9 +169,9 @@ fn info_tells_what_is_there() {
 #[test]
 fn damage_is_found_and_what_comes_before_is_read() {
     let bytes = recording(WriteOptions::new().chunk_size(Some(256)).compression(None));
-    let whole = Lab::new(&bytes).lines(&["trace", "a.mcap", "--topic", "/lab"]);
-    // cut off: rows of whole chunks are there, and the loss is told
-    let lab = Lab::new(&bytes[..bytes.len() / 2]);
+    let whole = lab_of(&bytes).lines(&["trace", "a.mcap", "--topic", "/lab"]);
+    // cut off: rows of whole chunks are there, and the loss is reported
+    let lab = lab_of(&bytes[..bytes.len() / 2]);
     let output = lab.read(&["trace", "a.mcap", "--topic", "/lab"]);
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     let rows: Vec<String> = String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect();
@@ -214,7 +186,7 @@ fn damage_is_found_and_what_comes_before_is_read() {
         bytes.windows(text.len()).position(|window| window == text).expect("the schema") + 1000;
     let mut spoiled = bytes.clone();
     spoiled[after_schema] ^= 1;
-    let output = Lab::new(&spoiled).read(&["trace", "a.mcap", "--topic", "/lab"]);
+    let output = lab_of(spoiled).read(&["trace", "a.mcap", "--topic", "/lab"]);
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     assert!(stderr(&output).contains("CRC"), "{}", stderr(&output));
     let rows = String::from_utf8_lossy(&output.stdout).lines().count();
@@ -223,7 +195,7 @@ fn damage_is_found_and_what_comes_before_is_read() {
 
 #[test]
 fn files_that_are_no_recordings() {
-    let lab = Lab::new(b"not a recording at all");
+    let lab = lab_of(b"not a recording at all");
     for verb in ["info", "trace"] {
         let output = lab.read(&[verb, "a.mcap"]);
         assert_eq!(output.status.code(), Some(1));
@@ -254,8 +226,8 @@ fn files_that_are_no_recordings() {
 }
 
 #[test]
-fn misfits_are_usage_errors() {
-    let lab = Lab::new(&recording(WriteOptions::new()));
+fn mismatches_are_usage_errors() {
+    let lab = lab_of(recording(WriteOptions::new()));
     for (arguments, expected) in [
         (&["--topic", "/none"] as &[&str], "/lab"),
         (&["--topic", "/lab", "--field", "stress"], "strain"),

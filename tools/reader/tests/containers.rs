@@ -12,8 +12,8 @@ use mcap::records::Record;
 use percuss_reader::{
     command::{trace, verify::verify},
     messages::Recording,
-    overview::Overview,
-    recording::{Limits, Next, Scan},
+    recording::{Limits, Scan},
+    select::Window,
     table::{Cell, Heading, Sink},
 };
 
@@ -252,11 +252,11 @@ fn check(path: &Path, content: Content, what: &str) {
     let report = verify(path, limits).expect("a file");
     assert!(report.is_sound(), "{what}: {:?}", report.problems);
     assert_eq!(report.messages, u64::from(content.messages), "{what}");
-    let overview = Overview::read(path, limits).expect("a file");
-    assert!(overview.complete, "{what}: {:?}", overview.damages);
+    let read = Recording::read(path, limits).expect("a file");
+    assert!(read.complete, "{what}: {:?}", read.damages);
     let recording = Recording::open(path, limits).expect("a file");
     for (channels, metadata, attachments) in [
-        (&overview.channels, &overview.metadata, &overview.attachments),
+        (&read.channels, &read.metadata, &read.attachments),
         (&recording.channels, &recording.metadata, &recording.attachments),
     ] {
         assert_eq!(channels.len(), usize::from(content.messages > 0), "{what}");
@@ -269,11 +269,8 @@ fn check(path: &Path, content: Content, what: &str) {
         assert_eq!(attachment.as_deref(), Some(&[7, 8, 9][..]), "{what}");
     }
     if content.schema {
-        let request = trace::Request {
-            topics: vec!["/scalar".parse().expect("a topic")],
-            every: 1,
-            ..trace::Request::default()
-        };
+        let request =
+            trace::Request { topics: vec!["/scalar".parse().expect("a topic")], ..trace::Request::default() };
         let mut rows = Rows::default();
         trace::trace(&[path.to_path_buf()], &request, limits, &mut rows).expect("a trace");
         assert_eq!(rows.0.len() as u32, content.messages, "{what}");
@@ -320,7 +317,11 @@ fn only_chunks_that_hold_the_topic_are_read() {
     fs::write(&path, &bytes).expect("a file");
     let run = |topic: &str, from: Option<f64>| {
         let topics = vec![topic.parse().expect("a topic")];
-        let request = trace::Request { topics, from, every: 1, ..trace::Request::default() };
+        let request = trace::Request {
+            topics,
+            window: Window { from, ..Window::default() },
+            ..trace::Request::default()
+        };
         let mut rows = Rows::default();
         let outcome = trace::trace(std::slice::from_ref(&path), &request, Limits::default(), &mut rows)
             .expect("a trace");
@@ -345,18 +346,17 @@ fn a_growing_file_is_read_to_its_last_whole_chunk_and_on() {
     let mut scan = Scan::open(&path, Limits::default()).expect("a file");
     scan.follow();
     let (mut first, mut rest) = (0, 0);
-    let count = |seen: &mut u32, scan: &mut Scan| loop {
-        match scan.next(|found| matches!(found.record, Record::Message { .. })).expect("a record") {
-            Next::Record(is_message) => *seen += u32::from(is_message),
-            other => return other,
-        }
+    let count = |seen: &mut u32, scan: &mut Scan| {
+        let each = scan.for_each(|found| *seen += u32::from(matches!(found.record, Record::Message { .. })));
+        each.expect("records");
+        scan.is_over()
     };
-    assert_eq!(count(&mut first, &mut scan), Next::Pending);
+    assert!(!count(&mut first, &mut scan));
     assert!(first > 100 && scan.damages().is_empty());
-    assert_eq!(count(&mut first, &mut scan), Next::Pending, "there is nothing new");
+    assert!(!count(&mut first, &mut scan), "there is nothing new");
     let mut all = fs::OpenOptions::new().append(true).open(&path).expect("the file");
     std::io::Write::write_all(&mut all, &bytes[bytes.len() / 2..]).expect("the rest");
-    assert_eq!(count(&mut rest, &mut scan), Next::End);
+    assert!(count(&mut rest, &mut scan));
     assert_eq!(first + rest, 400 + 400 + 40 + 16);
     assert!(scan.damages().is_empty());
 }

@@ -16,7 +16,7 @@ use mcap::{Compression, WriteOptions};
 use percuss_reader::{
     command::{recover::recover, verify::verify_scan},
     messages::Recording,
-    recording::{Limits, Next, Scan},
+    recording::{Limits, OpenError, Scan},
 };
 use raw::{channel, chunk, file, folder, message, record, run, schema, text, varint};
 use tempfile::TempDir;
@@ -42,7 +42,7 @@ fn scan(bytes: Vec<u8>) -> Option<Scan> {
     Scan::of(Box::new(Cursor::new(bytes)), Path::new("a.mcap"), Limits { memory: 64 << 20 }).ok()
 }
 
-/// True if a file is told to be sound.
+/// True if a file is reported to be sound.
 fn is_sound(bytes: Vec<u8>) -> bool {
     let Some(scan) = scan(bytes) else { return false };
     verify_scan(scan, Limits { memory: 64 << 20 }).expect("no error of the system").is_sound()
@@ -52,9 +52,8 @@ fn is_sound(bytes: Vec<u8>) -> bool {
 fn content(bytes: Vec<u8>) -> (u64, bool) {
     let Some(mut scan) = scan(bytes) else { return (0, false) };
     let mut hasher = DefaultHasher::new();
-    while scan.next(|found| format!("{:?}", found.record).hash(&mut hasher)).expect("no error of the system")
-        != Next::End
-    {}
+    let each = scan.for_each(|found| format!("{:?}", found.record).hash(&mut hasher));
+    each.expect("no error of the system");
     (hasher.finish(), scan.is_complete())
 }
 
@@ -92,14 +91,16 @@ fn messages(path: &Path) -> Vec<(u16, u64, Vec<u8>)> {
     let recording = Recording::open(path, Limits::default()).expect("a recording");
     let mut messages = recording.messages(recording.channels.keys().copied(), None).expect("messages");
     let mut all = Vec::new();
-    while messages.next(|m| all.push((m.channel, m.log_time, m.data.to_vec()))).expect("messages")
-        != Next::End
-    {}
+    let each = messages.for_each(|message| -> Result<(), OpenError> {
+        all.push((message.channel, message.log_time, message.data.to_vec()));
+        Ok(())
+    });
+    each.expect("messages");
     all
 }
 
 #[test]
-fn what_is_sound_is_recovered_and_what_is_lost_is_told() {
+fn what_is_sound_is_recovered_and_what_is_lost_is_reported() {
     let mut dice = Dice(11);
     for (round, file) in files().iter().cycle().take(60).enumerate() {
         let mut spoiled = file.clone();
@@ -113,7 +114,7 @@ fn what_is_sound_is_recovered_and_what_is_lost_is_told() {
         let target = folder.path().join("recovered.mcap");
         let output = fs::File::create(&target).expect("a file");
         let recovered = recover(&path, output, Limits::default()).expect("a recovered file");
-        assert!(!recovered.lost.is_empty(), "round {round}: the loss is told");
+        assert!(!recovered.lost.is_empty(), "round {round}: the loss is reported");
         let bytes = fs::read(&target).expect("the recovered file");
         assert!(is_sound(bytes), "round {round}: the recovered file is sound");
         // everything in it was in the original; chunks are lost as wholes

@@ -9,9 +9,10 @@ use forge::{Dice, Forged, forge, plain, time};
 use mcap::{Compression, WriteOptions};
 use percuss_reader::{
     command::diff::{Verdict, verdict},
-    compare::{Comparison, Kind, Mode, NotANumber, Options, Rules, compare},
+    compare::{Comparison, Difference, Mode, NanRule, Options, Rules, compare},
     messages::Recording,
     recording::Limits,
+    select::Window,
 };
 use prost_reflect::Value;
 use tempfile::TempDir;
@@ -54,12 +55,12 @@ fn first(comparison: &Comparison) -> Option<(u64, String)> {
     Some((divergence.place.step?, name))
 }
 
-/// What a mutation should be told as.
+/// What a mutation should be reported as.
 enum Expected {
     /// First difference at a step and element.
     At(u64, String),
     /// A message without counterpart at a step of a topic.
-    Alone(u64, &'static str),
+    Unmatched(u64, &'static str),
     /// A finding of structure on topic.field.
     Structure(String),
     /// The sign of a zero at a step of /profile.p[3]: all bits count, the number is the same.
@@ -140,7 +141,7 @@ fn mutate(recording: &mut Forged, dice: &mut Dice) -> Expected {
             let at = dice.below(channel.messages.len());
             let (_, message) = channel.messages.remove(at);
             let step = message.get_field_by_name("step").expect("a step").as_u64().expect("a number");
-            Expected::Alone(step, topic)
+            Expected::Unmatched(step, topic)
         }
         5 => {
             let (message, topic) = [(0, "/scalar"), (1, "/profile")][dice.below(2)];
@@ -226,21 +227,21 @@ fn five_hundred_mutations_are_found_and_located() {
                 assert_eq!(verdict(&comparison), Verdict::Different, "round {round}: {name}");
                 assert_eq!(first(&comparison), Some((step, name)), "round {round}");
             }
-            Expected::Alone(step, topic) => {
+            Expected::Unmatched(step, topic) => {
                 assert_eq!(verdict(&comparison), Verdict::Different, "round {round}: {topic}");
                 let channel =
                     comparison.channels.iter().find(|channel| channel.topic == topic).expect("the channel");
                 assert_eq!((channel.only_a, channel.only_b), (1, 0), "round {round}: {topic}");
-                let (place, in_a) = channel.first_alone.as_ref().expect("a place");
+                let (place, in_a) = channel.first_unmatched.as_ref().expect("a place");
                 assert_eq!((place.step, *in_a), (Some(step), true), "round {round}: {topic}");
             }
             Expected::Structure(name) => {
                 assert_eq!(verdict(&comparison), Verdict::Different, "round {round}: {name}");
-                let told = |finding: &percuss_reader::compare::Finding| {
+                let reported = |finding: &percuss_reader::compare::Finding| {
                     format!("{}.{}", finding.topic, finding.field.clone().unwrap_or_default()) == name
                 };
                 assert!(
-                    comparison.structure.iter().any(told),
+                    comparison.structure.iter().any(reported),
                     "round {round}: {name}, {:?}",
                     comparison.structure
                 );
@@ -298,13 +299,17 @@ fn not_a_number_is_the_same_bits() {
     let other = holding(f64::NAN.to_bits() | 5);
     let strict = desk.forged(&a, &other, &Options::default());
     assert_eq!((verdict(&strict), first(&strict)), (Verdict::Different, Some((7, "/scalar.force".into()))));
-    let told = strict.first(false).map(|(_, _, divergence)| (divergence.a.clone(), divergence.b.clone()));
-    assert_ne!(told.as_ref().map(|told| &told.0), told.as_ref().map(|told| &told.1), "told apart: {told:?}");
-    let asked = desk.forged(&a, &other, &Options { nan: NotANumber::EqualsItself, ..Options::default() });
+    let reported = strict.first(false).map(|(_, _, divergence)| (divergence.a.clone(), divergence.b.clone()));
+    assert_ne!(
+        reported.as_ref().map(|reported| &reported.0),
+        reported.as_ref().map(|reported| &reported.1),
+        "distinguished: {reported:?}"
+    );
+    let asked = desk.forged(&a, &other, &Options { nan: NanRule::EqualsItself, ..Options::default() });
     assert_eq!(verdict(&asked), Verdict::Equal);
     // against a number it differs still, unless it stands for no value
     let whole = forge(30, 1);
-    let [strict, skipped] = [NotANumber::EqualsItself, NotANumber::Skipped]
+    let [strict, skipped] = [NanRule::EqualsItself, NanRule::Skipped]
         .map(|nan| desk.forged(&whole, &a, &Options { nan, ..Options::default() }));
     assert_eq!(first(&strict), Some((7, "/scalar.force".into())));
     assert_eq!(verdict(&skipped), Verdict::Equal);
@@ -345,7 +350,7 @@ fn tolerances_apply_to_what_they_name() {
 }
 
 #[test]
-fn a_late_series_is_told_as_late() {
+fn a_late_series_is_reported_as_late() {
     let desk = Desk::new();
     let (a, mut b) = (forge(120, 3), forge(120, 3));
     let force = |step: u64| (3.0 * time(step)).sin();
@@ -408,12 +413,16 @@ fn other_times_and_meshes_are_interpolated() {
     assert_eq!(verdict(&linear), Verdict::Within, "{:?}", linear.structure);
     let profile = linear.channels.iter().find(|channel| channel.topic == "/profile").expect("the channel");
     assert_eq!(profile.alignment.mode, Some(Mode::Linear));
-    assert!(profile.alignment.by_itself && profile.axes_differ);
+    assert!(profile.alignment.automatic && profile.axes_differ);
     // the fine recording ends at 139 · 0.007 = 0.973
     assert_eq!((profile.compared, profile.outside), (49, [1, 0]));
     let reversed = desk.forged(&fine, &coarse, &loose(None));
     let profile = reversed.channels.iter().find(|channel| channel.topic == "/profile").expect("the channel");
-    assert_eq!((profile.compared, profile.outside), (140, [0, 1]), "what is left of the new one is told too");
+    assert_eq!(
+        (profile.compared, profile.outside),
+        (140, [0, 1]),
+        "what is left of the new one is reported too"
+    );
     let (by_linear, by_cubic, by_nearest) = (
         worst(&linear, "/scalar", "force"),
         worst(&desk.forged(&coarse, &fine, &loose(Some(Mode::Cubic))), "/scalar", "force"),
@@ -489,11 +498,11 @@ fn schemas_of_different_versions_are_aligned() {
             prost_reflect::DynamicMessage::decode(descriptor.clone(), bytes.as_slice()).expect("a message");
     }
     let comparison = desk.forged(&a, &b, &Options::default());
-    let kinds: Vec<(Option<&str>, &Kind)> =
-        comparison.structure.iter().map(|finding| (finding.field.as_deref(), &finding.kind)).collect();
-    assert!(kinds.contains(&(Some("load"), &Kind::Renamed("weight".into()))), "{kinds:?}");
-    assert!(kinds.contains(&(Some("flag"), &Kind::Missing)), "{kinds:?}");
-    assert!(kinds.contains(&(Some("extra"), &Kind::Extra)), "{kinds:?}");
+    let kinds: Vec<(Option<&str>, &Difference)> =
+        comparison.structure.iter().map(|finding| (finding.field.as_deref(), &finding.difference)).collect();
+    assert!(kinds.contains(&(Some("load"), &Difference::Renamed("weight".into()))), "{kinds:?}");
+    assert!(kinds.contains(&(Some("flag"), &Difference::Missing)), "{kinds:?}");
+    assert!(kinds.contains(&(Some("extra"), &Difference::Extra)), "{kinds:?}");
     let scalar = comparison.channels.iter().find(|channel| channel.topic == "/scalar").expect("the channel");
     assert!(scalar.fields.iter().all(|field| field.within), "what both have agrees");
     let ignoring =
@@ -502,15 +511,19 @@ fn schemas_of_different_versions_are_aligned() {
 }
 
 #[test]
-fn what_the_case_says_differently_is_told() {
+fn what_the_case_says_differently_is_reported() {
     let desk = Desk::new();
     let a = forge(30, 5);
     let mut b = a.clone();
     b.attachments[0].1 = b"seed = 6\nsteps = 30\n[mesh]\ncells = 4\n".to_vec();
     b.metadata[0].1.insert("who".into(), "you".into());
     let comparison = desk.forged(&a, &b, &Options::default());
-    assert_eq!(verdict(&comparison), Verdict::Equal, "provenance is told, and is no difference of numbers");
-    let told: Vec<String> = comparison
+    assert_eq!(
+        verdict(&comparison),
+        Verdict::Equal,
+        "provenance is reported, and is no difference of numbers"
+    );
+    let reported: Vec<String> = comparison
         .provenance
         .iter()
         .map(|change| format!("{} {} {:?} {:?}", change.place, change.key, change.a, change.b))
@@ -520,7 +533,7 @@ fn what_the_case_says_differently_is_told() {
         "case.toml mesh.cells None Some(\"4\")",
         "case.toml seed Some(\"5\") Some(\"6\")",
     ];
-    assert_eq!(told, expected);
+    assert_eq!(reported, expected);
 }
 
 #[test]
@@ -633,7 +646,7 @@ fn wall_clocks_are_compared_from_the_start_of_each_recording() {
         assert!((start_a - 1_700_000_000.123_456_8).abs() < 1e-6, "{start_a}");
         assert!((start_b - start_a - 86_400.0).abs() < 1e-6, "{start_b}");
     }
-    // where they differ is told from the start
+    // where they differ is reported from the start
     let changed = desk.forged(&a, &wall(5, Some(100), 200), &Options::default());
     assert_eq!(verdict(&changed), Verdict::Different);
     let (topic, _, divergence) = changed.first(true).expect("a difference");
@@ -643,7 +656,8 @@ fn wall_clocks_are_compared_from_the_start_of_each_recording() {
     assert_eq!(verdict(&more), Verdict::Different);
     assert_eq!((channel(&more, "/place").only_a, channel(&more, "/place").only_b), (0, 1));
     // the window counts from the start too
-    let options = Options { from: Some(0.295), to: Some(0.335), ..Options::default() };
+    let options =
+        Options { window: Window { from: Some(0.295), to: Some(0.335), every: 1 }, ..Options::default() };
     let window = desk.forged(&a, &wall(5, Some(150), 200), &options);
     assert_eq!((verdict(&window), channel(&window, "/scalar").compared), (Verdict::Equal, 4));
     // all channels have the same start: one that is late stays late
@@ -689,8 +703,11 @@ fn what_has_no_time_in_common_is_not_equal() {
     let (a, b) = (half(0), half(500_000_000));
     let comparison = desk.forged(&a, &b, &Options::default());
     assert_eq!(verdict(&comparison), Verdict::NotCompared);
-    let told: Vec<String> = comparison.gaps.iter().map(ToString::to_string).collect();
-    assert!(told.len() == 1 && told[0].starts_with("`/place`: no time in common: 5 messages"), "{told:?}");
+    let reported: Vec<String> = comparison.gaps.iter().map(ToString::to_string).collect();
+    assert!(
+        reported.len() == 1 && reported[0].starts_with("`/place`: no time in common: 5 messages"),
+        "{reported:?}"
+    );
     // a difference elsewhere is certain all the same
     let mut c = b.clone();
     c.channel("/scalar").messages[7].1.set_field_by_name("force", Value::F64(7.0));
@@ -731,8 +748,8 @@ fn arrays_without_a_common_part_are_not_equal() {
             let options = Options { mode, ..rules(&["*:abs=100"]) };
             let comparison = desk.forged(&a, &at(topic, start, 50.0), &options);
             assert_eq!(verdict(&comparison), Verdict::NotCompared, "{topic}");
-            let told = comparison.gaps[0].to_string();
-            assert!(told.starts_with(&format!("`{topic}.{field}`: the axes")), "{told}");
+            let reported = comparison.gaps[0].to_string();
+            assert!(reported.starts_with(&format!("`{topic}.{field}`: the axes")), "{reported}");
             let near = desk.forged(&a, &at(topic, start, 0.075), &options);
             assert_eq!(verdict(&near), Verdict::Within, "{topic}: {:?}", near.gaps);
         }
@@ -740,7 +757,7 @@ fn arrays_without_a_common_part_are_not_equal() {
 }
 
 #[test]
-fn bytes_are_compared_or_alone() {
+fn bytes_are_compared_or_unmatched() {
     let desk = Desk::new();
     let plain_text = |times: &[u64], content: &str| {
         let mut writer = plain().library("x").create(std::io::Cursor::new(Vec::new())).expect("a writer");

@@ -73,12 +73,12 @@ fn messages_that_unpack_to_very_many_things() {
         let bytes = of_note(&data);
         assert!(bytes.len() < 100_000, "{what}: {}", bytes.len());
         let is_bytes = what.ends_with("itself");
-        let told = "a message of `/note` at log time 0 unpacks to more than --max-memory allows";
+        let reported = "a message of `/note` at log time 0 unpacks to more than --max-memory allows";
         let expected: &[Expected<'_>] = match is_bytes {
             // kept as bytes by all that only measure
             true => &[("verify", 0, "sound"), ("cat", 0, "{\"bytes\":")],
             false => &[
-                ("verify", 1, told),
+                ("verify", 1, reported),
                 ("trace", 3, "--max-memory"),
                 ("cat", 0, "{\"bytes\":"),
                 ("recover", 0, "1 messages"),
@@ -156,13 +156,13 @@ fn types_that_unfold_without_end() {
 
     let mut editions = file_of("e.proto", vec![type_of("A", vec![field("x", 1, Type::Double, None)])]);
     editions.syntax = Some("editions".into());
-    let told = [("verify", 1, "`editions`"), ("info", 0, "messages are not decoded")];
-    check("an unknown syntax", &of_schema("A", &set(vec![editions])), &told);
+    let reported = [("verify", 1, "`editions`"), ("info", 0, "messages are not decoded")];
+    check("an unknown syntax", &of_schema("A", &set(vec![editions])), &reported);
 
     let mut circle = file_of("c.proto", vec![type_of("A", vec![])]);
     (circle.dependency, circle.public_dependency) = (vec!["c.proto".into()], vec![0]);
-    let told = [("verify", 1, "circles"), ("info", 0, "messages are not decoded")];
-    check("a file that hands itself on", &of_schema("A", &set(vec![circle])), &told);
+    let reported = [("verify", 1, "circles"), ("info", 0, "messages are not decoded")];
+    check("a file that hands itself on", &of_schema("A", &set(vec![circle])), &reported);
 }
 
 #[test]
@@ -171,9 +171,10 @@ fn summaries_of_very_many_definitions() {
     let data =
         [schema(1, "lab.Note", &set(vec![forge::file()])), channel(1, 1, "/note", &[]), message(1, &[])];
     let repeated = |one: &dyn Fn(u16) -> Vec<u8>| (0..MANY).flat_map(|i| one(i as u16)).collect::<Vec<u8>>();
-    let told = [("info", 3, "--max-memory"), ("verify", 1, "--max-memory"), ("recover", 3, "--max-memory")];
+    let reported =
+        [("info", 3, "--max-memory"), ("verify", 1, "--max-memory"), ("recover", 3, "--max-memory")];
     let channels = whole(&data, &repeated(&|id| channel(id, 0, "/t", &[])));
-    check("channels in the summary", &channels, &told);
+    check("channels in the summary", &channels, &reported);
     let schemas = whole(&data, &repeated(&|id| schema(id.max(1), "", &[])));
     check("schemas in the summary", &schemas, &[("verify", 1, "--max-memory")]);
     // replay reads by the index, and would wait for viewers otherwise

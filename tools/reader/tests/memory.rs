@@ -1,11 +1,11 @@
-//! What definitions are charged against what they take: alone in its process, whose memory is measured.
+//! What definitions are charged against what they take: by itself in its process, whose memory is measured.
 
 mod forge;
 
 use std::{borrow::Cow, fs};
 
 use mcap::records::{Record, SchemaHeader};
-use percuss_reader::{overview::Directory, recording::Limits};
+use percuss_reader::{directory::Directory, recording::Limits};
 use prost_reflect::{
     prost::Message,
     prost_types::{
@@ -55,7 +55,7 @@ fn types_that_are_accepted_fit_into_their_share() {
     let accepted = (20..36).map(|power| Limits { memory: 1 << power }).find_map(|limits| {
         let mut directory = Directory::new(limits);
         directory.learn(&record);
-        directory.schema(1).is_some_and(|schema| schema.is_sound).then_some((limits, directory))
+        directory.flaw(1).is_none().then_some((limits, directory))
     });
     let (limits, directory) = accepted.expect("room for them");
     let (taken, share) = (resident().saturating_sub(before), limits.directory());

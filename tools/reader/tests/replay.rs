@@ -1,4 +1,4 @@
-//! Replays as viewers see them. The viewer puts messages at the time it was told last, as Lichtblick does.
+//! Replays as viewers see them. The viewer puts messages at the time it was reported last, as Lichtblick does.
 
 use std::{
     collections::BTreeMap,

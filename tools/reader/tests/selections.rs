@@ -1,13 +1,11 @@
 //! What is chosen of messages: places in nested lists, points and lines of matrices, times, outputs.
 
+mod desk;
 mod forge;
 
-use std::{
-    fs,
-    path::PathBuf,
-    process::{Command, Output, Stdio},
-};
+use std::fs;
 
+use desk::Desk;
 use forge::{Channel, Forged, field, forge, plain, pool, text_map};
 use prost_reflect::{
     DynamicMessage, Value,
@@ -16,44 +14,13 @@ use prost_reflect::{
         field_descriptor_proto::{Label, Type},
     },
 };
-use tempfile::TempDir;
 
-struct Desk(TempDir);
-
-impl Desk {
-    fn new(recordings: &[(&str, &Forged)]) -> Self {
-        let desk = Self(tempfile::tempdir().expect("a folder"));
-        for (name, recording) in recordings {
-            fs::write(desk.path(name), recording.write(plain())).expect("a file");
-        }
-        desk
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn read(&self, status: i32, arguments: &[&str]) -> (String, String) {
-        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss-read"));
-        command.current_dir(self.0.path()).args(arguments).stdin(Stdio::null());
-        let Output { status: exit, stdout, stderr } = command.output().expect("the program starts");
-        let (stdout, stderr) = (String::from_utf8(stdout), String::from_utf8(stderr));
-        let (stdout, stderr) = (stdout.expect("text"), stderr.expect("text"));
-        assert_eq!(exit.code(), Some(status), "{arguments:?}: {stderr}");
-        (stdout, stderr)
-    }
-
-    fn text(&self, arguments: &[&str]) -> String {
-        self.read(0, arguments).0
-    }
-
-    /// What a run that is a mistake of usage says.
-    fn refusal(&self, arguments: &[&str]) -> String {
-        self.read(2, arguments).1
-    }
+fn desk_of(recordings: &[(&str, &Forged)]) -> Desk {
+    let files = recordings.iter().map(|(name, recording)| (*name, recording.write(plain())));
+    Desk::new(&files.collect::<Vec<_>>())
 }
 
-/// An `optional` field of proto3: alone in a group of its own.
+/// An `optional` field of proto3: in a group of its own.
 fn optional(name: &str, number: i32, group: i32) -> FieldDescriptorProto {
     FieldDescriptorProto {
         oneof_index: Some(group),
@@ -145,8 +112,8 @@ fn arm() -> Forged {
 
 #[test]
 fn values_keep_their_place_beside_absent_ones() {
-    let desk = Desk::new(&[("arm.mcap", &arm())]);
-    let trace = |fields: &str| desk.text(&["trace", "arm.mcap", "--topic", "/arm", "--field", fields]);
+    let desk = desk_of(&[("arm.mcap", &arm())]);
+    let trace = |fields: &str| desk.text(0, &["trace", "arm.mcap", "--topic", "/arm", "--field", fields]);
     assert_eq!(
         trace("joints.angle"),
         "time,joints[0].angle,joints[1].angle,joints[2].angle\n0.0,1.0,,3.0\n1.0,,2.0,\n"
@@ -166,7 +133,7 @@ fn values_keep_their_place_beside_absent_ones() {
     assert_eq!(trace("joints[0].tags"), "time,joints[0].tags[0],joints[0].tags[1]\n0.0,1,2\n1.0,,\n");
     assert_eq!(trace("joints.tags[1]"), "time,joints[0].tags[1],joints[1].tags[1]\n0.0,2,\n1.0,,5\n");
     // all of the topic has the same columns
-    let all = desk.text(&["trace", "arm.mcap", "--topic", "/arm"]);
+    let all = desk.text(0, &["trace", "arm.mcap", "--topic", "/arm"]);
     for name in ["joints[1].angle", "joints[2].pose.y", "joints[2].tags[0]"] {
         assert!(all.lines().next().expect("headings").split(',').any(|known| known == name), "{name}: {all}");
     }
@@ -174,8 +141,8 @@ fn values_keep_their_place_beside_absent_ones() {
 
 #[test]
 fn an_index_stands_on_the_part_that_repeats() {
-    let desk = Desk::new(&[("arm.mcap", &arm())]);
-    let trace = |field: &str| desk.refusal(&["trace", "arm.mcap", "--topic", "/arm", "--field", field]);
+    let desk = desk_of(&[("arm.mcap", &arm())]);
+    let trace = |field: &str| desk.error(2, &["trace", "arm.mcap", "--topic", "/arm", "--field", field]);
     assert!(trace("joints.pose.x[0]").contains("write joints[0].pose.x"));
     assert!(trace("joints.pose[0].x").contains("write joints[0].pose.x"));
     assert!(trace("time[0]").contains("leave out the index"));
@@ -183,7 +150,7 @@ fn an_index_stands_on_the_part_that_repeats() {
         assert!(trace(name).contains("no field"), "{name}");
     }
     // what is never there is said
-    let (_, notes) = desk.read(0, &["trace", "arm.mcap", "--topic", "/arm", "--field", "joints[7].angle"]);
+    let (_, notes) = desk.both(0, &["trace", "arm.mcap", "--topic", "/arm", "--field", "joints[7].angle"]);
     assert!(notes.contains("without a value in any row: joints[7].angle"), "{notes}");
     // diff names the same place
     let mut other = arm();
@@ -198,7 +165,7 @@ fn an_index_stands_on_the_part_that_repeats() {
     }
     arm.set_field_by_name("joints", joints);
     fs::write(desk.path("other.mcap"), other.write(plain())).expect("a file");
-    let (text, _) = desk.read(1, &["diff", "arm.mcap", "other.mcap"]);
+    let (text, _) = desk.both(1, &["diff", "arm.mcap", "other.mcap"]);
     assert!(text.contains("/arm.joints[0].pose.x"), "{text}");
 }
 
@@ -209,7 +176,7 @@ fn profiles_keep_places_too() {
         recording::Limits,
         slice::{moments, profile},
     };
-    let desk = Desk::new(&[("arm.mcap", &arm())]);
+    let desk = desk_of(&[("arm.mcap", &arm())]);
     let recording = Recording::open(&desk.path("arm.mcap"), Limits::default()).expect("a recording");
     let (&id, channel) = recording.channels.first_key_value().expect("a channel");
     let (moments, _) = moments(&recording, id, &[0.0]).expect("a moment");
@@ -227,16 +194,16 @@ fn a_large_array_is_left_out_of_a_whole_topic() {
     for (_, message) in &mut recording.channel("/profile").messages {
         message.set_field_by_name("p", Value::List(vec![Value::F64(1.0); 10_001]));
     }
-    let desk = Desk::new(&[("a.mcap", &recording)]);
-    let (rows, notes) = desk.read(0, &["trace", "a.mcap", "--topic", "/profile"]);
+    let desk = desk_of(&[("a.mcap", &recording)]);
+    let (rows, notes) = desk.both(0, &["trace", "a.mcap", "--topic", "/profile"]);
     assert_eq!(rows, "time,step\n0.0,0\n0.01,1\n0.02,2\n");
     assert!(notes.contains("left out: `p` of `/profile` has more than 10000 elements"), "{notes}");
     // so are matrices and bytes
-    let (rows, notes) = desk.read(0, &["trace", "a.mcap", "--topic", "/slice"]);
+    let (rows, notes) = desk.both(0, &["trace", "a.mcap", "--topic", "/slice"]);
     assert!(rows.starts_with("time,step\n") && notes.contains("`values` of `/slice` is a matrix"), "{notes}");
     // asked for by name it is refused
-    assert!(desk.refusal(&["trace", "a.mcap", "--topic", "/profile", "--field", "p"]).contains("10000"));
-    let some = desk.text(&["trace", "a.mcap", "--topic", "/profile", "--at", "r=0.5"]);
+    assert!(desk.error(2, &["trace", "a.mcap", "--topic", "/profile", "--field", "p"]).contains("10000"));
+    let some = desk.text(0, &["trace", "a.mcap", "--topic", "/profile", "--at", "r=0.5"]);
     assert!(some.starts_with("time,step,p@r=0.5 [Pa]\n0.0,0,1.0\n"), "{some}");
 }
 
@@ -268,8 +235,8 @@ fn near(found: &[f64], expected: &[f64]) -> bool {
 
 #[test]
 fn points_of_a_matrix_over_time() {
-    let desk = Desk::new(&[("a.mcap", &growing())]);
-    let trace = |more: &[&str]| desk.text(&[&["trace", "a.mcap", "--topic", "/slice"], more].concat());
+    let desk = desk_of(&[("a.mcap", &growing())]);
+    let trace = |more: &[&str]| desk.text(0, &[&["trace", "a.mcap", "--topic", "/slice"], more].concat());
     // row 1.5, column 1.5
     let rows = trace(&["--field", "values", "--at", "r=0.2,z=0.3"]);
     assert!(rows.starts_with("time,\"values@r=0.2,z=0.3 [Pa]\"\n"), "{rows}");
@@ -279,8 +246,8 @@ fn points_of_a_matrix_over_time() {
 
 #[test]
 fn points_and_lines_are_named_and_can_be_asked_for_by_name() {
-    let desk = Desk::new(&[("a.mcap", &growing())]);
-    let trace = |more: &[&str]| desk.text(&[&["trace", "a.mcap", "--topic", "/slice"], more].concat());
+    let desk = desk_of(&[("a.mcap", &growing())]);
+    let trace = |more: &[&str]| desk.text(0, &[&["trace", "a.mcap", "--topic", "/slice"], more].concat());
     let by_option = trace(&["--field", "values", "--at", "z=0,r=0.05,0.15", "--at", "r=0.25,z=0"]);
     let head = by_option.lines().next();
     assert_eq!(
@@ -301,8 +268,8 @@ fn points_and_lines_are_named_and_can_be_asked_for_by_name() {
 
 #[test]
 fn places_that_are_not_there_are_refused() {
-    let desk = Desk::new(&[("a.mcap", &growing())]);
-    let refusal = |more: &[&str]| desk.refusal(&[&["trace", "a.mcap"], more].concat());
+    let desk = desk_of(&[("a.mcap", &growing())]);
+    let refusal = |more: &[&str]| desk.error(2, &[&["trace", "a.mcap"], more].concat());
     for (arguments, parts) in [
         // the seven columns end at r = 0.7, half a step beyond the last, the six rows at z = 1.1
         (&["--topic", "/slice", "--at", "r=0.71,z=0"] as &[&str], &["r=0.71", "r=0 to r=0.7"] as &[&str]),
@@ -325,18 +292,18 @@ fn places_that_are_not_there_are_refused() {
         assert!(parts.iter().all(|part| text.contains(part)), "{arguments:?}: {text}");
     }
     // the contact has not come so far yet: empty, no error
-    let rows = desk.text(&["trace", "a.mcap", "--topic", "/profile", "--field", "p@r=0.68"]);
+    let rows = desk.text(0, &["trace", "a.mcap", "--topic", "/profile", "--field", "p@r=0.68"]);
     assert_eq!(rows.lines().filter(|line| line.ends_with(',')).count(), 40, "{rows}");
     // the same element in every message is there
-    let whole = Desk::new(&[("a.mcap", &forge(60, 1))]);
-    whole.text(&["trace", "a.mcap", "--topic", "/slice", "--field", "values[3]"]);
+    let whole = desk_of(&[("a.mcap", &forge(60, 1))]);
+    whole.text(0, &["trace", "a.mcap", "--topic", "/slice", "--field", "values[3]"]);
 }
 
 #[test]
 fn lines_and_points_are_drawn() {
-    let desk = Desk::new(&[("a.mcap", &growing())]);
+    let desk = desk_of(&[("a.mcap", &growing())]);
     let draw = |name: &str, more: &[&str]| {
-        desk.text(&[&["plot", "a.mcap", "--topic", "/slice", "-o", name], more].concat());
+        desk.text(0, &[&["plot", "a.mcap", "--topic", "/slice", "-o", name], more].concat());
         fs::read_to_string(desk.path(name)).expect("a picture")
     };
     // texts of a picture, spaces and tags aside
@@ -351,7 +318,7 @@ fn lines_and_points_are_drawn() {
     assert!(has(&over_time, "time"), "over time");
     // a row that the frame leaves out is at rest, not missing
     draw("rest.svg", &["--at", "z=1", "--at-time", "0.1"]);
-    let refusal = |more: &[&str]| desk.refusal(&[&["plot", "a.mcap"], more].concat());
+    let refusal = |more: &[&str]| desk.error(2, &[&["plot", "a.mcap"], more].concat());
     for (arguments, part) in [
         (&["--topic", "/slice", "--at", "r=0,z=0.5", "--at-time", "0.3"] as &[&str], "leave out --at-time"),
         (&["--topic", "/profile", "--at", "r=0", "--at-time", "0.3"], "leave out --at-time"),
@@ -372,9 +339,9 @@ fn lines_and_points_are_drawn() {
 
 #[test]
 fn an_exported_matrix_has_the_shape_of_the_recording() {
-    let desk = Desk::new(&[("a.mcap", &growing())]);
+    let desk = desk_of(&[("a.mcap", &growing())]);
     for (time, name, touched) in [("0", "first.npy", 2), ("0.5", "last.npy", 42)] {
-        desk.text(&["export", "a.mcap", "--topic", "/slice", "--at-time", time, "-o", name]);
+        desk.text(0, &["export", "a.mcap", "--topic", "/slice", "--at-time", time, "-o", name]);
         let matrix: ndarray::Array2<f64> = ndarray_npy::read_npy(desk.path(name)).expect("a matrix");
         assert_eq!(matrix.dim(), (6, 7));
         assert_eq!(matrix.iter().filter(|value| **value != 0.0).count(), touched);
@@ -385,40 +352,40 @@ fn an_exported_matrix_has_the_shape_of_the_recording() {
     more.topic = "/slice/more".into();
     two.channels.push(more);
     fs::write(desk.path("two.mcap"), two.write(plain())).expect("a file");
-    let text = desk.refusal(&["export", "two.mcap", "--topic", "/slice*", "-o", "x.npy"]);
+    let text = desk.error(2, &["export", "two.mcap", "--topic", "/slice*", "-o", "x.npy"]);
     assert!(text.contains("/slice, /slice/more"), "{text}");
 }
 
 #[test]
 fn times_outside_the_run_are_refused() {
-    let desk = Desk::new(&[("a.mcap", &forge(60, 1))]);
+    let desk = desk_of(&[("a.mcap", &forge(60, 1))]);
     for arguments in [
         &["export", "a.mcap", "--topic", "/slice", "-o", "x.npy", "--at-time", "99"] as &[&str],
         &["plot", "a.mcap", "--topic", "/slice", "--at-time", "99"],
         &["plot", "a.mcap", "--topic", "/profile", "--at-time", "0.1,99"],
         &["plot", "a.mcap", "--topic", "/profile", "--at-time=-99"],
     ] {
-        let text = desk.refusal(arguments);
+        let text = desk.error(2, arguments);
         assert!(text.contains("99 lies outside") && text.contains("from time 0 to 0.5"), "{text}");
         assert!(!desk.path("x.npy").exists());
     }
     for time in ["nan", "inf"] {
-        desk.refusal(&["plot", "a.mcap", "--topic", "/profile", "--at-time", time]);
+        desk.error(2, &["plot", "a.mcap", "--topic", "/profile", "--at-time", time]);
     }
-    desk.refusal(&["trace", "a.mcap", "--topic", "/scalar", "--from", "nan"]);
+    desk.error(2, &["trace", "a.mcap", "--topic", "/scalar", "--from", "nan"]);
     // the end of a run is rarely a multiple of its steps
     for time in ["0", "0.55", "0.6"] {
-        desk.text(&["export", "a.mcap", "--topic", "/slice", "-o", "x.npy", "--at-time", time, "--force"]);
+        desk.text(0, &["export", "a.mcap", "--topic", "/slice", "-o", "x.npy", "--at-time", time, "--force"]);
     }
     // a window without messages is said
-    let (rows, notes) = desk.read(0, &["trace", "a.mcap", "--topic", "/scalar", "--from", "99"]);
+    let (rows, notes) = desk.both(0, &["trace", "a.mcap", "--topic", "/scalar", "--from", "99"]);
     assert_eq!(rows.lines().count(), 1);
     assert!(notes.contains("no rows"), "{notes}");
 }
 
 #[test]
 fn outputs_of_unknown_formats_are_refused() {
-    let desk = Desk::new(&[("a.mcap", &forge(60, 1)), ("b.mcap", &forge(60, 2))]);
+    let desk = desk_of(&[("a.mcap", &forge(60, 1)), ("b.mcap", &forge(60, 2))]);
     for (arguments, known) in [
         (&["trace", "a.mcap", "--topic", "/scalar", "-o"] as &[&str], ".csv, .jsonl"),
         (&["plot", "a.mcap", "--topic", "/scalar", "-o"], ".svg, .png"),
@@ -429,7 +396,7 @@ fn outputs_of_unknown_formats_are_refused() {
         (&["report", "a.mcap", "-o"], ".html"),
     ] {
         for name in ["x.xlsx", "x.mat", "x.h5", "x.tsv", "x.txt", "x.csv.gz"] {
-            let text = desk.refusal(&[arguments, &[name]].concat());
+            let text = desk.error(2, &[arguments, &[name]].concat());
             assert!(text.contains(known) && text.contains(name), "{arguments:?}: {text}");
             assert!(!desk.path(name).exists());
         }
@@ -437,7 +404,7 @@ fn outputs_of_unknown_formats_are_refused() {
     // in any case of letters, without an extension, and where the format is said
     for (name, more) in [("X.CSV", &[] as &[&str]), ("table", &[]), ("x.txt", &["--format", "csv"])] {
         let arguments = [&["trace", "a.mcap", "--topic", "/scalar", "-o", name], more].concat();
-        desk.text(&arguments);
+        desk.text(0, &arguments);
         assert!(fs::read_to_string(desk.path(name)).expect("a table").starts_with("time [s],step"));
     }
 }
@@ -446,12 +413,12 @@ fn outputs_of_unknown_formats_are_refused() {
 fn times_in_different_units_do_not_share_a_column() {
     let mut other = forge(60, 1);
     other.channel("/scalar").metadata.insert("unit.time".into(), "ms".into());
-    let desk = Desk::new(&[("a.mcap", &forge(60, 1)), ("b.mcap", &other)]);
-    let text = desk.refusal(&["trace", "a.mcap", "b.mcap", "--topic", "/scalar"]);
+    let desk = desk_of(&[("a.mcap", &forge(60, 1)), ("b.mcap", &other)]);
+    let text = desk.error(2, &["trace", "a.mcap", "b.mcap", "--topic", "/scalar"]);
     assert!(text.contains("times are in s and in ms"), "{text}");
-    // files of the same name are told apart
+    // files of the same name are distinguished
     fs::create_dir(desk.path("old")).expect("a folder");
     fs::copy(desk.path("a.mcap"), desk.path("old/a.mcap")).expect("a file");
-    let rows = desk.text(&["trace", "a.mcap", "old/a.mcap", "--topic", "/scalar", "--field", "force"]);
+    let rows = desk.text(0, &["trace", "a.mcap", "old/a.mcap", "--topic", "/scalar", "--field", "force"]);
     assert_eq!(rows.lines().next(), Some("time [s],a.mcap:force [N],old/a.mcap:force [N]"));
 }

@@ -83,7 +83,7 @@ fn files_without_an_index_have_no_timeline() {
     assert!(open(file(&chunks, WriteOptions::new().use_chunks(false))).is_none());
     let whole = file(&chunks, WriteOptions::new());
     assert!(open(whole[..whole.len() - 40].to_vec()).is_none());
-    // a schema that is not repeated in the summary cannot be told to viewers
+    // a schema that is not repeated in the summary cannot be reported to viewers
     assert!(open(file(&chunks, WriteOptions::new().repeat_schemas(false))).is_none());
 }
 

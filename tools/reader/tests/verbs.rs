@@ -1,73 +1,36 @@
 //! The verbs as programs: exit status, outputs, what is written where.
 
+mod desk;
 mod forge;
 
 use std::{
     fs,
     io::{BufRead, BufReader, Write},
-    path::PathBuf,
-    process::{Command, Output, Stdio},
+    process::Stdio,
     sync::mpsc,
     thread,
     time::Duration,
 };
 
+use desk::Desk;
 use forge::{forge, plain};
 use prost_reflect::Value;
 use serde_json::Value as Json;
-use tempfile::TempDir;
 
-struct Desk {
-    folder: TempDir,
-}
-
-impl Desk {
-    /// `a.mcap`, the same again as `same.mcap`, and `b.mcap` that differs a little at step 20.
-    fn new() -> Self {
-        let desk = Self { folder: tempfile::tempdir().expect("a folder") };
-        let a = forge(60, 1);
-        let mut b = a.clone();
-        let message = &mut b.channel("/scalar").messages[20].1;
-        let force = message.get_field_by_name("force").and_then(|force| force.as_f64()).expect("a number");
-        message.set_field_by_name("force", Value::F64(force + 1e-6));
-        for (name, recording) in [("a.mcap", &a), ("same.mcap", &a), ("b.mcap", &b)] {
-            fs::write(desk.path(name), recording.write(plain())).expect("a file");
-        }
-        desk
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss-read"));
-        command.current_dir(self.folder.path()).args(arguments).stdin(Stdio::null());
-        command
-    }
-
-    fn read(&self, arguments: &[&str]) -> Output {
-        self.command(arguments).output().expect("the program starts")
-    }
-
-    /// Standard output of a run that ends with a status.
-    fn text(&self, status: i32, arguments: &[&str]) -> String {
-        let output = self.read(arguments);
-        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {stderr}");
-        String::from_utf8(output.stdout).expect("text")
-    }
-
-    fn error(&self, status: i32, arguments: &[&str]) -> String {
-        let output = self.read(arguments);
-        assert_eq!(output.status.code(), Some(status), "{arguments:?}");
-        String::from_utf8(output.stderr).expect("text")
-    }
+/// `a.mcap`, the same again as `same.mcap`, and `b.mcap` that differs a little at step 20.
+fn desk() -> Desk {
+    let a = forge(60, 1);
+    let mut b = a.clone();
+    let message = &mut b.channel("/scalar").messages[20].1;
+    let force = message.get_field_by_name("force").and_then(|force| force.as_f64()).expect("a number");
+    message.set_field_by_name("force", Value::F64(force + 1e-6));
+    let [a, b] = [a, b].map(|recording| recording.write(plain()));
+    Desk::new(&[("a.mcap", a.clone()), ("same.mcap", a), ("b.mcap", b)])
 }
 
 #[test]
 fn diff_says_where_and_ends_accordingly() {
-    let desk = Desk::new();
+    let desk = desk();
     assert!(desk.text(0, &["diff", "a.mcap", "same.mcap"]).starts_with("a.mcap -> same.mcap: equal\n"));
     let text = desk.text(1, &["diff", "a.mcap", "b.mcap"]);
     for part in [
@@ -113,7 +76,7 @@ fn diff_says_where_and_ends_accordingly() {
 
 #[test]
 fn diff_leaves_derived_channels_to_what_they_are_made_from() {
-    let desk = Desk::new();
+    let desk = desk();
     let (a, mut b) = (forge(60, 1), forge(60, 2));
     b.channels = a.channels.clone();
     for (name, recording, force) in [("c.mcap", &a, 1.0), ("d.mcap", &b, 2.0)] {
@@ -131,7 +94,7 @@ fn diff_leaves_derived_channels_to_what_they_are_made_from() {
 
 #[test]
 fn diff_as_json() {
-    let desk = Desk::new();
+    let desk = desk();
     let json: Json =
         serde_json::from_str(&desk.text(1, &["diff", "a.mcap", "b.mcap", "--json"])).expect("JSON");
     assert_eq!((&json["version"], &json["verdict"]), (&Json::from(2), &Json::from("different")));
@@ -152,7 +115,7 @@ fn diff_as_json() {
 
 #[test]
 fn folders_are_compared_file_by_file() {
-    let desk = Desk::new();
+    let desk = desk();
     for (folder, files) in
         [("old", &[("x", "a"), ("sub/y", "a")] as &[_]), ("new", &[("x", "same"), ("sub/y", "b")])]
     {
@@ -172,7 +135,7 @@ fn folders_are_compared_file_by_file() {
 
 #[test]
 fn folders_without_anything_in_common_are_not_equal() {
-    let desk = Desk::new();
+    let desk = desk();
     for folder in ["empty", "void", "old", "new"] {
         fs::create_dir(desk.path(folder)).expect("a folder");
     }
@@ -193,7 +156,7 @@ fn folders_without_anything_in_common_are_not_equal() {
 
 #[test]
 fn a_folder_is_accepted_with_what_is_new_in_it() {
-    let desk = Desk::new();
+    let desk = desk();
     let bytes = |name: &str| fs::read(desk.path(name)).expect("a file");
     for (folder, names) in [("old", ["x", "gone"]), ("new", ["x", "sub/y"])] {
         fs::create_dir_all(desk.path(folder).join("sub")).expect("a folder");
@@ -204,9 +167,9 @@ fn a_folder_is_accepted_with_what_is_new_in_it() {
     }
     fs::remove_dir(desk.path("old/sub")).expect("an empty folder");
     // the reference is never made smaller: that it has more is said, and is a difference
-    let told = desk.error(1, &["diff", "old", "new", "--bless"]);
+    let reported = desk.error(1, &["diff", "old", "new", "--bless"]);
     for part in ["`old/x.mcap` is now `new/x.mcap`", "`old/sub/y.mcap` is new", "`old/gone.mcap` stays"] {
-        assert!(told.contains(part), "{part}: {told}");
+        assert!(reported.contains(part), "{part}: {reported}");
     }
     for name in ["x", "sub/y"] {
         assert_eq!(bytes(&format!("old/{name}.mcap")), bytes("b.mcap"), "{name}");
@@ -223,8 +186,8 @@ fn a_folder_is_accepted_with_what_is_new_in_it() {
 }
 
 #[test]
-fn tolerances_that_fit_nothing_are_told() {
-    let desk = Desk::new();
+fn tolerances_that_fit_nothing_are_reported() {
+    let desk = desk();
     fs::write(
         desk.path("t.toml"),
         "[[tolerance]]\nfield = '/scalar.*'\nabs = 1\n[[tolerance]]\nfield = '/skalar.*'\nabs = 1\n",
@@ -232,9 +195,9 @@ fn tolerances_that_fit_nothing_are_told() {
     .expect("a file");
     let command = ["diff", "a.mcap", "b.mcap", "--abs", "1", "--tolerances", "t.toml"];
     let more = ["--tol", "/slice.valeus:abs=1", "--tol", "/slice.values:abs=1", "--ignore", "/not,/note"];
-    let told = desk.error(0, &[&command[..], &more[..]].concat());
-    let lines: Vec<&str> = told.lines().collect();
-    assert_eq!(lines.len(), 3, "{told}");
+    let reported = desk.error(0, &[&command[..], &more[..]].concat());
+    let lines: Vec<&str> = reported.lines().collect();
+    assert_eq!(lines.len(), 3, "{reported}");
     for part in [
         "`/not` (--ignore /not)",
         "`/slice.valeus` (--tol /slice.valeus:abs=1)",
@@ -242,20 +205,20 @@ fn tolerances_that_fit_nothing_are_told() {
     ] {
         assert!(
             lines.iter().any(|line| line.starts_with("warning: ") && line.contains(part)),
-            "{part}: {told}"
+            "{part}: {reported}"
         );
     }
     // what fits in one of several comparisons is no mistake
     let mut other = forge(60, 1);
     other.channels.retain(|channel| channel.topic == "/scalar");
     fs::write(desk.path("scalar.mcap"), other.write(plain())).expect("a file");
-    let told = desk.error(1, &["diff", "scalar.mcap", "scalar.mcap", "a.mcap", "--tol", "/note:abs=1"]);
-    assert_eq!(told, "");
+    let reported = desk.error(1, &["diff", "scalar.mcap", "scalar.mcap", "a.mcap", "--tol", "/note:abs=1"]);
+    assert_eq!(reported, "");
 }
 
 #[test]
 fn selections_without_values_are_not_equal() {
-    let desk = Desk::new();
+    let desk = desk();
     fn same<'a>(more: &[&'a str]) -> Vec<&'a str> {
         [&["diff", "a.mcap", "same.mcap"][..], more].concat()
     }
@@ -268,8 +231,8 @@ fn selections_without_values_are_not_equal() {
         (&["--field", "inner"], "no field that was chosen has a value"),
         (&["--topic", "/note", "--ignore", "/note.*"], "no field that was chosen has a value"),
     ] {
-        let told = desk.error(2, &same(more));
-        assert!(told.starts_with("error: ") && told.contains(why), "{more:?}: {told}");
+        let reported = desk.error(2, &same(more));
+        assert!(reported.starts_with("error: ") && reported.contains(why), "{more:?}: {reported}");
         assert!(desk.text(2, &same(more)).starts_with("a.mcap -> same.mcap: NOT COMPARED\n"), "{more:?}");
         let json: Json =
             serde_json::from_str(&desk.text(2, &same(&[more, &["--json"]].concat()))).expect("JSON");
@@ -291,7 +254,7 @@ fn selections_without_values_are_not_equal() {
     fs::write(desk.path("long.mcap"), forge(120, 1).write(plain())).expect("a file");
     let text = desk.text(1, &["diff", "a.mcap", "long.mcap", "--from", "0.8"]);
     assert!(text.contains("40 messages only in the new recording, the first at step 80, time 0.8"), "{text}");
-    // all values are left out as not-a-number
+    // all values are left out as NaN
     let mut hollow = forge(60, 1);
     for (_, message) in &mut hollow.channel("/scalar").messages {
         message.set_field_by_name("force", Value::F64(f64::NAN));
@@ -317,7 +280,7 @@ fn json_messages(times: impl Iterator<Item = u64>) -> Vec<u8> {
 
 #[test]
 fn no_two_of_ten_unrelated_recordings_are_equal() {
-    let desk = Desk::new();
+    let desk = desk();
     let later = |mut recording: forge::Forged, by: u64| {
         for (at, message) in recording.channels.iter_mut().flat_map(|channel| &mut channel.messages) {
             *at += by;
@@ -364,18 +327,21 @@ fn no_two_of_ten_unrelated_recordings_are_equal() {
                 let output = desk.read(&[&["diff", &a, &b][..], more].concat());
                 let status = output.status.code();
                 assert!(matches!(status, Some(1 | 2)), "{i} and {j} {more:?}: {status:?}");
-                let (text, told) =
+                let (text, reported) =
                     (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
                 if status == Some(2) {
-                    assert!(text.contains("NOT COMPARED") && told.contains("error: "), "{i} and {j}: {told}");
+                    assert!(
+                        text.contains("NOT COMPARED") && reported.contains("error: "),
+                        "{i} and {j}: {reported}"
+                    );
                 } else {
                     assert!(text.contains("DIFFERENT"), "{i} and {j}: {text}");
                 }
             }
         }
     }
-    let told = desk.error(1, &["diff", &name(2), &name(3)]);
-    assert!(told.contains("have no time in common: times count from the start of each"), "{told}");
+    let reported = desk.error(1, &["diff", &name(2), &name(3)]);
+    assert!(reported.contains("have no time in common: times count from the start of each"), "{reported}");
     assert!(desk.error(2, &["diff", &name(5), &name(6), "--ignore", "*"]).contains("nothing was compared"));
     // to itself each is equal, if there is anything in it
     for i in 0..recordings.len() {
@@ -386,7 +352,7 @@ fn no_two_of_ten_unrelated_recordings_are_equal() {
 
 #[test]
 fn log_times_are_decimal_fractions() {
-    let desk = Desk::new();
+    let desk = desk();
     let times = [1_700_000_000_150_000_000, 1_700_000_000_200_000_000, 1_700_000_008_999_640_000];
     fs::write(desk.path("wall.mcap"), json_messages(times.into_iter())).expect("a file");
     let text = desk.text(0, &["info", "wall.mcap"]);
@@ -399,7 +365,7 @@ fn log_times_are_decimal_fractions() {
 
 #[test]
 fn a_new_recording_is_accepted_only_when_asked() {
-    let desk = Desk::new();
+    let desk = desk();
     let before = fs::read(desk.path("a.mcap")).expect("a file");
     desk.text(1, &["diff", "a.mcap", "b.mcap"]);
     assert_eq!(fs::read(desk.path("a.mcap")).expect("a file"), before);
@@ -416,7 +382,7 @@ fn a_new_recording_is_accepted_only_when_asked() {
 
 #[test]
 fn the_difference_is_a_picture_and_a_recording() {
-    let desk = Desk::new();
+    let desk = desk();
     desk.text(1, &["diff", "a.mcap", "b.mcap", "--plot", "d.svg", "--write-diff", "d.mcap"]);
     let svg = fs::read_to_string(desk.path("d.svg")).expect("a picture");
     assert!(svg.contains("/scalar.force") && svg.contains("new - reference"));
@@ -437,7 +403,7 @@ fn the_difference_is_a_picture_and_a_recording() {
 
 #[test]
 fn verify_and_recover() {
-    let desk = Desk::new();
+    let desk = desk();
     assert!(desk.text(0, &["verify", "a.mcap"]).contains("sound"));
     let bytes = fs::read(desk.path("a.mcap")).expect("a file");
     fs::write(desk.path("cut.mcap"), &bytes[..bytes.len() / 2]).expect("a file");
@@ -457,7 +423,7 @@ fn verify_and_recover() {
 
 #[test]
 fn topics_and_files_share_rows() {
-    let desk = Desk::new();
+    let desk = desk();
     let rows = desk.text(
         0,
         &["trace", "a.mcap", "--topic", "/scalar,/slice", "--field", "force,values[3]", "--to", "0.1"],
@@ -507,7 +473,7 @@ fn topics_and_files_share_rows() {
 
 #[test]
 fn tables_in_every_format() {
-    let desk = Desk::new();
+    let desk = desk();
     for name in ["t.csv", "t.jsonl", "t.parquet", "t.npy", "t.npz"] {
         desk.text(0, &["trace", "a.mcap", "--topic", "/scalar", "-o", name]);
     }
@@ -531,7 +497,7 @@ fn tables_in_every_format() {
 
 #[test]
 fn pictures_in_every_medium() {
-    let desk = Desk::new();
+    let desk = desk();
     for arguments in [
         &["plot", "a.mcap", "b.mcap", "--topic", "/scalar", "--field", "force", "-o", "p.svg"] as &[_],
         &["plot", "a.mcap", "--topic", "/profile", "--at-time", "0.1,0.5", "-o", "q.svg"],
@@ -592,7 +558,7 @@ fn pictures_in_every_medium() {
 
 #[test]
 fn fields_and_attachments_are_exported() {
-    let desk = Desk::new();
+    let desk = desk();
     let error = desk.error(0, &["export", "a.mcap", "--topic", "/slice", "--at-time", "0.21", "-o", "f.npy"]);
     assert!(error.contains("at time 0.2"), "{error}");
     let matrix: ndarray::Array2<f64> = ndarray_npy::read_npy(desk.path("f.npy")).expect("a matrix");
@@ -609,7 +575,7 @@ fn fields_and_attachments_are_exported() {
 
 #[test]
 fn schemas_and_messages_as_text() {
-    let desk = Desk::new();
+    let desk = desk();
     let schema = desk.text(0, &["schema", "a.mcap", "--topic", "/note"]);
     for part in [
         "message Note {",
@@ -645,7 +611,7 @@ fn scalars_in_whole_chunks(bytes: &[u8], end: usize) -> usize {
 fn a_recording_is_followed_while_it_is_written() {
     /// Longest wait for lines that are due.
     const PATIENCE: Duration = Duration::from_secs(60);
-    let desk = Desk::new();
+    let desk = desk();
     let bytes = forge(400, 1).write(plain());
     let growing = desk.path("growing.mcap");
     // inside of chunks, between them and inside of the summary
@@ -675,7 +641,7 @@ fn a_recording_is_followed_while_it_is_written() {
                 seen += 1;
             }
         }
-        reader.join().expect("it reads").expect("somebody listens");
+        reader.join().expect("it reads").expect("the test listens");
         seen += lines.iter().count();
         let output = child.wait_with_output().expect("it ends");
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
@@ -685,7 +651,7 @@ fn a_recording_is_followed_while_it_is_written() {
 
 #[test]
 fn reports_are_of_runs() {
-    let desk = Desk::new();
+    let desk = desk();
     let error = desk.error(2, &["report", "a.mcap"]);
     assert!(error.contains("a.mcap") && error.contains("percuss.run"), "{error}");
     assert!(!desk.path("a.html").exists());
@@ -695,7 +661,7 @@ fn reports_are_of_runs() {
 
 #[test]
 fn what_cannot_be_replayed() {
-    let desk = Desk::new();
+    let desk = desk();
     for address in ["a:b", "ws://127.0.0.1:1", "localhost:99999"] {
         assert!(desk.error(2, &["replay", "a.mcap", "--addr", address]).contains("HOST:PORT"));
     }
@@ -713,8 +679,7 @@ fn what_cannot_be_replayed() {
 
 #[test]
 fn reports_colour_fields_as_the_views_of_the_recording_do() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let desk = Desk { folder };
+    let desk = Desk::new(&[]);
     let mut recording = forge(60, 1);
     recording.channel("/slice").topic = "/field/stress".into();
     recording.metadata.push(("percuss.run".into(), forge::text_map(&[("title", "a run")])));

@@ -105,7 +105,7 @@ fn repeated_parts_of_single_fields_are_merged_and_the_last_number_wins() {
 }
 
 #[test]
-fn numbers_of_lists_may_stand_alone_or_packed() {
+fn numbers_of_lists_may_be_single_or_packed() {
     let layout = layout("lab.Profile");
     let number = |x: f64| [&[0x29][..], &x.to_le_bytes()].concat();
     let packed = [&[0x2a, 16][..], &2f64.to_le_bytes(), &3f64.to_le_bytes()].concat();
@@ -124,7 +124,7 @@ fn what_the_schema_does_not_know_is_kept() {
 }
 
 #[test]
-fn misfits_are_refused() {
+fn mismatches_are_refused() {
     let layout = layout("lab.Note");
     for (what, bytes) in [
         ("a cut-off number", &[0x11, 1, 2][..]),

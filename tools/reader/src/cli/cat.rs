@@ -7,11 +7,13 @@ use std::{
 
 use clap::Args;
 
-use super::{CliError, Exit, loss, output::explain, window::Window};
+use super::{
+    outcome::{CliError, Exit, loss},
+    output::explain,
+};
 use crate::{
     command::cat::{CatError, Request, cat},
     recording::Limits,
-    select::Pattern,
 };
 
 const CAT_EXAMPLES: &str = "\
@@ -25,27 +27,14 @@ Examples:
 pub(super) struct CatArguments {
     /// Recording
     file: PathBuf,
-    /// Topics, separated by commas; `*` stands for anything [default: all]
-    #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
-    topics: Vec<Pattern>,
     #[command(flatten)]
-    window: Window,
-    /// Keep reading a recording that is still being written, until it is finished
-    #[arg(long)]
-    follow: bool,
+    request: Request,
 }
 
 impl CatArguments {
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
-        let request = Request {
-            topics: self.topics.clone(),
-            from: self.window.from,
-            to: self.window.to,
-            every: self.window.every,
-            follow: self.follow,
-        };
         let mut output = BufWriter::new(io::stdout());
-        let result = cat(&self.file, &request, limits, &mut output);
+        let result = cat(&self.file, &self.request, limits, &mut output);
         let damages = match result {
             Err(CatError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
                 return Ok(Exit::Done);
@@ -54,7 +43,6 @@ impl CatArguments {
             other => other?,
         };
         output.flush().map_err(|error| explain(None, error))?;
-        let damages: Vec<_> = damages.into_iter().map(|damage| (self.file.clone(), damage)).collect();
-        Ok(loss(&damages))
+        Ok(loss(&self.file, &damages))
     }
 }

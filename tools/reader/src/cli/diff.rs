@@ -2,24 +2,23 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum, builder::PossibleValue};
+use clap::Args;
 use serde_json::json;
 
 use super::{
-    CliError, Exit, has_colour,
+    align::Align,
+    outcome::{CliError, Exit, has_colour, say},
     output::{by_extension, print, print_document, print_painted, refuse_inputs, write},
     plot::medium,
-    say,
-    window::Window,
 };
 use crate::{
     command::diff::{
         DiffWriter, JSON_VERSION, Job, Style, Verdict, bless, diff, is_whole, jobs, picture, summary,
         to_json, to_text, verdict,
     },
-    compare::{ChannelReport, Comparison, Mode, NotANumber, Options, Rule, Rules, Tolerance},
+    compare::{ChannelReport, Comparison, Mode, NanRule, Options, Rule, Rules, Tolerance},
     recording::Limits,
-    select::Pattern,
+    select::{Pattern, Window},
 };
 
 const DIFF_EXAMPLES: &str = "\
@@ -35,48 +34,17 @@ A tolerance is PATTERN:KEY=VALUE,... or KEY=VALUE,... for all fields; the patter
 stands for anything, and the first that fits counts. Keys: abs, rel (of the reference value), peak_rel (of the largest
 magnitude of the field), range_rel (of its range), ulp (units in the last place), tube=TIME:VALUE (half-widths around the
 reference curve), l2_rel (norm of the whole field), ignore, bitwise. A value may differ by the largest of abs, rel,
-peak_rel and range_rel, or by ulp, or lie in the tube. Without any tolerance all bits must agree: not-a-number is itself,
--0 is not +0 (abs=0 makes it so). The file of --tolerances holds the same as [[tolerance]] tables: field = \"/drag.*\",
+peak_rel and range_rel, or by ulp, or lie in the tube. Without any tolerance all bits must agree: NaN equals itself, -0
+is not +0 (abs=0 makes it so). The file of --tolerances holds the same as [[tolerance]] tables: field = \"/drag.*\",
 abs = 1e-9, tube = { time = 0.01, value = 1e-3 }.
 
 What could not be compared is never equal: without a value that both have (no common time or axis, nothing in the window, no
 field left) the status is 2, or 1 if one recording has messages that the other has not. Recordings without any common time,
-as of wall clocks, are compared as with --align relative, which is said. Folders with --bless: new recordings are taken
+as of wall clocks, are compared as with --align relative, which is reported. Folders with --bless: new recordings are taken
 over too, and those that only the reference has stay, with status 1.
 
 Exit status: 0 equal within tolerance, 1 different, 2 could not compare, 3 an input is damaged or partial: the sound part
 was compared.";
-
-/// Value of `--align`.
-#[derive(Clone, Copy, Debug)]
-enum Align {
-    Mode(Mode),
-    Relative,
-}
-
-impl ValueEnum for Align {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[
-            Self::Mode(Mode::Step),
-            Self::Mode(Mode::Time),
-            Self::Mode(Mode::Order),
-            Self::Mode(Mode::Nearest),
-            Self::Mode(Mode::Linear),
-            Self::Mode(Mode::Cubic),
-            Self::Relative,
-        ]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        match self {
-            Self::Mode(mode) => mode.to_possible_value(),
-            Self::Relative => Some(
-                PossibleValue::new("relative")
-                    .help("Times count from the start of each recording; then by step, exact time or linear"),
-            ),
-        }
-    }
-}
 
 #[derive(Debug, Args)]
 #[command(after_help = DIFF_EXAMPLES)]
@@ -92,7 +60,7 @@ pub(super) struct DiffArguments {
     fields: Vec<Pattern>,
     #[command(flatten)]
     window: Window,
-    /// How messages are brought together [default: by step or exact time where they agree, else linear; relative if the
+    /// How messages are aligned [default: by step or exact time where they agree, else linear; relative if the
     /// recordings have no time in common]
     #[arg(long, value_enum)]
     align: Option<Align>,
@@ -123,10 +91,10 @@ pub(super) struct DiffArguments {
     /// Topics or topic.fields that are not compared; `*` stands for anything
     #[arg(long, value_name = "PATTERN", value_delimiter = ',')]
     ignore: Vec<String>,
-    /// Not-a-number is equal to any other, whatever their bits
+    /// NaN is equal to any other NaN, whatever their bits
     #[arg(long)]
     nan_equal: bool,
-    /// Not-a-number stands for no value: such elements of either recording are not compared
+    /// NaN stands for no value: such elements of either recording are not compared
     #[arg(long, conflicts_with = "nan_equal")]
     skip_nan: bool,
     /// Stop at the first difference beyond tolerance
@@ -155,10 +123,50 @@ pub(super) struct DiffArguments {
     force: bool,
 }
 
+/// What all comparisons together found.
+struct Outcome {
+    worst: Verdict,
+    lossy: bool,
+    documents: Vec<serde_json::Value>,
+    /// For every rule, whether it fits anything in any of the recordings.
+    fitting: Vec<bool>,
+}
+
 impl DiffArguments {
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         let options = self.options()?;
         let jobs = jobs(&self.files).map_err(|error| CliError::Usage(error.to_string()))?;
+        self.check_outputs(&jobs)?;
+        if jobs.is_empty() {
+            say("error: nothing was compared: there is no recording (*.mcap) in these folders");
+        } else if jobs.iter().all(|job| job.a.is_none() || job.b.is_none()) {
+            say("error: nothing was compared: no recording is in both folders by the same name");
+        }
+        let fitting = vec![false; options.rules.rules.len()];
+        let mut result = Outcome { worst: Verdict::Equal, lossy: false, documents: Vec::new(), fitting };
+        for job in &jobs {
+            match (&job.a, &job.b) {
+                (Some(a), Some(b)) => self.compare(a, b, &options, limits, &mut result)?,
+                _ => {
+                    self.report_missing(job, &mut result.documents)?;
+                    if !self.accept_missing(job, limits)? {
+                        result.worst = Verdict::Different;
+                    }
+                }
+            }
+            if self.fail_fast && result.worst == Verdict::Different {
+                break;
+            }
+        }
+        if jobs.is_empty() {
+            result.worst = Verdict::NotCompared;
+        }
+        report_idle(&options.rules, &result.fitting, &jobs);
+        self.conclude(result, jobs.len())
+    }
+
+    /// Refuses outputs that are inputs, that exist, or that do not go with what is asked for.
+    fn check_outputs(&self, jobs: &[Job]) -> Result<(), CliError> {
         let outputs = [&self.plot, &self.write_diff];
         for output in outputs.into_iter().flatten() {
             refuse_inputs(Some(output), jobs.iter().flat_map(|job| job.a.iter().chain(&job.b)))?;
@@ -176,50 +184,44 @@ impl DiffArguments {
         if let Some(path) = &self.write_diff {
             by_extension(path, &[("mcap", ())], Some(()))?;
         }
+        Ok(())
+    }
+
+    /// Compares two recordings and shows what came out.
+    fn compare(
+        &self,
+        a: &Path,
+        b: &Path,
+        options: &Options,
+        limits: Limits,
+        result: &mut Outcome,
+    ) -> Result<(), CliError> {
+        let mut writer = self.write_diff.as_ref().map(|path| DiffWriter::new(path, self.force));
+        let comparison = diff(a, b, options, limits, writer.as_mut())?;
+        self.report_unwritten(&comparison);
+        result.fitting.iter_mut().zip(&comparison.fitting).for_each(|(any, fits)| *any |= fits);
+        let names = (a.to_string_lossy(), b.to_string_lossy());
+        let names = (names.0.as_ref(), names.1.as_ref());
         let style = Style { colour: has_colour(), explain: self.explain };
-        let (mut worst, mut lossy) = (Verdict::Equal, false);
-        let mut documents = Vec::new();
-        let mut fitting = vec![false; options.rules.rules.len()];
-        if jobs.is_empty() {
-            worst = Verdict::NotCompared;
-            say("error: nothing was compared: there is no recording (*.mcap) in these folders");
-        } else if jobs.iter().all(|job| job.a.is_none() || job.b.is_none()) {
-            say("error: nothing was compared: no recording is in both folders by the same name");
+        if self.json {
+            result.documents.push(to_json(names, &comparison));
+        } else if self.summary {
+            print_painted(&summary(names, &comparison, style))?;
+        } else {
+            print_painted(&to_text(names, &comparison, style))?;
         }
-        for job in &jobs {
-            let (Some(a), Some(b)) = (&job.a, &job.b) else {
-                self.tell_lonely(job, &mut documents)?;
-                if !self.accept_lonely(job, limits)? {
-                    worst = Verdict::Different;
-                }
-                continue;
-            };
-            let mut writer = self.write_diff.as_ref().map(|path| DiffWriter::new(path, self.force));
-            let comparison = diff(a, b, &options, limits, writer.as_mut())?;
-            self.tell_unwritten(&comparison);
-            fitting.iter_mut().zip(&comparison.fitting).for_each(|(any, fits)| *any |= fits);
-            let names = (a.to_string_lossy(), b.to_string_lossy());
-            let names = (names.0.as_ref(), names.1.as_ref());
-            if self.json {
-                documents.push(to_json(names, &comparison));
-            } else if self.summary {
-                print_painted(&summary(names, &comparison, style))?;
-            } else {
-                print_painted(&to_text(names, &comparison, style))?;
-            }
-            self.tell_gaps(names, &comparison);
-            self.draw(a, b, &comparison, limits)?;
-            if self.bless {
-                self.accept(a, b, &comparison)?;
-            } else {
-                worst = worst.max(verdict(&comparison));
-                lossy |= comparison.is_lossy();
-            }
-            if self.fail_fast && worst == Verdict::Different {
-                break;
-            }
+        self.report_gaps(names, &comparison);
+        self.draw(a, b, &comparison, limits)?;
+        if self.bless {
+            return self.accept(a, b, &comparison);
         }
-        tell_idle(&options.rules, &fitting, &jobs);
+        result.worst = result.worst.max(verdict(&comparison));
+        result.lossy |= comparison.is_lossy();
+        Ok(())
+    }
+
+    fn conclude(&self, result: Outcome, jobs: usize) -> Result<Exit, CliError> {
+        let Outcome { worst, lossy, documents, .. } = result;
         if self.json {
             let document = json!({
                 "version": JSON_VERSION,
@@ -231,8 +233,8 @@ impl DiffArguments {
                 "comparisons": documents,
             });
             print_document(&format!("{document:#}\n"))?;
-        } else if jobs.len() != 1 {
-            print(&format!("{} comparisons: {}\n", jobs.len(), worst.name()))?;
+        } else if jobs != 1 {
+            print(&format!("{jobs} comparisons: {}\n", worst.name()))?;
         }
         Ok(match (lossy, worst) {
             (_, Verdict::NotCompared) => Exit::NoAnswer,
@@ -270,26 +272,24 @@ impl DiffArguments {
         Ok(Options {
             topics: self.topics.clone(),
             fields: self.fields.clone(),
-            every: self.window.every,
             mode: match self.align {
                 Some(Align::Mode(mode)) => Some(mode),
                 Some(Align::Relative) | None => None,
             },
             relative: matches!(self.align, Some(Align::Relative)),
             rules,
-            from: self.window.from,
-            to: self.window.to,
+            window: self.window,
             nan: match (self.nan_equal, self.skip_nan) {
-                (_, true) => NotANumber::Skipped,
-                (true, _) => NotANumber::EqualsItself,
-                _ => NotANumber::SameBits,
+                (_, true) => NanRule::Skipped,
+                (true, _) => NanRule::EqualsItself,
+                _ => NanRule::SameBits,
             },
             fail_fast: self.fail_fast,
         })
     }
 
     /// A recording that only one of two folders has.
-    fn tell_lonely(&self, job: &Job, documents: &mut Vec<serde_json::Value>) -> Result<(), CliError> {
+    fn report_missing(&self, job: &Job, documents: &mut Vec<serde_json::Value>) -> Result<(), CliError> {
         let (path, what) = match (&job.a, &job.b) {
             (Some(a), _) => (a, "missing from the new folder"),
             (None, Some(b)) => (b, "only in the new folder"),
@@ -303,7 +303,7 @@ impl DiffArguments {
     }
 
     /// Channels that are not in the recording of differences, because their messages do not go together one by one.
-    fn tell_unwritten(&self, comparison: &Comparison) {
+    fn report_unwritten(&self, comparison: &Comparison) {
         let Some(path) = &self.write_diff else { return };
         let between = |channel: &&ChannelReport| channel.alignment.mode.is_some_and(Mode::is_between);
         for channel in comparison.channels.iter().filter(between) {
@@ -311,8 +311,8 @@ impl DiffArguments {
         }
     }
 
-    /// What could not be compared, and how times were brought together if nobody asked for it.
-    fn tell_gaps(&self, names: (&str, &str), comparison: &Comparison) {
+    /// What could not be compared, and how times were aligned if that was chosen by itself.
+    fn report_gaps(&self, names: (&str, &str), comparison: &Comparison) {
         for gap in &comparison.gaps {
             say(&format!("error: `{}` and `{}`: {gap}", names.0, names.1));
         }
@@ -347,7 +347,7 @@ impl DiffArguments {
     }
 
     /// Takes over a recording that only the new folder has; false if the folders still differ in it.
-    fn accept_lonely(&self, job: &Job, limits: Limits) -> Result<bool, CliError> {
+    fn accept_missing(&self, job: &Job, limits: Limits) -> Result<bool, CliError> {
         let (true, [first, other]) = (self.bless, self.files.as_slice()) else { return Ok(false) };
         let Some((new, name)) = job.b.as_ref().and_then(|new| Some((new, new.strip_prefix(other).ok()?)))
         else {
@@ -370,8 +370,8 @@ impl DiffArguments {
     }
 }
 
-/// Tells of rules that fit nothing in any of the recordings: perhaps a name is not written right.
-fn tell_idle(rules: &Rules, fitting: &[bool], jobs: &[Job]) {
+/// Reports rules that fit nothing in any of the recordings: perhaps a name is misspelled.
+fn report_idle(rules: &Rules, fitting: &[bool], jobs: &[Job]) {
     if !jobs.iter().any(|job| job.a.is_some() && job.b.is_some()) {
         return;
     }

@@ -8,10 +8,9 @@ use std::{
 use clap::Args;
 
 use super::{
-    CliError, Exit, loss,
+    chosen::finite_time,
+    outcome::{CliError, Exit, loss, say},
     output::{by_extension, explain, is_same_file, print, refuse_inputs, write},
-    say,
-    window::finite_time,
 };
 use crate::{
     command::export::{FORMS, attachment, attachments, form, matrix},
@@ -71,8 +70,7 @@ impl ExportArguments {
             let (slice, damages) = matrix(&self.file, topic, self.at_time, limits)?;
             write(Some(output), self.force, &form(&slice, kind)?)?;
             say(&slice.title());
-            let damages: Vec<_> = damages.into_iter().map(|damage| (self.file.clone(), damage)).collect();
-            return Ok(loss(&damages));
+            return Ok(loss(&self.file, &damages));
         }
         self.all(output, limits)
     }
@@ -91,7 +89,6 @@ impl ExportArguments {
             }
             print(&format!("{}\n", path.display()))
         })?;
-        let damages: Vec<_> = damages.into_iter().map(|damage| (self.file.clone(), damage)).collect();
-        Ok(loss(&damages))
+        Ok(loss(&self.file, &damages))
     }
 }

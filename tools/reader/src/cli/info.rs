@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    CliError, Exit, loss,
+    outcome::{CliError, Exit, loss},
     output::{print, print_document},
 };
 use crate::{command::info::info, recording::Limits};
@@ -21,13 +21,12 @@ pub(super) struct InfoArguments {
 
 impl InfoArguments {
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
-        let (text, overview) = info(&self.file, self.json, limits)?;
+        let (text, recording) = info(&self.file, self.json, limits)?;
         if self.json {
             print_document(&text)?
         } else {
             print(&text)?
         };
-        let damages: Vec<_> = overview.damages.into_iter().map(|d| (self.file.clone(), d)).collect();
-        Ok(loss(&damages))
+        Ok(loss(&self.file, &recording.damages))
     }
 }

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::CliError;
+use super::outcome::CliError;
 use crate::{
     command::create,
     text::{document, lines},

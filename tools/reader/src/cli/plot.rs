@@ -8,16 +8,16 @@ use std::{
 use clap::Args;
 
 use super::{
-    CliError, Exit, has_colour, loss,
+    chosen::{Chosen, finite_time},
+    outcome::{CliError, Exit, has_colour, losses, say, say_left_out},
     output::{by_extension, refuse_inputs, write},
-    say, say_left_out,
-    window::{Chosen, Window, finite_time},
 };
 use percuss_picture::Medium;
 
 use crate::{
     command::plot::{Request, plot},
     recording::Limits,
+    select::Window,
 };
 
 const PLOT_EXAMPLES: &str = "\
@@ -105,9 +105,7 @@ impl PlotArguments {
             topics: self.chosen.topics.clone(),
             selection: self.chosen.selection(),
             at_times: self.at_time.clone(),
-            from: self.window.from,
-            to: self.window.to,
-            every: self.window.every,
+            window: self.window,
             log: (log.contains('x'), log.contains('y')),
             x_range: self.x_range,
             range: self.range,
@@ -116,7 +114,7 @@ impl PlotArguments {
         let drawn = plot(&self.files, &request, limits, medium)?;
         write(self.output.as_deref(), self.force, &drawn.picture)?;
         say_left_out(&drawn.left_out);
-        let exit = loss(&drawn.damages);
+        let exit = losses(&drawn.damages);
         if drawn.undecoded > 0 {
             say(&format!("warning: {} messages do not fit their schema and are left out", drawn.undecoded));
             return Ok(Exit::Loss);

@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::{
-    CliError, Exit,
+    outcome::{CliError, Exit},
     output::{by_extension, explain, print, print_document, refuse_inputs},
 };
 use crate::{
@@ -15,8 +15,8 @@ use crate::{
 };
 
 const RECOVER_EXAMPLES: &str = "\
-Copies every sound message, attachment and metadata record into a new, finished file, and says what was lost; the new
-file says so too, in the metadata record `percuss.recovered`. The damaged file is left as it is.
+Copies every sound message, attachment and metadata record into a new, finished file, and lists what was lost; the new
+file lists it too, in the metadata record `percuss.recovered`. The damaged file is left as it is.
 
 Examples:
   percuss-read recover damaged.mcap -o recovered.mcap

@@ -5,9 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    CliError, Exit, loss,
+    outcome::{CliError, Exit, loss, say},
     output::{by_extension, refuse_inputs, write},
-    say,
 };
 use crate::{command::report::report, recording::Limits};
 
@@ -40,7 +39,6 @@ impl ReportArguments {
         let (page, damages) = report(&self.file, limits)?;
         write(Some(&output), self.force, page.as_bytes())?;
         say(&format!("{}: {:.1} MB", output.display(), page.len() as f64 * 1e-6));
-        let damages: Vec<_> = damages.into_iter().map(|damage| (self.file.clone(), damage)).collect();
-        Ok(loss(&damages))
+        Ok(loss(&self.file, &damages))
     }
 }

@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{CliError, Exit, output::print};
+use super::{
+    outcome::{CliError, Exit},
+    output::print,
+};
 use crate::{command::schema::schema, recording::Limits, select::Pattern};
 
 const SCHEMA_EXAMPLES: &str = "\

@@ -8,10 +8,9 @@ use std::{
 use clap::{Args, ValueEnum};
 
 use super::{
-    CliError, Exit, loss,
+    chosen::Chosen,
+    outcome::{CliError, Exit, losses, say, say_left_out},
     output::{Output, by_extension, explain, refuse_inputs},
-    say, say_left_out,
-    window::{Chosen, Window},
 };
 use crate::{
     command::trace::{Align, Outcome, Request, TraceError, trace},
@@ -22,6 +21,7 @@ use crate::{
         parquet::Parquet,
     },
     recording::Limits,
+    select::Window,
 };
 
 const TRACE_EXAMPLES: &str = "\
@@ -81,9 +81,7 @@ impl TraceArguments {
         let request = Request {
             topics: self.chosen.topics.clone(),
             selection: self.chosen.selection(),
-            from: self.window.from,
-            to: self.window.to,
-            every: self.window.every,
+            window: self.window,
             align: self.align,
             stack: self.stack,
             follow: self.follow,
@@ -119,10 +117,10 @@ impl TraceArguments {
                 "warning: {} messages do not fit their schema, or unpack to more than --max-memory allows, and are left out",
                 outcome.undecoded
             ));
-            loss(&outcome.damages);
+            losses(&outcome.damages);
             return Ok(Exit::Loss);
         }
-        Ok(loss(&outcome.damages))
+        Ok(losses(&outcome.damages))
     }
 
     fn format(&self) -> Result<Format, CliError> {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    CliError, Exit,
+    outcome::{CliError, Exit},
     output::{print, print_document},
 };
 use crate::{command::verify::verify, recording::Limits};

@@ -6,28 +6,28 @@ use std::{
     thread,
 };
 
+use clap::Args;
 use prost_reflect::{MessageDescriptor, SerializeOptions};
 
 use crate::{
+    channel::Channel,
     messages::{Message, POLL, Recording},
-    overview::Channel,
-    recording::{Damage, Limits, Next, OpenError},
-    select::{self, Pattern, UnknownTopic},
+    recording::{Damage, Limits, OpenError},
+    select::{self, Pattern, Window},
     wire::dynamic,
 };
 
 /// What to show.
-#[derive(Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default)]
 pub struct Request {
-    /// Topics; all if empty.
+    /// Topics, separated by commas; `*` stands for anything [default: all]
+    #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
     pub topics: Vec<Pattern>,
-    /// First time, of the field `time` or the log time in seconds.
-    pub from: Option<f64>,
-    /// Last time.
-    pub to: Option<f64>,
-    /// Every n-th message of each topic; 1 for all.
-    pub every: u64,
-    /// Keeps reading a file that is being written.
+    /// Times, of the field `time` or the log time in seconds, and every n-th message of each topic.
+    #[command(flatten)]
+    pub window: Window,
+    /// Keep reading a recording that is still being written, until it is finished
+    #[arg(long)]
     pub follow: bool,
 }
 
@@ -37,9 +37,6 @@ pub enum CatError {
     /// The file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// There is no such topic.
-    #[error(transparent)]
-    UnknownTopic(#[from] UnknownTopic),
     /// The output cannot be written.
     #[error("cannot write the output: {0}")]
     Output(#[from] io::Error),
@@ -58,49 +55,39 @@ pub fn cat(
     output: &mut dyn Write,
 ) -> Result<Vec<Damage>, CatError> {
     let mut recording = Recording::open(path, limits)?;
-    let ids = |recording: &Recording| -> Result<Vec<u16>, UnknownTopic> {
-        match request.topics.as_slice() {
-            [] => Ok(recording.channels.keys().copied().collect()),
-            topics => select::channels(recording, topics),
-        }
-    };
     // of a file that is being written, topics may still be to come
-    while request.follow && (recording.channels.is_empty() || ids(&recording).is_err()) {
+    while request.follow
+        && (recording.channels.is_empty() || select::channels(&recording, &request.topics).is_err())
+    {
         thread::sleep(POLL);
         recording = Recording::open(path, limits)?;
     }
-    let window = recording.log_window(request.from, request.to);
-    let mut messages = recording.messages(ids(&recording)?, window)?;
+    let window = recording.log_window(request.window.from, request.window.to);
+    let mut messages = recording.messages(select::channels(&recording, &request.topics)?, window)?;
     if request.follow {
         messages.follow();
     }
     let mut seen = std::collections::HashMap::<u16, u64>::new();
     let mut text = Text { bytes: Vec::new(), room: limits.kept() };
     loop {
-        let next = messages.next(|message| {
+        messages.for_each(|message| {
             let channel = &recording.channels[&message.channel];
-            let time = channel.time_of(message.data, message.log_time);
-            if request.from.is_some_and(|from| time < from) || request.to.is_some_and(|to| time > to) {
+            if !request.window.holds(channel.time_of(message.data, message.log_time)) {
                 return Ok(());
             }
             let count = seen.entry(message.channel).or_default();
             *count += 1;
-            if !(*count - 1).is_multiple_of(request.every.max(1)) {
+            if request.window.leaves_out(*count - 1) {
                 return Ok(());
             }
-            line(channel, &message, limits, &mut text, output)
+            line(channel, &message, limits, &mut text, output).map_err(CatError::Output)
         })?;
-        match next {
-            Next::Record(result) => result?,
-            Next::Pending => {
-                output.flush()?;
-                thread::sleep(POLL);
-            }
-            Next::End => break,
+        output.flush()?;
+        if messages.is_over() {
+            return Ok(messages.damages().to_vec());
         }
+        thread::sleep(POLL);
     }
-    output.flush()?;
-    Ok(messages.damages().to_vec())
 }
 
 /// Text that does not grow beyond what there is room for: of an empty message all fields are written, with their names.

@@ -21,7 +21,6 @@ pub use write::DiffWriter;
 use crate::{
     compare::{CompareError, Comparison, Options, compare},
     messages::Recording,
-    overview::Overview,
     recording::{Limits, OpenError},
 };
 
@@ -149,8 +148,8 @@ pub fn diff(
 ///
 /// The file cannot be read.
 pub fn is_whole(path: &Path, limits: Limits) -> Result<bool, OpenError> {
-    let is_partial = Recording::open(path, limits)?.is_partial();
-    Ok(!is_partial && Overview::read(path, limits)?.damages.is_empty())
+    let recording = Recording::read(path, limits)?;
+    Ok(!recording.is_partial() && recording.damages.is_empty())
 }
 
 /// Puts a new recording in the place of the reference, whole or not at all.
@@ -165,7 +164,7 @@ pub fn bless(reference: &Path, new: &Path) -> io::Result<()> {
     let name = reference.file_name().unwrap_or_default().to_string_lossy();
     let beside = reference.with_file_name(format!(".{name}.blessed-{}", std::process::id()));
     fs::copy(new, &beside).and_then(|_| fs::rename(&beside, reference)).inspect_err(|_| {
-        // the first error is the one to tell
+        // the first error is the one to report
         drop(fs::remove_file(&beside));
     })
 }

@@ -16,7 +16,7 @@ use crate::{
     format::vti::vti,
     messages::Recording,
     recording::{Damage, Limits, OpenError},
-    select::{self, Pattern, UnknownTopic},
+    select::{self, Pattern},
     slice::{MomentError, Slice, moments, slice},
 };
 
@@ -26,9 +26,6 @@ pub enum ExportError {
     /// The file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// There is no such topic.
-    #[error(transparent)]
-    UnknownTopic(#[from] UnknownTopic),
     /// There is no such attachment.
     #[error("there is no attachment `{name}`; the recording has {known}")]
     NoAttachment {
@@ -180,9 +177,7 @@ pub fn matrix(
     let mut matrices = Vec::new();
     for id in select::channels(&recording, std::slice::from_ref(topic))? {
         let channel = &recording.channels[&id];
-        let Some(layout) = &channel.layout else { continue };
-        let is_matrix = |leaf: &usize| matches!(Axis::of(*leaf, layout, channel), Axis::Matrix { .. });
-        matrices.extend((0..layout.leaves.len()).filter(is_matrix).map(|leaf| (id, channel, leaf)));
+        matrices.extend(Axis::matrices(channel).map(|leaf| (id, channel, leaf)));
     }
     let (id, channel, leaf) = match matrices.as_slice() {
         [] => return Err(ExportError::NoMatrix(topic.text().into())),

@@ -5,11 +5,12 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::{
-    overview::{Channel, Overview},
+    channel::Channel,
+    convention::{RUN, STATUS},
+    messages::Recording,
     recording::{Damage, Limits, OpenError, seconds},
     table::Heading,
     text::{printable, short},
-    wire::{COUNT, UNKNOWN},
 };
 
 /// Version of the JSON form.
@@ -26,19 +27,19 @@ const MAX_SHOWN: usize = 12;
 /// # Errors
 ///
 /// The file cannot be read or is no MCAP file.
-pub fn info(path: &Path, as_json: bool, limits: Limits) -> Result<(String, Overview), OpenError> {
-    let overview = Overview::read(path, limits)?;
+pub fn info(path: &Path, as_json: bool, limits: Limits) -> Result<(String, Recording), OpenError> {
+    let recording = Recording::read(path, limits)?;
     let size = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
     let text = if as_json {
-        format!("{:#}\n", to_json(path, size, &overview))
+        format!("{:#}\n", to_json(path, size, &recording))
     } else {
-        to_text(path, size, &overview)
+        to_text(path, size, &recording)
     };
-    Ok((text, overview))
+    Ok((text, recording))
 }
 
-fn to_json(path: &Path, size: u64, overview: &Overview) -> Value {
-    let channels = overview.channels.iter().map(|(id, channel)| {
+fn to_json(path: &Path, size: u64, recording: &Recording) -> Value {
+    let channels = recording.channels.iter().map(|(id, channel)| {
         json!({
             "id": id,
             "topic": channel.topic,
@@ -51,26 +52,26 @@ fn to_json(path: &Path, size: u64, overview: &Overview) -> Value {
             "metadata": channel.metadata,
         })
     });
-    let attachments = overview.attachments.iter();
-    let metadata = overview.metadata.iter();
+    let attachments = recording.attachments.iter();
+    let metadata = recording.metadata.iter();
     json!({
         "version": JSON_VERSION,
         "file": path.to_string_lossy(),
         "bytes": size,
-        "complete": overview.complete,
-        "damages": overview.damages.iter().map(damage_json).collect::<Vec<_>>(),
-        "percuss": overview.is_percuss(),
-        "status": overview.status(),
-        "library": overview.library,
-        "profile": overview.profile,
-        "start_ns": overview.span().map(|span| span.0),
-        "end_ns": overview.span().map(|span| span.1),
-        "messages": overview.channels.values().map(|channel| channel.count).sum::<u64>(),
+        "complete": recording.complete,
+        "damages": recording.damages.iter().map(damage_json).collect::<Vec<_>>(),
+        "percuss": recording.is_percuss(),
+        "status": recording.status(),
+        "library": recording.library,
+        "profile": recording.profile,
+        "start_ns": recording.span.map(|span| span.0),
+        "end_ns": recording.span.map(|span| span.1),
+        "messages": recording.channels.values().map(|channel| channel.count).sum::<u64>(),
         "chunks": {
-            "count": overview.chunks.count,
-            "compressed_bytes": overview.chunks.compressed,
-            "uncompressed_bytes": overview.chunks.uncompressed,
-            "compression": overview.chunks.compression,
+            "count": recording.chunks.count,
+            "compressed_bytes": recording.chunks.compressed,
+            "uncompressed_bytes": recording.chunks.uncompressed,
+            "compression": recording.chunks.compression,
         },
         "channels": channels.collect::<Vec<_>>(),
         "attachments": attachments
@@ -80,32 +81,52 @@ fn to_json(path: &Path, size: u64, overview: &Overview) -> Value {
     })
 }
 
-fn to_text(path: &Path, size: u64, overview: &Overview) -> String {
-    let mut text = format!("{}: {}\n", path.display(), headline(overview));
+fn to_text(path: &Path, size: u64, recording: &Recording) -> String {
+    let mut text = format!("{}: {}\n", path.display(), headline(recording));
     let mut line = |key: &str, value: String| text.push_str(&format!("  {key:<11} {}\n", printable(&value)));
-    if let Some(title) = overview.metadata("percuss.run").and_then(|run| run.get("title")) {
+    if let Some(title) = recording.entries(RUN).and_then(|run| run.get("title")) {
         line("title", title.clone());
     }
-    line("written by", overview.library.clone());
+    line("written by", recording.library.clone());
     line("size", format!("{size} bytes"));
-    let chunks = &overview.chunks;
+    let chunks = &recording.chunks;
     if chunks.count > 0 {
         let name = |name: &String| if name.is_empty() { "uncompressed".to_owned() } else { name.clone() };
         let names: Vec<String> = chunks.compression.iter().map(name).collect();
         let packed = 100.0 * chunks.compressed as f64 / chunks.uncompressed.max(1) as f64;
         line("chunks", format!("{}, {}, packed to {packed:.0} %", chunks.count, names.join(", ")));
     }
-    if let Some((start, end)) = overview.span() {
+    if let Some((start, end)) = recording.span {
         line("log time", format!("{} s to {} s", seconds(start), seconds(end)));
     }
-    for damage in &overview.damages {
+    for damage in &recording.damages {
         line("damage", format!("{} (at byte {}, {} bytes lost)", damage.reason, damage.offset, damage.bytes));
     }
 
-    text.push_str("\nchannels\n");
-    let widths = overview.channels.values().map(|channel| printable(&channel.topic).chars().count());
+    text.push_str(&channels(recording));
+    if !recording.attachments.is_empty() {
+        text.push_str("\nattachments\n");
+        for attachment in &recording.attachments {
+            let (name, media_type) = (printable(&attachment.name), printable(&attachment.media_type));
+            let size = attachment.size;
+            text.push_str(&format!("  {name}  {size} bytes  {media_type}\n"));
+        }
+    }
+    for record in &recording.metadata {
+        text.push_str(&format!("\n{}\n", printable(&record.name)));
+        for (key, value) in record.entries.iter().filter(|(_, value)| !value.trim().is_empty()) {
+            text.push_str(&format!("  {} = {}\n", printable(key), printable(value)));
+        }
+    }
+    text
+}
+
+/// A line per channel.
+fn channels(recording: &Recording) -> String {
+    let mut text = "\nchannels\n".to_owned();
+    let widths = recording.channels.values().map(|channel| printable(&channel.topic).chars().count());
     let width = widths.max().unwrap_or(0).min(MAX_WIDTH);
-    for channel in overview.channels.values() {
+    for channel in recording.channels.values() {
         let fields = match &channel.layout {
             Some(_) => units(channel),
             None => format!("({} messages are not decoded)", short(&channel.encoding)),
@@ -115,37 +136,23 @@ fn to_text(path: &Path, size: u64, overview: &Overview) -> String {
         text.push_str(row.trim_end());
         text.push('\n');
     }
-    if !overview.attachments.is_empty() {
-        text.push_str("\nattachments\n");
-        for attachment in &overview.attachments {
-            let (name, media_type) = (printable(&attachment.name), printable(&attachment.media_type));
-            let size = attachment.size;
-            text.push_str(&format!("  {name}  {size} bytes  {media_type}\n"));
-        }
-    }
-    for record in &overview.metadata {
-        text.push_str(&format!("\n{}\n", printable(&record.name)));
-        for (key, value) in record.entries.iter().filter(|(_, value)| !value.trim().is_empty()) {
-            text.push_str(&format!("  {} = {}\n", printable(key), printable(value)));
-        }
-    }
     text
 }
 
 /// Complete or not, in words.
-fn headline(overview: &Overview) -> String {
-    let kind = match overview.metadata("percuss.run").and_then(|run| run.get("format_version")) {
+fn headline(recording: &Recording) -> String {
+    let kind = match recording.entries(RUN).and_then(|run| run.get("format_version")) {
         Some(version) => format!("percuss recording, format {}", printable(version)),
         None => "MCAP file".into(),
     };
-    let state = match (overview.complete, overview.status()) {
+    let state = match (recording.complete, recording.status()) {
         (true, Some("completed")) => "completed".to_owned(),
         (true, Some(status)) => {
-            let record = overview.metadata("percuss.status");
+            let record = recording.entries(STATUS);
             let message = record.and_then(|record| record.get("message")).map_or("", String::as_str);
             format!("{} ({})", printable(status), printable(message))
         }
-        (true, None) if overview.is_percuss() => "no status record: the run did not end".to_owned(),
+        (true, None) if recording.is_percuss() => "no status record: the run did not end".to_owned(),
         (true, None) => "complete".to_owned(),
         (false, _) => "PARTIAL: damaged or cut off".to_owned(),
     };
@@ -156,8 +163,7 @@ fn headline(overview: &Overview) -> String {
 fn units(channel: &Channel) -> String {
     let Some(layout) = &channel.layout else { return String::new() };
     let axes = channel.axis_parts();
-    let is_shown = |path: &str| !axes.contains(path) && !path.ends_with(COUNT) && path != UNKNOWN;
-    let fields = || layout.leaves.iter().filter(|leaf| is_shown(&leaf.path));
+    let fields = || layout.leaves.iter().filter(|leaf| !axes.contains(leaf.path.as_str()) && leaf.is_data());
     let names = fields().take(MAX_SHOWN).map(|leaf| {
         let array = if leaf.ends_in_list { "[]" } else { "" };
         let name = format!("{}{array}", short(&leaf.path));

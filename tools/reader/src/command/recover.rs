@@ -14,17 +14,15 @@ use mcap::{
 };
 
 use crate::{
-    recording::{Budget, Damage, Found, Limits, Next, OpenError, Scan, seconds},
+    convention,
+    recording::{Budget, Damage, FileRecord, Limits, OpenError, Scan, seconds},
     text::short,
 };
 
-/// Name of the metadata record that says what was lost.
-pub const RECORD: &str = "percuss.recovered";
-
-/// Lost definitions that are told one by one.
+/// Lost definitions that are reported one by one.
 const MAX_LOST: usize = 1000;
 
-/// Topics of a lost chunk that are told one by one.
+/// Topics of a lost chunk that are reported one by one.
 const MAX_TOPICS: usize = 20;
 
 /// Unpacked size after which a chunk is closed, besides where the chunks of the source end \[bytes\].
@@ -77,45 +75,36 @@ pub fn recover(path: &Path, output: File, limits: Limits) -> Result<Recovered, R
     for record in &index.directory {
         copy.define(record)?;
     }
-    let mut told = 0;
+    let mut reported = 0;
     loop {
         let next = scan.next(|found| copy.take(found))?;
-        for damage in &scan.damages()[told..] {
+        for damage in &scan.damages()[reported..] {
             copy.lose(damage);
         }
-        told = scan.damages().len();
-        match next {
-            Next::Record(result) => result?,
-            Next::Pending | Next::End => break,
-        }
+        reported = scan.damages().len();
+        let Some(copied) = next else { return Ok(copy.finish(path)?) };
+        copied?;
     }
-    Ok(copy.finish(path)?)
 }
 
 /// Header and first compression of a file.
 fn look_ahead(path: &Path, limits: Limits) -> Result<(String, String, Option<Compression>), OpenError> {
     let mut scan = Scan::open(path, limits)?;
     let (mut profile, mut library) = (String::new(), String::new());
-    loop {
-        let next = scan.next(|found| match found.record {
-            Record::Header(header) => {
-                (profile, library) = (header.profile, header.library);
-                None
-            }
-            Record::Chunk { header, .. } => Some(header.compression),
-            _ => None,
-        })?;
-        let compression = match next {
-            Next::Record(None) => continue,
-            Next::Record(Some(name)) => match name.as_str() {
-                "lz4" => Some(Compression::Lz4),
-                "zstd" => Some(Compression::Zstd),
-                _ => None,
-            },
-            Next::Pending | Next::End => Some(Compression::Zstd),
-        };
-        return Ok((profile, library, compression));
-    }
+    let compression = scan.find_map(|found| match found.record {
+        Record::Header(header) => {
+            (profile, library) = (header.profile, header.library);
+            None
+        }
+        Record::Chunk { header, .. } => Some(header.compression),
+        _ => None,
+    })?;
+    let compression = match compression.as_deref() {
+        Some("lz4") => Some(Compression::Lz4),
+        Some("zstd") | None => Some(Compression::Zstd),
+        Some(_) => None,
+    };
+    Ok((profile, library, compression))
 }
 
 struct Copy {
@@ -128,7 +117,7 @@ struct Copy {
     unknown: BTreeMap<u16, u64>,
     /// The chunk being copied and the messages taken of it.
     chunk: Option<(u64, BTreeMap<u16, u64>)>,
-    /// A chunk that was lost, whose indexes may still tell what was in it.
+    /// A chunk that was lost, whose indexes may still list what was in it.
     lost: Option<Lost>,
 }
 
@@ -169,31 +158,33 @@ impl Copy {
             self.lose_definition("it takes more memory than there is for it (--max-memory)");
             return Ok(());
         }
-        let defined = match record {
-            Record::Schema { header, data } if self.schemas.insert(header.id) => {
-                self.writer.add_schema_with_id(header.id, &header.name, &header.encoding, data)
-            }
-            Record::Channel(channel) if !self.topics.contains_key(&channel.id) => {
-                if channel.schema_id != 0 && !self.schemas.contains(&channel.schema_id) {
-                    return Ok(());
-                }
-                let (encoding, metadata) = (&channel.message_encoding, &channel.metadata);
-                let (id, schema, topic) = (channel.id, channel.schema_id, &channel.topic);
-                let added = self.writer.add_channel_with_id(id, schema, topic, encoding, metadata);
-                if added.is_ok() {
-                    self.topics.insert(id, topic.clone());
-                }
-                added
-            }
-            _ => return Ok(()),
-        };
-        match defined {
+        match self.add(record) {
             Err(error @ McapError::Io(_)) => Err(error),
             Err(error) => {
                 self.lose_definition(&error.to_string());
                 Ok(())
             }
-            Ok(_) => Ok(()),
+            Ok(()) => Ok(()),
+        }
+    }
+
+    /// Adds a definition that is new; a channel whose schema is lost is left out.
+    fn add(&mut self, record: &Record<'_>) -> Result<(), McapError> {
+        match record {
+            Record::Schema { header, data } => {
+                self.schemas.insert(header.id);
+                self.writer.add_schema_with_id(header.id, &header.name, &header.encoding, data).map(drop)
+            }
+            Record::Channel(channel)
+                if channel.schema_id == 0 || self.schemas.contains(&channel.schema_id) =>
+            {
+                let (encoding, metadata) = (&channel.message_encoding, &channel.metadata);
+                let (id, schema, topic) = (channel.id, channel.schema_id, &channel.topic);
+                self.writer.add_channel_with_id(id, schema, topic, encoding, metadata)?;
+                self.topics.insert(id, topic.clone());
+                Ok(())
+            }
+            _ => Ok(()),
         }
     }
 
@@ -216,8 +207,8 @@ impl Copy {
         has_room
     }
 
-    fn take(&mut self, found: Found<'_>) -> Result<(), McapError> {
-        let Found { offset, inside, record } = found;
+    fn take(&mut self, found: FileRecord<'_>) -> Result<(), McapError> {
+        let FileRecord { offset, inside, record } = found;
         if inside.is_none() && !matches!(record, Record::MessageIndex(_)) {
             self.end_chunk()?;
         }
@@ -264,7 +255,7 @@ impl Copy {
         Ok(())
     }
 
-    /// Takes note of a damage; if it is that of the open chunk, its indexes are still to come.
+    /// Notes a damage; if it is that of the open chunk, its indexes are still to come.
     fn lose(&mut self, damage: &Damage) {
         let Damage { offset, bytes, reason } = damage;
         let text = format!("{bytes} bytes at byte {offset}: {reason}");
@@ -308,7 +299,7 @@ impl Copy {
             let mut metadata = BTreeMap::from([("source".to_owned(), source.display().to_string())]);
             let lost = self.result.lost.iter().enumerate();
             metadata.extend(lost.map(|(i, text)| (format!("lost.{i:03}"), text.clone())));
-            self.writer.write_metadata(&Metadata { name: RECORD.into(), metadata })?;
+            self.writer.write_metadata(&Metadata { name: convention::RECOVERED.into(), metadata })?;
         }
         self.writer.finish()?;
         let file = self.writer.into_inner();

@@ -8,35 +8,43 @@ use std::{
     time::{Duration, Instant},
 };
 
-use percuss_serve::{Address, Channel, Playback, Playing, ServeError, Server};
+use clap::Args;
+use percuss_serve::{Address, Channel, Playback, Playing, ServeError, Server, speed};
 
 use crate::{
     command::recover::{RecoverError, recover},
     messages::Recording,
-    recording::{Damage, Limits, OpenError, seconds},
+    recording::{Damage, Limits, OpenError, log_times, seconds},
     timeline::{Event, Timeline, TimelineError},
 };
 
-/// Longest wait between two looks at what viewers want.
+/// Longest wait between two checks of what viewers want.
 const NAP: Duration = Duration::from_millis(50);
 
 /// What to replay, and how.
-#[derive(Clone, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct Request {
-    /// Where to serve.
-    pub address: Address,
-    /// Log time that passes in a second \[s\].
+    /// Where to serve: HOST:PORT, HOST or PORT; port 0 for any that is free [default: 127.0.0.1:8765, this machine only]
+    #[arg(long = "addr", value_name = "ADDR")]
+    pub address: Option<Address>,
+    /// Log time that passes in a second
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = speed)]
     pub speed: f64,
-    /// First time, of the field `time` or the log time in seconds.
-    pub from: Option<f64>,
-    /// Last time.
-    pub to: Option<f64>,
-    /// Begins again at the end.
+    /// Begin again at the end
+    #[arg(long = "loop", conflicts_with = "once")]
     pub repeat: bool,
-    /// Ends at the end.
+    /// End after the last message, when viewers have left, instead of waiting for viewers that go back
+    #[arg(long)]
     pub once: bool,
-    /// Longest wait for viewers to leave, at the end.
+    /// With --once, wait for viewers to leave so many seconds at most
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = percuss_serve::seconds, requires = "once")]
     pub hold: Duration,
+    /// First time, in the unit of the time column
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub from: Option<f64>,
+    /// Last time, in the unit of the time column
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub to: Option<f64>,
 }
 
 /// Why nothing can be replayed.
@@ -54,7 +62,7 @@ pub enum ReplayError {
     /// There is no room for a temporary file.
     #[error("cannot create a temporary file: {0}")]
     Temporary(io::Error),
-    /// The address is not to be had.
+    /// The address cannot be used.
     #[error(transparent)]
     Serve(#[from] ServeError),
     /// There are no messages.
@@ -69,7 +77,7 @@ pub enum ReplayError {
 
 /// Serves a recording until the end if that is asked for, else for good. Returns what of the file was lost.
 ///
-/// * `say`: is told what a user wants to know
+/// * `say`: shows a line to the user
 ///
 /// # Errors
 ///
@@ -83,13 +91,8 @@ pub fn replay(
     let recording = Recording::open(path, limits)?;
     let (timeline, lost) = open(path, limits, say)?;
     let span = timeline.span().and_then(|(first, last)| {
-        let (low, high) = match recording.log_window(request.from, request.to) {
-            Some(window) => window,
-            None => {
-                let nanoseconds = |time: f64| (time * 1e9).clamp(0.0, u64::MAX as f64) as u64;
-                (request.from.map_or(0, nanoseconds), request.to.map_or(u64::MAX, nanoseconds))
-            }
-        };
+        let window = recording.log_window(request.from, request.to);
+        let (low, high) = window.unwrap_or_else(|| log_times(request.from, request.to, 1.0));
         let span = (first.max(low), last.min(high));
         (span.0 <= span.1).then_some(span)
     });
@@ -100,12 +103,9 @@ pub fn replay(
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     let channels: Vec<Channel> = timeline.channels().values().cloned().collect();
     let numbers = timeline.channels().keys().enumerate().map(|(number, id)| (*id, number)).collect();
-    let server = Server::open(&request.address, &name, &channels, Some(span))?;
-    say(&format!(
-        "{name}: at {} for {}; plays when viewers have subscribed",
-        server.url(),
-        request.address.reach()
-    ));
+    let address = request.address.clone().unwrap_or_default();
+    let server = Server::open(&address, &name, &channels, Some(span))?;
+    say(&format!("{name}: at {} for {}; plays when viewers have subscribed", server.url(), address.reach()));
     let mut player = Player {
         server,
         timeline,
@@ -180,7 +180,7 @@ impl Player {
                     self.end(request.repeat)?;
                 }
             } else if self.state == Playing::Ended && self.server.viewers() == 0 {
-                // who comes next sees it from the beginning
+                // the next viewer sees it from the beginning
                 self.server.reset();
                 (self.state, self.is_waiting) = (Playing::Playing, true);
                 self.clock = (Instant::now(), self.span.0);
@@ -188,7 +188,7 @@ impl Player {
         }
     }
 
-    /// Time until there is something to do, unless somebody asks for something.
+    /// Time until there is something to do, unless a viewer asks for something.
     fn wait(&self) -> Duration {
         match &self.head {
             Some(head) if self.state == Playing::Playing && !self.is_waiting => {

@@ -11,9 +11,10 @@ mod animation;
 mod curves;
 
 use crate::{
+    channel::Channel,
     command::{plot::PlotError, verify::verify},
+    convention::{FIELD_STRESS, FIELDS, HOST, INTERFACE, RESOLVED_CASE, RUN, STATUS, VALIDITY},
     messages::Recording,
-    overview::Channel,
     recording::{Damage, Limits, OpenError},
 };
 
@@ -51,20 +52,20 @@ pub enum ReportError {
 pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), ReportError> {
     let recording = Recording::open(path, limits)?;
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    let Some(run) = recording.entries("percuss.run") else { return Err(ReportError::NotPercuss(name)) };
+    let Some(run) = recording.entries(RUN) else { return Err(ReportError::NotPercuss(name)) };
     let verdict = verify(path, limits)?;
-    let case = recording.attachment("case.resolved.toml")?.filter(|case| case.len() <= MAX_CASE);
-    let mut host = recording.entries("percuss.host").cloned().unwrap_or_default();
+    let case = recording.attachment(RESOLVED_CASE)?.filter(|case| case.len() <= MAX_CASE);
+    let mut host = recording.entries(HOST).cloned().unwrap_or_default();
     host.remove("padding");
     let mut damages = recording.damages.clone();
     let curves = curves::charts(path, &recording, limits)?;
-    let profiles = match find(&recording, |topic| topic == "/interface/stress") {
+    let profiles = match find(&recording, |topic| topic == INTERFACE) {
         Some(id) => curves::profiles(&recording, id, &mut damages)?,
         None => Value::Null,
     };
     // the stress if it is recorded, else what there is
-    let field = find(&recording, |topic| topic == "/field/stress")
-        .or_else(|| find(&recording, |topic| topic.starts_with("/field/")));
+    let field = find(&recording, |topic| topic == FIELD_STRESS)
+        .or_else(|| find(&recording, |topic| topic.starts_with(FIELDS)));
     let field = match field {
         Some(id) => animation::animation(&recording, id, &mut damages)?,
         None => Value::Null,
@@ -76,8 +77,8 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
         "library": recording.library,
         "run": run,
         "host": host,
-        "status": recording.entries("percuss.status"),
-        "validity": recording.entries("percuss.validity"),
+        "status": recording.entries(STATUS),
+        "validity": recording.entries(VALIDITY),
         "sound": verdict.is_sound(),
         "partial": verdict.partial,
         "verdict": verdict.to_text(&name),

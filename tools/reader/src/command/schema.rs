@@ -7,32 +7,18 @@ use prost_reflect::{EnumDescriptor, FieldDescriptor, FileDescriptor, Kind, Messa
 use crate::{
     messages::Recording,
     recording::{Limits, OpenError},
-    select::{self, Pattern, UnknownTopic},
+    select::{self, Pattern},
     text::short,
 };
-
-/// Why there is no schema to show.
-#[derive(Debug, thiserror::Error)]
-pub enum SchemaError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// There is no such topic.
-    #[error(transparent)]
-    UnknownTopic(#[from] UnknownTopic),
-}
 
 /// The files that describe the messages of some topics (all if none is named), as text.
 ///
 /// # Errors
 ///
 /// The file cannot be read, or there is no such topic.
-pub fn schema(path: &Path, topics: &[Pattern], limits: Limits) -> Result<String, SchemaError> {
+pub fn schema(path: &Path, topics: &[Pattern], limits: Limits) -> Result<String, OpenError> {
     let recording = Recording::open(path, limits)?;
-    let ids = match topics {
-        [] => recording.channels.keys().copied().collect(),
-        topics => select::channels(&recording, topics)?,
-    };
+    let ids = select::channels(&recording, topics)?;
     let (mut text, mut seen, mut known) = (String::new(), BTreeSet::new(), BTreeSet::new());
     for channel in ids.iter().map(|id| &recording.channels[id]) {
         let Some(layout) = &channel.layout else {

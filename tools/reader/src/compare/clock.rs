@@ -4,11 +4,11 @@
 //! and the difference of their starts says nothing: then times count from the first message of each recording on that
 //! clock. All channels of a recording on a clock share the start, so one that is late against the others stays late.
 
-use super::{Options, structure::Pair};
+use super::options::Options;
 use crate::{
+    channel::Channel,
     messages::Recording,
-    overview::Channel,
-    recording::{Next, OpenError, seconds},
+    recording::{OpenError, seconds},
 };
 
 /// Where the times of a channel count from.
@@ -56,17 +56,15 @@ impl Spans {
         }
         let timed = recording.channels.iter().filter(|(_, channel)| channel.has_time()).map(|(&id, _)| id);
         let mut messages = recording.messages(timed, None)?;
-        loop {
-            let next = messages.next(|message| {
-                let channel = &recording.channels[&message.channel];
-                channel.time_of(message.data, message.log_time)
-            })?;
-            let Next::Record(time) = next else { return Ok(spans) };
+        messages.for_each(|message| -> Result<(), OpenError> {
+            let time = recording.channels[&message.channel].time_of(message.data, message.log_time);
             if time.is_finite() {
                 let (first, last) = spans.message.unwrap_or((time, time));
                 spans.message = Some((first.min(time), last.max(time)));
             }
-        }
+            Ok(())
+        })?;
+        Ok(spans)
     }
 
     /// Start and span of the clock of a channel.
@@ -100,33 +98,31 @@ pub(super) fn origins(a: &Recording, b: &Recording, options: &Options) -> [u64; 
     }
 }
 
-/// Sets where the times of every pair of channels count from, where that is asked for, or where the mode is free and
-/// the recordings have no time in common.
+/// Where the times of every pair of channels count from, if that is asked for, or if the mode is free and the recordings
+/// have no time in common; `None` for pairs on one clock.
 ///
 /// # Errors
 ///
 /// A file cannot be read.
-pub(super) fn set_starts(
+pub(super) fn starts(
     a: &Recording,
     b: &Recording,
     options: &Options,
-    pairs: &mut [Pair],
-) -> Result<(), OpenError> {
+    pairs: &[[u16; 2]],
+) -> Result<Vec<Option<[Start; 2]>>, OpenError> {
     // runs of percuss: their message times follow from their log times, so that the messages need not be read
     let follow = [a, b].iter().all(|recording| recording.log_window(None, None).is_some());
     let is_asked = options.relative;
     if !is_asked && (options.mode.is_some() || (follow && !logs_are_apart(a, b))) {
-        return Ok(());
+        return Ok(vec![None; pairs.len()]);
     }
     let has_time = |recording: &Recording, id: u16| recording.channels[&id].has_time();
-    let spans_a = Spans::of(a, pairs.iter().any(|pair| has_time(a, pair.a)))?;
-    let spans_b = Spans::of(b, pairs.iter().any(|pair| has_time(b, pair.b)))?;
-    for pair in pairs {
-        let (of_a, of_b) =
-            (spans_a.of_channel(&a.channels[&pair.a]), spans_b.of_channel(&b.channels[&pair.b]));
-        pair.starts = of_a.zip(of_b).and_then(|((start_a, span_a), (start_b, span_b))| {
-            (is_asked || are_apart(span_a, span_b)).then_some([start_a, start_b])
-        });
-    }
-    Ok(())
+    let spans_a = Spans::of(a, pairs.iter().any(|pair| has_time(a, pair[0])))?;
+    let spans_b = Spans::of(b, pairs.iter().any(|pair| has_time(b, pair[1])))?;
+    let starts = pairs.iter().map(|[id_a, id_b]| {
+        let (start_a, span_a) = spans_a.of_channel(&a.channels[id_a])?;
+        let (start_b, span_b) = spans_b.of_channel(&b.channels[id_b])?;
+        (is_asked || are_apart(span_a, span_b)).then_some([start_a, start_b])
+    });
+    Ok(starts.collect())
 }

@@ -1,4 +1,6 @@
-//! How far two fields are apart: what a comparison tells of a field.
+//! How far two fields are apart: what a comparison reports of a field.
+
+use super::sums::{Scale, Sums};
 
 /// When and where a value stands.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,61 +28,6 @@ pub struct Divergence {
     pub b: String,
 }
 
-/// Largest and least value of a reference field.
-#[derive(Clone, Copy, Debug)]
-pub struct Scale {
-    /// Largest magnitude.
-    pub peak: f64,
-    /// Least value.
-    pub least: f64,
-    /// Greatest value.
-    pub greatest: f64,
-}
-
-impl Default for Scale {
-    fn default() -> Self {
-        Self { peak: 0.0, least: f64::INFINITY, greatest: f64::NEG_INFINITY }
-    }
-}
-
-impl Scale {
-    /// Takes finite values into account.
-    pub fn add(&mut self, values: &[f64]) {
-        for &value in values.iter().filter(|value| value.is_finite()) {
-            self.peak = self.peak.max(value.abs());
-            self.least = self.least.min(value);
-            self.greatest = self.greatest.max(value);
-        }
-    }
-
-    pub(super) fn range(&self) -> f64 {
-        (self.greatest - self.least).max(0.0)
-    }
-}
-
-/// Sums over all elements compared.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Sums {
-    /// Number of elements.
-    pub n: f64,
-    /// Σ|a − b|.
-    pub d1: f64,
-    /// Σ(a − b)².
-    pub d2: f64,
-    /// Σ|a|.
-    pub a1: f64,
-    /// Σa.
-    pub a: f64,
-    /// Σb.
-    pub b: f64,
-    /// Σa².
-    pub aa: f64,
-    /// Σb².
-    pub bb: f64,
-    /// Σab.
-    pub ab: f64,
-}
-
 /// How far two fields are apart.
 #[derive(Clone, Debug, Default)]
 pub struct Measure {
@@ -90,7 +37,7 @@ pub struct Measure {
     pub differing: u64,
     /// Elements beyond tolerance.
     pub beyond: u64,
-    /// Elements that were left out because one is not a number, if that stands for no value.
+    /// Elements that were left out because one is NaN, if that stands for no value.
     pub skipped: u64,
     /// Samples whose numbers of elements differ.
     pub lengths: u64,

@@ -3,21 +3,18 @@
 use std::{
     collections::BTreeMap,
     path::PathBuf,
-    sync::{
-        Arc, Mutex,
-        mpsc::{Receiver, SyncSender, sync_channel},
-    },
+    sync::mpsc::{Receiver, SyncSender, sync_channel},
     thread,
 };
 
-use super::{CompareError, Options, Watch, align::Aligner};
-use crate::{
-    messages::Recording,
-    recording::{Damage, Next},
-};
+use super::error::CompareError;
+use crate::{messages::Recording, recording::Damage};
 
 /// Bytes after which a batch is handed on.
 const BATCH: usize = 1 << 20;
+
+/// Messages after which a batch is handed on.
+const MESSAGES: usize = BATCH / 64;
 
 /// Batches that may lie between a reader and the comparison.
 const AHEAD: usize = 4;
@@ -32,199 +29,109 @@ pub(super) struct Input<'a> {
     pub(super) origin: u64,
 }
 
-/// Buffers to be used again: new ones of this size cost more than what is done with them.
-type Pool = Arc<Mutex<Vec<Vec<u8>>>>;
-
-/// Some messages one after the other.
-#[derive(Default)]
-pub(super) struct Batch {
-    bytes: Vec<u8>,
-    entries: Vec<Entry>,
-    pool: Pool,
-}
-
-impl Batch {
-    fn new(pool: &Pool) -> Self {
-        let buffer = pool.lock().ok().and_then(|mut buffers| buffers.pop());
-        Self { bytes: buffer.unwrap_or_default(), entries: Vec::new(), pool: Arc::clone(pool) }
-    }
-}
-
-impl Drop for Batch {
-    fn drop(&mut self) {
-        if let Ok(mut buffers) = self.pool.lock()
-            && buffers.len() <= AHEAD
-        {
-            let mut buffer = std::mem::take(&mut self.bytes);
-            buffer.clear();
-            buffer.shrink_to(2 * BATCH);
-            buffers.push(buffer);
-        }
-    }
-}
-
-struct Entry {
-    slot: usize,
-    log_time: u64,
-    end: usize,
-}
-
-/// A message of a batch.
-#[derive(Clone)]
+/// A message.
 pub(super) struct Item {
-    content: Content,
+    pub(super) bytes: Vec<u8>,
     pub(super) log_time: u64,
 }
 
-#[derive(Clone)]
-enum Content {
-    InBatch { batch: Arc<Batch>, start: usize, end: usize },
-    Own(Box<[u8]>),
-}
-
-impl Item {
-    pub(super) fn bytes(&self) -> &[u8] {
-        match &self.content {
-            Content::InBatch { batch, start, end } => &batch.bytes[*start..*end],
-            Content::Own(bytes) => bytes,
-        }
-    }
-
-    /// Lets go of the batch, if the message is a small part of it: one that waits would keep all of it in memory.
-    pub(super) fn keep(&mut self) {
-        if let Content::InBatch { batch, start, end } = &self.content
-            && (end - start) * 2 < batch.bytes.len()
-        {
-            self.content = Content::Own(batch.bytes[*start..*end].into());
-        }
-    }
-}
-
+/// Messages with the numbers of their aligners, or the end of the file.
 enum Parcel {
-    Batch(Batch),
+    Batch(Vec<(usize, Item)>),
     End(Result<Vec<Damage>, CompareError>),
 }
 
+/// Reads a file and hands on its messages in batches.
 fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, CompareError> {
     // a few of them may lie between a reader and the comparison
     let largest = input.recording.limits().record() / 4;
     let mut messages = input.recording.messages(input.slots.keys().copied(), input.window)?;
-    let pool = Pool::default();
-    let mut batch = Batch::new(&pool);
-    loop {
-        let mut too_large = None;
-        let next = messages.next(|message| {
-            if message.data.len() > largest {
-                too_large = Some(message.data.len());
-                return;
-            }
-            batch.bytes.extend_from_slice(message.data);
-            let (slot, end) = (input.slots[&message.channel], batch.bytes.len());
-            batch.entries.push(Entry { slot, log_time: message.log_time, end });
-        })?;
-        if let Some(bytes) = too_large {
-            return Err(CompareError::TooLarge { bytes });
+    let (mut batch, mut bytes) = (Vec::new(), 0);
+    messages.for_each(|message| {
+        if message.data.len() > largest {
+            return Err(CompareError::TooLarge { bytes: message.data.len() });
         }
-        let is_over = !matches!(next, Next::Record(()));
-        if is_over || batch.bytes.len() >= BATCH || batch.entries.len() >= BATCH / 64 {
-            let full = std::mem::replace(&mut batch, Batch::new(&pool));
-            // nothing waits behind a large one: empty batches take its place until it has been received
-            let fillers = if full.bytes.len() > 2 * BATCH { AHEAD } else { 0 };
-            let fillers = std::iter::repeat_with(Batch::default).take(fillers);
-            for batch in std::iter::once(full).chain(fillers) {
-                // nobody listens any more: the comparison has stopped early
-                if out.send(Parcel::Batch(batch)).is_err() {
-                    return Ok(Vec::new());
-                }
-            }
+        bytes += message.data.len();
+        let item = Item { bytes: message.data.to_vec(), log_time: message.log_time };
+        batch.push((input.slots[&message.channel], item));
+        if bytes < BATCH && batch.len() < MESSAGES {
+            return Ok(());
         }
-        if is_over {
-            return Ok(messages.damages().to_vec());
-        }
-    }
+        send(std::mem::take(&mut batch), std::mem::take(&mut bytes), out)
+    })?;
+    send(batch, bytes, out)?;
+    Ok(messages.damages().to_vec())
+}
+
+/// Hands on a batch of so many bytes.
+fn send(batch: Vec<(usize, Item)>, bytes: usize, out: &SyncSender<Parcel>) -> Result<(), CompareError> {
+    // nothing waits behind a large one: empty batches take its place until it has been received
+    let fillers = if bytes > 2 * BATCH { AHEAD } else { 0 };
+    let fillers = std::iter::repeat_with(Vec::new).take(fillers);
+    std::iter::once(batch).chain(fillers).try_for_each(|batch| {
+        let sent = out.send(Parcel::Batch(batch));
+        sent.map_err(|_| CompareError::Watch("the comparison has stopped early".into()))
+    })
 }
 
 /// One file as the comparison sees it.
-struct Side {
+struct Feed {
     parcels: Receiver<Parcel>,
-    batch: Arc<Batch>,
-    next: usize,
-    start: usize,
+    batch: std::vec::IntoIter<(usize, Item)>,
     /// Log time since the origin \[ns\].
     elapsed: u64,
     origin: u64,
     over: Option<Vec<Damage>>,
 }
 
-impl Side {
+impl Feed {
     /// The next message with the number of its aligner.
     fn next(&mut self) -> Result<Option<(usize, Item)>, CompareError> {
-        while self.next >= self.batch.entries.len() {
+        loop {
+            if let Some((slot, item)) = self.batch.next() {
+                self.elapsed = item.log_time.saturating_sub(self.origin);
+                return Ok(Some((slot, item)));
+            }
             if self.over.is_some() {
                 return Ok(None);
             }
             match self.parcels.recv() {
-                Ok(Parcel::Batch(batch)) => (self.batch, self.next, self.start) = (Arc::new(batch), 0, 0),
+                Ok(Parcel::Batch(batch)) => self.batch = batch.into_iter(),
                 Ok(Parcel::End(end)) => self.over = Some(end?),
                 Err(_) => self.over = Some(Vec::new()),
             }
         }
-        let entry = &self.batch.entries[self.next];
-        let content = Content::InBatch { batch: Arc::clone(&self.batch), start: self.start, end: entry.end };
-        let item = Item { content, log_time: entry.log_time };
-        (self.next, self.start) = (self.next + 1, entry.end);
-        self.elapsed = entry.log_time.saturating_sub(self.origin);
-        Ok(Some((entry.slot, item)))
     }
 }
 
-/// Reads both files and hands their messages to the aligners. Answers what was damaged, and whether it stopped early.
+/// Reads both files and hands their messages to `take`: the number of the file, and the message with the number of its
+/// aligner or `None` at the end; `take` returns false to stop early. Returns what was damaged, and whether it stopped.
 pub(super) fn run(
     files: [Input<'_>; 2],
-    options: &Options,
-    channels: &mut [Aligner<'_>],
-    watch: &mut Option<Watch<'_>>,
+    mut take: impl FnMut(usize, Option<(usize, Item)>) -> Result<bool, CompareError>,
 ) -> Result<(Vec<(PathBuf, Damage)>, bool), CompareError> {
     thread::scope(|scope| {
-        let mut sides = files.each_ref().map(|input| {
+        let mut feeds = files.each_ref().map(|input| {
             let (out, parcels) = sync_channel(AHEAD);
             scope.spawn(move || {
                 let end = read(input, &out);
-                // nobody listens any more: the comparison has stopped early
+                // fails if the comparison has stopped early
                 drop(out.send(Parcel::End(end)));
             });
-            let (batch, origin) = (Arc::default(), input.origin);
-            Side { parcels, batch, next: 0, start: 0, elapsed: 0, origin, over: None }
+            Feed { parcels, batch: Vec::new().into_iter(), elapsed: 0, origin: input.origin, over: None }
         });
-        let mut ended = [false; 2];
-        while ended != [true; 2] {
+        let (mut ended, mut stopped) = ([false; 2], false);
+        while ended != [true; 2] && !stopped {
             // the file that is behind goes first, so that few messages have to wait
-            let side = usize::from(ended[0] || (!ended[1] && sides[1].elapsed < sides[0].elapsed));
-            match sides[side].next()? {
-                Some((slot, item)) => {
-                    let channel = &mut channels[slot];
-                    channel.push(side, item, watch)?;
-                    if options.fail_fast && channel.has_failed() {
-                        return Ok((damages(&files, &sides), true));
-                    }
-                }
-                None => {
-                    ended[side] = true;
-                    for channel in channels.iter_mut() {
-                        channel.end(side, watch)?;
-                    }
-                }
-            }
+            let side = usize::from(ended[0] || (!ended[1] && feeds[1].elapsed < feeds[0].elapsed));
+            let next = feeds[side].next()?;
+            ended[side] = next.is_none();
+            stopped = !take(side, next)?;
         }
-        Ok((damages(&files, &sides), false))
+        let damages = files.iter().zip(feeds).flat_map(|(input, feed)| {
+            let path = &input.recording.path;
+            feed.over.unwrap_or_default().into_iter().map(|damage| (path.clone(), damage))
+        });
+        Ok((damages.collect(), stopped))
     })
-}
-
-fn damages(files: &[Input<'_>; 2], sides: &[Side; 2]) -> Vec<(PathBuf, Damage)> {
-    let of = |(input, side): (&Input<'_>, &Side)| {
-        let damages = side.over.clone().unwrap_or_default();
-        let path = input.recording.path.clone();
-        damages.into_iter().map(move |damage| (path.clone(), damage)).collect::<Vec<_>>()
-    };
-    files.iter().zip(sides).flat_map(of).collect()
 }

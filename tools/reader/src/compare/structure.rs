@@ -1,17 +1,18 @@
-//! What two recordings have in common before any number is compared: channels, fields, units; and what else they say
-//! of themselves.
+//! What two recordings have in common before any number is compared: channels, fields, units; and where their metadata
+//! and attachments differ.
 
 use std::{
     collections::{BTreeMap, BTreeSet, HashMap, hash_map::DefaultHasher},
     hash::{Hash, Hasher},
 };
 
-use super::{CompareError, Options, Rules, clock::Start};
+use super::{clock::Start, error::CompareError, options::Options, tolerance::Rules};
 use crate::{
+    channel::Channel,
+    convention,
     messages::Recording,
-    overview::Channel,
     recording::OpenError,
-    wire::{Leaf, Type},
+    wire::{Layout, Leaf},
 };
 
 /// A difference of structure.
@@ -22,12 +23,12 @@ pub struct Finding {
     /// Field, if it is about one.
     pub field: Option<String>,
     /// What is different.
-    pub kind: Kind,
+    pub difference: Difference,
 }
 
 /// What is different.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum Difference {
     /// Only the reference has it.
     Missing,
     /// Only the new recording has it.
@@ -53,12 +54,12 @@ impl std::fmt::Display for Finding {
         if let Some(field) = &self.field {
             write!(f, ".{field}")?;
         }
-        match &self.kind {
-            Kind::Missing => f.write_str(": missing from the new recording"),
-            Kind::Extra => f.write_str(": only in the new recording"),
-            Kind::Renamed(name) => write!(f, ": renamed to `{name}`"),
-            Kind::Type(a, b) => write!(f, ": type {a} became {b}"),
-            Kind::Metadata { key, a, b } => write!(f, ": {key} `{a}` became `{b}`"),
+        match &self.difference {
+            Difference::Missing => f.write_str(": missing from the new recording"),
+            Difference::Extra => f.write_str(": only in the new recording"),
+            Difference::Renamed(name) => write!(f, ": renamed to `{name}`"),
+            Difference::Type(a, b) => write!(f, ": type {a} became {b}"),
+            Difference::Metadata { key, a, b } => write!(f, ": {key} `{a}` became `{b}`"),
         }
     }
 }
@@ -117,7 +118,7 @@ pub(super) fn derived(a: &Recording, b: &Recording, options: &Options) -> BTreeS
     channels.filter(left_out).map(|channel| channel.topic.clone()).collect()
 }
 
-/// Pairs the channels of two recordings, and tells what cannot be paired.
+/// Pairs the channels of two recordings, and reports what cannot be paired.
 pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair>, Vec<Finding>) {
     let topics = &options.topics;
     let chosen = |channel: &Channel| {
@@ -151,7 +152,11 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
     };
     for (&id_a, channel_a) in a.channels.iter().filter(|(_, channel)| chosen(channel)) {
         let Some((id_b, channel_b)) = partner(channel_a) else {
-            findings.push(Finding { topic: channel_a.topic.clone(), field: None, kind: Kind::Missing });
+            findings.push(Finding {
+                topic: channel_a.topic.clone(),
+                field: None,
+                difference: Difference::Missing,
+            });
             continue;
         };
         taken.insert(id_b);
@@ -159,7 +164,7 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
         pairs.push(Pair { a: id_a, b: id_b, leaves, starts: None });
     }
     for (_, channel) in b.channels.iter().filter(|(id, channel)| !taken.contains(*id) && chosen(channel)) {
-        findings.push(Finding { topic: channel.topic.clone(), field: None, kind: Kind::Extra });
+        findings.push(Finding { topic: channel.topic.clone(), field: None, difference: Difference::Extra });
     }
     (pairs, findings)
 }
@@ -167,77 +172,77 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
 /// Pairs the fields of two channels by name, then by number.
 fn fields(a: &Channel, b: &Channel, options: &Options, findings: &mut Vec<Finding>) -> Vec<(usize, usize)> {
     let topic = &a.topic;
-    let mut find = |field: Option<&str>, kind: Kind| {
+    let mut find = |field: Option<&str>, difference: Difference| {
         if field.map_or_else(|| !options.rules.ignores(topic, None), |field| options.compares(topic, field)) {
-            findings.push(Finding { topic: topic.clone(), field: field.map(str::to_owned), kind });
+            findings.push(Finding { topic: topic.clone(), field: field.map(str::to_owned), difference });
         }
     };
     if a.encoding != b.encoding {
-        find(None, Kind::Type(a.encoding.clone(), b.encoding.clone()));
+        find(None, Difference::Type(a.encoding.clone(), b.encoding.clone()));
         return Vec::new();
     }
     if a.schema != b.schema {
-        find(None, Kind::Type(a.schema.clone(), b.schema.clone()));
+        find(None, Difference::Type(a.schema.clone(), b.schema.clone()));
     }
     let (Some(layout_a), Some(layout_b)) = (&a.layout, &b.layout) else {
         if a.layout.is_some() != b.layout.is_some() {
             let state =
                 |channel: &Channel| if channel.layout.is_some() { "sound schema" } else { "no sound schema" };
-            find(None, Kind::Type(state(a).into(), state(b).into()));
+            find(None, Difference::Type(state(a).into(), state(b).into()));
         }
         return Vec::new();
     };
     let mut pairs = Vec::new();
     let mut taken = BTreeSet::new();
     for (i, leaf) in layout_a.leaves.iter().enumerate() {
-        let by_number = || {
-            let same = |other: &&(usize, &Leaf)| {
-                other.1.numbers == leaf.numbers && layout_a.find(&other.1.path).is_none()
-            };
-            layout_b.leaves.iter().enumerate().find(|other| same(&other)).map(|(j, _)| j)
-        };
-        let Some(j) = layout_b.find(&leaf.path).or_else(by_number) else {
-            find(Some(&leaf.path), Kind::Missing);
+        let Some(j) = layout_b.find(&leaf.path).or_else(|| by_number(leaf, layout_a, layout_b)) else {
+            find(Some(&leaf.path), Difference::Missing);
             continue;
         };
         taken.insert(j);
         let other = &layout_b.leaves[j];
-        if other.path != leaf.path {
-            find(Some(&leaf.path), Kind::Renamed(other.path.clone()));
-        }
-        let names = |leaf: &Leaf| {
-            let list = if leaf.lists > 0 { "repeated " } else { "" };
-            format!("{list}{}", leaf.kind.name())
-        };
-        if names(leaf) != names(other) {
-            find(Some(&leaf.path), Kind::Type(names(leaf), names(other)));
-        }
-        for key in ["unit", "axis", "symmetry"] {
-            let entry =
-                |channel: &Channel, path: &str| channel.metadata.get(&format!("{key}.{path}")).cloned();
-            let (of_a, of_b) = (entry(a, &leaf.path), entry(b, &other.path));
-            if of_a != of_b {
-                let (a, b) = (of_a.unwrap_or_default(), of_b.unwrap_or_default());
-                find(Some(&leaf.path), Kind::Metadata { key: key.into(), a, b });
-            }
-        }
+        differences((a, leaf), (b, other)).into_iter().for_each(|found| find(Some(&leaf.path), found));
         let both_numbers = leaf.kind.is_number() && other.kind.is_number();
-        let same_kind = match (&leaf.kind, &other.kind) {
-            (Type::Enum(_), Type::Enum(_)) => true,
-            (kind, other) => kind == other,
-        };
-        if both_numbers || same_kind {
+        if both_numbers || std::mem::discriminant(&leaf.kind) == std::mem::discriminant(&other.kind) {
             pairs.push((i, j));
         }
     }
     for (_, leaf) in layout_b.leaves.iter().enumerate().filter(|(j, _)| !taken.contains(j)) {
-        find(Some(&leaf.path), Kind::Extra);
+        find(Some(&leaf.path), Difference::Extra);
     }
     pairs
 }
 
-/// Something that two recordings say differently of themselves. It says why numbers differ, and is no difference of
-/// its own.
+/// The field with the number of another whose name it has not.
+fn by_number(leaf: &Leaf, layout: &Layout, other: &Layout) -> Option<usize> {
+    let is_same = |other: &Leaf| other.numbers == leaf.numbers && layout.find(&other.path).is_none();
+    other.leaves.iter().position(is_same)
+}
+
+/// What is different of a field that both channels have: its name, its type, its metadata.
+fn differences((a, leaf): (&Channel, &Leaf), (b, other): (&Channel, &Leaf)) -> Vec<Difference> {
+    let mut differences = Vec::new();
+    if other.path != leaf.path {
+        differences.push(Difference::Renamed(other.path.clone()));
+    }
+    let [kind, other_kind] = [leaf, other].map(|leaf| {
+        let list = if leaf.lists > 0 { "repeated " } else { "" };
+        format!("{list}{}", leaf.kind.name())
+    });
+    if kind != other_kind {
+        differences.push(Difference::Type(kind, other_kind));
+    }
+    for (key, of_a, of_b) in convention::compared(&leaf.path, &other.path) {
+        let (of_a, of_b) = (a.metadata.get(&of_a), b.metadata.get(&of_b));
+        if of_a != of_b {
+            let (a, b) = (of_a.cloned().unwrap_or_default(), of_b.cloned().unwrap_or_default());
+            differences.push(Difference::Metadata { key: key.into(), a, b });
+        }
+    }
+    differences
+}
+
+/// A difference of metadata or attachments. It explains why numbers differ, and is no difference of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
     /// Record or attachment.
@@ -250,9 +255,6 @@ pub struct Change {
     pub b: Option<String>,
 }
 
-/// Records that say where and when, not what.
-const NEVER_COMPARED: &str = "percuss.host";
-
 /// Compares metadata records and attachments; attachments in TOML key by key.
 ///
 /// # Errors
@@ -262,7 +264,7 @@ pub(super) fn provenance(a: &Recording, b: &Recording) -> Result<Vec<Change>, Op
     let mut changes = Vec::new();
     let names: BTreeSet<&str> =
         a.metadata.iter().chain(&b.metadata).map(|record| record.name.as_str()).collect();
-    for name in names.into_iter().filter(|name| *name != NEVER_COMPARED) {
+    for name in names.into_iter().filter(|name| *name != convention::HOST) {
         let empty = BTreeMap::new();
         compare_entries(
             name,
@@ -274,8 +276,8 @@ pub(super) fn provenance(a: &Recording, b: &Recording) -> Result<Vec<Change>, Op
     let (all_a, all_b) = (digests(a)?, digests(b)?);
     let names: BTreeSet<&String> = all_a.keys().chain(all_b.keys()).collect();
     // the resolved case says all that the case file says
-    let resolved = names.iter().any(|name| *name == "case.resolved.toml");
-    for name in names.into_iter().filter(|name| !(resolved && *name == "case.toml")) {
+    let resolved = names.iter().any(|name| *name == convention::RESOLVED_CASE);
+    for name in names.into_iter().filter(|name| !(resolved && *name == convention::CASE)) {
         let (of_a, of_b) = (all_a.get(name), all_b.get(name));
         if of_a.map(|digest| digest.hash) == of_b.map(|digest| digest.hash) {
             continue;

@@ -1,89 +1,129 @@
-//! Sums over lists of numbers, in lanes that are added in a fixed order: the same on any machine, and quick.
+//! The sums of a comparison: over two lists of numbers and their difference, in lanes that are added in a fixed order.
+//! They are the same on any machine, and the lanes make them fast.
 
-/// Sums of a list, in eight lanes that are added in a fixed order.
-pub(super) struct Quick {
-    pub(super) a1: f64,
-    pub(super) a: f64,
-    pub(super) aa: f64,
-    pub(super) least: f64,
-    pub(super) greatest: f64,
+/// Largest and least value of a reference field.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    /// Largest magnitude.
+    pub peak: f64,
+    /// Least value.
+    pub least: f64,
+    /// Greatest value.
+    pub greatest: f64,
 }
 
-impl Quick {
-    pub(super) fn of(numbers: &[f64]) -> Self {
-        const LANES: usize = 8;
-        let (mut a1, mut a, mut aa) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        let (mut least, mut greatest) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
-        let (chunks, rest) = numbers.as_chunks::<LANES>();
-        let mut add = |lane: usize, x: f64| {
-            a1[lane] += x.abs();
-            a[lane] += x;
-            aa[lane] += x * x;
-            least[lane] = if x < least[lane] { x } else { least[lane] };
-            greatest[lane] = if x > greatest[lane] { x } else { greatest[lane] };
-        };
-        for chunk in chunks {
-            for (lane, &x) in chunk.iter().enumerate() {
-                add(lane, x);
-            }
+impl Default for Scale {
+    fn default() -> Self {
+        Self { peak: 0.0, least: f64::INFINITY, greatest: f64::NEG_INFINITY }
+    }
+}
+
+impl Scale {
+    /// Takes finite values into account.
+    pub fn add(&mut self, values: &[f64]) {
+        for &value in values.iter().filter(|value| value.is_finite()) {
+            self.join(&Self { peak: value.abs(), least: value, greatest: value });
         }
-        for (lane, &x) in rest.iter().enumerate() {
-            add(lane, x);
-        }
-        Self {
-            a1: a1.iter().sum(),
-            a: a.iter().sum(),
-            aa: aa.iter().sum(),
-            least: least.iter().copied().fold(f64::INFINITY, f64::min),
-            greatest: greatest.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        }
+    }
+
+    /// Takes the values of another scale into account.
+    pub(super) fn join(&mut self, other: &Self) {
+        self.peak = self.peak.max(other.peak);
+        self.least = self.least.min(other.least);
+        self.greatest = self.greatest.max(other.greatest);
+    }
+
+    pub(super) fn range(&self) -> f64 {
+        (self.greatest - self.least).max(0.0)
+    }
+}
+
+/// Sums over all elements compared.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sums {
+    /// Number of elements.
+    pub n: f64,
+    /// Σ|a − b|.
+    pub d1: f64,
+    /// Σ(a − b)².
+    pub d2: f64,
+    /// Σ|a|.
+    pub a1: f64,
+    /// Σa.
+    pub a: f64,
+    /// Σb.
+    pub b: f64,
+    /// Σa².
+    pub aa: f64,
+    /// Σb².
+    pub bb: f64,
+    /// Σab.
+    pub ab: f64,
+}
+
+impl Sums {
+    /// The sums over one element.
+    pub(super) fn of(a: f64, b: f64) -> Self {
+        let d = (a - b).abs();
+        Self { n: 1.0, d1: d, d2: d * d, a1: a.abs(), a, b, aa: a * a, bb: b * b, ab: a * b }
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
+        self.n += other.n;
+        self.d1 += other.d1;
+        self.d2 += other.d2;
+        self.a1 += other.a1;
+        self.a += other.a;
+        self.b += other.b;
+        self.aa += other.aa;
+        self.bb += other.bb;
+        self.ab += other.ab;
     }
 
     /// False if any number was not finite (or their squares are too large).
-    pub(super) fn is_finite(&self) -> bool {
-        self.aa.is_finite()
+    pub(super) fn are_finite(&self) -> bool {
+        self.aa.is_finite() && self.bb.is_finite()
     }
 }
 
-/// Sums of two lists and their difference, in lanes that are added in a fixed order.
-#[derive(Default)]
-pub(super) struct Pairs {
-    pub(super) a1: f64,
-    pub(super) a: f64,
-    pub(super) b: f64,
-    pub(super) aa: f64,
-    pub(super) bb: f64,
-    pub(super) ab: f64,
-    pub(super) d1: f64,
-    pub(super) d2: f64,
+/// What the elements of a message add to the measure of a field.
+pub(super) struct Block {
+    pub(super) sums: Sums,
+    pub(super) scale: Scale,
+    /// Largest absolute difference.
     pub(super) max: f64,
-    pub(super) least: f64,
-    pub(super) greatest: f64,
+    /// Elements that differ at all.
     pub(super) differing: u64,
 }
 
-impl Pairs {
-    pub(super) fn of(a: &[f64], b: &[f64]) -> Self {
-        const LANES: usize = 4;
-        let zero = [0.0; LANES];
-        let (mut a1, mut sum_a, mut sum_b, mut aa, mut bb, mut ab) = (zero, zero, zero, zero, zero, zero);
-        let (mut d1, mut d2, mut max) = (zero, zero, zero);
+impl Block {
+    /// Sums over two lists of the same length; `SAME` saves half of the work where both hold the same bits.
+    pub(super) fn of<const SAME: bool>(a: &[f64], b: &[f64]) -> Self {
+        // as many lanes as there are registers for
+        if SAME { Self::in_lanes::<SAME, 8>(a, b) } else { Self::in_lanes::<SAME, 4>(a, b) }
+    }
+
+    fn in_lanes<const SAME: bool, const LANES: usize>(a: &[f64], b: &[f64]) -> Self {
+        let [mut a1, mut sum_a, mut aa, mut sum_b, mut bb, mut ab] = [[0.0; LANES]; 6];
+        let [mut d1, mut d2, mut max] = [[0.0; LANES]; 3];
         let (mut least, mut greatest) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
-        let mut differing = [0u64; LANES];
+        let mut differing = [0_u64; LANES];
         let mut add = |lane: usize, x: f64, y: f64| {
-            let difference = (x - y).abs();
             a1[lane] += x.abs();
             sum_a[lane] += x;
-            sum_b[lane] += y;
             aa[lane] += x * x;
-            bb[lane] += y * y;
-            ab[lane] += x * y;
-            d1[lane] += difference;
-            d2[lane] += difference * difference;
-            max[lane] = if difference > max[lane] { difference } else { max[lane] };
             least[lane] = if x < least[lane] { x } else { least[lane] };
             greatest[lane] = if x > greatest[lane] { x } else { greatest[lane] };
-            differing[lane] += u64::from(x.to_bits() != y.to_bits());
+            if !SAME {
+                let d = (x - y).abs();
+                sum_b[lane] += y;
+                bb[lane] += y * y;
+                ab[lane] += x * y;
+                d1[lane] += d;
+                d2[lane] += d * d;
+                max[lane] = if d > max[lane] { d } else { max[lane] };
+                differing[lane] += u64::from(x.to_bits() != y.to_bits());
+            }
         };
         let ((chunks_a, rest_a), (chunks_b, rest_b)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
         for (xs, ys) in chunks_a.iter().zip(chunks_b) {
@@ -94,25 +134,17 @@ impl Pairs {
         for (lane, (&x, &y)) in rest_a.iter().zip(rest_b).enumerate() {
             add(lane, x, y);
         }
-        let sum = |lanes: [f64; LANES]| lanes.iter().sum::<f64>();
+        let [a1, sum_a, aa, sum_b, bb, ab, d1, d2] =
+            [a1, sum_a, aa, sum_b, bb, ab, d1, d2].map(|lanes| lanes.iter().sum::<f64>());
+        let (b, bb, ab) = if SAME { (sum_a, aa, aa) } else { (sum_b, bb, ab) };
+        let least = least.iter().copied().fold(f64::INFINITY, f64::min);
+        let greatest = greatest.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let peak = if least <= greatest { least.abs().max(greatest.abs()) } else { 0.0 };
         Self {
-            a1: sum(a1),
-            a: sum(sum_a),
-            b: sum(sum_b),
-            aa: sum(aa),
-            bb: sum(bb),
-            ab: sum(ab),
-            d1: sum(d1),
-            d2: sum(d2),
+            sums: Sums { n: a.len() as f64, d1, d2, a1, a: sum_a, b, aa, bb, ab },
+            scale: Scale { peak, least, greatest },
             max: max.iter().copied().fold(0.0, f64::max),
-            least: least.iter().copied().fold(f64::INFINITY, f64::min),
-            greatest: greatest.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             differing: differing.iter().sum(),
         }
-    }
-
-    /// False if any number was not finite (or their squares are too large).
-    pub(super) fn is_finite(&self) -> bool {
-        self.aa.is_finite() && self.bb.is_finite()
     }
 }

@@ -13,7 +13,7 @@ use crate::select::Pattern;
 /// ```
 ///
 /// or by `ulp` units in the last place, or lie in the `tube` around the reference. `l2_rel` is asked of the field as a
-/// whole: ‖a − b‖₂ ≤ l2_rel·‖a‖₂; alone, it leaves single elements free. Equal bits are always equal: not-a-number is
+/// whole: ‖a − b‖₂ ≤ l2_rel·‖a‖₂; as the only rule, it leaves single elements free. Equal bits are always equal: NaN equals
 /// itself. Without any of these, all bits must agree: −0 is not +0.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
@@ -49,7 +49,7 @@ pub struct Tube {
 }
 
 impl Tolerance {
-    /// True if single elements are held to something.
+    /// True if single elements are checked.
     pub fn holds_elements(&self) -> bool {
         let allowances = [self.abs, self.rel, self.peak_rel, self.range_rel];
         let any = allowances.iter().any(Option::is_some) || self.ulp.is_some() || self.tube.is_some();
@@ -123,7 +123,7 @@ impl Rule {
     ///
     /// # Errors
     ///
-    /// The pattern or a number is not possible; the answer says which.
+    /// The pattern or a number is not possible.
     pub fn new(fields: &str, tolerance: Tolerance, origin: String) -> Result<Self, String> {
         tolerance.check()?;
         Ok(Self { fields: fields.parse()?, tolerance, origin })
@@ -204,7 +204,7 @@ impl Rules {
     ///
     /// # Errors
     ///
-    /// The text is no list of tolerances; the answer says where and why.
+    /// The text is no list of tolerances.
     pub fn add_file(&mut self, name: &str, text: &str) -> Result<(), String> {
         let document: Document = toml::from_str(text).map_err(|error| format!("`{name}`: {error}"))?;
         for (i, entry) in document.tolerance.into_iter().enumerate() {
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn misfits_are_told() {
+    fn refusals_are_explained() {
         for (text, expected) in [
             ("abs=x", "not a number"),
             ("abs=-1", ">= 0"),
@@ -258,7 +258,7 @@ mod tests {
             ("tube=1", "tube=TIME:VALUE"),
             ("ulp=0.5", "not a count"),
         ] {
-            let error = text.parse::<Rule>().expect_err("a misfit");
+            let error = text.parse::<Rule>().expect_err("a refusal");
             assert!(error.contains(expected), "{error}");
         }
         let mut rules = Rules::default();

@@ -1,24 +1,24 @@
-//! Samples held against a tube around the reference.
+//! Samples checked against a tube around the reference.
 
 use std::collections::VecDeque;
 
 use super::{
-    NotANumber,
     measure::{Divergence, Place},
-    meter::is_same,
+    options::NanRule,
     tolerance::Tube,
+    values::is_same,
 };
 
 /// Samples of a field that wait until the tube around them is known.
 pub(super) struct TubeState {
     tube: Tube,
-    nan: NotANumber,
+    nan: NanRule,
     reference: VecDeque<(f64, Vec<f64>)>,
     waiting: VecDeque<(Place, Vec<f64>)>,
 }
 
 impl TubeState {
-    pub(super) fn new(tube: Tube, nan: NotANumber) -> Self {
+    pub(super) fn new(tube: Tube, nan: NanRule) -> Self {
         Self { tube, nan, reference: VecDeque::new(), waiting: VecDeque::new() }
     }
 

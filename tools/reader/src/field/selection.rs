@@ -1,12 +1,6 @@
 //! What is wanted of a topic: fields by name, positions on the axes of arrays; and why it cannot be had.
 
-use super::MAX_COLUMNS;
-use crate::{
-    axis::Axis,
-    extent::Reach,
-    overview::Channel,
-    wire::{COUNT, UNKNOWN},
-};
+use crate::{axis::Axis, channel::Channel, extent::Reach, table::MAX_COLUMNS};
 
 /// Which fields of a topic are wanted.
 #[derive(Clone, Debug, Default)]
@@ -79,6 +73,31 @@ impl Positions {
     /// True if they leave out a coordinate of an axis that they fit.
     pub(crate) fn are_lines(&self, axis: &Axis) -> bool {
         self.fit(axis) && self.coordinates.len() < axis.coordinates().len()
+    }
+}
+
+/// Which parts of a selection any of several channels has.
+pub(crate) struct Used {
+    pub(crate) fields: Vec<bool>,
+    pub(crate) at: Vec<bool>,
+}
+
+impl Used {
+    pub(crate) fn new(selection: &Selection) -> Self {
+        Self { fields: vec![false; selection.fields.len()], at: vec![false; selection.at.len()] }
+    }
+
+    /// Refuses what none of the channels has, like what a single channel has not.
+    pub(crate) fn check(&self, selection: &Selection, channels: &[&Channel]) -> Result<(), SelectionError> {
+        let unused = |used: &[bool]| used.iter().position(|used| !used);
+        let decoded = channels.iter().find(|channel| channel.layout.is_some()).or(channels.first());
+        if let (Some(unused), Some(channel)) = (unused(&self.fields), decoded) {
+            return Err(SelectionError::unknown_field(channel, &selection.fields[unused]));
+        }
+        match unused(&self.at) {
+            Some(unused) => Err(SelectionError::no_axis(channels, &selection.at[unused])),
+            None => Ok(()),
+        }
     }
 }
 
@@ -242,8 +261,7 @@ impl SelectionError {
     /// The error of a field that a channel has not.
     pub(crate) fn unknown_field(channel: &Channel, field: &str) -> Self {
         let leaves = channel.layout.iter().flat_map(|layout| &layout.leaves);
-        let known = leaves.map(|leaf| leaf.path.as_str());
-        let known: Vec<&str> = known.filter(|path| *path != UNKNOWN && !path.ends_with(COUNT)).collect();
+        let known: Vec<&str> = leaves.filter(|leaf| leaf.is_data()).map(|leaf| leaf.path.as_str()).collect();
         Self::UnknownField { topic: channel.topic.clone(), field: field.into(), known: known.join(", ") }
     }
 }

@@ -6,7 +6,7 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use crate::table::{Cell, Heading, Sink};
 
-/// Writes JSON lines. Not-a-number and infinities are the strings `"NaN"`, `"Infinity"` and `"-Infinity"`, as in the
+/// Writes JSON lines. NaN and infinities are the strings `"NaN"`, `"Infinity"` and `"-Infinity"`, as in the
 /// JSON mapping of protobuf; empty cells are `null`.
 pub struct JsonLines<W: Write> {
     output: W,

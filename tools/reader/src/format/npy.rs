@@ -5,7 +5,7 @@ use std::io::{self, Cursor, Write};
 use ndarray::{Array1, Array2, ArrayView1};
 use ndarray_npy::{NpzWriter, WriteNpyExt};
 
-use crate::table::{Cell, Heading, Kind, Sink};
+use crate::table::{Cell, CellType, Heading, Sink};
 
 /// How the columns are laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,7 +16,7 @@ pub enum Shape {
     Archive,
 }
 
-/// Writes arrays of NumPy. Empty cells are not-a-number; columns that have some are doubles. The table is kept in memory
+/// Writes arrays of NumPy. Empty cells are NaN; columns that have some are doubles. The table is kept in memory
 /// until it ends, because the arrays begin with their lengths.
 pub struct Npy<W: Write> {
     output: W,
@@ -40,7 +40,7 @@ impl<W: Write> Npy<W> {
 
 impl<W: Write> Sink for Npy<W> {
     fn begin(&mut self, headings: &[Heading]) -> io::Result<()> {
-        if let Some(text) = headings.iter().find(|heading| heading.kind == Kind::Text) {
+        if let Some(text) = headings.iter().find(|heading| heading.kind == CellType::Text) {
             let name = &text.name;
             return Err(io::Error::other(format!(
                 "`{name}` is text, which arrays of numbers do not hold; choose --field, or another format"
@@ -66,7 +66,8 @@ impl<W: Write> Sink for Npy<W> {
             };
             self.has_gaps[i] |= number.is_none();
             self.columns[i].push(number.unwrap_or(f64::NAN));
-            if self.shape == Shape::Archive && matches!(self.headings[i].kind, Kind::Int | Kind::UInt) {
+            if self.shape == Shape::Archive && matches!(self.headings[i].kind, CellType::Int | CellType::UInt)
+            {
                 self.integers[i].push(match cell {
                     Cell::Int(value) => *value,
                     // the same bits, to be written as unsigned
@@ -102,17 +103,17 @@ impl<W: Write> Npy<W> {
             let name = heading.name.trim_start_matches('/').replace('/', ".");
             let column = &self.columns[i];
             match heading.kind {
-                Kind::Int if !self.has_gaps[i] => {
+                CellType::Int if !self.has_gaps[i] => {
                     archive.add_array(name, &ArrayView1::from(self.integers[i].as_slice()))?;
                 }
-                Kind::UInt if !self.has_gaps[i] => {
+                CellType::UInt if !self.has_gaps[i] => {
                     let unsigned: Array1<u64> = self.integers[i].iter().map(|&bits| bits as u64).collect();
                     archive.add_array(name, &unsigned)?;
                 }
-                Kind::Float => {
+                CellType::Float => {
                     archive.add_array(name, &column.iter().map(|&x| x as f32).collect::<Array1<f32>>())?;
                 }
-                Kind::Bool if !self.has_gaps[i] => {
+                CellType::Bool if !self.has_gaps[i] => {
                     archive.add_array(name, &column.iter().map(|&x| x != 0.0).collect::<Array1<bool>>())?;
                 }
                 _ => archive.add_array(name, &ArrayView1::from(column.as_slice()))?,

@@ -9,11 +9,15 @@ use parquet::{
     basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel},
     data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, FloatType, Int64Type},
     errors::ParquetError,
-    file::{metadata::KeyValue, properties::WriterProperties, writer::SerializedFileWriter},
+    file::{
+        metadata::KeyValue,
+        properties::WriterProperties,
+        writer::{SerializedColumnWriter, SerializedFileWriter},
+    },
     schema::types::Type,
 };
 
-use crate::table::{Cell, Heading, Kind, Sink};
+use crate::table::{Cell, CellType, Heading, Sink};
 
 /// Rows after which a row group is written.
 const GROUP: usize = 1 << 16;
@@ -49,43 +53,7 @@ impl<W: Write + Send> Parquet<W> {
         let mut group = writer.next_row_group()?;
         for (heading, cells) in self.headings.iter().zip(&mut self.columns) {
             let mut column = group.next_column()?.expect("a column for every heading");
-            // 1 where there is a value
-            let levels: Vec<i16> = cells.iter().map(|cell| i16::from(*cell != Cell::Empty)).collect();
-            let cells = std::mem::take(cells);
-            let there = cells.into_iter().filter(|cell| *cell != Cell::Empty);
-            let number = |cell: Cell| cell.number().unwrap_or(f64::NAN);
-            match heading.kind {
-                Kind::Double => {
-                    let values: Vec<f64> = there.map(number).collect();
-                    column.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
-                }
-                Kind::Float => {
-                    let values: Vec<f32> = there.map(|cell| number(cell) as f32).collect();
-                    column.typed::<FloatType>().write_batch(&values, Some(&levels), None)?;
-                }
-                Kind::Int | Kind::UInt => {
-                    let integer = |cell: Cell| match cell {
-                        Cell::Int(value) => value,
-                        // the same bits: the logical type says that they are unsigned
-                        Cell::UInt(value) => value as i64,
-                        other => number(other) as i64,
-                    };
-                    let values: Vec<i64> = there.map(integer).collect();
-                    column.typed::<Int64Type>().write_batch(&values, Some(&levels), None)?;
-                }
-                Kind::Bool => {
-                    let values: Vec<bool> = there.map(|cell| cell == Cell::Bool(true)).collect();
-                    column.typed::<BoolType>().write_batch(&values, Some(&levels), None)?;
-                }
-                Kind::Text => {
-                    let text = |cell| match cell {
-                        Cell::Text(text) => ByteArray::from(text.into_bytes()),
-                        _ => ByteArray::from(Vec::new()),
-                    };
-                    let values: Vec<ByteArray> = there.map(text).collect();
-                    column.typed::<ByteArrayType>().write_batch(&values, Some(&levels), None)?;
-                }
-            }
+            write_column(&mut column, heading.kind, std::mem::take(cells))?;
             column.close()?;
         }
         group.close()?;
@@ -93,14 +61,58 @@ impl<W: Write + Send> Parquet<W> {
     }
 }
 
+fn write_column(
+    column: &mut SerializedColumnWriter<'_>,
+    kind: CellType,
+    cells: Vec<Cell>,
+) -> Result<usize, ParquetError> {
+    // 1 where there is a value
+    let levels: Vec<i16> = cells.iter().map(|cell| i16::from(*cell != Cell::Empty)).collect();
+    let levels = Some(levels.as_slice());
+    let there = cells.into_iter().filter(|cell| *cell != Cell::Empty);
+    let number = |cell: Cell| cell.number().unwrap_or(f64::NAN);
+    match kind {
+        CellType::Double => {
+            let values: Vec<f64> = there.map(number).collect();
+            column.typed::<DoubleType>().write_batch(&values, levels, None)
+        }
+        CellType::Float => {
+            let values: Vec<f32> = there.map(|cell| number(cell) as f32).collect();
+            column.typed::<FloatType>().write_batch(&values, levels, None)
+        }
+        CellType::Int | CellType::UInt => {
+            let integer = |cell: Cell| match cell {
+                Cell::Int(value) => value,
+                // the same bits: the logical type says that they are unsigned
+                Cell::UInt(value) => value as i64,
+                other => number(other) as i64,
+            };
+            let values: Vec<i64> = there.map(integer).collect();
+            column.typed::<Int64Type>().write_batch(&values, levels, None)
+        }
+        CellType::Bool => {
+            let values: Vec<bool> = there.map(|cell| cell == Cell::Bool(true)).collect();
+            column.typed::<BoolType>().write_batch(&values, levels, None)
+        }
+        CellType::Text => {
+            let text = |cell| match cell {
+                Cell::Text(text) => ByteArray::from(text.into_bytes()),
+                _ => ByteArray::from(Vec::new()),
+            };
+            let values: Vec<ByteArray> = there.map(text).collect();
+            column.typed::<ByteArrayType>().write_batch(&values, levels, None)
+        }
+    }
+}
+
 fn column_type(heading: &Heading) -> Result<Type, ParquetError> {
     let (physical, logical) = match heading.kind {
-        Kind::Double => (Physical::DOUBLE, None),
-        Kind::Float => (Physical::FLOAT, None),
-        Kind::Int => (Physical::INT64, None),
-        Kind::UInt => (Physical::INT64, Some(LogicalType::integer(64, false))),
-        Kind::Bool => (Physical::BOOLEAN, None),
-        Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        CellType::Double => (Physical::DOUBLE, None),
+        CellType::Float => (Physical::FLOAT, None),
+        CellType::Int => (Physical::INT64, None),
+        CellType::UInt => (Physical::INT64, Some(LogicalType::integer(64, false))),
+        CellType::Bool => (Physical::BOOLEAN, None),
+        CellType::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
     };
     let builder = Type::primitive_type_builder(&heading.name, physical);
     builder.with_repetition(Repetition::OPTIONAL).with_logical_type(logical).build()

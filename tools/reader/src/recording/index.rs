@@ -18,7 +18,7 @@ pub(crate) const PREFIX: u64 = 9;
 /// Bytes of the content of a footer.
 const FOOTER: u64 = 20;
 
-/// What the summary of a file says.
+/// The summary of a file.
 #[derive(Debug, Default)]
 pub struct Index {
     /// Chunks by their offset.

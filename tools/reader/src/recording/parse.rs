@@ -19,7 +19,7 @@ pub(crate) enum ParseError {
         /// Memory for a record \[bytes\].
         limit: usize,
     },
-    /// What the parser says.
+    /// The parser refuses it.
     #[error(transparent)]
     Record(#[from] McapError),
 }

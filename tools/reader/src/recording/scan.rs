@@ -1,5 +1,9 @@
 //! The records of a file, one after the other.
 
+mod crc;
+mod outer;
+mod search;
+
 use std::{
     borrow::Cow,
     collections::HashSet,
@@ -12,7 +16,7 @@ use std::{
 use mcap::{
     MAGIC,
     records::{ChunkIndex, Record, op},
-    sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
+    sans_io::linear_reader::{LinearReadEvent, LinearReader},
 };
 
 use super::{
@@ -33,24 +37,13 @@ const MAX_DAMAGES: usize = 1000;
 const LARGE: usize = 16 << 20;
 
 /// A record and where it stands.
-pub struct Found<'a> {
+pub struct FileRecord<'a> {
     /// Offset of the record in the file, or of the chunk it is in.
     pub offset: u64,
     /// Offset in the unpacked content of its chunk, if it is in one.
     pub inside: Option<u64>,
-    /// The record. A chunk comes with its header only; what is in it follows, once it has proved sound.
+    /// The record. A chunk comes with its header only; what is in it follows, once its checksum is verified.
     pub record: Record<'a>,
-}
-
-/// What comes next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Next<T> {
-    /// A record, and what was made of it.
-    Record(T),
-    /// The file may still be growing, and holds no further whole record now.
-    Pending,
-    /// The end.
-    End,
 }
 
 /// Reads the records of a file in its order; those in chunks come out one by one.
@@ -150,7 +143,7 @@ impl Scan {
         }
     }
 
-    /// Tells of what was refused before anything is read.
+    /// Adds what was refused to the damages, before anything is read.
     pub(crate) fn note(&mut self, refused: &[Damage]) {
         self.damages.extend_from_slice(refused);
         self.noted += refused.len();
@@ -161,7 +154,7 @@ impl Scan {
         self.damages.len() > self.noted
     }
 
-    /// Waits for more at the end of a file that has no footer yet: [`Next::Pending`] instead of damage.
+    /// Waits for more at the end of a file that has no footer yet: no record instead of damage.
     pub fn follow(&mut self) {
         self.grows = true;
     }
@@ -193,78 +186,127 @@ impl Scan {
         &self.damages
     }
 
+    /// True at the end; false as long as a file that is being written may grow.
+    pub fn is_over(&self) -> bool {
+        self.part == Part::Over
+    }
+
     /// True once the whole file has been read and was sound, from magic to magic.
     pub fn is_complete(&self) -> bool {
         self.part == Part::Over && self.damages.is_empty()
     }
 
-    /// Hands the next record to `take`.
+    /// Hands the next record to `take`; `None` at the end, or where a file that is being written holds no further whole
+    /// record for now.
     ///
     /// # Errors
     ///
     /// The system fails to read. Damage is no error: see [`Scan::damages`].
-    pub fn next<T>(&mut self, take: impl FnOnce(Found<'_>) -> T) -> Result<Next<T>, OpenError> {
+    pub fn next<T>(&mut self, take: impl FnOnce(FileRecord<'_>) -> T) -> Result<Option<T>, OpenError> {
+        let mut take = Some(take);
         loop {
-            if let (Some(open), Some(unpacker)) = (&mut self.open, &mut self.unpacker) {
-                let (offset, start) = (open.offset, open.inside);
-                let reason = match unpacker.next_event() {
-                    // the whole chunk was fed: it wants the next record of the file
-                    None | Some(Ok(LinearReadEvent::ReadRequest(_))) => None,
-                    Some(Ok(LinearReadEvent::Record { opcode, data })) => {
-                        open.inside = start + PREFIX + data.len() as u64;
-                        match parse(opcode, data, self.limits.record()) {
-                            Ok(Record::Chunk { .. }) => Some("a chunk inside a chunk".into()),
-                            Ok(record) => {
-                                return Ok(Next::Record(take(Found { offset, inside: Some(start), record })));
-                            }
-                            Err(error) => Some(error.to_string()),
-                        }
-                    }
-                    Some(Err(error)) => Some(explain(&error)),
-                };
-                let (bytes, is_large) = (open.end - offset, open.is_large);
-                self.open = None;
-                if is_large {
-                    self.unpacker = None;
-                }
-                if let Some(reason) = reason {
-                    self.unpacker = None;
-                    self.damage(offset, bytes, reason);
-                }
-                continue;
+            if let Some(taken) = self.next_in_chunk(&mut take) {
+                return Ok(Some(taken));
             }
-            if self.part == Part::Over {
-                return Ok(Next::End);
+            if self.is_over() {
+                return Ok(None);
             }
-            match self.outer() {
-                Err(error) => return Err(OpenError::Io { path: self.path.clone(), error }),
-                Ok(Outer::Again) => {}
-                Ok(Outer::Pending) => return Ok(Next::Pending),
-                Ok(Outer::Chunk) => {
-                    let offset = self.open.as_ref().map_or(self.position, |open| open.offset);
-                    let header = match parse(op::CHUNK, &self.body, self.limits.record()) {
-                        Ok(Record::Chunk { header, .. }) => Some(header),
-                        _ => None,
-                    };
-                    // the unpacker has a copy
-                    if self.body.len() > LARGE {
-                        self.body = Vec::new();
-                    }
-                    if let Some(header) = header {
-                        let record = Record::Chunk { header, data: Cow::Borrowed(&[]) };
-                        return Ok(Next::Record(take(Found { offset, inside: None, record })));
-                    }
-                }
-                Ok(Outer::Record { offset, opcode }) => {
-                    match parse(opcode, &self.body, self.limits.record()) {
-                        Ok(record) => return Ok(Next::Record(take(Found { offset, inside: None, record }))),
-                        Err(error) => {
-                            self.damage(offset, PREFIX + self.body.len() as u64, error.to_string());
-                        }
+            let next = self.outer().map_err(|error| OpenError::Io { path: self.path.clone(), error })?;
+            match next {
+                Outer::Again => {}
+                Outer::Pending => return Ok(None),
+                Outer::Record { offset, opcode } => {
+                    if let Some(taken) = self.take_body(offset, opcode, &mut take) {
+                        return Ok(Some(taken));
                     }
                 }
             }
         }
+    }
+
+    /// Hands the records one by one to `take`, up to the end or to where a file that is being written holds no further
+    /// whole record for now.
+    ///
+    /// # Errors
+    ///
+    /// The system fails to read.
+    pub fn for_each(&mut self, mut take: impl FnMut(FileRecord<'_>)) -> Result<(), OpenError> {
+        while self.next(&mut take)?.is_some() {}
+        Ok(())
+    }
+
+    /// The same until `take` returns something.
+    ///
+    /// # Errors
+    ///
+    /// The system fails to read.
+    pub fn find_map<T>(
+        &mut self,
+        mut take: impl FnMut(FileRecord<'_>) -> Option<T>,
+    ) -> Result<Option<T>, OpenError> {
+        while let Some(taken) = self.next(&mut take)? {
+            if taken.is_some() {
+                return Ok(taken);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Hands the next record of the open chunk to `take`; the chunk is closed where there is none.
+    fn next_in_chunk<T, F: FnOnce(FileRecord<'_>) -> T>(&mut self, take: &mut Option<F>) -> Option<T> {
+        let (Some(open), Some(unpacker)) = (&mut self.open, &mut self.unpacker) else { return None };
+        let (offset, start) = (open.offset, open.inside);
+        let reason = match unpacker.next_event() {
+            // the whole chunk was fed: it wants the next record of the file
+            None | Some(Ok(LinearReadEvent::ReadRequest(_))) => None,
+            Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                open.inside = start + PREFIX + data.len() as u64;
+                match parse(opcode, data, self.limits.record()) {
+                    Ok(Record::Chunk { .. }) => Some("a chunk inside a chunk".into()),
+                    Ok(record) => {
+                        let found = FileRecord { offset, inside: Some(start), record };
+                        return take.take().map(|take| take(found));
+                    }
+                    Err(error) => Some(error.to_string()),
+                }
+            }
+            Some(Err(error)) => Some(explain(&error)),
+        };
+        let (bytes, is_large) = (open.end - offset, open.is_large);
+        self.open = None;
+        if is_large || reason.is_some() {
+            self.unpacker = None;
+        }
+        if let Some(reason) = reason {
+            self.damage(offset, bytes, reason);
+        }
+        None
+    }
+
+    /// Hands the record of the file that has just been read to `take`, a chunk without its content.
+    fn take_body<T, F: FnOnce(FileRecord<'_>) -> T>(
+        &mut self,
+        offset: u64,
+        opcode: u8,
+        take: &mut Option<F>,
+    ) -> Option<T> {
+        let record = match parse(opcode, &self.body, self.limits.record()) {
+            Ok(Record::Chunk { header, .. }) => Record::Chunk { header, data: Cow::Borrowed(&[]) },
+            Ok(record) => record,
+            Err(error) => {
+                // that of a chunk is reported once it is unpacked
+                if opcode != op::CHUNK {
+                    self.damage(offset, PREFIX + self.body.len() as u64, error.to_string());
+                }
+                return None;
+            }
+        };
+        let taken = take.take().map(|take| take(FileRecord { offset, inside: None, record }));
+        // the unpacker has a copy of a chunk
+        if opcode == op::CHUNK && self.body.len() > LARGE {
+            self.body = Vec::new();
+        }
+        taken
     }
 
     fn damage(&mut self, offset: u64, bytes: u64, reason: String) {
@@ -278,245 +320,9 @@ impl Scan {
     }
 }
 
-/// One record of the file, or none.
+/// Whether a record of the file has been read.
 enum Outer {
-    Chunk,
     Record { offset: u64, opcode: u8 },
     Pending,
     Again,
-}
-
-impl Scan {
-    /// Reads the next record of the file into `body`; chunks are opened.
-    fn outer(&mut self) -> io::Result<Outer> {
-        let offset = self.position;
-        if self.skip.contains(&offset) {
-            let chunk = &self.index.chunks[&offset];
-            let end = offset.saturating_add(chunk.chunk_length).saturating_add(chunk.message_index_length);
-            self.seek(end.min(self.length).max(offset + 1))?;
-            return Ok(Outer::Again);
-        }
-        let mut prefix = [0; PREFIX as usize];
-        if self.length.saturating_sub(offset) < PREFIX {
-            return self.ends_early(offset, "the file ends where another record should begin");
-        }
-        self.source.read_exact(&mut prefix)?;
-        self.read += PREFIX;
-        let opcode = prefix[0];
-        let [_, length @ ..] = prefix;
-        let length = u64::from_le_bytes(length);
-        let end = (offset + PREFIX).saturating_add(length);
-        if opcode == 0 {
-            return self.resynchronise(offset, "not a record: opcode 0".into());
-        }
-        // a record that reaches over the beginning of a chunk has a wrong length
-        if self.index.chunks.range(offset + 1..end.max(offset + 1)).next().is_some() {
-            return self.resynchronise(offset, format!("the length of a record, {length}, is wrong"));
-        }
-        if end > self.length {
-            if self.grows {
-                self.seek(offset)?;
-                return self.ends_early(offset, "");
-            }
-            let reason = format!("the file ends in the middle of a record of {length} bytes");
-            return self.resynchronise(offset, reason);
-        }
-        if length > self.limits.record() as u64 {
-            let limit = self.limits.record();
-            let reason = format!("a record of {length} bytes exceeds the limit of {limit} (--max-memory)");
-            return self.resynchronise(offset, reason);
-        }
-        self.body.resize(length as usize, 0);
-        self.source.read_exact(&mut self.body)?;
-        self.read += length;
-        self.position = end;
-        self.check_crc(offset, opcode, &prefix);
-        if opcode == op::DATA_END && !self.skip.is_empty() {
-            // the summary has been read and was sound, else nothing could be skipped
-            self.part = Part::Over;
-        }
-        match opcode {
-            op::CHUNK => {
-                self.open_chunk(offset, &prefix);
-                Ok(Outer::Chunk)
-            }
-            op::FOOTER => {
-                self.end_magic()?;
-                Ok(Outer::Record { offset, opcode })
-            }
-            _ => Ok(Outer::Record { offset, opcode }),
-        }
-    }
-
-    /// What a file without a footer ends with; or it has grown meanwhile.
-    fn ends_early(&mut self, offset: u64, reason: &str) -> io::Result<Outer> {
-        if self.grows {
-            let known = self.length;
-            self.length = self.source.seek(SeekFrom::End(0))?;
-            self.seek(offset)?;
-            return Ok(if self.length > known { Outer::Again } else { Outer::Pending });
-        }
-        self.part = Part::Over;
-        self.damage(offset, self.length - offset.min(self.length), reason.into());
-        Ok(Outer::Again)
-    }
-
-    fn seek(&mut self, position: u64) -> io::Result<()> {
-        self.source.seek(SeekFrom::Start(position))?;
-        self.position = position;
-        Ok(())
-    }
-
-    /// Adds a record to the checksum of its part of the file, and compares where the part ends.
-    fn check_crc(&mut self, offset: u64, opcode: u8, prefix: &[u8]) {
-        let ends = matches!(opcode, op::DATA_END | op::FOOTER);
-        let saved = match ends.then(|| parse(opcode, &self.body, self.limits.record())) {
-            Some(Ok(Record::DataEnd(end))) => Some(end.data_section_crc),
-            Some(Ok(Record::Footer(footer))) => Some(footer.summary_crc),
-            _ => None,
-        };
-        if opcode == op::FOOTER
-            && let Some(crc) = &mut self.crc
-        {
-            crc.update(prefix);
-            crc.update(&self.body[..self.body.len().saturating_sub(4)]);
-        }
-        match saved {
-            None => {
-                if let Some(crc) = &mut self.crc {
-                    crc.update(prefix);
-                    crc.update(&self.body);
-                }
-            }
-            Some(saved) => {
-                let calculated = self.crc.take().map(crc32fast::Hasher::finalize);
-                let wrong = calculated.filter(|&calculated| saved != 0 && saved != calculated);
-                if let Some(calculated) = wrong.filter(|_| !self.has_damage()) {
-                    let part = if opcode == op::DATA_END { "data section" } else { "summary" };
-                    let reason =
-                        format!("CRC of the {part} failed: {saved:08x} is saved, {calculated:08x} found");
-                    self.damage(offset, 0, reason);
-                }
-            }
-        }
-        if opcode == op::DATA_END && self.part == Part::Data {
-            self.part = Part::Summary;
-            self.crc = Some(crc32fast::Hasher::new());
-        }
-    }
-
-    fn end_magic(&mut self) -> io::Result<()> {
-        let rest = self.length - self.position;
-        let mut magic = [0; MAGIC.len()];
-        let whole = rest >= magic.len() as u64;
-        if whole {
-            self.source.read_exact(&mut magic)?;
-        }
-        let was = std::mem::replace(&mut self.part, Part::Over);
-        if !whole || magic != MAGIC {
-            self.damage(self.position, rest, "the magic bytes at the end are missing".into());
-        } else if rest > magic.len() as u64 {
-            let position = self.position + magic.len() as u64;
-            self.damage(position, rest - magic.len() as u64, "the file goes on after its end".into());
-        } else if was == Part::Data && !self.has_damage() {
-            self.damage(self.position, 0, "the end of the data is not marked".into());
-        }
-        self.part = Part::Over;
-        Ok(())
-    }
-
-    /// Finds where reading can go on: at the next chunk that is sound, or at the summary.
-    fn resynchronise(&mut self, offset: u64, reason: String) -> io::Result<Outer> {
-        self.crc = None;
-        let indexed = self.index.chunks.range(offset + 1..).next().map(|(&offset, _)| offset);
-        let summary = Some(self.index.start).filter(|&start| start > offset);
-        let next = match indexed.or(summary) {
-            Some(next) => Some(next),
-            None => self.search(offset + 1)?,
-        };
-        match next.filter(|&next| next < self.length) {
-            Some(next) => {
-                self.seek(next)?;
-                self.damage(offset, next - offset, reason);
-            }
-            None => {
-                self.part = Part::Over;
-                self.damage(offset, self.length - offset, reason);
-            }
-        }
-        Ok(Outer::Again)
-    }
-
-    /// Looks for a chunk from an offset on.
-    fn search(&mut self, from: u64) -> io::Result<Option<u64>> {
-        const WINDOW: u64 = 1 << 20;
-        /// Bytes of a record's prefix and a chunk's header, with the longest name of a compression.
-        const HEAD: u64 = PREFIX + 8 + 8 + 8 + 4 + 4 + 4 + 8;
-        let mut start = from;
-        while start + HEAD <= self.length {
-            self.seek(start)?;
-            let size = (WINDOW + HEAD).min(self.length - start);
-            let mut window = vec![0; size as usize];
-            self.source.read_exact(&mut window)?;
-            self.read += size;
-            let heads = window.windows(HEAD as usize).enumerate();
-            for (i, head) in heads.filter(|(_, head)| head[0] == op::CHUNK) {
-                let offset = start + i as u64;
-                if self.is_chunk(head, offset) {
-                    return Ok(Some(offset));
-                }
-            }
-            start += WINDOW;
-        }
-        Ok(None)
-    }
-
-    /// True if these bytes look like the beginning of a chunk record.
-    fn is_chunk(&self, head: &[u8], offset: u64) -> bool {
-        let u64_at =
-            |at: usize| head.get(at..at + 8).and_then(|b| Some(u64::from_le_bytes(b.try_into().ok()?)));
-        let length = u64_at(1).unwrap_or(u64::MAX);
-        let fits = length <= self.limits.record() as u64 && offset + PREFIX + length <= self.length;
-        let times = u64_at(9).zip(u64_at(17)).is_some_and(|(first, last)| first <= last);
-        let unpacked = u64_at(25).is_some_and(|size| size <= self.limits.record() as u64);
-        let name = match head.get(37..41) {
-            Some([0, 0, 0, 0]) => Some(0),
-            Some([3, 0, 0, 0]) => Some(3).filter(|_| head[41..44] == *b"lz4"),
-            Some([4, 0, 0, 0]) => Some(4).filter(|_| head[41..45] == *b"zstd"),
-            _ => None,
-        };
-        let packed = name.and_then(|name| u64_at(41 + name).map(|size| size + 40 + name as u64));
-        fits && times && unpacked && packed == Some(length)
-    }
-}
-
-impl Scan {
-    /// Feeds a chunk to the unpacker, which verifies it before anything comes out.
-    fn open_chunk(&mut self, offset: u64, prefix: &[u8]) {
-        let limit = self.limits.record();
-        let unpacker = self.unpacker.get_or_insert_with(|| {
-            let options = LinearReaderOptions::default()
-                .with_skip_start_magic(true)
-                .with_skip_end_magic(true)
-                .with_prevalidate_chunk_crcs(true)
-                .with_record_length_limit(limit);
-            LinearReader::new_with_options(options)
-        });
-        for bytes in [prefix, &self.body] {
-            unpacker.insert(bytes.len()).copy_from_slice(bytes);
-            // no bytes would mean the end of the file
-            if !bytes.is_empty() {
-                unpacker.notify_read(bytes.len());
-            }
-        }
-        // how much a chunk unpacks to is known once it is unpacked; what it claims is checked against that
-        let claimed = match parse(op::CHUNK, &self.body, limit) {
-            Ok(Record::Chunk { header, .. }) => {
-                usize::try_from(header.uncompressed_size).unwrap_or(usize::MAX)
-            }
-            _ => 0,
-        };
-        let is_large = self.body.len().max(claimed) > LARGE;
-        self.open = Some(Open { offset, end: self.position, inside: 0, is_large });
-    }
 }

@@ -1,60 +1,65 @@
 //! From the wire to [`Values`].
 
-use prost_reflect::prost::Message;
+use prost_reflect::{Kind, prost::Message};
 
-use super::{Content, Layout, List, Misfit, Node, Scalar, Slot, Values, dynamic};
+use super::{
+    DecodeError, Layout, List, Values,
+    cursor::{Wire, spend},
+    dynamic,
+    layout::{Content, Node, Scalar, Slot},
+};
 use crate::recording::Budget;
 
 /// Why decoding stops.
 enum Stop {
-    Misfit(Misfit),
+    Error(DecodeError),
     /// A part that may be there once is there twice: the parts have to be merged first.
     Twice,
 }
 
-impl From<Misfit> for Stop {
-    fn from(misfit: Misfit) -> Self {
-        Self::Misfit(misfit)
+impl From<DecodeError> for Stop {
+    fn from(error: DecodeError) -> Self {
+        Self::Error(error)
     }
 }
 
 impl Layout {
-    /// Takes a message apart.
+    /// Decodes a message.
     ///
     /// # Errors
     ///
     /// The bytes do not fit the type, or take more memory than the layout is for.
-    pub fn decode(&self, bytes: &[u8], values: &mut Values) -> Result<(), Misfit> {
+    pub fn decode(&self, bytes: &[u8], values: &mut Values) -> Result<(), DecodeError> {
         match self.attempt(bytes, values) {
             Ok(()) => Ok(()),
-            Err(Stop::Misfit(misfit)) => Err(misfit),
+            Err(Stop::Error(error)) => Err(error),
             Err(Stop::Twice) => {
                 // rare: the general decoder merges
                 let merged = dynamic(&self.descriptor, bytes, self.room)?.encode_to_vec();
                 self.attempt(&merged, values).map_err(|stop| match stop {
-                    Stop::Misfit(misfit) => misfit,
-                    Stop::Twice => Misfit::Schema,
+                    Stop::Error(error) => error,
+                    Stop::Twice => DecodeError::SchemaMismatch,
                 })
             }
         }
     }
 
-    /// The plain number at the top of a message with a field number, without taking the rest apart. The default if the
+    /// The plain number at the top of a message with a field number, without decoding the rest. The default if the
     /// message does not hold it, `None` if the message does not fit.
     pub fn peek(&self, leaf: usize, bytes: &[u8]) -> Option<f64> {
         let leaf = &self.leaves[leaf];
         let &[wanted] = leaf.numbers.as_slice() else { return None };
-        let slot = self.root.slots.iter().find(|slot| slot.number == wanted)?;
-        let Content::Scalar { scalar, .. } = slot.content else { return None };
+        let slot = &self.root.slots[self.root.find(wanted)?];
+        let Content::Scalar(scalar) = &slot.content else { return None };
         let mut wire = Wire { bytes };
         let mut list = List::new(&leaf.kind);
         while !wire.bytes.is_empty() {
-            let (number, kind) = wire.key().ok()?;
+            let (number, wire_type) = wire.key().ok()?;
             if number == wanted {
                 list.clear();
-                value(scalar, slot, kind, number, &mut wire, &mut list, &mut Budget::new(self.room)).ok()?;
+                value(scalar, slot, wire_type, &mut wire, &mut list, &mut Budget::new(self.room)).ok()?;
             } else {
-                wire.skip(number, kind, 0).ok()?;
+                wire.skip(number, wire_type, 0).ok()?;
             }
         }
         list.number(0).or(Some(0.0))
@@ -66,88 +71,83 @@ impl Layout {
     }
 }
 
-/// Spends memory of the message that is taken apart.
-fn spend(budget: &mut Budget, bytes: usize) -> Result<(), Misfit> {
-    if budget.spend(bytes) { Ok(()) } else { Err(Misfit::Memory) }
-}
-
 /// Memory of a text or byte string, besides its bytes: its place in a list and its block \[bytes\].
 const BLOCK: usize = 24 + 16;
 
 fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -> Result<(), Stop> {
     // also what takes no memory takes time
     spend(budget, node.slots.len())?;
-    let mut wire = Wire { bytes };
-    let mut seen = Seen::default();
-    let mut maps: Vec<(usize, Vec<&[u8]>)> = Vec::new();
+    let (mut wire, mut seen, mut entries) = (Wire { bytes }, Seen::default(), Vec::<(usize, &[u8])>::new());
     while !wire.bytes.is_empty() {
         let start = wire.bytes;
-        let (number, kind) = wire.key()?;
-        let near = node.near.get(number as usize).copied().flatten().map(usize::from);
-        let Some(index) = near.or_else(|| node.far.get(&number).copied()) else {
-            wire.skip(number, kind, 0)?;
-            if let Some(List::Bytes(unknown)) = lists.last_mut() {
-                spend(budget, BLOCK + start.len() - wire.bytes.len())?;
-                unknown.push(start[..start.len() - wire.bytes.len()].to_vec());
-            }
+        let (number, wire_type) = wire.key()?;
+        let Some(index) = node.find(number) else {
+            wire.skip(number, wire_type, 0)?;
+            keep(&start[..start.len() - wire.bytes.len()], lists, budget)?;
             continue;
         };
         let slot = &node.slots[index];
-        let again = seen.count(index);
-        if again == 0 && slot.group.is_some() && others_seen(node, slot, index, &seen) {
+        if seen.count(index) == 0 && slot.group.is_some() && others_seen(node, slot, index, &seen) {
             return Err(Stop::Twice);
         }
-        match &slot.content {
-            Content::Scalar { leaf, scalar } => {
-                let list = &mut lists[*leaf];
-                if again > 0 && !slot.is_list {
+        let again = seen.count(index) > 0 && !slot.is_list;
+        let values = match &slot.content {
+            Content::Scalar(scalar) => {
+                let list = &mut lists[scalar.leaf];
+                if again {
                     list.pop();
                 }
                 let before = list.len();
-                value(*scalar, slot, kind, number, &mut wire, list, budget)?;
-                seen.add(index, (list.len() - before) as u64, slot.is_list);
+                value(scalar, slot, wire_type, &mut wire, list, budget)?;
+                list.len() - before
             }
-            Content::Message { node: inner, is_map } => {
-                if kind != 2 {
-                    return Err(Misfit::Schema.into());
-                }
-                let content = wire.block()?;
-                if *is_map {
-                    spend(budget, size_of::<&[u8]>())?;
-                    match maps.iter_mut().find(|(map, _)| *map == index) {
-                        Some((_, entries)) => entries.push(content),
-                        None => maps.push((index, vec![content])),
-                    }
-                } else if again > 0 && !slot.is_list {
-                    return Err(Stop::Twice);
-                } else {
-                    message(inner, content, lists, budget)?;
-                }
-                seen.add(index, 1, slot.is_list);
+            Content::Message { .. } if wire_type != 2 => return Err(DecodeError::SchemaMismatch.into()),
+            Content::Message { .. } if again => return Err(Stop::Twice),
+            Content::Message { is_map: true, .. } => {
+                spend(budget, size_of::<(usize, &[u8])>())?;
+                entries.push((index, wire.block()?));
+                1
             }
-        }
+            Content::Message { node: inner, .. } => {
+                message(inner, wire.block()?, lists, budget)?;
+                1
+            }
+        };
+        seen.add(index, values as u64, slot.is_list);
     }
     // the order of a map's entries means nothing: in the order of their keys two equal maps are equal lists
-    for (index, mut entries) in maps {
-        entries.sort_unstable();
+    entries.sort_unstable();
+    for (index, entry) in entries {
         if let Content::Message { node: inner, .. } = &node.slots[index].content {
-            for entry in entries {
-                message(inner, entry, lists, budget)?;
-            }
+            message(inner, entry, lists, budget)?;
         }
     }
+    complete(node, &seen, lists, budget)
+}
+
+/// Keeps a field that the schema does not know.
+fn keep(field: &[u8], lists: &mut [List], budget: &mut Budget) -> Result<(), DecodeError> {
+    if let Some(List::Bytes(unknown)) = lists.last_mut() {
+        spend(budget, BLOCK + field.len())?;
+        unknown.push(field.to_vec());
+    }
+    Ok(())
+}
+
+/// Adds what follows from what the message holds: counts, and defaults of what it does not hold.
+fn complete(node: &Node, seen: &Seen, lists: &mut [List], budget: &mut Budget) -> Result<(), Stop> {
     for (index, slot) in node.slots.iter().enumerate() {
         let number = seen.count(index);
         if let Some(List::UInt(list)) = slot.count.map(|leaf| &mut lists[leaf]) {
             spend(budget, 8)?;
             list.push(number);
         }
-        if let Content::Scalar { leaf, .. } = slot.content
+        if let Content::Scalar(Scalar { leaf, .. }) = slot.content
             && number == 0
             && !slot.is_list
             && !slot.has_presence
         {
-            spend(budget, lists[leaf].size())?;
+            spend(budget, size(&lists[leaf]))?;
             lists[leaf].push_default();
         }
     }
@@ -192,167 +192,92 @@ impl Seen {
 
 /// Reads one value, or a packed list of them.
 fn value(
-    scalar: Scalar,
+    scalar: &Scalar,
     slot: &Slot,
-    kind: u8,
-    number: u32,
+    wire_type: u8,
     wire: &mut Wire<'_>,
     list: &mut List,
     budget: &mut Budget,
-) -> Result<(), Misfit> {
-    let native = native_kind(scalar);
-    if kind == native {
-        return single(scalar, number, wire, list, budget);
+) -> Result<(), DecodeError> {
+    if wire_type == scalar.wire_type {
+        return single(scalar, slot.number, wire, list, budget);
     }
-    if kind != 2 || native == 2 || native == 3 || !slot.is_list {
-        return Err(Misfit::Schema);
+    if wire_type != 2 || matches!(scalar.wire_type, 2 | 3) || !slot.is_list {
+        return Err(DecodeError::SchemaMismatch);
     }
     let mut packed = Wire { bytes: wire.block()? };
-    match (scalar, &mut *list) {
-        (Scalar::Double, List::Double(list)) => {
+    let rest = match (&scalar.kind, &mut *list) {
+        (Kind::Double, List::Double(list)) => {
             spend(budget, packed.bytes.len())?;
             let (numbers, rest) = packed.bytes.as_chunks::<8>();
             list.extend(numbers.iter().map(|&bytes| f64::from_le_bytes(bytes)));
-            rest.is_empty().then_some(()).ok_or(Misfit::Schema)
+            rest
         }
-        (Scalar::Float, List::Float(list)) => {
+        (Kind::Float, List::Float(list)) => {
             spend(budget, packed.bytes.len())?;
             let (numbers, rest) = packed.bytes.as_chunks::<4>();
             list.extend(numbers.iter().map(|&bytes| f32::from_le_bytes(bytes)));
-            rest.is_empty().then_some(()).ok_or(Misfit::Schema)
+            rest
         }
         _ => {
             while !packed.bytes.is_empty() {
-                single(scalar, number, &mut packed, list, budget)?;
+                single(scalar, slot.number, &mut packed, list, budget)?;
             }
-            Ok(())
+            packed.bytes
         }
-    }
+    };
+    if rest.is_empty() { Ok(()) } else { Err(DecodeError::SchemaMismatch) }
 }
 
-/// Wire type of a value that stands alone.
-fn native_kind(scalar: Scalar) -> u8 {
-    match scalar {
-        Scalar::Double | Scalar::Fixed64 | Scalar::SFixed64 => 1,
-        Scalar::Float | Scalar::Fixed32 | Scalar::SFixed32 => 5,
-        Scalar::Text | Scalar::Bytes => 2,
-        Scalar::Group => 3,
-        _ => 0,
-    }
-}
-
+/// Reads one value.
 fn single(
-    scalar: Scalar,
+    scalar: &Scalar,
     number: u32,
     wire: &mut Wire<'_>,
     list: &mut List,
     budget: &mut Budget,
-) -> Result<(), Misfit> {
-    spend(budget, list.size())?;
-    match (scalar, list) {
-        (Scalar::Double, List::Double(list)) => list.push(f64::from_le_bytes(wire.fixed()?)),
-        (Scalar::Float, List::Float(list)) => list.push(f32::from_le_bytes(wire.fixed()?)),
-        (Scalar::Int32 | Scalar::Int64, List::Int(list)) => list.push(wire.varint()? as i64),
-        (Scalar::UInt32 | Scalar::UInt64, List::UInt(list)) => list.push(wire.varint()?),
-        (Scalar::SInt32 | Scalar::SInt64, List::Int(list)) => {
+) -> Result<(), DecodeError> {
+    spend(budget, size(list))?;
+    match (&scalar.kind, list) {
+        (Kind::Double, List::Double(list)) => list.push(f64::from_le_bytes(wire.fixed()?)),
+        (Kind::Float, List::Float(list)) => list.push(f32::from_le_bytes(wire.fixed()?)),
+        (Kind::Int32 | Kind::Int64, List::Int(list)) => list.push(wire.varint()? as i64),
+        (Kind::Uint32 | Kind::Uint64, List::UInt(list)) => list.push(wire.varint()?),
+        (Kind::Sint32 | Kind::Sint64, List::Int(list)) => {
             let zigzag = wire.varint()?;
             list.push((zigzag >> 1) as i64 ^ -((zigzag & 1) as i64));
         }
-        (Scalar::Fixed32, List::UInt(list)) => list.push(u64::from(u32::from_le_bytes(wire.fixed()?))),
-        (Scalar::Fixed64, List::UInt(list)) => list.push(u64::from_le_bytes(wire.fixed()?)),
-        (Scalar::SFixed32, List::Int(list)) => list.push(i64::from(i32::from_le_bytes(wire.fixed()?))),
-        (Scalar::SFixed64, List::Int(list)) => list.push(i64::from_le_bytes(wire.fixed()?)),
-        (Scalar::Bool, List::Bool(list)) => list.push(wire.varint()? != 0),
-        (Scalar::Enum, List::Enum(list)) => list.push(wire.varint()? as i32),
-        (Scalar::Text, List::Text(list)) => {
-            let text = std::str::from_utf8(wire.block()?).map_err(|_| Misfit::Schema)?;
+        (Kind::Fixed32, List::UInt(list)) => list.push(u64::from(u32::from_le_bytes(wire.fixed()?))),
+        (Kind::Fixed64, List::UInt(list)) => list.push(u64::from_le_bytes(wire.fixed()?)),
+        (Kind::Sfixed32, List::Int(list)) => list.push(i64::from(i32::from_le_bytes(wire.fixed()?))),
+        (Kind::Sfixed64, List::Int(list)) => list.push(i64::from_le_bytes(wire.fixed()?)),
+        (Kind::Bool, List::Bool(list)) => list.push(wire.varint()? != 0),
+        (Kind::Enum(_), List::Enum(list)) => list.push(wire.varint()? as i32),
+        (_, List::Text(list)) => {
+            let text = std::str::from_utf8(wire.block()?).map_err(|_| DecodeError::SchemaMismatch)?;
             spend(budget, text.len())?;
             list.push(text.to_owned());
         }
-        (Scalar::Bytes, List::Bytes(list)) => {
-            let bytes = wire.block()?;
+        (_, List::Bytes(list)) => {
+            let start = wire.bytes;
+            let bytes = if scalar.wire_type == 3 {
+                wire.skip(number, 3, 0)?;
+                &start[..start.len() - wire.bytes.len()]
+            } else {
+                wire.block()?
+            };
             spend(budget, bytes.len())?;
             list.push(bytes.to_vec());
-        }
-        (Scalar::Group, List::Bytes(list)) => {
-            let start = wire.bytes;
-            wire.skip(number, 3, 0)?;
-            spend(budget, start.len() - wire.bytes.len())?;
-            list.push(start[..start.len() - wire.bytes.len()].to_vec());
         }
         _ => unreachable!("a leaf's list is made for its type"),
     }
     Ok(())
 }
 
-impl List {
-    /// Memory of a value \[bytes\]; of a text or byte string, what it takes besides its bytes.
-    fn size(&self) -> usize {
-        match self {
-            Self::Double(_) | Self::Int(_) | Self::UInt(_) => 8,
-            Self::Float(_) | Self::Enum(_) => 4,
-            Self::Bool(_) => 1,
-            Self::Text(_) | Self::Bytes(_) => BLOCK,
-        }
-    }
-}
-
-/// Bytes of a message that are still to be read.
-pub(super) struct Wire<'a> {
-    pub(super) bytes: &'a [u8],
-}
-
-impl<'a> Wire<'a> {
-    /// Number and wire type of the next field.
-    pub(super) fn key(&mut self) -> Result<(u32, u8), Misfit> {
-        let key = self.varint()?;
-        Ok((u32::try_from(key >> 3).map_err(|_| Misfit::Schema)?, (key & 7) as u8))
-    }
-
-    pub(super) fn varint(&mut self) -> Result<u64, Misfit> {
-        let mut value = 0;
-        for (i, &byte) in self.bytes.iter().enumerate().take(10) {
-            value |= u64::from(byte & 0x7f) << (7 * i);
-            if byte < 0x80 {
-                // the tenth byte has room for one bit
-                if i == 9 && byte > 1 {
-                    return Err(Misfit::Schema);
-                }
-                self.bytes = &self.bytes[i + 1..];
-                return Ok(value);
-            }
-        }
-        Err(Misfit::Schema)
-    }
-
-    fn fixed<const N: usize>(&mut self) -> Result<[u8; N], Misfit> {
-        let (head, rest) = self.bytes.split_first_chunk::<N>().ok_or(Misfit::Schema)?;
-        self.bytes = rest;
-        Ok(*head)
-    }
-
-    pub(super) fn block(&mut self) -> Result<&'a [u8], Misfit> {
-        let length = usize::try_from(self.varint()?).map_err(|_| Misfit::Schema)?;
-        let (block, rest) = self.bytes.split_at_checked(length).ok_or(Misfit::Schema)?;
-        self.bytes = rest;
-        Ok(block)
-    }
-
-    /// Steps over a value whose key has been read.
-    pub(super) fn skip(&mut self, number: u32, kind: u8, depth: usize) -> Result<(), Misfit> {
-        const MAX_GROUPS: usize = 100;
-        match kind {
-            0 => self.varint().map(drop),
-            1 => self.fixed::<8>().map(drop),
-            2 => self.block().map(drop),
-            3 if depth < MAX_GROUPS => loop {
-                match self.key()? {
-                    (inner, 4) if inner == number => return Ok(()),
-                    (inner, kind) => self.skip(inner, kind, depth + 1)?,
-                }
-            },
-            5 => self.fixed::<4>().map(drop),
-            _ => Err(Misfit::Schema),
-        }
+/// Memory of a value \[bytes\]; of a text or byte string, what it takes besides its bytes.
+fn size(list: &List) -> usize {
+    match list {
+        List::Text(_) | List::Bytes(_) => BLOCK,
+        numbers => numbers.width(),
     }
 }

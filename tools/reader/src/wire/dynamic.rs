@@ -1,8 +1,11 @@
-//! Messages as the general decoder of `prost-reflect` has them, as far as there is memory for that.
+//! Messages as the general decoder of `prost-reflect` returns them, as far as memory allows.
 
 use prost_reflect::{DynamicMessage, FieldDescriptor, Kind, MessageDescriptor, Value};
 
-use super::{Misfit, decode::Wire};
+use super::{
+    DecodeError,
+    cursor::{Wire, spend},
+};
 use crate::recording::Budget;
 
 /// Memory of a value: in a list that grows, or in a tree with its number \[bytes\].
@@ -18,13 +21,9 @@ pub(crate) fn dynamic(
     descriptor: &MessageDescriptor,
     bytes: &[u8],
     room: usize,
-) -> Result<DynamicMessage, Misfit> {
+) -> Result<DynamicMessage, DecodeError> {
     count(descriptor, bytes, 0, &mut Budget::new(room))?;
-    DynamicMessage::decode(descriptor.clone(), bytes).map_err(|_| Misfit::Schema)
-}
-
-fn spend(budget: &mut Budget, bytes: usize) -> Result<(), Misfit> {
-    if budget.spend(bytes) { Ok(()) } else { Err(Misfit::Memory) }
+    DynamicMessage::decode(descriptor.clone(), bytes).map_err(|_| DecodeError::SchemaMismatch)
 }
 
 /// Spends what a message takes.
@@ -33,9 +32,9 @@ fn count(
     bytes: &[u8],
     depth: usize,
     budget: &mut Budget,
-) -> Result<(), Misfit> {
+) -> Result<(), DecodeError> {
     if depth > MAX_DEPTH {
-        return Err(Misfit::Schema);
+        return Err(DecodeError::SchemaMismatch);
     }
     let mut wire = Wire { bytes };
     while !wire.bytes.is_empty() {
@@ -64,7 +63,7 @@ fn count_block(
     block: &[u8],
     depth: usize,
     budget: &mut Budget,
-) -> Result<(), Misfit> {
+) -> Result<(), DecodeError> {
     match field.kind() {
         Kind::String | Kind::Bytes => spend(budget, block.len()),
         Kind::Message(inner) => {

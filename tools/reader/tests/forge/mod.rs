@@ -260,7 +260,7 @@ impl Forged {
     /// The recording as a file.
     pub fn write(&self, options: WriteOptions) -> Vec<u8> {
         let mut writer: Writer<Cursor<Vec<u8>>> =
-            options.library("somebody else").create(Cursor::new(Vec::new())).expect("a writer");
+            options.library("another program").create(Cursor::new(Vec::new())).expect("a writer");
         let set = FileDescriptorSet { file: vec![self.file.clone()] }.encode_to_vec();
         for (name, data) in &self.attachments {
             let attachment = Attachment {

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::verdict;
 use crate::{
     command::info::damage_json,
-    compare::{ChannelReport, Comparison, Divergence, FieldReport, Kind, Mode, Place},
+    compare::{ChannelReport, Comparison, Difference, Divergence, FieldReport, Mode, Place},
 };
 
 /// Version of the JSON form. 2: verdict `not_compared`, `gaps`, `starts`, `outside_a` and `outside_b` for `outside`.
@@ -14,12 +14,12 @@ pub const JSON_VERSION: u32 = 2;
 /// One comparison. Numbers that are not finite are texts, as in the JSON mapping of protobuf.
 pub fn to_json(names: (&str, &str), comparison: &Comparison) -> Value {
     let structure = comparison.structure.iter().map(|finding| {
-        let kind = match &finding.kind {
-            Kind::Missing => "missing",
-            Kind::Extra => "extra",
-            Kind::Renamed(_) => "renamed",
-            Kind::Type(..) => "type",
-            Kind::Metadata { key, .. } => key,
+        let kind = match &finding.difference {
+            Difference::Missing => "missing",
+            Difference::Extra => "extra",
+            Difference::Renamed(_) => "renamed",
+            Difference::Type(..) => "type",
+            Difference::Metadata { key, .. } => key,
         };
         json!({ "topic": finding.topic, "field": finding.field, "kind": kind, "text": finding.to_string() })
     });
@@ -73,14 +73,14 @@ fn channel_json(channel: &ChannelReport) -> Value {
         "topic": channel.topic,
         "within": channel.is_within(),
         "align": mode,
-        "align_chosen": channel.alignment.by_itself,
+        "align_chosen": channel.alignment.automatic,
         "starts": channel.alignment.starts.map(|starts| starts.map(number)),
         "messages_a": channel.messages[0],
         "messages_b": channel.messages[1],
         "compared": channel.compared,
         "only_a": channel.only_a,
         "only_b": channel.only_b,
-        "first_alone": channel.first_alone.as_ref().map(|(place, in_a)| {
+        "first_alone": channel.first_unmatched.as_ref().map(|(place, in_a)| {
             let mut value = place_json(place);
             value["in"] = if *in_a { "a" } else { "b" }.into();
             value

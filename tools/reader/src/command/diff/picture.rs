@@ -56,26 +56,7 @@ fn field_panels(
     let [start_a, start_b] = channel.alignment.starts.unwrap_or_default();
     let Some((_, place)) = &field.measure.max else { return Ok(Vec::new()) };
     let element = field.element.element(place.element);
-    let curve = |path: &Path, start: f64| -> Result<Option<(Panel, Curve)>, PlotError> {
-        let request = Request {
-            topics: vec![topic.parse().map_err(PlotError::Nothing)?],
-            selection: Selection { fields: vec![element.clone()], at: Vec::new() },
-            every: 1,
-            ..Request::default()
-        };
-        match traces(&[PathBuf::from(path)], &request, limits) {
-            Ok((mut panel, _)) => {
-                let curve = panel.curves.pop().map(|mut curve| {
-                    curve.points.iter_mut().for_each(|point| point.0 -= start);
-                    curve
-                });
-                Ok(curve.map(|curve| (panel, curve)))
-            }
-            // a field that was renamed, or that holds no numbers
-            Err(PlotError::Nothing(_) | PlotError::Trace(_)) => Ok(None),
-            Err(error) => Err(error),
-        }
-    };
+    let curve = |path: &Path, start: f64| curve(path, topic, &element, start, limits);
     let (Some((mut panel, curve_a)), Some((_, curve_b))) = (curve(a, start_a)?, curve(b, start_b)?) else {
         return Ok(Vec::new());
     };
@@ -98,6 +79,33 @@ fn field_panels(
         Curve { name: format!("new {}", b.display()), dashed: true, ..curve_b },
     ];
     Ok(vec![panel, below])
+}
+
+/// An element against time from a start, with the panel it is drawn in; `None` for a field that was renamed, or that holds
+/// no numbers.
+fn curve(
+    path: &Path,
+    topic: &str,
+    element: &str,
+    start: f64,
+    limits: Limits,
+) -> Result<Option<(Panel, Curve)>, PlotError> {
+    let request = Request {
+        topics: vec![topic.parse().map_err(PlotError::Nothing)?],
+        selection: Selection { fields: vec![element.to_owned()], at: Vec::new() },
+        ..Request::default()
+    };
+    match traces(&[PathBuf::from(path)], &request, limits) {
+        Ok((mut panel, _)) => {
+            let curve = panel.curves.pop().map(|mut curve| {
+                curve.points.iter_mut().for_each(|point| point.0 -= start);
+                curve
+            });
+            Ok(curve.map(|curve| (panel, curve)))
+        }
+        Err(PlotError::Nothing(_) | PlotError::Trace(_)) => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 /// b − a at the times of a, b interpolated linearly.

@@ -1,7 +1,7 @@
 //! A comparison as it may be shown: names and values of the files without commands for the terminal.
 
 use crate::{
-    compare::{Comparison, Divergence, Kind, Place},
+    compare::{Comparison, Difference, Divergence, Place},
     text::printable,
 };
 
@@ -11,10 +11,10 @@ pub(super) fn shown(comparison: &Comparison) -> Comparison {
     for finding in &mut comparison.structure {
         escape(&mut finding.topic);
         finding.field.as_mut().map(escape);
-        match &mut finding.kind {
-            Kind::Missing | Kind::Extra => {}
-            Kind::Renamed(name) => escape(name),
-            Kind::Type(a, b) | Kind::Metadata { a, b, .. } => [a, b].into_iter().for_each(escape),
+        match &mut finding.difference {
+            Difference::Missing | Difference::Extra => {}
+            Difference::Renamed(name) => escape(name),
+            Difference::Type(a, b) | Difference::Metadata { a, b, .. } => [a, b].into_iter().for_each(escape),
         }
     }
     for change in &mut comparison.provenance {
@@ -25,7 +25,7 @@ pub(super) fn shown(comparison: &Comparison) -> Comparison {
     comparison.derived = comparison.derived.iter().map(|topic| printable(topic).into_owned()).collect();
     for channel in &mut comparison.channels {
         escape(&mut channel.topic);
-        if let Some((place, _)) = &mut channel.first_alone {
+        if let Some((place, _)) = &mut channel.first_unmatched {
             escape_place(place);
         }
         for field in &mut channel.fields {

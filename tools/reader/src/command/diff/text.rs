@@ -1,7 +1,7 @@
 //! A comparison for people.
 
 use super::{Verdict, shown::shown, verdict};
-use crate::compare::{ChannelReport, Comparison, FieldReport, Gap, Mode, Place};
+use crate::compare::{Change, ChannelReport, Comparison, FieldReport, Gap, Mode, Place};
 
 /// How a text is laid out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,14 +48,11 @@ pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> St
     }
     if !comparison.provenance.is_empty() {
         text.push_str("\ncase and provenance (for information)\n");
-        list(
-            &mut text,
-            comparison.provenance.iter().map(|change| {
-                let show =
-                    |value: &Option<String>| value.as_ref().map_or("(none)".into(), |value| short(value));
-                format!("{} {}: {} -> {}", change.place, change.key, show(&change.a), show(&change.b))
-            }),
-        );
+        let show = |value: &Option<String>| value.as_ref().map_or("(none)".into(), |value| short(value));
+        let line = |change: &Change| {
+            format!("{} {}: {} -> {}", change.place, change.key, show(&change.a), show(&change.b))
+        };
+        list(&mut text, comparison.provenance.iter().map(line));
     }
     for (beyond, what) in [(false, "first difference"), (true, "first beyond tolerance")] {
         if let Some((topic, field, divergence)) = comparison.first(beyond) {
@@ -65,21 +62,13 @@ pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> St
             text.push_str(&format!("\n  {} -> {}\n", divergence.a, divergence.b));
         }
     }
-    let shown = comparison.channels.iter().filter(|channel| style.explain || channel.is_notable());
+    let (shown, silent): (Vec<&ChannelReport>, Vec<_>) =
+        comparison.channels.iter().partition(|channel| style.explain || channel.is_notable());
     for channel in shown {
         text.push('\n');
         text.push_str(&channel_text(channel, style));
     }
-    let silent = || comparison.channels.iter().filter(|channel| !style.explain && !channel.is_notable());
-    let mut topics = |what: &str, wanted: &dyn Fn(&&ChannelReport) -> bool| {
-        let topics: Vec<&str> = silent().filter(wanted).map(|channel| channel.topic.as_str()).collect();
-        if !topics.is_empty() {
-            text.push_str(&format!("{what}: {}\n", topics.join(", ")));
-        }
-    };
-    topics("\nequal", &|channel| channel.values() > 0);
-    topics("\nno value compared", &|channel| channel.values() == 0 && channel.messages != [0; 2]);
-    topics("\nno message in either", &|channel| channel.messages == [0; 2]);
+    text.push_str(&silent_text(&silent));
     if !comparison.derived.is_empty() {
         let topics: Vec<&str> = comparison.derived.iter().map(String::as_str).collect();
         text.push_str(&format!("not compared, made from the others: {}\n", topics.join(", ")));
@@ -88,6 +77,21 @@ pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> St
         text.push_str("\nstopped at the first difference beyond tolerance (--fail-fast)\n");
     }
     text
+}
+
+/// Topics of channels of which there is nothing more to say.
+fn silent_text(silent: &[&ChannelReport]) -> String {
+    let topics = |what: &str, is_wanted: fn(&ChannelReport) -> bool| {
+        let topics = silent.iter().filter(|channel| is_wanted(channel)).map(|channel| channel.topic.as_str());
+        let topics = topics.collect::<Vec<_>>().join(", ");
+        if topics.is_empty() { String::new() } else { format!("{what}: {topics}\n") }
+    };
+    [
+        topics("\nequal", |channel| channel.values() > 0),
+        topics("\nno value compared", |channel| channel.values() == 0 && channel.messages != [0; 2]),
+        topics("\nno message in either", |channel| channel.messages == [0; 2]),
+    ]
+    .concat()
 }
 
 /// Where times count from, where that is the start of each recording.
@@ -157,7 +161,7 @@ fn channel_text(channel: &ChannelReport, style: Style) -> String {
     let counts = [(channel.only_a, "only in the reference"), (channel.only_b, "only in the new recording")];
     for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
         let wanted = what == "only in the reference";
-        let first = channel.first_alone.as_ref().filter(|(_, in_a)| *in_a == wanted);
+        let first = channel.first_unmatched.as_ref().filter(|(_, in_a)| *in_a == wanted);
         let first = first.map_or(String::new(), |(place, _)| format!(", the first {}", when(place)));
         text.push_str(&format!("  {} {count} messages {what}{first}\n", style.paint("1;31", "!")));
     }
@@ -221,9 +225,15 @@ fn field_text(field: &FieldReport, style: Style) -> String {
     if !field.ignored && measure.apart > 0 {
         text.push_str(&format!("    {} samples have no part of their axes in common\n", measure.apart));
     }
-    if field.ignored || (measure.differing == 0 && field.within) {
-        return text;
+    if !field.ignored && (measure.differing > 0 || !field.within) {
+        text.push_str(&measure_text(field));
     }
+    text
+}
+
+/// How far the values of a field are apart.
+fn measure_text(field: &FieldReport) -> String {
+    let (measure, mut text) = (&field.measure, String::new());
     let (differing, elements, beyond) = (measure.differing, measure.elements, measure.beyond);
     text.push_str(&format!("    {differing} of {elements} values differ, {beyond} beyond tolerance\n"));
     if measure.lengths > 0 {

@@ -13,10 +13,7 @@ use mcap::{
 };
 use prost_reflect::{DynamicMessage, MessageDescriptor, ReflectMessage, Value, prost::Message};
 
-use crate::{command::create, compare::Matched, messages::Recording, overview::Channel};
-
-/// Put before the topics of differences.
-pub const PREFIX: &str = "/diff";
+use crate::{channel::Channel, command::create, compare::Matched, convention, messages::Recording};
 
 /// Writes differences: on `/diff/TOPIC`, in the message type of the topic, every floating-point number but times and
 /// axes is b − a, all else is that of the reference. Viewers show such a file like a recording.
@@ -56,7 +53,7 @@ impl DiffWriter {
     ///
     /// # Errors
     ///
-    /// The file cannot be written; the answer says why.
+    /// The file cannot be written.
     pub(super) fn begin(&mut self, a: &Recording, b: &Recording) -> Result<(), String> {
         let fail = self.fail();
         let file = create(&self.path, self.overwrite).map_err(|error| fail(&error))?;
@@ -77,8 +74,8 @@ impl DiffWriter {
             let pool = descriptor.parent_pool().encode_to_vec();
             let schema = writer.add_schema(descriptor.full_name(), "protobuf", &pool);
             let schema = schema.map_err(|error| fail(&error))?;
-            let topic =
-                format!("{PREFIX}{}{}", if channel.topic.starts_with('/') { "" } else { "/" }, channel.topic);
+            let slash = if channel.topic.starts_with('/') { "" } else { "/" };
+            let topic = format!("{}{slash}{}", convention::DIFFERENCES, channel.topic);
             let target = writer.add_channel(schema, &topic, "protobuf", &channel.metadata);
             let target = Target {
                 id: target.map_err(|error| fail(&error))?,
@@ -91,7 +88,7 @@ impl DiffWriter {
         let entries = [("a", a.path.display().to_string()), ("b", b.path.display().to_string())];
         let metadata =
             entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect::<BTreeMap<_, _>>();
-        let record = Metadata { name: "percuss.diff".into(), metadata };
+        let record = Metadata { name: convention::DIFFERENCE.into(), metadata };
         writer.write_metadata(&record).map_err(|error| fail(&error))?;
         self.open = Some(Open { writer, channels, sequence: 0 });
         Ok(())
@@ -101,7 +98,7 @@ impl DiffWriter {
     ///
     /// # Errors
     ///
-    /// The file cannot be written; the answer says why.
+    /// The file cannot be written.
     pub(super) fn take(&mut self, matched: &Matched<'_>) -> Result<(), String> {
         let fail = self.fail();
         let Some(open) = &mut self.open else { return Ok(()) };
@@ -125,7 +122,7 @@ impl DiffWriter {
     ///
     /// # Errors
     ///
-    /// The file cannot be written; the answer says why.
+    /// The file cannot be written.
     pub(super) fn finish(&mut self) -> Result<(), String> {
         let fail = self.fail();
         let Some(mut open) = self.open.take() else { return Ok(()) };
@@ -138,7 +135,7 @@ impl DiffWriter {
 /// Fields that say where and when the others are.
 fn kept(channel: &Channel) -> Vec<String> {
     let axes = channel.axis_parts().into_iter().map(str::to_owned);
-    axes.chain(["time".to_owned()]).collect()
+    axes.chain([convention::TIME.to_owned()]).collect()
 }
 
 /// a ← b − a for floating-point numbers.

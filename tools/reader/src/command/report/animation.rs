@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use crate::{
     axis::Axis,
+    convention,
     messages::Recording,
     recording::{Damage, OpenError},
     slice::{Side, Slice, slice, visit},
@@ -17,46 +18,61 @@ const PIXELS: f64 = 16_000.0;
 /// Level of the value 0, and levels on either side of it.
 const ZERO: f64 = 128.0;
 const SIDE: f64 = 126.0;
-/// Values of a frame that are looked at for the range of colours, at most.
+/// Values of a frame that the range of colours is estimated from, at most.
 const SAMPLES: usize = 10_000;
 /// Columns or rows of a frame, at most.
 const LONGEST: f64 = 4000.0;
-/// Share of the values of all frames that the colours are to tell apart, where the recording does not say their range.
+/// Share of the values of all frames that the colours distinguish, where the recording does not say their range.
 const SHOWN: f64 = 0.995;
+
+/// How far the frames reach, and how large their values are.
+#[derive(Default)]
+struct Bounds {
+    width: f64,
+    depth: f64,
+    samples: Vec<f64>,
+    unit: Option<String>,
+}
+
+impl Bounds {
+    fn take(&mut self, slice: Slice) {
+        self.width = self.width.max(slice.columns.start + slice.columns.step * slice.columns.length as f64);
+        self.depth = self.depth.max(slice.rows.start + slice.rows.step * (slice.rows.length as f64 - 1.0));
+        let step = slice.values.len().div_ceil(SAMPLES).max(31);
+        let values = slice.values.iter().step_by(step).map(|value| value.abs());
+        self.samples.extend(values.filter(|value| *value > 0.0 && value.is_finite()));
+        self.unit = slice.unit;
+    }
+
+    /// The value that the share of those to be distinguished does not exceed.
+    fn quantile(&mut self) -> Option<f64> {
+        self.samples.sort_by(f64::total_cmp);
+        self.samples.get((self.samples.len() as f64 * SHOWN) as usize).copied()
+    }
+
+    /// Columns, rows and size of a pixel; `None` for a field as narrow as a line, or of no size at all.
+    fn raster(&self) -> Option<(usize, usize, f64)> {
+        let pixel = (self.width * self.depth / PIXELS).sqrt();
+        let (columns, rows) = ((self.width / pixel).ceil(), (self.depth / pixel).ceil());
+        let is_picture = (1.0..=LONGEST).contains(&columns) && (1.0..=LONGEST).contains(&rows);
+        is_picture.then_some((columns as usize, rows as usize, pixel))
+    }
+}
 
 /// The frames of a matrix channel: `null` if it is none.
 pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> Result<Value, OpenError> {
     let channel = &recording.channels[&id];
-    let Some(layout) = &channel.layout else { return Ok(Value::Null) };
-    let is_matrix = |leaf: &usize| matches!(Axis::of(*leaf, layout, channel), Axis::Matrix { .. });
-    let Some(leaf) = (0..layout.leaves.len()).find(is_matrix) else { return Ok(Value::Null) };
+    let Some(leaf) = Axis::matrices(channel).next() else { return Ok(Value::Null) };
     let every = channel.count.div_ceil(FRAMES).max(1);
-
-    // how far the frames reach, and how large their values are
-    let (mut width, mut depth, mut samples) = (0.0_f64, 0.0_f64, Vec::new());
-    let mut unit = None;
+    let mut bounds = Bounds::default();
     damages.extend(visit(recording, id, every, |moment| {
-        let Some(slice) = slice(channel, leaf, &moment) else { return };
-        width = width.max(slice.columns.start + slice.columns.step * slice.columns.length as f64);
-        depth = depth.max(slice.rows.start + slice.rows.step * (slice.rows.length as f64 - 1.0));
-        let step = slice.values.len().div_ceil(SAMPLES).max(31);
-        samples
-            .extend(slice.values.iter().step_by(step).map(|value| value.abs()).filter(|value| *value > 0.0));
-        unit = slice.unit;
+        slice(channel, leaf, &moment).into_iter().for_each(|slice| bounds.take(slice));
     })?);
-    samples.retain(|value| value.is_finite());
-    samples.sort_by(f64::total_cmp);
-    let Some(quantile) = samples.get((samples.len() as f64 * SHOWN) as usize).copied() else {
-        return Ok(Value::Null);
-    };
-    let range = recorded_range(recording, &channel.topic).unwrap_or(quantile);
-    let pixel = (width * depth / PIXELS).sqrt();
-    let (columns, rows) = ((width / pixel).ceil(), (depth / pixel).ceil());
-    // a field as narrow as a line, or of no size at all, is no picture
-    if !((1.0..=LONGEST).contains(&columns) && (1.0..=LONGEST).contains(&rows)) {
-        return Ok(Value::Null);
-    }
-    let (columns, rows) = (columns as usize, rows as usize);
+    let Some(quantile) = bounds.quantile() else { return Ok(Value::Null) };
+    let Some((columns, rows, pixel)) = bounds.raster() else { return Ok(Value::Null) };
+    let mut views = recording.channels.values();
+    let recorded = views.find_map(|view| convention::colour_range(&view.metadata, &channel.topic));
+    let range = recorded.unwrap_or(quantile);
     let (mut times, mut frames) = (Vec::new(), Vec::new());
     damages.extend(visit(recording, id, every, |moment| {
         if let Some(slice) = slice(channel, leaf, &moment) {
@@ -66,27 +82,17 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
     })?);
     Ok(json!({
         "name": channel.topic,
-        "unit": unit,
+        "unit": bounds.unit,
         "columns": columns,
         "rows": rows,
-        "width": width,
-        "depth": depth,
+        "width": bounds.width,
+        "depth": bounds.depth,
         "range": range,
         "zero": ZERO,
         "side": SIDE,
         "times": times,
         "frames": frames,
     }))
-}
-
-/// Half of the range of colours in which the views of the recording show `/field/<name>`: the metadata of one of them has
-/// `colour_range.<name>` with the two ends.
-fn recorded_range(recording: &Recording, topic: &str) -> Option<f64> {
-    let key = format!("colour_range.{}", topic.rsplit('/').next()?);
-    let text = recording.channels.values().find_map(|channel| channel.metadata.get(&key))?;
-    let (low, high) = text.split_once(',')?;
-    let range = f64::max(-low.parse::<f64>().ok()?, high.parse().ok()?);
-    (range.is_finite() && range > 0.0).then_some(range)
 }
 
 /// The value at the node nearest to every pixel as a level; what is cut off is at rest.
@@ -102,7 +108,7 @@ fn raster(slice: &Slice, (rows, columns): (usize, usize), pixel: f64, range: f64
         let row = node(row, &slice.rows).map(|row| &slice.values[row * slice.columns.length..]);
         let level = |column: &Option<usize>| {
             let value = row.zip(*column).map_or(0.0, |(row, column)| row[column]);
-            // a value that is not a number becomes 0, which stands for none
+            // NaN becomes 0, which stands for no value
             ((value / range).clamp(-1.0, 1.0) * SIDE + ZERO).round() as u8
         };
         levels.extend(columns.iter().map(level));

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use crate::{
     command::plot::{PlotError, Request, traces},
+    convention::{self, CHARTS, EVENT},
     field::Selection,
     messages::Recording,
     recording::{Damage, Limits, OpenError},
@@ -25,14 +26,8 @@ const PROFILE_POINTS: usize = 300;
 
 /// The charts against time of what the recording has.
 pub fn charts(path: &Path, recording: &Recording, limits: Limits) -> Result<Vec<Value>, PlotError> {
-    let wanted: [(&str, &str, &str, &[&str]); 4] = [
-        ("drag", "Drag", "/drag", &["force"]),
-        ("velocity", "Velocity of the indenter", "/velocity", &["velocity"]),
-        ("probes", "Interface stress at the probes", "/probes", &["stress"]),
-        ("energy", "Energy", "/energy", &["kinetic", "strain", "indenter", "dissipated", "work", "residual"]),
-    ];
     let mut charts = Vec::new();
-    for (id, title, topic, fields) in wanted {
+    for (id, title, topic, fields) in CHARTS {
         if !recording.channels.values().any(|channel| channel.topic == topic && channel.count > 0) {
             continue;
         }
@@ -54,14 +49,14 @@ fn chart(id: &str, title: &str, panel: &Panel, recording: &Recording, topic: &st
     // the radii of the probes are the axis of their array
     let channel = recording.channels.values().find(|channel| channel.topic == topic);
     let radii: Vec<&str> = channel
-        .and_then(|channel| channel.metadata.get("axis.stress"))
+        .and_then(|channel| channel.metadata.get(&convention::axis("stress")))
         .map_or_else(Vec::new, |axis| axis.split(',').map(str::trim).collect());
     let name = |(i, curve): (usize, &Curve)| match radii.get(i) {
         Some(radius) if id == "probes" => format!("r = {radius}"),
         _ => curve.name.rsplit(['/', '.', ':']).next().unwrap_or_default().to_owned(),
     };
     let curves = panel.curves.iter().enumerate().map(|(i, curve)| {
-        let points = thinned(&curve.points);
+        let points = downsampled(&curve.points);
         json!({
             "name": name((i, curve)),
             "x": points.iter().map(|point| number(point.0)).collect::<Vec<_>>(),
@@ -83,7 +78,7 @@ pub fn number(value: f64) -> Value {
 }
 
 /// The smallest and the largest point of every stretch, in their order.
-fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+fn downsampled(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     if points.len() <= POINTS {
         return points.to_vec();
     }
@@ -131,7 +126,7 @@ pub fn profiles(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> Re
 
 /// What happened, in words.
 pub fn events(recording: &Recording, damages: &mut Vec<Damage>) -> Result<Vec<Value>, OpenError> {
-    let Some(id) = super::find(recording, |topic| topic == "/event") else { return Ok(Vec::new()) };
+    let Some(id) = super::find(recording, |topic| topic == EVENT) else { return Ok(Vec::new()) };
     let channel = &recording.channels[&id];
     let text = channel.layout.as_ref().and_then(|layout| layout.find("text"));
     let (mut events, mut count, mut next) = (Vec::new(), 0, f64::NAN);
@@ -159,14 +154,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn thinning_keeps_the_extremes() {
+    fn downsampling_keeps_the_extremes() {
         let mut points: Vec<(f64, f64)> = (0..100_000).map(|i| (f64::from(i), 0.0)).collect();
         points[77_777].1 = 5.0;
         points[33_333].1 = -5.0;
-        let thin = thinned(&points);
-        assert!(thin.len() <= POINTS + 2);
-        assert!(thin.contains(&(77_777.0, 5.0)) && thin.contains(&(33_333.0, -5.0)));
-        assert!(thin.windows(2).all(|pair| pair[0].0 < pair[1].0));
+        let fewer = downsampled(&points);
+        assert!(fewer.len() <= POINTS + 2);
+        assert!(fewer.contains(&(77_777.0, 5.0)) && fewer.contains(&(33_333.0, -5.0)));
+        assert!(fewer.windows(2).all(|pair| pair[0].0 < pair[1].0));
     }
 
     #[test]

@@ -5,8 +5,10 @@ use std::{
     io,
 };
 
-use super::Outcome;
-use crate::table::{Cell, Sink};
+use crate::{
+    select::Window,
+    table::{Cell, Sink},
+};
 
 /// Cells that may wait for others of their row.
 const WAITING_CELLS: usize = 1 << 20;
@@ -35,11 +37,11 @@ pub enum Align {
 
 /// Takes finished rows.
 pub(super) struct Rows<'a> {
-    pub(super) every: u64,
+    pub(super) window: Window,
     pub(super) seen: u64,
+    pub(super) written: u64,
     pub(super) label: Option<Cell>,
     pub(super) sink: &'a mut dyn Sink,
-    pub(super) outcome: &'a mut Outcome,
     /// Which columns have had a value.
     pub(super) filled: &'a mut Vec<bool>,
     pub(super) cells: Vec<Cell>,
@@ -48,7 +50,7 @@ pub(super) struct Rows<'a> {
 impl Rows<'_> {
     fn take(&mut self, time: f64, groups: Vec<Option<Vec<Cell>>>, widths: &[usize]) -> io::Result<()> {
         self.seen += 1;
-        if !(self.seen - 1).is_multiple_of(self.every) {
+        if self.window.leaves_out(self.seen - 1) {
             return Ok(());
         }
         self.cells.clear();
@@ -57,7 +59,7 @@ impl Rows<'_> {
         for (group, &width) in groups.into_iter().zip(widths) {
             self.cells.extend(group.unwrap_or_else(|| vec![Cell::Empty; width]));
         }
-        self.outcome.rows += 1;
+        self.written += 1;
         self.filled.resize(self.cells.len(), false);
         for (filled, cell) in self.filled.iter_mut().zip(&self.cells) {
             *filled |= *cell != Cell::Empty;
@@ -188,9 +190,9 @@ fn between(queue: &VecDeque<(f64, Vec<Cell>)>, time: f64, align: Align) -> Optio
     if align == Align::Nearest {
         return Some(if share <= 0.5 { first.1.clone() } else { next.1.clone() });
     }
-    let mix = |(a, b): (&Cell, &Cell)| match (a.number(), b.number()) {
+    let interpolate = |(a, b): (&Cell, &Cell)| match (a.number(), b.number()) {
         (Some(a), Some(b)) => Cell::Double(a + (b - a) * share),
         _ => Cell::Empty,
     };
-    Some(first.1.iter().zip(&next.1).map(mix).collect())
+    Some(first.1.iter().zip(&next.1).map(interpolate).collect())
 }

@@ -5,11 +5,11 @@ use prost_reflect::prost_types::{
     DescriptorProto, EnumDescriptorProto, EnumValueDescriptorProto, FieldDescriptorProto,
     FileDescriptorProto, FileDescriptorSet, MessageOptions, SourceCodeInfo, UninterpretedOption,
     field_descriptor_proto::{Label, Type},
-    source_code_info::Location as Place,
+    source_code_info::Location,
     uninterpreted_option::NamePart,
 };
 
-use super::*;
+use super::{filter::put_block, *};
 
 const ROOM: usize = 64 << 20;
 
@@ -48,7 +48,7 @@ fn refusal(file: Vec<FileDescriptorProto>) -> String {
 #[test]
 fn what_the_reader_uses_is_kept() {
     let mut file = file("a.proto", vec![message("A", vec![field("x", 1, Type::Double, None)])]);
-    let place = |path: Vec<i32>, comment: Option<&str>| Place {
+    let place = |path: Vec<i32>, comment: Option<&str>| Location {
         path,
         span: vec![1, 2, 3],
         leading_comments: comment.map(str::to_owned),

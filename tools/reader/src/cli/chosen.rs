@@ -1,10 +1,10 @@
-//! Arguments that choose fields, times and messages, the same for every verb.
+//! Arguments that choose fields and times, the same for every verb.
 
 use clap::Args;
 
 use crate::{
     field::{Positions, Selection},
-    select::Pattern,
+    select::{Pattern, time},
 };
 
 /// Which fields of which topics.
@@ -48,29 +48,9 @@ impl Chosen {
     }
 }
 
-/// A time; not-a-number is none.
-pub(super) fn time(text: &str) -> Result<f64, String> {
-    let number = text.trim().parse::<f64>().ok().filter(|number| !number.is_nan());
-    number.ok_or_else(|| "not a number".into())
-}
-
 /// A time of a frame.
 pub(super) fn finite_time(text: &str) -> Result<f64, String> {
     time(text).and_then(|time| if time.is_finite() { Ok(time) } else { Err("not a finite number".into()) })
-}
-
-/// Which times, and which of many messages.
-#[derive(Clone, Debug, Args)]
-pub(super) struct Window {
-    /// First time, in the unit of the time column
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
-    pub(super) from: Option<f64>,
-    /// Last time, in the unit of the time column
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
-    pub(super) to: Option<f64>,
-    /// Every n-th message of that time
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
-    pub(super) every: u64,
 }
 
 #[cfg(test)]

@@ -1,0 +1,66 @@
+//! A channel: its topic, its metadata and the type of its messages.
+
+use std::{
+    collections::{BTreeMap, HashSet},
+    sync::Arc,
+};
+
+use crate::{convention, recording::seconds, wire::Layout};
+
+/// A channel.
+#[derive(Clone, Debug)]
+pub struct Channel {
+    /// Topic.
+    pub topic: String,
+    /// Name of the schema, empty if there is none.
+    pub schema: String,
+    /// Encoding of the messages.
+    pub encoding: String,
+    /// Metadata: units, meanings, axes.
+    pub metadata: BTreeMap<String, String>,
+    /// Type of the messages, if they are protobuf and the schema is sound.
+    pub layout: Option<Arc<Layout>>,
+    /// Number of messages.
+    pub count: u64,
+    /// First and last log time \[ns\].
+    pub span: Option<(u64, u64)>,
+}
+
+impl Channel {
+    /// Unit of a field; `None` if unknown or a plain number.
+    pub fn unit(&self, field: &str) -> Option<&str> {
+        self.metadata.get(&convention::unit(field)).map(String::as_str).filter(|unit| *unit != "1")
+    }
+
+    /// True if it shows in another form what other channels hold.
+    pub fn is_derived(&self) -> bool {
+        self.metadata.contains_key(convention::DERIVED)
+    }
+
+    /// Leaf of the time of a message: a plain number named `time`.
+    pub fn time_leaf(&self) -> Option<usize> {
+        let layout = self.layout.as_ref()?;
+        let leaf = layout.find(convention::TIME)?;
+        (layout.leaves[leaf].is_single && layout.leaves[leaf].kind.is_number()).then_some(leaf)
+    }
+
+    /// Time of a message: its field `time`, else its log time in seconds.
+    pub fn time_of(&self, bytes: &[u8], log_time: u64) -> f64 {
+        let time = self.layout.as_ref().and_then(|layout| layout.peek(self.time_leaf()?, bytes));
+        time.unwrap_or_else(|| seconds(log_time))
+    }
+
+    /// True if messages have a field `time`.
+    pub fn has_time(&self) -> bool {
+        self.time_leaf().is_some()
+    }
+
+    /// What the axes of arrays are made of: names of fields that only describe them.
+    pub fn axis_parts(&self) -> HashSet<&str> {
+        /// Names of an axis at most: start, step and number of rows and of columns. More parts are positions.
+        const NAMES: usize = 6;
+        let axes = self.metadata.iter().filter(|(key, _)| key.starts_with(convention::AXIS));
+        let parts = axes.map(|(_, axis)| axis.split([',', ';']).map(str::trim));
+        parts.filter(|parts| parts.clone().nth(NAMES).is_none()).flatten().collect()
+    }
+}

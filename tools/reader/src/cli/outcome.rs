@@ -1,0 +1,166 @@
+//! How a command has ended: its exit status, errors, and what goes to standard error.
+
+use std::{
+    io::{self, IsTerminal, Write},
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use crate::{
+    command::{
+        cat::CatError, export::ExportError, plot::PlotError, recover::RecoverError, replay::ReplayError,
+        report::ReportError, trace::TraceError,
+    },
+    compare::CompareError,
+    field::SelectionError,
+    recording::{Damage, OpenError},
+    slice::MomentError,
+    text::lines,
+};
+
+/// How a command has ended without an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// Done.
+    Done,
+    /// Done, and the answer is no: recordings differ, a recording is not sound.
+    No,
+    /// Done with loss: the file is damaged or cut off.
+    Loss,
+    /// There is no answer: what was asked for is not in what was read.
+    NoAnswer,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        match exit {
+            Exit::Done => Self::SUCCESS,
+            Exit::No => Self::from(1),
+            Exit::Loss => Self::from(3),
+            Exit::NoAnswer => Self::from(2),
+        }
+    }
+}
+
+/// Why a command has failed.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// Tracing failed.
+    #[error(transparent)]
+    Trace(#[from] TraceError),
+    /// No picture.
+    #[error(transparent)]
+    Plot(#[from] PlotError),
+    /// Nothing recovered.
+    #[error(transparent)]
+    Recover(#[from] RecoverError),
+    /// Nothing replayed.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// No report.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// Nothing exported.
+    #[error(transparent)]
+    Export(#[from] ExportError),
+    /// No messages shown.
+    #[error(transparent)]
+    Cat(#[from] CatError),
+    /// A comparison could not be made.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+    /// Why there is no comparison.
+    #[error(transparent)]
+    NotCompared(Box<CliError>),
+    /// The command line asks for something that does not go together.
+    #[error("{0}")]
+    Usage(String),
+    /// The output exists.
+    #[error("`{}` exists; choose another output with -o, or overwrite it with --force", .0.display())]
+    Exists(PathBuf),
+    /// Output would go where the input is.
+    #[error("`{}` is the recording itself; choose another output with -o", .0.display())]
+    SameFile(PathBuf),
+    /// The output cannot be created or written.
+    #[error("cannot write `{}`: {error}", path.display())]
+    Output {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: io::Error,
+    },
+}
+
+/// Prints an error to stderr and returns its exit status.
+pub fn report(error: &CliError) -> ExitCode {
+    say(&format!("error: {error}"));
+    let is_usage = |error: &TraceError| {
+        matches!(
+            error,
+            TraceError::Open(OpenError::UnknownTopic { .. })
+                | TraceError::Selection(_)
+                | TraceError::Columns { .. }
+                | TraceError::TimeUnits { .. }
+        )
+    };
+    let status = match error {
+        CliError::Trace(error) | CliError::Plot(PlotError::Trace(error)) if is_usage(error) => 2,
+        CliError::Plot(
+            PlotError::Nothing(_) | PlotError::Unfit(_) | PlotError::Moment(MomentError::Outside { .. }),
+        )
+        | CliError::Export(
+            ExportError::Open(OpenError::UnknownTopic { .. })
+            | ExportError::NoAttachment { .. }
+            | ExportError::NoMatrix(_)
+            | ExportError::Several { .. }
+            | ExportError::Moment(MomentError::Outside { .. }),
+        )
+        | CliError::Cat(CatError::Open(OpenError::UnknownTopic { .. }))
+        | CliError::Open(OpenError::UnknownTopic { .. })
+        | CliError::Replay(ReplayError::Empty { .. })
+        | CliError::Report(ReportError::NotPercuss(_))
+        | CliError::SameFile(_)
+        | CliError::Usage(_)
+        | CliError::NotCompared(_) => 2,
+        _ => 1,
+    };
+    ExitCode::from(status)
+}
+
+/// Shows which fields of whole topics are left out.
+pub(super) fn say_left_out(left_out: &[SelectionError]) {
+    for error in left_out {
+        say(&format!("note: left out: {error}"));
+    }
+}
+
+/// Shows a line on standard error, without what a file could command a terminal in it.
+pub(super) fn say(text: &str) {
+    // fails if standard error is closed
+    drop(writeln!(io::stderr(), "{}", lines(text)));
+}
+
+/// True if standard output is a terminal that wants colours.
+pub(super) fn has_colour() -> bool {
+    let unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    io::stdout().is_terminal() && !unwanted
+}
+
+/// Reports the damages of a file.
+pub(super) fn loss(file: &Path, damages: &[Damage]) -> Exit {
+    for Damage { offset, bytes, reason } in damages {
+        say(&format!("warning: `{}`: {reason} (at byte {offset}, {bytes} bytes lost)", file.display()));
+    }
+    if damages.is_empty() { Exit::Done } else { Exit::Loss }
+}
+
+/// Reports the damages of several files.
+pub(super) fn losses(damages: &[(PathBuf, Damage)]) -> Exit {
+    for (file, damage) in damages {
+        loss(file, std::slice::from_ref(damage));
+    }
+    if damages.is_empty() { Exit::Done } else { Exit::Loss }
+}

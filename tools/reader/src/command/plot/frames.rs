@@ -1,0 +1,233 @@
+//! Arrays over their axis, and matrices as images, at some times.
+
+use std::{collections::BTreeSet, path::PathBuf};
+
+use percuss_picture::{Curve, Medium, Panel, draw, draw_image};
+
+use super::{
+    curves::common_label,
+    request::{Drawn, PlotError, Request},
+};
+use crate::{
+    axis::Axis,
+    channel::Channel,
+    command::trace::names,
+    convention,
+    extent::{Extent, Extents},
+    field::{Positions, SelectionError, Used},
+    messages::Recording,
+    recording::Limits,
+    select,
+    slice::{Moment, Profile, Slice, moments, profile, slice},
+    table::Heading,
+};
+
+/// Profiles and images at some times.
+struct Frames {
+    profiles: Vec<(String, Profile)>,
+    images: Vec<Slice>,
+    used: Used,
+}
+
+/// Profiles, or an image, at some times.
+pub(super) fn at_times(
+    paths: &[PathBuf],
+    request: &Request,
+    times: &[f64],
+    title: &str,
+    limits: Limits,
+    medium: Medium,
+) -> Result<Drawn, PlotError> {
+    let default = [convention::INTERFACE.parse().expect("a plain topic")];
+    let topics = if request.topics.is_empty() { &default[..] } else { &request.topics };
+    let used = Used::new(&request.selection);
+    let (mut frames, mut damages) = (Frames { profiles: Vec::new(), images: Vec::new(), used }, Vec::new());
+    for (path, name) in paths.iter().zip(names(paths)) {
+        let file = if paths.len() > 1 { format!("{name}: ") } else { String::new() };
+        let recording = Recording::open(path, limits)?;
+        let ids = select::channels(&recording, topics)?;
+        for &id in ids.iter().filter(|id| holds_arrays(&recording.channels[id])) {
+            let (moments, damaged) = moments(&recording, id, times)?;
+            damages.extend(damaged.into_iter().map(|damage| (path.clone(), damage)));
+            frames.take(&file, &recording, id, &moments, request)?;
+        }
+        let channels: Vec<&Channel> = ids.iter().map(|id| &recording.channels[id]).collect();
+        frames.used.check(&request.selection, &channels)?;
+    }
+    let picture = frames.draw(request, title, medium)?;
+    Ok(Drawn { picture, damages, undecoded: 0, left_out: Vec::new() })
+}
+
+/// True if a channel has something that can be drawn at one time.
+fn holds_arrays(channel: &Channel) -> bool {
+    let mut leaves = channel.layout.iter().flat_map(|layout| &layout.leaves);
+    leaves.any(|leaf| leaf.lists > 0 && leaf.kind.is_number() && leaf.is_data())
+}
+
+impl Frames {
+    /// The fields of a channel at some times.
+    fn take(
+        &mut self,
+        file: &str,
+        recording: &Recording,
+        id: u16,
+        moments: &[Moment],
+        request: &Request,
+    ) -> Result<(), PlotError> {
+        let channel = &recording.channels[&id];
+        let Some(layout) = &channel.layout else { return Ok(()) };
+        let selection = &request.selection;
+        let mut leaves = Vec::new();
+        for (leaf, field) in layout.leaves.iter().enumerate() {
+            let chosen = selection.fields.iter().position(|name| *name == field.path);
+            chosen.into_iter().for_each(|i| self.used.fields[i] = true);
+            if field.is_data() && (selection.fields.is_empty() || chosen.is_some()) {
+                leaves.push((leaf, Axis::of(leaf, layout, channel)));
+            }
+        }
+        // other frames may reach farther
+        let extents = match leaves.iter().any(|(_, axis)| axis.is_matrix()) {
+            true => Extents::read(recording, &[id])?,
+            false => Extents::default(),
+        };
+        for moment in moments {
+            for (leaf, axis) in &leaves {
+                let mut fitting = Vec::new();
+                for (i, at) in selection.at.iter().enumerate().filter(|(_, at)| at.fit(axis)) {
+                    self.used.at[i] = true;
+                    fitting.push(at);
+                }
+                if let Some(at) = fitting.iter().find(|at| !at.are_lines(axis)) {
+                    let path = &layout.leaves[*leaf].path;
+                    return Err(PlotError::Unfit(format!(
+                        "`{path}` at {at} and one time is a number; leave out --at-time for curves over time, or --at \
+                         for the array"
+                    )));
+                }
+                if let Some(profile) = profile(channel, *leaf, moment) {
+                    self.profiles.push((file.to_owned(), profile));
+                } else if axis.is_matrix() {
+                    let slice = slice(channel, *leaf, moment).ok_or_else(|| misshapen(channel, moment))?;
+                    let extent = extents.of(id, *leaf);
+                    let slice = slice.whole(&extent, recording.limits()).ok_or_else(too_large)?;
+                    self.matrix(file, slice, &extent, selection.at.is_empty(), &fitting)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A matrix as an image, or along lines.
+    fn matrix(
+        &mut self,
+        file: &str,
+        slice: Slice,
+        extent: &Extent,
+        is_image: bool,
+        at: &[&Positions],
+    ) -> Result<(), SelectionError> {
+        if is_image {
+            self.images.push(slice);
+            return Ok(());
+        }
+        for at in at {
+            let lines = lines(&slice, at, extent)?;
+            self.profiles.extend(lines.into_iter().map(|line| (file.to_owned(), line)));
+        }
+        Ok(())
+    }
+
+    fn draw(&self, request: &Request, title: &str, medium: Medium) -> Result<Vec<u8>, PlotError> {
+        let coordinates: BTreeSet<_> = self.profiles.iter().map(|(_, profile)| &profile.coordinate).collect();
+        if coordinates.len() > 1 {
+            let names: Vec<&str> = coordinates.into_iter().map(String::as_str).collect();
+            let text =
+                format!("profiles over {} have no axis in common; draw them one by one", names.join(" and "));
+            return Err(PlotError::Unfit(text));
+        }
+        match (self.profiles.as_slice(), self.images.as_slice()) {
+            ([], [image]) => image_of(image, request, medium),
+            ([], []) => {
+                let text = "no array or matrix of numbers in these topics; choose others with --topic";
+                Err(PlotError::Nothing(text.into()))
+            }
+            ([], _) => Err(PlotError::Unfit("one image at a time: give one time and one topic".into())),
+            (profiles, []) => {
+                let panel = profiles_panel(profiles, request, title);
+                draw(&[panel], medium).map_err(PlotError::Draw)
+            }
+            (_, [image, ..]) => Err(PlotError::Unfit(format!(
+                "profiles and the image of `{}` do not go into one picture; draw them one by one",
+                image.topic
+            ))),
+        }
+    }
+}
+
+fn misshapen(channel: &Channel, moment: &Moment) -> PlotError {
+    let (topic, time) = (&channel.topic, moment.time);
+    PlotError::Unfit(format!("`{topic}` at time {time} has not as many elements as its rows and columns say"))
+}
+
+fn too_large() -> PlotError {
+    PlotError::Unfit("the matrix with all its rows and columns is larger than --max-memory allows".into())
+}
+
+/// A matrix along lines at the positions of one of its coordinates.
+fn lines(slice: &Slice, at: &Positions, extent: &Extent) -> Result<Vec<Profile>, SelectionError> {
+    let mut lines = Vec::new();
+    for (name, positions) in &at.coordinates {
+        let along = slice.coordinates.iter().position(|known| known == name);
+        if let Some(reach) = along.and_then(|along| extent.reaches.get(along)) {
+            SelectionError::check(reach, &slice.topic, &slice.name, name, positions)?;
+        }
+        lines.extend(positions.iter().filter_map(|&position| slice.line(name, position)));
+    }
+    Ok(lines)
+}
+
+fn image_of(image: &Slice, request: &Request, medium: Medium) -> Result<Vec<u8>, PlotError> {
+    if request.log != (false, false) || request.x_range.is_some() {
+        return Err(PlotError::Unfit("--log and --x-range are for curves, not for an image".into()));
+    }
+    let mut image = image.image();
+    if let Some(title) = &request.title {
+        image.title.clone_from(title);
+    }
+    draw_image(&image, request.range, medium).map_err(PlotError::Draw)
+}
+
+fn profiles_panel(profiles: &[(String, Profile)], request: &Request, title: &str) -> Panel {
+    let names: BTreeSet<&str> = profiles.iter().map(|(_, profile)| profile.name.as_str()).collect();
+    let curve = |(file, profile): &(String, Profile)| {
+        let field = if names.len() > 1 { format!("{}, ", profile.name) } else { String::new() };
+        Curve {
+            name: format!("{file}{field}time {:.6}", Round(profile.time)),
+            points: profile.points.clone(),
+            dashed: false,
+            colour: None,
+        }
+    };
+    let headings: Vec<Heading> = profiles.iter().map(|(_, profile)| profile.heading()).collect();
+    let x = profiles.first().map(|(_, profile)| profile.axis_heading().with_unit());
+    Panel {
+        title: title.into(),
+        x_label: x.unwrap_or_default(),
+        y_label: common_label(&headings),
+        curves: profiles.iter().map(curve).collect(),
+        log_x: request.log.0,
+        log_y: request.log.1,
+        x_range: request.x_range,
+        y_range: request.range,
+    }
+}
+
+/// A number to six digits, without the zeros at the end.
+struct Round(f64);
+
+impl std::fmt::Display for Round {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let text = format!("{:.6}", self.0);
+        f.write_str(if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text })
+    }
+}

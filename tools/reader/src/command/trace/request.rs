@@ -1,0 +1,86 @@
+//! What to trace, how much there was, and why a trace failed.
+
+use std::{io, path::PathBuf};
+
+use super::join::Align;
+use crate::{
+    field::{Selection, SelectionError},
+    recording::{Damage, OpenError},
+    select::{Pattern, Window},
+};
+
+/// What to trace.
+#[derive(Clone, Debug, Default)]
+pub struct Request {
+    /// Topics; [`DRAG`](crate::convention::DRAG) if none.
+    pub topics: Vec<Pattern>,
+    /// Fields and positions.
+    pub selection: Selection,
+    /// Times, in the unit of the time column, and every n-th row.
+    pub window: Window,
+    /// How rows come about.
+    pub align: Align,
+    /// Files one after the other with their names in the first column, instead of side by side.
+    pub stack: bool,
+    /// Keeps reading a file that is being written.
+    pub follow: bool,
+}
+
+/// How much there was.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// Rows written.
+    pub rows: u64,
+    /// What is damaged, by file.
+    pub damages: Vec<(PathBuf, Damage)>,
+    /// Messages that could not be decoded.
+    pub undecoded: u64,
+    /// Bytes of the files that were read, summaries left aside.
+    pub bytes_read: u64,
+    /// Fields that are left out of whole topics, and why.
+    pub left_out: Vec<SelectionError>,
+    /// Names of columns without a value in any row.
+    pub empty: Vec<String>,
+}
+
+/// Why a trace failed.
+#[derive(Debug, thiserror::Error)]
+pub enum TraceError {
+    /// A file cannot be read.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// The fields asked for are not there.
+    #[error(transparent)]
+    Selection(#[from] SelectionError),
+    /// Times that cannot stand in one column.
+    #[error("times are in {first} and in {other}; trace them one by one")]
+    TimeUnits {
+        /// Unit of the first.
+        first: String,
+        /// Unit that differs.
+        other: String,
+    },
+    /// Files to be stacked have different columns.
+    #[error("`{}` has other columns than `{}`; trace them side by side, or choose fields both have", other.display(), first.display())]
+    Columns {
+        /// First file.
+        first: PathBuf,
+        /// File that differs.
+        other: PathBuf,
+    },
+    /// What has to be kept of the messages has no room.
+    #[error("{0}")]
+    Memory(io::Error),
+    /// The output cannot be written.
+    #[error("cannot write the output: {0}")]
+    Output(io::Error),
+}
+
+impl From<io::Error> for TraceError {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::OutOfMemory => Self::Memory(error),
+            _ => Self::Output(error),
+        }
+    }
+}

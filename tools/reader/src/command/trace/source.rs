@@ -1,0 +1,196 @@
+//! A file that is traced: its channels, their columns and their samples.
+
+use std::{ops::Range, path::Path, thread};
+
+use super::request::{Request, TraceError};
+use crate::{
+    channel::Channel,
+    convention,
+    extent::{Extent, Extents},
+    field::{Column, Columns, Positions, Selection, SelectionError, Used, columns},
+    messages::{Messages, POLL, Recording},
+    recording::{Limits, OpenError, log_times},
+    select::{self, Window},
+    table::{Cell, MAX_TABLE},
+    wire::Values,
+};
+
+/// A file and what of it is traced.
+pub(super) struct Traced {
+    pub(super) recording: Recording,
+    pub(super) name: String,
+    pub(super) slots: Vec<Slot>,
+}
+
+/// A channel that is traced; its columns without the time.
+pub(super) struct Slot {
+    id: u16,
+    pub(super) topic: String,
+    pub(super) time: Column,
+    pub(super) columns: Vec<Column>,
+}
+
+impl Traced {
+    pub(super) fn open(
+        path: &Path,
+        name: String,
+        request: &Request,
+        limits: Limits,
+        all_left_out: &mut Vec<SelectionError>,
+    ) -> Result<Self, TraceError> {
+        let mut recording = Recording::open(path, limits)?;
+        let default = [convention::DRAG.parse().expect("a plain topic")];
+        let patterns = if request.topics.is_empty() { &default[..] } else { &request.topics };
+        // of a file that is being written, the topics may still be to come
+        while request.follow && select::channels(&recording, patterns).is_err() {
+            thread::sleep(POLL);
+            recording = Recording::open(path, limits)?;
+        }
+        let ids = select::channels(&recording, patterns)?;
+        let many = ids.len() > 1;
+        let (mut slots, mut width) = (Vec::new(), 0);
+        let mut extents: Option<Result<Extents, OpenError>> = None;
+        let mut used = Used::new(&request.selection);
+        for &id in &ids {
+            let channel = &recording.channels[&id];
+            let mut extent = |leaf: usize| {
+                let extents = extents.get_or_insert_with(|| Extents::read(&recording, &ids));
+                let extent = extents.as_ref().map_or_else(|_| Extent::default(), |known| known.of(id, leaf));
+                // what is still to be written may reach farther
+                if request.follow { Extent { reaches: Vec::new(), ..extent } } else { extent }
+            };
+            let selection = match many {
+                true => fitting(channel, &request.selection, &mut used),
+                false => Some(request.selection.clone()),
+            };
+            let Some(selection) = selection else { continue };
+            let Columns { time, fields, left_out } = columns(channel, &selection, &mut extent)?;
+            all_left_out.extend(left_out);
+            width += fields.len();
+            if width > MAX_TABLE {
+                return Err(SelectionError::TooWide { topic: channel.topic.clone(), columns: width }.into());
+            }
+            slots.push(Slot { id, topic: channel.topic.clone(), time, columns: fields });
+        }
+        if let Some(Err(error)) = extents {
+            return Err(error.into());
+        }
+        if many {
+            let channels: Vec<&Channel> = ids.iter().map(|id| &recording.channels[id]).collect();
+            used.check(&request.selection, &channels)?;
+        }
+        Ok(Self { recording, name, slots })
+    }
+
+    /// * `base`: number of its first slot among those of all files
+    pub(super) fn stream(&self, request: &Request, base: usize) -> Result<Stream<'_>, OpenError> {
+        let by_time = self.slots.iter().all(|slot| slot.time.leaf.is_some());
+        let Window { from, to, .. } = request.window;
+        let window = match by_time {
+            true => self.recording.log_window(from, to),
+            false => Some(log_times(from, to, 1.0)),
+        };
+        let mut messages = self.recording.messages(self.slots.iter().map(|slot| slot.id), window)?;
+        if request.follow {
+            messages.follow();
+        }
+        let values = self.slots.iter().map(|slot| {
+            let layout = self.recording.channels[&slot.id].layout.as_ref();
+            layout.map_or(Values { lists: Vec::new() }, |layout| layout.values())
+        });
+        let values = values.collect();
+        Ok(Stream { file: self, messages, values, base, time: f64::NEG_INFINITY, undecoded: 0, done: false })
+    }
+}
+
+/// What of a selection a channel has, where several are traced; `None` if it has nothing of it. What is there is marked as
+/// used.
+fn fitting(channel: &Channel, selection: &Selection, used: &mut Used) -> Option<Selection> {
+    let fits = |fields: &[String], at: &[Positions]| {
+        let selection = Selection { fields: fields.to_vec(), at: at.to_vec() };
+        match columns(channel, &selection, &mut |_| Extent::default()) {
+            Ok(_) => true,
+            Err(SelectionError::UnknownField { .. } | SelectionError::NoAxis { .. }) => false,
+            // there, but refused: that is reported
+            Err(error) => !matches!(error, SelectionError::NotProtobuf { .. }),
+        }
+    };
+    let mut fields = Vec::new();
+    for (field, used) in selection.fields.iter().zip(&mut used.fields) {
+        if fits(std::slice::from_ref(field), &[]) {
+            *used = true;
+            fields.push(field.clone());
+        }
+    }
+    if !selection.fields.is_empty() && fields.is_empty() {
+        return None;
+    }
+    let mut at = Vec::new();
+    for (positions, used) in selection.at.iter().zip(&mut used.at) {
+        if fits(&fields, std::slice::from_ref(positions)) {
+            *used = true;
+            at.push(positions.clone());
+        }
+    }
+    fits(&fields, &at).then_some(Selection { fields, at })
+}
+
+/// The samples of a file.
+pub(super) struct Stream<'a> {
+    pub(super) file: &'a Traced,
+    pub(super) messages: Messages,
+    values: Vec<Values>,
+    /// Number of its first slot among those of all files.
+    base: usize,
+    pub(super) time: f64,
+    pub(super) undecoded: u64,
+    pub(super) done: bool,
+}
+
+pub(super) enum Step {
+    Sample(usize, f64, Vec<Cell>),
+    Pending,
+    Over,
+}
+
+impl Stream<'_> {
+    pub(super) fn slots(&self) -> Range<usize> {
+        self.base..self.base + self.file.slots.len()
+    }
+
+    /// The next sample of the time asked for.
+    pub(super) fn next(&mut self, request: &Request) -> Result<Step, OpenError> {
+        loop {
+            let (file, values, undecoded) = (self.file, &mut self.values, &mut self.undecoded);
+            let next = self.messages.next(|message| {
+                let index = file.slots.iter().position(|slot| slot.id == message.channel)?;
+                let slot = &file.slots[index];
+                let channel: &Channel = &file.recording.channels[&slot.id];
+                let layout = channel.layout.as_ref()?;
+                if layout.decode(message.data, &mut values[index]).is_err() {
+                    *undecoded += 1;
+                    return None;
+                }
+                let time = slot.time.cell(&values[index], message.log_time).number().unwrap_or(f64::NAN);
+                let cell = |column: &Column| column.cell(&values[index], message.log_time);
+                let sample = request
+                    .window
+                    .holds(time)
+                    .then(|| (index, time, slot.columns.iter().map(cell).collect()));
+                values[index].release();
+                sample
+            })?;
+            match next {
+                Some(Some((slot, time, cells))) => {
+                    self.time = time;
+                    return Ok(Step::Sample(self.base + slot, time, cells));
+                }
+                Some(None) => {}
+                None => {
+                    self.done = self.messages.is_over();
+                    return Ok(if self.done { Step::Over } else { Step::Pending });
+                }
+            }
+        }
+    }
+}

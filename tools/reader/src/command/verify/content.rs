@@ -1,0 +1,342 @@
+//! What a file holds, checked record by record against its index, its schemas and its statistics.
+
+use std::{
+    collections::{BTreeMap, HashSet},
+    hash::{BuildHasher, RandomState},
+};
+
+use mcap::records::{ChunkHeader, MessageHeader, MessageIndexEntry, Record, Statistics, op};
+
+use super::report::{Problem, Report};
+use crate::{
+    convention::RUN,
+    directory::Directory,
+    messages::{Metadata, widen},
+    recording::{FileRecord, Index, Limits},
+    text::short,
+    wire::{DecodeError, Values},
+};
+
+/// What has been seen so far.
+pub(super) struct Content<'a> {
+    index: &'a Index,
+    pub(super) report: Report,
+    pub(super) directory: Directory,
+    hasher: RandomState,
+    /// Messages by channel, defined or not.
+    pub(super) series: BTreeMap<u16, Series>,
+    span: Option<(u64, u64)>,
+    channels: HashSet<u16>,
+    schemas: HashSet<u16>,
+    chunk: Option<Chunk>,
+    indexed_chunks: u64,
+    attachments: u32,
+    pub(super) attachment_names: Vec<String>,
+    pub(super) metadata: Vec<Metadata>,
+    metadata_count: u32,
+    is_first: bool,
+    /// First record of every kind in the summary.
+    summary: BTreeMap<u8, u64>,
+    is_summary: bool,
+}
+
+/// The messages of a channel.
+#[derive(Default)]
+pub(super) struct Series {
+    pub(super) count: u64,
+    last_time: u64,
+    /// Messages that are earlier than those before them.
+    backwards: u64,
+    values: Option<Values>,
+}
+
+/// A chunk and the messages in it.
+struct Chunk {
+    offset: u64,
+    header: ChunkHeader,
+    entries: BTreeMap<u16, Entries>,
+    span: Option<(u64, u64)>,
+    indexes: usize,
+}
+
+/// Messages of a channel in a chunk, or what an index says of them, in whatever order: how many, and the sum of a hash of
+/// each. The hashes have random keys, so that no file can be made to add up. A list would take half as much memory as
+/// the chunk.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Entries {
+    count: u64,
+    sum: u64,
+}
+
+impl Entries {
+    fn add(&mut self, hasher: &RandomState, log_time: u64, offset: u64) {
+        self.count += 1;
+        self.sum = self.sum.wrapping_add(hasher.hash_one((log_time, offset)));
+    }
+}
+
+impl<'a> Content<'a> {
+    pub(super) fn new(limits: Limits, index: &'a Index) -> Self {
+        Self {
+            index,
+            report: Report::default(),
+            directory: Directory::new(limits),
+            hasher: RandomState::new(),
+            series: BTreeMap::new(),
+            span: None,
+            channels: HashSet::new(),
+            schemas: HashSet::new(),
+            chunk: None,
+            indexed_chunks: 0,
+            attachments: 0,
+            attachment_names: Vec::new(),
+            metadata: Vec::new(),
+            metadata_count: 0,
+            is_first: true,
+            summary: BTreeMap::new(),
+            is_summary: false,
+        }
+    }
+
+    pub(super) fn take(&mut self, found: FileRecord<'_>) {
+        let FileRecord { offset, inside, record } = found;
+        let is_header = matches!(record, Record::Header(_));
+        if std::mem::take(&mut self.is_first) != is_header {
+            let text = if is_header { "a second header" } else { "the first record is no header" };
+            self.report.problem(offset, text);
+        }
+        if inside.is_none() && !matches!(record, Record::MessageIndex(_)) {
+            self.close_chunk();
+        }
+        if self.is_summary && inside.is_none() {
+            self.summary.entry(record.opcode()).or_insert(offset);
+        }
+        match record {
+            Record::Schema { .. } => self.schema(offset, &record),
+            Record::Channel(_) => self.channel(offset, &record),
+            Record::Message { header, data } => self.message(offset, inside, &header, &data),
+            Record::Chunk { header, .. } => self.open_chunk(offset, header),
+            Record::MessageIndex(entry) => self.message_index(offset, entry.channel_id, &entry.records),
+            Record::Attachment { header, .. } => self.attachment(offset, header.name),
+            Record::Metadata(record) => self.metadata(offset, record.into()),
+            Record::DataEnd(_) => self.is_summary = true,
+            Record::Footer(footer) => self.footer(offset, footer.summary_start, footer.summary_offset_start),
+            Record::SummaryOffset(entry) => {
+                let group = self.summary.get(&entry.group_opcode);
+                // some writers list groups that are empty
+                let is_empty = entry.group_length == 0 && group.is_none();
+                if !is_empty && group != Some(&entry.group_start) {
+                    let text = format!("summary offset of opcode {:#04x} points nowhere", entry.group_opcode);
+                    self.report.problem(offset, text);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn schema(&mut self, offset: u64, record: &Record<'_>) {
+        let Record::Schema { header, .. } = record else { return };
+        if !self.schemas.insert(header.id) {
+            return;
+        }
+        self.directory.learn(record);
+        if let Some(reason) = self.directory.flaw(header.id) {
+            let colon = if reason.is_empty() { "" } else { ": " };
+            let name = short(&header.name);
+            let text = format!("the schema `{name}` does not describe its message{colon}{reason}");
+            self.report.problem(offset, text);
+        }
+    }
+
+    fn channel(&mut self, offset: u64, record: &Record<'_>) {
+        let Record::Channel(channel) = record else { return };
+        self.directory.learn(record);
+        if channel.schema_id != 0 && !self.schemas.contains(&channel.schema_id) {
+            let (topic, schema) = (short(&channel.topic), channel.schema_id);
+            let text = format!("channel `{topic}` names schema {schema}, which is not there");
+            self.report.problem(offset, text);
+        }
+        let known = self.directory.channel(channel.id);
+        let same = known.is_some_and(|k| k.topic == channel.topic && k.metadata == channel.metadata);
+        if !self.channels.insert(channel.id) && !same && !self.directory.has_overflowed() {
+            self.report.problem(offset, format!("channel {} is defined twice, differently", channel.id));
+        }
+    }
+
+    fn message(&mut self, offset: u64, inside: Option<u64>, header: &MessageHeader, data: &[u8]) {
+        self.report.messages += 1;
+        let (id, time) = (header.channel_id, header.log_time);
+        let series = self.series.entry(id).or_default();
+        series.count += 1;
+        series.backwards += u64::from(time < series.last_time);
+        series.last_time = time;
+        self.span = Some(widen(self.span, time));
+        if let (Some(chunk), Some(inside)) = (&mut self.chunk, inside) {
+            chunk.span = Some(widen(chunk.span, time));
+            chunk.entries.entry(id).or_default().add(&self.hasher, time, inside);
+        }
+        let Some(channel) = self.directory.channel(id) else {
+            self.report.problem(offset, format!("a message of channel {id}, which is not defined"));
+            return;
+        };
+        let Some(layout) = &channel.layout else { return };
+        let values = series.values.get_or_insert_with(|| layout.values());
+        if let Err(error) = layout.decode(data, values) {
+            let what = match error {
+                DecodeError::SchemaMismatch => "does not fit its schema",
+                DecodeError::Memory => "unpacks to more than --max-memory allows",
+            };
+            let topic = short(&channel.topic);
+            self.report.problem(offset, format!("a message of `{topic}` at log time {time} {what}"));
+        }
+        values.release();
+    }
+
+    fn open_chunk(&mut self, offset: u64, header: ChunkHeader) {
+        self.report.chunks += 1;
+        if let Some(entry) = self.index.chunks.get(&offset) {
+            self.indexed_chunks += 1;
+            let same = entry.compressed_size == header.compressed_size
+                && entry.uncompressed_size == header.uncompressed_size
+                && entry.compression == header.compression
+                && entry.message_start_time == header.message_start_time
+                && entry.message_end_time == header.message_end_time;
+            if !same {
+                self.report.problem(offset, "the chunk index does not describe this chunk");
+            }
+        } else if !self.index.chunks.is_empty() {
+            self.report.problem(offset, "a chunk that the chunk index does not list");
+        }
+        self.chunk = Some(Chunk { offset, header, entries: BTreeMap::new(), span: None, indexes: 0 });
+    }
+
+    fn message_index(&mut self, offset: u64, id: u16, records: &[MessageIndexEntry]) {
+        let Some(chunk) = &mut self.chunk else {
+            self.report.problem(offset, "a message index without a chunk");
+            return;
+        };
+        chunk.indexes += 1;
+        let mut listed = Entries::default();
+        records.iter().for_each(|entry| listed.add(&self.hasher, entry.log_time, entry.offset));
+        if chunk.entries.get(&id).copied().unwrap_or_default() != listed {
+            let text =
+                format!("the message index of channel {id} does not describe the chunk at {}", chunk.offset);
+            self.report.problem(offset, text);
+        }
+    }
+
+    /// Called once all that belongs to a chunk has been seen.
+    fn close_chunk(&mut self) {
+        let Some(chunk) = self.chunk.take() else { return };
+        let claimed = (chunk.header.message_start_time, chunk.header.message_end_time);
+        if chunk.span.is_some_and(|span| span != claimed) {
+            self.report
+                .problem(chunk.offset, "the times in the header of the chunk are not those of its messages");
+        }
+        if chunk.indexes > 0 && chunk.indexes < chunk.entries.len() {
+            self.report.problem(chunk.offset, "the chunk has message indexes for some of its channels only");
+        }
+    }
+
+    fn attachment(&mut self, offset: u64, name: String) {
+        self.attachments += 1;
+        let index = &self.index.attachments;
+        if !index.is_empty() && !index.iter().any(|entry| entry.offset == offset && entry.name == name) {
+            self.report.problem(offset, format!("attachment `{}` is not in the index", short(&name)));
+        }
+        if self.directory.has_room(256 + name.len()) {
+            self.attachment_names.push(name);
+        }
+    }
+
+    fn metadata(&mut self, offset: u64, record: Metadata) {
+        self.metadata_count += 1;
+        let index = &self.index.metadata;
+        if !index.is_empty() && !index.iter().any(|entry| entry.offset == offset && entry.name == record.name)
+        {
+            self.report.problem(offset, format!("metadata `{}` is not in the index", short(&record.name)));
+        }
+        if self.directory.has_room(record.weight()) {
+            self.metadata.push(record);
+        }
+    }
+
+    fn footer(&mut self, offset: u64, summary_start: u64, summary_offset_start: u64) {
+        let first = self.summary.iter().filter(|(opcode, _)| **opcode != op::FOOTER).map(|(_, first)| *first);
+        if summary_start != first.min().unwrap_or(0) {
+            self.report.problem(offset, "the footer does not point at the summary");
+        }
+        let offsets = self.summary.get(&op::SUMMARY_OFFSET).copied().unwrap_or(0);
+        if summary_offset_start != offsets && (summary_offset_start, offsets) != (0, 0) {
+            self.report.problem(offset, "the footer does not point at the summary offsets");
+        }
+    }
+
+    /// Ends the file.
+    pub(super) fn end(&mut self) {
+        self.close_chunk();
+        let index = self.index;
+        let refused = self.directory.refused().into_iter().map(|damage| damage.reason);
+        let of_index = "no room for the schemas, channels and chunks of the summary (--max-memory)";
+        let refused = refused.chain(index.is_too_large.then(|| of_index.into()));
+        // reported however many problems there are: it is why others are not
+        let refused = refused.map(|reason| format!("{reason}; that is not verified"));
+        self.report.problems.extend(refused.map(|text| Problem { offset: 0, text }));
+        let missing = (index.chunks.len() as u64).saturating_sub(self.indexed_chunks);
+        if missing > 0 {
+            let text = format!("the chunk index lists {missing} chunks that are not there");
+            self.report.problem(index.start, text);
+        }
+        if index.attachments.len() as u32 > self.attachments
+            || index.metadata.len() as u32 > self.metadata_count
+        {
+            self.report.problem(index.start, "the summary lists attachments or metadata that are not there");
+        }
+        if let Some(statistics) = &index.statistics {
+            self.statistics(index.start, statistics);
+        }
+        self.order();
+    }
+
+    /// Messages of percuss are in the order of their times; other programs need not write them so.
+    fn order(&mut self) {
+        let is_percuss = self.entries(RUN).is_some();
+        for (id, series) in self.series.iter().filter(|(_, series)| series.backwards > 0) {
+            let topic = short(self.directory.channel(*id).map_or("", |channel| &channel.topic));
+            let text =
+                format!("{} messages of `{topic}` are earlier than those before them", series.backwards);
+            match is_percuss {
+                true => self.report.problem(0, text),
+                false => self.report.remarks.push(text),
+            }
+        }
+    }
+
+    fn statistics(&mut self, at: u64, statistics: &Statistics) {
+        let span = self.span.unwrap_or((0, 0));
+        let claims = [
+            ("messages", statistics.message_count, self.report.messages),
+            ("schemas", u64::from(statistics.schema_count), self.schemas.len() as u64),
+            ("channels", u64::from(statistics.channel_count), self.channels.len() as u64),
+            ("attachments", u64::from(statistics.attachment_count), u64::from(self.attachments)),
+            ("metadata records", u64::from(statistics.metadata_count), u64::from(self.metadata_count)),
+            ("chunks", u64::from(statistics.chunk_count), self.report.chunks),
+            ("first log time", statistics.message_start_time, span.0),
+            ("last log time", statistics.message_end_time, span.1),
+        ];
+        for (what, claimed, seen) in claims.into_iter().filter(|(_, claimed, seen)| claimed != seen) {
+            self.report.problem(at, format!("the statistics say {what} {claimed}, the file holds {seen}"));
+        }
+        let listed = statistics.channel_message_counts.iter().filter(|(_, count)| **count > 0);
+        let listed: BTreeMap<u16, u64> = listed.map(|(&id, &count)| (id, count)).collect();
+        let is_listed = |(id, series): (&u16, &Series)| listed.get(id) == Some(&series.count);
+        if !listed.is_empty() && (listed.len() != self.series.len() || !self.series.iter().all(is_listed)) {
+            self.report.problem(at, "the statistics of single channels are wrong");
+        }
+    }
+
+    /// Entries of a metadata record.
+    pub(super) fn entries(&self, name: &str) -> Option<&BTreeMap<String, String>> {
+        self.metadata.iter().rev().find(|record| record.name == name).map(|record| &record.entries)
+    }
+}

@@ -1,0 +1,88 @@
+//! What verifying found, for people and for scripts.
+
+use serde_json::{Value, json};
+
+use crate::text::printable;
+
+/// Version of the JSON form.
+pub const JSON_VERSION: u32 = 1;
+
+/// Problems that are reported one by one.
+const MAX_LISTED: usize = 200;
+
+/// Something that is wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Where \[bytes from the start of the file\].
+    pub offset: u64,
+    /// What.
+    pub text: String,
+}
+
+/// What verifying found.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// What is wrong.
+    pub problems: Vec<Problem>,
+    /// Problems beyond those that are listed.
+    pub unlisted: u64,
+    /// What is unusual but allowed.
+    pub remarks: Vec<String>,
+    /// Messages.
+    pub messages: u64,
+    /// Chunks.
+    pub chunks: u64,
+    /// True for a sound recording of percuss that did not come to its planned end.
+    pub partial: bool,
+}
+
+impl Report {
+    /// True if nothing is wrong.
+    pub fn is_sound(&self) -> bool {
+        self.problems.is_empty()
+    }
+
+    pub(super) fn problem(&mut self, offset: u64, text: impl Into<String>) {
+        if self.problems.len() < MAX_LISTED {
+            self.problems.push(Problem { offset, text: text.into() });
+        } else {
+            self.unlisted += 1;
+        }
+    }
+
+    /// The report for people.
+    pub fn to_text(&self, name: &str) -> String {
+        let state = match (self.is_sound(), self.partial) {
+            (true, false) => "sound",
+            (true, true) => "sound, but PARTIAL: the run did not come to its planned end",
+            (false, _) => "NOT SOUND",
+        };
+        let mut text = format!("{name}: {state}; {} messages in {} chunks\n", self.messages, self.chunks);
+        for problem in &self.problems {
+            text.push_str(&format!("  at byte {}: {}\n", problem.offset, printable(&problem.text)));
+        }
+        if self.unlisted > 0 {
+            text.push_str(&format!("  … and {} more\n", self.unlisted));
+        }
+        for remark in &self.remarks {
+            text.push_str(&format!("  remark: {}\n", printable(remark)));
+        }
+        text
+    }
+
+    /// The report for scripts.
+    pub fn to_json(&self, name: &str) -> Value {
+        let problems = self.problems.iter().map(|p| json!({ "offset": p.offset, "text": p.text }));
+        json!({
+            "version": JSON_VERSION,
+            "file": name,
+            "sound": self.is_sound(),
+            "partial": self.partial,
+            "messages": self.messages,
+            "chunks": self.chunks,
+            "problems": problems.collect::<Vec<_>>(),
+            "more_problems": self.unlisted,
+            "remarks": self.remarks,
+        })
+    }
+}

@@ -1,0 +1,45 @@
+//! Why a comparison failed.
+
+use crate::recording::OpenError;
+
+/// Why a comparison failed.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    /// A file cannot be read.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// A topic or field that was asked for is in neither recording: to call them equal would be no answer.
+    #[error("neither recording has a {what} `{pattern}`")]
+    Unknown {
+        /// Topic or field.
+        what: &'static str,
+        /// As it was asked for.
+        pattern: String,
+    },
+    /// More fields than there is memory to measure.
+    #[error(
+        "the recordings have {fields} fields, too many to compare at once; choose some (--topic), or raise --max-memory"
+    )]
+    Fields {
+        /// Fields that both have.
+        fields: usize,
+    },
+    /// A message that is too large to hand on to the comparison.
+    #[error("a message of {bytes} bytes is too large to be compared; raise --max-memory")]
+    TooLarge {
+        /// Its length.
+        bytes: usize,
+    },
+    /// Messages of the recordings are in orders so different that there is no memory to wait for counterparts.
+    #[error(
+        "messages of `{topic}` are too far from their counterparts in the other recording to be kept until those come; \
+         compare only that topic (--topic), or raise --max-memory"
+    )]
+    Waiting {
+        /// Topic.
+        topic: String,
+    },
+    /// The watcher could not go on.
+    #[error("{0}")]
+    Watch(String),
+}

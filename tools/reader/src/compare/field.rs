@@ -1,0 +1,246 @@
+//! A field that both recordings have, measured message by message.
+
+use prost_reflect::Kind;
+
+use super::{
+    measure::Place,
+    meter::{Meter, Sample},
+    options::Options,
+    report::FieldReport,
+    resample::common,
+    structure::WHOLE,
+    sums::Scale,
+};
+use crate::{
+    axis::Axis,
+    channel::Channel,
+    convention,
+    wire::{Layout, Leaf, List, Values},
+};
+
+/// A field of a pair of channels.
+pub(super) struct ComparedField {
+    path: String,
+    leaf: Leaf,
+    unit: Option<String>,
+    pub(super) leaf_a: usize,
+    leaf_b: usize,
+    axis_a: Axis,
+    axis_b: Axis,
+    even: bool,
+    pub(super) ignored: bool,
+    /// It only describes axes of the others.
+    is_axis_part: bool,
+    /// It only says when or in which message the others are.
+    is_key: bool,
+    pub(super) meter: Meter,
+}
+
+impl ComparedField {
+    /// The fields of two channels.
+    ///
+    /// * `leaves`: those of both
+    /// * `known`: scale of a leaf over the whole reference, if a tolerance needs it
+    pub(super) fn all(
+        [a, b]: [&Channel; 2],
+        [layout_a, layout_b]: [&Layout; 2],
+        leaves: &[(usize, usize)],
+        options: &Options,
+        known: impl Fn(usize) -> Option<Scale>,
+    ) -> Vec<Self> {
+        let axis_parts = a.axis_parts();
+        let field = |&(leaf_a, leaf_b): &(usize, usize)| {
+            let leaf = layout_a.leaves[leaf_a].clone();
+            let path = leaf.path.as_str();
+            let rule = options.rules.of(&a.topic, path).cloned();
+            Self {
+                unit: a.unit(path).map(str::to_owned),
+                leaf_a,
+                leaf_b,
+                axis_a: Axis::of(leaf_a, layout_a, a),
+                axis_b: Axis::of(leaf_b, layout_b, b),
+                even: convention::is_even(&a.metadata, path),
+                ignored: !options.compares(&a.topic, path),
+                is_axis_part: axis_parts.contains(path),
+                is_key: is_key(layout_a, leaf_a),
+                meter: Meter::new(rule, known(leaf_a), options.nan),
+                path: path.into(),
+                leaf,
+            }
+        };
+        leaves.iter().map(field).collect()
+    }
+
+    /// Whole messages of a topic, compared as bytes.
+    pub(super) fn whole(topic: &str, options: &Options) -> Self {
+        Self {
+            path: WHOLE.into(),
+            leaf: Leaf::whole(WHOLE),
+            unit: None,
+            leaf_a: 0,
+            leaf_b: 0,
+            axis_a: Axis::Unknown,
+            axis_b: Axis::Unknown,
+            even: false,
+            ignored: !options.compares(topic, WHOLE),
+            is_axis_part: false,
+            is_key: false,
+            meter: Meter::new(options.rules.of(topic, WHOLE).cloned(), None, options.nan),
+        }
+    }
+
+    /// Measures the field in a message of each recording; true if its axes differ.
+    ///
+    /// * `interpolated`: `b` stands between two messages
+    /// * `without_keys`: fields that say which message it is are not compared
+    pub(super) fn measure(
+        &mut self,
+        a: &Values,
+        b: &Values,
+        place: &Place,
+        interpolated: bool,
+        without_keys: bool,
+    ) -> bool {
+        let (list_a, list_b) = (&a.lists[self.leaf_a], &b.lists[self.leaf_b]);
+        if without_keys && self.is_key {
+            // their scale is still wanted
+            self.meter.take_same(list_a, place.clone());
+            return false;
+        }
+        let (nodes, grid, axis) = (self.axis_a.nodes(a), self.axis_a.grid(a), &self.axis_a);
+        let position = |index: usize| match (axis, &grid) {
+            (Axis::Matrix { coordinates: [row, column], .. }, Some(grid)) => {
+                let width = grid.columns.length.max(1);
+                let (z, r) = (grid.rows.at(index / width), grid.columns.at(index % width));
+                Some(format!("{row} = {z}, {column} = {r}"))
+            }
+            _ => nodes.position(index).map(|position| format!("{} = {position}", axis.coordinate())),
+        };
+        let sample = |position| Sample { place: place.clone(), position };
+        let axes = [(list_a, axis, a), (list_b, &self.axis_b, b)];
+        let Some(common) = common(axes, self.even, interpolated) else {
+            self.meter.take(list_a, list_b, &sample(&position));
+            return false;
+        };
+        if common.a.is_empty() && !(list_a.is_empty() && list_b.is_empty()) {
+            self.meter.measure.apart += 1;
+        } else {
+            let position = |i: usize| position(*common.chosen.get(i)?);
+            let [a, b] = [common.a, common.b].map(List::Double);
+            self.meter.take(&a, &b, &sample(&position));
+        }
+        common.axes_differ
+    }
+
+    /// Time from one sample to the next in the mean, if this field is the time.
+    pub(super) fn interval(&self, samples: u64) -> Option<f64> {
+        let scale = self.meter.measure.scale;
+        (self.path == convention::TIME)
+            .then(|| (scale.greatest - scale.least) / samples.saturating_sub(1).max(1) as f64)
+    }
+
+    /// Ends the comparison.
+    ///
+    /// * `interval`: time from one sample to the next
+    pub(super) fn report(
+        mut self,
+        interval: f64,
+        axes_differ: bool,
+        interpolated: bool,
+        without_keys: bool,
+    ) -> FieldReport {
+        self.meter.finish();
+        let ignored = self.ignored || (self.is_axis_part && axes_differ) || (without_keys && self.is_key);
+        let shift = self.meter.shift.best().filter(|_| !interpolated && !ignored);
+        FieldReport {
+            within: ignored || self.meter.is_within(),
+            path: self.path,
+            element: self.leaf,
+            unit: self.unit,
+            ignored,
+            rule: self.meter.rule,
+            measure: self.meter.measure,
+            shift: shift.map(|(samples, left)| (samples, samples as f64 * interval, left)),
+        }
+    }
+}
+
+/// Fields that say which message it is, and when: `step`, `time`, and those of type `google.protobuf.Timestamp`.
+fn is_key(layout: &Layout, leaf: usize) -> bool {
+    let leaf = &layout.leaves[leaf];
+    if matches!(leaf.path.as_str(), convention::STEP | convention::TIME) {
+        return true;
+    }
+    let mut message = layout.descriptor().clone();
+    let Some((_, parents)) = leaf.numbers.split_last() else { return false };
+    for number in parents {
+        match message.get_field(*number).map(|field| field.kind()) {
+            Some(Kind::Message(inner)) => message = inner,
+            _ => return false,
+        }
+    }
+    leaf.lists == 0 && message.full_name() == "google.protobuf.Timestamp"
+}
+
+#[cfg(test)]
+mod tests {
+    use prost_reflect::{
+        DescriptorPool,
+        prost_types::{
+            DescriptorProto, FieldDescriptorProto, FileDescriptorProto,
+            field_descriptor_proto::{Label, Type as Wire},
+        },
+    };
+
+    use super::*;
+
+    #[test]
+    fn fields_that_say_when_are_known_by_name_and_type() {
+        let field = |name: &str, number, label: Label, kind: Wire, of: &str| FieldDescriptorProto {
+            name: Some(name.into()),
+            number: Some(number),
+            label: Some(label.into()),
+            r#type: Some(kind.into()),
+            type_name: (!of.is_empty()).then(|| of.into()),
+            ..Default::default()
+        };
+        let (one, many) = (Label::Optional, Label::Repeated);
+        let stamp = ".google.protobuf.Timestamp";
+        let message =
+            |name: &str, field| DescriptorProto { name: Some(name.into()), field, ..Default::default() };
+        let file = FileDescriptorProto {
+            name: Some("robot.proto".into()),
+            package: Some("lab".into()),
+            syntax: Some("proto3".into()),
+            dependency: vec!["google/protobuf/timestamp.proto".into()],
+            message_type: vec![
+                message(
+                    "Header",
+                    vec![
+                        field("stamp", 1, one, Wire::Message, stamp),
+                        field("seconds", 2, one, Wire::Double, ""),
+                    ],
+                ),
+                message(
+                    "Pose",
+                    vec![
+                        field("time", 1, one, Wire::Double, ""),
+                        field("header", 2, one, Wire::Message, ".lab.Header"),
+                        field("history", 3, many, Wire::Message, stamp),
+                        field("timestamp", 4, one, Wire::Message, stamp),
+                        field("x", 5, one, Wire::Double, ""),
+                    ],
+                ),
+            ],
+            ..Default::default()
+        };
+        let mut pool = DescriptorPool::global();
+        pool.add_file_descriptor_proto(file).expect("a sound schema");
+        let layout = Layout::of(&pool.get_message_by_name("lab.Pose").expect("the message"));
+        let keys = (0..layout.leaves.len()).filter(|&leaf| is_key(&layout, leaf));
+        let keys: Vec<&str> = keys.map(|leaf| layout.leaves[leaf].path.as_str()).collect();
+        let expected =
+            ["time", "header.stamp.seconds", "header.stamp.nanos", "timestamp.seconds", "timestamp.nanos"];
+        assert_eq!(keys, expected);
+    }
+}

@@ -1,0 +1,89 @@
+//! How messages are aligned, and how that is chosen.
+
+use std::collections::{HashMap, HashSet};
+
+/// How messages are aligned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Mode {
+    /// Messages of the same step
+    Step,
+    /// Messages of exactly the same time
+    Time,
+    /// Messages of the same number in their channel
+    Order,
+    /// The new message nearest in time
+    Nearest,
+    /// The new recording interpolated linearly at the times of the reference
+    Linear,
+    /// The new recording interpolated by cubics at the times of the reference
+    Cubic,
+}
+
+impl Mode {
+    /// True if messages of other times are compared, not only those that belong together one by one.
+    pub fn is_between(self) -> bool {
+        matches!(self, Self::Nearest | Self::Linear | Self::Cubic)
+    }
+}
+
+/// How messages were aligned, and why.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Alignment {
+    /// The mode; `None` if there was nothing to align.
+    pub mode: Option<Mode>,
+    /// True if it was chosen by looking at the messages.
+    pub automatic: bool,
+    /// Times of both recordings from which the times of their messages count; `None` if those are on one clock.
+    pub starts: Option<[f64; 2]>,
+}
+
+/// First messages of each recording that the choice of a mode depends on.
+pub(super) const LOOKED_AT: usize = 16;
+
+/// When a message is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moment {
+    pub(super) step: Option<u64>,
+    pub(super) time: f64,
+}
+
+/// A time as an integer that grows with it.
+pub(super) fn ordered(time: f64) -> u64 {
+    let bits = time.to_bits();
+    if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
+}
+
+/// The mode that fits the first messages of both recordings.
+///
+/// * `are_all`: there are no others
+/// * `is_decoded`: false for messages that are compared as bytes, with nothing in between
+pub(super) fn choose([a, b]: [&[Moment]; 2], are_all: bool, is_decoded: bool) -> Mode {
+    if a.is_empty() || b.is_empty() {
+        let have_steps = a.iter().chain(b).all(|moment| moment.step.is_some());
+        return if have_steps { Mode::Step } else { Mode::Time };
+    }
+    // equal steps mean the same only if they are at the same time: within a thousandth of a step
+    let spacing = |moments: &[Moment]| match moments {
+        [first, .., last] => (last.time - first.time).abs() / (moments.len() - 1) as f64,
+        _ => 0.0,
+    };
+    let near = 1e-3 * spacing(a).min(spacing(b));
+    let times: HashMap<u64, f64> = b.iter().filter_map(|b| Some((b.step?, b.time))).collect();
+    let common = a.iter().filter_map(|a| Some((a.time, *times.get(&a.step?)?)));
+    let agrees = |(x, y): (f64, f64)| x == y || (x - y).abs() <= near;
+    let (agreeing, others): (Vec<bool>, Vec<bool>) = common.map(agrees).partition(|agrees| *agrees);
+    if !agreeing.is_empty() && agreeing.len() >= others.len() {
+        return Mode::Step;
+    }
+    let times: HashSet<u64> = b.iter().map(|b| ordered(b.time)).collect();
+    let equal = a.iter().filter(|a| times.contains(&ordered(a.time))).count();
+    if 2 * equal > a.len() && 2 * equal > b.len() {
+        return Mode::Time;
+    }
+    // a handful of messages is no series to interpolate in
+    match (are_all && a.len().min(b.len()) < 4, is_decoded) {
+        (true, _) => Mode::Order,
+        (false, false) => Mode::Time,
+        (false, true) => Mode::Linear,
+    }
+}

@@ -1,0 +1,78 @@
+//! How to compare.
+
+use super::{mode::Mode, tolerance::Rules};
+use crate::select::{Pattern, Window};
+
+/// How to compare.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Topics; all if empty.
+    pub topics: Vec<Pattern>,
+    /// Patterns of fields; all if empty.
+    pub fields: Vec<Pattern>,
+    /// How messages are aligned; chosen by looking at them if none.
+    pub mode: Option<Mode>,
+    /// Times count from the start of each recording. Without a mode, also where the recordings have no time in common.
+    pub relative: bool,
+    /// What is allowed.
+    pub rules: Rules,
+    /// Times compared, and every n-th sample of a channel.
+    pub window: Window,
+    /// What NaN is equal to.
+    pub nan: NanRule,
+    /// Stop at the first difference beyond tolerance.
+    pub fail_fast: bool,
+}
+
+/// What NaN is equal to, besides the same bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NanRule {
+    /// Nothing.
+    #[default]
+    SameBits,
+    /// Any other.
+    EqualsItself,
+    /// Anything: it stands for no value, and what has none is not compared.
+    Skipped,
+}
+
+impl NanRule {
+    /// True if `x` and `y` count as equal because of NaN.
+    pub(super) fn forgives(self, x: f64, y: f64) -> bool {
+        match self {
+            Self::SameBits => false,
+            Self::EqualsItself => x.is_nan() && y.is_nan(),
+            Self::Skipped => self.skips(x, y),
+        }
+    }
+
+    /// True if `x` and `y` are not compared because one is NaN.
+    pub(super) fn skips(self, x: f64, y: f64) -> bool {
+        self == Self::Skipped && (x.is_nan() || y.is_nan())
+    }
+}
+
+/// Messages of both recordings that belong together, as they stand in the files.
+pub struct Matched<'a> {
+    /// Channel of the reference.
+    pub channel: u16,
+    /// Channel of the new recording.
+    pub other: u16,
+    /// Log time of the reference \[ns\].
+    pub log_time: u64,
+    /// Message of the reference.
+    pub a: &'a [u8],
+    /// Message of the new recording.
+    pub b: &'a [u8],
+}
+
+/// Sees every two messages that are compared as they are, not interpolated.
+pub type Watch<'a> = &'a mut dyn FnMut(&Matched<'_>) -> Result<(), String>;
+
+impl Options {
+    /// True if a field takes part.
+    pub(super) fn compares(&self, topic: &str, field: &str) -> bool {
+        let chosen = self.fields.is_empty() || self.fields.iter().any(|pattern| pattern.fits(field));
+        chosen && !self.rules.ignores(topic, Some(field))
+    }
+}

@@ -1,0 +1,205 @@
+//! What a comparison found.
+
+use std::{collections::BTreeSet, path::PathBuf};
+
+use super::{
+    measure::{Divergence, Measure, Place},
+    mode::Alignment,
+    structure::{Change, Finding},
+    tolerance::Rule,
+};
+use crate::{messages::Recording, recording::Damage, wire::Leaf};
+
+/// What a comparison found.
+#[derive(Clone, Debug, Default)]
+pub struct Comparison {
+    /// Differences of structure.
+    pub structure: Vec<Finding>,
+    /// Differences of metadata and attachments, for information.
+    pub provenance: Vec<Change>,
+    /// Channels that both have.
+    pub channels: Vec<ChannelReport>,
+    /// Topics left out because they show what others hold; they are compared if they are named.
+    pub derived: BTreeSet<String>,
+    /// What is damaged, by file.
+    pub damages: Vec<(PathBuf, Damage)>,
+    /// Recordings that did not come to their planned end.
+    pub partial: Vec<PathBuf>,
+    /// True if not everything was compared, because of [`super::Options::fail_fast`].
+    pub stopped_early: bool,
+    /// What was to be compared and could not be.
+    pub gaps: Vec<Gap>,
+    /// For every rule, whether it fits a topic or field of the recordings.
+    pub fitting: Vec<bool>,
+}
+
+/// Something that was to be compared and could not be. To call it equal would be no answer.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Gap {
+    /// No value at all was compared.
+    #[error("nothing was compared: {0}")]
+    Nothing(String),
+    /// Both recordings have messages, at times of which none is in both.
+    #[error(
+        "`{topic}`: no time in common: {} messages from {} to {}, {} from {} to {} in the new recording; --align relative \
+         counts times from the start of each recording, --align order compares one message after the other",
+        messages[0], spans[0].0, spans[0].1, messages[1], spans[1].0, spans[1].1
+    )]
+    Apart {
+        /// Topic.
+        topic: String,
+        /// Messages of reference and new recording.
+        messages: [u64; 2],
+        /// First and last time of both.
+        spans: [(f64, f64); 2],
+    },
+    /// Arrays of a field have no part of their axes in common.
+    #[error("`{topic}.{field}`: the axes of its arrays have no part in common, in none of {samples} samples")]
+    Elsewhere {
+        /// Topic.
+        topic: String,
+        /// Path of the field.
+        field: String,
+        /// Samples.
+        samples: u64,
+    },
+}
+
+impl Comparison {
+    /// Adds what is known of the state of a recording: its damages, if the comparison met none, and whether it is partial.
+    pub(super) fn add_state(&mut self, recording: &Recording) {
+        let path = &recording.path;
+        if !self.damages.iter().any(|(known, _)| known == path) {
+            self.damages.extend(recording.damages.iter().map(|damage| (path.clone(), damage.clone())));
+        }
+        if recording.is_partial() {
+            self.partial.push(path.clone());
+        }
+    }
+
+    /// True if something is different beyond tolerance.
+    pub fn is_different(&self) -> bool {
+        !self.structure.is_empty() || self.channels.iter().any(ChannelReport::is_different)
+    }
+
+    /// True if all that was to be compared was, and is within tolerance.
+    pub fn is_within(&self) -> bool {
+        !self.is_different() && self.gaps.is_empty()
+    }
+
+    /// True if all that was to be compared was, and is the same bit for bit.
+    pub fn is_equal(&self) -> bool {
+        self.is_within() && !self.channels.iter().any(ChannelReport::is_notable)
+    }
+
+    /// True if a file is damaged or did not come to its planned end.
+    pub fn is_lossy(&self) -> bool {
+        !self.damages.is_empty() || !self.partial.is_empty()
+    }
+
+    /// The earliest difference of all, or the earliest beyond tolerance, with its topic and field.
+    pub fn first(&self, beyond: bool) -> Option<(&str, &FieldReport, &Divergence)> {
+        let all = self.channels.iter().flat_map(|channel| {
+            channel.fields.iter().filter(|field| !field.ignored).filter_map(move |field| {
+                let first = if beyond { &field.measure.first_beyond } else { &field.measure.first };
+                Some((channel.topic.as_str(), field, first.as_ref()?))
+            })
+        });
+        all.min_by(|x, y| x.2.place.time.total_cmp(&y.2.place.time))
+    }
+}
+
+/// A channel that both recordings have.
+#[derive(Clone, Debug, Default)]
+pub struct ChannelReport {
+    /// Topic.
+    pub topic: String,
+    /// How messages were aligned.
+    pub alignment: Alignment,
+    /// Samples compared.
+    pub compared: u64,
+    /// Messages of the reference without counterpart.
+    pub only_a: u64,
+    /// Messages of the new recording without counterpart.
+    pub only_b: u64,
+    /// Earliest message without counterpart: its place, and whether it is the reference's.
+    pub first_unmatched: Option<(Place, bool)>,
+    /// Messages of both in the window of time that was asked for.
+    pub messages: [u64; 2],
+    /// First and last time of those.
+    pub spans: [Option<(f64, f64)>; 2],
+    /// Messages of both outside the common window of time, where that is no difference.
+    pub outside: [u64; 2],
+    /// Messages that could not be decoded.
+    pub undecoded: u64,
+    /// Arrays were compared on the common range of different axes.
+    pub axes_differ: bool,
+    /// Fields.
+    pub fields: Vec<FieldReport>,
+}
+
+impl ChannelReport {
+    /// True if something of the channel is different beyond tolerance.
+    pub fn is_different(&self) -> bool {
+        self.only_a + self.only_b + self.undecoded > 0 || self.fields.iter().any(|field| !field.within)
+    }
+
+    /// True if all that was to be compared was, and is within tolerance.
+    pub fn is_within(&self) -> bool {
+        !self.is_different() && self.gaps().next().is_none()
+    }
+
+    /// True if not everything of the channel is in both recordings, the same bit for bit.
+    pub fn is_notable(&self) -> bool {
+        let part = self.outside != [0; 2] || self.axes_differ;
+        let differs =
+            |field: &FieldReport| !field.ignored && (field.measure.differing + field.measure.apart > 0);
+        part || !self.is_within() || self.fields.iter().any(differs)
+    }
+
+    /// Values compared.
+    pub fn values(&self) -> u64 {
+        let fields = self.fields.iter().filter(|field| !field.ignored);
+        fields.map(|field| field.measure.elements - field.measure.skipped).sum()
+    }
+
+    /// What was to be compared and could not be.
+    pub fn gaps(&self) -> impl Iterator<Item = Gap> {
+        let topic = || self.topic.clone();
+        let apart = match self.spans {
+            [Some(a), Some(b)] if self.compared + self.only_a + self.only_b == 0 => {
+                Some(Gap::Apart { topic: topic(), messages: self.messages, spans: [a, b] })
+            }
+            _ => None,
+        };
+        let elsewhere = move |field: &FieldReport| {
+            let measure = &field.measure;
+            let samples = measure.apart;
+            let is_gap = !field.ignored && measure.elements == 0 && samples > 0;
+            is_gap.then(|| Gap::Elsewhere { topic: topic(), field: field.path.clone(), samples })
+        };
+        apart.into_iter().chain(self.fields.iter().filter_map(elsewhere))
+    }
+}
+
+/// A field that both recordings have.
+#[derive(Clone, Debug)]
+pub struct FieldReport {
+    /// Path.
+    pub path: String,
+    /// The leaf of the reference, which names elements.
+    pub element: Leaf,
+    /// Unit.
+    pub unit: Option<String>,
+    /// Rule that applied; `None` is bitwise.
+    pub rule: Option<Rule>,
+    /// Not compared: by a rule, or because it only says where and when the others are.
+    pub ignored: bool,
+    /// Within tolerance.
+    pub within: bool,
+    /// How far apart.
+    pub measure: Measure,
+    /// Samples by which the new recording is later, the time that is, and what is left of the root mean square
+    /// difference with that shift.
+    pub shift: Option<(i64, f64, f64)>,
+}

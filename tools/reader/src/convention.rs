@@ -1,0 +1,126 @@
+//! What the reader knows of percuss: names of metadata, fields, topics and attachments, and what they mean.
+//!
+//! All else is read from the descriptors and the metadata of a file, whatever program wrote it. Where a file has none of
+//! these names, the reader treats it like any other protobuf MCAP file. Versions of the format are shown and never
+//! decide anything: the names below are the same in all of them.
+
+use std::collections::BTreeMap;
+
+/// Metadata records: what a run is, where and when it ran, what its numbers are good for, and how it ended.
+pub const RUN: &str = "percuss.run";
+/// Record of where and when a run took place; never compared.
+pub const HOST: &str = "percuss.host";
+/// Record of the range in which the numbers of a run are valid.
+pub const VALIDITY: &str = "percuss.validity";
+/// Record of how a run ended.
+pub const STATUS: &str = "percuss.status";
+/// Record of what was lost, which `recover` writes.
+pub const RECOVERED: &str = "percuss.recovered";
+/// Record of what was compared, which `diff --write-diff` writes.
+pub const DIFFERENCE: &str = "percuss.diff";
+
+/// Metadata records of every percuss recording besides [`RUN`].
+pub const RECORDS: [&str; 3] = [HOST, VALIDITY, STATUS];
+
+/// Attachment with the case as it was given.
+pub const CASE: &str = "case.toml";
+/// Attachment with every default of the case written out.
+pub const RESOLVED_CASE: &str = "case.resolved.toml";
+
+/// Topic of the drag, a message every step.
+pub const DRAG: &str = "/drag";
+/// Topic of the velocity of the indenter, a message every step.
+pub const VELOCITY: &str = "/velocity";
+/// Topic of the stress along the interface.
+pub const INTERFACE: &str = "/interface/stress";
+/// Topic of what happened, in words.
+pub const EVENT: &str = "/event";
+/// Topic of the stress in the target.
+pub const FIELD_STRESS: &str = "/field/stress";
+/// Beginning of the topics of fields in the target.
+pub const FIELDS: &str = "/field/";
+/// Put before the topics of a recording of differences.
+pub const DIFFERENCES: &str = "/diff";
+
+/// Charts of a report: identifier, title, topic and fields.
+pub const CHARTS: [(&str, &str, &str, &[&str]); 4] = [
+    ("drag", "Drag", DRAG, &["force"]),
+    ("velocity", "Velocity of the indenter", VELOCITY, &["velocity"]),
+    ("probes", "Interface stress at the probes", "/probes", &["stress"]),
+    ("energy", "Energy", "/energy", &["kinetic", "strain", "indenter", "dissipated", "work", "residual"]),
+];
+
+/// Field that holds the time of a message.
+pub const TIME: &str = "time";
+/// Field that holds the step of a message.
+pub const STEP: &str = "step";
+
+/// Key in the metadata of channels that show in another form what other channels hold.
+pub const DERIVED: &str = "derived";
+
+/// Key of the unit of a field.
+pub fn unit(field: &str) -> String {
+    format!("unit.{field}")
+}
+
+/// Key of the axis of an array.
+pub fn axis(field: &str) -> String {
+    format!("{AXIS}{field}")
+}
+
+/// Begins the keys of axes.
+pub const AXIS: &str = "axis.";
+
+/// True if an array is even about the origin of its axis.
+pub fn is_even(metadata: &BTreeMap<String, String>, field: &str) -> bool {
+    metadata.get(&format!("symmetry.{field}")).is_some_and(|symmetry| symmetry == "even")
+}
+
+/// What the metadata of a channel says of a field, with its keys for a field of two names.
+pub fn compared(a: &str, b: &str) -> [(&'static str, String, String); 3] {
+    ["unit", "axis", "symmetry"].map(|key| (key, format!("{key}.{a}"), format!("{key}.{b}")))
+}
+
+/// The colours of `/field/<name>` reach from −value to value, by the metadata of a view: `colour_range.<name>` with both ends.
+pub fn colour_range(metadata: &BTreeMap<String, String>, topic: &str) -> Option<f64> {
+    let (low, high) =
+        metadata.get(&format!("colour_range.{}", topic.rsplit('/').next()?))?.split_once(',')?;
+    let range = f64::max(-low.parse::<f64>().ok()?, high.parse().ok()?);
+    (range.is_finite() && range > 0.0).then_some(range)
+}
+
+/// Log time that passes in a unit of the time of messages \[s\], by the record [`RUN`].
+pub fn playback_rate(run: &BTreeMap<String, String>) -> Option<f64> {
+    run.get("playback_rate")?.parse().ok()
+}
+
+/// Topics that every recording holds, by the record [`RUN`]: all closed forms know the stress, not all of them the drag.
+pub fn required_topics(run: &BTreeMap<String, String>) -> &'static [&'static str] {
+    match run.get("source").map(String::as_str) {
+        Some("exact") => &[INTERFACE, VELOCITY],
+        _ => &[INTERFACE, DRAG, VELOCITY],
+    }
+}
+
+/// How a run ended, by its record [`STATUS`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// At the last of its steps.
+    Completed,
+    /// Where the case says.
+    Stopped,
+    /// Before its planned end.
+    Early,
+}
+
+impl Ending {
+    /// The ending that a status stands for.
+    pub fn of(status: &str) -> Option<Self> {
+        match status {
+            "completed" => Some(Self::Completed),
+            "stopped" => Some(Self::Stopped),
+            "interrupted" | "failed" => Some(Self::Early),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Definitions: schema and channel records become channels, within the memory there is for them.
+
+use std::{
+    collections::{BTreeMap, HashMap},
+    sync::Arc,
+};
+
+use mcap::records::{self, Record, SchemaHeader};
+use prost_reflect::DescriptorPool;
+
+use crate::{
+    channel::Channel,
+    recording::{Budget, Damage, Limits},
+    text::short,
+    wire::{
+        Layout, List,
+        schema::{SchemaError, pool},
+    },
+};
+
+/// Forms in which a text of a file is kept until it is printed, some longer than the text: escaped, in a document.
+pub(crate) const SHOWN: usize = 8;
+
+/// Memory of the entries of a metadata record \[bytes\].
+pub(crate) fn weight_of_entries(entries: &BTreeMap<String, String>) -> usize {
+    /// Memory of an entry of a map of texts, besides its bytes \[bytes\].
+    const ENTRY: usize = 160;
+    entries.iter().map(|(key, value)| ENTRY + SHOWN * (key.len() + value.len())).sum()
+}
+
+/// Descriptors and channels as they come up in a file.
+pub struct Directory {
+    schemas: HashMap<u16, Schema>,
+    channels: BTreeMap<u16, Channel>,
+    budget: Budget,
+    limits: Limits,
+    overflowed: bool,
+    refused: Vec<Damage>,
+}
+
+struct Schema {
+    name: String,
+    encoding: String,
+    pool: Option<DescriptorPool>,
+    layout: Option<Arc<Layout>>,
+    /// Why a descriptor set is not used.
+    reason: Option<String>,
+}
+
+/// Schemas that are reported one by one where there is no room for their types.
+const MAX_REFUSED: usize = 16;
+
+impl Directory {
+    /// Has room for as much as the limits say.
+    pub fn new(limits: Limits) -> Self {
+        Self {
+            schemas: HashMap::new(),
+            channels: BTreeMap::new(),
+            budget: Budget::new(limits.directory()),
+            limits,
+            overflowed: false,
+            refused: Vec::new(),
+        }
+    }
+
+    /// Adds a schema or channel record; other records are ignored.
+    pub fn learn(&mut self, record: &Record<'_>) {
+        match record {
+            Record::Schema { header, data } if !self.schemas.contains_key(&header.id) => {
+                self.add_schema(header, data);
+            }
+            Record::Channel(channel) if !self.channels.contains_key(&channel.id) => {
+                self.add_channel(channel);
+            }
+            _ => {}
+        }
+    }
+
+    fn add_schema(&mut self, header: &SchemaHeader, data: &[u8]) {
+        if !self.has_room(512 + SHOWN * (header.name.len() + header.encoding.len())) {
+            return;
+        }
+        let (name, encoding) = (header.name.clone(), header.encoding.clone());
+        let mut schema = Schema { name, encoding, pool: None, layout: None, reason: None };
+        if header.encoding == "protobuf" {
+            match pool(data, self.budget.left()) {
+                Ok((pool, weight)) => {
+                    schema.pool = Some(pool);
+                    self.has_room(weight);
+                }
+                Err(error) => {
+                    schema.reason = Some(short(&error.to_string()).into_owned());
+                    if let SchemaError::TooLarge { .. } = error {
+                        self.refuse(format!("the schema `{}`: {error}", short(&header.name)));
+                    }
+                }
+            }
+        }
+        self.schemas.insert(header.id, schema);
+    }
+
+    fn add_channel(&mut self, channel: &records::Channel) {
+        let schema = self.schemas.get(&channel.schema_id).map_or(String::new(), |schema| schema.name.clone());
+        let texts = channel.topic.len() + channel.message_encoding.len() + schema.len();
+        if !self.has_room(1024 + SHOWN * texts + weight_of_entries(&channel.metadata)) {
+            return;
+        }
+        let is_protobuf = channel.message_encoding == "protobuf";
+        let layout = if is_protobuf { self.layout(channel.schema_id, &channel.topic) } else { None };
+        let known = Channel {
+            topic: channel.topic.clone(),
+            schema,
+            encoding: channel.message_encoding.clone(),
+            metadata: channel.metadata.clone(),
+            layout,
+            count: 0,
+            span: None,
+        };
+        self.channels.insert(channel.id, known);
+    }
+
+    /// The layout of the messages of a channel; made once for every schema.
+    fn layout(&mut self, schema_id: u16, topic: &str) -> Option<Arc<Layout>> {
+        let schema = self.schemas.get_mut(&schema_id)?;
+        if schema.layout.is_none() {
+            let message = schema.pool.as_ref()?.get_message_by_name(&schema.name)?;
+            let layout = Layout::of(&message).within(self.limits.values());
+            if !self.budget.spend(layout.weight()) {
+                self.refuse(format!("the fields of `{}` (--max-memory)", short(topic)));
+                return None;
+            }
+            schema.layout = Some(Arc::new(layout));
+        }
+        let layout = schema.layout.clone()?;
+        // every channel keeps a decoded message and names for its fields
+        if !self.budget.spend(layout.leaves.len() * size_of::<List>()) {
+            self.refuse(format!("the fields of `{}` (--max-memory)", short(topic)));
+            return None;
+        }
+        Some(layout)
+    }
+
+    fn refuse(&mut self, what: String) {
+        if self.refused.len() < MAX_REFUSED {
+            self.refused.push(Damage { offset: 0, bytes: 0, reason: format!("no room for {what}") });
+        }
+    }
+
+    /// Spends memory for a record; false if there is no room for it, and from then on.
+    pub(crate) fn has_room(&mut self, bytes: usize) -> bool {
+        self.overflowed |= !self.budget.spend(bytes);
+        !self.overflowed
+    }
+
+    /// What was refused because there was no room for it.
+    pub(crate) fn refused(&self) -> Vec<Damage> {
+        let mut refused = self.refused.clone();
+        if self.overflowed {
+            let room = self.limits.directory();
+            let reason = format!(
+                "schemas, channels and metadata take more than {room} bytes; the rest is left out (--max-memory)"
+            );
+            refused.push(Damage { offset: 0, bytes: 0, reason });
+        }
+        refused
+    }
+
+    /// True if there was no room for all schemas, channels and metadata: what follows of those is left out.
+    pub fn has_overflowed(&self) -> bool {
+        self.overflowed
+    }
+
+    /// A channel by its id.
+    pub fn channel(&self, id: u16) -> Option<&Channel> {
+        self.channels.get(&id)
+    }
+
+    /// The channels by their ids.
+    pub fn channels(&self) -> &BTreeMap<u16, Channel> {
+        &self.channels
+    }
+
+    /// A channel by its id, to count its messages.
+    pub(crate) fn channel_mut(&mut self, id: u16) -> Option<&mut Channel> {
+        self.channels.get_mut(&id)
+    }
+
+    /// The channels themselves.
+    pub fn into_channels(self) -> BTreeMap<u16, Channel> {
+        self.channels
+    }
+
+    /// Why a protobuf schema does not describe the message it is named after; `None` if it does. Empty where the descriptors
+    /// are sound.
+    pub fn flaw(&self, id: u16) -> Option<&str> {
+        let schema = self.schemas.get(&id).filter(|schema| schema.encoding == "protobuf")?;
+        match &schema.pool {
+            Some(pool) if pool.get_message_by_name(&schema.name).is_some() => None,
+            _ => Some(schema.reason.as_deref().unwrap_or_default()),
+        }
+    }
+}

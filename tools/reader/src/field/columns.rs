@@ -1,0 +1,309 @@
+//! From a selection to columns.
+
+use super::{
+    Column, Columns, Take,
+    selection::{Name, Positions, Selection, SelectionError},
+};
+use crate::{
+    axis::Axis,
+    channel::Channel,
+    convention,
+    extent::{Extent, Reach},
+    nest::{Counts, Nest},
+    table::{CellType, Heading, MAX_COLUMNS, MAX_TABLE},
+    wire::{Layout, Type},
+};
+
+/// Longest that the names of the columns of a topic may be together \[bytes\].
+const MAX_NAMES: usize = 32 << 20;
+
+/// Columns of a channel.
+///
+/// * `extent`: gives how far the array of a leaf reaches over all messages; asked only where it is needed. If it knows no
+///   positions, none are refused
+///
+/// # Errors
+///
+/// The selection does not fit the channel.
+pub fn columns(
+    channel: &Channel,
+    selection: &Selection,
+    extent: &mut dyn FnMut(usize) -> Extent,
+) -> Result<Columns, SelectionError> {
+    let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::NotProtobuf {
+        topic: channel.topic.clone(),
+        encoding: channel.encoding.clone(),
+        schema: channel.schema.clone(),
+    })?;
+    let (counts, at) = (Counts::of(layout), selection.at.as_slice());
+    let mut picker = Picker { channel, layout, counts, at, used: vec![false; at.len()], extent };
+    let time = picker.time();
+    let (mut fields, mut left_out) = (Vec::new(), Vec::new());
+    if selection.fields.is_empty() {
+        (fields, left_out) = picker.every()?;
+    }
+    for name in &selection.fields {
+        fields.extend(picker.named(name)?);
+    }
+    match at.iter().zip(&picker.used).find(|(_, used)| !**used) {
+        Some((at, _)) => Err(SelectionError::no_axis(&[channel], at)),
+        None => Ok(Columns { time, fields, left_out }),
+    }
+}
+
+struct Picker<'a> {
+    channel: &'a Channel,
+    layout: &'a Layout,
+    counts: Counts<'a>,
+    at: &'a [Positions],
+    /// Which of these have been of use.
+    used: Vec<bool>,
+    extent: &'a mut dyn FnMut(usize) -> Extent,
+}
+
+impl Picker<'_> {
+    fn column(&self, leaf: usize, name: String, take: Take) -> Column {
+        let unit = self.channel.unit(&self.layout.leaves[leaf].path).map(str::to_owned);
+        let kind = match (&take, &self.layout.leaves[leaf].kind) {
+            (Take::At { .. } | Take::Point { .. } | Take::LogTime, _) | (_, Type::Double) => CellType::Double,
+            (_, Type::Float) => CellType::Float,
+            (_, Type::Int) => CellType::Int,
+            (_, Type::UInt) => CellType::UInt,
+            (_, Type::Bool) => CellType::Bool,
+            (_, Type::Enum(_) | Type::Text | Type::Bytes) => CellType::Text,
+        };
+        Column { heading: Heading { name, unit, kind }, leaf: Some(leaf), take }
+    }
+
+    fn time(&self) -> Column {
+        if let Some(leaf) = self.channel.time_leaf() {
+            return self.plain(leaf);
+        }
+        let heading = Heading { name: "log_time".into(), unit: Some("s".into()), kind: CellType::Double };
+        Column { heading, leaf: None, take: Take::LogTime }
+    }
+
+    /// All fields but the time and what describes axes, and why others are left out.
+    fn every(&mut self) -> Result<(Vec<Column>, Vec<SelectionError>), SelectionError> {
+        let (hidden, time) = (self.channel.axis_parts(), self.channel.time_leaf());
+        let (mut fields, mut left_out, mut names) = (Vec::new(), Vec::new(), 0);
+        for (index, field) in self.layout.leaves.iter().enumerate() {
+            if Some(index) == time || hidden.contains(field.path.as_str()) || !field.is_data() {
+                continue;
+            }
+            match self.all(index) {
+                Ok(columns) => {
+                    names += columns.iter().map(|column| column.heading.name.len()).sum::<usize>();
+                    fields.extend(columns);
+                }
+                Err(error @ (SelectionError::NotACell { .. } | SelectionError::TooMany { .. })) => {
+                    left_out.push(error);
+                }
+                Err(error) => return Err(error),
+            }
+            if fields.len() > MAX_TABLE || names > MAX_NAMES {
+                let (topic, columns) = (self.channel.topic.clone(), fields.len());
+                return Err(SelectionError::TooWide { topic, columns });
+            }
+        }
+        Ok((fields, left_out))
+    }
+
+    fn nest(&self, leaf: usize) -> Nest {
+        Nest::of(self.layout, &self.counts, leaf)
+    }
+
+    fn plain(&self, leaf: usize) -> Column {
+        self.element(leaf, &self.nest(leaf), &[], None)
+    }
+
+    /// The column of an element, under its own name if no other is given.
+    fn element(&self, leaf: usize, nest: &Nest, elements: &[Option<usize>], name: Option<String>) -> Column {
+        let enumeration = match &self.layout.leaves[leaf].kind {
+            Type::Enum(kind) => Some(kind.clone()),
+            _ => None,
+        };
+        let name = name.unwrap_or_else(|| nest.name(elements));
+        self.column(leaf, name, Take::Element { spot: nest.spot(elements), enumeration })
+    }
+
+    fn refuse(&self, field: &str, what: &'static str, hint: impl Into<String>) -> SelectionError {
+        let (topic, field) = (self.channel.topic.clone(), field.into());
+        SelectionError::NotACell { topic, field, what, hint: hint.into() }
+    }
+
+    fn too_many(&self, field: String, example: String) -> SelectionError {
+        SelectionError::TooMany { topic: self.channel.topic.clone(), field, example }
+    }
+
+    /// All of a field: a scalar, or an array at the chosen positions, at its listed positions, or element by element.
+    fn all(&mut self, leaf: usize) -> Result<Vec<Column>, SelectionError> {
+        let (field, nest) = (&self.layout.leaves[leaf], self.nest(leaf));
+        if field.kind == Type::Bytes {
+            return Err(self.refuse(&field.path, "bytes", "percuss-read cat shows them"));
+        }
+        if field.lists == 0 {
+            return Ok(vec![self.plain(leaf)]);
+        }
+        let axis = Axis::of(leaf, self.layout, self.channel);
+        let mut columns = Vec::new();
+        let mut is_chosen = false;
+        for (i, at) in self.at.iter().enumerate().filter(|(_, at)| at.fit(&axis)) {
+            (self.used[i], is_chosen) = (true, true);
+            columns.extend(self.positions(leaf, &nest, &axis, at)?);
+        }
+        if is_chosen {
+            return Ok(columns);
+        }
+        match &axis {
+            Axis::Listed(positions) if positions.len() > MAX_COLUMNS => {
+                Err(self.too_many(field.path.clone(), nest.name(&[Some(0)])))
+            }
+            Axis::Listed(positions) => {
+                let column = |(i, r): (usize, &f64)| {
+                    self.element(leaf, &nest, &[Some(i)], Some(format!("{}@r={r}", field.path)))
+                };
+                Ok(positions.iter().enumerate().map(column).collect())
+            }
+            Axis::Matrix { coordinates: [row, column], .. } => {
+                let hint =
+                    format!("choose points, as in --at {column}=0,{row}=0; plot and export show it whole");
+                Err(self.refuse(&field.path, "a matrix", hint))
+            }
+            Axis::Uniform { .. } | Axis::Unknown => self.elements(leaf, &nest, &vec![None; nest.lists()]),
+        }
+    }
+
+    /// A column for every element that is not chosen yet.
+    fn elements(
+        &mut self,
+        leaf: usize,
+        nest: &Nest,
+        chosen: &[Option<usize>],
+    ) -> Result<Vec<Column>, SelectionError> {
+        if chosen.iter().all(Option::is_some) {
+            return Ok(vec![self.element(leaf, nest, chosen, None)]);
+        }
+        let extent = (self.extent)(leaf);
+        // their names are kept
+        let most = MAX_COLUMNS.min(MAX_NAMES / nest.name(chosen).len().max(1));
+        if extent.length.max(extent.places.len()) > most {
+            return Err(self.too_many(nest.name(chosen), nest.name(&vec![Some(0); chosen.len()])));
+        }
+        let column = |elements: &[Option<usize>]| self.element(leaf, nest, elements, None);
+        if chosen.len() == 1 {
+            return Ok((0..extent.length).map(|element| column(&[Some(element)])).collect());
+        }
+        let fits = |place: &&Vec<usize>| {
+            place.iter().zip(chosen).all(|(element, chosen)| chosen.is_none_or(|chosen| chosen == *element))
+        };
+        let places = extent.places.iter().filter(fits);
+        Ok(places.map(|place| column(&place.iter().copied().map(Some).collect::<Vec<_>>())).collect())
+    }
+
+    /// Columns of an array at positions that fit its axis.
+    fn positions(
+        &mut self,
+        leaf: usize,
+        nest: &Nest,
+        axis: &Axis,
+        at: &Positions,
+    ) -> Result<Vec<Column>, SelectionError> {
+        let path = &self.layout.leaves[leaf].path;
+        let names = axis.coordinates();
+        let reaches = match axis {
+            Axis::Listed(positions) => Reach::listed(positions).into_iter().collect(),
+            _ => (self.extent)(leaf).reaches,
+        };
+        for (name, reach) in names.iter().zip(&reaches) {
+            SelectionError::check(reach, &self.channel.topic, path, name, at.on(name).unwrap_or_default())?;
+        }
+        if names.len() == 2 {
+            return self.points(leaf, axis, at, reaches);
+        }
+        let (spot, even) = (nest.spot(&[None]), convention::is_even(&self.channel.metadata, path));
+        let column = |&position: &f64| {
+            let (spot, axis) = (spot.clone(), axis.clone());
+            let name = format!("{path}@{}={position}", names[0]);
+            self.column(leaf, name, Take::At { spot, axis, even, position })
+        };
+        Ok(at.coordinates.iter().flat_map(|(_, values)| values).map(column).collect())
+    }
+
+    /// Columns of a matrix at points, or along lines: at all positions of the coordinate that is left out.
+    fn points(
+        &self,
+        leaf: usize,
+        axis: &Axis,
+        at: &Positions,
+        reaches: Vec<Reach>,
+    ) -> Result<Vec<Column>, SelectionError> {
+        let (path, names) = (&self.layout.leaves[leaf].path, axis.coordinates());
+        let mut coordinates = at.coordinates.clone();
+        for (i, name) in names.iter().enumerate().filter(|(_, name)| at.on(name).is_none()) {
+            let side = reaches.get(i).map(|reach| reach.side);
+            let others: usize = at.coordinates.iter().map(|(_, values)| values.len()).product();
+            let side = side.filter(|side| side.length.saturating_mul(others) <= MAX_COLUMNS);
+            let side = side.ok_or_else(|| SelectionError::Line {
+                topic: self.channel.topic.clone(),
+                field: path.clone(),
+                at: at.to_string(),
+                missing: (*name).into(),
+            })?;
+            coordinates.push(((*name).into(), (0..side.length).map(|i| side.at(i)).collect()));
+        }
+        let [(first, outer), (second, inner)] = coordinates.as_slice() else { return Ok(Vec::new()) };
+        if outer.len().saturating_mul(inner.len()) > MAX_COLUMNS {
+            let example = format!("{path}@{}=0,{}=0", names[0], names[1]);
+            return Err(self.too_many(path.clone(), example));
+        }
+        let (whole, even) =
+            (<[Reach; 2]>::try_from(reaches).ok(), convention::is_even(&self.channel.metadata, path));
+        let points = outer.iter().flat_map(|x| inner.iter().map(move |y| (*x, *y)));
+        let columns = points.map(|(x, y)| {
+            let point = if first == names[0] { (x, y) } else { (y, x) };
+            let name = format!("{path}@{first}={x},{second}={y}");
+            self.column(leaf, name, Take::Point { axis: axis.clone(), even, point, whole })
+        });
+        Ok(columns.collect())
+    }
+
+    /// A field asked for by name: `a.b.c`, `name[index]`, `list[index].name` or `name@r=position`.
+    fn named(&mut self, text: &str) -> Result<Vec<Column>, SelectionError> {
+        let unknown = || SelectionError::unknown_field(self.channel, text);
+        let name = Name::parse(text).ok_or_else(unknown)?;
+        let leaf = self.layout.find(&name.path).filter(|leaf| self.layout.leaves[*leaf].is_data());
+        let leaf = leaf.ok_or_else(unknown)?;
+        let nest = self.nest(leaf);
+        let axis = Axis::of(leaf, self.layout, self.channel);
+        let is_indexed = name.indices.iter().any(Option::is_some);
+        if let Some(at) = name.at {
+            let at: Positions =
+                at.parse().map_err(|error| SelectionError::Positions { field: text.into(), error })?;
+            if is_indexed {
+                return Err(self.refuse(text, "an element", "leave out its index or its position"));
+            }
+            if !at.fit(&axis) {
+                return Err(SelectionError::no_axis(&[self.channel], &at));
+            }
+            return self.positions(leaf, &nest, &axis, &at);
+        }
+        if !is_indexed || self.layout.leaves[leaf].kind == Type::Bytes {
+            return self.all(leaf);
+        }
+        let Some(elements) = nest.elements(&name.indices) else {
+            return Err(match nest.lists() {
+                0 => self.refuse(text, "not an array", "leave out the index"),
+                lists => {
+                    let right = nest.name(&vec![Some(0); lists]);
+                    self.refuse(text, "an array at another part of its name", format!("write {right}"))
+                }
+            });
+        };
+        if axis.is_matrix() && (self.extent)(leaf).varies {
+            let hint = "its elements are at other places; choose points with --at";
+            return Err(self.refuse(text, "of a matrix that changes its shape", hint));
+        }
+        self.elements(leaf, &nest, &elements)
+    }
+}

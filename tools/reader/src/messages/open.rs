@@ -1,0 +1,164 @@
+//! Opening a recording: by its summary, or by reading all of it.
+
+use std::path::Path;
+
+use mcap::records::Record;
+
+use super::{Attachment, Metadata, Recording};
+use crate::{
+    directory::{Directory, SHOWN, weight_of_entries},
+    recording::{FileRecord, Limits, OpenError, Scan},
+};
+
+/// Compressions that are listed by name.
+const MAX_COMPRESSIONS: usize = 16;
+
+impl Attachment {
+    /// Memory that it takes \[bytes\].
+    fn weight(&self) -> usize {
+        256 + SHOWN * (self.name.len() + self.media_type.len())
+    }
+}
+
+impl Metadata {
+    /// Memory that it takes \[bytes\].
+    pub(crate) fn weight(&self) -> usize {
+        256 + SHOWN * self.name.len() + weight_of_entries(&self.entries)
+    }
+}
+
+impl From<mcap::records::Metadata> for Metadata {
+    fn from(record: mcap::records::Metadata) -> Self {
+        Self { name: record.name, entries: record.metadata }
+    }
+}
+
+impl Recording {
+    /// Opens a recording: by its summary if that is sound, else by reading all of it.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read or is no MCAP file.
+    pub fn open(path: &Path, limits: Limits) -> Result<Self, OpenError> {
+        let recording = Self::empty(path, limits);
+        match recording.by_index(Scan::open(path, limits)?)? {
+            Some(recording) => Ok(recording),
+            None => Self::read(path, limits),
+        }
+    }
+
+    /// Opens a recording by reading all of it.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read or is no MCAP file. Damage is no error: what is sound is there.
+    pub fn read(path: &Path, limits: Limits) -> Result<Self, OpenError> {
+        let mut scan = Scan::open(path, limits)?;
+        let (mut recording, mut directory) = (Self::empty(path, limits), Directory::new(limits));
+        scan.for_each(|found| recording.take(found, &mut directory))?;
+        recording.refused = directory.refused();
+        recording.complete = scan.is_complete() && recording.refused.is_empty();
+        recording.damages = [scan.damages(), &recording.refused].concat();
+        recording.channels = directory.into_channels();
+        Ok(recording)
+    }
+
+    fn empty(path: &Path, limits: Limits) -> Self {
+        Self { path: path.into(), limits, ..Self::default() }
+    }
+
+    /// From the summary, if it names every channel, all metadata and all attachments.
+    fn by_index(mut self, mut scan: Scan) -> Result<Option<Self>, OpenError> {
+        let index = scan.index().clone();
+        let Some(statistics) = &index.statistics else { return Ok(None) };
+        let mut directory = Directory::new(self.limits);
+        index.directory.iter().for_each(|record| directory.learn(record));
+        let is_whole = directory.channels().len() == statistics.channel_count as usize
+            && index.metadata.len() == statistics.metadata_count as usize
+            && index.attachments.len() == statistics.attachment_count as usize
+            && !directory.has_overflowed();
+        if !is_whole {
+            return Ok(None);
+        }
+        for entry in &index.metadata {
+            scan.go_to(entry.offset)?;
+            let found = scan.next(|found| match found.record {
+                Record::Metadata(record) if found.offset == entry.offset => Some(Metadata::from(record)),
+                _ => None,
+            })?;
+            let Some(Some(record)) = found else { return Ok(None) };
+            // the index may name a record any number of times: each is read again
+            let length = usize::try_from(entry.length).unwrap_or(usize::MAX);
+            if !directory.has_room(record.weight().max(length)) {
+                return Ok(None);
+            }
+            self.metadata.push(record);
+        }
+        for entry in &index.attachments {
+            let (name, media_type) = (entry.name.clone(), entry.media_type.clone());
+            let attachment = Attachment { name, media_type, size: entry.data_size };
+            if !directory.has_room(attachment.weight()) {
+                return Ok(None);
+            }
+            self.attachments.push(attachment);
+        }
+        self.refused = directory.refused();
+        self.damages.clone_from(&self.refused);
+        self.channels = directory.into_channels();
+        for (id, channel) in &mut self.channels {
+            channel.count = statistics.channel_message_counts.get(id).copied().unwrap_or(0);
+        }
+        self.span = (statistics.message_count > 0)
+            .then_some((statistics.message_start_time, statistics.message_end_time));
+        Ok(Some(Self { from_index: true, ..self }))
+    }
+
+    fn take(&mut self, found: FileRecord<'_>, directory: &mut Directory) {
+        directory.learn(&found.record);
+        match found.record {
+            // as long as they please, as often as they please
+            Record::Header(header)
+                if directory.has_room(SHOWN * (header.profile.len() + header.library.len())) =>
+            {
+                (self.profile, self.library) = (header.profile, header.library);
+            }
+            Record::Message { header, .. } => {
+                if let Some(channel) = directory.channel_mut(header.channel_id) {
+                    channel.count += 1;
+                    channel.span = Some(widen(channel.span, header.log_time));
+                    self.span = Some(widen(self.span, header.log_time));
+                }
+            }
+            Record::Attachment { header, data, .. } => {
+                let attachment =
+                    Attachment { name: header.name, media_type: header.media_type, size: data.len() as u64 };
+                if directory.has_room(attachment.weight()) {
+                    self.attachments.push(attachment);
+                }
+            }
+            Record::Metadata(record) => {
+                let record = Metadata::from(record);
+                if directory.has_room(record.weight()) {
+                    self.metadata.push(record);
+                }
+            }
+            Record::ChunkIndex(index) => {
+                let chunks = &mut self.chunks;
+                chunks.count += 1;
+                chunks.compressed += index.compressed_size;
+                chunks.uncompressed += index.uncompressed_size;
+                let names = &mut chunks.compression;
+                let is_new = !names.contains(&index.compression) && names.len() < MAX_COMPRESSIONS;
+                if is_new && directory.has_room(SHOWN * index.compression.len()) {
+                    names.push(index.compression);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The span of log times with one more \[ns\].
+pub(crate) fn widen(span: Option<(u64, u64)>, time: u64) -> (u64, u64) {
+    span.map_or((time, time), |(first, last)| (first.min(time), last.max(time)))
+}

@@ -1,0 +1,144 @@
+//! The records of a file as they stand in it, chunks unopened.
+
+use std::io::{self, Read, Seek, SeekFrom};
+
+use mcap::{
+    MAGIC,
+    records::{Record, op},
+    sans_io::linear_reader::{LinearReader, LinearReaderOptions},
+};
+
+use super::{LARGE, Open, Outer, PREFIX, Part, Scan, parse};
+
+impl Scan {
+    /// Reads the next record of the file into `body`; chunks are opened.
+    pub(super) fn outer(&mut self) -> io::Result<Outer> {
+        let offset = self.position;
+        if self.skip.contains(&offset) {
+            let chunk = &self.index.chunks[&offset];
+            let end = offset.saturating_add(chunk.chunk_length).saturating_add(chunk.message_index_length);
+            self.seek(end.min(self.length).max(offset + 1))?;
+            return Ok(Outer::Again);
+        }
+        let mut prefix = [0; PREFIX as usize];
+        if self.length.saturating_sub(offset) < PREFIX {
+            return self.ends_early(offset, "the file ends where another record should begin");
+        }
+        self.source.read_exact(&mut prefix)?;
+        self.read += PREFIX;
+        let [opcode, length @ ..] = prefix;
+        let length = u64::from_le_bytes(length);
+        let end = (offset + PREFIX).saturating_add(length);
+        if end > self.length && opcode != 0 && self.grows && !self.reaches_over_chunk(offset, end) {
+            self.seek(offset)?;
+            return self.ends_early(offset, "");
+        }
+        if let Some(reason) = self.refusal(offset, opcode, length, end) {
+            return self.resynchronise(offset, reason);
+        }
+        self.body.resize(length as usize, 0);
+        self.source.read_exact(&mut self.body)?;
+        self.read += length;
+        self.position = end;
+        self.check_crc(offset, opcode, &prefix);
+        match opcode {
+            // the summary has been read and was sound, else nothing could be skipped
+            op::DATA_END if !self.skip.is_empty() => self.part = Part::Over,
+            op::CHUNK => self.open_chunk(offset, &prefix),
+            op::FOOTER => self.end_magic()?,
+            _ => {}
+        }
+        Ok(Outer::Record { offset, opcode })
+    }
+
+    /// True if a record reaches over the beginning of a chunk: its length is wrong.
+    fn reaches_over_chunk(&self, offset: u64, end: u64) -> bool {
+        self.index.chunks.range(offset + 1..end.max(offset + 1)).next().is_some()
+    }
+
+    /// Why a record cannot be read.
+    fn refusal(&self, offset: u64, opcode: u8, length: u64, end: u64) -> Option<String> {
+        let limit = self.limits.record();
+        match () {
+            () if opcode == 0 => Some("not a record: opcode 0".into()),
+            () if self.reaches_over_chunk(offset, end) => {
+                Some(format!("the length of a record, {length}, is wrong"))
+            }
+            () if end > self.length => {
+                Some(format!("the file ends in the middle of a record of {length} bytes"))
+            }
+            () if length > limit as u64 => {
+                Some(format!("a record of {length} bytes exceeds the limit of {limit} (--max-memory)"))
+            }
+            () => None,
+        }
+    }
+
+    /// Ends a file without a footer, or goes on where it has grown meanwhile.
+    fn ends_early(&mut self, offset: u64, reason: &str) -> io::Result<Outer> {
+        if self.grows {
+            let known = self.length;
+            self.length = self.source.seek(SeekFrom::End(0))?;
+            self.seek(offset)?;
+            return Ok(if self.length > known { Outer::Again } else { Outer::Pending });
+        }
+        self.part = Part::Over;
+        self.damage(offset, self.length - offset.min(self.length), reason.into());
+        Ok(Outer::Again)
+    }
+
+    pub(super) fn seek(&mut self, position: u64) -> io::Result<()> {
+        self.source.seek(SeekFrom::Start(position))?;
+        self.position = position;
+        Ok(())
+    }
+
+    fn end_magic(&mut self) -> io::Result<()> {
+        let rest = self.length - self.position;
+        let mut magic = [0; MAGIC.len()];
+        let whole = rest >= magic.len() as u64;
+        if whole {
+            self.source.read_exact(&mut magic)?;
+        }
+        let was = std::mem::replace(&mut self.part, Part::Over);
+        if !whole || magic != MAGIC {
+            self.damage(self.position, rest, "the magic bytes at the end are missing".into());
+        } else if rest > magic.len() as u64 {
+            let position = self.position + magic.len() as u64;
+            self.damage(position, rest - magic.len() as u64, "the file goes on after its end".into());
+        } else if was == Part::Data && !self.has_damage() {
+            self.damage(self.position, 0, "the end of the data is not marked".into());
+        }
+        self.part = Part::Over;
+        Ok(())
+    }
+
+    /// Feeds a chunk to the unpacker, which verifies it before anything comes out.
+    fn open_chunk(&mut self, offset: u64, prefix: &[u8]) {
+        let limit = self.limits.record();
+        let unpacker = self.unpacker.get_or_insert_with(|| {
+            let options = LinearReaderOptions::default()
+                .with_skip_start_magic(true)
+                .with_skip_end_magic(true)
+                .with_prevalidate_chunk_crcs(true)
+                .with_record_length_limit(limit);
+            LinearReader::new_with_options(options)
+        });
+        for bytes in [prefix, &self.body] {
+            unpacker.insert(bytes.len()).copy_from_slice(bytes);
+            // no bytes would mean the end of the file
+            if !bytes.is_empty() {
+                unpacker.notify_read(bytes.len());
+            }
+        }
+        // how much a chunk unpacks to is known once it is unpacked; what it claims is checked against that
+        let claimed = match parse(op::CHUNK, &self.body, limit) {
+            Ok(Record::Chunk { header, .. }) => {
+                usize::try_from(header.uncompressed_size).unwrap_or(usize::MAX)
+            }
+            _ => 0,
+        };
+        let is_large = self.body.len().max(claimed) > LARGE;
+        self.open = Some(Open { offset, end: self.position, inside: 0, is_large });
+    }
+}

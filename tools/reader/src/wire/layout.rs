@@ -1,0 +1,253 @@
+//! A message type as a list of leaves.
+
+use std::collections::{BTreeMap, HashMap};
+
+use prost_reflect::{FieldDescriptor, Kind, MessageDescriptor};
+
+use super::{COUNT, Leaf, List, MAX_LEAVES, Type, UNKNOWN, Values};
+use crate::recording::Limits;
+
+/// Greatest total length of the paths of the leaves \[bytes\]; what lies beyond stays bytes.
+const MAX_PATHS: usize = 4 << 20;
+
+/// Deepest nesting that is unfolded; what lies beyond stays bytes.
+const MAX_DEPTH: usize = 32;
+
+/// A message type as a list of leaves, and how to find them on the wire.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    /// The leaves, in the order of the type's declaration; the last is [`UNKNOWN`].
+    pub leaves: Vec<Leaf>,
+    pub(super) descriptor: MessageDescriptor,
+    pub(super) root: Node,
+    /// Leaves in the order of their paths.
+    by_path: Vec<u32>,
+    /// Memory that a message may take \[bytes\].
+    pub(super) room: usize,
+    /// Memory that the layout takes \[bytes\].
+    weight: usize,
+}
+
+/// A message type, or that of a message inside it, as the decoder walks through it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Node {
+    pub(super) slots: Vec<Slot>,
+    /// Slot of field numbers below 64, the usual ones.
+    near: Vec<Option<u8>>,
+    far: BTreeMap<u32, usize>,
+}
+
+impl Node {
+    /// Index of the slot of a field number.
+    pub(super) fn find(&self, number: u32) -> Option<usize> {
+        let near = self.near.get(number as usize).copied().flatten().map(usize::from);
+        near.or_else(|| self.far.get(&number).copied())
+    }
+}
+
+/// A field.
+#[derive(Clone, Debug)]
+pub(super) struct Slot {
+    pub(super) number: u32,
+    /// Oneof it belongs to: the last of its members wins.
+    pub(super) group: Option<usize>,
+    pub(super) is_list: bool,
+    pub(super) has_presence: bool,
+    /// Leaf that counts its values.
+    pub(super) count: Option<usize>,
+    pub(super) content: Content,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Content {
+    Scalar(Scalar),
+    Message { node: Node, is_map: bool },
+}
+
+/// A field whose values are those of a leaf.
+#[derive(Clone, Debug)]
+pub(super) struct Scalar {
+    pub(super) leaf: usize,
+    pub(super) kind: Kind,
+    /// Wire type of a value that is not packed.
+    pub(super) wire_type: u8,
+}
+
+impl Layout {
+    /// Unfolds a message type, for messages that take as much memory as [`Limits::values`] allows by default.
+    pub fn of(descriptor: &MessageDescriptor) -> Self {
+        let mut builder = Builder { leaves: Vec::new(), open: Vec::new(), slots: 0, nodes: 0, paths: 0 };
+        let root = builder.node(descriptor, &Branch::default());
+        let mut leaves = builder.leaves;
+        leaves.push(Leaf { lists: 1, ends_in_list: true, is_single: false, ..Leaf::whole(UNKNOWN) });
+        let mut by_path: Vec<u32> = (0..).take(leaves.len()).collect();
+        // stable: of equal paths the first leaf comes first
+        by_path.sort_by(|&i, &j| leaves[i as usize].path.cmp(&leaves[j as usize].path));
+        let paths: usize = leaves.iter().map(|leaf| leaf.path.len() + 4 * leaf.numbers.len()).sum();
+        let of_leaf = size_of::<Leaf>() + 64 + size_of::<u32>();
+        let weight =
+            paths + of_leaf * leaves.len() + 2 * size_of::<Slot>() * builder.slots + 512 * builder.nodes;
+        let room = Limits::default().values();
+        Self { leaves, descriptor: descriptor.clone(), root, by_path, room, weight }
+    }
+
+    /// The same for messages that take up to `room` bytes of memory.
+    pub fn within(self, room: usize) -> Self {
+        Self { room, ..self }
+    }
+
+    /// Memory that it takes \[bytes\].
+    pub(crate) fn weight(&self) -> usize {
+        self.weight
+    }
+
+    /// The type it was made of.
+    pub fn descriptor(&self) -> &MessageDescriptor {
+        &self.descriptor
+    }
+
+    /// Empty lists for [`Layout::decode`] to fill.
+    pub fn values(&self) -> Values {
+        Values { lists: self.leaves.iter().map(|leaf| List::new(&leaf.kind)).collect() }
+    }
+
+    /// True if the same bytes are the same values in another layout.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let same = |(a, b): (&Leaf, &Leaf)| a.path == b.path && a.numbers == b.numbers && a.kind == b.kind;
+        let same_file = self.descriptor.descriptor_proto() == other.descriptor.descriptor_proto();
+        same_file
+            && self.leaves.len() == other.leaves.len()
+            && self.leaves.iter().zip(&other.leaves).all(same)
+    }
+
+    /// Index of a leaf by its path.
+    pub fn find(&self, path: &str) -> Option<usize> {
+        let path_of = |&leaf: &u32| self.leaves[leaf as usize].path.as_str();
+        let place = self.by_path.partition_point(|leaf| path_of(leaf) < path);
+        self.by_path.get(place).filter(|leaf| path_of(leaf) == path).map(|&leaf| leaf as usize)
+    }
+}
+
+/// The way from the message to one of its fields.
+#[derive(Clone, Default)]
+struct Branch {
+    path: String,
+    numbers: Vec<u32>,
+    lists: usize,
+    first_list: Option<usize>,
+    /// True below something that need not be there.
+    is_optional: bool,
+}
+
+impl Branch {
+    fn join(&self, field: &FieldDescriptor, is_list: bool, has_presence: bool) -> Self {
+        let name = field.name();
+        Self {
+            path: if self.path.is_empty() { name.to_owned() } else { format!("{}.{name}", self.path) },
+            numbers: [&self.numbers[..], &[field.number()]].concat(),
+            lists: self.lists + usize::from(is_list),
+            first_list: self.first_list.or(is_list.then_some(self.numbers.len())),
+            is_optional: self.is_optional || has_presence,
+        }
+    }
+}
+
+struct Builder {
+    leaves: Vec<Leaf>,
+    /// Names of the types that are being unfolded.
+    open: Vec<String>,
+    /// Fields so far, those included that have no leaf.
+    slots: usize,
+    nodes: usize,
+    /// Length of all paths so far \[bytes\].
+    paths: usize,
+}
+
+impl Builder {
+    fn leaf(&mut self, leaf: Leaf) -> usize {
+        self.leaves.push(leaf);
+        self.leaves.len() - 1
+    }
+
+    fn node(&mut self, message: &MessageDescriptor, branch: &Branch) -> Node {
+        self.open.push(message.full_name().to_owned());
+        let mut node = Node { near: vec![None; 64], ..Node::default() };
+        self.nodes += 1;
+        self.slots += message.fields().len();
+        let groups: HashMap<String, usize> =
+            message.oneofs().enumerate().map(|(i, group)| (group.name().to_owned(), i)).collect();
+        for field in message.fields() {
+            let slot = self.slot(&field, branch, &groups);
+            let (index, number) = (node.slots.len(), slot.number);
+            match (node.near.get_mut(number as usize), u8::try_from(index)) {
+                (Some(near), Ok(index)) => *near = Some(index),
+                _ => drop(node.far.insert(number, index)),
+            }
+            node.slots.push(slot);
+        }
+        self.open.pop();
+        node
+    }
+
+    fn slot(&mut self, field: &FieldDescriptor, parent: &Branch, groups: &HashMap<String, usize>) -> Slot {
+        let is_list = field.is_list() || field.is_map();
+        let has_presence = !is_list && field.supports_presence();
+        let mut branch = parent.join(field, is_list, has_presence);
+        self.paths += branch.path.len();
+        let message = match field.kind() {
+            Kind::Message(message) if self.unfolds(field, &message, &branch) => Some(message),
+            _ => None,
+        };
+        // the number of values of a leaf says how long its list is, except below other lists and for messages
+        let varies = is_list || has_presence;
+        let is_counted = varies && (parent.lists > 0 || (is_list && message.is_some()));
+        let count = is_counted.then(|| {
+            self.leaf(Leaf {
+                path: format!("{}.{COUNT}", branch.path),
+                numbers: branch.numbers.clone(),
+                kind: Type::UInt,
+                lists: parent.lists,
+                ends_in_list: true,
+                first_list: parent.first_list.unwrap_or(branch.numbers.len()),
+                is_single: false,
+            })
+        });
+        let content = match message {
+            Some(message) => {
+                branch.is_optional &= branch.lists == 0;
+                Content::Message { node: self.node(&message, &branch), is_map: field.is_map() }
+            }
+            None => Content::Scalar(self.scalar(field, branch, is_list)),
+        };
+        let group = field.containing_oneof().and_then(|group| groups.get(group.name()).copied());
+        Slot { number: field.number(), group, is_list, has_presence, count, content }
+    }
+
+    fn scalar(&mut self, field: &FieldDescriptor, branch: Branch, is_list: bool) -> Scalar {
+        let leaf = self.leaf(Leaf {
+            first_list: branch.first_list.unwrap_or(branch.numbers.len()),
+            path: branch.path,
+            numbers: branch.numbers,
+            kind: Type::of(field.kind()),
+            lists: branch.lists,
+            ends_in_list: is_list,
+            is_single: branch.lists == 0 && !branch.is_optional,
+        });
+        let wire_type = match field.kind() {
+            _ if field.is_group() => 3,
+            Kind::Double | Kind::Fixed64 | Kind::Sfixed64 => 1,
+            Kind::Float | Kind::Fixed32 | Kind::Sfixed32 => 5,
+            Kind::String | Kind::Bytes | Kind::Message(_) => 2,
+            _ => 0,
+        };
+        Scalar { leaf, kind: field.kind(), wire_type }
+    }
+
+    fn unfolds(&self, field: &FieldDescriptor, message: &MessageDescriptor, branch: &Branch) -> bool {
+        !field.is_group()
+            && branch.numbers.len() < MAX_DEPTH
+            && self.slots + message.fields().len() < MAX_LEAVES
+            && self.paths < MAX_PATHS
+            && !self.open.iter().any(|name| name == message.full_name())
+    }
+}

@@ -1,0 +1,61 @@
+//! A folder of recordings, and the reader run in it.
+#![allow(dead_code, reason = "each test program uses some of it")]
+
+use std::{
+    fs,
+    path::PathBuf,
+    process::{Command, Output, Stdio},
+};
+
+use tempfile::TempDir;
+
+pub struct Desk(TempDir);
+
+impl Desk {
+    /// A folder with some files in it.
+    pub fn new(files: &[(&str, Vec<u8>)]) -> Self {
+        let desk = Self(tempfile::tempdir().expect("a folder"));
+        for (name, bytes) in files {
+            fs::write(desk.path(name), bytes).expect("a file");
+        }
+        desk
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss-read"));
+        command.current_dir(self.0.path()).args(arguments).stdin(Stdio::null());
+        command
+    }
+
+    pub fn read(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().expect("the program starts")
+    }
+
+    /// Standard output and standard error of a run that ends with a status.
+    pub fn both(&self, status: i32, arguments: &[&str]) -> (String, String) {
+        let Output { status: exit, stdout, stderr } = self.read(arguments);
+        let (stdout, stderr) = (String::from_utf8(stdout), String::from_utf8(stderr));
+        let (stdout, stderr) = (stdout.expect("text"), stderr.expect("text"));
+        assert_eq!(exit.code(), Some(status), "{arguments:?}: {stderr}");
+        (stdout, stderr)
+    }
+
+    /// Standard output of a run that ends with a status.
+    pub fn text(&self, status: i32, arguments: &[&str]) -> String {
+        self.both(status, arguments).0
+    }
+
+    /// Standard error of a run that ends with a status.
+    pub fn error(&self, status: i32, arguments: &[&str]) -> String {
+        self.both(status, arguments).1
+    }
+
+    /// Lines of a run that succeeds.
+    pub fn lines(&self, arguments: &[&str]) -> Vec<String> {
+        self.text(0, arguments).lines().map(str::to_owned).collect()
+    }
+}
