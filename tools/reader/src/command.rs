@@ -21,11 +21,5 @@ pub mod verify;
 /// Creates a file, a new one unless it may be overwritten.
 pub(crate) fn create(path: &Path, overwrite: bool) -> io::Result<File> {
     let mut options = OpenOptions::new();
-    options.write(true);
-    if overwrite {
-        options.create(true).truncate(true)
-    } else {
-        options.create_new(true)
-    };
-    options.open(path)
+    options.write(true).create(overwrite).truncate(overwrite).create_new(!overwrite).open(path)
 }

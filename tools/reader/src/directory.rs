@@ -170,11 +170,6 @@ impl Directory {
         self.overflowed
     }
 
-    /// A channel by its id.
-    pub fn channel(&self, id: u16) -> Option<&Channel> {
-        self.channels.get(&id)
-    }
-
     /// The channels by their ids.
     pub fn channels(&self) -> &BTreeMap<u16, Channel> {
         &self.channels

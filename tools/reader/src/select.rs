@@ -37,9 +37,14 @@ impl Pattern {
 }
 
 /// A time; NaN is none.
-pub(crate) fn time(text: &str) -> Result<f64, String> {
+fn time(text: &str) -> Result<f64, String> {
     let number = text.trim().parse::<f64>().ok().filter(|number| !number.is_nan());
     number.ok_or_else(|| "not a number".into())
+}
+
+/// A time of a frame.
+pub(crate) fn finite_time(text: &str) -> Result<f64, String> {
+    time(text).and_then(|time| if time.is_finite() { Ok(time) } else { Err("not a finite number".into()) })
 }
 
 /// Which times, and which of many messages.

@@ -1,10 +1,10 @@
-//! Arguments that choose fields and times, the same for every verb.
+//! Arguments that choose fields, the same for every verb.
 
 use clap::Args;
 
 use crate::{
     field::{Positions, Selection},
-    select::{Pattern, time},
+    select::Pattern,
 };
 
 /// Which fields of which topics.
@@ -46,11 +46,6 @@ impl Chosen {
             at: self.at.clone(),
         }
     }
-}
-
-/// A time of a frame.
-pub(super) fn finite_time(text: &str) -> Result<f64, String> {
-    time(text).and_then(|time| if time.is_finite() { Ok(time) } else { Err("not a finite number".into()) })
 }
 
 #[cfg(test)]

@@ -18,7 +18,6 @@ use crate::{
     },
     compare::{ChannelReport, Comparison, Mode, NanRule, Options, Rule, Rules, Tolerance},
     recording::Limits,
-    select::{Pattern, Window},
 };
 
 const DIFF_EXAMPLES: &str = "\
@@ -52,14 +51,8 @@ pub(super) struct DiffArguments {
     /// Reference, and one or more recordings (or folders) to compare with it
     #[arg(required = true, num_args = 2.., value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Topics, separated by commas; `*` stands for anything [default: all but those derived from others]
-    #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
-    topics: Vec<Pattern>,
-    /// Fields, separated by commas; `*` stands for anything [default: all]
-    #[arg(long = "field", value_name = "NAME", value_delimiter = ',')]
-    fields: Vec<Pattern>,
     #[command(flatten)]
-    window: Window,
+    options: Options,
     /// How messages are aligned [default: by step or exact time where they agree, else linear; relative if the
     /// recordings have no time in common]
     #[arg(long, value_enum)]
@@ -70,24 +63,8 @@ pub(super) struct DiffArguments {
     /// File of tolerances (TOML); rules of the command line come first
     #[arg(long = "tolerances", value_name = "FILE")]
     tolerance_file: Option<PathBuf>,
-    /// Absolute tolerance of all other fields
-    #[arg(long, value_name = "X")]
-    abs: Option<f64>,
-    /// Tolerance relative to the reference value, of all other fields
-    #[arg(long, value_name = "X")]
-    rel: Option<f64>,
-    /// Tolerance relative to the peak of the field, of all other fields
-    #[arg(long, value_name = "X")]
-    peak_rel: Option<f64>,
-    /// Tolerance relative to the range of the field, of all other fields
-    #[arg(long, value_name = "X")]
-    range_rel: Option<f64>,
-    /// Tolerance in units in the last place, of all other fields
-    #[arg(long, value_name = "N")]
-    ulp: Option<u64>,
-    /// Tolerance in the relative L2 norm, of all other fields
-    #[arg(long, value_name = "X")]
-    l2_rel: Option<f64>,
+    #[command(flatten)]
+    for_all: Tolerance,
     /// Topics or topic.fields that are not compared; `*` stands for anything
     #[arg(long, value_name = "PATTERN", value_delimiter = ',')]
     ignore: Vec<String>,
@@ -97,9 +74,6 @@ pub(super) struct DiffArguments {
     /// NaN stands for no value: such elements of either recording are not compared
     #[arg(long, conflicts_with = "nan_equal")]
     skip_nan: bool,
-    /// Stop at the first difference beyond tolerance
-    #[arg(long)]
-    fail_fast: bool,
     /// Also say which fields are equal, and which rule applied to each
     #[arg(long)]
     explain: bool,
@@ -154,7 +128,7 @@ impl DiffArguments {
                     }
                 }
             }
-            if self.fail_fast && result.worst == Verdict::Different {
+            if self.options.fail_fast && result.worst == Verdict::Different {
                 break;
             }
         }
@@ -257,34 +231,22 @@ impl DiffArguments {
                 .map_err(|error| usage(format!("cannot read `{}`: {error}", path.display())))?;
             rules.add_file(&path.to_string_lossy(), &text).map_err(usage)?;
         }
-        let for_all = Tolerance {
-            abs: self.abs,
-            rel: self.rel,
-            peak_rel: self.peak_rel,
-            range_rel: self.range_rel,
-            l2_rel: self.l2_rel,
-            ulp: self.ulp,
-            ..Tolerance::default()
-        };
-        if for_all != Tolerance::default() {
-            rules.rules.push(Rule::new("*", for_all, "flags".into()).map_err(usage)?);
+        if self.for_all != Tolerance::default() {
+            rules.rules.push(Rule::new("*", self.for_all.clone(), "flags".into()).map_err(usage)?);
         }
         Ok(Options {
-            topics: self.topics.clone(),
-            fields: self.fields.clone(),
             mode: match self.align {
                 Some(Align::Mode(mode)) => Some(mode),
                 Some(Align::Relative) | None => None,
             },
             relative: matches!(self.align, Some(Align::Relative)),
             rules,
-            window: self.window,
             nan: match (self.nan_equal, self.skip_nan) {
                 (_, true) => NanRule::Skipped,
                 (true, _) => NanRule::EqualsItself,
                 _ => NanRule::SameBits,
             },
-            fail_fast: self.fail_fast,
+            ..self.options.clone()
         })
     }
 

@@ -8,14 +8,13 @@ use std::{
 use clap::Args;
 
 use super::{
-    chosen::finite_time,
     outcome::{CliError, Exit, loss, say},
     output::{by_extension, explain, is_same_file, print, refuse_inputs, write},
 };
 use crate::{
     command::export::{FORMS, attachment, attachments, form, matrix},
     recording::Limits,
-    select::Pattern,
+    select::{Pattern, finite_time},
 };
 
 const EXPORT_EXAMPLES: &str = "\

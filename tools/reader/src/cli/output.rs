@@ -1,7 +1,6 @@
 //! Where output goes: standard output, or a file that is never overwritten unasked.
 
 use std::{
-    fs::File,
     io::{self, Write},
     path::{Path, PathBuf},
 };
@@ -13,45 +12,35 @@ use crate::{
 };
 
 /// Standard output, or a file that is created when the first byte is written: a request that fails leaves none.
-pub(super) enum Output {
-    Standard(io::Stdout),
-    Opened(File),
-    Planned { path: PathBuf, overwrite: bool },
+pub(super) struct Output {
+    path: Option<PathBuf>,
+    overwrite: bool,
+    opened: Option<Box<dyn Write + Send>>,
 }
 
 impl Output {
     pub(super) fn new(path: Option<&Path>, overwrite: bool) -> Self {
-        match path {
-            Some(path) => Self::Planned { path: path.into(), overwrite },
-            None => Self::Standard(io::stdout()),
-        }
+        Self { path: path.map(Path::to_owned), overwrite, opened: None }
     }
 
-    /// Creates the file, if that is still to be done.
-    fn open(&mut self) -> io::Result<()> {
-        if let Self::Planned { path, overwrite } = self {
-            *self = Self::Opened(create(path, *overwrite)?);
-        }
-        Ok(())
+    /// The output, which is created if that is still to be done.
+    fn open(&mut self) -> io::Result<&mut (dyn Write + Send)> {
+        let opened: Box<dyn Write + Send> = match (self.opened.take(), &self.path) {
+            (Some(opened), _) => opened,
+            (None, Some(path)) => Box::new(create(path, self.overwrite)?),
+            (None, None) => Box::new(io::stdout()),
+        };
+        Ok(self.opened.insert(opened).as_mut())
     }
 }
 
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.open()?;
-        match self {
-            Self::Standard(stdout) => stdout.write(bytes),
-            Self::Opened(file) => file.write(bytes),
-            Self::Planned { .. } => unreachable!("it has just been opened"),
-        }
+        self.open()?.write(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        match self {
-            Self::Standard(stdout) => stdout.flush(),
-            Self::Opened(file) => file.flush(),
-            Self::Planned { .. } => Ok(()),
-        }
+        self.opened.as_mut().map_or(Ok(()), |opened| opened.flush())
     }
 }
 
@@ -124,7 +113,7 @@ pub(super) fn print_painted(text: &str) -> Result<(), CliError> {
 pub(super) fn write(path: Option<&Path>, overwrite: bool, bytes: &[u8]) -> Result<(), CliError> {
     let mut output = Output::new(path, overwrite);
     // even if there are no bytes
-    match output.open().and_then(|()| output.write_all(bytes)).and_then(|()| output.flush()) {
+    match output.open().and_then(|output| output.write_all(bytes)).and_then(|()| output.flush()) {
         Err(error) if path.is_some() || error.kind() != io::ErrorKind::BrokenPipe => {
             Err(explain(path, error))
         }

@@ -8,7 +8,7 @@ use std::{
 use clap::Args;
 
 use super::{
-    chosen::{Chosen, finite_time},
+    chosen::Chosen,
     outcome::{CliError, Exit, has_colour, losses, say, say_left_out},
     output::{by_extension, refuse_inputs, write},
 };
@@ -17,7 +17,6 @@ use percuss_picture::Medium;
 use crate::{
     command::plot::{Request, plot},
     recording::Limits,
-    select::Window,
 };
 
 const PLOT_EXAMPLES: &str = "\
@@ -38,41 +37,17 @@ pub(super) struct PlotArguments {
     files: Vec<PathBuf>,
     #[command(flatten)]
     chosen: Chosen,
-    /// Times: arrays over their axis, or a matrix as an image, at the nearest messages
-    #[arg(long, value_name = "T", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite_time)]
-    #[arg(conflicts_with_all = ["from", "to", "every"])]
-    at_time: Option<Vec<f64>>,
     #[command(flatten)]
-    window: Window,
+    request: Request,
     /// Logarithmic axes: x, y or xy
     #[arg(long, value_name = "AXES", value_parser = ["x", "y", "xy"])]
     log: Option<String>,
-    /// Ends of the vertical axis, or of the colours of an image: LOW,HIGH
-    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
-    range: Option<(f64, f64)>,
-    /// Ends of the horizontal axis: LOW,HIGH
-    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
-    x_range: Option<(f64, f64)>,
-    /// Title [default: the names of the files]
-    #[arg(long)]
-    title: Option<String>,
     /// Output file, .svg or .png [default: text on standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Overwrite an existing output file
     #[arg(long)]
     force: bool,
-}
-
-/// Two numbers, the lower first.
-fn range(text: &str) -> Result<(f64, f64), String> {
-    let numbers = text.split_once(',').and_then(|(low, high)| {
-        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
-        Some((number(low)?, number(high)?))
-    });
-    numbers
-        .filter(|(low, high)| low < high)
-        .ok_or_else(|| "write a range as LOW,HIGH, the lower end first".into())
 }
 
 /// What a file of this name is drawn as.
@@ -104,12 +79,8 @@ impl PlotArguments {
         let request = Request {
             topics: self.chosen.topics.clone(),
             selection: self.chosen.selection(),
-            at_times: self.at_time.clone(),
-            window: self.window,
             log: (log.contains('x'), log.contains('y')),
-            x_range: self.x_range,
-            range: self.range,
-            title: self.title.clone(),
+            ..self.request.clone()
         };
         let drawn = plot(&self.files, &request, limits, medium)?;
         write(self.output.as_deref(), self.force, &drawn.picture)?;

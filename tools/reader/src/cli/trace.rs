@@ -13,7 +13,7 @@ use super::{
     output::{Output, by_extension, explain, refuse_inputs},
 };
 use crate::{
-    command::trace::{Align, Outcome, Request, TraceError, trace},
+    command::trace::{Outcome, Request, TraceError, trace},
     format::{
         csv::Csv,
         json_lines::JsonLines,
@@ -21,7 +21,6 @@ use crate::{
         parquet::Parquet,
     },
     recording::Limits,
-    select::Window,
 };
 
 const TRACE_EXAMPLES: &str = "\
@@ -41,16 +40,7 @@ pub(super) struct TraceArguments {
     #[command(flatten)]
     chosen: Chosen,
     #[command(flatten)]
-    window: Window,
-    /// How several topics or files share rows
-    #[arg(long, value_enum, default_value = "exact")]
-    align: Align,
-    /// Files one after the other with their names in the first column, instead of side by side
-    #[arg(long)]
-    stack: bool,
-    /// Keep reading a recording that is still being written
-    #[arg(long)]
-    follow: bool,
+    request: Request,
     /// Output format [default: by the name of the output; csv for standard output and names without an extension]
     #[arg(long, value_enum)]
     format: Option<Format>,
@@ -81,10 +71,7 @@ impl TraceArguments {
         let request = Request {
             topics: self.chosen.topics.clone(),
             selection: self.chosen.selection(),
-            window: self.window,
-            align: self.align,
-            stack: self.stack,
-            follow: self.follow,
+            ..self.request.clone()
         };
         refuse_inputs(self.output.as_deref(), self.files.iter())?;
         let format = self.format()?;
@@ -144,7 +131,7 @@ impl TraceArguments {
     fn say_empty(&self, outcome: &Outcome) {
         const NAMES: usize = 8;
         if outcome.rows == 0 {
-            let is_windowed = self.window.from.is_some() || self.window.to.is_some();
+            let is_windowed = self.request.window.from.is_some() || self.request.window.to.is_some();
             let why = if is_windowed { " from --from to --to" } else { "" };
             say(&format!("note: no rows: these topics have no messages{why}"));
         } else if !outcome.empty.is_empty() {

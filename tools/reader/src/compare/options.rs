@@ -1,26 +1,36 @@
 //! How to compare.
 
+use clap::Args;
+
 use super::{mode::Mode, tolerance::Rules};
 use crate::select::{Pattern, Window};
 
 /// How to compare.
-#[derive(Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default)]
 pub struct Options {
-    /// Topics; all if empty.
+    /// Topics, separated by commas; `*` stands for anything [default: all but those derived from others]
+    #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
     pub topics: Vec<Pattern>,
-    /// Patterns of fields; all if empty.
+    /// Fields, separated by commas; `*` stands for anything [default: all]
+    #[arg(long = "field", value_name = "NAME", value_delimiter = ',')]
     pub fields: Vec<Pattern>,
+    /// Times compared, and every n-th sample of a channel.
+    #[command(flatten)]
+    pub window: Window,
     /// How messages are aligned; chosen by looking at them if none.
+    #[arg(skip)]
     pub mode: Option<Mode>,
     /// Times count from the start of each recording. Without a mode, also where the recordings have no time in common.
+    #[arg(skip)]
     pub relative: bool,
     /// What is allowed.
+    #[arg(skip)]
     pub rules: Rules,
-    /// Times compared, and every n-th sample of a channel.
-    pub window: Window,
     /// What NaN is equal to.
+    #[arg(skip)]
     pub nan: NanRule,
-    /// Stop at the first difference beyond tolerance.
+    /// Stop at the first difference beyond tolerance
+    #[arg(long)]
     pub fail_fast: bool,
 }
 

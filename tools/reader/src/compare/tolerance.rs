@@ -1,5 +1,6 @@
 //! What differences are allowed, field by field.
 
+use clap::Args;
 use serde::Deserialize;
 
 use crate::select::Pattern;
@@ -15,24 +16,36 @@ use crate::select::Pattern;
 /// or by `ulp` units in the last place, or lie in the `tube` around the reference. `l2_rel` is asked of the field as a
 /// whole: ‖a − b‖₂ ≤ l2_rel·‖a‖₂; as the only rule, it leaves single elements free. Equal bits are always equal: NaN equals
 /// itself. Without any of these, all bits must agree: −0 is not +0.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Tolerance {
     /// Absolute.
+    #[arg(long, value_name = "X", help = "Absolute tolerance of all other fields")]
     pub abs: Option<f64>,
     /// Relative to the reference element.
+    #[arg(long, value_name = "X", help = "Tolerance relative to the reference value, of all other fields")]
     pub rel: Option<f64>,
     /// Relative to the largest magnitude of the reference field over all samples compared.
+    #[arg(long, value_name = "X", help = "Tolerance relative to the peak of the field, of all other fields")]
     pub peak_rel: Option<f64>,
     /// Relative to the range of the reference field over all samples compared.
+    #[arg(
+        long,
+        value_name = "X",
+        help = "Tolerance relative to the range of the field, of all other fields"
+    )]
     pub range_rel: Option<f64>,
     /// Units in the last place of the field's type.
+    #[arg(long, value_name = "N", help = "Tolerance in units in the last place, of all other fields")]
     pub ulp: Option<u64>,
     /// Relative to the reference in the L2 norm, for the field as a whole.
+    #[arg(long, value_name = "X", help = "Tolerance in the relative L2 norm, of all other fields")]
     pub l2_rel: Option<f64>,
     /// Around the reference in time and value.
+    #[arg(skip)]
     pub tube: Option<Tube>,
     /// Not compared at all.
+    #[arg(skip)]
     #[serde(default)]
     pub ignore: bool,
 }

@@ -2,33 +2,55 @@
 
 use std::path::PathBuf;
 
+use clap::Args;
+
 use crate::{
     command::trace::TraceError,
     field::{Selection, SelectionError},
     recording::{Damage, OpenError},
-    select::{Pattern, Window},
+    select::{Pattern, Window, finite_time},
     slice::MomentError,
 };
 
 /// What to draw.
-#[derive(Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default)]
 pub struct Request {
     /// Topics; the drag of percuss if none.
+    #[arg(skip)]
     pub topics: Vec<Pattern>,
     /// Fields and positions.
+    #[arg(skip)]
     pub selection: Selection,
-    /// Times of profiles and images; curves over time if none.
+    /// Times: arrays over their axis, or a matrix as an image, at the nearest messages
+    #[arg(long = "at-time", value_name = "T", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite_time)]
+    #[arg(conflicts_with_all = ["from", "to", "every"])]
     pub at_times: Option<Vec<f64>>,
     /// Times, and every n-th row.
+    #[command(flatten)]
     pub window: Window,
     /// Logarithmic axes, horizontal and vertical.
+    #[arg(skip)]
     pub log: (bool, bool),
-    /// Ends of the horizontal axis.
-    pub x_range: Option<(f64, f64)>,
-    /// Ends of the vertical axis, or of the colours of an image.
+    /// Ends of the vertical axis, or of the colours of an image: LOW,HIGH
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     pub range: Option<(f64, f64)>,
-    /// Title; the names of the files if none.
+    /// Ends of the horizontal axis: LOW,HIGH
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    pub x_range: Option<(f64, f64)>,
+    /// Title [default: the names of the files]
+    #[arg(long)]
     pub title: Option<String>,
+}
+
+/// Two numbers, the lower first.
+fn range(text: &str) -> Result<(f64, f64), String> {
+    let numbers = text.split_once(',').and_then(|(low, high)| {
+        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+        Some((number(low)?, number(high)?))
+    });
+    numbers
+        .filter(|(low, high)| low < high)
+        .ok_or_else(|| "write a range as LOW,HIGH, the lower end first".into())
 }
 
 /// A picture and what was wrong with its files.

@@ -2,6 +2,8 @@
 
 use std::{io, path::PathBuf};
 
+use clap::Args;
+
 use super::join::Align;
 use crate::{
     field::{Selection, SelectionError},
@@ -10,19 +12,25 @@ use crate::{
 };
 
 /// What to trace.
-#[derive(Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default)]
 pub struct Request {
     /// Topics; [`DRAG`](crate::convention::DRAG) if none.
+    #[arg(skip)]
     pub topics: Vec<Pattern>,
     /// Fields and positions.
+    #[arg(skip)]
     pub selection: Selection,
     /// Times, in the unit of the time column, and every n-th row.
+    #[command(flatten)]
     pub window: Window,
-    /// How rows come about.
+    /// How several topics or files share rows
+    #[arg(long, value_enum, default_value = "exact")]
     pub align: Align,
-    /// Files one after the other with their names in the first column, instead of side by side.
+    /// Files one after the other with their names in the first column, instead of side by side
+    #[arg(long)]
     pub stack: bool,
-    /// Keeps reading a file that is being written.
+    /// Keep reading a recording that is still being written
+    #[arg(long)]
     pub follow: bool,
 }
 

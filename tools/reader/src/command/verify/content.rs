@@ -156,7 +156,7 @@ impl<'a> Content<'a> {
             let text = format!("channel `{topic}` names schema {schema}, which is not there");
             self.report.problem(offset, text);
         }
-        let known = self.directory.channel(channel.id);
+        let known = self.directory.channels().get(&channel.id);
         let same = known.is_some_and(|k| k.topic == channel.topic && k.metadata == channel.metadata);
         if !self.channels.insert(channel.id) && !same && !self.directory.has_overflowed() {
             self.report.problem(offset, format!("channel {} is defined twice, differently", channel.id));
@@ -175,7 +175,7 @@ impl<'a> Content<'a> {
             chunk.span = Some(widen(chunk.span, time));
             chunk.entries.entry(id).or_default().add(&self.hasher, time, inside);
         }
-        let Some(channel) = self.directory.channel(id) else {
+        let Some(channel) = self.directory.channels().get(&id) else {
             self.report.problem(offset, format!("a message of channel {id}, which is not defined"));
             return;
         };
@@ -302,7 +302,7 @@ impl<'a> Content<'a> {
     fn order(&mut self) {
         let is_percuss = self.entries(RUN).is_some();
         for (id, series) in self.series.iter().filter(|(_, series)| series.backwards > 0) {
-            let topic = short(self.directory.channel(*id).map_or("", |channel| &channel.topic));
+            let topic = short(self.directory.channels().get(id).map_or("", |channel| &channel.topic));
             let text =
                 format!("{} messages of `{topic}` are earlier than those before them", series.backwards);
             match is_percuss {
