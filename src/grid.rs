@@ -154,6 +154,8 @@ impl Support {
 /// Positions and weights of the nodes along `r`, and the size of the mesh.
 #[derive(Clone, Debug)]
 pub struct Grid {
+    /// Symmetry.
+    pub geometry: Geometry,
     /// Radius of node 0 \[R\].
     pub r0: f64,
     /// Radial distance of nodes \[R\].
@@ -180,8 +182,16 @@ impl Grid {
         let dr = spacing.dr;
         let half_cell_start = kind == MeshKind::Paper;
         let r0 = if half_cell_start { 0.0 } else { 0.5 * dr };
-        let mut grid =
-            Self { r0, dr, dz: spacing.dz, nz, area: Vec::new(), face: Vec::new(), half_cell_start };
+        let mut grid = Self {
+            geometry,
+            r0,
+            dr,
+            dz: spacing.dz,
+            nz,
+            area: Vec::new(),
+            face: Vec::new(),
+            half_cell_start,
+        };
         for i in 0..nr {
             let (inner, outer) = grid.cell(i);
             let (area, face) = match geometry {

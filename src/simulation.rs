@@ -339,7 +339,7 @@ fn model(case: &Case, engine: Engine, coverage: Coverage) -> Result<Box<dyn Mode
     let c_s = case.target.material.shear_wave_speed;
     match case.model {
         ModelKind::Rakhmatulin => {
-            let theory = Rakhmatulin::new(case.grid(), c_s);
+            let theory = Rakhmatulin::new(case.grid(), c_s, None);
             Ok(match engine {
                 Engine::Blocked => theory.blocked(coverage, shown),
                 Engine::Reference => Box::new(theory.reference(shown)),

@@ -1,7 +1,7 @@
 //! The fast engine: the scheme of [`super::scheme`] for one displacement, in vectors, tiles and threads.
 //!
-//! Two levels of `u` are kept, rows 0 (the surface) to nz (the backing), in the order of radii; the next level overwrites
-//! the one before. A band near the surface goes step by step; the interior follows behind it in passes over many
+//! Two levels of `u` are kept, with the corner term three, rows 0 (the surface) to nz (the backing), in the order of radii; the next level overwrites
+//! the oldest. A band near the surface goes step by step; the interior follows behind it in passes over many
 //! levels ([`tiles`], [`workers`]). Frames are sampled on the way ([`sampler`]), and steps wait in the engine until theirs is
 //! complete.
 //!
@@ -9,7 +9,10 @@
 
 use std::{collections::VecDeque, sync::Arc};
 
-use super::{BackingPeak, Coverage, Frame, FrameFields, Model, scheme, scheme::RadialWeights};
+use super::{
+    BackingPeak, Coverage, Frame, FrameFields, Model, scheme,
+    scheme::{Corner, RadialWeights},
+};
 use crate::{grid::Grid, surface::Surface};
 
 mod active;
@@ -27,9 +30,9 @@ pub use dispatch::Instructions;
 
 use active::LightCone;
 use domain::Domain;
-use kernel::free_surface;
+use kernel::{add_corner, free_surface};
 use sampler::{Sampler, SurfaceMotion};
-use tiles::{LevelTask, RowPeak, band_rows};
+use tiles::{LevelTask, RowPeak};
 use workers::{Ended, Workers};
 
 /// Memory of frames that are under way \[bytes\]; two may be in any case.
@@ -53,19 +56,21 @@ pub struct Engine<T> {
     most_frames: usize,
     /// Largest peak of the row before the backing so far, and that of the newest level.
     peaks: [RowPeak; 2],
-    /// Room for means over z on the surface.
-    means: Vec<f64>,
+    /// Room for sums over z on the surface.
+    sums: Vec<f64>,
 }
 
 impl<T> Engine<T> {
     /// A target at rest.
     ///
     /// * `weights`: radial weights of the scheme, by column
+    /// * `corner`: the corner term with its radial weights, if there is one
     /// * `courant`: radial Courant number, at most 1
     /// * `shown`: what frames show
     pub fn new(
         grid: Grid,
         weights: &[RadialWeights],
+        corner: Option<(Corner, &[RadialWeights])>,
         courant: f64,
         coverage: Coverage,
         shown: FrameFields,
@@ -73,9 +78,10 @@ impl<T> Engine<T> {
     ) -> Self {
         let extent = super::Extent::of(&grid, shown.every.max(1));
         let frame_size = size_of::<f32>() * extent.nr * extent.nz * shown.fields.len();
+        let domain = Domain::new(&grid, weights, corner, instructions);
         Self {
-            field: Workers::new(Domain::new(&grid, weights, instructions)),
-            cone: LightCone::new(coverage, courant, grid.nz, grid.nr()),
+            cone: LightCone::new(coverage, courant, domain.reach(), grid.nz, grid.nr()),
+            field: Workers::new(domain),
             level: 0,
             behind: Vec::new(),
             steps: VecDeque::new(),
@@ -83,7 +89,7 @@ impl<T> Engine<T> {
             most_frames: (FRAMES_UNDER_WAY / frame_size.max(1)).max(2),
             peaks: Default::default(),
             shown,
-            means: Vec::new(),
+            sums: Vec::new(),
             grid,
         }
     }
@@ -159,12 +165,18 @@ impl<T> Engine<T> {
 
 impl<T: Send> Model<T> for Engine<T> {
     fn predict(&mut self, surface: &mut Surface) {
+        let domain = self.field.domain();
         // what is beyond is at rest, and free
-        let columns = (self.cone.active_columns() + 1).min(self.grid.nr());
-        let before = self.field.row(self.level + 1, 0);
-        let [top, below] = [0, 1].map(|j| &self.field.row(self.level, j)[..=columns]);
-        let weights = self.field.domain().weights();
-        free_surface(before, top, below, weights, &mut self.means, &mut surface.free[..columns]);
+        let columns = (self.cone.active_columns() + domain.reach()).min(self.grid.nr());
+        let earlier = domain.levels.two_below(self.level + 1);
+        let [top, below] = [0, 1].map(|j| self.field.row(self.level, j));
+        let before = self.field.row(earlier, 0);
+        let free = &mut surface.free[..columns];
+        free_surface(before, top, below, domain.weights(), &mut self.sums, free);
+        if let Some(corner) = domain.corner() {
+            let rows = [earlier, self.level].map(|level| [0, 2].map(|j| self.field.row(level, j)));
+            add_corner(rows, corner.share, corner, &mut self.sums, free);
+        }
         surface.compliance.fill(scheme::compliance(self.grid.dt(), self.grid.dz));
     }
 
@@ -177,10 +189,11 @@ impl<T: Send> Model<T> for Engine<T> {
         self.cone.advance(self.level, surface.loaded);
         let task = self.task(is_frame);
         self.steps.push_back((step, task.sampler.clone()));
-        // the row below the lowest one is read
-        self.field.open(task.active.rows.max(band_rows(lag)) + 1);
+        let (reach, band_rows) = (self.field.domain().reach(), self.field.band_rows());
+        // the rows below the lowest one are read
+        self.field.open(task.active.rows.max(band_rows) + reach);
 
-        let rows = band_rows(lag) - self.behind.len() - 1;
+        let rows = band_rows - reach * (self.behind.len() + 1);
         let columns = self.cone.active_columns();
         let motion = SurfaceMotion {
             displacement: &surface.displacement[..columns],

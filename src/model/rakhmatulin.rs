@@ -11,7 +11,7 @@ use super::{
     Coverage, Field, FrameFields, Model, TargetEnergy,
     blocked::{Engine, Instructions},
     reference::{Level, Levels, Reference, Scheme},
-    scheme::{self, RadialWeights},
+    scheme::{self, Corner, RadialWeights},
 };
 use crate::grid::Grid;
 
@@ -24,6 +24,8 @@ pub struct Rakhmatulin {
     courant: f64,
     /// `c_s²·Δz/Δr`
     stiffness: f64,
+    /// The corner term with its weights, if there is one.
+    corner: Option<(Corner, Vec<RadialWeights>)>,
 }
 
 /// Slack for a Courant number of 1 but for rounding.
@@ -33,15 +35,17 @@ impl Rakhmatulin {
     /// The theory on a mesh.
     ///
     /// * `c_s`: shear wave speed \[c_p\]
+    /// * `corner`: the corner term, on a matched mesh
     ///
     /// # Panics
     ///
     /// If the scheme is not stable: `c_s·Δt > Δr`.
-    pub fn new(grid: Grid, c_s: f64) -> Self {
+    pub fn new(grid: Grid, c_s: f64, corner: Option<Corner>) -> Self {
         let courant = scheme::radial_courant(&grid, c_s);
         assert!(courant <= 1.0 + ROUNDING, "unstable: radial Courant number {courant}");
         let weights = scheme::radial_weights(&grid, c_s);
-        Self { weights, courant, stiffness: c_s * c_s * grid.dz / grid.dr, grid }
+        let corner = corner.map(|corner| (corner, scheme::corner_weights(&grid, c_s, corner.factor)));
+        Self { weights, courant, stiffness: c_s * c_s * grid.dz / grid.dr, corner, grid }
     }
 
     /// A target at rest under the fast engine.
@@ -58,7 +62,9 @@ impl Rakhmatulin {
         shown: FrameFields,
         instructions: Instructions,
     ) -> Engine<T> {
-        Engine::new(self.grid, &self.weights, self.courant.min(1.0), coverage, shown, instructions)
+        let corner = self.corner.as_ref().map(|(corner, weights)| (*corner, &weights[..]));
+        let courant = self.courant.min(1.0);
+        Engine::new(self.grid, &self.weights, corner, courant, coverage, shown, instructions)
     }
 
     /// A target at rest under the plain stepper.
@@ -68,51 +74,77 @@ impl Rakhmatulin {
         Reference::new(self.grid.clone(), self, shown)
     }
 
-    /// Level `u` around node (j, i), with the images beyond surface and backing handed to `operator`.
-    fn around<R>(
-        &self,
-        u: &Level<1>,
-        j: usize,
-        i: usize,
-        operator: impl FnOnce(&dyn Fn(isize, isize) -> f64) -> R,
-    ) -> R {
-        let [u] = u;
-        let node = |dj: isize, di: isize| {
-            let (j, i) = (j.wrapping_add_signed(dj), i.wrapping_add_signed(di));
-            // nothing moves beyond the outermost column, and nothing crosses its face
-            if i < self.grid.nr() { u[[j, i]] } else { 0.0 }
+    /// Displacement at node (j, i) of level `u`, with what stands beyond the boundaries.
+    fn at(&self, [u]: &Level<1>, j: isize, i: isize) -> f64 {
+        let ((j, sign), i) = (scheme::image_row(j, self.grid.nz), scheme::image_column(i));
+        // nothing moves beyond the outermost column
+        if i < self.grid.nr() { sign * u[[j, i]] } else { 0.0 }
+    }
+
+    /// Level `u` around node (j, i).
+    fn around<'a>(&'a self, u: &'a Level<1>, j: usize, i: usize) -> impl Fn(isize, isize) -> f64 + 'a {
+        move |dj, di| self.at(u, j as isize + dj, i as isize + di)
+    }
+
+    /// What the corner term adds to node (j, i), `factor·(−C)(u − share·before)`.
+    ///
+    /// * `factor`: relative to α
+    fn corner(&self, before: &Level<1>, u: &Level<1>, [factor, share]: [f64; 2], j: usize, i: usize) -> f64 {
+        let Some((_, weights)) = &self.corner else { return 0.0 };
+        let (u, before) = (self.around(u, j, i), self.around(before, j, i));
+        factor * scheme::corner(|dj, di| u(dj, di) - share * before(dj, di), weights[i])
+    }
+
+    /// Energy that the corner term has taken out between the half steps before and after level `now`:
+    /// `½·m·(u^{k+1} − u^{k−1})·σC(u^k − u^{k−1})/Δt²` \[πR³γc_p²\].
+    #[cfg(test)]
+    pub(super) fn damped(&self, [before, now, next]: [&Level<1>; 3]) -> f64 {
+        let Some((corner, _)) = self.corner else { return 0.0 };
+        let node = |(j, i): (usize, usize)| {
+            let added = self.corner(before, now, [corner.share, 1.0], j, i);
+            let moved = next[0][[j, i]] - before[0][[j, i]];
+            scheme::corner_energy(self.mass(j, i), moved, added, self.grid.dt())
         };
-        match j {
-            0 => operator(&scheme::surface(node)),
-            _ if j == self.grid.nz => operator(&scheme::backing(node)),
-            _ => operator(&node),
-        }
+        (0..self.grid.nz).flat_map(|j| (0..self.grid.nr()).map(move |i| (j, i))).map(node).sum()
+    }
+
+    /// Mass of a cell: the surface has half a cell.
+    fn mass(&self, j: usize, i: usize) -> f64 {
+        let depth = if j == 0 { 0.5 * self.grid.dz } else { self.grid.dz };
+        depth * self.grid.area[i]
     }
 }
 
 impl Scheme<1> for Rakhmatulin {
-    fn next(&self, [before]: &Level<1>, now: &Level<1>, j: usize, i: usize) -> [f64; 1] {
-        let (before, weights) = (before[[j, i]], self.weights[i]);
-        [self.around(now, j, i, |u| match i {
-            0 => scheme::axis(u, before, weights),
-            _ => scheme::interior(u, before, weights),
-        })]
+    fn next(&self, before: &Level<1>, now: &Level<1>, j: usize, i: usize) -> [f64; 1] {
+        let (weights, u) = (self.weights[i], self.around(now, j, i));
+        let next = match i {
+            0 => scheme::axis(u, before[0][[j, i]], weights),
+            _ => scheme::interior(u, before[0][[j, i]], weights),
+        };
+        [match &self.corner {
+            Some((corner, _)) => next + self.corner(before, now, [1.0, corner.share], j, i),
+            None => next,
+        }]
     }
 
     fn compliance(&self, _i: usize) -> f64 {
         scheme::compliance(self.grid.dt(), self.grid.dz)
     }
 
-    fn energy(&self, [earlier]: &Level<1>, [later]: &Level<1>) -> TargetEnergy {
+    fn energy(&self, earlier: &Level<1>, later: &Level<1>) -> TargetEnergy {
         let Grid { dz, nz, ref area, ref face, .. } = self.grid;
-        let levels = [earlier, later];
+        let levels = [&earlier[0], &later[0]];
+        // share of the conservative part, 4/3, in α
+        let conservative = self.corner.as_ref().map_or(0.0, |(corner, _)| 1.0 - corner.share);
         let mut energy = TargetEnergy::default();
         for j in 0..nz {
-            // the surface has half a cell
-            let depth = if j == 0 { 0.5 * dz } else { dz };
             for i in 0..self.grid.nr() {
-                let moved = later[[j, i]] - earlier[[j, i]];
-                energy.kinetic += scheme::kinetic_energy(depth * area[i], moved, self.grid.dt());
+                let [earlier_u, later_u] = levels.map(|u| u[[j, i]]);
+                let (mass, dt) = (self.mass(j, i), self.grid.dt());
+                energy.kinetic += scheme::kinetic_energy(mass, later_u - earlier_u, dt);
+                let added = self.corner(earlier, later, [conservative, 0.0], j, i);
+                energy.strain += scheme::corner_energy(mass, earlier_u, added, dt);
                 let stretches = levels.map(|u| u[[j + 1, i]] - u[[j, i]]);
                 energy.strain += scheme::axial_energy(area[i], stretches, dz);
                 if i + 1 < self.grid.nr() {
@@ -133,11 +165,15 @@ impl Scheme<1> for Rakhmatulin {
             Field::Displacement => now[0][[j, i]],
             Field::Velocity => scheme::velocity(before[0][[j, i]], next[0][[j, i]], self.grid.dt()),
             Field::Stress if j == 0 => pressure[i],
-            Field::Stress => self.around(now, j, i, |u| scheme::stress(u(-1, 0), u(1, 0), self.grid.dz)),
+            Field::Stress => {
+                let u = self.around(now, j, i);
+                scheme::stress(u(-1, 0), u(1, 0), self.grid.dz)
+            }
         }
     }
 
     fn backing_strain(&self, level: &Level<1>, i: usize) -> f64 {
-        self.around(level, self.grid.nz, i, |u| -scheme::stress(u(-1, 0), u(1, 0), self.grid.dz))
+        let u = self.around(level, self.grid.nz, i);
+        -scheme::stress(u(-1, 0), u(1, 0), self.grid.dz)
     }
 }

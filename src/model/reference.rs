@@ -51,7 +51,8 @@ pub struct Reference<T, S, const FIELDS: usize> {
     level: u64,
     peak: BackingPeak,
     steps: VecDeque<(T, Option<Frame>)>,
-    /// Columns beyond these are held at rest.
+    /// Rows and columns beyond these are held at rest.
+    rows: usize,
     columns: usize,
 }
 
@@ -70,6 +71,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
             level: 0,
             peak: BackingPeak::default(),
             steps: VecDeque::new(),
+            rows: grid.nz + 1,
             columns: grid.nr(),
             grid,
         }
@@ -82,10 +84,11 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         [self.now[field].row(j), self.before[field].row(j)]
     }
 
-    /// Holds columns from number `columns` on at rest in the next step, as an engine does that knows they are.
+    /// Holds rows from number `rows` and columns from number `columns` on at rest in the next step, as an engine does that knows
+    /// they are.
     #[cfg(test)]
-    pub(super) fn hold_at_rest(&mut self, columns: usize) {
-        self.columns = columns;
+    pub(super) fn hold_at_rest(&mut self, rows: usize, columns: usize) {
+        (self.rows, self.columns) = (rows, columns);
     }
 
     /// Takes note of the strain on the backing at level k.
@@ -129,7 +132,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
     }
 
     fn advance(&mut self, surface: &Surface, step: T, is_frame: bool) {
-        for j in 0..=self.grid.nz {
+        for j in 0..self.rows {
             for i in 0..self.columns {
                 let values = self.scheme.next(&self.before, &self.now, j, i);
                 for (level, value) in self.next.iter_mut().zip(values) {

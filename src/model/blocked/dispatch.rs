@@ -149,7 +149,15 @@ mod tests {
         outward[BLOCK..][..3].copy_from_slice(&[0.25, 0.11, 0.05]);
         inward[BLOCK..][..3].copy_from_slice(&[0.0, 0.07, 0.03]);
         let (read, write) = (now.as_ptr(), next.as_mut_ptr());
-        let patch = Patch { now: read, next: write, stride, outward: &outward, inward: &inward };
+        let patch = Patch {
+            before: write,
+            now: read,
+            next: write,
+            stride,
+            outward: &outward,
+            inward: &inward,
+            corner: None,
+        };
         // SAFETY: a row and a block are left on all sides
         #[expect(unsafe_code, reason = "the function under test")]
         unsafe {
@@ -174,7 +182,15 @@ mod tests {
         let advanced = |instructions: Instructions, cuts: &[usize]| {
             let (mut next, mut sums) = (before.clone(), [EnergySum::default(); 3]);
             let (read, write) = (now[BLOCK..].as_ptr(), next[BLOCK..].as_mut_ptr());
-            let patch = Patch { now: read, next: write, stride, outward: &outward, inward: &inward };
+            let patch = Patch {
+                before: write,
+                now: read,
+                next: write,
+                stride,
+                outward: &outward,
+                inward: &inward,
+                corner: None,
+            };
             for cut in cuts.windows(2) {
                 // SAFETY: a row and a block are left on all sides
                 #[expect(unsafe_code, reason = "the function under test")]

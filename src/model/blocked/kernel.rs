@@ -11,12 +11,14 @@ use std::ops::Range;
 use super::vector::{BLOCK, Vector};
 use crate::model::scheme::{self, RadialWeights};
 
-/// Part of a field that is advanced in place, at two levels.
+/// Part of a field that is advanced in place.
 #[derive(Clone, Copy)]
 pub struct Patch<'a> {
-    /// Node (0, 0) of the level that is read.
+    /// Node (0, 0) of level k−1.
+    pub before: *const f64,
+    /// Node (0, 0) of level k.
     pub now: *const f64,
-    /// Node (0, 0) of the level that is written; before, it holds the level before the one that is read.
+    /// Node (0, 0) of level k+1, which is written; without the corner term it may be level k−1 itself.
     pub next: *mut f64,
     /// Distance from a node to the one below it, in numbers.
     pub stride: usize,
@@ -24,10 +26,25 @@ pub struct Patch<'a> {
     pub outward: &'a [f64],
     /// Radial weights times `λ²/4`, by column. 0 where there is no neighbour.
     pub inward: &'a [f64],
+    /// The corner term, if there is one.
+    pub corner: Option<CornerTerm<'a>>,
+}
+
+/// The corner term of the scheme, see [`scheme::Corner`].
+#[derive(Clone, Copy)]
+pub struct CornerTerm<'a> {
+    /// ρ: share of level k−1 in the combination of levels.
+    pub share: f64,
+    /// Radial weights times α, by column, see [`scheme::corner_weights`].
+    pub outward: &'a [f64],
+    /// Radial weights times α, by column.
+    pub inward: &'a [f64],
 }
 
 /// Rows that are marched side by side: what two of them carry fits into 16 registers.
 const ABREAST: usize = 2;
+/// The same with the corner term, whose sums over z reach two rows up and down.
+const CORNER_ABREAST: usize = 4;
 
 /// Advances `rows` of `columns`, whole vectors, and adds their energy to `energies` if `COUNTS` says so.
 ///
@@ -40,8 +57,9 @@ const ABREAST: usize = 2;
 /// # Safety
 ///
 /// The machine must have the instructions of `V`. The nodes of the patch and their neighbours, one row above and below
-/// and one vector on either side, must be numbers that may be read at level `now`; the nodes of the patch must be numbers
-/// that may be read and written at level `next`, which no other thread may touch meanwhile.
+/// and one vector on either side, must be numbers that may be read at level k, with the corner term two rows above and below
+/// at levels k−1 and k; the nodes of the patch must be numbers that may be read at level k−1 and written at level k+1, which no
+/// other thread may touch meanwhile.
 #[inline(always)]
 #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
 pub unsafe fn advance<V: Vector, const COUNTS: bool>(
@@ -60,18 +78,36 @@ pub unsafe fn advance<V: Vector, const COUNTS: bool>(
         !COUNTS || (columns.end <= area.len() && rows.len() == energies.len()),
         "an energy for every row"
     );
-    let mut j = rows.start;
-    while j + ABREAST <= rows.end {
-        let energies = if COUNTS { &mut energies[j - rows.start..][..ABREAST] } else { &mut [] };
-        // SAFETY: rows j and j + 1 belong to the patch; areas and energies have been checked
-        unsafe { march::<V, ABREAST, COUNTS>(patch, j, columns.clone(), area, energies) };
-        j += ABREAST;
+    if let Some(corner) = &patch.corner {
+        assert!(columns.end <= corner.outward.len() && columns.end <= corner.inward.len());
     }
-    while j < rows.end {
-        let energies = if COUNTS { &mut energies[j - rows.start..][..1] } else { &mut [] };
-        // SAFETY: row j belongs to the patch; areas and energies have been checked
-        unsafe { march::<V, 1, COUNTS>(patch, j, columns.clone(), area, energies) };
-        j += 1;
+    let mut rows_left = rows.clone();
+    let mut next_rows = |abreast: usize| {
+        let j = rows_left.start;
+        (j + abreast <= rows_left.end).then(|| {
+            rows_left.start += abreast;
+            let energies = if COUNTS { j - rows.start..j - rows.start + abreast } else { 0..0 };
+            (j, energies)
+        })
+    };
+    // SAFETY, of all below: the rows belong to the patch; areas, weights and energies have been checked
+    unsafe {
+        if let Some(corner) = patch.corner {
+            while let Some((j, sums)) = next_rows(CORNER_ABREAST) {
+                let energies = &mut energies[sums];
+                corner_march::<V, CORNER_ABREAST, COUNTS>(patch, corner, j, columns.clone(), area, energies);
+            }
+            while let Some((j, sums)) = next_rows(1) {
+                corner_march::<V, 1, COUNTS>(patch, corner, j, columns.clone(), area, &mut energies[sums]);
+            }
+        } else {
+            while let Some((j, sums)) = next_rows(ABREAST) {
+                march::<V, ABREAST, COUNTS>(patch, j, columns.clone(), area, &mut energies[sums]);
+            }
+            while let Some((j, sums)) = next_rows(1) {
+                march::<V, 1, COUNTS>(patch, j, columns.clone(), area, &mut energies[sums]);
+            }
+        }
     }
 }
 
@@ -117,11 +153,11 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
     area: &[f64],
     energies: &mut [EnergySum],
 ) {
-    let Patch { now, next, stride, outward, inward } = patch;
+    let Patch { before: earlier, now, next, stride, outward, inward, corner: _ } = patch;
     // SAFETY, here and below: the nodes of the patch, a row around them and a vector on either side are numbers, of
     // which those of the patch at level `next` belong to this call alone; the machine has the instructions
     unsafe {
-        let (now, next) = (now.add(j * stride), next.add(j * stride));
+        let (earlier, now, next) = (earlier.add(j * stride), now.add(j * stride), next.add(j * stride));
         let before = axial_sums::<V, N>(now, stride, columns.start);
         let mut here = axial_sums::<V, N>(now, stride, columns.start + V::WIDTH);
         let mut inner = [here[0].1; N];
@@ -135,17 +171,18 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
             for row in 0..N {
                 let (ends, four) = here[row];
                 let (outer, next_inner) = V::seam(four, after[row].1);
-                let node = next.add(i + row * stride);
-                let earlier = V::load(node);
-                let axial = ends.sub(earlier);
+                let node = i + row * stride;
+                let before = V::load(earlier.add(node));
+                let axial = ends.sub(before);
                 let radial = out.mul(outer.sub(four)).sub(inw.mul(four.sub(inner[row])));
                 let later = axial.add(radial);
-                later.store(node);
+                later.store(next.add(node));
                 inner[row] = next_inner;
                 if COUNTS {
-                    let middle = V::load(now.add(i + row * stride));
+                    let middle = V::load(now.add(node));
                     let area = V::load(area.as_ptr().add(i));
-                    energies.get_unchecked_mut(row).add(i, area, [earlier, middle, later]);
+                    let force = later.sub(middle).sub(middle.sub(before));
+                    energies.get_unchecked_mut(row).add(i, area, [before, middle, later], force);
                 }
             }
             here = after;
@@ -154,8 +191,180 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
     }
 }
 
+/// What the corner term needs of a vector of a row: sums over z.
+#[derive(Clone, Copy)]
+struct CornerSums<V> {
+    /// `u_{j−1} + u_{j+1}` at level k.
+    ends: V,
+    /// `4·U` at level k.
+    four: V,
+    /// `16·E_z d` of the combination of levels.
+    axial: V,
+    /// `16·E_z` of `u^k − u^{k−1}`, if energy is counted.
+    moved: V,
+}
+
+/// [`CornerSums`] of `N` rows from row j on, in the vector before column `i`.
+///
+/// * `levels`: column 0 of row j at levels k−1 and k
+///
+/// # Safety
+///
+/// The machine must have the instructions of `V`; the vector is one of numbers in these rows and two above and below.
+#[inline(always)]
+#[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
+unsafe fn corner_sums<V: Vector, const N: usize, const COUNTS: bool>(
+    levels: [*const f64; 2],
+    stride: usize,
+    i: usize,
+    share: V,
+) -> [CornerSums<V>; N] {
+    // SAFETY: rows j − 2 to j + N + 1 are numbers there
+    unsafe {
+        let [before, now] = [levels[0].add(i).sub(V::WIDTH), levels[1].add(i).sub(V::WIDTH)];
+        let mut a = combination::<V, COUNTS>(before.sub(2 * stride), now.sub(2 * stride), share);
+        let mut b = combination::<V, COUNTS>(before.sub(stride), now.sub(stride), share);
+        let mut c = combination::<V, COUNTS>(before, now, share);
+        let mut d = combination::<V, COUNTS>(before.add(stride), now.add(stride), share);
+        let empty = CornerSums { ends: a[0], four: a[0], axial: a[0], moved: a[0] };
+        let mut sums = [empty; N];
+        for (row, sum) in sums.iter_mut().enumerate() {
+            let below = (row + 2) * stride;
+            let e = combination::<V, COUNTS>(before.add(below), now.add(below), share);
+            let ends = b[0].add(d[0]);
+            *sum = CornerSums {
+                ends,
+                four: ends.add_twice(c[0]),
+                axial: c[1].twice_less(a[1].add(e[1])),
+                moved: if COUNTS { c[2].twice_less(a[2].add(e[2])) } else { a[0] },
+            };
+            (a, b, c, d) = (b, c, d, e);
+        }
+        sums
+    }
+}
+
+/// u^k, the combination `u^k − ρ·u^{k−1}` and, if energy is counted, `u^k − u^{k−1}` of a vector.
+///
+/// # Safety
+///
+/// The machine must have the instructions of `V`; the vector is one of numbers at both levels.
+#[inline(always)]
+#[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
+unsafe fn combination<V: Vector, const COUNTS: bool>(
+    before: *const f64,
+    now: *const f64,
+    share: V,
+) -> [V; 3] {
+    // SAFETY: the caller's promise
+    unsafe {
+        let (before, now) = (V::load(before), V::load(now));
+        [now, now.sub(share.mul(before)), if COUNTS { now.sub(before) } else { now }]
+    }
+}
+
+/// Advances `N` rows from row `j` on with the corner term, vector by vector outwards: [`scheme::advanced`] and
+/// [`scheme::corner_radial`] on vectors.
+///
+/// # Safety
+///
+/// As [`advance`] for these rows; if `COUNTS`, there is an area for every column and a sum for every row.
+#[inline(always)]
+#[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
+unsafe fn corner_march<V: Vector, const N: usize, const COUNTS: bool>(
+    patch: Patch<'_>,
+    corner: CornerTerm<'_>,
+    j: usize,
+    columns: Range<usize>,
+    area: &[f64],
+    energies: &mut [EnergySum],
+) {
+    let Patch { before: earlier, now, next, stride, outward, inward, corner: _ } = patch;
+    // SAFETY, here and below: the nodes of the patch, two rows around them and a vector on either side are numbers at levels
+    // k−1 and k, and those of the patch at level k+1 belong to this call alone; the machine has the instructions
+    unsafe {
+        let share = V::splat(corner.share);
+        let levels = [earlier.add(j * stride), now.add(j * stride)];
+        let next = next.add(j * stride);
+        let before = corner_sums::<V, N, COUNTS>(levels, stride, columns.start, share);
+        let mut here = corner_sums::<V, N, COUNTS>(levels, stride, columns.start + V::WIDTH, share);
+        // sums at column i − 1 and, of the corner term, i − 2
+        let mut inner = here;
+        for row in 0..N {
+            inner[row].four = V::seam(before[row].four, here[row].four).1;
+            inner[row].axial = V::wide_seam(before[row].axial, here[row].axial).1;
+            inner[row].moved = V::wide_seam(before[row].moved, here[row].moved).1;
+        }
+        let mut i = columns.start;
+        while i < columns.end {
+            let after = corner_sums::<V, N, COUNTS>(levels, stride, i + 2 * V::WIDTH, share);
+            let (out, inw) = (V::load(outward.as_ptr().add(i)), V::load(inward.as_ptr().add(i)));
+            let corner_out = V::load(corner.outward.as_ptr().add(i));
+            let corner_in = V::load(corner.inward.as_ptr().add(i));
+            for row in 0..N {
+                let (sums, node) = (here[row], i + row * stride);
+                let (outer, next_inner) = V::seam(sums.four, after[row].four);
+                let radial = out.mul(outer.sub(sums.four)).sub(inw.mul(sums.four.sub(inner[row].four)));
+                inner[row].four = next_inner;
+                let (outer, next_inner) = V::wide_seam(sums.axial, after[row].axial);
+                let added = corner_out
+                    .mul(outer.sub(sums.axial))
+                    .sub(corner_in.mul(sums.axial.sub(inner[row].axial)));
+                inner[row].axial = next_inner;
+                let before = V::load(levels[0].add(node));
+                let later = sums.ends.sub(before).add(radial).add(added);
+                later.store(next.add(node));
+                if COUNTS {
+                    let (outer, next_inner) = V::wide_seam(sums.moved, after[row].moved);
+                    let damped = corner_out
+                        .mul(outer.sub(sums.moved))
+                        .sub(corner_in.mul(sums.moved.sub(inner[row].moved)));
+                    inner[row].moved = next_inner;
+                    let middle = V::load(levels[1].add(node));
+                    let area = V::load(area.as_ptr().add(i));
+                    // what damping takes is not strain
+                    let force = later.sub(middle).sub(middle.sub(before)).sub(share.mul(damped));
+                    energies.get_unchecked_mut(row).add(i, area, [before, middle, later], force);
+                }
+            }
+            here = after;
+            i += V::WIDTH;
+        }
+    }
+}
+
+/// Adds the corner term to surface nodes at level k+1: [`scheme::corner`] with the images of [`scheme::image_row`] and
+/// [`scheme::image_column`], column by column.
+///
+/// * `rows`: u_0 and u_2 at level k−1, then at level k, two nodes more than `free`
+/// * `share`: ρ, of the level before in the combination
+/// * `axial`: room for sums over z
+/// * `free`: what it is added to
+pub fn add_corner(
+    rows: [[&[f64]; 2]; 2],
+    share: f64,
+    corner: CornerTerm<'_>,
+    axial: &mut Vec<f64>,
+    free: &mut [f64],
+) {
+    let n = free.len();
+    let [before, now] = rows.map(|rows| rows.map(|row| &row[..n + 2]));
+    axial.clear();
+    axial.extend([0.0; 2]);
+    axial.extend((0..n + 2).map(|i| {
+        let [top, below] = [0, 1].map(|row| now[row][i] - share * before[row][i]);
+        scheme::corner_axial(below, top, below)
+    }));
+    // the images about the axis
+    (axial[0], axial[1]) = (axial[3], axial[2]);
+    for (i, free) in free.iter_mut().enumerate() {
+        let weights = RadialWeights { outward: corner.outward[i], inward: corner.inward[i] };
+        *free += scheme::corner_radial([axial[i], axial[i + 2], axial[i + 4]], weights);
+    }
+}
+
 /// Surface nodes at level k+1 if they were free of stress: [`scheme::interior`] and [`scheme::axis`] with the image of
-/// [`scheme::surface`], column by column.
+/// [`scheme::image_row`], column by column.
 ///
 /// * `before`: u_0 at level k−1
 /// * `top`, `below`: u_0 and u_1 at level k, one node more than `free`
@@ -189,13 +398,14 @@ pub fn free_surface(
 /// between levels k and k+1.
 ///
 /// Strain energy between two levels is a product of strains at both. Summed by parts over the whole field it is the work of
-/// the forces at level k on the displacement at the other level, and forces are what accelerates, `u^{k+1} − 2u^k + u^{k−1}`:
-/// no row needs another one, and nothing is assumed about the balance of energies.
+/// the forces at level k on the displacement at the other level, and forces are what accelerates, but for damping,
+/// `f^k = u^{k+1} − 2u^k + u^{k−1} + σC(u^k − u^{k−1})`: no row needs another one, and nothing is assumed about the balance of
+/// energies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RowEnergy {
     /// `Σ_i a_i (u^k − u^{k−1})²` and `Σ_i a_i (u^{k+1} − u^k)²`
     pub kinetic: [f64; 2],
-    /// `−Σ_i a_i u^{k−1} (u^{k+1} − 2u^k + u^{k−1})` and `−Σ_i a_i u^{k+1} (u^{k+1} − 2u^k + u^{k−1})`
+    /// `−Σ_i a_i u^{k−1} f^k` and `−Σ_i a_i u^{k+1} f^k`
     pub strain: [f64; 2],
 }
 
@@ -215,18 +425,18 @@ impl EnergySum {
     ///
     /// * `area`: cell areas
     /// * `levels`: u^{k−1}, u^k, u^{k+1}
+    /// * `force`: f^k
     ///
     /// # Safety
     ///
     /// The machine must have the instructions of `V`.
     #[inline(always)]
     #[expect(unsafe_code, reason = "instructions that not every machine has")]
-    unsafe fn add<V: Vector>(&mut self, i: usize, area: V, levels: [V; 3]) {
+    unsafe fn add<V: Vector>(&mut self, i: usize, area: V, levels: [V; 3], force: V) {
         let [before, now, next] = levels;
         // SAFETY: a vector from a multiple of WIDTH below BLOCK on lies within BLOCK numbers
         unsafe {
             let (moved, next_moved) = (now.sub(before), next.sub(now));
-            let force = next_moved.sub(moved);
             let terms = [moved.mul(moved), next_moved.mul(next_moved), before.mul(force), next.mul(force)];
             for (sum, term) in self.sums.iter_mut().zip(terms) {
                 let place = sum.as_mut_ptr().add(i % BLOCK);
@@ -239,7 +449,7 @@ impl EnergySum {
     ///
     /// * `area`: cell areas
     /// * `levels`: u_0 at levels k−1, k, k+1, as many nodes
-    /// * `free`: u_0 at level k+1 without the contact, see [`free_surface`]
+    /// * `free`: u_0 at level k+1 without contact and damping, see [`free_surface`]
     pub fn of_surface(area: &[f64], levels: [&[f64]; 3], free: &[f64]) -> Self {
         let [before, now, next] = levels;
         let mut energy = Self::default();

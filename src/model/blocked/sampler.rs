@@ -10,7 +10,10 @@ use std::{
     sync::atomic::{AtomicPtr, Ordering},
 };
 
-use super::{domain::Domain, kernel::EnergySum};
+use super::{
+    domain::Domain,
+    kernel::{EnergySum, add_corner},
+};
 use crate::model::{Extent, Field, Frame, FrameFields, Sample, TargetEnergy, scheme};
 
 /// Numbers that several threads write, each its own part. They can be taken out once, when all parts are written.
@@ -178,17 +181,27 @@ impl Sampler {
         let line = |level: usize, j: usize, columns: &Range<usize>| unsafe {
             domain.levels.part(level, j, columns.clone())
         };
+        let earlier = domain.levels.two_below(self.level);
         if let Some(SurfaceMotion { displacement, free, .. }) = motion {
-            let [before, now] = [self.level, self.level - 1].map(|level| line(level, 0, columns));
+            let levels = [earlier, self.level - 1];
+            let mut free = free.to_vec();
+            if let Some(corner) = domain.corner().filter(|corner| corner.share > 0.0) {
+                let mut damped = vec![0.0; free.len()];
+                let wider = 0..free.len() + 2;
+                let rows = levels.map(|level| [0, 2].map(|j| line(level, j, &wider)));
+                add_corner(rows, 1.0, corner, &mut Vec::new(), &mut damped);
+                free.iter_mut().zip(damped).for_each(|(free, damped)| *free -= corner.share * damped);
+            }
+            let [before, now] = levels.map(|level| line(level, 0, columns));
             let energies = unsafe { self.energies.part(0..1) };
-            energies[0] = EnergySum::of_surface(domain.area(), [before, now, displacement], free);
+            energies[0] = EnergySum::of_surface(domain.area(), [before, now, displacement], &free);
         }
         let mut before = Vec::new();
         let shown = self.shown(rows, columns);
         let shows_velocity = self.fields.iter().any(|(field, _)| *field == Field::Velocity);
         if shows_velocity && !shown.places.is_empty() {
             for j in shown.rows {
-                before.extend(line(self.level, j, &shown.columns).iter().step_by(self.every));
+                before.extend(line(earlier, j, &shown.columns).iter().step_by(self.every));
             }
         }
         Before(before)

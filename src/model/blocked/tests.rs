@@ -5,7 +5,12 @@ use rayon::ThreadPool;
 use super::*;
 use crate::{
     grid::{Geometry, MeshKind, Spacing},
-    model::{Field, Sample, TargetEnergy, rakhmatulin::Rakhmatulin, reference::Reference},
+    model::{
+        Field, Sample, TargetEnergy,
+        rakhmatulin::Rakhmatulin,
+        reference::Reference,
+        scheme::{Corner, Order},
+    },
 };
 
 /// Numbers that look random and repeat.
@@ -38,7 +43,11 @@ impl Twins {
         let (nr, nz) = (1 + noise.next(400), 1 + noise.next(if seed.is_multiple_of(4) { 600 } else { 150 }));
         let spacing = Spacing { dr: 0.1, dz: 0.2, layer_rows: Some(nz) };
         let grid = Grid::new(geometry, kind, spacing, nr, nz);
-        let theory = Rakhmatulin::new(grid.clone(), 0.5 * (1 + noise.next(100)) as f64 / 100.0);
+        let orders = [Order::Second, Order::Fourth];
+        let corner = Corner::new(orders[noise.next(2)], [0.0, 1.0, 4.0 / 3.0][noise.next(3)]);
+        let corner = corner.filter(|_| kind == MeshKind::Matched);
+        let c_s = 0.5 * (1 + noise.next(100)) as f64 / 100.0;
+        let theory = Rakhmatulin::new(grid.clone(), c_s, corner);
         let instructions = Instructions::all();
         let instructions = instructions[noise.next(instructions.len())];
         let coverage = [Coverage::Field, Coverage::Everything][noise.next(3) / 2];
@@ -50,7 +59,7 @@ impl Twins {
             reference: theory.reference(shown),
             every,
             pool: rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool"),
-            name: format!("seed {seed}, {coverage:?}, {instructions:?}, {threads} threads"),
+            name: format!("seed {seed}, {coverage:?}, {corner:?}, {instructions:?}, {threads} threads"),
             grid,
         }
     }
@@ -61,7 +70,7 @@ impl Twins {
         let mut plain = surface.clone();
         self.engine.predict(surface);
         self.reference.predict(&mut plain);
-        let known = (self.engine.cone.active_columns() + 1).min(nr);
+        let known = (self.engine.cone.active_columns() + self.engine.field.domain().reach()).min(nr);
         assert_eq!(surface.free[..known], plain.free[..known], "{}, step {step}", self.name);
         assert_eq!(surface.compliance, plain.compliance);
         for i in 0..nr {
@@ -72,10 +81,10 @@ impl Twins {
         surface.loaded = nr.min(surface.loaded + noise.next(2));
         self.pool.install(|| self.engine.advance(surface, step, is_frame));
         // what the engine leaves out is at rest
-        let columns = self.engine.cone.active(self.engine.level).columns.min(nr);
+        let active = self.engine.cone.active(self.engine.level);
         plain.clone_from(surface);
         plain.displacement[self.engine.cone.active_columns()..].fill(0.0);
-        self.reference.hold_at_rest(columns);
+        self.reference.hold_at_rest(active.rows, active.columns.min(nr));
         self.reference.advance(&plain, step, is_frame);
     }
 
@@ -168,7 +177,7 @@ fn the_engine_is_the_plain_stepper() {
 }
 
 fn engine(grid: &Grid, c_s: f64, coverage: Coverage, shown: FrameFields) -> Engine<()> {
-    Rakhmatulin::new(grid.clone(), c_s).engine(coverage, shown, Instructions::detect())
+    Rakhmatulin::new(grid.clone(), c_s, None).engine(coverage, shown, Instructions::detect())
 }
 
 /// Surface, energies and the last field of a run under a hard push.

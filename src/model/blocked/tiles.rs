@@ -3,14 +3,16 @@
 //! Contact couples the whole surface in every step; the interior is coupled to nothing but its neighbours. So a
 //! near-surface band of rows goes step by step, one row less each time, and the rows below follow later, many
 //! levels in one pass through memory. They are cut into tile rows and column bands; a tile is one tile row of
-//! one band, and every level of a tile is shifted by one row and one vector of columns towards the origin:
+//! one band, and every level of a tile is shifted by one row and one vector of columns towards the origin (with the corner
+//! term, which reaches farther, by two rows and one vector: [`Domain::reach`]):
 //!
 //! ```text
 //!  rows of a tile at levels t = 1, 2, 3      level t needs level t−1 one node around it: the shift
 //!    ·  ·  3                                 leaves behind just that much of the tile above and of
 //!    ·  2  3                                 the tile to the left, and has not touched what the tiles
 //!    1  2  3                                 below and to the right still need. Both levels of the
-//!    1  2  ·                                 field are therefore updated in place.
+//!    1  2  ·                                 field are therefore updated in place, or with three
+//!                                            levels over the one that nothing needs any more.
 //! ```
 //!
 //! Tile `(p, s)` (tile row p, band s) needs `(p', s')` for all `p' ≤ p`, `s' ≤ s`. A thread takes a tile row, does its bands
@@ -40,13 +42,15 @@ const MAX_LAG: usize = 32;
 
 /// Number of levels that the interior may lag behind the surface over `nz` rows: the more, the less often memory is gone
 /// through; but the near-surface band, which one thread does, should stay a small part of the whole.
-pub fn lag(nz: usize) -> usize {
-    (nz / 16).clamp(8, MAX_LAG)
+///
+/// * `reach`: see [`Domain::reach`]
+pub fn lag(nz: usize, reach: usize) -> usize {
+    (nz / 16).clamp(8, MAX_LAG) / reach
 }
 
-/// Rows of the near-surface band: rows 0 and 1 must be up to date when the interior lags by `lag`.
-pub fn band_rows(lag: usize) -> usize {
-    lag + 2
+/// Rows of the near-surface band: rows 0 to `reach` must be up to date when the interior lags by `lag`.
+pub fn band_rows(lag: usize, reach: usize) -> usize {
+    lag * reach + reach + 1
 }
 
 /// Rows and columns of a tile: one level of it is two arrays of 96 KiB that stream from the second cache row after row, and
@@ -101,8 +105,8 @@ impl LevelTask {
     ///
     /// # Safety
     ///
-    /// The nodes hold the two levels before, as do a row and a vector around them; no other thread touches the nodes,
-    /// writes to those around them or samples these rows.
+    /// The nodes hold the two levels before, as do [`Domain::reach`] rows and a vector around them; no other thread touches the
+    /// nodes, writes to those around them or samples these rows.
     #[expect(unsafe_code, reason = "several threads update the field in place")]
     pub unsafe fn advance(
         &self,
@@ -122,6 +126,7 @@ impl LevelTask {
             }
             let energies = sampler.map(|sampler| sampler.energies(inner.clone()));
             domain.advance(level, inner, columns.clone(), energies);
+            domain.reflect(level, &rows, &columns);
             if let (Some(sampler), Some(before)) = (sampler, before) {
                 sampler.after(domain, &rows, &columns, &before, motion);
             }
@@ -185,11 +190,12 @@ impl Pass {
         earlier: Option<&Self>,
     ) -> Self {
         let levels = tasks.len();
-        assert!(levels <= lag && lag <= MAX_LAG, "the near-surface band is not deep enough");
+        let reach = domain.reach();
+        assert!(levels <= lag && lag * reach <= MAX_LAG, "the near-surface band is not deep enough");
         let rows = tasks.iter().map(|task| task.active.rows).max().unwrap_or(0);
         let columns = tasks.iter().map(|task| task.active.columns).max().unwrap_or(0);
         assert!(rows < domain.levels.rows() && columns <= domain.levels.columns());
-        let tile_rows = (rows + levels).saturating_sub(band_rows(lag)).div_ceil(TILE_ROWS);
+        let tile_rows = (rows + reach * levels).saturating_sub(band_rows(lag, reach)).div_ceil(TILE_ROWS);
         // a band for every thread at least
         let tile_columns =
             columns.div_ceil(threads).next_multiple_of(BLOCK).clamp(NARROW_COLUMNS, TILE_COLUMNS);
@@ -256,9 +262,10 @@ impl Pass {
     /// All levels of a tile.
     fn tile(&self, tile_row: usize, band: usize) {
         let domain = &*self.domain;
+        let reach = domain.reach();
         for (t, task) in (1..).zip(&self.tasks) {
             let ActiveRegion { rows, columns } = task.active;
-            let first = band_rows(self.lag) + tile_row * TILE_ROWS - t;
+            let first = band_rows(self.lag, reach) + tile_row * TILE_ROWS - reach * t;
             let rows = first..(first + TILE_ROWS).min(rows);
             let shift = (t - 1) * domain.width();
             let columns = (band * self.tile_columns).saturating_sub(shift)
@@ -268,21 +275,21 @@ impl Pass {
             }
             let has_last = rows.contains(&domain.last_row());
             // SAFETY: rows lie in 1 ≤ j ≤ nz − 1 and columns in 0 ≤ i < nr (the active region stays below both), so with a
-            // row and a block around them they are inside the arrays. No other thread writes to what is read here or
-            // touches what is written here:
-            // - in this pass, the nodes of a tile at level t are read by tiles to the right and below at level t + 1,
-            //   which start after this one has ended; those of level t − 1 around this tile were written by tiles above
-            //   and to the left, which have ended, and are overwritten at level t + 1 only by tiles that are shifted
-            //   one row and one vector farther, which is past them;
+            // block and `reach` rows or images around them they are inside the arrays. No other thread writes to what is
+            // read here or touches what is written here. Let R be the reach, 1 or 2; images belong to the row they are of:
+            // - in this pass, the nodes of a tile at level t are read by tiles to the right and below at levels t + 1 and
+            //   (R = 2) t + 2, which start after this one has ended; those of earlier levels around this tile were written by
+            //   tiles above and to the left, which have ended, and are overwritten at level t + 1 (R = 2: t + 2) only by
+            //   tiles that are shifted R rows and one vector farther per level, which is past them;
             // - a sampler reads what the step reads, of level t − 1, and the nodes themselves; and all tiles that sample a
             //   row at one level belong to one tile row;
-            // - in the pass before, this tile row, those above and the one below are done. If that one's rows begin at
-            //   row f before any shift, this tile row writes up to row f − 2 and reads up to f − 1; what is farther down
-            //   begins TILE_ROWS ≥ lag rows below f and is shifted up by a lag at most: it writes from f on and reads
-            //   from f − 1 on;
-            // - the near-surface band goes on when the first tile row is done, writes up to row `lag` and reads one
-            //   row more; the second tile row begins at row `lag + 2 + TILE_ROWS` before any shift, so it writes from
-            //   `lag + 2` on and reads from `lag + 1` on.
+            // - in the pass before, this tile row, those above and the one below are done. If that one's rows end at row f
+            //   before any shift, this tile row writes up to row f − R − 1 and reads up to f − 1; what is farther down
+            //   begins at f + TILE_ROWS and is shifted up by R·lag ≤ TILE_ROWS at most: it writes from f on and reads from
+            //   f − R on;
+            // - the near-surface band goes on when the first tile row is done. It has B = R·lag + R + 1 rows, R less in every
+            //   level, so it writes up to row B − R − 1 and reads up to B − 1; the second tile row begins at row
+            //   B + TILE_ROWS before any shift, so it writes from B on and reads from B − R on.
             #[expect(unsafe_code, reason = "tiles of one array are updated in place by several threads")]
             unsafe {
                 task.advance(domain, self.base + t, rows, columns.clone(), None);

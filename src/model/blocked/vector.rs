@@ -22,9 +22,15 @@ pub trait Vector: Copy {
     unsafe fn mul(self, other: Self) -> Self;
     /// `self + 2·other`; twice a number is exact, so this rounds once however it is done.
     unsafe fn add_twice(self, other: Self) -> Self;
+    /// `2·self − other`; rounds once, too.
+    unsafe fn twice_less(self, other: Self) -> Self;
+    /// The same number everywhere.
+    unsafe fn splat(number: f64) -> Self;
     /// Where one vector ends and the next begins: for every number of `before` the one after it, and for every number of
     /// `after` the one before it.
     unsafe fn seam(before: Self, after: Self) -> (Self, Self);
+    /// The same with the second one after, and the second one before.
+    unsafe fn wide_seam(before: Self, after: Self) -> (Self, Self);
 }
 
 /// Two numbers, which compilers know how to keep together on most machines.
@@ -71,8 +77,23 @@ impl Vector for Pair {
     }
 
     #[inline(always)]
+    unsafe fn twice_less(self, other: Self) -> Self {
+        Self(2.0 * self.0 - other.0, 2.0 * self.1 - other.1)
+    }
+
+    #[inline(always)]
+    unsafe fn splat(number: f64) -> Self {
+        Self(number, number)
+    }
+
+    #[inline(always)]
     unsafe fn seam(before: Self, after: Self) -> (Self, Self) {
         (Self(before.1, after.0), Self(before.1, after.0))
+    }
+
+    #[inline(always)]
+    unsafe fn wide_seam(before: Self, after: Self) -> (Self, Self) {
+        (after, before)
     }
 }
 
@@ -120,6 +141,23 @@ mod x86 {
         }
 
         #[inline(always)]
+        unsafe fn twice_less(self, other: Self) -> Self {
+            unsafe { _mm256_fmsub_pd(_mm256_set1_pd(2.0), self, other) }
+        }
+
+        #[inline(always)]
+        unsafe fn splat(number: f64) -> Self {
+            unsafe { _mm256_set1_pd(number) }
+        }
+
+        #[inline(always)]
+        unsafe fn wide_seam(before: Self, after: Self) -> (Self, Self) {
+            // the last two of `before` and the first two of `after`
+            let middle = unsafe { _mm256_permute2f128_pd::<0x21>(before, after) };
+            (middle, middle)
+        }
+
+        #[inline(always)]
         unsafe fn seam(before: Self, after: Self) -> (Self, Self) {
             unsafe {
                 // the last two of `before` and the first two of `after`
@@ -160,6 +198,27 @@ mod x86 {
         #[inline(always)]
         unsafe fn add_twice(self, other: Self) -> Self {
             unsafe { _mm512_fmadd_pd(_mm512_set1_pd(2.0), other, self) }
+        }
+
+        #[inline(always)]
+        unsafe fn twice_less(self, other: Self) -> Self {
+            unsafe { _mm512_fmsub_pd(_mm512_set1_pd(2.0), self, other) }
+        }
+
+        #[inline(always)]
+        unsafe fn splat(number: f64) -> Self {
+            unsafe { _mm512_set1_pd(number) }
+        }
+
+        #[inline(always)]
+        unsafe fn wide_seam(before: Self, after: Self) -> (Self, Self) {
+            unsafe {
+                let (b, a) = (_mm512_castpd_si512(before), _mm512_castpd_si512(after));
+                (
+                    _mm512_castsi512_pd(_mm512_alignr_epi64::<2>(a, b)),
+                    _mm512_castsi512_pd(_mm512_alignr_epi64::<6>(a, b)),
+                )
+            }
         }
 
         #[inline(always)]

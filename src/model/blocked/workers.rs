@@ -21,6 +21,7 @@ use super::{
     domain::{Domain, Levels},
     sampler::SurfaceMotion,
     tiles::{LevelTask, Pass, RowPeak, band_rows, lag, wait_until},
+    vector::BLOCK,
 };
 
 /// Nodes in a pass below which a second thread is not worth waking.
@@ -159,7 +160,7 @@ impl Workers {
     /// A field at rest.
     pub fn new(domain: Domain) -> Self {
         Self {
-            lag: lag(domain.backing),
+            lag: lag(domain.backing, domain.reach()),
             domain: Arc::new(domain),
             queue: Arc::default(),
             passes: VecDeque::new(),
@@ -184,6 +185,11 @@ impl Workers {
         self.lag
     }
 
+    /// Rows of the near-surface band just after the interior has followed.
+    pub fn band_rows(&self) -> usize {
+        band_rows(self.lag, self.domain.reach())
+    }
+
     fn levels(&self) -> &Levels {
         &self.domain.levels
     }
@@ -191,16 +197,16 @@ impl Workers {
     /// Panics if a pass may be writing to row `j`.
     fn check(&self, j: usize) {
         assert!(
-            self.passes.is_empty() || j + 1 < band_rows(self.lag),
+            self.passes.is_empty() || j + 1 < self.band_rows(),
             "row {j} while the interior is being advanced"
         );
     }
 
-    /// Row `j` at a level, with a zero at its end; one of the near-surface band, if passes may be under way.
+    /// Row `j` at a level, with zeros at its end; one of the near-surface band, if passes may be under way.
     pub fn row(&self, level: usize, j: usize) -> &[f64] {
         self.check(j);
         // SAFETY: passes are begun by `&mut self`; those under way do not come up to the band
-        unsafe { self.levels().part(level, j, 0..self.levels().columns() + 1) }
+        unsafe { self.levels().part(level, j, 0..self.levels().columns() + BLOCK) }
     }
 
     /// Makes sure that `rows` rows are memory.
