@@ -44,7 +44,7 @@ pub struct CornerTerm<'a> {
 /// Rows that are marched side by side: what two of them carry fits into 16 registers.
 const ABREAST: usize = 2;
 /// The same with the corner term, whose sums over z reach two rows up and down.
-const CORNER_ABREAST: usize = 4;
+const CORNER_ABREAST: usize = 2;
 
 /// Advances `rows` of `columns`, whole vectors, and adds their energy to `energies` if `COUNTS` says so.
 ///
@@ -160,9 +160,10 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
         let (earlier, now, next) = (earlier.add(j * stride), now.add(j * stride), next.add(j * stride));
         let before = axial_sums::<V, N>(now, stride, columns.start);
         let mut here = axial_sums::<V, N>(now, stride, columns.start + V::WIDTH);
+        // differences of 4·U to the next column, in the vector before
         let mut inner = [here[0].1; N];
         for row in 0..N {
-            inner[row] = V::seam(before[row].1, here[row].1).1;
+            inner[row] = V::seam(before[row].1, here[row].1).0.sub(before[row].1);
         }
         let mut i = columns.start;
         while i < columns.end {
@@ -170,14 +171,14 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
             let (out, inw) = (V::load(outward.as_ptr().add(i)), V::load(inward.as_ptr().add(i)));
             for row in 0..N {
                 let (ends, four) = here[row];
-                let (outer, next_inner) = V::seam(four, after[row].1);
+                let slope = V::seam(four, after[row].1).0.sub(four);
                 let node = i + row * stride;
                 let before = V::load(earlier.add(node));
                 let axial = ends.sub(before);
-                let radial = out.mul(outer.sub(four)).sub(inw.mul(four.sub(inner[row])));
+                let radial = out.mul(slope).sub(inw.mul(V::seam(inner[row], slope).1));
                 let later = axial.add(radial);
                 later.store(next.add(node));
-                inner[row] = next_inner;
+                inner[row] = slope;
                 if COUNTS {
                     let middle = V::load(now.add(node));
                     let area = V::load(area.as_ptr().add(i));
@@ -204,62 +205,125 @@ struct CornerSums<V> {
     moved: V,
 }
 
-/// [`CornerSums`] of `N` rows from row j on, in the vector before column `i`.
-///
-/// * `levels`: column 0 of row j at levels k−1 and k
-///
-/// # Safety
-///
-/// The machine must have the instructions of `V`; the vector is one of numbers in these rows and two above and below.
-#[inline(always)]
-#[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
-unsafe fn corner_sums<V: Vector, const N: usize, const COUNTS: bool>(
-    levels: [*const f64; 2],
-    stride: usize,
-    i: usize,
-    share: V,
-) -> [CornerSums<V>; N] {
-    // SAFETY: rows j − 2 to j + N + 1 are numbers there
-    unsafe {
-        let [before, now] = [levels[0].add(i).sub(V::WIDTH), levels[1].add(i).sub(V::WIDTH)];
-        let mut a = combination::<V, COUNTS>(before.sub(2 * stride), now.sub(2 * stride), share);
-        let mut b = combination::<V, COUNTS>(before.sub(stride), now.sub(stride), share);
-        let mut c = combination::<V, COUNTS>(before, now, share);
-        let mut d = combination::<V, COUNTS>(before.add(stride), now.add(stride), share);
-        let empty = CornerSums { ends: a[0], four: a[0], axial: a[0], moved: a[0] };
-        let mut sums = [empty; N];
-        for (row, sum) in sums.iter_mut().enumerate() {
-            let below = (row + 2) * stride;
-            let e = combination::<V, COUNTS>(before.add(below), now.add(below), share);
-            let ends = b[0].add(d[0]);
-            *sum = CornerSums {
-                ends,
-                four: ends.add_twice(c[0]),
-                axial: c[1].twice_less(a[1].add(e[1])),
-                moved: if COUNTS { c[2].twice_less(a[2].add(e[2])) } else { a[0] },
-            };
-            (a, b, c, d) = (b, c, d, e);
+/// A vector of a row at both levels: u^k, the combination `u^k − ρ·u^{k−1}` and, if energy is counted, `u^k − u^{k−1}`.
+#[derive(Clone, Copy)]
+struct Combination<V> {
+    now: V,
+    both: V,
+    moved: V,
+}
+
+impl<V: Vector> Combination<V> {
+    /// # Safety
+    ///
+    /// The machine must have the instructions of `V`; the vector is one of numbers at both levels.
+    #[inline(always)]
+    #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
+    unsafe fn load<const COUNTS: bool>(before: *const f64, now: *const f64, share: V) -> Self {
+        // SAFETY: the caller's promise
+        unsafe {
+            let (before, now) = (V::load(before), V::load(now));
+            let moved = if COUNTS { now.sub(before) } else { now };
+            Self { now, both: now.sub(share.mul(before)), moved }
         }
-        sums
     }
 }
 
-/// u^k, the combination `u^k − ρ·u^{k−1}` and, if energy is counted, `u^k − u^{k−1}` of a vector.
-///
-/// # Safety
-///
-/// The machine must have the instructions of `V`; the vector is one of numbers at both levels.
-#[inline(always)]
-#[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
-unsafe fn combination<V: Vector, const COUNTS: bool>(
-    before: *const f64,
-    now: *const f64,
-    share: V,
-) -> [V; 3] {
-    // SAFETY: the caller's promise
-    unsafe {
-        let (before, now) = (V::load(before), V::load(now));
-        [now, now.sub(share.mul(before)), if COUNTS { now.sub(before) } else { now }]
+impl<V: Vector> Combination<V> {
+    /// Rows j − 2 to j + 1, of a vector of row j.
+    ///
+    /// # Safety
+    ///
+    /// As [`Combination::load`] for these rows.
+    #[inline(always)]
+    #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
+    unsafe fn first_rows<const COUNTS: bool>(
+        before: *const f64,
+        now: *const f64,
+        stride: usize,
+        share: V,
+    ) -> [Self; 4] {
+        // SAFETY: the caller's promise
+        unsafe {
+            let (before, now) = (before.sub(2 * stride), now.sub(2 * stride));
+            [
+                Self::load::<COUNTS>(before, now, share),
+                Self::load::<COUNTS>(before.add(stride), now.add(stride), share),
+                Self::load::<COUNTS>(before.add(2 * stride), now.add(2 * stride), share),
+                Self::load::<COUNTS>(before.add(3 * stride), now.add(3 * stride), share),
+            ]
+        }
+    }
+}
+
+impl<V: Vector> CornerSums<V> {
+    /// Of a row from what stands in it and in the two rows above and below.
+    ///
+    /// # Safety
+    ///
+    /// The machine must have the instructions of `V`.
+    #[inline(always)]
+    #[expect(unsafe_code, reason = "instructions that not every machine has")]
+    unsafe fn of<const COUNTS: bool>(rows: [Combination<V>; 5]) -> Self {
+        let [a, b, c, d, e] = rows;
+        // SAFETY: the caller's promise
+        unsafe {
+            let ends = b.now.add(d.now);
+            Self {
+                ends,
+                four: ends.add_twice(c.now),
+                axial: c.both.twice_less(a.both.add(e.both)),
+                moved: if COUNTS { c.moved.twice_less(a.moved.add(e.moved)) } else { ends },
+            }
+        }
+    }
+
+    /// Of `N` rows from row j on, in the vector before column `i`.
+    ///
+    /// * `levels`: column 0 of row j at levels k−1 and k
+    ///
+    /// # Safety
+    ///
+    /// The machine must have the instructions of `V`; the vector is one of numbers in these rows and two above and below.
+    #[inline(always)]
+    #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
+    unsafe fn load<const N: usize, const COUNTS: bool>(
+        levels: [*const f64; 2],
+        stride: usize,
+        i: usize,
+        share: V,
+    ) -> [Self; N] {
+        // SAFETY: rows j − 2 to j + N + 1 are numbers there
+        unsafe {
+            let (before, now) = (levels[0].add(i).sub(V::WIDTH), levels[1].add(i).sub(V::WIDTH));
+            let [mut a, mut b, mut c, mut d] = Combination::first_rows::<COUNTS>(before, now, stride, share);
+            let mut sums = [Self { ends: share, four: share, axial: share, moved: share }; N];
+            for (row, sum) in sums.iter_mut().enumerate() {
+                let below = (row + 2) * stride;
+                let e = Combination::load::<COUNTS>(before.add(below), now.add(below), share);
+                *sum = Self::of::<COUNTS>([a, b, c, d, e]);
+                (a, b, c, d) = (b, c, d, e);
+            }
+            sums
+        }
+    }
+
+    /// Differences of `4·U` to the next column, and of the sums of the corner term to the second next, in the vector before
+    /// `after`.
+    ///
+    /// # Safety
+    ///
+    /// The machine must have the instructions of `V`.
+    #[inline(always)]
+    #[expect(unsafe_code, reason = "instructions that not every machine has")]
+    unsafe fn slopes<const COUNTS: bool>(self, after: Self) -> [V; 3] {
+        // SAFETY: the caller's promise
+        unsafe {
+            let four = V::seam(self.four, after.four).0.sub(self.four);
+            let axial = V::wide_seam(self.axial, after.axial).0.sub(self.axial);
+            let moved = if COUNTS { V::wide_seam(self.moved, after.moved).0.sub(self.moved) } else { axial };
+            [four, axial, moved]
+        }
     }
 }
 
@@ -286,48 +350,49 @@ unsafe fn corner_march<V: Vector, const N: usize, const COUNTS: bool>(
         let share = V::splat(corner.share);
         let levels = [earlier.add(j * stride), now.add(j * stride)];
         let next = next.add(j * stride);
-        let before = corner_sums::<V, N, COUNTS>(levels, stride, columns.start, share);
-        let mut here = corner_sums::<V, N, COUNTS>(levels, stride, columns.start + V::WIDTH, share);
-        // sums at column i − 1 and, of the corner term, i − 2
-        let mut inner = here;
+        let before = CornerSums::<V>::load::<N, COUNTS>(levels, stride, columns.start, share);
+        let mut here = CornerSums::<V>::load::<N, COUNTS>(levels, stride, columns.start + V::WIDTH, share);
+        // slopes in the vector before
+        let mut inner = [[share; 3]; N];
         for row in 0..N {
-            inner[row].four = V::seam(before[row].four, here[row].four).1;
-            inner[row].axial = V::wide_seam(before[row].axial, here[row].axial).1;
-            inner[row].moved = V::wide_seam(before[row].moved, here[row].moved).1;
+            inner[row] = before[row].slopes::<COUNTS>(here[row]);
         }
         let mut i = columns.start;
         while i < columns.end {
-            let after = corner_sums::<V, N, COUNTS>(levels, stride, i + 2 * V::WIDTH, share);
             let (out, inw) = (V::load(outward.as_ptr().add(i)), V::load(inward.as_ptr().add(i)));
             let corner_out = V::load(corner.outward.as_ptr().add(i));
             let corner_in = V::load(corner.inward.as_ptr().add(i));
+            let ahead = i + V::WIDTH;
+            let (before, now) = (levels[0].add(ahead), levels[1].add(ahead));
+            let [mut a, mut b, mut c, mut d] = Combination::first_rows::<COUNTS>(before, now, stride, share);
+            let (mut old, mut new) = (levels[0].add(i), next.add(i));
             for row in 0..N {
-                let (sums, node) = (here[row], i + row * stride);
-                let (outer, next_inner) = V::seam(sums.four, after[row].four);
-                let radial = out.mul(outer.sub(sums.four)).sub(inw.mul(sums.four.sub(inner[row].four)));
-                inner[row].four = next_inner;
-                let (outer, next_inner) = V::wide_seam(sums.axial, after[row].axial);
-                let added = corner_out
-                    .mul(outer.sub(sums.axial))
-                    .sub(corner_in.mul(sums.axial.sub(inner[row].axial)));
-                inner[row].axial = next_inner;
-                let before = V::load(levels[0].add(node));
+                let below = (row + 2) * stride;
+                let e = Combination::load::<COUNTS>(before.add(below), now.add(below), share);
+                let after = CornerSums::of::<COUNTS>([a, b, c, d, e]);
+                (a, b, c, d) = (b, c, d, e);
+                let sums = here[row];
+                let slopes = sums.slopes::<COUNTS>(after);
+                let radial = out.mul(slopes[0]).sub(inw.mul(V::seam(inner[row][0], slopes[0]).1));
+                let added =
+                    corner_out.mul(slopes[1]).sub(corner_in.mul(V::wide_seam(inner[row][1], slopes[1]).1));
+                let before = V::load(old);
                 let later = sums.ends.sub(before).add(radial).add(added);
-                later.store(next.add(node));
+                later.store(new);
                 if COUNTS {
-                    let (outer, next_inner) = V::wide_seam(sums.moved, after[row].moved);
                     let damped = corner_out
-                        .mul(outer.sub(sums.moved))
-                        .sub(corner_in.mul(sums.moved.sub(inner[row].moved)));
-                    inner[row].moved = next_inner;
-                    let middle = V::load(levels[1].add(node));
+                        .mul(slopes[2])
+                        .sub(corner_in.mul(V::wide_seam(inner[row][2], slopes[2]).1));
+                    let middle = V::load(levels[1].add(i + row * stride));
                     let area = V::load(area.as_ptr().add(i));
                     // what damping takes is not strain
                     let force = later.sub(middle).sub(middle.sub(before)).sub(share.mul(damped));
                     energies.get_unchecked_mut(row).add(i, area, [before, middle, later], force);
                 }
+                inner[row] = slopes;
+                here[row] = after;
+                (old, new) = (old.add(stride), new.add(stride));
             }
-            here = after;
             i += V::WIDTH;
         }
     }
