@@ -24,6 +24,7 @@ mod depth;
 pub mod event;
 mod partial;
 
+pub(crate) use partial::HALF_WIDTH;
 use partial::PartialContact;
 
 /// How surface and indenter touch.
@@ -84,14 +85,23 @@ impl Contact {
     /// A contact at t = 0: surface at rest, indenter touching it at r = 0 and moving with V0.
     ///
     /// * `velocity`: V0 \[c_p\]
-    pub fn new(rule: Rule, shape: Shape, geometry: Geometry, grid: &Grid, velocity: f64) -> Self {
+    /// * `wave_speed`: of waves along the surface, c_s \[c_p\]
+    pub fn new(
+        rule: Rule,
+        shape: Shape,
+        geometry: Geometry,
+        grid: &Grid,
+        velocity: f64,
+        wave_speed: f64,
+    ) -> Self {
         let nr = grid.nr();
         let step = velocity * grid.dt();
-        let half_width = if rule == Rule::Bilateral { 0.0 } else { step };
+        let half_width = if rule == Rule::Bilateral { 0.0 } else { HALF_WIDTH * step };
+        let slowness = velocity / wave_speed;
         let is_under_punch = |i: &usize| rule == Rule::Prescribed || shape.profile(grid.r(*i)).is_finite();
         let partial: Vec<PartialContact> = (0..nr)
             .take_while(is_under_punch)
-            .map(|i| PartialContact::new(&shape, grid, i, geometry, half_width))
+            .map(|i| PartialContact::new(&shape, grid, i, geometry, half_width, slowness))
             .collect();
         let profile: Vec<f64> = partial.iter().map(|node| node.mean).take_while(|f| f.is_finite()).collect();
         Self {
@@ -212,7 +222,7 @@ impl Contact {
             let pressure = (next - surface.free[i]) / surface.compliance[i];
             surface.pressure[i] = pressure;
             surface.displacement[i] = next;
-            state.drag += self.area[i] * fraction * pressure;
+            state.drag += self.area[i] * node.drag_share(fraction) * pressure;
             state.work += 0.5 * self.area[i] * pressure * (next - before);
             if fraction > 0.0 {
                 state.nodes += 1;
@@ -247,7 +257,7 @@ mod tests {
         let grid = Grid::new(Geometry::Axisymmetric, MeshKind::Matched, spacing, 10, 10);
         let mut surface = Surface::new(10);
         surface.compliance.fill(2.0 * DT);
-        let contact = Contact::new(rule, Shape::new(head, radius), Geometry::Axisymmetric, &grid, 1.0);
+        let contact = Contact::new(rule, Shape::new(head, radius), Geometry::Axisymmetric, &grid, 1.0, 0.5);
         (contact, surface, Indenter::new(mass, 1.0, DT))
     }
 
@@ -284,8 +294,8 @@ mod tests {
             // w grows by 0.1 per step and the profile by 0.05 per node, the first at 0.025
             let state = contact.step(&mut surface, &mut indenter);
             assert!((state.contact_radius - 0.1 * f64::from(nodes)).abs() < 1e-12);
-            // partial contact begins up to one step, and half a hat, before the node is reached
-            assert!(state.nodes >= nodes as usize && state.nodes <= nodes as usize + 3, "{state:?}");
+            // partial contact begins up to one step and a half, and half a hat, before the node is reached
+            assert!(state.nodes >= nodes as usize && state.nodes <= nodes as usize + 4, "{state:?}");
             assert!(surface.pressure.iter().all(|&p| p >= 0.0));
             surface.free.copy_from_slice(&surface.displacement);
         }

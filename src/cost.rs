@@ -71,7 +71,8 @@ impl Estimate {
     /// Estimates a run of `case`.
     pub fn new(case: &Case) -> Self {
         let Sizes { nr, nz, .. } = case.sizes;
-        let memory = 2 * 8 * (nr as u64 + 1) * (nz as u64 + 1)
+        let levels = if case.corner().is_some() { 3 } else { 2 };
+        let memory = levels * 8 * (nr as u64 + 1) * (nz as u64 + 1)
             + FRAMES_IN_MEMORY.min(case.frames().count()) * case.frame_size() as u64;
         Self { memory, run: run_trials(case) }
     }

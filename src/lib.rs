@@ -87,7 +87,9 @@
 //!
 //! | To add | Touch |
 //! |---|---|
-//! | indenter shape, contact rule, mesh | a variant in [`shape`], [`contact`], [`grid`]; the compiler lists the arms |
+//! | indenter shape | a variant of [`shape::Head`] and of [`case::HeadKind`], its keys in `src/case/read_indenter.rs` and `src/case/resolved.rs`; the compiler lists the arms |
+//! | contact rule, mesh | a variant in [`contact`], [`grid`]; the compiler lists the arms |
+//! | field of frames | a variant of [`model::Field`]; the compiler lists the arms: how models show it, its unit, its colours |
 //! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in [`channels::Catalogue::new`] |
 //! | channel for viewers | `src/channels/view/<x>.rs`, a variant of [`case::ViewChannel`]; a panel in [`layout`] |
 //! | model | its operators in [`model::scheme`], `src/model/<x>.rs` ([`model::reference::Scheme`] is enough to run whole cases), one line in [`simulation`] |

@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize};
 use crate::{grid::Grid, surface::Surface};
 
 mod blocked;
+pub(crate) use blocked::CORNER_MARGIN;
 pub mod rakhmatulin;
 pub mod reference;
 pub mod scheme;

@@ -29,7 +29,8 @@ pub(crate) use writer::write_options;
 /// * 1.0: the first.
 /// * 1.1: slices of a field have one shape; force, mass and energy of plane runs are per length, in units of their own;
 ///   `Event.since`.
-pub const FORMAT_VERSION: &str = "1.1";
+/// * 1.2: `Energy.damped`; order and damping of the scheme in the run record.
+pub const FORMAT_VERSION: &str = "1.2";
 
 /// Uncompressed size at which a chunk is closed \[bytes\]: smaller ones lose less in a crash and cost more index. From 256 KiB
 /// to 4 MiB the size of the file differs by 0.2 % and the time by less than can be measured.

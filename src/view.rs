@@ -63,7 +63,7 @@ pub struct Frame {
     pub fields: Arc<model::Frame>,
 }
 
-/// Energy ledger: `initial + work = kinetic + strain + indenter + dissipated + residual` \[πR³γc_p²; plane
+/// Energy ledger: `initial + work = kinetic + strain + indenter + dissipated + damped + residual` \[πR³γc_p²; plane
 /// R²γc_p²\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energy {
@@ -75,6 +75,8 @@ pub struct Energy {
     pub indenter: f64,
     /// Energy dissipated so far by the impact of surface nodes on the indenter.
     pub dissipated: f64,
+    /// Energy taken out so far by the damping of waves that the mesh does not resolve.
+    pub damped: f64,
     /// Work done so far by a prescribed motion.
     pub work: f64,
     /// Rounding.

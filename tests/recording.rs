@@ -393,11 +393,14 @@ fn all_slices_of_a_recording_have_one_shape() {
             for (_, slice) in &slices {
                 assert_eq!((slice.nr, slice.nz), shape, "{topic}, step {}", slice.step);
                 assert_eq!(slice.values.len(), (slice.nr * slice.nz) as usize);
-                // at most one row per step in depth, and one column per step in radius
+                // at most two rows per step in depth, and two columns per step in radius
                 let every = case.record.field_every as u64;
                 for (m, value) in slice.values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
                     let (j, i) = (m as u64 / u64::from(slice.nr), m as u64 % u64::from(slice.nr));
-                    assert!(every * j <= slice.step && every * i <= 20 + slice.step, "{j} {i}: {value}");
+                    assert!(
+                        every * j <= 2 * slice.step && every * i <= 20 + 2 * slice.step,
+                        "{j} {i}: {value}"
+                    );
                 }
             }
         }
@@ -422,7 +425,7 @@ fn plane_runs_have_units_of_their_own() {
         &channel.expect("a channel").metadata
     };
     assert_eq!(channel("/drag")["unit.force"], "Rγc_p²");
-    for field in ["kinetic", "strain", "indenter", "dissipated", "work", "residual"] {
+    for field in ["kinetic", "strain", "indenter", "dissipated", "damped", "work", "residual"] {
         assert_eq!(channel("/energy")[&format!("unit.{field}")], "R²γc_p²");
     }
     let run = &metadata(&bytes)["percuss.run"];
@@ -434,7 +437,8 @@ fn plane_runs_have_units_of_their_own() {
     // the energy of the half x >= 0, per length: the loss of ½·M·V0² of the mass is in the target
     let energies: Vec<(u64, message::Energy)> = messages(&bytes, "/energy");
     for (_, energy) in &energies {
-        let sum = energy.kinetic + energy.strain + energy.indenter + energy.dissipated + energy.residual;
+        let target = energy.kinetic + energy.strain + energy.damped;
+        let sum = target + energy.indenter + energy.dissipated + energy.residual;
         assert!((sum - energy.work - 1.0).abs() < 1e-12, "{energy:?}");
     }
     let exact = case_of_plane_punch(&folder);
@@ -663,7 +667,7 @@ fn a_closed_form_is_on_the_channels_of_the_run() {
         ("fig6a", 6e-4, 0.3),
         ("fig7a", 6e-4, 0.3),
         ("fig3", 2.2e-3, 0.2),
-        ("fig5-plane", 1.2e-4, 0.2),
+        ("fig5-plane", 2e-4, 0.2),
     ] {
         let case = case(name, &["mesh.cells=100", "record.fields=[]", "run.end_time=1.5", "record.frames=0"]);
         let run = record(&case, &folder.path().join(format!("{name}.mcap")));

@@ -1,7 +1,10 @@
 //! The density of recorded fields: which nodes frames show, and their size.
 
 use super::Parameters;
-use crate::{model::Extent, shape::Shape};
+use crate::{
+    model::{CORNER_MARGIN, Extent},
+    shape::Shape,
+};
 
 /// Default of the estimated nonzero numbers of a field in all frames together: 16 MiB. Recording them takes a small part of any
 /// long run; recording all nodes of a fine mesh takes longer than computing them.
@@ -22,20 +25,36 @@ impl Parameters {
         if self.record.fields.is_empty() {
             return 1;
         }
-        let every = (self.estimated_nodes(1) / ACTIVE_NODES).sqrt().ceil() as usize;
+        let every = (self.estimated_nodes(1, |_| 0.0) / ACTIVE_NODES).sqrt().ceil() as usize;
         every.min(self.mesh.cells / SHOWN_CELLS).max(1)
     }
 
+    /// Ratio of the nonzero numbers of a field, in all frames together, to those inside the light cone.
+    pub(crate) fn precursor_factor(&self) -> f64 {
+        if self.corner().is_none() {
+            return 1.0;
+        }
+        let every = self.record.field_every;
+        let inside = self.estimated_nodes(every, |_| 0.0);
+        // the outer half of the margin is too small to be seen in single precision
+        let ahead = |step: f64| step.min(0.5 * CORNER_MARGIN as f64);
+        self.estimated_nodes(every, ahead).max(1.0) / inside.max(1.0)
+    }
+
     /// Estimated nonzero numbers of a field of every `every`-th node along r and z, in all frames together.
-    fn estimated_nodes(&self, every: usize) -> f64 {
+    ///
+    /// * `ahead`: rows and columns ahead of the light cone that are not 0, by step
+    fn estimated_nodes(&self, every: usize, ahead: impl Fn(f64) -> f64) -> f64 {
         const SAMPLES: usize = 200;
         let shown = |nodes: f64| (nodes / every as f64).ceil();
-        let rows = |step: f64| (step + 1.0).min(self.sizes.nz as f64 + 1.0);
+        let rows = |step: f64| (step + ahead(step) + 1.0).min(self.sizes.nz as f64 + 1.0);
         let frames = self.frames().estimated_steps();
         let samples = frames.iter().step_by(frames.len().div_ceil(SAMPLES).max(1));
         let each = frames.len() as f64 / samples.len().max(1) as f64;
         let shape = self.shape();
-        let nodes = |step: &f64| shown(self.active_columns(&shape, *step)) * shown(rows(*step));
+        let columns = |step: f64| self.active_columns(&shape, step) + ahead(step);
+        let columns = |step: f64| columns(step).min(self.sizes.nr as f64);
+        let nodes = |step: &f64| shown(columns(*step)) * shown(rows(*step));
         each * samples.map(nodes).sum::<f64>()
     }
 
@@ -73,9 +92,9 @@ mod tests {
     fn default_density_keeps_the_number_of_nodes() {
         let case = fine(&[]);
         let every = case.record.field_every;
-        assert!(every > 1 && case.estimated_nodes(every - 1) > ACTIVE_NODES);
+        assert!(every > 1 && case.estimated_nodes(every - 1, |_| 0.0) > ACTIVE_NODES);
         // the numbers of shown rows and columns are rounded up
-        assert!(case.estimated_nodes(every) < 1.05 * ACTIVE_NODES);
+        assert!(case.estimated_nodes(every, |_| 0.0) < 1.05 * ACTIVE_NODES);
         assert_eq!(fine(&["record.field_every=1"]).record.field_every, 1);
         assert_eq!(fine(&["record.frame_times=[1.0, 2.5]"]).record.field_every, 1);
         assert_eq!(fine(&["record.frames=0"]).record.field_every, 1);
@@ -90,8 +109,8 @@ mod tests {
 
     #[test]
     fn many_frames_are_estimated_from_some() {
-        let few = fine(&["record.frames=200"]).estimated_nodes(4) / 200.0;
-        let many = fine(&["record.frames=5001"]).estimated_nodes(4) / 5001.0;
+        let few = fine(&["record.frames=200"]).estimated_nodes(4, |_| 0.0) / 200.0;
+        let many = fine(&["record.frames=5001"]).estimated_nodes(4, |_| 0.0) / 5001.0;
         assert!((many / few - 1.0).abs() < 0.01, "{few} {many}");
     }
 }

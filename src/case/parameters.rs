@@ -7,7 +7,10 @@ use crate::{
     contact::Rule,
     grid::{Geometry, Grid, MeshKind, Spacing},
     material::Material,
-    model::{Field, ModelKind},
+    model::{
+        Field, ModelKind,
+        scheme::{Corner, Order},
+    },
     recording::Compression,
     shape::{Head, Profile, Shape},
     units::Scales,
@@ -58,6 +61,11 @@ impl Parameters {
     pub fn grid(&self) -> Grid {
         let Sizes { dr, dz, nr, nz, layer, .. } = self.sizes;
         Grid::new(self.geometry, self.mesh.kind, Spacing { dr, dz, layer_rows: layer.then_some(nz) }, nr, nz)
+    }
+
+    /// The corner term of the scheme, if there is one.
+    pub fn corner(&self) -> Option<Corner> {
+        Corner::new(self.mesh.order, self.mesh.damping)
     }
 
     /// The steps that are frames.
@@ -139,6 +147,10 @@ pub struct Mesh {
     pub kind: MeshKind,
     /// Nodes across the radius or unit length.
     pub cells: usize,
+    /// Order of accuracy for oblique waves.
+    pub order: Order,
+    /// Damping σ of oblique waves that the mesh does not resolve, 0 to 4/3.
+    pub damping: f64,
 }
 
 /// When a run ends.

@@ -7,6 +7,7 @@ use crate::{
     contact::Rule,
     grid::{Geometry, MeshKind},
     material::Elastic,
+    model::scheme::Order,
     model::{Field, ModelKind},
     recording::Compression,
 };
@@ -78,6 +79,8 @@ struct Impact {
 struct Mesh {
     kind: MeshKind,
     cells: usize,
+    order: Order,
+    damping: f64,
     outer_radius: f64,
 }
 
@@ -135,7 +138,13 @@ fn resolved(case: &Parameters) -> Resolved<'_> {
             scale: body.scale_radius.map(|radius| Scale { radius }),
         },
         impact: Impact { velocity: case.impact.velocity, contact: case.impact.contact },
-        mesh: Mesh { kind: case.mesh.kind, cells: case.mesh.cells, outer_radius: case.sizes.outer_radius },
+        mesh: Mesh {
+            kind: case.mesh.kind,
+            cells: case.mesh.cells,
+            order: case.mesh.order,
+            damping: case.mesh.damping,
+            outer_radius: case.sizes.outer_radius,
+        },
         run: Run { end_time: case.run.end_time, stop: case.run.stop },
         record: Record {
             interface_every: record.interface_every,

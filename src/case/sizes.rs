@@ -6,8 +6,9 @@ use super::{
     read::{GivenMesh, Span},
 };
 use crate::{
-    grid::{MeshKind, Spacing},
-    model::ModelKind,
+    contact::HALF_WIDTH,
+    grid::{Edge, MeshKind, Spacing},
+    model::{CORNER_MARGIN, ModelKind, scheme::Order},
 };
 
 /// Largest number of steps of a run.
@@ -45,11 +46,14 @@ impl Plan<'_> {
         let contact_reach = self.contact_reach(spacing, steps);
         let outer = self.outer_radius(doc, mesh, spacing, steps, contact_reach)?;
         let nr = (outer / spacing.dr - 1e-9).ceil().max(1.0);
+        // rows that the scheme moves ahead of a wave
+        let ahead =
+            if mesh.order == Order::Second && mesh.damping == 0.0 { 2.0 } else { CORNER_MARGIN as f64 };
         let nz = match spacing.layer_rows {
             Some(rows) => rows as f64,
             // the wave travels one row per step; if only the surface is observed, half as deep is enough
-            None if !self.record.frames.is_none() => steps + 2.0,
-            None => (steps / 2.0).ceil() + 2.0,
+            None if !self.record.frames.is_none() => steps + ahead,
+            None => (steps / 2.0).ceil() + ahead,
         };
         if nr * nz > MAX_NODES {
             let message = format!("the mesh has {:.3e} nodes ({nr} along r, {nz} along z)", nr * nz);
@@ -76,7 +80,12 @@ impl Plan<'_> {
         let c_s = self.target.material.shear_wave_speed;
         let spacing = match mesh.kind {
             MeshKind::Matched => {
-                return Some(Spacing::matched(cells, self.indenter.radius, self.target.thickness, c_s));
+                let edge = match mesh.order {
+                    Order::Second => Edge::SECOND,
+                    Order::Fourth => Edge::FOURTH,
+                };
+                let (radius, thickness) = (self.indenter.radius, self.target.thickness);
+                return Some(Spacing::matched(cells, radius, thickness, c_s, edge));
             }
             MeshKind::Paper => Spacing::paper(cells, self.target.thickness),
         };
@@ -111,15 +120,15 @@ impl Plan<'_> {
     }
 
     /// Largest radius that contact can reach on a flat surface \[R\]: at the depth to which the last step, K, moves the indenter,
-    /// by partial contact, an average over one spacing in r and one step in depth.
+    /// by partial contact, an average over one spacing in r and one step and a half in depth.
     ///
     /// ```text
-    /// f(r_contact − Δr) = V0·(K + 1)·Δt + V0·Δt       not beyond the radius of a punch
+    /// f(r_contact − Δr) = V0·(K + 1)·Δt + (3/2)V0·Δt       not beyond the radius of a punch
     /// ```
     fn contact_reach(&self, spacing: Spacing, steps: f64) -> f64 {
         let shape = self.indenter.shape(self.impact.velocity);
         let step = self.impact.velocity * spacing.dz;
-        (shape.reach(step * (steps + 1.0) + step) + spacing.dr).min(shape.radius())
+        (shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + spacing.dr).min(shape.radius())
     }
 
     /// Outer radius of the mesh \[R\]: so large that no wave returns from it to the contact, or, where fields are recorded,

@@ -35,6 +35,11 @@ impl Channel for Energy {
                 unit,
                 "energy lost so far to nodes that struck the indenter and stuck",
             ),
+            FieldNote::new(
+                "damped",
+                unit,
+                "energy taken out so far by the damping of waves that the mesh does not resolve",
+            ),
             FieldNote::new("work", unit, "work done so far by a motion that is prescribed"),
             FieldNote::new("residual", unit, "initial + work - all of the above: rounding"),
         ]
@@ -52,6 +57,7 @@ impl Channel for Energy {
             dissipated: energy.dissipated,
             work: energy.work,
             residual: energy.residual,
+            damped: energy.damped,
         });
     }
 }

@@ -13,9 +13,9 @@ use crate::{
 /// `2π/Δt + ω'` to `ω'`: steep waves, which are reflected and meet on the axis with an amplitude that does not depend on the mesh.
 /// The average over a cell has the transfer function `sinc(qΔr/2)`, whose zero at 2π/Δr is simple; the hat-weighted average
 /// has its square, whose zero is double. So the displacement of a node is the average of `max(0, w − f)` with a hat in r (for
-/// an edge slower than waves, which crosses less than one node per step) and a hat in depth of half-width `V0·Δt` (for a
+/// an edge slower than waves, which crosses less than one node per step) and a hat in depth of half-width `(3/2)V0·Δt` (for a
 /// faster one, which crosses many). Resolved waves, `qΔr ≪ 1` and `ωΔt ≪ 1`, keep their amplitude up to
-/// `(qΔr)²/12 + (ωΔt)²/12`, and their speed: the scheme does not change, nor does a node in full contact.
+/// `(qΔr)²/12 + (3/2)²(ωΔt)²/12`, and their speed: the scheme does not change, nor does a node in full contact.
 ///
 /// Where the surface has sunk ahead of a slow contact and the gap closes later, the same average is taken of the gap,
 /// linear between nodes: see [`half_hat`].
@@ -36,20 +36,35 @@ pub(super) struct PartialContact {
     /// Profile depth of the node in full contact: the average over the support, or that at the node if the punch ends
     /// in it \[R\].
     pub(super) mean: f64,
+    /// True if the contact edge passes the node faster than waves run along the surface.
+    outruns: bool,
 }
+
+/// Half-width of the hat in depth relative to V0·Δt. With 1 the zeros of both hats leave waves at the frequency of node
+/// crossings, which ring on the axis; with 3/2 they are ten times smaller.
+pub(crate) const HALF_WIDTH: f64 = 1.5;
 
 /// Share of the half-width that may be rounding.
 const SLIVER: f64 = 1e-9;
 
 impl PartialContact {
-    /// * `half_width`: half-width of the hat in depth under a head that is not flat, V0·Δt \[R\]
-    pub(super) fn new(shape: &Shape, grid: &Grid, i: usize, geometry: Geometry, half_width: f64) -> Self {
+    /// * `half_width`: half-width of the hat in depth under a head that is not flat \[R\]
+    /// * `slowness`: depth that the indenter moves while waves run along the surface by 1, V0/c_s
+    pub(super) fn new(
+        shape: &Shape,
+        grid: &Grid,
+        i: usize,
+        geometry: Geometry,
+        half_width: f64,
+        slowness: f64,
+    ) -> Self {
         let support = grid.support(i);
         let (inner, outer) = grid.cell(i);
         let is_point = matches!(support, Support::Point(_));
         let cell = if is_point { support } else { Support::Cell { inner, outer } };
         let (inner, outer) = support.ends();
         let (f_min, f_max) = shape.depths(inner, outer);
+        let outruns = f_max - f_min < slowness * (outer - inner);
         // at a depth of full contact the average shows the mean profile
         let mean = if f_max.is_finite() {
             f_max - shape.average(f_max, 0.0, &support, geometry).penetration
@@ -57,7 +72,7 @@ impl PartialContact {
             shape.profile(grid.r(i))
         };
         let half_width = if is_point || shape.is_flat() { 0.0 } else { half_width };
-        Self { support, cell, half_width, f_min, f_max, mean }
+        Self { support, cell, half_width, f_min, f_max, mean, outruns }
     }
 
     /// True if the node is in full contact or in none, never in partial contact.
@@ -79,6 +94,15 @@ impl PartialContact {
             return Average { penetration: depth - self.mean, fraction: 1.0 };
         }
         shape.average(depth, self.half_width, &self.support, geometry)
+    }
+
+    /// Share of the momentum that the pressure on the node gives to the indenter, whose motion is prescribed.
+    ///
+    /// * `fraction`: [`PartialContact::fraction`]
+    pub(super) fn drag_share(&self, fraction: f64) -> f64 {
+        // ahead of an edge that outruns waves nothing moves: what the average spreads over nodes there is pressure of the contact;
+        // ahead of a slower one the surface is held, by pressure that is not the indenter's
+        if self.outruns { 1.0 } else { fraction }
     }
 
     /// Fraction of the cell in contact with an indenter at `depth`.

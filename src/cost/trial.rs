@@ -62,10 +62,14 @@ impl Law {
         }
     }
 
-    /// Ratio of compressed to plain size of a message that is `length` times as long, relative to that of the shorter one. What
-    /// remains of a picture lies along lines, whose length grows as the root of the number of pixels.
-    fn compression_growth(self, length: f64) -> f64 {
-        if self == Self::Pixels { 1.0 / length.sqrt() } else { 1.0 }
+    /// Ratio of compressed to plain size of the messages of one mesh, relative to that of another. What remains of a picture lies along
+    /// lines, whose length grows as the root of the number of pixels; of a field, the numbers that are not 0, of which the precursor of waves is a smaller part on a finer mesh.
+    fn compression_growth(self, from: &Case, to: &Case) -> f64 {
+        match self {
+            Self::Pixels => (pixels(from) / pixels(to)).sqrt(),
+            Self::Nodes => to.precursor_factor() / from.precursor_factor(),
+            _ => 1.0,
+        }
     }
 }
 
@@ -127,10 +131,9 @@ impl Trial {
         let (mut here, mut there) = (0.0, 0.0);
         for law in self.messages.keys() {
             let size = compressed(&self.file, *law, self.case.record.compression)?;
-            let [_, length] = law.growth(&self.case, case);
             let growth = self.bytes_of(*law, case) / self.bytes_of(*law, &self.case);
             here += size;
-            there += size * growth * law.compression_growth(length);
+            there += size * growth * law.compression_growth(&self.case, case);
         }
         // together messages compress a little better than law by law
         let together = if here > 0.0 { in_chunks as f64 / here } else { 1.0 };

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     case::{Case, HeadKind},
-    contact::Rule,
+    contact::{HALF_WIDTH, Rule},
     grid::{Geometry, MeshKind},
     model::ModelKind,
     view::{Interface, StressAt, View},
@@ -245,15 +245,15 @@ impl ClosedForm {
         self.front.radius(t).min(self.punch_radius)
     }
 
-    /// Number of nodes that a computed run has had in contact after this step. Partial contact begins one step and one
-    /// spacing ahead of the contact.
+    /// Number of nodes that a computed run has had in contact after this step. Partial contact begins one step and a
+    /// half and one spacing ahead of the contact.
     fn reached(&self) -> usize {
         if matches!(self.form, Form::ElasticParaboloid(_)) {
             return 1;
         }
         let full = self.nodes_within(self.contact_radius(self.time + self.dt));
         let partial = if self.has_partial_contact {
-            self.nodes_within(self.contact_radius(self.time + 2.0 * self.dt) + self.dr)
+            self.nodes_within(self.contact_radius(self.time + (1.0 + HALF_WIDTH) * self.dt) + self.dr)
         } else {
             full
         };

@@ -26,6 +26,7 @@ mod tiles;
 mod vector;
 mod workers;
 
+pub use active::CORNER_MARGIN;
 pub use dispatch::Instructions;
 
 use active::LightCone;

@@ -177,3 +177,58 @@ impl Scheme<1> for Rakhmatulin {
         -scheme::stress(u(-1, 0), u(1, 0), self.grid.dz)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+
+    use super::*;
+    use crate::{
+        grid::{Geometry, MeshKind, Spacing},
+        model::scheme::Order,
+    };
+
+    /// Kinetic and strain energy, what damping has taken, and the work of the surface, after some steps of a surface pushed at
+    /// random.
+    fn balance(geometry: Geometry, corner: Option<Corner>) -> [f64; 3] {
+        let spacing = Spacing { dr: 0.1, dz: 0.19, layer_rows: Some(7) };
+        let grid = Grid::new(geometry, MeshKind::Matched, spacing, 9, 7);
+        let theory = Rakhmatulin::new(grid.clone(), 0.5, corner);
+        let rest = || [Array2::zeros((8, 9))];
+        let [mut before, mut now, mut next]: [Level<1>; 3] = [rest(), rest(), rest()];
+        let (mut damped, mut work, mut noise) = (0.0, 0.0, 1u64);
+        for _ in 0..60 {
+            for ((j, i), u) in next[0].indexed_iter_mut() {
+                *u = theory.next(&before, &now, j, i)[0];
+                if j == 0 {
+                    noise =
+                        noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                    let push = (noise >> 40) as f64 / (1u64 << 24) as f64 - 0.5;
+                    *u += push;
+                    work += 0.5 * grid.area[i] * push / theory.compliance(i) * (*u - before[0][[0, i]]);
+                }
+            }
+            let taken = theory.damped([&before, &now, &next]);
+            assert!(corner.is_some() || taken == 0.0);
+            damped += taken;
+            (before, now, next) = (now, next, before);
+        }
+        let energy = theory.energy(&before, &now);
+        [energy.kinetic + energy.strain, damped, work]
+    }
+
+    #[test]
+    fn damping_takes_what_the_surface_has_given_and_the_target_does_not_have() {
+        for geometry in [Geometry::Axisymmetric, Geometry::Plane] {
+            for (order, damping) in
+                [(Order::Second, 0.0), (Order::Second, 1.0), (Order::Fourth, 0.0), (Order::Fourth, 4.0 / 3.0)]
+            {
+                let [energy, damped, work] = balance(geometry, Corner::new(order, damping));
+                let rest = work - energy - damped;
+                assert!(rest.abs() < 1e-12 * work, "{geometry:?}, {order:?}, {damping}: {rest:e} of {work}");
+                // random pushes make waves that the mesh does not resolve
+                assert!(if damping > 0.0 { damped > 1e-3 * work } else { damped.abs() < 1e-13 * work });
+            }
+        }
+    }
+}

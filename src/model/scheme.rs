@@ -52,6 +52,8 @@
 //! through a closure `u(dj, di)`: the value dj rows below and di columns outside the node. [`super::reference`] steps with them as they stand; the fast engine repeats
 //! their operations in the same order, and is tested to give the same bits.
 
+use serde::{Deserialize, Serialize};
+
 use crate::grid::{Geometry, Grid};
 
 /// Radial weights of a column times `λ²/4`: the quarter belongs to the mean U.
@@ -64,12 +66,34 @@ pub struct RadialWeights {
 }
 
 /// Order of accuracy for oblique waves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "u8", into = "u8")]
 pub enum Order {
     /// The scheme of the paper.
     Second,
     /// With the conservative part of the corner term.
     Fourth,
+}
+
+impl From<Order> for u8 {
+    fn from(order: Order) -> Self {
+        match order {
+            Order::Second => 2,
+            Order::Fourth => 4,
+        }
+    }
+}
+
+impl TryFrom<u8> for Order {
+    type Error = &'static str;
+
+    fn try_from(number: u8) -> Result<Self, Self::Error> {
+        match number {
+            2 => Ok(Self::Second),
+            4 => Ok(Self::Fourth),
+            _ => Err("there is no scheme of this order"),
+        }
+    }
 }
 
 impl Order {

@@ -203,6 +203,8 @@ fn run_record(case: &Case) -> BTreeMap<String, String> {
         ("geometry", name(json["geometry"].clone())),
         ("contact", name(json["impact"]["contact"].clone())),
         ("mesh", name(json["mesh"]["kind"].clone())),
+        ("order", u8::from(case.mesh.order).to_string()),
+        ("damping", case.mesh.damping.to_string()),
         ("dr", sizes.dr.to_string()),
         ("dz", sizes.dz.to_string()),
         ("dt", sizes.dt.to_string()),

@@ -1,5 +1,9 @@
 //! Balances of the discrete scheme: energy, momentum, and the sign of the dissipation in unilateral contact.
 
+use std::collections::BTreeSet;
+
+use percuss::{case::Case, view::Energy};
+
 use super::{
     accuracy::{assert_rounding, stated},
     case, run,
@@ -78,42 +82,65 @@ fn a_profile_of_points_equals_its_shape() {
     let cone = case("fig6c", &["mesh.cells=40", "record.frames=0"]);
     let text = "[target]\nthickness = \"half-space\"\nshear_wave_speed = 0.5\n[indenter]\nshape = \"profile\"\n\
                 radius = 1.0\n[mesh]\ncells = 40\n[run]\nend_time = 4.0\n[record]\nframes = 0\n";
-    let profile =
-        percuss::case::Case::parse("profile", text, &[points.to_owned()], "".as_ref()).expect("a case");
+    let profile = Case::parse("profile", text, &[points.to_owned()], "".as_ref()).expect("a case");
     let drag = |case| run(case, |view| view.drag);
     for (step, (a, b)) in drag(&cone).into_iter().zip(drag(&profile)).enumerate() {
         assert!((a - b).abs() < 1e-11, "step {step}: {a} {b}");
     }
 }
 
+/// Energies of the frames of a case, and the kinds of its events.
+fn energies(case: &Case) -> (Vec<Energy>, BTreeSet<String>) {
+    let rows = run(case, |view| {
+        let kinds: Vec<String> = view.events.iter().map(|event| format!("{:?}", event.kind)).collect();
+        (view.frame.as_ref().map(|frame| frame.energy), kinds)
+    });
+    let (energies, kinds): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
+    (energies.into_iter().flatten().collect(), kinds.into_iter().flatten().collect())
+}
+
 #[test]
-fn partial_contact_never_adds_energy() {
+fn neither_partial_contact_nor_damping_adds_energy() {
     // heads of small mass that come to rest and leave, on meshes so coarse that most nodes are at the edge of the contact
-    for (name, mass) in
-        [("fig2", 0.02), ("fig3", 0.3), ("fig3", 2.0), ("fig6a", 0.3), ("fig6c", 0.1), ("fig7b", 2.0)]
+    let heads = [
+        ("fig5", 0.2),
+        ("fig2", 0.02),
+        ("fig3", 0.3),
+        ("fig3", 2.0),
+        ("fig6a", 0.3),
+        ("fig6c", 0.1),
+        ("fig7b", 2.0),
+    ];
+    let schemes = [("2", "0.0"), ("4", "0.0"), ("4", "1.0")];
+    let mut events = BTreeSet::new();
+    for ((name, mass), (order, damping)) in
+        heads.into_iter().flat_map(|head| schemes.map(|scheme| (head, scheme)))
     {
         for geometry in ["axisymmetric", "plane"] {
             let overrides = [
                 format!("indenter.mass={mass}"),
                 format!("geometry={geometry}"),
+                format!("mesh.order={order}"),
+                format!("mesh.damping={damping}"),
                 "impact.contact=unilateral".into(),
                 "mesh.cells=20".into(),
                 "record.frames=200".into(),
             ];
             let case = case(name, &overrides.each_ref().map(String::as_str));
-            let energies: Vec<_> = run(&case, |view| view.frame.as_ref().map(|frame| frame.energy))
-                .into_iter()
-                .flatten()
-                .collect();
             let initial = 0.5 * mass * case.impact.velocity.powi(2);
+            let name = format!("{name}, mass {mass}, {geometry}, order {order}, damping {damping}");
+            let (energies, kinds) = energies(&case);
+            events.extend(kinds);
             for pair in energies.windows(2) {
-                assert!(
-                    pair[1].dissipated >= pair[0].dissipated - 1e-9 * initial,
-                    "{name} {mass} {geometry}"
-                );
+                assert!(pair[1].dissipated >= pair[0].dissipated - 1e-9 * initial, "{name}: {pair:?}");
+                assert!(pair[1].damped >= pair[0].damped - 1e-14 * initial, "{name}: {pair:?}");
+                assert!(pair[1].residual.abs() < 1e-12 * initial, "{name}: {pair:?}");
             }
             let last = energies.last().expect("frames");
-            assert!(last.residual.abs() < 1e-12 * initial, "{name} {mass} {geometry}: {last:?}");
+            assert_eq!(last.damped > 1e-6 * initial, damping != "0.0", "{name}: {last:?}");
         }
+    }
+    for kind in ["Rebound", "Separation", "Recontact"] {
+        assert!(events.contains(kind), "{kind} is among {events:?}");
     }
 }

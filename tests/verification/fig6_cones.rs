@@ -66,10 +66,9 @@ fn cones_on_a_half_space() {
 
 #[test]
 fn a_cone_on_a_layer() {
-    // The reflection comes back with a plane front that is oblique to the mesh, so its waves lag and ring behind it: the
-    // overshoot does not become smaller on finer meshes, but shorter.
+    // The reflection comes back with a plane front that is oblique to the mesh, which spreads it over some steps.
     const RADII: [f64; 3] = [0.5, 1.0, 2.0];
-    /// Time from the front of the reflection at which the ringing is over, on 200 cells \[R/c_p\].
+    /// Time from the front of the reflection at which it is over, on 200 cells \[R/c_p\].
     const RINGING: f64 = 0.25;
     let [ahead, behind, overshoot] = stated("the same, tan φ = 2 on a layer, r = 0.5, 1, 2");
     let columns = compare("fig7a", 200, "run.end_time=4", RADII);
@@ -95,27 +94,26 @@ fn a_cone_on_a_layer() {
 
 #[test]
 fn unilateral_contact_is_the_same() {
-    // the contact outruns all waves, so giving the motion and pushing with a body are the same problem; on the mesh they
-    // differ by the weights of partial contact
+    // the contact outruns all waves, so giving the motion and pushing with a body are the same problem; on the mesh the corner
+    // term reaches ahead of the contact, where a given motion is 0 and a free surface is not: measured 7.1e-7 while the contact passes
     let given = on_mesh("fig6a", 100, &["run.end_time=2"]);
     let pushed = on_mesh("fig6a", 100, &["run.end_time=2", "impact.contact=unilateral"]);
     let look = |case| run(case, |view| view.interface.stress_at(0.5));
     for (k, (a, b)) in look(&given).iter().zip(look(&pushed)).enumerate() {
-        assert!((a - b).abs() < 1e-9, "step {k}: {a} {b}");
+        assert!((a - b).abs() < 1e-6, "step {k}: {a} {b}");
     }
 }
 
 #[test]
 fn drag_of_a_fast_contact() {
-    // F = V0·r*²(t) exactly; the cell of the edge counts by its wetted share, an error of first order: measured 1.1e-2,
-    // 5.7e-3, 2.8e-3
+    // F = V0·r*²(t) exactly; measured 2.81e-4, 7.03e-5, 1.76e-5
     let errors = [50, 100, 200].map(|cells| {
         let case = on_mesh("fig6a", cells, &["run.end_time=2"]);
         let last = *run(&case, |view| (view.time, view.drag)).last().expect("steps");
         (last.1 / (4.0 * last.0 * last.0) - 1.0).abs()
     });
-    assert!(errors[2] <= 4e-3, "{errors:?}");
-    assert!(orders(&errors).iter().all(|order| (0.95..1.05).contains(order)), "{errors:?}");
+    assert!(errors[2] <= 2.2e-5, "{errors:?}");
+    assert!(orders(&errors).iter().all(|order| (1.95..2.05).contains(order)), "{errors:?}");
 }
 
 #[test]

@@ -23,6 +23,7 @@ mod fig8_finite_mass;
 mod one_dimensional;
 mod plane_flat_punch;
 mod separation;
+mod stability;
 
 /// A built-in case with overrides.
 fn case(name: &str, overrides: &[&str]) -> Case {

@@ -48,7 +48,7 @@ pub struct ActiveRegion {
 const NOTHING: f64 = 1e-20;
 
 /// Rows and columns ahead of the wave front that the corner term moves.
-const CORNER_MARGIN: usize = 24;
+pub const CORNER_MARGIN: usize = 24;
 
 /// The light cone of a surface load, level by level.
 #[derive(Clone, Debug)]
