@@ -15,14 +15,17 @@
 //! before a front. (Orders up to 4 and bars of order p: 16 %, by up to 77 bars.) Where the case has a closed form, errors and
 //! their order are those against it.
 
-use std::collections::BTreeMap;
+use std::{
+    collections::{BTreeMap, VecDeque},
+    sync::Arc,
+};
 
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{
     case::{Case, CaseErrors, Sizes},
-    contact::event::EventKind,
+    contact::event::{Event, EventKind},
     exact::closed_form::ClosedForm,
     session::{self, RunError},
     simulation::Simulation,
@@ -91,7 +94,12 @@ struct Trace {
     times: Vec<f64>,
     columns: Vec<Vec<f64>>,
     events: BTreeMap<&'static str, f64>,
+    /// Interface stress of the last steps, the newest one last.
+    pressures: VecDeque<Arc<[f64]>>,
 }
+
+/// Steps that the time of an event needs.
+const EVENT_STEPS: usize = 3;
 
 /// A case on several meshes, without the frames, which a study does not record.
 ///
@@ -191,7 +199,7 @@ const FIRST_PROBE: usize = 2;
 
 fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64, f64)) -> Result<Trace, RunError> {
     let columns = vec![Vec::new(); FIRST_PROBE + plan.probes.len()];
-    let mut trace = Trace { times: Vec::new(), columns, events: BTreeMap::new() };
+    let mut trace = Trace { times: Vec::new(), columns, events: BTreeMap::new(), pressures: VecDeque::new() };
     let mut collect = |view: &View<'_>| {
         trace.observe(view, plan);
         watch(view.step, view.time);
@@ -206,22 +214,34 @@ impl Trace {
         let stresses = plan.probes.iter().map(|&r| view.interface.stress_at(r));
         let numbers = [view.drag, view.velocity].into_iter().chain(stresses);
         self.columns.iter_mut().zip(numbers).for_each(|(column, number)| column.push(number));
+        self.pressures.push_back(Arc::clone(&view.interface.pressure));
+        if self.pressures.len() > EVENT_STEPS {
+            self.pressures.pop_front();
+        }
         for event in &*view.events {
             if let Some((_, name)) = EVENTS.iter().find(|(kind, _)| *kind == event.kind) {
-                let time = match event.kind {
-                    EventKind::Rebound => self.standstill(),
-                    _ => event.since.unwrap_or(view.time),
-                };
+                let time = self.time_of(event, view);
                 self.events.entry(name).or_insert(time);
             }
         }
     }
 
-    /// Time at which the velocity, linear between the last two steps, is 0.
-    fn standstill(&self) -> f64 {
-        match (&self.times[..], &self.columns[VELOCITY][..]) {
-            (&[.., t0, t1], &[.., v0, v1]) if v0 > v1 => t0 + (t1 - t0) * v0 / (v0 - v1),
-            _ => self.times[self.times.len() - 1],
+    /// Time of an event that is seen at the newest step, between steps.
+    fn time_of(&self, event: &Event, view: &View<'_>) -> f64 {
+        let steps = self.times.len();
+        match (event.kind, event.r, event.since) {
+            (EventKind::Rebound, ..) => zero_of(&self.times, &self.columns[VELOCITY]),
+            (EventKind::Extension, Some(r), _) => {
+                let node = ((r - view.interface.r0) / view.interface.dr).round() as usize;
+                let at_node = |pressure: &Arc<[f64]>| pressure.get(node).copied().unwrap_or(0.0);
+                let pressures: Vec<f64> = self.pressures.iter().map(at_node).collect();
+                zero_of(&self.times[steps - pressures.len()..], &pressures)
+            }
+            (EventKind::Separation, _, Some(since)) => {
+                let lost = self.times.partition_point(|time| *time < since) + 1;
+                zero_of(&self.times[..lost], &self.columns[DRAG][..lost])
+            }
+            _ => view.time,
         }
     }
 
@@ -239,6 +259,19 @@ impl Trace {
         let span = self.times[i] - self.times[before];
         let share = if span > 0.0 { (time.min(last) - self.times[before]) / span } else { 0.0 };
         Some(values[before] + share * (values[i] - values[before]))
+    }
+}
+
+/// Time at which a quantity has fallen to 0, which it has at the last of some steps but not at the one before: linear between
+/// the two if it goes on below 0, else, cut off at 0, from the two steps before.
+fn zero_of(times: &[f64], values: &[f64]) -> f64 {
+    match (times, values) {
+        (&[.., t0, t1], &[.., v0, v1]) if v0 > 0.0 && v1 < 0.0 => t0 + (t1 - t0) * v0 / (v0 - v1),
+        (&[.., t0, t1], &[.., before, v0, _]) if before > v0 && v0 > 0.0 => {
+            t0 + (t1 - t0) * (v0 / (before - v0)).min(1.0)
+        }
+        (&[.., last], _) => last,
+        _ => 0.0,
     }
 }
 
@@ -302,6 +335,18 @@ impl Quantity {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn zeros_lie_between_steps() {
+        let times = [0.0, 0.5, 1.0, 1.5];
+        // a straight line through 0 at 1.3, below 0 and cut off there
+        let line = |t: f64| 2.6 - 2.0 * t;
+        assert!((zero_of(&times, &times.map(line)) - 1.3).abs() < 1e-15);
+        assert!((zero_of(&times, &times.map(|t| line(t).max(0.0))) - 1.3).abs() < 1e-15);
+        // a contact that ends at once
+        assert_eq!(zero_of(&times, &[1.0, 1.0, 1.0, 0.0]), 1.5);
+        assert_eq!(zero_of(&[0.0], &[0.0]), 0.0);
+    }
 
     fn assess(values: [f64; 3], exact: Option<f64>) -> Quantity {
         Quantity::assess("q".into(), "1", values.map(Some).to_vec(), exact, 2.0)
