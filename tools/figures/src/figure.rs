@@ -65,6 +65,33 @@ impl Verdict {
     }
 }
 
+impl Figure {
+    /// Remark, with the curves that the axes cut.
+    pub fn remark(&self) -> String {
+        let mut text = self.text.clone();
+        for panel in &self.panels {
+            let Some((_, top)) = panel.y_range else { continue };
+            let (x0, x1) = panel.x_range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+            let highest = |curve: &Curve| {
+                let shown = curve.points.iter().filter(|p| (x0..=x1).contains(&p.0) && p.1.is_finite());
+                shown.map(|p| p.1).fold(f64::NEG_INFINITY, f64::max)
+            };
+            let cut = panel.curves.iter().filter(|curve| !curve.name.is_empty() && highest(curve) > top);
+            let cut: Vec<String> =
+                cut.map(|curve| format!("{} (highest {:.1})", curve.name, highest(curve))).collect();
+            if !cut.is_empty() {
+                let title =
+                    if self.panels.len() > 1 { format!(" of {}", panel.title) } else { String::new() };
+                text.push_str(&format!(
+                    " The vertical axis{title} ends at {top}, which cuts {}.",
+                    cut.join(", ")
+                ));
+            }
+        }
+        text
+    }
+}
+
 /// A statement with its verdict.
 pub fn statement(
     paper: impl Into<String>,

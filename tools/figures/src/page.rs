@@ -26,7 +26,7 @@ closed forms. Dashed black curves are closed forms. Apart from the paper's state
 pub fn markdown(figures: &[Figure], tables: &[Table]) -> String {
     let mut text = format!("# {TITLE}\n\n{INTRODUCTION}\n\n{}\n", summary(figures));
     for figure in figures {
-        write!(text, "\n## {}\n\n{}\n\n", heading(figure), figure.text).expect("a String grows");
+        write!(text, "\n## {}\n\n{}\n\n", heading(figure), figure.remark()).expect("a String grows");
         write!(text, "![{0}](fig{1}.png)\n\n", figure.title, figure.id).expect("a String grows");
         let rows = statement_rows(&figure.statements);
         if rows.len() > 1 {
@@ -62,7 +62,7 @@ td, th { border: 1px solid #bbb; padding: .3rem .6rem; text-align: left; vertica
             text,
             "<h2>{}</h2>\n<p>{}</p>\n<p><a href=\"fig{id}.svg\"><img src=\"fig{id}.png\" alt=\"{title}\"></a></p>\n",
             escape(&heading(figure)),
-            inline(&figure.text),
+            inline(&figure.remark()),
         )
         .expect("a String grows");
         let rows = statement_rows(&figure.statements);
@@ -158,8 +158,27 @@ fn inline(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use percuss_picture::{Curve, Panel};
+
     use super::*;
     use crate::figure::statement;
+
+    #[test]
+    fn cut_curves_are_named() {
+        let curve = |name: &str, top| Curve {
+            name: name.into(),
+            points: vec![(0.0, top), (2.0, 90.0)],
+            ..Curve::default()
+        };
+        let panel = Panel {
+            curves: vec![curve("low", 1.0), curve("high", 7.25)],
+            x_range: Some((0.0, 1.0)),
+            y_range: Some((0.0, 5.0)),
+            ..Panel::default()
+        };
+        let figure = Figure { text: "A remark.".into(), panels: vec![panel], ..Figure::default() };
+        assert_eq!(figure.remark(), "A remark. The vertical axis ends at 5, which cuts high (highest 7.2).");
+    }
 
     #[test]
     fn both_pages_say_the_same() {

@@ -74,8 +74,8 @@ pub fn closed_forms(progress: &Progress) -> Result<Table, Failure> {
         }
     }
     let text = "Numbers of runs on refined meshes against closed forms, `percuss study`. Away from edges and fronts stress and drag \
-                converge at second order. The drag of a prescribed contact converges at first order: the cell in which the contact \
-                ends counts by its wetted share. Behind the reflections of a cone's tip (Fig. 7a) waves of its singular point are left that the mesh \
+                converge at second order, drag also where the motion is prescribed and the edge of the contact outruns the waves; \
+                where it does not, the cell in which the contact ends counts by its fraction in contact, an error of first order. Behind the reflections of a cone's tip (Fig. 7a) waves of its singular point are left that the mesh \
                 does not resolve.";
     Ok(Table { title: "Runs against closed forms".into(), text: text.into(), rows })
 }

@@ -178,7 +178,9 @@ fn head(lab: &Lab<'_>, id: &str, case: &str, rate: f64, target: &str) -> Result<
     Ok(Figure {
         id: id.into(),
         title: format!("cylinder with a conical head, tan φ = {rate}, on a {target}"),
-        text: "Dashed: the semi-analytic answer, until the wave of the edge arrives.".into(),
+        text: "Dashed: the semi-analytic answer, until the wave of the edge arrives. The curve of r = 1 is left out: the edge is singular, and \
+               what a node shows there grows with the mesh."
+            .into(),
         panels: vec![panel],
         statements: vec![
             statement(

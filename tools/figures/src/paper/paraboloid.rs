@@ -36,7 +36,9 @@ fn fig2a(lab: &Lab<'_>, theory: &Made) -> Result<Figure, Failure> {
         id: "2a".into(),
         title: "paraboloid on a layer, prescribed motion, stress on the axis".into(),
         text: "Closed form of the full theory, [KA] Eq. 16, with its misprints corrected; beside it the same problem in the simplified \
-               theory, computed and in closed form."
+               theory, computed and in closed form. The error of the computed curve hardly falls with the mesh: the closed form begins with a \
+               contact that is infinitely fast and infinitely small, which no mesh resolves, and the waves of these first nodes meet on the \
+               axis."
             .into(),
         panels: vec![over_time(
             "r = 0, V0 = 0.1, k = 0.2, h = 1, c_s = 0.5",
