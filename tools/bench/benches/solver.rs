@@ -6,7 +6,11 @@ use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_mai
 use percuss::{
     grid::{Geometry, Grid, MeshKind, Spacing},
     message::percuss::InterfaceStress,
-    model::{Coverage, Field, FrameFields, Model, rakhmatulin::Rakhmatulin},
+    model::{
+        Coverage, Field, FrameFields, Model,
+        rakhmatulin::Rakhmatulin,
+        scheme::{Corner, Order},
+    },
     recording::Batch,
     surface::Surface,
 };
@@ -14,13 +18,14 @@ use percuss::{
 /// A target with its whole section inside the light cone, and its surface.
 type Target = (Box<dyn Model<()>>, Surface);
 
+/// * `corner`: the corner term of the scheme
 /// * `shown`: what frames show
-fn target(n: usize, shown: FrameFields) -> Target {
+fn target(n: usize, corner: Option<Corner>, shown: FrameFields) -> Target {
     let spacing = Spacing { dr: 1.0, dz: 1.0, layer_rows: Some(n) };
     let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, 4 * n, n);
     let mut surface = Surface::new(4 * n);
     surface.loaded = 4 * n;
-    let mut target = (Rakhmatulin::new(grid, 0.5).blocked(Coverage::Field, shown), surface);
+    let mut target = (Rakhmatulin::new(grid, 0.5, corner).blocked(Coverage::Field, shown), surface);
     advance(&mut target, n, false);
     target
 }
@@ -37,11 +42,15 @@ fn advance((model, surface): &mut Target, steps: usize, is_frame: bool) {
 
 fn kernels(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("steps");
-    for n in [100, 200, 500] {
-        let mut target = target(n, FrameFields { fields: vec![], every: 1 });
-        const STEPS: usize = 48;
-        group.throughput(Throughput::Elements((STEPS * 4 * n * n) as u64));
-        group.bench_function(format!("N = {n}"), |bench| bench.iter(|| advance(&mut target, STEPS, false)));
+    let schemes = [("order 2", None), ("order 4, damped", Corner::new(Order::Fourth, 1.0))];
+    for (name, corner) in schemes {
+        for n in [100, 200, 500] {
+            let mut target = target(n, corner, FrameFields { fields: vec![], every: 1 });
+            const STEPS: usize = 48;
+            group.throughput(Throughput::Elements((STEPS * 4 * n * n) as u64));
+            let name = format!("{name}, N = {n}");
+            group.bench_function(name, |bench| bench.iter(|| advance(&mut target, STEPS, false)));
+        }
     }
     group.finish();
 
@@ -49,7 +58,7 @@ fn kernels(criterion: &mut Criterion) {
     for (name, fields) in
         [("energy", vec![]), ("stress", vec![Field::Stress]), ("velocity", vec![Field::Velocity])]
     {
-        let mut target = target(500, FrameFields { fields, every: 1 });
+        let mut target = target(500, Corner::new(Order::Fourth, 1.0), FrameFields { fields, every: 1 });
         group.throughput(Throughput::Elements(24 * 4 * 500 * 500));
         group.bench_function(name, |bench| {
             bench.iter(|| {

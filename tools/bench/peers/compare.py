@@ -5,7 +5,8 @@
 
 Needs gcc, `cargo build --release`, and a Python with numpy, numba, pystencils and devito (see --python). The peers sweep
 the whole field, record nothing, and are timed without start and compilation, on memory that has been written to. percuss
-computes contact in every step. It is timed twice: its steps alone, as the others are (the median of three runs in one
+computes contact in every step, on the paper's mesh, which is that of the others, and on the matched one with as many nodes
+and steps, by the schemes of order 2 and 4. It is timed twice: its steps alone, as the others are (the median of three runs in one
 process: the first one is given its memory by the system), and as a whole process that records stress, drag, velocity and
 probes of every step to a file. Ratios are medians over the rounds of ratios within a round.
 """
@@ -23,8 +24,17 @@ HERE = pathlib.Path(__file__).resolve().parent
 RELEASE = HERE.parents[2] / "target" / "release"
 
 
-def percuss(n, end, threads, folder):
-    settings = ["mesh.kind=paper", f"mesh.cells={n}", "mesh.outer_radius=4", "record.frames=0", f"run.end_time={end}"]
+# mesh and scheme: all have as many nodes and steps; on the matched mesh steps are twice as long
+SCHEMES = {
+    "paper": (1, ["mesh.kind=paper"]),
+    "order2": (2, ["mesh.order=2", "mesh.damping=0.0", "target.thickness=2.0"]),
+    "order4": (2, ["mesh.order=4", "mesh.damping=1.0", "target.thickness=2.0"]),
+}
+
+
+def percuss(scheme, n, end, threads, folder):
+    factor, keys = SCHEMES[scheme]
+    settings = [*keys, f"mesh.cells={n}", "mesh.outer_radius=4", "record.frames=0", f"run.end_time={factor * end}"]
     arguments = [option for setting in settings for option in ("--set", setting)]
     command = [RELEASE / "percuss", "run", "fig5", *arguments, "--threads", str(threads), "-o", folder / "run.mcap", "--force", "-q"]
     start = time.perf_counter()
@@ -32,8 +42,9 @@ def percuss(n, end, threads, folder):
     return time.perf_counter() - start
 
 
-def percuss_steps(n, end, threads):
-    command = [RELEASE / "solver-bench", "growth", "--cells", str(n), "--end", str(end), "--threads", str(threads), "--repeat", "3"]
+def percuss_steps(scheme, n, end, threads):
+    command = [RELEASE / "solver-bench", "growth", "--cells", str(n), "--end", str(end), "--threads", str(threads)]
+    command += ["--repeat", "3", "--scheme", scheme]
     return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()[-2])
 
 
@@ -62,16 +73,17 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             for _ in range(options.rounds):
                 seconds = {name: peer(options.python, name, n, options.t, options.threads) for name in peers}
-                seconds["its steps"] = percuss_steps(n, options.t, options.threads)
-                seconds["percuss"] = percuss(n, options.t, options.threads, pathlib.Path(folder))
+                for scheme in SCHEMES:
+                    seconds[f"{scheme}, steps"] = percuss_steps(scheme, n, options.t, options.threads)
+                    seconds[f"{scheme}, whole"] = percuss(scheme, n, options.t, options.threads, pathlib.Path(folder))
                 rounds.append(seconds)
         updates = (n + 1) * (4 * n + 1) * round(options.t * n)
         print(f"\nN = {n}, t = {options.t:g}, {options.threads} threads, medians of {options.rounds} rounds")
-        print(f"{'':12}{'s':>9}{'1e9/s':>8}{'ratio':>8}")
-        for name in [*peers, "percuss", "its steps"]:
+        print(f"{'':16}{'s':>9}{'1e9/s':>8}{'ratio':>8}")
+        for name in rounds[0]:
             median = statistics.median(seconds[name] for seconds in rounds)
             ratio = statistics.median(seconds["plain-c"] / seconds[name] for seconds in rounds)
-            print(f"{name:12}{median:9.3f}{updates / median / 1e9:8.2f}{ratio:8.2f}", flush=True)
+            print(f"{name:16}{median:9.3f}{updates / median / 1e9:8.2f}{ratio:8.2f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ use std::{
     time::Instant,
 };
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
 use percuss::{
     case::Case,
     model::Coverage,
@@ -76,10 +76,40 @@ enum What {
         /// Nodes per unit of length
         #[arg(long, value_delimiter = ',', default_value = "250,500,1000,2000")]
         cells: Vec<usize>,
-        /// End time
+        /// End time on the paper's mesh; on the matched one, whose steps are twice as long, twice as much
         #[arg(long, default_value_t = 6.0)]
         end: f64,
+        /// Mesh and scheme
+        #[arg(long, value_enum, default_value = "paper")]
+        scheme: Scheme,
     },
+}
+
+/// A scheme with its mesh. All have as many nodes and steps: nodes 1/N apart out to r = 4, N rows, 6N steps.
+#[derive(Clone, Copy, ValueEnum)]
+enum Scheme {
+    /// The paper's mesh, order 2
+    Paper,
+    /// The matched mesh, order 2 without damping, on a layer of twice the thickness
+    Order2,
+    /// The matched mesh, order 4 with damping, on the same
+    Order4,
+}
+
+impl Scheme {
+    /// Settings of the flat punch on a layer, nodes 1/N apart out to r = 4.
+    fn settings(self, n: usize, end: f64) -> Vec<String> {
+        let (mesh, rest): (&str, &[&str]) = match self {
+            Self::Paper => ("paper", &[]),
+            Self::Order2 => ("matched", &["mesh.order=2", "mesh.damping=0.0", "target.thickness=2.0"]),
+            Self::Order4 => ("matched", &["mesh.order=4", "mesh.damping=1.0", "target.thickness=2.0"]),
+        };
+        let end = if mesh == "paper" { end } else { 2.0 * end };
+        let mut settings = vec![format!("mesh.kind={mesh}"), format!("mesh.cells={n}")];
+        settings.extend(["mesh.outer_radius=4".to_owned(), format!("run.end_time={end:?}")]);
+        settings.extend(rest.iter().map(|&setting| setting.to_owned()));
+        settings
+    }
 }
 
 type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
@@ -103,19 +133,14 @@ fn run(arguments: &Arguments) -> Result<()> {
             Ok(())
         }
         What::Cone { case, set } => cone(case, set, repeat),
-        What::Growth { cells, end } => growth(cells, *end, repeat),
+        What::Growth { cells, end, scheme } => growth(cells, *end, *scheme, repeat),
     })
-}
-
-/// The flat punch on a layer of the paper, nodes i/N and j/N out to r = 4.
-fn reference(n: usize) -> Vec<String> {
-    ["mesh.kind=\"paper\"".into(), format!("mesh.cells={n}"), "mesh.outer_radius=4".into()].into()
 }
 
 fn recording(name: &str, set: &[String], threads: usize, repeat: usize) -> Result<()> {
     let mut settings = set.to_vec();
     if settings.is_empty() {
-        settings = reference(1000);
+        settings = Scheme::Paper.settings(1000, 6.0);
         settings.push("indenter.mass=5.0".into());
     }
     let case = Case::load(name, &settings)?;
@@ -174,12 +199,12 @@ fn cone(name: &str, set: &[String], repeat: usize) -> Result<()> {
     Ok(())
 }
 
-fn growth(cells: &[usize], end: f64, repeat: usize) -> Result<()> {
+fn growth(cells: &[usize], end: f64, scheme: Scheme, repeat: usize) -> Result<()> {
     let mut rows = vec![Vec::new(); cells.len()];
     for _ in 0..repeat {
         for (row, &n) in rows.iter_mut().zip(cells) {
-            let mut settings = reference(n);
-            settings.extend(["record.frames=0".into(), format!("run.end_time={end:?}")]);
+            let mut settings = scheme.settings(n, end);
+            settings.push("record.frames=0".into());
             row.push(computed(&Case::load("fig5", &settings)?, None)?);
         }
     }
