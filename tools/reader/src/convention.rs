@@ -47,7 +47,12 @@ pub const CHARTS: [(&str, &str, &str, &[&str]); 4] = [
     ("drag", "Drag", DRAG, &["force"]),
     ("velocity", "Velocity of the indenter", VELOCITY, &["velocity"]),
     ("probes", "Interface stress at the probes", "/probes", &["stress"]),
-    ("energy", "Energy", "/energy", &["kinetic", "strain", "indenter", "dissipated", "work", "residual"]),
+    (
+        "energy",
+        "Energy",
+        "/energy",
+        &["kinetic", "strain", "indenter", "dissipated", "damped", "work", "residual"],
+    ),
 ];
 
 /// Field that holds the time of a message.

@@ -28,15 +28,13 @@ const PROFILE_POINTS: usize = 300;
 pub fn charts(path: &Path, recording: &Recording, limits: Limits) -> Result<Vec<Value>, PlotError> {
     let mut charts = Vec::new();
     for (id, title, topic, fields) in CHARTS {
-        if !recording.channels.values().any(|channel| channel.topic == topic && channel.count > 0) {
-            continue;
-        }
+        let channel = recording.channels.values().find(|channel| channel.topic == topic && channel.count > 0);
+        let Some(layout) = channel.and_then(|channel| channel.layout.as_ref()) else { continue };
+        // recordings of earlier versions have fewer fields
+        let fields = fields.iter().filter(|field| layout.leaves.iter().any(|leaf| leaf.path == **field));
         let request = Request {
             topics: vec![topic.parse().expect("a plain topic")],
-            selection: Selection {
-                fields: fields.iter().map(|&field| field.to_owned()).collect(),
-                at: Vec::new(),
-            },
+            selection: Selection { fields: fields.map(|&field| field.to_owned()).collect(), at: Vec::new() },
             ..Request::default()
         };
         let (panel, _) = traces(&[path.to_owned()], &request, limits)?;

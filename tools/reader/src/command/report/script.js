@@ -199,10 +199,10 @@
     const curve = energy && energy.curves.find((entry) => entry.name === name);
     return curve ? curve.y[curve.y.length - 1] : null;
   };
-  const parts = ["kinetic", "strain", "indenter", "dissipated", "work", "residual"].map((name) => [name, last(name)]);
+  const parts = ["kinetic", "strain", "indenter", "dissipated", "damped", "work", "residual"].map((name) => [name, last(name)]);
   const residual = last("residual");
   if (residual !== null) {
-    const whole = Math.max(...parts.slice(0, 5).map(([, value]) => Math.abs(value ?? 0)));
+    const whole = Math.max(...parts.slice(0, 6).map(([, value]) => Math.abs(value ?? 0)));
     badge(`energy balance to ${Math.abs(residual / (whole || 1)).toExponential(0)}`, Math.abs(residual) <= 1e-9 * whole);
   }
   rows("run", Object.entries(data.run));
