@@ -5,6 +5,7 @@
 use crate::{case::Case, channels::view::Viewport};
 
 mod lichtblick;
+#[cfg(feature = "cli")]
 mod plotjuggler;
 
 /// Name of the attachment in a recording.
@@ -33,6 +34,7 @@ impl<'a> LayoutBuilder<'a> {
     }
 
     /// Layout for PlotJuggler, as XML text.
+    #[cfg(feature = "cli")]
     pub fn plotjuggler(&self) -> String {
         plotjuggler::layout(self)
     }
