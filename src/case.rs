@@ -87,15 +87,6 @@ impl Case {
     /// # Errors
     ///
     /// Every problem of the text and the overrides.
-    ///
-    /// # Examples
-    ///
-    /// ```
-    /// let text = percuss::case::builtin::find("fig5").unwrap();
-    /// let case = percuss::case::Case::parse("fig5", text, &["mesh.cells=50".into()], "".as_ref())?;
-    /// assert_eq!(case.sizes.nz, 25);
-    /// # Ok::<(), percuss::case::CaseErrors>(())
-    /// ```
     pub fn parse(name: &str, text: &str, overrides: &[String], folder: &Path) -> Result<Self, CaseErrors> {
         CaseBuilder::from_text(name, text, folder).overrides(overrides).build()
     }

@@ -48,14 +48,14 @@ impl Parameters {
         const SAMPLES: usize = 200;
         let shown = |nodes: f64| (nodes / every as f64).ceil();
         let rows = |step: f64| (step + ahead(step) + 1.0).min(self.sizes.nz as f64 + 1.0);
-        let frames = self.frames().estimated_steps();
+        let frames = self.frames().0;
         let samples = frames.iter().step_by(frames.len().div_ceil(SAMPLES).max(1));
         let each = frames.len() as f64 / samples.len().max(1) as f64;
         let shape = self.shape();
         let columns = |step: f64| self.active_columns(&shape, step) + ahead(step);
         let columns = |step: f64| columns(step).min(self.sizes.nr as f64);
-        let nodes = |step: &f64| shown(columns(*step)) * shown(rows(*step));
-        each * samples.map(nodes).sum::<f64>()
+        let nodes = |step: f64| shown(columns(step)) * shown(rows(step));
+        each * samples.map(|step| nodes(*step as f64)).sum::<f64>()
     }
 
     /// Estimated number of columns inside the light cone of the contact at a step.

@@ -18,73 +18,40 @@ impl Frames {
         }
     }
 
-    /// The steps of a run.
+    /// The steps of a run. Frame m of several that are spread falls on step `round(m·steps/(frames − 1))`, a single one on the
+    /// last step.
     ///
     /// * `steps`: number of the last step
     /// * `dt`: time step \[R/c_p\]
     pub fn of(&self, steps: u64, dt: f64) -> FrameSteps {
-        match self {
-            Self::Spread(frames) => FrameSteps::Spread { frames: *frames as u64, steps },
-            Self::At(times) => {
-                let mut list: Vec<u64> =
-                    times.iter().map(|time| ((time / dt).round() as u64).min(steps)).collect();
-                list.sort_unstable();
-                list.dedup();
-                FrameSteps::List(list)
+        let mut list: Vec<u64> = match self {
+            Self::Spread(0) => Vec::new(),
+            Self::Spread(1) => vec![steps],
+            Self::Spread(frames) => {
+                let gaps = *frames as u64 - 1;
+                (0..=gaps).map(|m| (2 * m * steps + gaps) / (2 * gaps)).collect()
             }
-        }
+            Self::At(times) => times.iter().map(|time| ((time / dt).round() as u64).min(steps)).collect(),
+        };
+        list.sort_unstable();
+        list.dedup();
+        FrameSteps(list)
     }
 }
 
-/// The steps that are frames.
+/// The steps that are frames, in rising order.
 #[derive(Clone, Debug, PartialEq)]
-pub enum FrameSteps {
-    /// Frame m falls on step `round(m·steps/(frames − 1))`, a single one on the last step.
-    Spread {
-        /// Number of frames given.
-        frames: u64,
-        /// Number of the last step.
-        steps: u64,
-    },
-    /// These, in rising order.
-    List(Vec<u64>),
-}
+pub struct FrameSteps(pub(super) Vec<u64>);
 
 impl FrameSteps {
     /// Number of frames.
     pub fn count(&self) -> u64 {
-        match self {
-            Self::Spread { frames, steps } => (*frames).min(steps + 1),
-            Self::List(list) => list.len() as u64,
-        }
+        self.0.len() as u64
     }
 
     /// True if step `step` is a frame.
     pub fn contain(&self, step: u64) -> bool {
-        match self {
-            Self::Spread { frames: 0, .. } => false,
-            Self::Spread { frames: 1, steps } => step == *steps,
-            Self::Spread { frames, steps } => {
-                // is any m mapped to this step?
-                let gaps = frames - 1;
-                let at =
-                    |m: u64| ((2 * m as u128 * *steps as u128 + gaps as u128) / (2 * gaps as u128)) as u64;
-                let m = (step as u128 * gaps as u128 / (*steps as u128).max(1)) as u64;
-                (m.saturating_sub(1)..=m + 1).any(|m| m <= gaps && at(m) == step)
-            }
-            Self::List(list) => list.binary_search(&step).is_ok(),
-        }
-    }
-
-    /// The steps, without rounding where they are spread.
-    pub(super) fn estimated_steps(&self) -> Vec<f64> {
-        match self {
-            Self::Spread { steps, .. } => {
-                let gaps = self.count().saturating_sub(1).max(1) as f64;
-                (0..self.count()).map(|m| *steps as f64 * m as f64 / gaps).collect()
-            }
-            Self::List(list) => list.iter().map(|&step| step as f64).collect(),
-        }
+        self.0.binary_search(&step).is_ok()
     }
 }
 

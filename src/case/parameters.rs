@@ -132,7 +132,7 @@ pub enum HeadKind {
 }
 
 /// The impact.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Impact {
     /// Velocity V0 \[c_p\].
     pub velocity: f64,
@@ -154,7 +154,7 @@ pub struct Mesh {
 }
 
 /// When a run ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Run {
     /// Time at the last step, but for rounding to whole steps \[R/c_p\].
     pub end_time: f64,

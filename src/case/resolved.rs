@@ -2,9 +2,8 @@
 
 use serde::Serialize;
 
-use super::{Frames, HeadKind, Parameters, Stop, ViewChannel};
+use super::{Frames, HeadKind, Impact, Parameters, Run, Value, ViewChannel};
 use crate::{
-    contact::Rule,
     grid::{Geometry, MeshKind},
     material::Elastic,
     model::scheme::Order,
@@ -27,25 +26,11 @@ struct Resolved<'a> {
 
 #[derive(Serialize)]
 struct Target {
-    thickness: Thickness,
+    thickness: Value,
     #[serde(skip_serializing_if = "Option::is_none")]
     shear_wave_speed: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<Elastic>,
-}
-
-enum Thickness {
-    Layer(f64),
-    HalfSpace,
-}
-
-impl Serialize for Thickness {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Layer(h) => serializer.serialize_f64(*h),
-            Self::HalfSpace => serializer.serialize_str("half-space"),
-        }
-    }
 }
 
 #[derive(Serialize)]
@@ -70,24 +55,12 @@ struct Scale {
 }
 
 #[derive(Serialize)]
-struct Impact {
-    velocity: f64,
-    contact: Rule,
-}
-
-#[derive(Serialize)]
 struct Mesh {
     kind: MeshKind,
     cells: usize,
     order: Order,
     damping: f64,
     outer_radius: f64,
-}
-
-#[derive(Serialize)]
-struct Run {
-    end_time: f64,
-    stop: Stop,
 }
 
 #[derive(Serialize)]
@@ -124,7 +97,7 @@ fn resolved(case: &Parameters) -> Resolved<'_> {
         model: case.model,
         geometry: case.geometry,
         target: Target {
-            thickness: case.target.thickness.map_or(Thickness::HalfSpace, Thickness::Layer),
+            thickness: case.target.thickness.map_or("half-space".into(), Value::from),
             shear_wave_speed: material.si.is_none().then_some(material.shear_wave_speed),
             material: material.si,
         },
@@ -137,7 +110,7 @@ fn resolved(case: &Parameters) -> Resolved<'_> {
             mass: body.mass,
             scale: body.scale_radius.map(|radius| Scale { radius }),
         },
-        impact: Impact { velocity: case.impact.velocity, contact: case.impact.contact },
+        impact: case.impact,
         mesh: Mesh {
             kind: case.mesh.kind,
             cells: case.mesh.cells,
@@ -145,7 +118,7 @@ fn resolved(case: &Parameters) -> Resolved<'_> {
             damping: case.mesh.damping,
             outer_radius: case.sizes.outer_radius,
         },
-        run: Run { end_time: case.run.end_time, stop: case.run.stop },
+        run: case.run,
         record: Record {
             interface_every: record.interface_every,
             probes: &record.probes,
