@@ -20,9 +20,7 @@ use mcap::{Attachment, McapError, records::Metadata};
 use prost::Message;
 use serde::{Deserialize, Serialize};
 
-mod writer;
-
-pub(crate) use writer::write_options;
+pub(crate) mod writer;
 
 /// Version of the recording format, `major.minor`: readers of the same major version understand it.
 ///

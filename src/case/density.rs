@@ -1,10 +1,7 @@
 //! The density of recorded fields: which nodes frames show, and their size.
 
 use super::Parameters;
-use crate::{
-    model::{CORNER_MARGIN, Extent},
-    shape::Shape,
-};
+use crate::{model::Extent, shape::Shape};
 
 /// Default of the estimated nonzero numbers of a field in all frames together: 16 MiB. Recording them takes a small part of any
 /// long run; recording all nodes of a fine mesh takes longer than computing them.
@@ -29,22 +26,10 @@ impl Parameters {
         every.min(self.mesh.cells / SHOWN_CELLS).max(1)
     }
 
-    /// Ratio of the nonzero numbers of a field, in all frames together, to those inside the light cone.
-    pub(crate) fn precursor_factor(&self) -> f64 {
-        if self.corner().is_none() {
-            return 1.0;
-        }
-        let every = self.record.field_every;
-        let inside = self.estimated_nodes(every, |_| 0.0);
-        // the outer half of the margin is too small to be seen in single precision
-        let ahead = |step: f64| step.min(0.5 * CORNER_MARGIN as f64);
-        self.estimated_nodes(every, ahead).max(1.0) / inside.max(1.0)
-    }
-
     /// Estimated nonzero numbers of a field of every `every`-th node along r and z, in all frames together.
     ///
     /// * `ahead`: rows and columns ahead of the light cone that are not 0, by step
-    fn estimated_nodes(&self, every: usize, ahead: impl Fn(f64) -> f64) -> f64 {
+    pub(crate) fn estimated_nodes(&self, every: usize, ahead: impl Fn(f64) -> f64) -> f64 {
         const SAMPLES: usize = 200;
         let shown = |nodes: f64| (nodes / every as f64).ceil();
         let rows = |step: f64| (step + ahead(step) + 1.0).min(self.sizes.nz as f64 + 1.0);
