@@ -12,7 +12,10 @@
 //!
 //! ```text
 //! vector     SIMD trait and types
-//! kernel     rows of nodes, energy sums                         <- vector
+//! patch      part of a field, as the kernels get it
+//! energy     energy of rows                                     <- vector
+//! corner     rows of nodes with the corner term                 <- energy, patch
+//! kernel     rows of nodes                                      <- corner
 //! dispatch   choice of instructions                             <- kernel
 //! domain     levels and weights                                 <- dispatch
 //! active     light cone: active rows and columns per level

@@ -16,9 +16,12 @@ use super::{
 use crate::{grid::Grid, surface::Surface};
 
 mod active;
+mod corner;
 mod dispatch;
 mod domain;
+mod energy;
 mod kernel;
+mod patch;
 mod sampler;
 #[cfg(test)]
 mod tests;
@@ -30,8 +33,9 @@ pub use active::CORNER_MARGIN;
 pub use dispatch::Instructions;
 
 use active::LightCone;
+use corner::add_corner;
 use domain::Domain;
-use kernel::{add_corner, free_surface};
+use kernel::free_surface;
 use sampler::{Sampler, SurfaceMotion};
 use tiles::{LevelTask, RowPeak};
 use workers::{Ended, Workers};

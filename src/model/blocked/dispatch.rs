@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use super::{
-    kernel::{EnergySum, Patch, advance},
+    energy::EnergySum,
+    kernel::advance,
+    patch::Patch,
     vector::{Pair, Vector},
 };
 
@@ -127,10 +129,7 @@ mod x86 {
 #[cfg(test)]
 mod tests {
     use super::{
-        super::{
-            kernel::{RowEnergy, free_surface},
-            vector::BLOCK,
-        },
+        super::{energy::RowEnergy, kernel::free_surface, vector::BLOCK},
         *,
     };
 

@@ -7,7 +7,8 @@ use std::{cell::UnsafeCell, ops::Range};
 
 use super::{
     dispatch::Instructions,
-    kernel::{CornerTerm, EnergySum, Patch},
+    energy::EnergySum,
+    patch::{CornerTerm, Patch},
     vector::BLOCK,
 };
 use crate::{

@@ -10,10 +10,7 @@ use std::{
     sync::atomic::{AtomicPtr, Ordering},
 };
 
-use super::{
-    domain::Domain,
-    kernel::{EnergySum, add_corner},
-};
+use super::{corner::add_corner, domain::Domain, energy::EnergySum};
 use crate::model::{Extent, Field, Frame, FrameFields, Sample, TargetEnergy, scheme};
 
 /// Numbers that several threads write, each its own part. They can be taken out once, when all parts are written.
