@@ -78,7 +78,6 @@ pub struct Contact {
     partial: Vec<PartialContact>,
     /// Prescribed displacements at levels k−1 and k \[R\].
     prescribed: Vec<(f64, f64)>,
-    reached: usize,
 }
 
 impl Contact {
@@ -117,13 +116,7 @@ impl Contact {
             shape,
             prescribed: vec![(0.0, 0.0); if rule == Rule::Prescribed { nr } else { 0 }],
             partial,
-            reached: 0,
         }
-    }
-
-    /// Number of leading nodes out to the outermost one that has ever been in contact.
-    pub fn reached(&self) -> usize {
-        self.reached
     }
 
     /// Radius of the punch \[R\], infinite if unbounded.
@@ -184,7 +177,7 @@ impl Contact {
             if in_contact {
                 surface.displacement[i] = imposed.penetration;
                 state.nodes += 1;
-                self.load(i, surface);
+                surface.loaded = surface.loaded.max(i + 1);
                 if is_full || next_depth - self.profile[i] >= surface.free[i] {
                     state.contact_radius = self.cells[i].1.min(self.shape.radius());
                 }
@@ -201,12 +194,6 @@ impl Contact {
             self.gap_before[i] = self.gap[i];
             self.gap[i] = next_gap;
         }
-    }
-
-    /// Counts node `i` among those that have been loaded.
-    fn load(&mut self, i: usize, surface: &mut Surface) {
-        self.reached = self.reached.max(i + 1);
-        surface.loaded = surface.loaded.max(i + 1);
     }
 
     fn step_prescribed(&mut self, surface: &mut Surface, indenter: &mut Indenter) -> ContactState {
@@ -232,7 +219,7 @@ impl Contact {
             }
             if next > 0.0 {
                 // as a node that comes into contact during the step
-                self.load(i, surface);
+                surface.loaded = surface.loaded.max(i + 1);
             }
             self.prescribed[i] = (now, next);
         }

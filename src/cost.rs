@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 
 use crate::{
     case::{Case, CaseErrors, Sizes},
+    model::scheme::Corner,
     session::{self, Flow, Observer, Outcome, Status},
     simulation::Simulation,
     view::View,
@@ -71,7 +72,7 @@ impl Estimate {
     /// Estimates a run of `case`.
     pub fn new(case: &Case) -> Self {
         let Sizes { nr, nz, .. } = case.sizes;
-        let levels = if case.corner().is_some() { 3 } else { 2 };
+        let levels = Corner::levels(case.corner().as_ref()) as u64;
         let memory = levels * 8 * (nr as u64 + 1) * (nz as u64 + 1)
             + FRAMES_IN_MEMORY.min(case.frames().count()) * case.frame_size() as u64;
         Self { memory, run: run_trials(case) }

@@ -221,25 +221,25 @@ impl Simulation {
 
         let before = (self.ledger, self.indenter.kinetic_energy());
         self.model.predict(&mut self.surface);
-        let touch = self.contact.step(&mut self.surface, &mut self.indenter);
-        if !touch.drag.is_finite() {
+        let state = self.contact.step(&mut self.surface, &mut self.indenter);
+        if !state.drag.is_finite() {
             return Err(self.not_finite(step));
         }
         let nr = self.grid.nr();
-        if self.contact.reached() == nr {
+        if self.surface.loaded == nr {
             let outer_radius = nr as f64 * self.grid.dr;
             return Err(SimulationError::ContactLeavesMesh { step, r: self.grid.r(nr - 1), outer_radius });
         }
         let on_target = self.work_on_target();
-        self.ledger.add(&touch, on_target);
+        self.ledger.add(&state, on_target);
         let after = (self.ledger, self.indenter.kinetic_energy());
 
         self.observe_strain(step, time);
         let grid = &self.grid;
-        let mut events = self.watch.observe(&touch, time, |i| grid.r(i));
+        let mut events = self.watch.observe(&state, time, |i| grid.r(i));
         self.next_step += 1;
         self.ending = self.find_ending(step, time, &mut events);
-        let view = self.view(step, time, &touch, events);
+        let view = self.view(step, time, &state, events);
         for &r in &self.probes {
             self.validity.observe_probe(view.interface.stress_at(r).abs(), step, time, r);
         }
@@ -248,8 +248,12 @@ impl Simulation {
         Ok(())
     }
 
-    /// Work of the pressure on the target during a step, `½ Σ a_i p_i (u_i^{k+1} − u_i^{k−1})` \[πR³γc_p²; plane R²γc_p²\].
+    /// Work of the pressure on the target during a step, `½ Σ a_i p_i (u_i^{k+1} − u_i^{k−1})` \[πR³γc_p²; plane R²γc_p²\]; 0 where
+    /// no damping asks for it.
     fn work_on_target(&mut self) -> f64 {
+        if !self.ledger.is_damped {
+            return 0.0;
+        }
         let [before, now] = &mut self.motion;
         let Surface { pressure, displacement, loaded, .. } = &self.surface;
         let nodes = self.grid.area.iter().zip(pressure).zip(displacement.iter().zip(before.iter()));
@@ -261,23 +265,23 @@ impl Simulation {
     }
 
     /// What a step shows, but for its frame.
-    fn view(&self, step: u64, time: f64, touch: &ContactState, events: Vec<Event>) -> View<'static> {
-        let reached = self.contact.reached();
+    fn view(&self, step: u64, time: f64, state: &ContactState, events: Vec<Event>) -> View<'static> {
+        let loaded = self.surface.loaded;
         View {
             step,
             time,
             interface: Interface {
                 r0: self.grid.r0,
                 dr: self.grid.dr,
-                pressure: self.surface.pressure[..reached].into(),
+                pressure: self.surface.pressure[..loaded].into(),
                 punch_radius: self.contact.punch_radius(),
-                complete: reached == self.contact.profile().len(),
+                complete: loaded == self.contact.profile().len(),
                 exact: None,
             },
-            drag: touch.drag,
-            contact_radius: touch.contact_radius,
-            velocity: touch.velocity,
-            depth: touch.depth,
+            drag: state.drag,
+            contact_radius: state.contact_radius,
+            velocity: state.velocity,
+            depth: state.depth,
             events: events.into(),
             frame: None,
         }
@@ -328,7 +332,7 @@ impl Simulation {
     }
 
     fn observe_strain(&mut self, step: u64, time: f64) {
-        let pressure = &self.surface.pressure[..self.contact.reached()];
+        let pressure = &self.surface.pressure[..self.surface.loaded];
         for (i, p) in pressure.iter().enumerate() {
             self.validity.observe(p.abs(), step, time, (self.grid.r(i), 0.0));
         }
@@ -373,16 +377,16 @@ struct Ledger {
     initial: f64,
     work: f64,
     dissipated: f64,
-    /// Work of the pressure on the target.
+    /// Work of the pressure on the target, if the scheme damps waves.
     on_target: f64,
     /// True if the scheme damps waves.
     is_damped: bool,
 }
 
 impl Ledger {
-    fn add(&mut self, touch: &ContactState, on_target: f64) {
-        self.work += touch.work;
-        self.dissipated += touch.dissipated;
+    fn add(&mut self, state: &ContactState, on_target: f64) {
+        self.work += state.work;
+        self.dissipated += state.dissipated;
         self.on_target += on_target;
     }
 

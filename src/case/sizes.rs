@@ -8,12 +8,15 @@ use super::{
 use crate::{
     contact::HALF_WIDTH,
     grid::{Edge, MeshKind, Spacing},
-    model::{CORNER_MARGIN, ModelKind, scheme::Order},
+    model::{
+        CORNER_MARGIN, ModelKind,
+        scheme::{Corner, Order},
+    },
 };
 
 /// Largest number of steps of a run.
 const MAX_STEPS: f64 = 1e8;
-/// Largest number of nodes: two levels of them take 16 GiB.
+/// Largest number of nodes: two levels of them take 16 GiB, three with the corner term 24 GiB.
 const MAX_NODES: f64 = 1e9;
 /// Width of the precursor that runs ahead of a wave on a mesh with dispersion, in nodes per cube root of the number
 /// of steps: beyond it the field is below 1e-16 (measured; its head is an Airy function).
@@ -47,8 +50,7 @@ impl Plan<'_> {
         let outer = self.outer_radius(doc, mesh, spacing, steps, contact_reach)?;
         let nr = (outer / spacing.dr - 1e-9).ceil().max(1.0);
         // rows that the scheme moves ahead of a wave
-        let ahead =
-            if mesh.order == Order::Second && mesh.damping == 0.0 { 2.0 } else { CORNER_MARGIN as f64 };
+        let ahead = Corner::new(mesh.order, mesh.damping).map_or(2.0, |_| CORNER_MARGIN as f64);
         let nz = match spacing.layer_rows {
             Some(rows) => rows as f64,
             // the wave travels one row per step; if only the surface is observed, half as deep is enough

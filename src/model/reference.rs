@@ -1,7 +1,7 @@
 //! The plain stepper: every node of every field, level after level, one loop.
 //!
 //! It asks a [`Scheme`] for each node by itself, keeps three whole levels and knows nothing of light cones, tiles, vectors or
-//! threads. New physics starts here: whoever writes a [`Scheme`] has a model that runs whole cases,
+//! threads. New physics starts here: a [`Scheme`] is enough to run whole cases,
 //! `percuss run --engine reference`. The fast engine is proved against it.
 
 use std::collections::VecDeque;

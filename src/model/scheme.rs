@@ -129,6 +129,12 @@ impl Corner {
         (factor > 0.0).then(|| Self { factor, share: damping / factor })
     }
 
+    /// Levels of a field that a step needs in memory: without the term level k+1 may overwrite k−1, which it reads at the same
+    /// node only.
+    pub fn levels(corner: Option<&Self>) -> usize {
+        if corner.is_some() { 3 } else { 2 }
+    }
+
     /// Damping σ = αρ.
     pub fn damping(&self) -> f64 {
         self.factor * self.share

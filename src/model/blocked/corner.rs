@@ -46,9 +46,7 @@ impl<V: Vector> Combination<V> {
             Self { now, both: now.sub(share.mul(before)), moved }
         }
     }
-}
 
-impl<V: Vector> Combination<V> {
     /// Rows j − 2 to j + 1, of a vector of row j.
     ///
     /// # Safety
@@ -151,7 +149,7 @@ impl<V: Vector> CornerSums<V> {
 ///
 /// # Safety
 ///
-/// As [`advance`] for these rows; if `COUNTS`, there is an area for every column and a sum for every row.
+/// As [`super::kernel::advance`] for these rows; if `COUNTS`, there is an area for every column and a sum for every row.
 #[inline(always)]
 #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
 pub unsafe fn corner_march<V: Vector, const N: usize, const COUNTS: bool>(

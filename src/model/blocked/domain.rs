@@ -224,7 +224,8 @@ impl Domain {
         corner: Option<(Corner, &[RadialWeights])>,
         instructions: Instructions,
     ) -> Self {
-        let levels = Levels::new(if corner.is_some() { 3 } else { 2 }, grid.nz + 2, grid.nr());
+        let count = Corner::levels(corner.as_ref().map(|(corner, _)| corner));
+        let levels = Levels::new(count, grid.nz + 2, grid.nr());
         let columns = levels.columns();
         Self {
             lattice: Lattice::of(grid),
