@@ -107,7 +107,7 @@ fn at_velocity(case: &Case, velocity: f64) -> Result<Case, CaseErrors> {
 fn run(case: &Case) -> Result<Trial, RunError> {
     let mut nodes = 0;
     let mut count = |view: &View<'_>| nodes = view.interface.pressure.len();
-    let outcome = session::run(&mut Simulation::new(case)?, &mut [&mut count])?;
+    let outcome = session::run(&mut Simulation::new(case), &mut [&mut count])?;
     Ok(Trial { velocity: case.impact.velocity, strain: outcome.validity.strain.value, nodes })
 }
 

@@ -17,7 +17,6 @@ use crate::{
     case::{Case, CaseErrors},
     exact::closed_form::NoClosedForm,
     session::RunError,
-    simulation::SimulationError,
 };
 
 mod cases;
@@ -167,9 +166,7 @@ impl Arguments {
 pub fn report(error: &CliError) -> ExitCode {
     let (text, status) = match error {
         CliError::Case(errors) => (render(errors), 2),
-        CliError::Usage(_)
-        | CliError::NoClosedForm(_)
-        | CliError::Run(RunError::Simulation(SimulationError::NoSolver)) => (format!("error: {error}\n"), 2),
+        CliError::Usage(_) | CliError::NoClosedForm(_) => (format!("error: {error}\n"), 2),
         _ => (format!("error: {error}\n"), 1),
     };
     // with stderr closed there is no place to report to

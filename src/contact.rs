@@ -78,6 +78,8 @@ pub struct Contact {
     partial: Vec<PartialContact>,
     /// Prescribed displacements at levels k−1 and k \[R\].
     prescribed: Vec<(f64, f64)>,
+    /// Radial weights of the pass over a prescribed motion, if there is one, see [`smoothed`].
+    pass: Option<(Vec<f64>, Vec<f64>)>,
 }
 
 impl Contact {
@@ -100,7 +102,11 @@ impl Contact {
         let is_under_punch = |i: &usize| rule == Rule::Prescribed || shape.profile(grid.r(*i)).is_finite();
         let partial: Vec<PartialContact> = (0..nr)
             .take_while(is_under_punch)
-            .map(|i| PartialContact::new(&shape, grid, i, geometry, half_width, slowness))
+            .map(|i| {
+                // a prescribed motion leaves no edge to the scheme
+                let support = if rule == Rule::Prescribed { grid.support(i) } else { grid.seen_support(i) };
+                PartialContact::new(&shape, grid, (i, support), half_width, slowness)
+            })
             .collect();
         let profile: Vec<f64> = partial.iter().map(|node| node.mean).take_while(|f| f.is_finite()).collect();
         Self {
@@ -116,6 +122,7 @@ impl Contact {
             shape,
             prescribed: vec![(0.0, 0.0); if rule == Rule::Prescribed { nr } else { 0 }],
             partial,
+            pass: grid.cells_between_nodes.then(|| grid.radial_weights()),
         }
     }
 
@@ -201,9 +208,12 @@ impl Contact {
         let next_depth = indenter.free_depth();
         let contact_radius = self.shape.reach(depth);
         let mut state = ContactState { depth, contact_radius, ..ContactState::default() };
-        for i in 0..self.partial.len() {
+        let average =
+            |node: &PartialContact| node.average(next_depth, &self.shape, self.geometry).penetration;
+        let motion: Vec<f64> = self.partial.iter().map(average).collect();
+        let motion = self.pass.as_ref().map_or_else(|| motion.clone(), |weights| smoothed(&motion, weights));
+        for (i, &next) in motion.iter().enumerate() {
             let node = &self.partial[i];
-            let next = node.average(next_depth, &self.shape, self.geometry).penetration;
             let fraction = node.fraction(depth, &self.shape, self.geometry);
             let (before, now) = self.prescribed[i];
             let pressure = (next - surface.free[i]) / surface.compliance[i];
@@ -226,6 +236,19 @@ impl Contact {
         state.velocity = indenter.advance(state.drag);
         state
     }
+}
+
+/// One conservative pass of (1 2 1)/4 along r, `u + ¼Λ_r u`: an edge that runs at v = ω/q excites waves of grid length where
+/// displacements along r may alternate freely, and this has its zero there.
+///
+/// * `weights`: of Λ_r, outward and inward
+fn smoothed(motion: &[f64], (outward, inward): &(Vec<f64>, Vec<f64>)) -> Vec<f64> {
+    let at = |i: usize| motion.get(i).copied().unwrap_or_default();
+    let pass = |i: usize| {
+        let (here, inner) = (motion[i], if i == 0 { motion[0] } else { motion[i - 1] });
+        here + 0.25 * (outward[i] * (at(i + 1) - here) - inward[i] * (here - inner))
+    };
+    (0..motion.len()).map(pass).collect()
 }
 
 #[cfg(test)]

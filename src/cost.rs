@@ -139,7 +139,7 @@ fn until(deadline: Instant) -> impl FnMut(&View<'_>) -> Flow {
 
 /// Runs a case. `None` if that fails, or is interrupted.
 fn run(case: &Case, observers: &mut [&mut dyn Observer]) -> Option<Outcome> {
-    let outcome = session::run(&mut Simulation::new(case).ok()?, observers).ok()?;
+    let outcome = session::run(&mut Simulation::new(case), observers).ok()?;
     (!matches!(outcome.status, Status::Interrupted(_))).then_some(outcome)
 }
 

@@ -15,6 +15,9 @@
 
 use serde::{Deserialize, Serialize};
 
+mod edge;
+pub use edge::Edge;
+
 /// Symmetry of the problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -46,22 +49,6 @@ pub struct Spacing {
     pub layer_rows: Option<usize>,
 }
 
-/// Where a matched mesh sees a sharp punch edge, in cells past the last contact node: at `offset − slope·(1 − λ)`, with the radial
-/// Courant number λ. With the edge there stresses converge at second order, and the drag of a plane flat punch is exact (order 2)
-/// or within 1e-6 (order 4).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Edge {
-    offset: f64,
-    slope: f64,
-}
-
-impl Edge {
-    /// The scheme of second order: a quarter cell.
-    pub const SECOND: Self = Self { offset: 0.25, slope: 0.0 };
-    /// The scheme of fourth order; measured on the plane punch, the same for any number of cells and any damping.
-    pub const FOURTH: Self = Self { offset: 0.2613, slope: 0.0173 };
-}
-
 /// Tolerance for quotients that are whole numbers within rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -70,16 +57,24 @@ impl Spacing {
     ///
     /// ```text
     /// bounded: (cells − ½ + offset − slope·(1 − λ))·Δr = R      unbounded: Δr = 1/cells
-    /// half-space: Δz = Δr/c_s, λ = 1                            layer: Δz = h/J, λ = c_sΔz/Δr, smallest J with λ ≤ 1
+    /// half-space: Δz = Δr/c, λ = 1                              layer: Δz = h/J, λ = cΔz/Δr, smallest J with λ ≤ 1
     /// ```
+    ///
+    /// with the speed c of the fastest waves along r.
     ///
     /// * `edge`: where the scheme sees the edge of a punch
     /// * `radius`: radius of the punch \[R\], `None` if unbounded
     /// * `thickness`: layer thickness h \[R\], `None` for a half-space
-    /// * `c_s`: shear wave speed \[c_p\]
-    pub fn matched(cells: usize, radius: Option<f64>, thickness: Option<f64>, c_s: f64, edge: Edge) -> Self {
-        // (cells − ½ + offset − slope)·Δr + slope·c_s·Δz = R
-        let (cells, Edge { offset, slope }) = (cells as f64, edge);
+    /// * `speed`: c \[c_p\]
+    pub fn matched(
+        cells: usize,
+        radius: Option<f64>,
+        thickness: Option<f64>,
+        speed: f64,
+        edge: Edge,
+    ) -> Self {
+        // (cells − ½ + offset − slope)·Δr + slope·c·Δz = R
+        let (cells, Edge { offset, slope, .. }) = (cells as f64, edge);
         let dr = |slip: Option<f64>| match (radius, slip) {
             (None, _) => 1.0 / cells,
             (Some(radius), None) => radius / (cells - 0.5 + offset),
@@ -87,11 +82,11 @@ impl Spacing {
         };
         let Some(h) = thickness else {
             let dr = dr(None);
-            return Self { dr, dz: dr / c_s, layer_rows: None };
+            return Self { dr, dz: dr / speed, layer_rows: None };
         };
-        let rows = (c_s * h / dr(None) - ROUNDING).ceil().max(1.0);
+        let rows = (speed * h / dr(None) - ROUNDING).ceil().max(1.0);
         let dz = h / rows;
-        Self { dr: dr(Some(c_s * dz)), dz, layer_rows: Some(rows as usize) }
+        Self { dr: dr(Some(speed * dz)), dz, layer_rows: Some(rows as usize) }
     }
 
     /// Spacing of the paper's mesh, `Δr = Δz = 1/cells`; `None` if the layer is not a whole number of cells.
@@ -183,7 +178,11 @@ pub struct Grid {
     /// Weight of the face between nodes i and i+1, shape `(nr,)`: `2 r_{i+½}`, plane 1; the last one is 0, no flux
     /// crosses the outer boundary.
     pub face: Vec<f64>,
+    /// True if the scheme has cells between nodes, in which displacements along r alternate freely.
+    pub cells_between_nodes: bool,
     half_cell_start: bool,
+    /// How far beyond nodes the scheme sees them touched by a moving edge \[R\].
+    edge_shift: f64,
 }
 
 impl Grid {
@@ -204,7 +203,9 @@ impl Grid {
             nz,
             area: Vec::new(),
             face: Vec::new(),
+            cells_between_nodes: false,
             half_cell_start,
+            edge_shift: 0.0,
         };
         for i in 0..nr {
             let (inner, outer) = grid.cell(i);
@@ -217,6 +218,24 @@ impl Grid {
             grid.face.push(if i + 1 == nr { 0.0 } else { face });
         }
         grid
+    }
+
+    /// The same matched mesh for cells between nodes, half of each at either of its columns: node 0 of an axisymmetric mesh has
+    /// 5/4 of its own cell, Δr²/4 + ½·2Δr².
+    ///
+    /// * `edge`: where their scheme sees an edge
+    ///
+    /// # Panics
+    ///
+    /// On the paper's mesh.
+    pub fn with_cells_between_nodes(mut self, edge: Edge) -> Self {
+        assert!(!self.half_cell_start, "cells between nodes need the matched mesh");
+        if self.geometry == Geometry::Axisymmetric {
+            self.area[0] = 1.25 * self.dr * self.dr;
+        }
+        self.cells_between_nodes = true;
+        self.edge_shift = edge.damped * self.dr;
+        self
     }
 
     /// Number of nodes along r.
@@ -249,6 +268,14 @@ impl Grid {
     pub fn support(&self, i: usize) -> Support {
         let middle = self.r(i);
         if self.half_cell_start { Support::Point(middle) } else { Support::Hat { middle, width: self.dr } }
+    }
+
+    /// [`Grid::support`] where the scheme sees a node touched by an edge that moves freely, see [`Edge::damped`].
+    pub fn seen_support(&self, i: usize) -> Support {
+        match self.support(i) {
+            Support::Hat { middle, width } => Support::Hat { middle: middle + self.edge_shift, width },
+            other => other,
+        }
     }
 
     /// Weights of the conservative radial operator, shape `(nr,)` each, dimensionless:

@@ -19,7 +19,7 @@
 //!     let case = case.vary().set("indenter.mass", mass).build()?;
 //!     let mut peak = 0.0;
 //!     let mut look = |view: &View<'_>| peak = f64::max(peak, view.drag);
-//!     session::run(&mut Simulation::new(&case)?, &mut [&mut look])?;
+//!     session::run(&mut Simulation::new(&case), &mut [&mut look])?;
 //!     peaks.push(peak);
 //! }
 //! assert!(peaks.is_sorted_by(|light, heavy| light < heavy), "{peaks:?}");

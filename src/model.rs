@@ -6,8 +6,9 @@
 //! | Model | Unknowns | File |
 //! |---|---|---|
 //! | `rakhmatulin` | `u_z` (\[KA\] Eq. 18) | [`rakhmatulin`] |
+//! | `elastic` | `u_z`, `u_r` (\[KA\] Eqs. 2, 3) | [`elastic`] |
 //!
-//! The numerics are [`scheme`] and [`mod@reference`]: scalar operators and the plain stepper over them. `blocked` is the fast
+//! The numerics are [`scheme`] (one displacement), [`cells`] (two) and [`mod@reference`]: scalar operators and the plain stepper over them. `blocked` is the fast
 //! engine, which nothing outside this module sees; it gives the same numbers, and a test proves it:
 //!
 //! ```text
@@ -30,6 +31,8 @@ use crate::{grid::Grid, surface::Surface};
 
 mod blocked;
 pub(crate) use blocked::CORNER_MARGIN;
+pub mod cells;
+pub mod elastic;
 pub mod rakhmatulin;
 pub mod reference;
 pub mod scheme;
@@ -44,26 +47,85 @@ pub enum ModelKind {
     Elastic,
 }
 
+impl ModelKind {
+    /// Speed of the fastest waves along r \[c_p\].
+    ///
+    /// * `c_s`: shear wave speed \[c_p\]
+    pub fn lateral_speed(self, c_s: f64) -> f64 {
+        match self {
+            Self::Rakhmatulin => c_s,
+            Self::Elastic => 1.0,
+        }
+    }
+}
+
 /// A field that a model can show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 pub enum Field {
     /// Displacement u_z into the target \[R\].
     Displacement,
+    /// Displacement u_r outwards \[R\].
+    DisplacementR,
     /// Velocity ∂u_z/∂t \[c_p\].
     Velocity,
+    /// Velocity ∂u_r/∂t \[c_p\].
+    VelocityR,
     /// Axial stress −σ_zz, compression positive like the interface stress \[γc_p²\].
     Stress,
+    /// Radial stress −σ_rr, of the same sign \[γc_p²\].
+    StressRr,
+    /// Hoop stress −σ_θθ (plane: −σ_yy, out of the plane), of the same sign \[γc_p²\].
+    StressTt,
+    /// Shear stress −σ_rz, of the same tensor \[γc_p²\].
+    StressRz,
+    /// Mean pressure −(σ_zz + σ_rr + σ_θθ)/3 \[γc_p²\].
+    Pressure,
+    /// Stress of von Mises \[γc_p²\].
+    VonMises,
+    /// Largest shear stress (Tresca) \[γc_p²\].
+    MaxShear,
 }
 
 impl Field {
+    /// All of them; model `rakhmatulin` has the fields of [`Field::AXIAL`].
+    pub const ALL: [Self; 11] = [
+        Self::Displacement,
+        Self::DisplacementR,
+        Self::Velocity,
+        Self::VelocityR,
+        Self::Stress,
+        Self::StressRr,
+        Self::StressTt,
+        Self::StressRz,
+        Self::Pressure,
+        Self::VonMises,
+        Self::MaxShear,
+    ];
+
+    /// The fields of a theory with one displacement.
+    pub const AXIAL: [Self; 3] = [Self::Displacement, Self::Velocity, Self::Stress];
+
     /// Its name in case files and topics.
     pub fn name(self) -> &'static str {
         match self {
             Self::Displacement => "displacement",
+            Self::DisplacementR => "displacement_r",
             Self::Velocity => "velocity",
+            Self::VelocityR => "velocity_r",
             Self::Stress => "stress",
+            Self::StressRr => "stress_rr",
+            Self::StressTt => "stress_tt",
+            Self::StressRz => "stress_rz",
+            Self::Pressure => "pressure",
+            Self::VonMises => "von_mises",
+            Self::MaxShear => "max_shear",
         }
+    }
+
+    /// True if the model shows it.
+    pub fn belongs_to(self, model: ModelKind) -> bool {
+        model == ModelKind::Elastic || Self::AXIAL.contains(&self)
     }
 }
 
@@ -90,15 +152,20 @@ pub struct TargetEnergy {
     pub strain: f64,
 }
 
-/// Largest axial strain on the backing.
+/// Largest strain on the backing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BackingPeak {
-    /// |∂u_z/∂z|.
+    /// |∂u_z/∂z|, in the full theory the largest principal strain by magnitude.
     pub strain: f64,
     /// Radius \[R\].
     pub r: f64,
     /// Step.
     pub step: u64,
+}
+
+/// The larger of two strains with their columns; the first where they are equal.
+fn larger_strain(a: (f64, usize), b: (f64, usize)) -> (f64, usize) {
+    if b.0 > a.0 { b } else { a }
 }
 
 /// Size of a sampled field.
@@ -205,7 +272,17 @@ pub trait Model<T>: Send {
     /// * `finish`: complete it now; no step is to follow soon
     fn next(&mut self, finish: bool) -> Option<(T, Option<Frame>)>;
 
-    /// Largest |∂u_z/∂z| on the backing over all levels before the newest one.
+    /// Largest strain on the surface at level k by magnitude, between [`Model::predict`] and [`Model::advance`], and its column.
+    ///
+    /// * `pressure`: p^k of the nodes that have been loaded \[γc_p²\]
+    fn surface_strain(&self, pressure: &[f64]) -> (f64, usize);
+
+    /// Strain on the surface at column `i`, like [`Model::surface_strain`].
+    ///
+    /// * `pressure`: p^k there \[γc_p²\]
+    fn strain_at(&self, pressure: f64, i: usize) -> f64;
+
+    /// Largest strain on the backing over all levels before the newest one.
     fn backing_peak(&mut self) -> BackingPeak;
 
     /// First place `(r, z)` where the displacement is not finite, if any \[R\].

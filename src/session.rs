@@ -232,7 +232,7 @@ mod tests {
     fn failure(case: &Case) -> (SimulationError, String) {
         let path = tempfile::NamedTempFile::new().expect("a file").into_temp_path();
         let mut recording = Recording::create(&path, true, case, Source::Simulation).expect("a file");
-        let mut simulation = Simulation::new(case).expect("a solver");
+        let mut simulation = Simulation::new(case);
         let Err(RunError::Simulation(error)) = run(&mut simulation, &mut [&mut recording]) else {
             panic!("the run fails");
         };

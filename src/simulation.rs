@@ -23,7 +23,10 @@ use crate::{
     },
     grid::Grid,
     indenter::Indenter,
-    model::{self, Coverage, FrameFields, Model, ModelKind, TargetEnergy, rakhmatulin::Rakhmatulin},
+    model::{
+        self, Coverage, FrameFields, Model, ModelKind, TargetEnergy, elastic::Elastic,
+        rakhmatulin::Rakhmatulin,
+    },
     surface::Surface,
     validity::Validity,
     view::{Energy, Frame, Interface, View},
@@ -54,11 +57,6 @@ pub enum SimulationError {
         /// Outer radius of the mesh \[R\].
         outer_radius: f64,
     },
-    /// There is no solver for this model yet.
-    #[error(
-        "model = \"elastic\" is not available in `percuss run` of this version; use model = \"rakhmatulin\", or `percuss exact` where there is a closed form"
-    )]
-    NoSolver,
 }
 
 fn describe(place: &Option<(f64, f64)>) -> String {
@@ -118,29 +116,17 @@ pub enum Engine {
 
 impl Simulation {
     /// Sets up a case.
-    ///
-    /// # Errors
-    ///
-    /// [`SimulationError::NoSolver`] for model `elastic`.
-    pub fn new(case: &Case) -> Result<Self, SimulationError> {
+    pub fn new(case: &Case) -> Self {
         Self::with_engine(case, Engine::Blocked)
     }
 
     /// Sets up a case under the plain stepper: every node of every level, slow and simple, to compare with.
-    ///
-    /// # Errors
-    ///
-    /// As [`Simulation::new`].
-    pub fn reference(case: &Case) -> Result<Self, SimulationError> {
+    pub fn reference(case: &Case) -> Self {
         Self::with_engine(case, Engine::Reference)
     }
 
     /// Sets up a case under an engine.
-    ///
-    /// # Errors
-    ///
-    /// As [`Simulation::new`].
-    pub fn with_engine(case: &Case, engine: Engine) -> Result<Self, SimulationError> {
+    pub fn with_engine(case: &Case, engine: Engine) -> Self {
         // frames show the interior, and the validity of a layer the strain at its backing
         let needs_interior = case.sizes.layer || !case.record.frames.is_none();
         let coverage = if needs_interior {
@@ -148,28 +134,31 @@ impl Simulation {
         } else {
             Coverage::Surface { last_step: case.sizes.steps as usize }
         };
-        Ok(Self::with_model(case, model(case, engine, coverage)?))
+        Self::with_model(case, model(case, engine, coverage))
     }
 
     /// Sets up a case of which more is computed than is looked at, for comparisons.
-    ///
-    /// # Errors
-    ///
-    /// As [`Simulation::new`].
-    pub fn with_coverage(case: &Case, coverage: Coverage) -> Result<Self, SimulationError> {
-        Ok(Self::with_model(case, model(case, Engine::Blocked, coverage)?))
+    pub fn with_coverage(case: &Case, coverage: Coverage) -> Self {
+        Self::with_model(case, model(case, Engine::Blocked, coverage))
     }
 
     fn with_model(case: &Case, model: Box<dyn Model<Step>>) -> Self {
         let (sizes, grid) = (&case.sizes, case.grid());
         let velocity = case.impact.velocity;
-        let c_s = case.target.material.shear_wave_speed;
-        let is_damped = case.corner().is_some_and(|corner| corner.damping() > 0.0);
+        let wave_speed = case.wave_speed();
+        let is_damped = case.mesh.damping > 0.0;
         let indenter = Indenter::new(case.indenter.mass, velocity, grid.dt());
         Self {
             surface: Surface::new(grid.nr()),
-            contact: Contact::new(case.impact.contact, case.shape(), case.geometry, &grid, velocity, c_s),
-            watch: Watch::new(grid.dr / case.target.material.shear_wave_speed),
+            contact: Contact::new(
+                case.impact.contact,
+                case.shape(),
+                case.geometry,
+                &grid,
+                velocity,
+                wave_speed,
+            ),
+            watch: Watch::new(grid.dr / wave_speed),
             ledger: Ledger { initial: indenter.kinetic_energy(), is_damped, ..Ledger::default() },
             motion: [vec![0.0; grid.nr()], vec![0.0; grid.nr()]],
             validity: Validity::new(velocity, case.indenter.head == HeadKind::Flat),
@@ -241,7 +230,11 @@ impl Simulation {
         self.ending = self.find_ending(step, time, &mut events);
         let view = self.view(step, time, &state, events);
         for &r in &self.probes {
-            self.validity.observe_probe(view.interface.stress_at(r).abs(), step, time, r);
+            let node = ((r - self.grid.r0) / self.grid.dr).round().max(0.0) as usize;
+            if node < self.grid.nr() {
+                let strain = self.model.strain_at(view.interface.stress_at(r), node);
+                self.validity.observe_probe(strain, step, time, r);
+            }
         }
         let step = Step { view, ledgers: [before, after] };
         self.model.advance(&self.surface, step, self.frames.contain(self.next_step - 1));
@@ -333,8 +326,10 @@ impl Simulation {
 
     fn observe_strain(&mut self, step: u64, time: f64) {
         let pressure = &self.surface.pressure[..self.surface.loaded];
+        let (strain, column) = self.model.surface_strain(pressure);
+        self.validity.observe_strain(strain, step, time, (self.grid.r(column), 0.0));
         for (i, p) in pressure.iter().enumerate() {
-            self.validity.observe(p.abs(), step, time, (self.grid.r(i), 0.0));
+            self.validity.observe_pressure(p.abs(), step, time, self.grid.r(i));
         }
     }
 
@@ -356,18 +351,21 @@ impl Simulation {
 }
 
 /// The target of a case, at rest.
-fn model(case: &Case, engine: Engine, coverage: Coverage) -> Result<Box<dyn Model<Step>>, SimulationError> {
+fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>> {
     let shown = FrameFields { fields: case.record.fields.clone(), every: case.record.field_every };
     let c_s = case.target.material.shear_wave_speed;
     match case.model {
         ModelKind::Rakhmatulin => {
             let theory = Rakhmatulin::new(case.grid(), c_s, case.corner());
-            Ok(match engine {
+            match engine {
                 Engine::Blocked => theory.blocked(coverage, shown),
                 Engine::Reference => Box::new(theory.reference(shown)),
-            })
+            }
         }
-        ModelKind::Elastic => Err(SimulationError::NoSolver),
+        ModelKind::Elastic => {
+            let theory = Elastic::new(case.grid(), c_s, case.mesh.damping);
+            Box::new(theory.reference(shown))
+        }
     }
 }
 
@@ -437,7 +435,7 @@ mod tests {
         // a light punch, which rebounds
         let settings = ["mesh.cells=20", "indenter.mass=0.5", "run.end_time=3.0", "record.frames=100000"];
         let case = Case::load("fig5", &settings.map(String::from)).expect("a built-in case");
-        let mut simulation = Simulation::new(&case).expect("a case with a solver");
+        let mut simulation = Simulation::new(&case);
         let mut last: Option<Energy> = None;
         while simulation.ending.is_none() {
             simulation.compute().expect("a sound case");

@@ -204,7 +204,7 @@ fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64, f64)) -> Result<Tr
         trace.observe(view, plan);
         watch(view.step, view.time);
     };
-    session::run(&mut Simulation::new(case)?, &mut [&mut collect])?;
+    session::run(&mut Simulation::new(case), &mut [&mut collect])?;
     Ok(trace)
 }
 

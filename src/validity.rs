@@ -1,7 +1,8 @@
 //! Validity of linear theory: the largest strain of a run, and the impact velocity it allows.
 //!
 //! \[KA\], closing estimate: linear elasticity holds while `ε_zz` stays below a limit. In the simplified theory the
-//! strain at the surface is the interface stress, `|∂u/∂z| = |p|` in units of γc_p². (The paper's own numbers are
+//! strain at the surface is the interface stress, `|∂u/∂z| = |p|` in units of γc_p²; in the full theory it is the largest principal
+//! strain. (The paper's own numbers are
 //! twice what its strains give; this is the estimate without that factor.)
 //!
 //! Under a flat face the whole problem is linear in V0, contact rule and finite mass included: if u is a solution for V0, λu is
@@ -42,9 +43,9 @@ pub struct Validity {
     is_flat: bool,
     /// Largest |p| on the interface \[γc_p²\].
     pub pressure: Peak,
-    /// Largest |∂u_z/∂z| on the two faces of the target.
+    /// Largest strain on the two faces of the target: |∂u_z/∂z|, in the full theory the largest principal strain by magnitude.
     pub strain: Peak,
-    /// Largest |∂u_z/∂z| at the probes.
+    /// The same at the probes.
     pub probes: Peak,
 }
 
@@ -58,20 +59,19 @@ impl Validity {
         Self { velocity, is_flat, pressure: nothing, strain: nothing, probes: nothing }
     }
 
-    /// Observes an interface stress `|p|` at `(r, z)`; in the simplified theory the strain is the same number.
-    pub fn observe(&mut self, pressure: f64, step: u64, time: f64, place: (f64, f64)) {
-        self.pressure.observe(pressure, step, time, place);
-        self.observe_strain(pressure, step, time, place);
+    /// Observes an interface stress `|p|`.
+    pub fn observe_pressure(&mut self, pressure: f64, step: u64, time: f64, r: f64) {
+        self.pressure.observe(pressure, step, time, (r, 0.0));
     }
 
-    /// Observes an axial strain at `(r, z)`.
+    /// Observes a strain at `(r, z)`.
     pub fn observe_strain(&mut self, strain: f64, step: u64, time: f64, place: (f64, f64)) {
         self.strain.observe(strain, step, time, place);
     }
 
-    /// Observes an interface stress `|p|` at a probe.
-    pub fn observe_probe(&mut self, pressure: f64, step: u64, time: f64, r: f64) {
-        self.probes.observe(pressure, step, time, (r, 0.0));
+    /// Observes a strain at a probe.
+    pub fn observe_probe(&mut self, strain: f64, step: u64, time: f64, r: f64) {
+        self.probes.observe(strain, step, time, (r, 0.0));
     }
 
     /// Largest impact velocity \[c_p\] at which the strain stays within [`STRAIN_LIMIT`], infinite if there was no strain;
@@ -98,7 +98,7 @@ mod tests {
     fn the_paper_without_its_factor_two() {
         // strains 2.5·V0/c_p and c_p = 5000 m/s: 10 m/s, not 21.1 m/s
         let mut validity = Validity::new(1.0, true);
-        validity.observe(2.5, 3, 0.1, (1.0, 0.0));
+        validity.observe_strain(2.5, 3, 0.1, (1.0, 0.0));
         validity.observe_probe(1.25, 3, 0.1, 0.9);
         assert!((validity.admissible_velocity().expect("flat") * 5000.0 - 10.0).abs() < 1e-12);
         assert!((validity.admissible_velocity_at_probes().expect("flat") * 5000.0 - 20.0).abs() < 1e-12);
@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn strains_under_other_heads_do_not_scale() {
         let mut validity = Validity::new(1.0, false);
-        validity.observe(2.5, 3, 0.1, (1.0, 0.0));
+        validity.observe_strain(2.5, 3, 0.1, (1.0, 0.0));
         assert_eq!((validity.admissible_velocity(), validity.admissible_velocity_at_probes()), (None, None));
         assert_eq!(validity.strain.value, 2.5);
     }

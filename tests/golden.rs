@@ -196,7 +196,7 @@ fn record(golden: &Golden, threads: usize) -> Vec<u8> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
         let mut recording = Recording::create(&path, false, &case, Source::Simulation).expect("a new file");
-        let mut simulation = Simulation::new(&case).expect("a solver");
+        let mut simulation = Simulation::new(&case);
         session::run(&mut simulation, &mut [&mut recording]).expect("a sound case");
     });
     fs::read(&path).expect("the recording")

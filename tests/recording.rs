@@ -28,7 +28,7 @@ fn case(name: &str, overrides: &[&str]) -> Case {
 /// Runs a case into a file and returns its bytes.
 fn record(case: &Case, path: &Path) -> Vec<u8> {
     let mut recording = Recording::create(path, false, case, Source::Simulation).expect("a new file");
-    session::run(&mut Simulation::new(case).expect("a solver"), &mut [&mut recording]).expect("a sound run");
+    session::run(&mut Simulation::new(case), &mut [&mut recording]).expect("a sound run");
     fs::read(path).expect("the recording")
 }
 
@@ -575,7 +575,7 @@ fn a_recording_ends_with_a_status_when_another_observer_fails() {
         if is_first {
             observers.swap(0, 1);
         }
-        let error = session::run(&mut Simulation::new(&case).expect("a solver"), &mut observers);
+        let error = session::run(&mut Simulation::new(&case), &mut observers);
         assert!(matches!(error, Err(RunError::Observer(_))), "{error:?}");
         let bytes = fs::read(&path).expect("the recording");
         let status = &metadata(&bytes)["percuss.status"];
@@ -601,7 +601,7 @@ fn a_recording_given_up_has_no_end() {
     let folder = folder();
     let path = folder.path().join("a.mcap");
     let case = case("fig5", &["mesh.cells=20"]);
-    let mut simulation = Simulation::new(&case).expect("a solver");
+    let mut simulation = Simulation::new(&case);
     let mut recording = Recording::create(&path, false, &case, Source::Simulation).expect("a new file");
     let (witness, seen) = mpsc::channel();
     recording.tap(Box::new(Witness(witness))).expect("room on the disk");
@@ -739,7 +739,7 @@ fn steps_are_shown_in_order_with_their_frames_and_to_the_last_one_computed() {
             steps.push(view.step);
             if view.step == 150 { Flow::Interrupt("enough".into()) } else { Flow::Continue }
         };
-        let mut simulation = Simulation::new(&case).expect("a solver");
+        let mut simulation = Simulation::new(&case);
         let outcome = session::run(&mut simulation, &mut [&mut look]).expect("finite numbers");
         assert!(steps.len() > 150 && steps.len() < 300, "{} steps", steps.len());
         assert!((0..).zip(&steps).all(|(expected, step)| expected == *step));

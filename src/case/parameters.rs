@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{FrameSteps, Frames, resolved};
 use crate::{
     contact::Rule,
-    grid::{Geometry, Grid, MeshKind, Spacing},
+    grid::{Edge, Geometry, Grid, MeshKind, Spacing},
     material::Material,
     model::{
         Field, ModelKind,
@@ -60,12 +60,25 @@ impl Parameters {
     /// The mesh.
     pub fn grid(&self) -> Grid {
         let Sizes { dr, dz, nr, nz, layer, .. } = self.sizes;
-        Grid::new(self.geometry, self.mesh.kind, Spacing { dr, dz, layer_rows: layer.then_some(nz) }, nr, nz)
+        let spacing = Spacing { dr, dz, layer_rows: layer.then_some(nz) };
+        let grid = Grid::new(self.geometry, self.mesh.kind, spacing, nr, nz);
+        match self.model {
+            ModelKind::Rakhmatulin => grid,
+            ModelKind::Elastic => {
+                let c_s = self.target.material.shear_wave_speed;
+                grid.with_cells_between_nodes(Edge::elastic(c_s, self.mesh.damping))
+            }
+        }
     }
 
-    /// The corner term of the scheme, if there is one.
+    /// Speed of the fastest waves along the surface \[c_p\].
+    pub fn wave_speed(&self) -> f64 {
+        self.model.lateral_speed(self.target.material.shear_wave_speed)
+    }
+
+    /// The corner term of the scheme with one displacement, if there is one.
     pub fn corner(&self) -> Option<Corner> {
-        Corner::new(self.mesh.order, self.mesh.damping)
+        Corner::new(self.mesh.order?, self.mesh.damping)
     }
 
     /// The steps that are frames.
@@ -147,9 +160,9 @@ pub struct Mesh {
     pub kind: MeshKind,
     /// Nodes across the radius or unit length.
     pub cells: usize,
-    /// Order of accuracy for oblique waves.
-    pub order: Order,
-    /// Damping σ of oblique waves that the mesh does not resolve, 0 to 4/3.
+    /// Order of accuracy for oblique waves of model `rakhmatulin`.
+    pub order: Option<Order>,
+    /// Damping σ of what the mesh does not resolve: oblique waves, 0 to 4/3; in model `elastic` waves along r, 0 to 0.8.
     pub damping: f64,
 }
 

@@ -20,7 +20,7 @@ use crate::{
     grid::{Geometry, MeshKind},
     material::{Elastic, Material},
     model::{
-        Field, ModelKind,
+        Field, ModelKind, elastic,
         scheme::{LARGEST_DAMPING, Order},
     },
     recording::Compression,
@@ -39,6 +39,9 @@ const DEFAULT_FRAMES: u64 = 200;
 /// Damping of oblique waves that the mesh does not resolve: more of it takes out no more noise, and no front widens by it.
 const DEFAULT_DAMPING: f64 = 1.0;
 
+/// Damping of waves along r in model `elastic`: it takes the noise of moving edges over soft targets down with the mesh.
+const DEFAULT_LATERAL_DAMPING: f64 = 0.5;
+
 /// Reads and checks a case.
 pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let document = Document::new(&given);
@@ -52,9 +55,9 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let indenter = read_indenter(&mut root, &given.folder, velocity.contact.as_ref());
     let impact =
         Impact { velocity: velocity.velocity, contact: velocity.contact.map_or(Rule::Unilateral, value) };
-    let mesh = read_mesh(&mut root);
+    let mesh = read_mesh(&mut root, model);
     let (run, end_time) = read_run(&mut root);
-    let (record, field_every) = read_record(&mut root, run.end_time);
+    let (record, field_every) = read_record(&mut root, run.end_time, model);
     root.end();
 
     // sizes are derived from sound values only
@@ -178,27 +181,30 @@ pub(super) struct GivenMesh {
     pub kind: MeshKind,
     pub cells: Given<u64>,
     pub outer_radius: Option<Given<f64>>,
-    pub order: Order,
+    pub order: Option<Order>,
     pub damping: f64,
 }
 
-fn read_mesh(root: &mut Section<'_>) -> GivenMesh {
+fn read_mesh(root: &mut Section<'_>, model: ModelKind) -> GivenMesh {
     let mut section = root.section("mesh");
-    let kind = section.get("kind", "matched, paper").map_or(MeshKind::Matched, value);
+    let kind = read_mesh_kind(&mut section, model);
     let cells = section.count("cells", 2..=1_000_000);
     let outer_radius = section.number("outer_radius", Bounds::within(TINY, HUGE));
     let cells = cells.unwrap_or(Given { value: DEFAULT_CELLS, span: section.span() });
-    let (order, damping) = read_scheme(&mut section, kind);
+    let (order, damping) = match model {
+        ModelKind::Rakhmatulin => read_scheme(&mut section, kind),
+        ModelKind::Elastic => read_elastic_scheme(&mut section),
+    };
     section.end();
     GivenMesh { kind, cells, outer_radius, order, damping }
 }
 
 /// Order and damping of the scheme, which the paper's mesh does not leave open.
-fn read_scheme(section: &mut Section<'_>, kind: MeshKind) -> (Order, f64) {
+fn read_scheme(section: &mut Section<'_>, kind: MeshKind) -> (Option<Order>, f64) {
     let order = section.get::<Order>("order", "4, 2");
     let damping = section.number("damping", Bounds::within(0.0, LARGEST_DAMPING));
     if kind == MeshKind::Matched {
-        return (order.map_or(Order::Fourth, value), damping.map_or(DEFAULT_DAMPING, value));
+        return (Some(order.map_or(Order::Fourth, value)), damping.map_or(DEFAULT_DAMPING, value));
     }
     let help = "leave the key out, or use mesh.kind = \"matched\"";
     if let Some(order) = order.filter(|order| order.value != Order::Second) {
@@ -209,7 +215,36 @@ fn read_scheme(section: &mut Section<'_>, kind: MeshKind) -> (Order, f64) {
             format!("`mesh.damping` = {:?} needs the matched mesh; the paper's has none", damping.value);
         section.problem(damping.span, message, help);
     }
-    (Order::Second, 0.0)
+    (Some(Order::Second), 0.0)
+}
+
+/// Placement of nodes, which model `elastic` does not leave open.
+fn read_mesh_kind(section: &mut Section<'_>, model: ModelKind) -> MeshKind {
+    let Some(Given { value, span }) = section.get("kind", "matched, paper") else { return MeshKind::Matched };
+    if (model, value) == (ModelKind::Elastic, MeshKind::Paper) {
+        let message = "`mesh.kind` = \"paper\" is not possible with model = \"elastic\"";
+        section.problem(
+            span,
+            message,
+            "leave the key out: the scheme of the full theory has the matched mesh",
+        );
+        return MeshKind::Matched;
+    }
+    value
+}
+
+/// Damping of the scheme with two displacements, which has one order.
+fn read_elastic_scheme(section: &mut Section<'_>) -> (Option<Order>, f64) {
+    if let Some(order) = section.get::<Order>("order", "no value with model = \"elastic\"") {
+        let message = "`mesh.order` is not possible with model = \"elastic\"";
+        section.problem(
+            order.span,
+            message,
+            "leave the key out: the scheme of the full theory has one order",
+        );
+    }
+    let damping = section.number("damping", Bounds::within(0.0, elastic::LARGEST_DAMPING));
+    (None, damping.map_or(DEFAULT_LATERAL_DAMPING, value))
 }
 
 fn read_run(root: &mut Section<'_>) -> (Run, Span) {
@@ -222,7 +257,7 @@ fn read_run(root: &mut Section<'_>) -> (Run, Span) {
 }
 
 /// The `[record]` section, and its `field_every`, if given: its default depends on the sizes.
-fn read_record(root: &mut Section<'_>, end_time: f64) -> (Record, Option<usize>) {
+fn read_record(root: &mut Section<'_>, end_time: f64, model: ModelKind) -> (Record, Option<usize>) {
     let mut section = root.section("record");
     let interface_every = section.count("interface_every", 1..=1_000_000_000).map_or(1, value);
     let probes = section.get::<Vec<f64>>("probes", "a list of radii ≥ 0");
@@ -230,9 +265,9 @@ fn read_record(root: &mut Section<'_>, end_time: f64) -> (Record, Option<usize>)
         check_list(&section, &given, ("probes", "radii"), Bounds::within(0.0, HUGE), "");
         given.value
     });
-    let fields = read_names(&mut section, "fields", "displacement, velocity, stress");
+    let fields = read_fields(&mut section, model);
     let field_every = section.count("field_every", 1..=1_000_000).map(|given| given.value as usize);
-    let views = read_names(&mut section, "views", "field, image, scene, fronts, tf, profile");
+    let views = read_names(&mut section, "views", "field, image, scene, fronts, tf, profile").map(value);
     let frames = read_frames(&mut section, end_time);
     let compression = section.get("compression", "none, lz4, zstd").map_or(Compression::Zstd, value);
     let playback_rate = section.number("playback_rate", Bounds::within(1e-9, 1e9));
@@ -249,6 +284,21 @@ fn read_record(root: &mut Section<'_>, end_time: f64) -> (Record, Option<usize>)
         playback_rate,
     };
     (record, field_every)
+}
+
+/// The recorded fields, each one that the model has.
+fn read_fields(section: &mut Section<'_>, model: ModelKind) -> Option<Vec<Field>> {
+    let known = Field::ALL.into_iter().filter(|field| field.belongs_to(model));
+    let known: Vec<&str> = known.map(Field::name).collect();
+    let known = known.join(", ");
+    let fields = read_names::<Field>(section, "fields", &known)?;
+    if let Some(field) = fields.value.iter().find(|field| !field.belongs_to(model)) {
+        let message =
+            format!("`record.fields` names {:?}, which model = \"rakhmatulin\" does not have", field.name());
+        let help = format!("allowed: {known}; model = \"elastic\" has them all");
+        section.problem(fields.span.clone(), message, help);
+    }
+    Some(fields.value)
 }
 
 fn read_frames(section: &mut Section<'_>, end_time: f64) -> Frames {
@@ -277,14 +327,14 @@ fn read_names<T: DeserializeOwned + PartialEq + fmt::Debug>(
     section: &mut Section<'_>,
     key: &'static str,
     known: &str,
-) -> Option<Vec<T>> {
+) -> Option<Given<Vec<T>>> {
     let given = section.get::<Vec<T>>(key, &format!("a list of {known}"))?;
     let repeated = given.value.iter().enumerate().find(|(i, name)| given.value[..*i].contains(name));
     if let Some((_, name)) = repeated {
         let message = format!("`record.{key}` names {name:?} twice").to_lowercase();
         section.problem(given.span.clone(), message, "name each once");
     }
-    Some(given.value)
+    Some(given)
 }
 
 /// Checks a list of `record`: every number, and how many there are.

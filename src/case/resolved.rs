@@ -58,7 +58,8 @@ struct Scale {
 struct Mesh {
     kind: MeshKind,
     cells: usize,
-    order: Order,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    order: Option<Order>,
     damping: f64,
     outer_radius: f64,
 }

@@ -50,7 +50,8 @@ impl Plan<'_> {
         let outer = self.outer_radius(doc, mesh, spacing, steps, contact_reach)?;
         let nr = (outer / spacing.dr - 1e-9).ceil().max(1.0);
         // rows that the scheme moves ahead of a wave
-        let ahead = Corner::new(mesh.order, mesh.damping).map_or(2.0, |_| CORNER_MARGIN as f64);
+        let corner = mesh.order.and_then(|order| Corner::new(order, mesh.damping));
+        let ahead = corner.map_or(2.0, |_| CORNER_MARGIN as f64);
         let nz = match spacing.layer_rows {
             Some(rows) => rows as f64,
             // the wave travels one row per step; if only the surface is observed, half as deep is enough
@@ -83,11 +84,13 @@ impl Plan<'_> {
         let spacing = match mesh.kind {
             MeshKind::Matched => {
                 let edge = match mesh.order {
-                    Order::Second => Edge::SECOND,
-                    Order::Fourth => Edge::FOURTH,
+                    Some(Order::Second) => Edge::SECOND,
+                    Some(Order::Fourth) => Edge::FOURTH,
+                    None => Edge::elastic(c_s, mesh.damping),
                 };
                 let (radius, thickness) = (self.indenter.radius, self.target.thickness);
-                return Some(Spacing::matched(cells, radius, thickness, c_s, edge));
+                let speed = self.model.lateral_speed(c_s);
+                return Some(Spacing::matched(cells, radius, thickness, speed, edge));
             }
             MeshKind::Paper => Spacing::paper(cells, self.target.thickness),
         };
@@ -163,10 +166,7 @@ impl Plan<'_> {
             doc.problem(given.span.clone(), message, help);
             return None;
         }
-        let speed = match self.model {
-            ModelKind::Rakhmatulin => self.target.material.shear_wave_speed,
-            ModelKind::Elastic => 1.0,
-        };
+        let speed = self.model.lateral_speed(self.target.material.shear_wave_speed);
         let fields = !self.record.frames.is_none() && !self.record.fields.is_empty();
         let run = speed * steps * spacing.dz * if fields { 1.0 } else { 0.5 };
         let margin = (PRECURSOR * steps.cbrt() + 2.0).ceil() * spacing.dr;

@@ -1,4 +1,4 @@
-//! `/field/displacement`, `/field/velocity`, `/field/stress`: a field over the section, at frames.
+//! `/field/…`: a field over the section, at frames.
 
 use super::{Channel, FieldNote, Outlet};
 use crate::{case::Case, message::percuss, model::Field, view::View};
@@ -22,8 +22,16 @@ impl Channel for FieldSlice {
     fn topic(&self) -> &'static str {
         match self.field {
             Field::Displacement => "/field/displacement",
+            Field::DisplacementR => "/field/displacement_r",
             Field::Velocity => "/field/velocity",
+            Field::VelocityR => "/field/velocity_r",
             Field::Stress => "/field/stress",
+            Field::StressRr => "/field/stress_rr",
+            Field::StressTt => "/field/stress_tt",
+            Field::StressRz => "/field/stress_rz",
+            Field::Pressure => "/field/pressure",
+            Field::VonMises => "/field/von_mises",
+            Field::MaxShear => "/field/max_shear",
         }
     }
 
@@ -34,11 +42,26 @@ impl Channel for FieldSlice {
     fn fields(&self) -> Vec<FieldNote> {
         let (unit, meaning) = match self.field {
             Field::Displacement => ("R", "displacement u_z into the target, row-major [z][r]"),
+            Field::DisplacementR => ("R", "displacement u_r outwards, row-major [z][r]"),
             Field::Velocity => ("c_p", "velocity of u_z into the target, row-major [z][r]"),
+            Field::VelocityR => ("c_p", "velocity of u_r outwards, row-major [z][r]"),
             Field::Stress => (
                 "γc_p²",
                 "stress -sigma_zz, compression positive like the interface stress, row-major [z][r]",
             ),
+            Field::StressRr => ("γc_p²", "stress -sigma_rr, compression positive, row-major [z][r]"),
+            Field::StressTt => (
+                "γc_p²",
+                "hoop stress -sigma_tt (plane: out of the plane), compression positive, row-major [z][r]",
+            ),
+            Field::StressRz => {
+                ("γc_p²", "shear stress -sigma_rz, with the sign of the other components, row-major [z][r]")
+            }
+            Field::Pressure => {
+                ("γc_p²", "mean pressure -(sigma_zz + sigma_rr + sigma_tt)/3, row-major [z][r]")
+            }
+            Field::VonMises => ("γc_p²", "stress of von Mises, row-major [z][r]"),
+            Field::MaxShear => ("γc_p²", "largest shear stress, half of sigma_1 - sigma_3, row-major [z][r]"),
         };
         vec![
             FieldNote::new("r0", "R", "radius of the first column"),

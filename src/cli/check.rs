@@ -9,7 +9,6 @@ use crate::{
     admissible::{self, Trial},
     case::{Case, Sizes},
     cost::{BYTES_TOLERANCE, Estimate, PATIENCE, RunEstimate, TIME_FACTOR},
-    model::ModelKind,
     validity::STRAIN_LIMIT,
 };
 
@@ -74,7 +73,7 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>) -> String {
     let mut value = serde_json::json!({
         "version": 2,
         "valid": true,
-        "runnable": case.model == ModelKind::Rakhmatulin,
+        "runnable": true,
         "case": case.resolved_json(),
         "sizes": case.sizes,
         "estimate": {
@@ -108,33 +107,29 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
         ("case", format!("{name}: {}", case.title)),
         ("target", format!("{target}, c_s = {c_s}")),
         ("mesh", format!("{nr} x {} nodes to r = {outer_radius:.4}, z = {depth:.4}", nz + 1)),
-        ("spacing", format!("dr = {dr:.6e}, dz = {dz:.6e}, radial Courant number {:.6}", c_s * dt / dr)),
+        (
+            "spacing",
+            format!("dr = {dr:.6e}, dz = {dz:.6e}, radial Courant number {:.6}", case.wave_speed() * dt / dr),
+        ),
         ("time", format!("{steps} steps of {dt:.6e} to t = {:.6}", steps as f64 * dt)),
         ("frames", frames(case)),
         ("memory", format!("about {}", bytes(estimate.memory))),
     ];
     match estimate.run {
         Some(run) => rows.extend(run_rows(&run)),
-        None if case.model == ModelKind::Rakhmatulin => {
+        None => {
             let limit = PATIENCE.as_secs();
             rows.push((
                 "run time",
                 format!("unknown: even a trial on a very coarse mesh does not end within {limit} s"),
             ));
         }
-        None => {}
     }
     if let Some(Trial { velocity, strain, .. }) = admissible {
         let si = metres_per_second(case, velocity).map(|si| format!(" ({si:.4} m/s)")).unwrap_or_default();
         rows.push((
             "velocity",
             format!("V0 = {velocity:.4e}{si} strains the target by {strain:.5}, the limit is {STRAIN_LIMIT}"),
-        ));
-    }
-    if case.model == ModelKind::Elastic {
-        rows.push((
-            "note",
-            "valid, but `percuss run` of this version has no solver for model = \"elastic\"".into(),
         ));
     }
     rows.iter().map(|(key, value)| format!("{key:<10} {value}\n")).collect()

@@ -59,7 +59,7 @@ pub(super) struct Run {
 impl Run {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
-        let mut simulation = Simulation::with_engine(&case, self.engine).map_err(RunError::from)?;
+        let mut simulation = Simulation::with_engine(&case, self.engine);
         let path = self.output.path(&self.case.case, "")?;
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;

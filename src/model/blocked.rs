@@ -230,6 +230,14 @@ impl<T: Send> Model<T> for Engine<T> {
         Some((step, frame))
     }
 
+    fn surface_strain(&self, pressure: &[f64]) -> (f64, usize) {
+        pressure.iter().map(|p| p.abs()).zip(0..).fold((0.0, 0), super::larger_strain)
+    }
+
+    fn strain_at(&self, pressure: f64, _i: usize) -> f64 {
+        pressure.abs()
+    }
+
     fn backing_peak(&mut self) -> BackingPeak {
         self.catch_up();
         self.note_peak(RowPeak::default());

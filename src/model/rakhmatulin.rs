@@ -169,7 +169,12 @@ impl Scheme<1> for Rakhmatulin {
                 let u = self.around(now, j, i);
                 scheme::stress(u(-1, 0), u(1, 0), self.grid.dz)
             }
+            other => unreachable!("a case of this model does not show {other:?}"),
         }
+    }
+
+    fn surface_strain(&self, _now: &Level<1>, pressure: f64, _i: usize) -> f64 {
+        pressure.abs()
     }
 
     fn backing_strain(&self, level: &Level<1>, i: usize) -> f64 {

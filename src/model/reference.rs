@@ -35,7 +35,12 @@ pub trait Scheme<const FIELDS: usize>: Send {
     /// * `pressure`: on the surface during the step from k to k+1, shape `(nr,)` \[γc_p²\]
     fn show(&self, field: Field, levels: Levels<'_, FIELDS>, pressure: &[f64], j: usize, i: usize) -> f64;
 
-    /// ∂u_z/∂z at the backing, column `i`.
+    /// Largest strain on the surface at column `i`, by magnitude.
+    ///
+    /// * `pressure`: on the node \[γc_p²\]
+    fn surface_strain(&self, now: &Level<FIELDS>, pressure: f64, i: usize) -> f64;
+
+    /// Largest strain at the backing, column `i`.
     fn backing_strain(&self, level: &Level<FIELDS>, i: usize) -> f64;
 }
 
@@ -153,6 +158,15 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
 
     fn next(&mut self, _finish: bool) -> Option<(T, Option<Frame>)> {
         self.steps.pop_front()
+    }
+
+    fn surface_strain(&self, pressure: &[f64]) -> (f64, usize) {
+        let at = |i: usize| (self.strain_at(pressure.get(i).copied().unwrap_or_default(), i), i);
+        (0..self.grid.nr()).map(at).fold((0.0, 0), super::larger_strain)
+    }
+
+    fn strain_at(&self, pressure: f64, i: usize) -> f64 {
+        self.scheme.surface_strain(&self.now, pressure, i)
     }
 
     fn backing_peak(&mut self) -> BackingPeak {

@@ -160,20 +160,23 @@ pub fn radial_weights(grid: &Grid, c_s: f64) -> Vec<RadialWeights> {
     pairs.map(|(out, inw)| RadialWeights { outward: scaled(out), inward: scaled(inw) }).collect()
 }
 
-/// Radial weights of E_r times `λ²/256`, by column, shape `(nr,)`: the faces of a node are one node away from it. That times α
-/// are the weights of the corner term.
-///
-/// ```text
-/// outward_i = λ²/256·W_{i+1}/r̂_i       inward_i = λ²/256·W_{i−1}/r̂_i
-/// ```
-///
-/// Weights of areas, W_i = i + ½, are not stable at λ = 1; these are.
+/// Radial weights of E_r times `λ²/256`, by column, shape `(nr,)`. That times α are the weights of the corner term.
 ///
 /// * `c_s`: shear wave speed \[c_p\]
 /// * `factor`: α
 pub fn corner_weights(grid: &Grid, c_s: f64, factor: f64) -> Vec<RadialWeights> {
     let courant = radial_courant(grid, c_s);
-    let scale = factor * courant * courant / 256.0;
+    double_weights(grid, factor * courant * courant / 256.0)
+}
+
+/// Weights of the radial operator whose faces are one node away from a node, by column, shape `(nr,)`:
+///
+/// ```text
+/// outward_i = scale·W_{i+1}/r̂_i       inward_i = scale·W_{i−1}/r̂_i
+/// ```
+///
+/// Weights of areas, W_i = i + ½, are not stable at λ = 1; these are.
+pub fn double_weights(grid: &Grid, scale: f64) -> Vec<RadialWeights> {
     let weights = |i: usize| match grid.geometry {
         Geometry::Plane => RadialWeights { outward: scale, inward: scale },
         Geometry::Axisymmetric => {
@@ -192,11 +195,12 @@ pub fn corner_axial(above: f64, here: f64, below: f64) -> f64 {
     2.0 * here - (above + below)
 }
 
-/// What the corner term adds to u^{k+1} of a node, `−α·E_z E_r d`.
+/// `outward·(outer − here) − inward·(here − inner)` over columns i−2, i, i+2. With the weights of the corner term, what it adds to
+/// u^{k+1} of a node, `−α·E_z E_r d`; with those of the lateral damping, `−σ·E_r d`.
 ///
-/// * `axial`: `16·E_z d` at columns i−2, i, i+2
+/// * `axial`: values at columns i−2, i, i+2, for the corner term `16·E_z d`
 #[inline]
-pub fn corner_radial(axial: [f64; 3], weights: RadialWeights) -> f64 {
+pub fn double_radial(axial: [f64; 3], weights: RadialWeights) -> f64 {
     let [inner, here, outer] = axial;
     weights.outward * (outer - here) - weights.inward * (here - inner)
 }
@@ -207,7 +211,7 @@ pub fn corner_radial(axial: [f64; 3], weights: RadialWeights) -> f64 {
 #[inline]
 pub fn corner(d: impl Fn(isize, isize) -> f64, weights: RadialWeights) -> f64 {
     let axial = |di| corner_axial(d(-2, di), d(0, di), d(2, di));
-    corner_radial([axial(-2), axial(0), axial(2)], weights)
+    double_radial([axial(-2), axial(0), axial(2)], weights)
 }
 
 /// `4·U_j = (u_{j−1} + u_{j+1}) + 2u_j`.

@@ -48,8 +48,9 @@ impl Steps for ExactSteps<'_> {
         let view = self.form.evaluate(self.next_step);
         self.next_step += 1;
         for (i, p) in view.interface.pressure.iter().enumerate() {
-            let place = (view.interface.r0 + i as f64 * view.interface.dr, 0.0);
-            self.validity.observe(p.abs(), view.step, view.time, place);
+            let r = view.interface.r0 + i as f64 * view.interface.dr;
+            self.validity.observe_pressure(p.abs(), view.step, view.time, r);
+            self.validity.observe_strain(p.abs(), view.step, view.time, (r, 0.0));
         }
         for &r in &self.case.record.probes {
             self.validity.observe_probe(view.interface.stress_at(r).abs(), view.step, view.time, r);

@@ -203,7 +203,6 @@ fn run_record(case: &Case) -> BTreeMap<String, String> {
         ("geometry", name(json["geometry"].clone())),
         ("contact", name(json["impact"]["contact"].clone())),
         ("mesh", name(json["mesh"]["kind"].clone())),
-        ("order", u8::from(case.mesh.order).to_string()),
         ("damping", case.mesh.damping.to_string()),
         ("dr", sizes.dr.to_string()),
         ("dz", sizes.dz.to_string()),
@@ -213,6 +212,7 @@ fn run_record(case: &Case) -> BTreeMap<String, String> {
         ("steps", sizes.steps.to_string()),
         ("playback_rate", case.record.playback_rate.to_string()),
     ]);
+    map.extend(case.mesh.order.map(|order| ("order".to_owned(), u8::from(order).to_string())));
     map.extend(case.scales().known().into_iter().map(|(name, value)| (name.to_owned(), value.to_string())));
     map
 }

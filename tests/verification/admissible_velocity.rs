@@ -19,7 +19,7 @@ fn search(name: &str, overrides: &[&str]) -> (Trial, usize) {
 
 /// Largest strain of a run, relative to the limit, and the admissible velocity of its validity.
 fn strain(name: &str, overrides: &[&str]) -> (f64, Option<f64>) {
-    let mut simulation = Simulation::new(&case(name, overrides)).expect("a solver");
+    let mut simulation = Simulation::new(&case(name, overrides));
     let validity = session::run(&mut simulation, &mut []).expect("finite numbers").validity;
     (validity.strain.value / STRAIN_LIMIT, validity.admissible_velocity())
 }

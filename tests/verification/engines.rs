@@ -15,7 +15,7 @@ use super::{case, observe};
 
 /// All steps of a run.
 fn views(case: &Case, engine: Engine) -> Vec<View<'static>> {
-    observe(Simulation::with_engine(case, engine).expect("a solver"), |view| view.share())
+    observe(Simulation::with_engine(case, engine), |view| view.share())
 }
 
 /// Numbers of a step: the indenter's and the interface stress.

@@ -78,7 +78,7 @@ impl Response {
 #[test]
 fn finite_mass_is_a_superposition_of_infinite_mass() {
     let [rounding] = stated("glued punches of mass 2.5, 5, 10, velocity and stress on the axis");
-    let response = Response::new(100, |case| Simulation::new(case).expect("a solver"));
+    let response = Response::new(100, |case| Simulation::new(case));
     for (mass, name, ..) in PUNCHES {
         let case = on_mesh(name, 100, &["impact.contact=bilateral", "run.stop=never", "run.end_time=12"]);
         let seen = run(&case, |view| (view.velocity, view.interface.stress_at(0.0)));
@@ -159,7 +159,7 @@ fn the_readme_gives_these_times() {
 #[test]
 fn going_on_after_the_extension_is_an_option() {
     let case = case("fig8-m2.5", &["run.stop=separation", "record.frames=0"]);
-    let mut simulation = Simulation::new(&case).expect("a solver");
+    let mut simulation = Simulation::new(&case);
     let mut kinds = Vec::new();
     let mut collect = |view: &View<'_>| kinds.extend(view.events.iter().map(|event| event.kind));
     let outcome = session::run(&mut simulation, &mut [&mut collect]).expect("finite numbers");

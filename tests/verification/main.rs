@@ -39,12 +39,12 @@ fn on_mesh(name: &str, cells: usize, overrides: &[&str]) -> Case {
 
 /// The plain stepper, which computes references on finer meshes.
 fn reference(case: &Case) -> Simulation {
-    Simulation::reference(case).expect("a solver")
+    Simulation::reference(case)
 }
 
 /// Results of `look` at every step of a case.
 fn run<T>(case: &Case, look: impl FnMut(&View<'_>) -> T) -> Vec<T> {
-    observe(Simulation::new(case).expect("a solver"), look)
+    observe(Simulation::new(case), look)
 }
 
 /// Results of `look` at every step of a simulation.

@@ -1,16 +1,17 @@
 //! `/view/fronts`: wave fronts by geometry, as thin lines. A separate topic, which a viewer can switch off.
 //!
 //! The edge of the contact emits waves from the time at which they outrun it. In the equation of motion \[KA\] Eq. 18
-//! they run at c_p along z and at c_s along r, so their front is an ellipse about the edge; a backing folds it back.
-//! A flat punch also has the plane front.
+//! they run at c_p along z and at c_s along r, so their front is an ellipse about the edge; in the full theory there are a P and an
+//! S wave, circles. A backing folds them back. A flat punch also has the plane front.
 
 use std::sync::Arc;
 
-use super::{Sheet, Viewport, WORLD, colours, entity, line, point, viewport::Edge};
+use super::{Sheet, Viewport, WORLD, colours, entity, line, point, viewport::EdgeWave};
 use crate::{
     case::{Case, HeadKind},
     channels::{Channel, FieldNote, Outlet},
     message::foxglove::{LinePrimitive, Point3, SceneUpdate},
+    model::ModelKind,
     view::View,
 };
 
@@ -23,6 +24,7 @@ const CROSSINGS: f64 = 4.0;
 pub struct Fronts {
     viewport: Arc<Viewport>,
     is_flat: bool,
+    model: ModelKind,
     /// Unit half circle, `(cos, sin)` from r = 1 over z = 1 to r = −1.
     circle: Vec<(f64, f64)>,
 }
@@ -33,6 +35,7 @@ impl Fronts {
         Self {
             viewport: Arc::clone(viewport),
             is_flat: case.indenter.head == HeadKind::Flat,
+            model: case.model,
             circle: (0..=POINTS)
                 .map(|part| on_circle(2.0 * f64::from(part) / f64::from(POINTS) - 1.0))
                 .collect(),
@@ -40,19 +43,20 @@ impl Fronts {
     }
 
     fn lines(&self, time: f64) -> Vec<LinePrimitive> {
-        let Some(edge) = self.viewport.edge else { return Vec::new() };
-        let age = time - edge.time;
-        if age <= 0.0 || self.viewport.thickness.is_some_and(|thickness| age > CROSSINGS * thickness) {
-            return Vec::new();
-        }
         let mut lines = Vec::new();
-        for side in [-1.0, 1.0] {
-            let run = self.arc(edge, age).into_iter().map(|(r, z)| point(side * r, -self.folded(z)));
-            lines.push(run.collect());
-        }
-        if self.is_flat {
-            let depth = self.folded(age);
-            lines.push(vec![point(-edge.r, -depth), point(edge.r, -depth)]);
+        for (number, wave) in self.viewport.waves.iter().enumerate() {
+            let age = time - wave.time;
+            if age <= 0.0 || self.viewport.thickness.is_some_and(|thickness| age > CROSSINGS * thickness) {
+                continue;
+            }
+            for side in [-1.0, 1.0] {
+                let run = self.arc(wave, age).into_iter().map(|(r, z)| point(side * r, -self.folded(z)));
+                lines.push(run.collect());
+            }
+            if self.is_flat && number == 0 {
+                let depth = self.folded(age);
+                lines.push(vec![point(-wave.r, -depth), point(wave.r, -depth)]);
+            }
         }
         let z = self.viewport.height_of(Sheet::Fronts);
         let thin = |points: Vec<Point3>| LinePrimitive { thickness: 1.0, ..line(points, z, colours::FRONT) };
@@ -60,9 +64,9 @@ impl Fronts {
     }
 
     /// The part of the front from the edge at r > 0 that is in the viewport: points `(r, z)` of the unfolded ellipse.
-    fn arc(&self, edge: Edge, age: f64) -> Vec<(f64, f64)> {
-        let c_s = self.viewport.shear_wave_speed;
-        let points = self.circle.iter().map(|(cos, sin)| (edge.r + c_s * age * cos, age * sin));
+    fn arc(&self, wave: &EdgeWave, age: f64) -> Vec<(f64, f64)> {
+        let [along_r, along_z] = wave.speeds.map(|speed| speed * age);
+        let points = self.circle.iter().map(|(cos, sin)| (wave.r + along_r * cos, along_z * sin));
         points
             .filter(|(r, z)| r.abs() <= self.viewport.half_width && self.folded(*z) <= self.viewport.depth)
             .collect()
@@ -96,15 +100,19 @@ impl Channel for Fronts {
     }
 
     fn fields(&self) -> Vec<FieldNote> {
-        vec![FieldNote::new(
-            "entities",
-            "R",
-            "wave fronts from the edge of the contact by geometry: ((r - r_e)/c_s)² + (z/c_p)² = (t - t_e)²",
-        )]
+        let meaning = match self.model {
+            ModelKind::Rakhmatulin => {
+                "wave fronts from the edge of the contact by geometry: ((r - r_e)/c_s)² + (z/c_p)² = (t - t_e)²"
+            }
+            ModelKind::Elastic => {
+                "wave fronts from the edge of the contact by geometry: (r - r_e)² + z² = c²(t - t_e)² with c_p and c_s"
+            }
+        };
+        vec![FieldNote::new("entities", "R", meaning)]
     }
 
     fn remarks(&self) -> Vec<(String, String)> {
-        match self.viewport.edge {
+        match self.viewport.waves.first() {
             Some(edge) => {
                 vec![("edge.r".into(), edge.r.to_string()), ("edge.time".into(), edge.time.to_string())]
             }

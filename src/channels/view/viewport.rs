@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use crate::{
-    case::{Case, HeadKind},
+    case::{Case, HeadKind, Sizes},
     grid::Geometry,
-    model::Field,
+    model::{Field, ModelKind},
     shape::Shape,
 };
 
@@ -58,21 +58,21 @@ pub struct Viewport {
     pub top: f64,
     /// Largest radius that contact reaches \[R\].
     pub reach: f64,
-    /// Start of the waves of the edge.
-    pub edge: Option<Edge>,
+    /// Waves of the edge, the fastest first; none if the contact outruns them to the end.
+    pub waves: Vec<EdgeWave>,
     /// Thickness of the layer \[R\]; `None` for a half-space.
     pub thickness: Option<f64>,
-    /// c_s / c_p.
-    pub shear_wave_speed: f64,
 }
 
-/// Point at which the contact stops outrunning the waves.
+/// Waves that the edge of the contact emits from the point on at which it no longer outruns them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Edge {
+pub struct EdgeWave {
     /// Radius \[R\].
     pub r: f64,
     /// Time \[R/c_p\].
     pub time: f64,
+    /// Speeds along r and along z \[c_p\].
+    pub speeds: [f64; 2],
 }
 
 impl Viewport {
@@ -81,9 +81,8 @@ impl Viewport {
         let sizes = &case.sizes;
         let shape = case.shape();
         let end_time = sizes.steps as f64 * sizes.dt;
-        let c_s = case.target.material.shear_wave_speed;
         let reach = sizes.contact_reach;
-        let half_width = (reach + c_s * end_time).min(sizes.outer_radius);
+        let half_width = (reach + case.wave_speed() * end_time).min(sizes.outer_radius);
         let depth = if sizes.layer { sizes.depth } else { end_time.min(sizes.depth) };
         // a tenth of the nodes, so that pictures are small beside fields, and not many more than recorded nodes
         let nodes = (half_width / sizes.dr) * (depth / sizes.dz);
@@ -103,9 +102,8 @@ impl Viewport {
             top: highest + 0.4 * reach.min(half_width).min(depth),
             face,
             reach,
-            edge: edge(&shape, case.impact.velocity, c_s, sizes.dt, sizes.steps),
+            waves: waves(case, &shape),
             thickness: case.target.thickness,
-            shear_wave_speed: c_s,
         }
     }
 
@@ -145,9 +143,9 @@ impl Viewport {
 pub fn range(case: &Case, field: Field) -> f64 {
     let velocity = case.impact.velocity;
     round_up(match field {
-        Field::Velocity => HEADROOM * velocity,
-        Field::Displacement => largest_displacement(case),
-        Field::Stress => velocity * (HEADROOM + rise(case)),
+        Field::Velocity | Field::VelocityR => HEADROOM * velocity,
+        Field::Displacement | Field::DisplacementR => largest_displacement(case),
+        _ => velocity * (HEADROOM + rise(case)),
     })
 }
 
@@ -198,14 +196,26 @@ fn face(shape: &Shape, head: &HeadKind, reach: f64, exaggeration: f64) -> Vec<[f
     (0..=HEAD_POINTS).map(|part| [radius(part), shape.profile(radius(part)) * exaggeration]).collect()
 }
 
-/// The first step at which the contact spreads no faster than c_s; `None` if it outruns the waves to the end.
-fn edge(shape: &Shape, velocity: f64, c_s: f64, dt: f64, steps: u64) -> Option<Edge> {
+/// Waves of the edge: in the simplified theory one, with c_s along r and c_p along z, in the full theory P and S waves.
+fn waves(case: &Case, shape: &Shape) -> Vec<EdgeWave> {
+    let c_s = case.target.material.shear_wave_speed;
+    let speeds = match case.model {
+        ModelKind::Rakhmatulin => vec![[c_s, 1.0]],
+        ModelKind::Elastic => vec![[1.0, 1.0], [c_s, c_s]],
+    };
+    speeds.into_iter().filter_map(|speeds| edge_wave(case, shape, speeds)).collect()
+}
+
+/// Waves from the first step on at which the contact spreads no faster than they do; `None` if it outruns them to the end.
+fn edge_wave(case: &Case, shape: &Shape, speeds: [f64; 2]) -> Option<EdgeWave> {
     const SAMPLES: u64 = 10_000;
+    let Sizes { dt, steps, .. } = case.sizes;
     let samples = steps.min(SAMPLES);
     let time = |sample: u64| sample as f64 / samples as f64 * steps as f64 * dt;
-    let reach = |sample| shape.reach(velocity * time(sample));
-    let slow = |sample: &u64| reach(sample + 1) - reach(*sample) <= c_s * (time(sample + 1) - time(*sample));
-    (0..samples).find(slow).map(|sample| Edge { r: reach(sample), time: time(sample) })
+    let reach = |sample| shape.reach(case.impact.velocity * time(sample));
+    let slow =
+        |sample: &u64| reach(sample + 1) - reach(*sample) <= speeds[0] * (time(sample + 1) - time(*sample));
+    (0..samples).find(slow).map(|sample| EdgeWave { r: reach(sample), time: time(sample), speeds })
 }
 
 #[cfg(test)]
@@ -269,7 +279,7 @@ mod tests {
     #[test]
     fn a_flat_punch_has_its_edge_at_once() {
         let (_, viewport) = viewport("fig5");
-        assert_eq!(viewport.edge, Some(Edge { r: 1.0, time: 0.0 }));
+        assert_eq!(viewport.waves, [EdgeWave { r: 1.0, time: 0.0, speeds: [0.5, 1.0] }]);
         assert_eq!(viewport.face, [[0.0, 0.0], [1.0, 0.0]]);
         // w = 6 at the end of the run, drawn no deeper than a fifth of the layer
         assert_eq!(viewport.exaggeration, 0.02);
@@ -282,7 +292,7 @@ mod tests {
         // r*² = k·t: dr*/dt = c_s at t = k/(4 c_s²), r = k/(2 c_s)
         let HeadKind::Paraboloid { curvature } = case.indenter.head else { panic!("a paraboloid") };
         let c_s = case.target.material.shear_wave_speed;
-        let edge = viewport.edge.expect("it slows down");
+        let edge = *viewport.waves.first().expect("it slows down");
         let step = case.sizes.steps as f64 * case.sizes.dt / 1e4;
         assert!(
             (edge.time - curvature / (4.0 * c_s * c_s)).abs() < 2.0 * case.sizes.dt.max(step),
@@ -293,9 +303,9 @@ mod tests {
 
     #[test]
     fn a_fast_cone_has_no_edge() {
-        assert_eq!(viewport("fig6a").1.edge, None);
+        assert_eq!(viewport("fig6a").1.waves, []);
         // with a radius it has one, at the cylinder
-        let edge = viewport("fig6c").1.edge.expect("an edge");
+        let edge = *viewport("fig6c").1.waves.first().expect("an edge");
         assert!((edge.r - 1.0).abs() < 0.02 && (edge.time - 0.5).abs() < 0.02, "{edge:?}");
     }
 }

@@ -145,7 +145,7 @@ impl<V: Vector> CornerSums<V> {
 }
 
 /// Advances `N` rows from row `j` on with the corner term, vector by vector outwards: [`scheme::advanced`] and
-/// [`scheme::corner_radial`] on vectors.
+/// [`scheme::double_radial`] on vectors.
 ///
 /// # Safety
 ///
@@ -241,6 +241,6 @@ pub fn add_corner(
     (axial[0], axial[1]) = (axial[3], axial[2]);
     for (i, free) in free.iter_mut().enumerate() {
         let weights = RadialWeights { outward: corner.outward[i], inward: corner.inward[i] };
-        *free += scheme::corner_radial([axial[i], axial[i + 2], axial[i + 4]], weights);
+        *free += scheme::double_radial([axial[i], axial[i + 2], axial[i + 4]], weights);
     }
 }

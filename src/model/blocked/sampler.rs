@@ -239,6 +239,7 @@ impl Sampler {
                             self.velocity(domain, j, &shown, before, row);
                         }
                         Field::Stress => self.stress(domain, j, &shown, motion, row),
+                        other => unreachable!("a case of this model does not show {other:?}"),
                     }
                 }
             }

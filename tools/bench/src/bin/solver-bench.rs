@@ -220,8 +220,8 @@ fn growth(cells: &[usize], end: f64, scheme: Scheme, repeat: usize) -> Result<()
 fn computed(case: &Case, coverage: Option<Coverage>) -> Result<f64> {
     let start = Instant::now();
     let mut simulation = match coverage {
-        Some(coverage) => Simulation::with_coverage(case, coverage)?,
-        None => Simulation::new(case)?,
+        Some(coverage) => Simulation::with_coverage(case, coverage),
+        None => Simulation::new(case),
     };
     run_steps(&mut simulation, &mut [])?;
     Ok(start.elapsed().as_secs_f64())
@@ -231,6 +231,6 @@ fn computed(case: &Case, coverage: Option<Coverage>) -> Result<f64> {
 fn recorded(case: &Case, file: &Path) -> Result<f64> {
     let start = Instant::now();
     let mut recording = Recording::create(file, true, case, Source::Simulation)?;
-    run_steps(&mut Simulation::new(case)?, &mut [&mut recording])?;
+    run_steps(&mut Simulation::new(case), &mut [&mut recording])?;
     Ok(start.elapsed().as_secs_f64())
 }

@@ -1,0 +1,407 @@
+//! The scheme of the full theory of elasticity, derived once: collocated cells with minimised mesh dispersion.
+//!
+//! Both displacements, `u = u_z` and `v = u_r` (plane: u_x), stand on the nodes of the matched mesh. Cells lie between nodes, cell i
+//! between columns i−1 and i with its middle at `ρ_i = iΔr`; cell 0 is the half cell between the axis and node 0. Its weight
+//! is `w_i = 2ρ_iΔr`, `w_0 = (Δr/2)²` (plane Δr, Δr/2). With `e = u_{j+1} − u_j`, `D = q_i v_i − q'_i v_{i−1}`
+//! (`q_i = c·r_i/ρ_i`, `q'_i = c·r_{i−1}/ρ_i`, `c = Δz/Δr ≤ 1`; plane `q = q' = c`) the strains of a cell between rows j and j+1
+//! are, times Δz,
+//!
+//! ```text
+//! ε = ½(e_{i−1} + e_i)        d = ½(D_j + D_{j+1})       axial strain; v_,r + v/r
+//! g = ½c[(u_j + u_{j+1})_i − (…)_{i−1}] + ½[(v_{j+1} − v_j)_i + (…)_{i−1}]
+//! a = ½(e_i − e_{i−1})        b = ½(D_{j+1} − D_j)       patterns that these do not see
+//! W = Σ w_i/Δz·[½ε² + λεd + ½d² + ½µg² + ½k(a² + b²)]    µ = c_s², λ = 1 − 2µ
+//! ```
+//!
+//! and Δt = Δz: everything else is the derivative of W, with half the mass of every cell at either of its columns. The hoop strain
+//! needs no place in W: `−2µ·v_,r·(v/r)·r = −µ(v²)_,r` integrates to nothing at every depth. Boundaries of surface, backing (u = 0, free
+//! of shear stress) and axis are natural: a row of cells is missing, and nothing else.
+//!
+//! Cell operators commute, so P and S waves decouple as in the continuum. With `x = sin²(q_z/2)`, `y = sin²(q_r/2)`, Δr = Δz,
+//!
+//! ```text
+//! sin²(ω/2) = f + k·xy (P),  β²f + k·xy (S)      f = x(1 − y) + y(1 − x)
+//! ```
+//!
+//! P waves along z and r are not dispersed, and `1 − f − k·xy ≥ 0` makes Δt = Δz ≤ Δr stable. The one free number
+//! `k = min(4β²(2 − β²)/3, 0.6)` makes S waves at 45° fourth order; the limit keeps clear of that of the free surface, about 0.7.
+//! Stability at the axis asks for the mass `3/2·Δr²` of v at node 0; u has 5/4 there, by lumping.
+//!
+//! # Lateral damping
+//!
+//! `σ·E_r(u^k − u^{k−1})`, the same for v (odd about the axis), with E_r of [`super::scheme`] at λ = 1: 0 for fronts along z, third order
+//! for the rest. An edge of contact that passes nodes faster than shear waves run excites short waves along r that meet on the axis,
+//! with an amplitude that hardly falls with the mesh; this takes them out. Stable for `σ ≤ 2(1 − k)`.
+//!
+//! # Node by node
+//!
+//! A node has cells above and below it, `a` and `b`. Its equations contain nothing but differences `Δ = b − a` and sums `Σ = b + a` of
+//! what the columns have in both rows of cells ([`Column`]); strains twice themselves to save halves:
+//!
+//! ```text
+//! normal = 2ΔS,  lean = 2(kΔa − cµΣg),  slip = 2Δg,  radial = 2Σ(λε + d) − 2kΔb        of cell i ([`Cell`])
+//! u: A·(normal + lean)_i + B·(normal − lean)_{i+1}       A = w_i/4m_i, B = w_{i+1}/4m_i (A_0 = w_0/2m_0)
+//! v: A'·slip_i + B'·slip_{i+1} + Y·(radial_{i+1} − radial_i)       Y = c·r_iΔr/2m'_i
+//! ```
+
+use super::scheme::{self, RadialWeights};
+use crate::grid::{Geometry, Grid};
+
+/// Constants of the material on a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medium {
+    /// `µ = c_s²` \[γc_p²\]
+    pub shear: f64,
+    /// `λ = 1 − 2µ` \[γc_p²\]
+    pub lame: f64,
+    /// k
+    pub hourglass: f64,
+    /// `c = Δz/Δr`
+    pub courant: f64,
+}
+
+impl Medium {
+    /// * `c_s`: shear wave speed \[c_p\], below √3/2
+    pub fn new(grid: &Grid, c_s: f64) -> Self {
+        let shear = c_s * c_s;
+        let hourglass = (4.0 * shear * (2.0 - shear) / 3.0).min(0.6);
+        Self { shear, lame: 1.0 - 2.0 * shear, hourglass, courant: grid.dz / grid.dr }
+    }
+}
+
+/// Weights of a column: of the cell at its inner side, and of its nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ColumnWeights {
+    /// Area w of the cell.
+    pub cell: f64,
+    /// q', of the inner column in the cell's D.
+    pub inner: f64,
+    /// q, of this column.
+    pub outer: f64,
+    /// A and B: shares of the cells at the inner and outer side in u.
+    pub axial: [f64; 2],
+    /// A' and B', with µ.
+    pub slip: [f64; 2],
+    /// Y
+    pub radial: f64,
+}
+
+/// Weights by column, shape `(nr + 1,)`: the last is that of the cell at the outer side of the outermost nodes, with no node of its own.
+pub fn column_weights(grid: &Grid, medium: &Medium) -> Vec<ColumnWeights> {
+    let Medium { courant, shear, .. } = *medium;
+    let (dr, nr) = (grid.dr, grid.nr());
+    let cell = |i: usize| match (grid.geometry, i) {
+        (Geometry::Plane, 0) => 0.5 * dr,
+        (Geometry::Plane, _) => dr,
+        (Geometry::Axisymmetric, 0) => 0.25 * dr * dr,
+        (Geometry::Axisymmetric, i) => 2.0 * i as f64 * dr * dr,
+    };
+    let weights = |i: usize| {
+        let (outer, inner) = match (grid.geometry, i) {
+            // D = 4c·v_0, plane 2c·v_0: nothing moves on the axis
+            (Geometry::Plane, 0) => (2.0 * courant, 0.0),
+            (Geometry::Axisymmetric, 0) => (4.0 * courant, 0.0),
+            (Geometry::Plane, _) => (courant, courant),
+            (Geometry::Axisymmetric, i) => {
+                let i = i as f64;
+                (courant * (i + 0.5) / i, courant * (i - 0.5) / i)
+            }
+        };
+        let weights = ColumnWeights { cell: cell(i), inner, outer, ..ColumnWeights::default() };
+        let (Some(mass), Some(lateral_mass)) = (grid.area.get(i), lateral_area(grid, i)) else {
+            return weights;
+        };
+        // the half cell counts whole: its other half is its image
+        let share = if i == 0 { 0.5 } else { 0.25 };
+        let width = match grid.geometry {
+            Geometry::Axisymmetric => grid.r(i) * dr,
+            Geometry::Plane => 0.5 * dr,
+        };
+        ColumnWeights {
+            axial: [share * cell(i) / mass, 0.25 * cell(i + 1) / mass],
+            slip: [share * shear * cell(i) / lateral_mass, 0.25 * shear * cell(i + 1) / lateral_mass],
+            radial: 0.5 * courant * width / lateral_mass,
+            ..weights
+        }
+    };
+    (0..=nr).map(weights).collect()
+}
+
+/// Mass of v at nodes of column `i` per depth: that of u but at the axis, where stability asks for `3/2·Δr²`.
+pub fn lateral_area(grid: &Grid, i: usize) -> Option<f64> {
+    match (grid.geometry, i) {
+        (Geometry::Axisymmetric, 0) => Some(1.5 * grid.dr * grid.dr),
+        _ => grid.area.get(i).copied(),
+    }
+}
+
+/// Radial weights of the lateral damping by column, shape `(nr,)`.
+///
+/// * `damping`: σ
+pub fn damping_weights(grid: &Grid, damping: f64) -> Vec<RadialWeights> {
+    scheme::double_weights(grid, damping / 16.0)
+}
+
+/// Difference below − above and sum of something in both rows of cells at a row of nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pair {
+    /// Δ
+    pub difference: f64,
+    /// Σ
+    pub sum: f64,
+}
+
+/// What one column has in the two rows of cells at a row of nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Column {
+    /// Of `u_{j+1} − u_j`.
+    pub stretch: Pair,
+    /// Of `u_j + u_{j+1}`.
+    pub sink: Pair,
+    /// Of `v_{j+1} − v_j`.
+    pub tilt: Pair,
+    /// Of `v_j + v_{j+1}`.
+    pub spread: Pair,
+}
+
+/// Where a row of nodes is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Row {
+    /// z = 0: no cells above.
+    Surface,
+    /// Cells above and below.
+    Interior,
+    /// z = h: no cells below.
+    Backing,
+}
+
+impl Column {
+    /// * `u`, `v`: displacements above, here and below; what is beyond a boundary is not used
+    #[inline]
+    pub fn new(row: Row, u: [f64; 3], v: [f64; 3]) -> Self {
+        let pairs = |[above, here, below]: [f64; 3]| match row {
+            Row::Interior => {
+                let (ends, twice, across) = (above + below, here + here, below - above);
+                [
+                    Pair { difference: ends - twice, sum: across },
+                    Pair { difference: across, sum: ends + twice },
+                ]
+            }
+            Row::Surface => [below - here, here + below].map(|below| {
+                let twice = below + below;
+                Pair { difference: twice, sum: twice }
+            }),
+            Row::Backing => [here - above, above + here].map(|above| {
+                let twice = above + above;
+                Pair { difference: -twice, sum: twice }
+            }),
+        };
+        let ([stretch, sink], [tilt, spread]) = (pairs(u), pairs(v));
+        Self { stretch, sink, tilt, spread }
+    }
+}
+
+/// What a cell, with the one above it, gives to the nodes between them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cell {
+    /// `2ΔS`
+    pub normal: f64,
+    /// `2(kΔa − cµΣg)`
+    pub lean: f64,
+    /// `2Δg`
+    pub slip: f64,
+    /// `2Σ(λε + d) − 2kΔb`
+    pub radial: f64,
+}
+
+impl Cell {
+    /// Of the cell between two columns.
+    ///
+    /// * `weights`: of the outer column
+    #[inline]
+    pub fn new(inner: &Column, outer: &Column, weights: &ColumnWeights, medium: &Medium) -> Self {
+        let Medium { shear, lame, hourglass, courant } = *medium;
+        let dilation = weights.outer * outer.spread.difference - weights.inner * inner.spread.difference;
+        let shift = courant * (outer.sink.sum - inner.sink.sum) + (inner.tilt.sum + outer.tilt.sum);
+        let bend = outer.stretch.difference - inner.stretch.difference;
+        // Σd − kΔb: both are D's of a column
+        let flow = |column: &Column| column.spread.sum - hourglass * column.tilt.difference;
+        Self {
+            normal: (inner.stretch.difference + outer.stretch.difference) + lame * dilation,
+            lean: hourglass * bend - courant * shear * shift,
+            slip: courant * (outer.sink.difference - inner.sink.difference)
+                + (inner.tilt.difference + outer.tilt.difference),
+            radial: lame * (inner.stretch.sum + outer.stretch.sum)
+                + (weights.outer * flow(outer) - weights.inner * flow(inner)),
+        }
+    }
+}
+
+/// `Δt²` times the acceleration of u and v at a node.
+///
+/// * `inner`, `outer`: cells at either side of it
+#[inline]
+pub fn accelerations(inner: &Cell, outer: &Cell, weights: &ColumnWeights) -> [f64; 2] {
+    let ColumnWeights { axial, slip, radial, .. } = weights;
+    [
+        axial[0] * (inner.normal + inner.lean) + axial[1] * (outer.normal - outer.lean),
+        (slip[0] * inner.slip + slip[1] * outer.slip) + radial * (outer.radial - inner.radial),
+    ]
+}
+
+/// Displacement at level k+1 without damping.
+#[inline]
+pub fn advanced(before: f64, now: f64, acceleration: f64) -> f64 {
+    ((now + now) - before) + acceleration
+}
+
+/// Strains at a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Strain {
+    /// `ε = u_,z`
+    pub axial: f64,
+    /// `d = v_,r + v/r`, plane `v_,x`
+    pub lateral: f64,
+    /// `v/r`, plane 0
+    pub hoop: f64,
+    /// `g = u_,r + v_,z`
+    pub shear: f64,
+}
+
+/// Stresses \[γc_p²\], tension positive.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stress {
+    /// σ_zz
+    pub zz: f64,
+    /// σ_rr, plane σ_xx
+    pub rr: f64,
+    /// σ_θθ, plane σ_yy
+    pub tt: f64,
+    /// σ_rz
+    pub rz: f64,
+}
+
+impl Strain {
+    /// Mean over the cells around a node, weighted by their areas.
+    ///
+    /// * `columns`: at columns i−1, i, i+1
+    /// * `weights`: of columns i, i+1
+    /// * `hoop`: v/r, plane 0
+    pub fn mean(
+        columns: [&Column; 3],
+        weights: [&ColumnWeights; 2],
+        medium: &Medium,
+        dz: f64,
+        hoop: f64,
+    ) -> Self {
+        let total = weights[0].cell + weights[1].cell;
+        let mut mean = Self { hoop, ..Self::default() };
+        for (cell, weights) in weights.into_iter().enumerate() {
+            let [inner, outer] = [columns[cell], columns[cell + 1]];
+            let share = 0.25 * weights.cell / (total * dz);
+            mean.axial += share * (inner.stretch.sum + outer.stretch.sum);
+            mean.lateral += share * (weights.outer * outer.spread.sum - weights.inner * inner.spread.sum);
+            let shift = medium.courant * (outer.sink.sum - inner.sink.sum);
+            mean.shear += share * (shift + (inner.tilt.sum + outer.tilt.sum));
+        }
+        mean
+    }
+
+    /// On the surface, where `σ_zz = −p` and `σ_rz = 0`: `ε = −p − λd`.
+    ///
+    /// * `v`: at columns i−1, i, i+1
+    /// * `weights`: of columns i, i+1
+    /// * `pressure`: p \[γc_p²\]
+    pub fn on_surface(
+        v: [f64; 3],
+        weights: [&ColumnWeights; 2],
+        medium: &Medium,
+        dz: f64,
+        hoop: f64,
+        pressure: f64,
+    ) -> Self {
+        let total = weights[0].cell + weights[1].cell;
+        let lateral = weights.into_iter().enumerate().map(|(cell, weights)| {
+            weights.cell / (total * dz) * (weights.outer * v[cell + 1] - weights.inner * v[cell])
+        });
+        let lateral = lateral.sum();
+        Self { axial: -pressure - medium.lame * lateral, lateral, hoop, shear: 0.0 }
+    }
+
+    /// The stresses, by Hooke's law with λ + 2µ = 1.
+    pub fn stress(&self, medium: &Medium) -> Stress {
+        let Self { axial, lateral, hoop, shear } = *self;
+        let Medium { shear: mu, lame, .. } = *medium;
+        Stress {
+            zz: axial + lame * lateral,
+            rr: lame * axial + lateral - 2.0 * mu * hoop,
+            tt: lame * (axial + lateral) + 2.0 * mu * hoop,
+            rz: mu * shear,
+        }
+    }
+
+    /// The largest principal strain by magnitude.
+    pub fn largest_principal(&self) -> f64 {
+        let [first, second] = principal(self.axial, self.lateral - self.hoop, 0.5 * self.shear);
+        first.abs().max(second.abs()).max(self.hoop.abs())
+    }
+}
+
+/// Principal values of a symmetric tensor in the r–z plane, the larger one first.
+fn principal(zz: f64, rr: f64, rz: f64) -> [f64; 2] {
+    let (middle, half) = (0.5 * (zz + rr), 0.5 * (zz - rr));
+    let radius = (half * half + rz * rz).sqrt();
+    [middle + radius, middle - radius]
+}
+
+impl Stress {
+    /// Mean pressure `−(σ_zz + σ_rr + σ_θθ)/3`.
+    pub fn pressure(&self) -> f64 {
+        -(self.zz + self.rr + self.tt) / 3.0
+    }
+
+    /// Stress of von Mises.
+    pub fn von_mises(&self) -> f64 {
+        let Self { zz, rr, tt, rz } = *self;
+        let differences = (zz - rr).powi(2) + (rr - tt).powi(2) + (tt - zz).powi(2);
+        (0.5 * differences + 3.0 * rz * rz).sqrt()
+    }
+
+    /// Largest shear stress, half the difference of the largest and the smallest principal stress (Tresca).
+    pub fn max_shear(&self) -> f64 {
+        let [first, second] = principal(self.zz, self.rr, self.rz);
+        0.5 * (first.max(self.tt) - second.min(self.tt))
+    }
+}
+
+/// Strains of a cell, times Δz: ε, d, g, a, b.
+pub type CellStrains = [f64; 5];
+
+/// Strains of a cell between two rows and two columns.
+///
+/// * `u`, `v`: displacements in the inner and the outer column, each in the upper and the lower row
+/// * `weights`: of the outer column
+pub fn cell_strains(
+    u: [[f64; 2]; 2],
+    v: [[f64; 2]; 2],
+    weights: &ColumnWeights,
+    medium: &Medium,
+) -> CellStrains {
+    let [inner, outer] = u.map(|[upper, lower]| lower - upper);
+    let [upper, lower] = [0, 1].map(|row| weights.outer * v[1][row] - weights.inner * v[0][row]);
+    let [inner_sink, outer_sink] = u.map(|[upper, lower]| upper + lower);
+    let tilts = v.map(|[upper, lower]| lower - upper);
+    let shear = 0.5 * medium.courant * (outer_sink - inner_sink) + 0.5 * (tilts[0] + tilts[1]);
+    [0.5 * (inner + outer), 0.5 * (upper + lower), shear, 0.5 * (outer - inner), 0.5 * (lower - upper)]
+}
+
+/// Strain energy of a cell between two levels, the product form of W that the scheme conserves \[πR³γc_p²\].
+///
+/// * `weight`: `w/Δz`
+pub fn strain_energy(earlier: CellStrains, later: CellStrains, weight: f64, medium: &Medium) -> f64 {
+    let Medium { shear, lame, hourglass, .. } = *medium;
+    let factors = [1.0, 1.0, shear, hourglass, hourglass];
+    let squares: f64 =
+        factors.into_iter().enumerate().map(|(n, factor)| factor * earlier[n] * later[n]).sum();
+    0.5 * weight * (squares + lame * (earlier[0] * later[1] + earlier[1] * later[0]))
+}

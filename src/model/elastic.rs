@@ -1,0 +1,206 @@
+//! The full linear theory of elasticity: displacements along the impact and along r, \[KA\] Eqs. 2, 3, 6,
+//!
+//! ```text
+//! u_tt = (ε + λd)_,z + (1/r)(r µg)_,r       v_tt = (λε + d)_,r + µg_,z        µ = c_s², λ = 1 − 2µ
+//! z = 0: ε + λd = −p, g = 0      backing z = h, smooth: u = 0, g = 0      axis: v = 0, g = 0
+//! ```
+//!
+//! The scheme is derived in [`super::cells`]. This module puts its operators together, node by node, for the plain stepper.
+
+use super::{
+    Field, FrameFields, TargetEnergy,
+    cells::{self, Cell, CellStrains, Column, ColumnWeights, Medium, Row, Strain},
+    reference::{Level, Levels, Reference, Scheme},
+    scheme::{self, RadialWeights},
+};
+use crate::grid::{Geometry, Grid};
+
+/// Largest lateral damping σ. Stable are `σ ≤ 2(1 − k)`, and k is 0.6 at most.
+pub const LARGEST_DAMPING: f64 = 0.8;
+
+/// Slack for a Courant number of 1 but for rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// The full theory on a mesh, as the plain stepper wants it.
+#[derive(Clone, Debug)]
+pub struct Elastic {
+    grid: Grid,
+    medium: Medium,
+    weights: Vec<ColumnWeights>,
+    /// Weights of the lateral damping, if there is any.
+    damping: Option<Vec<RadialWeights>>,
+}
+
+impl Elastic {
+    /// The theory on a mesh, see [`Grid::with_cells_between_nodes`].
+    ///
+    /// * `c_s`: shear wave speed \[c_p\], below √3/2
+    /// * `damping`: σ of the lateral damping
+    ///
+    /// # Panics
+    ///
+    /// If the scheme is not stable: `Δt > Δr`, or with that damping.
+    pub fn new(grid: Grid, c_s: f64, damping: f64) -> Self {
+        let medium = Medium::new(&grid, c_s);
+        assert!(medium.courant <= 1.0 + ROUNDING, "unstable: Courant number {}", medium.courant);
+        assert!((0.0..=LARGEST_DAMPING).contains(&damping), "unstable: damping {damping}");
+        let weights = cells::column_weights(&grid, &medium);
+        let damping = (damping > 0.0).then(|| cells::damping_weights(&grid, damping));
+        Self { grid, medium, weights, damping }
+    }
+
+    /// A target at rest under the plain stepper.
+    ///
+    /// * `shown`: what frames show
+    pub fn reference<T>(self, shown: FrameFields) -> Reference<T, Self, 2> {
+        Reference::new(self.grid.clone(), self, shown)
+    }
+
+    /// Where row `j` is.
+    fn row(&self, j: usize) -> Row {
+        match j {
+            0 => Row::Surface,
+            j if j == self.grid.nz => Row::Backing,
+            _ => Row::Interior,
+        }
+    }
+
+    /// Displacement number `field` in column `i`, which may be an image about the axis or at rest beyond the mesh.
+    fn at(&self, level: &Level<2>, field: usize, j: usize, i: isize) -> f64 {
+        let column = scheme::image_column(i);
+        let sign = if i < 0 && field == 1 { -1.0 } else { 1.0 };
+        if column < self.grid.nr() { sign * level[field][[j, column]] } else { 0.0 }
+    }
+
+    /// Column `i` around row `j`.
+    fn column(&self, level: &Level<2>, j: usize, i: isize) -> Column {
+        let rows = [j.saturating_sub(1), j, (j + 1).min(self.grid.nz)];
+        let [u, v] = [0, 1].map(|field| rows.map(|j| self.at(level, field, j, i)));
+        Column::new(self.row(j), u, v)
+    }
+
+    /// Columns i−1, i, i+1 around row `j`, and the weights of the cells between them.
+    fn columns(&self, level: &Level<2>, j: usize, i: usize) -> ([Column; 3], [&ColumnWeights; 2]) {
+        let columns = [-1, 0, 1].map(|di| self.column(level, j, i as isize + di));
+        (columns, [&self.weights[i], &self.weights[i + 1]])
+    }
+
+    /// `Δt²` times the accelerations of node (j, i) but for damping.
+    fn accelerations(&self, now: &Level<2>, j: usize, i: usize) -> [f64; 2] {
+        let (columns, weights) = self.columns(now, j, i);
+        let [inner, outer] =
+            [0, 1].map(|cell| Cell::new(&columns[cell], &columns[cell + 1], weights[cell], &self.medium));
+        cells::accelerations(&inner, &outer, weights[0])
+    }
+
+    /// What lateral damping adds to displacement number `field` of node (j, i).
+    fn damped(&self, before: &Level<2>, now: &Level<2>, field: usize, j: usize, i: usize) -> Option<f64> {
+        let weights = self.damping.as_ref()?[i];
+        let moved = [-2, 0, 2].map(|di| {
+            let i = i as isize + di;
+            self.at(now, field, j, i) - self.at(before, field, j, i)
+        });
+        Some(scheme::double_radial(moved, weights))
+    }
+
+    /// Strains of the cell between rows j and j+1 at the inner side of column `i`.
+    fn cell_strains(&self, level: &Level<2>, j: usize, i: usize) -> CellStrains {
+        let [u, v] = [0, 1].map(|field| {
+            [i as isize - 1, i as isize].map(|i| [j, j + 1].map(|j| self.at(level, field, j, i)))
+        });
+        cells::cell_strains(u, v, &self.weights[i], &self.medium)
+    }
+
+    /// Strains at node (j, i).
+    ///
+    /// * `pressure`: on the surface at this node
+    fn strain(&self, level: &Level<2>, pressure: f64, j: usize, i: usize) -> Strain {
+        let hoop = match self.grid.geometry {
+            Geometry::Axisymmetric => level[1][[j, i]] / self.grid.r(i),
+            Geometry::Plane => 0.0,
+        };
+        let (columns, weights) = self.columns(level, j, i);
+        if j == 0 {
+            let v = [-1, 0, 1].map(|di| self.at(level, 1, 0, i as isize + di));
+            return Strain::on_surface(v, weights, &self.medium, self.grid.dz, hoop, pressure);
+        }
+        let [inner, here, outer] = &columns;
+        let mean = Strain::mean([inner, here, outer], weights, &self.medium, self.grid.dz, hoop);
+        // the backing is smooth
+        if j == self.grid.nz { Strain { shear: 0.0, ..mean } } else { mean }
+    }
+
+    /// Share of a row's cells in the mass of its nodes.
+    fn depth(&self, j: usize) -> f64 {
+        if j == 0 || j == self.grid.nz { 0.5 * self.grid.dz } else { self.grid.dz }
+    }
+}
+
+impl Scheme<2> for Elastic {
+    fn next(&self, before: &Level<2>, now: &Level<2>, j: usize, i: usize) -> [f64; 2] {
+        let accelerations = self.accelerations(now, j, i);
+        let next = [0, 1].map(|field| {
+            let free = cells::advanced(before[field][[j, i]], now[field][[j, i]], accelerations[field]);
+            match self.damped(before, now, field, j, i) {
+                Some(added) => free + added,
+                None => free,
+            }
+        });
+        // the backing does not yield
+        if j == self.grid.nz { [0.0, next[1]] } else { next }
+    }
+
+    fn compliance(&self, _i: usize) -> f64 {
+        scheme::compliance(self.grid.dt(), self.grid.dz)
+    }
+
+    fn energy(&self, earlier: &Level<2>, later: &Level<2>) -> TargetEnergy {
+        let Grid { dz, nz, .. } = self.grid;
+        let mut energy = TargetEnergy::default();
+        for j in 0..=nz {
+            for i in 0..self.grid.nr() {
+                let areas = [Some(self.grid.area[i]), cells::lateral_area(&self.grid, i)];
+                for (field, area) in areas.into_iter().enumerate() {
+                    let moved = later[field][[j, i]] - earlier[field][[j, i]];
+                    let mass = self.depth(j) * area.unwrap_or_default();
+                    energy.kinetic += scheme::kinetic_energy(mass, moved, self.grid.dt());
+                }
+            }
+        }
+        for j in 0..nz {
+            for i in 0..=self.grid.nr() {
+                let [a, b] = [earlier, later].map(|level| self.cell_strains(level, j, i));
+                energy.strain += cells::strain_energy(a, b, self.weights[i].cell / dz, &self.medium);
+            }
+        }
+        energy
+    }
+
+    fn show(&self, field: Field, levels: Levels<'_, 2>, pressure: &[f64], j: usize, i: usize) -> f64 {
+        let [before, now, next] = levels;
+        let velocity =
+            |field: usize| scheme::velocity(before[field][[j, i]], next[field][[j, i]], self.grid.dt());
+        let stress = || self.strain(now, pressure[i], j, i).stress(&self.medium);
+        match field {
+            Field::Displacement => now[0][[j, i]],
+            Field::DisplacementR => now[1][[j, i]],
+            Field::Velocity => velocity(0),
+            Field::VelocityR => velocity(1),
+            Field::Stress => -stress().zz,
+            Field::StressRr => -stress().rr,
+            Field::StressTt => -stress().tt,
+            Field::StressRz => -stress().rz,
+            Field::Pressure => stress().pressure(),
+            Field::VonMises => stress().von_mises(),
+            Field::MaxShear => stress().max_shear(),
+        }
+    }
+
+    fn surface_strain(&self, now: &Level<2>, pressure: f64, i: usize) -> f64 {
+        self.strain(now, pressure, 0, i).largest_principal()
+    }
+
+    fn backing_strain(&self, level: &Level<2>, i: usize) -> f64 {
+        self.strain(level, 0.0, self.grid.nz, i).largest_principal()
+    }
+}
