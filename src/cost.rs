@@ -16,7 +16,6 @@ use std::time::{Duration, Instant};
 
 use crate::{
     case::{Case, CaseErrors, Sizes},
-    model::scheme::Corner,
     session::{self, Flow, Observer, Outcome, Status},
     simulation::Simulation,
     view::View,
@@ -72,8 +71,8 @@ impl Estimate {
     /// Estimates a run of `case`.
     pub fn new(case: &Case) -> Self {
         let Sizes { nr, nz, .. } = case.sizes;
-        let levels = Corner::levels(case.corner().as_ref()) as u64;
-        let memory = levels * 8 * (nr as u64 + 1) * (nz as u64 + 1)
+        let numbers = case.model.numbers_per_node(case.corner().as_ref()) as u64;
+        let memory = numbers * 8 * (nr as u64 + 1) * (nz as u64 + 1)
             + FRAMES_IN_MEMORY.min(case.frames().count()) * case.frame_size() as u64;
         Self { memory, run: run_trials(case) }
     }

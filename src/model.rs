@@ -48,6 +48,16 @@ pub enum ModelKind {
 }
 
 impl ModelKind {
+    /// Numbers in memory for every node: displacements at all levels that are kept.
+    ///
+    /// * `corner`: the corner term of the simplified theory, if there is one
+    pub fn numbers_per_node(self, corner: Option<&scheme::Corner>) -> usize {
+        match self {
+            Self::Rakhmatulin => scheme::Corner::levels(corner),
+            Self::Elastic => 2 * 3,
+        }
+    }
+
     /// Speed of the fastest waves along r \[c_p\].
     ///
     /// * `c_s`: shear wave speed \[c_p\]

@@ -364,7 +364,10 @@ fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>
         }
         ModelKind::Elastic => {
             let theory = Elastic::new(case.grid(), c_s, case.mesh.damping);
-            Box::new(theory.reference(shown))
+            match engine {
+                Engine::Blocked => theory.blocked(coverage, shown),
+                Engine::Reference => Box::new(theory.reference(shown)),
+            }
         }
     }
 }

@@ -16,8 +16,10 @@ use crate::{
 
 /// Largest number of steps of a run.
 const MAX_STEPS: f64 = 1e8;
-/// Largest number of nodes: two levels of them take 16 GiB, three with the corner term 24 GiB.
+/// Largest number of nodes.
 const MAX_NODES: f64 = 1e9;
+/// Largest number of displacements in memory, 24 GB: three levels of as many nodes, or of half as many in the full theory.
+const MAX_NUMBERS: f64 = 3e9;
 /// Width of the precursor that runs ahead of a wave on a mesh with dispersion, in nodes per cube root of the number
 /// of steps: beyond it the field is below 1e-16 (measured; its head is an Airy function).
 const PRECURSOR: f64 = 6.0;
@@ -58,9 +60,10 @@ impl Plan<'_> {
             None if !self.record.frames.is_none() => steps + ahead,
             None => (steps / 2.0).ceil() + ahead,
         };
-        if nr * nz > MAX_NODES {
+        let most = (MAX_NUMBERS / self.model.numbers_per_node(corner.as_ref()) as f64).min(MAX_NODES);
+        if nr * nz > most {
             let message = format!("the mesh has {:.3e} nodes ({nr} along r, {nz} along z)", nr * nz);
-            let help = format!("allowed: at most {MAX_NODES:e}; make mesh.cells or run.end_time smaller");
+            let help = format!("allowed: at most {most:e}; make mesh.cells or run.end_time smaller");
             doc.problem(mesh.cells.span.clone(), message, help);
             return None;
         }

@@ -10,12 +10,15 @@
 use std::{collections::VecDeque, sync::Arc};
 
 use super::{
-    BackingPeak, Coverage, Frame, FrameFields, Model, scheme,
+    BackingPeak, Coverage, Frame, FrameFields, Model,
+    elastic::Elastic,
+    larger_strain, scheme,
     scheme::{Corner, RadialWeights},
 };
 use crate::{grid::Grid, surface::Surface};
 
 mod active;
+mod cells;
 mod corner;
 mod dispatch;
 mod domain;
@@ -34,10 +37,11 @@ pub use dispatch::Instructions;
 
 use active::LightCone;
 use corner::add_corner;
-use domain::Domain;
+use domain::{Domain, Weighted};
 use kernel::free_surface;
 use sampler::{Sampler, SurfaceMotion};
 use tiles::{LevelTask, RowPeak};
+use vector::BLOCK;
 use workers::{Ended, Workers};
 
 /// Memory of frames that are under way \[bytes\]; two may be in any case.
@@ -63,6 +67,8 @@ pub struct Engine<T> {
     peaks: [RowPeak; 2],
     /// Room for sums over z on the surface.
     sums: Vec<f64>,
+    /// Room for both displacements of the free surface in the full theory.
+    free: [Vec<f64>; 2],
 }
 
 impl<T> Engine<T> {
@@ -81,11 +87,31 @@ impl<T> Engine<T> {
         shown: FrameFields,
         instructions: Instructions,
     ) -> Self {
+        let domain = Domain::new(&grid, weights, corner, instructions);
+        let cone = LightCone::new(coverage, courant, domain.reach(), grid.nz, grid.nr());
+        Self::of(grid, domain, cone, shown)
+    }
+
+    /// A target of the full theory at rest.
+    ///
+    /// * `shown`: what frames show
+    pub fn with_cells(
+        theory: Elastic,
+        coverage: Coverage,
+        shown: FrameFields,
+        instructions: Instructions,
+    ) -> Self {
+        let grid = theory.grid().clone();
+        let (courant, damping) = (theory.medium().courant.min(1.0), theory.damping_number());
+        let cone = LightCone::damped(coverage, courant, damping, grid.nz + 1, grid.nr());
+        Self::of(grid, Domain::with_cells(theory, instructions), cone, shown)
+    }
+
+    fn of(grid: Grid, domain: Domain, cone: LightCone, shown: FrameFields) -> Self {
         let extent = super::Extent::of(&grid, shown.every.max(1));
         let frame_size = size_of::<f32>() * extent.nr * extent.nz * shown.fields.len();
-        let domain = Domain::new(&grid, weights, corner, instructions);
         Self {
-            cone: LightCone::new(coverage, courant, domain.reach(), grid.nz, grid.nr()),
+            cone,
             field: Workers::new(domain),
             level: 0,
             behind: Vec::new(),
@@ -95,6 +121,7 @@ impl<T> Engine<T> {
             peaks: Default::default(),
             shown,
             sums: Vec::new(),
+            free: Default::default(),
             grid,
         }
     }
@@ -144,10 +171,22 @@ impl<T> Engine<T> {
         }
     }
 
-    /// Takes note of the row before the backing, if the near-surface band of `rows` rows has it.
+    /// Takes note of the last row that moves, if the near-surface band of `rows` rows has it.
     fn note_peak_in_band(&mut self, rows: usize) {
-        let last_row = self.grid.nz - 1;
-        if last_row < rows {
+        let last_row = self.field.domain().last_row();
+        if last_row >= rows {
+            return;
+        }
+        if let Weighted::Cells(weights) = self.field.domain().scheme() {
+            let level = self.level - 1;
+            let columns = 0..self.cone.active_columns();
+            // SAFETY: the band has the backing and so the whole layer; no pass is under way there
+            #[expect(unsafe_code, reason = "a field that threads share")]
+            let strains = unsafe { self.field.domain().backing_strains(weights, level, &columns) };
+            let start = RowPeak { level, ..RowPeak::default() };
+            let peak = (0..).zip(&strains).fold(start, |peak, (i, strain)| peak.with(*strain, level, i));
+            self.peaks[0] = self.peaks[0].larger(peak);
+        } else {
             let row = &self.field.row(self.level, last_row)[..self.cone.active_columns()];
             let start = RowPeak { level: self.level, ..RowPeak::default() };
             let newest = row.iter().enumerate().fold(start, |peak, (i, u)| peak.with(*u, self.level, i));
@@ -172,15 +211,25 @@ impl<T: Send> Model<T> for Engine<T> {
     fn predict(&mut self, surface: &mut Surface) {
         let domain = self.field.domain();
         // what is beyond is at rest, and free
-        let columns = (self.cone.active_columns() + domain.reach()).min(self.grid.nr());
-        let earlier = domain.levels.two_below(self.level + 1);
-        let [top, below] = [0, 1].map(|j| self.field.row(self.level, j));
-        let before = self.field.row(earlier, 0);
+        let columns = (self.cone.active_columns() + domain.lateral_reach()).min(self.grid.nr());
         let free = &mut surface.free[..columns];
-        free_surface(before, top, below, domain.weights(), &mut self.sums, free);
-        if let Some(corner) = domain.corner() {
-            let rows = [earlier, self.level].map(|level| [0, 2].map(|j| self.field.row(level, j)));
-            add_corner(rows, corner.share, corner, &mut self.sums, free);
+        match domain.scheme() {
+            Weighted::Axial(weights) => {
+                let earlier = domain.levels.two_below(self.level + 1);
+                let [top, below] = [0, 1].map(|j| self.field.row(self.level, j));
+                let before = self.field.row(earlier, 0);
+                free_surface(before, top, below, weights.radial(), &mut self.sums, free);
+                if let Some(corner) = weights.corner() {
+                    let rows = [earlier, self.level].map(|level| [0, 2].map(|j| self.field.row(level, j)));
+                    add_corner(rows, corner.share, corner, &mut self.sums, free);
+                }
+            }
+            Weighted::Cells(weights) => {
+                let blocks = columns.next_multiple_of(BLOCK);
+                self.free.iter_mut().for_each(|free| free.resize(blocks, 0.0));
+                self.field.free_surface(self.level + 1, weights, &mut self.free);
+                free.copy_from_slice(&self.free[0][..columns]);
+            }
         }
         surface.compliance.fill(scheme::compliance(self.grid.dt(), self.grid.dz));
     }
@@ -200,9 +249,12 @@ impl<T: Send> Model<T> for Engine<T> {
 
         let rows = band_rows - reach * (self.behind.len() + 1);
         let columns = self.cone.active_columns();
+        // empty with one displacement
+        self.free[1].resize(if self.free[1].is_empty() { 0 } else { task.active.columns }, 0.0);
         let motion = SurfaceMotion {
             displacement: &surface.displacement[..columns],
             free: &surface.free[..columns],
+            lateral: &self.free[1],
             pressure: &surface.pressure,
         };
         self.field.advance_band(self.level, rows, &task, motion);
@@ -231,26 +283,44 @@ impl<T: Send> Model<T> for Engine<T> {
     }
 
     fn surface_strain(&self, pressure: &[f64]) -> (f64, usize) {
-        pressure.iter().map(|p| p.abs()).zip(0..).fold((0.0, 0), super::larger_strain)
+        match self.field.domain().scheme() {
+            Weighted::Axial(_) => pressure.iter().map(|p| p.abs()).zip(0..).fold((0.0, 0), larger_strain),
+            Weighted::Cells(_) => {
+                let columns = (self.cone.active_columns() + 1).max(pressure.len()).min(self.grid.nr());
+                let at = |i: usize| (self.strain_at(pressure.get(i).copied().unwrap_or_default(), i), i);
+                (0..columns).map(at).fold((0.0, 0), larger_strain)
+            }
+        }
     }
 
-    fn strain_at(&self, pressure: f64, _i: usize) -> f64 {
-        pressure.abs()
+    fn strain_at(&self, pressure: f64, i: usize) -> f64 {
+        match self.field.domain().scheme() {
+            Weighted::Axial(_) => pressure.abs(),
+            Weighted::Cells(weights) => self.field.surface_strain(self.level, weights, pressure, i),
+        }
     }
 
     fn backing_peak(&mut self) -> BackingPeak {
         self.catch_up();
         self.note_peak(RowPeak::default());
         let RowPeak { value, level, column } = self.peaks[0];
-        // odd image beyond the backing: ∂u/∂z = −u_{nz−1}/Δz
-        BackingPeak { strain: value / self.grid.dz, r: self.grid.r(column), step: level as u64 }
+        let strain = match self.field.domain().scheme() {
+            // odd image beyond the backing: ∂u/∂z = −u_{nz−1}/Δz
+            Weighted::Axial(_) => value / self.grid.dz,
+            Weighted::Cells(_) => value,
+        };
+        BackingPeak { strain, r: self.grid.r(column), step: level as u64 }
     }
 
     fn find_non_finite(&mut self) -> Option<(f64, f64)> {
         self.catch_up();
         let rows = self.cone.active(self.level).rows.max(1);
-        (0..rows).find_map(|j| {
-            let row = &self.field.row(self.level, j)[..self.cone.active_columns()];
+        let fields = match self.field.domain().scheme() {
+            Weighted::Axial(_) => 1,
+            Weighted::Cells(_) => 2,
+        };
+        (0..fields).flat_map(|field| (0..rows).map(move |j| (field, j))).find_map(|(field, j)| {
+            let row = &self.field.displacement(self.level, field, j)[..self.cone.active_columns()];
             let bad = row.iter().position(|u| !u.is_finite())?;
             Some((self.grid.r(bad), j as f64 * self.grid.dz))
         })

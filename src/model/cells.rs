@@ -340,10 +340,9 @@ impl Strain {
         }
     }
 
-    /// The largest principal strain by magnitude.
-    pub fn largest_principal(&self) -> f64 {
-        let [first, second] = principal(self.axial, self.lateral - self.hoop, 0.5 * self.shear);
-        first.abs().max(second.abs()).max(self.hoop.abs())
+    /// The largest principal strain by magnitude where the shear strain is 0, as on surface and backing.
+    pub fn largest_on_face(&self) -> f64 {
+        self.axial.abs().max((self.lateral - self.hoop).abs()).max(self.hoop.abs())
     }
 }
 

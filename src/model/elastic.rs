@@ -5,10 +5,12 @@
 //! z = 0: ε + λd = −p, g = 0      backing z = h, smooth: u = 0, g = 0      axis: v = 0, g = 0
 //! ```
 //!
-//! The scheme is derived in [`super::cells`]. This module puts its operators together, node by node, for the plain stepper.
+//! The scheme is derived in [`super::cells`]. This module puts its operators together, node by node, for the plain stepper and for what
+//! the fast engine shows.
 
 use super::{
-    Field, FrameFields, TargetEnergy,
+    Coverage, Field, FrameFields, Model, TargetEnergy,
+    blocked::{Engine, Instructions},
     cells::{self, Cell, CellStrains, Column, ColumnWeights, Medium, Row, Strain},
     reference::{Level, Levels, Reference, Scheme},
     scheme::{self, RadialWeights},
@@ -27,6 +29,8 @@ pub struct Elastic {
     grid: Grid,
     medium: Medium,
     weights: Vec<ColumnWeights>,
+    /// Lateral damping σ.
+    damping_number: f64,
     /// Weights of the lateral damping, if there is any.
     damping: Option<Vec<RadialWeights>>,
 }
@@ -45,8 +49,9 @@ impl Elastic {
         assert!(medium.courant <= 1.0 + ROUNDING, "unstable: Courant number {}", medium.courant);
         assert!((0.0..=LARGEST_DAMPING).contains(&damping), "unstable: damping {damping}");
         let weights = cells::column_weights(&grid, &medium);
+        let damping_number = damping;
         let damping = (damping > 0.0).then(|| cells::damping_weights(&grid, damping));
-        Self { grid, medium, weights, damping }
+        Self { grid, medium, weights, damping_number, damping }
     }
 
     /// A target at rest under the plain stepper.
@@ -72,22 +77,33 @@ impl Elastic {
         if column < self.grid.nr() { sign * level[field][[j, column]] } else { 0.0 }
     }
 
-    /// Column `i` around row `j`.
-    fn column(&self, level: &Level<2>, j: usize, i: isize) -> Column {
-        let rows = [j.saturating_sub(1), j, (j + 1).min(self.grid.nz)];
-        let [u, v] = [0, 1].map(|field| rows.map(|j| self.at(level, field, j, i)));
-        Column::new(self.row(j), u, v)
-    }
-
     /// Columns i−1, i, i+1 around row `j`, and the weights of the cells between them.
-    fn columns(&self, level: &Level<2>, j: usize, i: usize) -> ([Column; 3], [&ColumnWeights; 2]) {
-        let columns = [-1, 0, 1].map(|di| self.column(level, j, i as isize + di));
+    ///
+    /// * `at`: displacements by their number, row and column; that of images about the axis and of nodes beyond the mesh, too
+    fn columns(
+        &self,
+        at: impl Fn(usize, usize, isize) -> f64,
+        j: usize,
+        i: usize,
+    ) -> ([Column; 3], [&ColumnWeights; 2]) {
+        let rows = [j.saturating_sub(1), j, (j + 1).min(self.grid.nz)];
+        let columns = [-1, 0, 1].map(|di| {
+            let [u, v] = [0, 1].map(|field| rows.map(|j| at(field, j, i as isize + di)));
+            Column::new(self.row(j), u, v)
+        });
         (columns, [&self.weights[i], &self.weights[i + 1]])
     }
 
     /// `Δt²` times the accelerations of node (j, i) but for damping.
-    fn accelerations(&self, now: &Level<2>, j: usize, i: usize) -> [f64; 2] {
-        let (columns, weights) = self.columns(now, j, i);
+    ///
+    /// * `at`: displacements, see [`Elastic::columns`]
+    pub(super) fn accelerations(
+        &self,
+        at: impl Fn(usize, usize, isize) -> f64,
+        j: usize,
+        i: usize,
+    ) -> [f64; 2] {
+        let (columns, weights) = self.columns(at, j, i);
         let [inner, outer] =
             [0, 1].map(|cell| Cell::new(&columns[cell], &columns[cell + 1], weights[cell], &self.medium));
         cells::accelerations(&inner, &outer, weights[0])
@@ -113,21 +129,97 @@ impl Elastic {
 
     /// Strains at node (j, i).
     ///
+    /// * `at`: displacements, see [`Elastic::columns`]
     /// * `pressure`: on the surface at this node
-    fn strain(&self, level: &Level<2>, pressure: f64, j: usize, i: usize) -> Strain {
+    pub(super) fn strain(
+        &self,
+        at: impl Fn(usize, usize, isize) -> f64,
+        pressure: f64,
+        j: usize,
+        i: usize,
+    ) -> Strain {
         let hoop = match self.grid.geometry {
-            Geometry::Axisymmetric => level[1][[j, i]] / self.grid.r(i),
+            Geometry::Axisymmetric => at(1, j, i as isize) / self.grid.r(i),
             Geometry::Plane => 0.0,
         };
-        let (columns, weights) = self.columns(level, j, i);
         if j == 0 {
-            let v = [-1, 0, 1].map(|di| self.at(level, 1, 0, i as isize + di));
+            let v = [-1, 0, 1].map(|di| at(1, 0, i as isize + di));
+            let weights = [&self.weights[i], &self.weights[i + 1]];
             return Strain::on_surface(v, weights, &self.medium, self.grid.dz, hoop, pressure);
         }
+        let (columns, weights) = self.columns(at, j, i);
         let [inner, here, outer] = &columns;
         let mean = Strain::mean([inner, here, outer], weights, &self.medium, self.grid.dz, hoop);
         // the backing is smooth
         if j == self.grid.nz { Strain { shear: 0.0, ..mean } } else { mean }
+    }
+
+    /// What a field of stress shows.
+    ///
+    /// # Panics
+    ///
+    /// If the field is none of stress.
+    pub(super) fn stress(&self, field: Field, strain: &Strain) -> f64 {
+        let stress = strain.stress(&self.medium);
+        match field {
+            Field::Stress => -stress.zz,
+            Field::StressRr => -stress.rr,
+            Field::StressTt => -stress.tt,
+            Field::StressRz => -stress.rz,
+            Field::Pressure => stress.pressure(),
+            Field::VonMises => stress.von_mises(),
+            Field::MaxShear => stress.max_shear(),
+            Field::Displacement | Field::DisplacementR | Field::Velocity | Field::VelocityR => {
+                unreachable!("{field:?} is no stress")
+            }
+        }
+    }
+
+    /// Displacements of a level as the operators read them.
+    fn reading<'a>(&'a self, level: &'a Level<2>) -> impl Fn(usize, usize, isize) -> f64 + 'a {
+        |field, j, i| self.at(level, field, j, i)
+    }
+
+    /// A target at rest under the fast engine.
+    ///
+    /// * `coverage`: what must be computed
+    /// * `shown`: what frames show
+    pub fn blocked<T: Send + 'static>(self, coverage: Coverage, shown: FrameFields) -> Box<dyn Model<T>> {
+        Box::new(self.engine(coverage, shown, Instructions::detect()))
+    }
+
+    pub(super) fn engine<T>(
+        self,
+        coverage: Coverage,
+        shown: FrameFields,
+        instructions: Instructions,
+    ) -> Engine<T> {
+        Engine::with_cells(self, coverage, shown, instructions)
+    }
+
+    /// The mesh.
+    pub(super) fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Constants of the material.
+    pub(super) fn medium(&self) -> &Medium {
+        &self.medium
+    }
+
+    /// Weights by column, shape `(nr + 1,)`.
+    pub(super) fn weights(&self) -> &[ColumnWeights] {
+        &self.weights
+    }
+
+    /// Lateral damping σ.
+    pub(super) fn damping_number(&self) -> f64 {
+        self.damping_number
+    }
+
+    /// Weights of the lateral damping by column, if there is any.
+    pub(super) fn damping(&self) -> Option<&[RadialWeights]> {
+        self.damping.as_deref()
     }
 
     /// Share of a row's cells in the mass of its nodes.
@@ -138,7 +230,7 @@ impl Elastic {
 
 impl Scheme<2> for Elastic {
     fn next(&self, before: &Level<2>, now: &Level<2>, j: usize, i: usize) -> [f64; 2] {
-        let accelerations = self.accelerations(now, j, i);
+        let accelerations = self.accelerations(self.reading(now), j, i);
         let next = [0, 1].map(|field| {
             let free = cells::advanced(before[field][[j, i]], now[field][[j, i]], accelerations[field]);
             match self.damped(before, now, field, j, i) {
@@ -180,27 +272,20 @@ impl Scheme<2> for Elastic {
         let [before, now, next] = levels;
         let velocity =
             |field: usize| scheme::velocity(before[field][[j, i]], next[field][[j, i]], self.grid.dt());
-        let stress = || self.strain(now, pressure[i], j, i).stress(&self.medium);
         match field {
             Field::Displacement => now[0][[j, i]],
             Field::DisplacementR => now[1][[j, i]],
             Field::Velocity => velocity(0),
             Field::VelocityR => velocity(1),
-            Field::Stress => -stress().zz,
-            Field::StressRr => -stress().rr,
-            Field::StressTt => -stress().tt,
-            Field::StressRz => -stress().rz,
-            Field::Pressure => stress().pressure(),
-            Field::VonMises => stress().von_mises(),
-            Field::MaxShear => stress().max_shear(),
+            _ => self.stress(field, &self.strain(self.reading(now), pressure[i], j, i)),
         }
     }
 
     fn surface_strain(&self, now: &Level<2>, pressure: f64, i: usize) -> f64 {
-        self.strain(now, pressure, 0, i).largest_principal()
+        self.strain(self.reading(now), pressure, 0, i).largest_on_face()
     }
 
     fn backing_strain(&self, level: &Level<2>, i: usize) -> f64 {
-        self.strain(level, 0.0, self.grid.nz, i).largest_principal()
+        self.strain(self.reading(level), 0.0, self.grid.nz, i).largest_on_face()
     }
 }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::{
+    cells::{CellPatch, cell_march},
     energy::EnergySum,
     kernel::advance,
     patch::Patch,
@@ -87,6 +88,31 @@ impl Instructions {
             Set::Avx512 => unsafe { x86::advance_avx512::<COUNTS>(patch, rows, columns, area, sums) },
         }
     }
+
+    /// Advances `columns`, whole vectors, of row `j` of both displacements, and if `COUNTS` adds their energy to `energy`.
+    ///
+    /// # Safety
+    ///
+    /// As [`cell_march`] about memory; the machine has the instructions, or there would be no `self`.
+    #[expect(unsafe_code, reason = "the kernel works in place, on several threads")]
+    pub unsafe fn advance_cells<const ROW: usize, const COUNTS: bool>(
+        self,
+        patch: CellPatch<'_>,
+        j: usize,
+        columns: Range<usize>,
+        energy: &mut EnergySum,
+    ) {
+        match self.0 {
+            // SAFETY: memory is the caller's promise; every machine has these instructions
+            Set::Baseline => unsafe { cell_march::<Pair, ROW, COUNTS>(patch, j, columns, energy) },
+            // SAFETY: memory is the caller's promise; `all` has found the instructions
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => unsafe { x86::cells_avx2::<ROW, COUNTS>(patch, j, columns, energy) },
+            // SAFETY: likewise
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => unsafe { x86::cells_avx512::<ROW, COUNTS>(patch, j, columns, energy) },
+        }
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -97,7 +123,7 @@ mod x86 {
         ops::Range,
     };
 
-    use super::{EnergySum, Patch, advance};
+    use super::{CellPatch, EnergySum, Patch, advance, cell_march};
 
     /// [`advance`] compiled for 256-bit vectors.
     #[target_feature(enable = "avx2,fma")]
@@ -123,6 +149,30 @@ mod x86 {
     ) {
         // SAFETY: the caller's promise; the function is compiled for these instructions
         unsafe { advance::<__m512d, COUNTS>(patch, rows, columns, area, sums) }
+    }
+
+    /// [`cell_march`] compiled for 256-bit vectors.
+    #[target_feature(enable = "avx2,fma")]
+    pub unsafe fn cells_avx2<const ROW: usize, const COUNTS: bool>(
+        patch: CellPatch<'_>,
+        j: usize,
+        columns: Range<usize>,
+        energy: &mut EnergySum,
+    ) {
+        // SAFETY: the caller's promise; the function is compiled for these instructions
+        unsafe { cell_march::<__m256d, ROW, COUNTS>(patch, j, columns, energy) }
+    }
+
+    /// [`cell_march`] compiled for 512-bit vectors.
+    #[target_feature(enable = "avx512f")]
+    pub unsafe fn cells_avx512<const ROW: usize, const COUNTS: bool>(
+        patch: CellPatch<'_>,
+        j: usize,
+        columns: Range<usize>,
+        energy: &mut EnergySum,
+    ) {
+        // SAFETY: the caller's promise; the function is compiled for these instructions
+        unsafe { cell_march::<__m512d, ROW, COUNTS>(patch, j, columns, energy) }
     }
 }
 

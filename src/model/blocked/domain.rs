@@ -1,11 +1,13 @@
 //! The field in memory that several threads work on, two or three levels of it, and the weights of the scheme by column.
 //!
 //! Without the corner term a node needs itself at level k−1 and its neighbours at level k, so two levels do: k+1 overwrites
-//! k−1. The corner term reads neighbours two rows and columns away at level k−1 too; with it there are three levels.
+//! k−1. The corner term reads neighbours two rows and columns away at level k−1 too; with it there are three levels. So there are in
+//! the full theory, whose damping reads neighbours two columns away.
 
 use std::{cell::UnsafeCell, ops::Range};
 
 use super::{
+    cells::{BACKING, CellPatch, CellWeights, INTERIOR, SURFACE},
     dispatch::Instructions,
     energy::EnergySum,
     patch::{CornerTerm, Patch},
@@ -15,6 +17,7 @@ use crate::{
     grid::Grid,
     model::{
         Lattice,
+        elastic::Elastic,
         scheme::{Corner, RadialWeights},
     },
 };
@@ -23,8 +26,9 @@ use crate::{
 const LINE: usize = 8;
 
 /// Some levels of a field, row by row. Level k is in the array `k % arrays`. Every row has a block before its first column and
-/// a block of zeros after its last one, and begins at a line of the cache. A row stands above row 0. The row above, the block
-/// before the first column and the row below the backing are zeros, or hold the images that the corner term reads.
+/// a block of zeros after its last one, and begins at a line of the cache; in the full theory the same again follows for u_r.
+/// A row stands above row 0. The row above, the block before the first column and the row below the backing are zeros, or hold the
+/// images that schemes read.
 ///
 /// All access is unsafe: the caller promises that no other thread writes to the numbers it asks for.
 pub struct Levels {
@@ -33,6 +37,8 @@ pub struct Levels {
     origins: Vec<usize>,
     rows: usize,
     columns: usize,
+    /// Distance from u_z of a node to u_r of it, in numbers; the whole row where there is none.
+    lateral: usize,
     stride: usize,
 }
 
@@ -46,12 +52,14 @@ impl Levels {
     /// A field at rest.
     ///
     /// * `levels`: 2 or 3
+    /// * `displacements`: 1 or 2
     /// * `rows`: with the backing and the row below it
-    pub fn new(levels: usize, rows: usize, columns: usize) -> Self {
+    pub fn new(levels: usize, displacements: usize, rows: usize, columns: usize) -> Self {
         let columns = columns.next_multiple_of(BLOCK);
         // rows that are a multiple of 4 KiB apart would share the same sets of the first cache: an odd number of lines
-        let lines = (columns + 2 * BLOCK).div_ceil(LINE) | 1;
-        let stride = lines * LINE;
+        let lines = (columns + 2 * BLOCK).div_ceil(LINE);
+        let lateral = lines * LINE;
+        let stride = ((displacements * lines) | 1) * LINE;
         let array = || {
             // untouched zeros take no memory
             let numbers = vec![0.0; (rows + 1) * stride + LINE].into_boxed_slice();
@@ -62,7 +70,14 @@ impl Levels {
         let origin = |array: &[UnsafeCell<f64>]| {
             array.as_ptr().align_offset(LINE * size_of::<f64>()).min(LINE) + stride + BLOCK
         };
-        Self { origins: arrays.iter().map(|array| origin(array)).collect(), arrays, rows, columns, stride }
+        Self {
+            origins: arrays.iter().map(|array| origin(array)).collect(),
+            arrays,
+            rows,
+            columns,
+            lateral,
+            stride,
+        }
     }
 
     /// A number that stands for the level two below `level`, also where that is negative: it has the same array.
@@ -83,6 +98,11 @@ impl Levels {
     /// Distance from a node to the one below it, in numbers.
     pub fn stride(&self) -> usize {
         self.stride
+    }
+
+    /// Distance from u_z of a node to u_r of it, in numbers.
+    pub fn lateral(&self) -> usize {
+        self.lateral
     }
 
     /// Node (0, 0) of a level; the row above and the blocks before and after a row belong to what may be read.
@@ -135,19 +155,60 @@ impl Levels {
         }
     }
 
-    /// Writes the images of two columns about the axis, `u_{−1−i} = u_i`, in row `j` at a level.
+    /// Writes the images of two columns about the axis, `u_{−1−i} = ±u_i`, in row `j` at a level.
+    ///
+    /// * `offset`: of the displacement, 0 or [`Levels::lateral`]
     ///
     /// # Safety
     ///
     /// No other thread touches the row's first columns meanwhile.
-    unsafe fn reflect_axis(&self, level: usize, j: usize) {
-        assert!(j < self.rows);
+    unsafe fn reflect_axis(&self, level: usize, j: usize, offset: usize, sign: f64) {
+        assert!(j < self.rows && offset + self.columns + BLOCK <= self.stride);
         // SAFETY: a block lies before the first column, and the row has a block at least
         unsafe {
-            let first = self.origin(level).add(j * self.stride);
-            *first.sub(1) = *first;
-            *first.sub(2) = *first.add(1);
+            let first = self.origin(level).add(j * self.stride + offset);
+            *first.sub(1) = sign * *first;
+            *first.sub(2) = sign * *first.add(1);
         }
+    }
+
+    /// u_r in row `j` at a level.
+    ///
+    /// # Safety
+    ///
+    /// As [`Levels::part`].
+    pub unsafe fn lateral_part(&self, level: usize, j: usize) -> &[f64] {
+        // SAFETY: the caller's promise
+        unsafe { self.lateral_mut(level, j, self.columns) }
+    }
+
+    /// The first columns of u_r in row `j` at a level, to be changed.
+    ///
+    /// # Safety
+    ///
+    /// As [`Levels::part_mut`].
+    #[expect(clippy::mut_from_ref, reason = "the caller promises that there is no other")]
+    pub unsafe fn lateral_mut(&self, level: usize, j: usize, columns: usize) -> &mut [f64] {
+        assert!(self.lateral < self.stride - self.columns && j < self.rows && columns <= self.columns);
+        // SAFETY: columns of a row lie inside the array; the caller promises the rest
+        unsafe {
+            let first = self.origin(level).add(j * self.stride + self.lateral);
+            std::slice::from_raw_parts_mut(first, columns)
+        }
+    }
+
+    /// Number at column `i` of row `j` at a level, images about the axis and the zeros behind the last column among them.
+    ///
+    /// * `offset`: of the displacement, 0 or [`Levels::lateral`]
+    ///
+    /// # Safety
+    ///
+    /// No thread writes to it meanwhile.
+    pub unsafe fn at(&self, level: usize, j: usize, offset: usize, i: isize) -> f64 {
+        debug_assert!(j < self.rows && (-2..(self.columns + BLOCK) as isize).contains(&i));
+        // SAFETY: two images before the first column and a block after the last one lie inside the array; the caller promises the
+        // rest
+        unsafe { *self.origin(level).add(j * self.stride + offset).offset(i) }
     }
 
     /// Writes `columns` of row `j` at a level, with the images about the axis, times `sign` to row `to`.
@@ -181,14 +242,57 @@ pub struct Domain {
     pub nr: usize,
     /// Row of the backing.
     pub backing: usize,
+    /// The scheme with its weights.
+    scheme: Weighted,
+    /// Instructions to use.
+    instructions: Instructions,
+}
+
+/// A scheme with its weights by column.
+pub enum Weighted {
+    /// One displacement.
+    Axial(AxialWeights),
+    /// Two displacements.
+    Cells(Box<CellWeights>),
+}
+
+/// Weights of the scheme with one displacement.
+pub struct AxialWeights {
     /// Cell areas by column, for whole blocks.
-    area: Vec<f64>,
+    pub area: Vec<f64>,
     /// Radial weights of the scheme.
     weights: Weights,
     /// The corner term with its radial weights, if there is one.
     corner: Option<(Corner, Weights)>,
-    /// Instructions to use.
-    instructions: Instructions,
+}
+
+impl AxialWeights {
+    /// * `weights`: radial weights of the scheme, by column
+    /// * `corner`: the corner term with its radial weights, if there is one
+    /// * `columns`: of the field, whole blocks
+    fn new(
+        grid: &Grid,
+        weights: &[RadialWeights],
+        corner: Option<(Corner, &[RadialWeights])>,
+        columns: usize,
+    ) -> Self {
+        Self {
+            area: padded(grid.area.iter().copied(), columns),
+            weights: Weights::new(weights, columns),
+            corner: corner.map(|(corner, weights)| (corner, Weights::new(weights, columns))),
+        }
+    }
+
+    /// Radial weights by column, outward and inward, for whole blocks.
+    pub fn radial(&self) -> [&[f64]; 2] {
+        [&self.weights.outward, &self.weights.inward]
+    }
+
+    /// The corner term, if there is one.
+    pub fn corner(&self) -> Option<CornerTerm<'_>> {
+        let (corner, Weights { outward, inward }) = self.corner.as_ref()?;
+        Some(CornerTerm { share: corner.share, outward, inward })
+    }
 }
 
 /// Radial weights by column, for whole blocks.
@@ -225,40 +329,51 @@ impl Domain {
         instructions: Instructions,
     ) -> Self {
         let count = Corner::levels(corner.as_ref().map(|(corner, _)| corner));
-        let levels = Levels::new(count, grid.nz + 2, grid.nr());
-        let columns = levels.columns();
+        let levels = Levels::new(count, 1, grid.nz + 2, grid.nr());
+        let weights = AxialWeights::new(grid, weights, corner, levels.columns());
+        Self::of(grid, levels, Weighted::Axial(weights), instructions)
+    }
+
+    /// A mesh of the full theory at rest.
+    ///
+    pub fn with_cells(theory: Elastic, instructions: Instructions) -> Self {
+        let grid = theory.grid().clone();
+        let levels = Levels::new(3, 2, grid.nz + 2, grid.nr());
+        let weights = CellWeights::new(theory, levels.columns());
+        Self::of(&grid, levels, Weighted::Cells(Box::new(weights)), instructions)
+    }
+
+    fn of(grid: &Grid, levels: Levels, scheme: Weighted, instructions: Instructions) -> Self {
         Self {
             lattice: Lattice::of(grid),
             dt: grid.dt(),
             nr: grid.nr(),
             backing: grid.nz,
-            area: padded(grid.area.iter().copied(), columns),
-            weights: Weights::new(weights, columns),
-            corner: corner.map(|(corner, weights)| (corner, Weights::new(weights, columns))),
+            scheme,
             instructions,
             levels,
         }
     }
 
-    /// Rows and columns, and levels less one, around a node that its next level depends on.
+    /// The scheme with its weights.
+    pub fn scheme(&self) -> &Weighted {
+        &self.scheme
+    }
+
+    /// Rows around a node that its next level depends on.
     pub fn reach(&self) -> usize {
-        if self.corner.is_some() { 2 } else { 1 }
+        match &self.scheme {
+            Weighted::Axial(weights) if weights.corner.is_some() => 2,
+            _ => 1,
+        }
     }
 
-    /// Cell areas by column, for whole blocks.
-    pub fn area(&self) -> &[f64] {
-        &self.area
-    }
-
-    /// Radial weights by column, outward and inward, for whole blocks.
-    pub fn weights(&self) -> [&[f64]; 2] {
-        [&self.weights.outward, &self.weights.inward]
-    }
-
-    /// The corner term, if there is one.
-    pub fn corner(&self) -> Option<CornerTerm<'_>> {
-        let (corner, Weights { outward, inward }) = self.corner.as_ref()?;
-        Some(CornerTerm { share: corner.share, outward, inward })
+    /// Columns around a node that its next level depends on.
+    pub fn lateral_reach(&self) -> usize {
+        match &self.scheme {
+            Weighted::Axial(_) => self.reach(),
+            Weighted::Cells(_) => 2,
+        }
     }
 
     /// Numbers in a vector.
@@ -266,9 +381,12 @@ impl Domain {
         self.instructions.width()
     }
 
-    /// Row before the backing.
+    /// The last row that moves: that before the backing, or the backing, which yields along r.
     pub fn last_row(&self) -> usize {
-        self.backing - 1
+        match &self.scheme {
+            Weighted::Axial(_) => self.backing - 1,
+            Weighted::Cells(_) => self.backing,
+        }
     }
 
     /// Advances `rows` of `columns`, whole vectors, to `level`.
@@ -287,42 +405,158 @@ impl Domain {
         columns: Range<usize>,
         energies: Option<&mut [EnergySum]>,
     ) {
-        assert!(rows.start > 0 && rows.end <= self.backing && columns.end <= self.levels.columns());
+        assert!(rows.start > 0 && rows.end <= self.last_row() + 1 && columns.end <= self.levels.columns());
+        let weights = match &self.scheme {
+            Weighted::Axial(weights) => weights,
+            // SAFETY: the caller's promise; rows and columns lie inside the arrays with a row and a block around them
+            Weighted::Cells(weights) => unsafe {
+                let patch = self.cell_patch(level, weights);
+                return self.advance_cells(patch, rows, columns, energies);
+            },
+        };
+        let [outward, inward] = weights.radial();
         let patch = Patch {
             before: self.levels.origin(self.levels.two_below(level)),
             now: self.levels.origin(level - 1),
             next: self.levels.origin(level),
             stride: self.levels.stride(),
-            outward: &self.weights.outward,
-            inward: &self.weights.inward,
-            corner: self.corner(),
+            outward,
+            inward,
+            corner: weights.corner(),
         };
         // SAFETY: rows and columns lie inside the arrays with a row and a block around them, and with the corner term, which
         // reads two rows, with the images beyond row 0 and the backing, as has just been checked; the caller promises the rest
         unsafe {
             match energies {
                 Some(energies) => {
-                    self.instructions.advance::<true>(patch, rows, columns, &self.area, energies);
+                    self.instructions.advance::<true>(patch, rows, columns, &weights.area, energies);
                 }
                 None => self.instructions.advance::<false>(patch, rows, columns, &[], &mut []),
             }
         }
     }
 
-    /// Writes the images of `rows` and `columns` that have just been advanced to `level`, which the corner term reads.
+    /// What the kernels of the full theory get to advance to `level`.
+    fn cell_patch<'a>(&self, level: usize, weights: &'a CellWeights) -> CellPatch<'a> {
+        let next = self.levels.origin(level);
+        CellPatch {
+            before: self.levels.origin(self.levels.two_below(level)),
+            now: self.levels.origin(level - 1),
+            next: [next, next.wrapping_add(self.levels.lateral())],
+            lateral: self.levels.lateral(),
+            stride: self.levels.stride(),
+            weights,
+        }
+    }
+
+    /// [`Domain::advance`] in the full theory.
+    ///
+    /// # Safety
+    ///
+    /// As [`Domain::advance`]; rows and columns lie inside the arrays.
+    #[expect(unsafe_code, reason = "several threads update the field in place")]
+    unsafe fn advance_cells(
+        &self,
+        patch: CellPatch<'_>,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        mut energies: Option<&mut [EnergySum]>,
+    ) {
+        for (number, j) in rows.enumerate() {
+            let energy = energies.as_mut().map(|energies| &mut energies[number]);
+            let columns = columns.clone();
+            // SAFETY: the caller's promise
+            unsafe {
+                match (energy, j == self.backing) {
+                    (Some(energy), false) => {
+                        self.instructions.advance_cells::<INTERIOR, true>(patch, j, columns, energy);
+                    }
+                    (Some(energy), true) => {
+                        self.instructions.advance_cells::<BACKING, true>(patch, j, columns, energy);
+                    }
+                    (None, false) => {
+                        let none = &mut EnergySum::default();
+                        self.instructions.advance_cells::<INTERIOR, false>(patch, j, columns, none);
+                    }
+                    (None, true) => {
+                        let none = &mut EnergySum::default();
+                        self.instructions.advance_cells::<BACKING, false>(patch, j, columns, none);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Both displacements of the surface at `level` if it were free of stress, for the first columns, whole blocks.
+    ///
+    /// # Safety
+    ///
+    /// Rows 0 and 1 hold the two levels before, images among them; no other thread touches row 0 or writes to row 1.
+    #[expect(unsafe_code, reason = "several threads update the field in place")]
+    pub unsafe fn free_surface(&self, level: usize, weights: &CellWeights, free: &mut [Vec<f64>; 2]) {
+        let columns = free[0].len();
+        assert!(
+            columns <= self.levels.columns() && free[1].len() == columns && columns.is_multiple_of(BLOCK)
+        );
+        let next = free.each_mut().map(|free| free.as_mut_ptr());
+        let patch = CellPatch { next, ..self.cell_patch(level, weights) };
+        let none = &mut EnergySum::default();
+        // SAFETY: the caller's promise; row 0 is written to `free`, which has as many columns
+        unsafe { self.instructions.advance_cells::<SURFACE, false>(patch, 0, 0..columns, none) };
+    }
+
+    /// Largest principal strains on the backing at a level, column by column.
+    ///
+    /// # Safety
+    ///
+    /// Backing and row before it hold that level in `columns` and a column around them; no other thread writes to them.
+    #[expect(unsafe_code, reason = "a field that threads share")]
+    pub unsafe fn backing_strains(
+        &self,
+        weights: &CellWeights,
+        level: usize,
+        columns: &Range<usize>,
+    ) -> Vec<f64> {
+        // SAFETY: the caller's promise
+        let at = |field: usize, j: usize, i: isize| unsafe {
+            self.levels.at(level, j, field * self.levels.lateral(), i)
+        };
+        let strain = |i: usize| match i < self.nr {
+            true => weights.theory.strain(at, 0.0, self.backing, i).largest_on_face(),
+            false => 0.0,
+        };
+        columns.clone().map(strain).collect()
+    }
+
+    /// Writes the images of `rows` and `columns` that have just been advanced to `level`, which the schemes read.
     ///
     /// # Safety
     ///
     /// No other thread touches these columns of the rows and their images meanwhile.
     #[expect(unsafe_code, reason = "several threads update the field in place")]
     pub unsafe fn reflect(&self, level: usize, rows: &Range<usize>, columns: &Range<usize>) {
-        if self.corner.is_none() || columns.is_empty() {
+        if columns.is_empty() {
             return;
+        }
+        match &self.scheme {
+            Weighted::Axial(weights) if weights.corner.is_none() => return,
+            Weighted::Axial(_) => {}
+            Weighted::Cells(_) => {
+                let lateral = self.levels.lateral();
+                for j in rows.clone().filter(|_| columns.start == 0) {
+                    // SAFETY: the caller's promise
+                    unsafe {
+                        self.levels.reflect_axis(level, j, 0, 1.0);
+                        self.levels.reflect_axis(level, j, lateral, -1.0);
+                    }
+                }
+                return;
+            }
         }
         // SAFETY, of all below: the caller's promise
         unsafe {
             if columns.start == 0 {
-                rows.clone().for_each(|j| self.levels.reflect_axis(level, j));
+                rows.clone().for_each(|j| self.levels.reflect_axis(level, j, 0, 1.0));
             }
             if rows.contains(&1) && self.backing > 1 {
                 self.levels.reflect_row(level, 1, -1, 1.0, columns);

@@ -53,6 +53,20 @@ impl EnergySum {
         }
     }
 
+    /// Adds column `i` alone.
+    ///
+    /// * `area`: of its cell
+    /// * `levels`: u^{k−1}, u^k, u^{k+1}
+    /// * `force`: f^k
+    pub fn add_one(&mut self, i: usize, area: f64, levels: [f64; 3], force: f64) {
+        let [before, now, next] = levels;
+        let (moved, next_moved) = (now - before, next - now);
+        let terms = [moved * moved, next_moved * next_moved, before * force, next * force];
+        for (sum, term) in self.sums.iter_mut().zip(terms) {
+            sum[i % BLOCK] += area * term;
+        }
+    }
+
     /// The energy of the surface. What the contact does to it is not strain, so forces are those on a free surface.
     ///
     /// * `area`: cell areas
@@ -62,12 +76,8 @@ impl EnergySum {
         let [before, now, next] = levels;
         let mut energy = Self::default();
         for i in 0..next.len() {
-            let (moved, next_moved) = (now[i] - before[i], next[i] - now[i]);
-            let force = (free[i] - now[i]) - moved;
-            let terms = [moved * moved, next_moved * next_moved, before[i] * force, next[i] * force];
-            for (sum, term) in energy.sums.iter_mut().zip(terms) {
-                sum[i % BLOCK] += area[i] * term;
-            }
+            let force = (free[i] - now[i]) - (now[i] - before[i]);
+            energy.add_one(i, area[i], [before[i], now[i], next[i]], force);
         }
         energy
     }

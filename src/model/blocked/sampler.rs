@@ -10,7 +10,12 @@ use std::{
     sync::atomic::{AtomicPtr, Ordering},
 };
 
-use super::{corner::add_corner, domain::Domain, energy::EnergySum};
+use super::{
+    cells::CellWeights,
+    corner::add_corner,
+    domain::{AxialWeights, Domain, Weighted},
+    energy::EnergySum,
+};
 use crate::model::{Extent, Field, Frame, FrameFields, Sample, TargetEnergy, scheme};
 
 /// Numbers that several threads write, each its own part. They can be taken out once, when all parts are written.
@@ -77,6 +82,8 @@ pub struct SurfaceMotion<'a> {
     pub displacement: &'a [f64],
     /// What that would be without the contact.
     pub free: &'a [f64],
+    /// Displacement u_r at the level to come, in the full theory.
+    pub lateral: &'a [f64],
     /// Pressure on the way to it.
     pub pressure: &'a [f64],
 }
@@ -179,21 +186,22 @@ impl Sampler {
             domain.levels.part(level, j, columns.clone())
         };
         let earlier = domain.levels.two_below(self.level);
-        if let Some(SurfaceMotion { displacement, free, .. }) = motion {
-            let levels = [earlier, self.level - 1];
-            let mut free = free.to_vec();
-            if let Some(corner) = domain.corner().filter(|corner| corner.share > 0.0) {
-                let mut damped = vec![0.0; free.len()];
-                let wider = 0..free.len() + 2;
-                let rows = levels.map(|level| [0, 2].map(|j| line(level, j, &wider)));
-                add_corner(rows, 1.0, corner, &mut Vec::new(), &mut damped);
-                free.iter_mut().zip(damped).for_each(|(free, damped)| *free -= corner.share * damped);
-            }
-            let [before, now] = levels.map(|level| line(level, 0, columns));
+        if let Some(motion) = motion {
+            // SAFETY: as above
+            let energy = unsafe {
+                match domain.scheme() {
+                    Weighted::Axial(weights) => self.surface_energy(domain, weights, columns, motion),
+                    Weighted::Cells(weights) => self.cell_surface_energy(domain, weights, motion),
+                }
+            };
             let energies = unsafe { self.energies.part(0..1) };
-            energies[0] = EnergySum::of_surface(domain.area(), [before, now, displacement], &free);
+            energies[0] = energy;
         }
         let mut before = Vec::new();
+        if matches!(domain.scheme(), Weighted::Cells(_)) {
+            // level k−1 stands until level k+2
+            return Before(before);
+        }
         let shown = self.shown(rows, columns);
         let shows_velocity = self.fields.iter().any(|(field, _)| *field == Field::Velocity);
         if shows_velocity && !shown.places.is_empty() {
@@ -202,6 +210,65 @@ impl Sampler {
             }
         }
         Before(before)
+    }
+
+    /// Energy of the surface: that of forces on a free surface, without damping.
+    ///
+    /// # Safety
+    ///
+    /// As [`Sampler::before`].
+    #[expect(unsafe_code, reason = "a field that threads share")]
+    unsafe fn surface_energy(
+        &self,
+        domain: &Domain,
+        weights: &AxialWeights,
+        columns: &Range<usize>,
+        SurfaceMotion { displacement, free, .. }: SurfaceMotion<'_>,
+    ) -> EnergySum {
+        // SAFETY: the caller's promise
+        let line = |level: usize, j: usize, columns: &Range<usize>| unsafe {
+            domain.levels.part(level, j, columns.clone())
+        };
+        let levels = [domain.levels.two_below(self.level), self.level - 1];
+        let mut free = free.to_vec();
+        if let Some(corner) = weights.corner().filter(|corner| corner.share > 0.0) {
+            let mut damped = vec![0.0; free.len()];
+            let wider = 0..free.len() + 2;
+            let rows = levels.map(|level| [0, 2].map(|j| line(level, j, &wider)));
+            add_corner(rows, 1.0, corner, &mut Vec::new(), &mut damped);
+            free.iter_mut().zip(damped).for_each(|(free, damped)| *free -= corner.share * damped);
+        }
+        let [before, now] = levels.map(|level| line(level, 0, columns));
+        EnergySum::of_surface(&weights.area, [before, now, displacement], &free)
+    }
+
+    /// The same of both displacements.
+    ///
+    /// # Safety
+    ///
+    /// As [`Sampler::before`].
+    #[expect(unsafe_code, reason = "a field that threads share")]
+    unsafe fn cell_surface_energy(
+        &self,
+        domain: &Domain,
+        weights: &CellWeights,
+        SurfaceMotion { displacement, lateral, .. }: SurfaceMotion<'_>,
+    ) -> EnergySum {
+        let levels = &domain.levels;
+        let (before, now) = (levels.two_below(self.level), self.level - 1);
+        // SAFETY: the caller's promise
+        let at = |level: usize, field: usize, j: usize, i: isize| unsafe {
+            levels.at(level, j, field * levels.lateral(), i)
+        };
+        let mut energy = EnergySum::default();
+        for i in 0..displacement.len().min(domain.nr) {
+            let forces = weights.theory.accelerations(|field, j, i| at(now, field, j, i), 0, i);
+            for (field, next) in [displacement[i], lateral[i]].into_iter().enumerate() {
+                let [before, now] = [before, now].map(|level| at(level, field, 0, i as isize));
+                energy.add_one(i, weights.areas[field][i], [before, now, next], forces[field]);
+            }
+        }
+        energy
     }
 
     /// Samples what `rows` and `columns`, whole vectors, show now that they have been advanced.
@@ -230,6 +297,11 @@ impl Sampler {
             for (number, j) in shown.rows.clone().enumerate() {
                 // SAFETY: the caller's promise; places of different nodes are different
                 let row = unsafe { values.part(self.place(j, &shown)) };
+                if let Weighted::Cells(weights) = domain.scheme() {
+                    // SAFETY: the caller's promise
+                    unsafe { self.cell_field(domain, weights, *field, j, &shown, motion, row) };
+                    continue;
+                }
                 // SAFETY: the caller's promise
                 unsafe {
                     match field {
@@ -245,6 +317,7 @@ impl Sampler {
             }
             let backing = domain.backing;
             if *field == Field::Stress
+                && matches!(domain.scheme(), Weighted::Axial(_))
                 && backing.is_multiple_of(self.every)
                 && rows.contains(&domain.last_row())
             {
@@ -254,6 +327,48 @@ impl Sampler {
                     self.stress(domain, backing, &shown, None, row);
                 }
             }
+        }
+    }
+
+    /// A field of the full theory at level k in row `j`.
+    ///
+    /// # Safety
+    ///
+    /// As [`Sampler::after`].
+    #[expect(unsafe_code, clippy::too_many_arguments, reason = "a field that threads share")]
+    unsafe fn cell_field(
+        &self,
+        domain: &Domain,
+        weights: &CellWeights,
+        field: Field,
+        j: usize,
+        shown: &Shown,
+        motion: Option<SurfaceMotion<'_>>,
+        row: &mut [f32],
+    ) {
+        let levels = &domain.levels;
+        // SAFETY: the caller's promise
+        let at = |level: usize, field: usize, j: usize, i: isize| unsafe {
+            levels.at(level, j, field * levels.lateral(), i)
+        };
+        let (before, now, next) = (levels.two_below(self.level), self.level - 1, self.level);
+        let velocity = |field: usize, i: usize| {
+            let [before, next] = [before, next].map(|level| at(level, field, j, i as isize));
+            scheme::velocity(before, next, domain.dt)
+        };
+        let stress = |i: usize| {
+            let pressure = motion.filter(|_| j == 0).map_or(0.0, |motion| motion.pressure[i]);
+            let strain = weights.theory.strain(|field, j, i| at(now, field, j, i), pressure, j, i);
+            weights.theory.stress(field, &strain)
+        };
+        for (value, i) in row.iter_mut().zip(shown.columns.clone().step_by(self.every)) {
+            *value = match field {
+                Field::Displacement => at(now, 0, j, i as isize),
+                Field::DisplacementR => at(now, 1, j, i as isize),
+                Field::Velocity => velocity(0, i),
+                Field::VelocityR => velocity(1, i),
+                _ => stress(i),
+            } as f32;
         }
     }
 
@@ -339,8 +454,8 @@ impl Sampler {
         // in the order of rows: the same sum on any number of threads
         for (j, row) in energies.into_iter().enumerate() {
             let row = row.total();
-            // the surface has half a cell of mass
-            let mass = 0.5 * dz * if j == 0 { 0.5 } else { 1.0 } / (dt * dt);
+            // surface and backing have half a cell of mass
+            let mass = 0.5 * dz * if j == 0 || j == domain.backing { 0.5 } else { 1.0 } / (dt * dt);
             for (energy, (kinetic, strain)) in energy.iter_mut().zip(row.kinetic.into_iter().zip(row.strain))
             {
                 energy.kinetic += mass * kinetic;

@@ -4,11 +4,11 @@ use rayon::ThreadPool;
 
 use super::*;
 use crate::{
-    grid::{Geometry, MeshKind, Spacing},
+    grid::{Edge, Geometry, MeshKind, Spacing},
     model::{
         Field, Sample, TargetEnergy,
         rakhmatulin::Rakhmatulin,
-        reference::Reference,
+        reference::{Reference, Scheme},
         scheme::{Corner, Order},
     },
 };
@@ -24,17 +24,46 @@ impl Noise {
 }
 
 /// An engine and the plain stepper on the same mesh; both take the number of a step with it.
-struct Twins {
+struct Twins<S, const FIELDS: usize> {
     grid: Grid,
     engine: Engine<usize>,
-    reference: Reference<usize, Rakhmatulin, 1>,
+    reference: Reference<usize, S, FIELDS>,
     every: usize,
     pool: ThreadPool,
     /// What the case is called in messages.
     name: String,
 }
 
-impl Twins {
+impl Twins<Elastic, 2> {
+    /// A random mesh of the full theory.
+    fn elastic(noise: &mut Noise, seed: u64) -> Self {
+        let geometry = [Geometry::Axisymmetric, Geometry::Plane][noise.next(2)];
+        let (nr, nz) = (1 + noise.next(400), 1 + noise.next(if seed.is_multiple_of(4) { 600 } else { 150 }));
+        let spacing = Spacing { dr: [0.1, 0.12][noise.next(2)], dz: 0.1, layer_rows: Some(nz) };
+        let (c_s, damping) = ([0.3, 0.5, 0.7][noise.next(3)], [0.0, 0.5][noise.next(2)]);
+        let grid = Grid::new(geometry, MeshKind::Matched, spacing, nr, nz);
+        let grid = grid.with_cells_between_nodes(Edge::elastic(c_s, damping));
+        let theory = Elastic::new(grid.clone(), c_s, damping);
+        let instructions = Instructions::all();
+        let instructions = instructions[noise.next(instructions.len())];
+        let coverage = [Coverage::Field, Coverage::Everything][noise.next(3) / 2];
+        let every = 1 + noise.next(2) * noise.next(5);
+        let threads = 1 + seed as usize % 3;
+        let shown = FrameFields { every, fields: Field::ALL.to_vec() };
+        Self {
+            engine: theory.clone().engine(coverage, shown.clone(), instructions),
+            reference: theory.reference(shown),
+            every,
+            pool: rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool"),
+            name: format!(
+                "elastic, seed {seed}, {coverage:?}, {damping}, {instructions:?}, {threads} threads"
+            ),
+            grid,
+        }
+    }
+}
+
+impl Twins<Rakhmatulin, 1> {
     /// A random mesh.
     fn new(noise: &mut Noise, seed: u64) -> Self {
         let geometry = [Geometry::Axisymmetric, Geometry::Plane][noise.next(2)];
@@ -63,14 +92,16 @@ impl Twins {
             grid,
         }
     }
+}
 
+impl<S: Scheme<FIELDS>, const FIELDS: usize> Twins<S, FIELDS> {
     /// Moves both surfaces alike.
     fn advance(&mut self, surface: &mut Surface, noise: &mut Noise, step: usize, is_frame: bool) {
         let nr = self.grid.nr();
         let mut plain = surface.clone();
         self.engine.predict(surface);
         self.reference.predict(&mut plain);
-        let known = (self.engine.cone.active_columns() + self.engine.field.domain().reach()).min(nr);
+        let known = (self.engine.cone.active_columns() + self.engine.field.domain().lateral_reach()).min(nr);
         assert_eq!(surface.free[..known], plain.free[..known], "{}, step {step}", self.name);
         assert_eq!(surface.compliance, plain.compliance);
         for i in 0..nr {
@@ -79,6 +110,13 @@ impl Twins {
             surface.pressure[i] = push;
         }
         surface.loaded = nr.min(surface.loaded + noise.next(2));
+        let pressure = &surface.pressure[..surface.loaded];
+        assert_eq!(
+            self.engine.surface_strain(pressure),
+            self.reference.surface_strain(pressure),
+            "{}",
+            self.name
+        );
         self.pool.install(|| self.engine.advance(surface, step, is_frame));
         // what the engine leaves out is at rest
         let active = self.engine.cone.active(self.engine.level);
@@ -93,10 +131,12 @@ impl Twins {
         self.pool.install(|| self.engine.catch_up());
         let level = self.engine.level;
         for j in 0..=self.grid.nz {
-            for (level, row) in [level, level - 1].into_iter().zip(self.reference.row(0, j)) {
-                let found = &self.engine.field.row(level, j)[..self.grid.nr()];
-                for (i, (a, b)) in row.iter().zip(found).enumerate() {
-                    assert!(a == b, "{}, step {step}, ({j}, {i}): {a} {b}", self.name);
+            for field in 0..FIELDS {
+                for (level, row) in [level, level - 1].into_iter().zip(self.reference.row(field, j)) {
+                    let found = &self.engine.field.displacement(level, field, j)[..self.grid.nr()];
+                    for (i, (a, b)) in row.iter().zip(found).enumerate() {
+                        assert!(a == b, "{}, step {step}, u{field} ({j}, {i}): {a} {b}", self.name);
+                    }
                 }
             }
         }
@@ -126,9 +166,12 @@ impl Twins {
 }
 
 /// Moves the surface of both alike and compares them at odd steps; with them what frames show.
-fn compare(seed: u64) {
+fn compare<S: Scheme<FIELDS>, const FIELDS: usize>(
+    seed: u64,
+    twins: fn(&mut Noise, u64) -> Twins<S, FIELDS>,
+) {
     let mut noise = Noise(seed);
-    let mut twins = Twins::new(&mut noise, seed);
+    let mut twins = twins(&mut noise, seed);
     let mut surface = Surface::new(twins.grid.nr());
     surface.loaded = 1 + noise.next(twins.grid.nr());
     // looked at often, or so seldom that passes run into each other
@@ -172,7 +215,14 @@ fn nothing() -> FrameFields {
 #[test]
 fn the_engine_is_the_plain_stepper() {
     for seed in 0..60 {
-        compare(seed);
+        compare(seed, Twins::new);
+    }
+}
+
+#[test]
+fn the_engine_is_the_plain_stepper_of_the_full_theory() {
+    for seed in 0..30 {
+        compare(seed, Twins::elastic);
     }
 }
 

@@ -4,7 +4,8 @@
 //! near-surface band of rows goes step by step, one row less each time, and the rows below follow later, many
 //! levels in one pass through memory. They are cut into tile rows and column bands; a tile is one tile row of
 //! one band, and every level of a tile is shifted by one row and one vector of columns towards the origin (with the corner
-//! term, which reaches farther, by two rows and one vector: [`Domain::reach`]):
+//! term, which reaches farther, by two rows and one vector: [`Domain::reach`]; the damping of the full theory reaches two columns, not
+//! more than the shortest vector):
 //!
 //! ```text
 //!  rows of a tile at levels t = 1, 2, 3      level t needs level t−1 one node around it: the shift
@@ -32,7 +33,7 @@ use std::{
 
 use super::{
     active::ActiveRegion,
-    domain::Domain,
+    domain::{Domain, Weighted},
     sampler::{Sampler, SurfaceMotion},
     vector::BLOCK,
 };
@@ -64,11 +65,11 @@ const NARROW_COLUMNS: usize = 8 * BLOCK;
 // or tile rows would touch those of the pass before, see `Pass::tile`
 const _: () = assert!(TILE_ROWS >= MAX_LAG);
 
-/// Largest |u| in the row before the backing, with its level and column: where there are several, the earliest and
-/// innermost.
+/// Largest |u| in the row before the backing, in the full theory largest strain on the backing, with its level and column: where
+/// there are several, the earliest and innermost.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RowPeak {
-    /// |u| \[R\].
+    /// |u| \[R\], or strain.
     pub value: f64,
     /// Level.
     pub level: usize,
@@ -121,8 +122,11 @@ impl LevelTask {
         unsafe {
             let sampler = self.sampler.as_deref();
             let before = sampler.map(|sampler| sampler.before(domain, &rows, &columns, motion));
-            if let Some(SurfaceMotion { displacement, .. }) = motion {
+            if let Some(SurfaceMotion { displacement, lateral, .. }) = motion {
                 domain.levels.part_mut(level, 0, displacement.len()).copy_from_slice(displacement);
+                if !lateral.is_empty() {
+                    domain.levels.lateral_mut(level, 0, lateral.len()).copy_from_slice(lateral);
+                }
             }
             let energies = sampler.map(|sampler| sampler.energies(inner.clone()));
             domain.advance(level, inner, columns.clone(), energies);
@@ -277,10 +281,10 @@ impl Pass {
             // SAFETY: rows lie in 1 ≤ j ≤ nz − 1 and columns in 0 ≤ i < nr (the active region stays below both), so with a
             // block and `reach` rows or images around them they are inside the arrays. No other thread writes to what is
             // read here or touches what is written here. Let R be the reach, 1 or 2; images belong to the row they are of:
-            // - in this pass, the nodes of a tile at level t are read by tiles to the right and below at levels t + 1 and
-            //   (R = 2) t + 2, which start after this one has ended; those of earlier levels around this tile were written by
-            //   tiles above and to the left, which have ended, and are overwritten at level t + 1 (R = 2: t + 2) only by
-            //   tiles that are shifted R rows and one vector farther per level, which is past them;
+            // - in this pass, the nodes of a tile at level t are read by tiles to the right and below at levels t + 1 and (where
+            //   there are three levels) t + 2, which start after this one has ended; those of earlier levels around this tile
+            //   were written by tiles above and to the left, which have ended, and are overwritten at level t + 1 (three
+            //   levels: t + 2) only by tiles that are shifted R rows and one vector farther per level, which is past them;
             // - a sampler reads what the step reads, of level t − 1, and the nodes themselves; and all tiles that sample a
             //   row at one level belong to one tile row;
             // - in the pass before, this tile row, those above and the one below are done. If that one's rows end at row f
@@ -294,16 +298,25 @@ impl Pass {
             unsafe {
                 task.advance(domain, self.base + t, rows, columns.clone(), None);
                 if has_last {
-                    let row = domain.levels.part(self.base + t, domain.last_row(), columns.clone());
-                    self.note_peak(row, t, columns.start);
+                    match domain.scheme() {
+                        Weighted::Axial(_) => {
+                            let row = domain.levels.part(self.base + t, domain.last_row(), columns.clone());
+                            self.note_peak(row, t, columns.start);
+                        }
+                        // strains need neighbours, which stand at the level before
+                        Weighted::Cells(weights) => {
+                            let strains = domain.backing_strains(weights, self.base + t - 1, &columns);
+                            self.note_peak(&strains, t - 1, columns.start);
+                        }
+                    }
                 }
             }
         }
     }
 
-    /// Takes note of the row before the backing, part of which from column `first` on has just been advanced to level t.
+    /// Takes note of displacements or strains of the last row at level t, from column `first` on.
     fn note_peak(&self, row: &[f64], t: usize, first: usize) {
-        let largest = row.chunks_exact(BLOCK).fold([0.0; BLOCK], |mut largest: [f64; BLOCK], block| {
+        let largest = row.chunks(BLOCK).fold([0.0; BLOCK], |mut largest: [f64; BLOCK], block| {
             for (a, b) in largest.iter_mut().zip(block) {
                 *a = if b.abs() > *a { b.abs() } else { *a };
             }

@@ -18,6 +18,7 @@ use std::{
 };
 
 use super::{
+    cells::CellWeights,
     domain::{Domain, Levels},
     sampler::SurfaceMotion,
     tiles::{LevelTask, Pass, RowPeak, band_rows, lag, wait_until},
@@ -207,6 +208,40 @@ impl Workers {
         self.check(j);
         // SAFETY: passes are begun by `&mut self`; those under way do not come up to the band
         unsafe { self.levels().part(level, j, 0..self.levels().columns() + BLOCK) }
+    }
+
+    /// Both displacements of the surface at `level` if it were free of stress, see [`Domain::free_surface`].
+    pub fn free_surface(&self, level: usize, weights: &CellWeights, free: &mut [Vec<f64>; 2]) {
+        self.check(1);
+        // SAFETY: passes under way do not come up to rows 0 and 1, and nobody writes to them meanwhile
+        unsafe { self.domain.free_surface(level, weights, free) }
+    }
+
+    /// Largest strain on the surface at a level in column `i`.
+    ///
+    /// * `pressure`: there
+    pub fn surface_strain(&self, level: usize, weights: &CellWeights, pressure: f64, i: usize) -> f64 {
+        self.check(0);
+        let levels = self.levels();
+        let at = |field: usize, j: usize, i: isize| {
+            // SAFETY: as for row 0 in `row`
+            unsafe { levels.at(level, j, field * levels.lateral(), i) }
+        };
+        weights.theory.strain(at, pressure, 0, i).largest_on_face()
+    }
+
+    /// Row `j` of a displacement at a level.
+    ///
+    /// * `field`: 0 for u_z, 1 for u_r
+    pub fn displacement(&self, level: usize, field: usize, j: usize) -> &[f64] {
+        match field {
+            0 => self.row(level, j),
+            _ => {
+                self.check(j);
+                // SAFETY: as in `row`
+                unsafe { self.levels().lateral_part(level, j) }
+            }
+        }
     }
 
     /// Makes sure that `rows` rows are memory.
