@@ -15,6 +15,7 @@
 //! | [`elastic_paraboloid`] | pressure on the axis under a paraboloid with prescribed motion |
 //! | [`elastic_plane_punch`] | pressure and drag of a plane flat punch before a wave has crossed it |
 //! | [`elastic_wedge`] | pressure and drag of a plane wedge that outruns all waves |
+//! | [`disc_stiffness`], [`elastic_strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
 //! | [`surface_impedance`] | speed of Rayleigh waves |
 //!
 //! Each checks its parameters and the range in which it holds, and returns
@@ -25,7 +26,9 @@ pub mod column;
 pub mod disc_stiffness;
 pub mod elastic_paraboloid;
 pub mod elastic_plane_punch;
+pub mod elastic_strip_stiffness;
 pub mod elastic_wedge;
+mod layer_kernel;
 pub mod paraboloid;
 pub mod plane_punch;
 mod quadrature;
