@@ -16,6 +16,7 @@
 //! | [`elastic_plane_punch`] | pressure and drag of a plane flat punch before a wave has crossed it |
 //! | [`elastic_wedge`] | pressure and drag of a plane wedge that outruns all waves |
 //! | [`disc_stiffness`], [`elastic_strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
+//! | [`lamb`] | displacement of the surface under a pulse on a line |
 //! | [`surface_impedance`] | speed of Rayleigh waves |
 //!
 //! Each checks its parameters and the range in which it holds, and returns
@@ -23,11 +24,13 @@
 
 pub mod closed_form;
 pub mod column;
+mod complex;
 pub mod disc_stiffness;
 pub mod elastic_paraboloid;
 pub mod elastic_plane_punch;
 pub mod elastic_strip_stiffness;
 pub mod elastic_wedge;
+pub mod lamb;
 mod layer_kernel;
 pub mod paraboloid;
 pub mod plane_punch;
