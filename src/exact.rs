@@ -2,25 +2,42 @@
 //!
 //! | Closed form | Result |
 //! |---|---|
-//! | [`elastic_paraboloid`] | full theory: pressure on the axis under a paraboloid with prescribed motion |
-//! | [`paraboloid`] | the same in the simplified theory |
-//! | [`spreading`] | simplified theory: pressure and drag under a spreading cone or paraboloid, at any place |
+//! | [`paraboloid`] | pressure on the axis under a paraboloid with prescribed motion |
+//! | [`spreading`] | pressure and drag under a spreading cone or paraboloid, at any place |
 //! | [`plane_punch`] | pressure and drag of a plane flat punch before the waves of its edges meet |
 //! | [`disc_stiffness`], [`strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
 //! | [`mod@column`] | a layer without shear waves under a body of finite mass |
 //!
-//! All but the first belong to model `rakhmatulin`. Each checks its parameters and the range in which it holds, and returns
+//! These belong to model `rakhmatulin`; those of the full theory of elasticity, model `elastic`, are
+//!
+//! | Closed form | Result |
+//! |---|---|
+//! | [`elastic_paraboloid`] | pressure on the axis under a paraboloid with prescribed motion |
+//! | [`elastic_plane_punch`] | pressure and drag of a plane flat punch before a wave has crossed it |
+//! | [`elastic_wedge`] | pressure and drag of a plane wedge that outruns all waves |
+//! | [`disc_stiffness`], [`elastic_strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
+//! | [`lamb`] | displacement of the surface under a pulse on a line |
+//! | [`surface_impedance`] | speed of Rayleigh waves |
+//!
+//! Each checks its parameters and the range in which it holds, and returns
 //! an error outside it. [`closed_form`] finds the form for a case and evaluates it step by step.
 
 pub mod closed_form;
 pub mod column;
+mod complex;
 pub mod disc_stiffness;
 pub mod elastic_paraboloid;
+pub mod elastic_plane_punch;
+pub mod elastic_strip_stiffness;
+pub mod elastic_wedge;
+pub mod lamb;
+mod layer_kernel;
 pub mod paraboloid;
 pub mod plane_punch;
 mod quadrature;
 pub mod spreading;
 pub mod strip_stiffness;
+pub mod surface_impedance;
 
 /// Why a closed form has no value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

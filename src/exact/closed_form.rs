@@ -6,6 +6,8 @@ use rayon::prelude::*;
 
 use super::{
     elastic_paraboloid::ElasticParaboloid,
+    elastic_plane_punch::ElasticPlanePunch,
+    elastic_wedge::ElasticWedge,
     plane_punch::PlanePunch,
     spreading::{Front, Spreading},
 };
@@ -39,6 +41,10 @@ enum Form {
     PlanePunch(PlanePunch),
     /// Full theory, on the axis.
     ElasticParaboloid(ElasticParaboloid),
+    /// Full theory, a plane flat punch.
+    ElasticPlanePunch(ElasticPlanePunch),
+    /// Full theory, a plane wedge, until the wave of its edge arrives.
+    ElasticWedge(ElasticWedge),
 }
 
 impl Form {
@@ -55,8 +61,22 @@ impl Form {
                 let form = ElasticParaboloid::new(velocity, curvature, (1.0, c_s), thickness);
                 Ok(Self::ElasticParaboloid(form.map_err(unfit)?))
             }
-            (ModelKind::Elastic, ..) => none(
-                "model \"elastic\" has one for an unbounded axisymmetric paraboloid with contact = \"prescribed\"",
+            (ModelKind::Elastic, Geometry::Plane, Front::Flat) if !is_prescribed && radius == Some(1.0) => {
+                let depth = thickness.unwrap_or(f64::INFINITY);
+                let form = ElasticPlanePunch::new(velocity, c_s, depth);
+                Ok(Self::ElasticPlanePunch(form.map_err(unfit)?))
+            }
+            (ModelKind::Elastic, Geometry::Plane, Front::Cone { spread_rate }) if spread_rate > 1.0 => {
+                let form = ElasticWedge::new(velocity, spread_rate, c_s, thickness);
+                Ok(Self::ElasticWedge(form.map_err(unfit)?))
+            }
+            (ModelKind::Elastic, Geometry::Plane, _) => none(
+                "model \"elastic\" has one in the plane for the flat punch (unilateral or bilateral, \
+                 indenter.radius = 1) and for the cone with indenter.spread_rate > 1",
+            ),
+            (ModelKind::Elastic, Geometry::Axisymmetric, _) => none(
+                "model \"elastic\" has one for an unbounded axisymmetric paraboloid with contact = \
+                 \"prescribed\", and in the plane for a flat punch and a cone",
             ),
             (ModelKind::Rakhmatulin, Geometry::Plane, Front::Flat) if !is_prescribed => {
                 if radius != Some(1.0) {
@@ -86,7 +106,8 @@ pub struct ClosedForm {
     front: Front,
     rule: Rule,
     velocity: f64,
-    shear_wave_speed: f64,
+    /// Speed of the fastest wave along the surface \[c_p\].
+    wave_speed: f64,
     thickness: Option<f64>,
     /// Radius out to which the contact is that of the unbounded shape, faster than the waves if it is unilateral \[R\].
     edge: f64,
@@ -112,7 +133,10 @@ impl ClosedForm {
             return none("it needs an indenter of infinite mass (indenter.mass = inf)");
         }
         let rule = case.impact.contact;
-        let c_s = case.target.material.shear_wave_speed;
+        let wave_speed = match case.model {
+            ModelKind::Rakhmatulin => case.target.material.shear_wave_speed,
+            ModelKind::Elastic => 1.0,
+        };
         let punch_radius = case.indenter.radius.unwrap_or(f64::INFINITY);
         let front = match case.indenter.head {
             HeadKind::Flat => Front::Flat,
@@ -120,7 +144,8 @@ impl ClosedForm {
             HeadKind::Cone { spread_rate } => Front::Cone { spread_rate },
             HeadKind::Profile { .. } => return none("it needs a flat face, a paraboloid or a cone"),
         };
-        let outruns_waves = if rule == Rule::Prescribed { f64::INFINITY } else { front.sonic_radius(c_s) };
+        let outruns_waves =
+            if rule == Rule::Prescribed { f64::INFINITY } else { front.sonic_radius(wave_speed) };
         let edge = punch_radius.min(outruns_waves);
         let form = Form::for_case(case, front, edge)?;
         let grid = case.grid();
@@ -129,7 +154,7 @@ impl ClosedForm {
             front,
             rule,
             velocity: case.impact.velocity,
-            shear_wave_speed: c_s,
+            wave_speed,
             thickness: case.target.thickness,
             edge,
             punch_radius,
@@ -148,27 +173,39 @@ impl ClosedForm {
             Form::Spreading(_) => "spreading",
             Form::PlanePunch(_) => "plane_punch",
             Form::ElasticParaboloid(_) => "elastic_paraboloid",
+            Form::ElasticPlanePunch(_) => "elastic_plane_punch",
+            Form::ElasticWedge(_) => "elastic_wedge",
         }
     }
 
     /// Time up to which the closed form holds somewhere \[R/c_p\].
     pub fn end_time(&self) -> f64 {
         match &self.form {
-            Form::Spreading(_) => self.front.arrival(self.edge) + self.edge / self.shear_wave_speed,
+            Form::Spreading(_) => self.edge_end(),
             Form::PlanePunch(_) => {
-                let meeting = 2.0 / self.shear_wave_speed;
+                let meeting = 2.0 / self.wave_speed;
                 self.thickness.map_or(meeting, |h| meeting.min(2.0 * h))
             }
             Form::ElasticParaboloid(_) => f64::INFINITY,
+            Form::ElasticPlanePunch(form) => form.end_time(),
+            Form::ElasticWedge(_) if self.rule == Rule::Prescribed => self.edge_end(),
+            // the pressure under waves reflected from the backing might fall to 0 where the form does not know it
+            Form::ElasticWedge(_) => self.edge_end().min(self.thickness.map_or(f64::INFINITY, |h| 2.0 * h)),
         }
+    }
+
+    /// Time at which the wave of the edge reaches the axis \[R/c_p\].
+    fn edge_end(&self) -> f64 {
+        self.front.arrival(self.edge) + self.edge / self.wave_speed
     }
 
     /// True if the form has the drag as long as it has the pressure.
     pub fn has_drag(&self) -> bool {
         match &self.form {
             Form::Spreading(_) => self.front != Front::Flat && self.edge.is_infinite(),
-            Form::PlanePunch(_) => true,
+            Form::PlanePunch(_) | Form::ElasticPlanePunch(_) => true,
             Form::ElasticParaboloid(_) => false,
+            Form::ElasticWedge(_) => self.edge.is_infinite(),
         }
     }
 
@@ -210,8 +247,11 @@ impl ClosedForm {
         let drag = match &self.form {
             _ if !self.has_drag() => return f64::NAN,
             // as of the pressure, half of the initial jump
-            Form::PlanePunch(_) if time == 0.0 => Ok(0.5 * self.velocity),
+            Form::PlanePunch(_) | Form::ElasticPlanePunch(_) if time == 0.0 => Ok(0.5 * self.velocity),
             Form::PlanePunch(form) => form.drag(time),
+            Form::ElasticPlanePunch(form) => form.drag(time),
+            Form::ElasticWedge(_) if time >= self.end_time() => return f64::NAN,
+            Form::ElasticWedge(form) => form.drag(time),
             Form::Spreading(form) => form.drag(time),
             Form::ElasticParaboloid(_) => return f64::NAN,
         };
@@ -225,8 +265,13 @@ impl ClosedForm {
             return 0.0;
         }
         let value = match &self.form {
-            Form::PlanePunch(_) if time == 0.0 => return 0.5 * self.velocity,
+            Form::PlanePunch(_) | Form::ElasticPlanePunch(_) if time == 0.0 => return 0.5 * self.velocity,
             Form::PlanePunch(form) => form.pressure(r, time),
+            Form::ElasticPlanePunch(form) => form.pressure(r, time),
+            Form::ElasticWedge(_) if r > self.known_radius(time) || time >= self.end_time() => {
+                return f64::NAN;
+            }
+            Form::ElasticWedge(form) => form.pressure(r, time),
             Form::ElasticParaboloid(_) if r > 0.0 => return f64::NAN,
             Form::ElasticParaboloid(form) => form.axis_pressure(0.0, time),
             Form::Spreading(_) if r > self.known_radius(time) => return f64::NAN,
@@ -275,9 +320,9 @@ impl ClosedForm {
     /// Radius up to which no wave of the edge has arrived \[R\].
     fn known_radius(&self, time: f64) -> f64 {
         match &self.form {
-            Form::Spreading(_) if self.edge.is_finite() => {
+            Form::Spreading(_) | Form::ElasticWedge(_) if self.edge.is_finite() => {
                 let since = time - self.front.arrival(self.edge);
-                self.edge - self.shear_wave_speed * since.max(0.0)
+                self.edge - self.wave_speed * since.max(0.0)
             }
             _ => f64::INFINITY,
         }
@@ -302,9 +347,17 @@ impl fmt::Display for ClosedForm {
             Form::Spreading(_) => "pressure and drag under a spreading contact",
             Form::PlanePunch(_) => "pressure and drag of a plane flat punch",
             Form::ElasticParaboloid(_) => "[KA] Eq. 16: pressure on the axis, full theory",
+            Form::ElasticPlanePunch(_) => "pressure and drag of a plane flat punch, full theory",
+            Form::ElasticWedge(_) if self.edge.is_finite() => {
+                "pressure under a plane wedge, full theory, until the wave of its edge arrives"
+            }
+            Form::ElasticWedge(_) => "pressure and drag of a plane wedge, full theory",
         };
         write!(f, "{what}")?;
         let end = self.end_time();
         if end.is_finite() { write!(f, "; t < {end:.4}") } else { Ok(()) }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -25,23 +25,46 @@
 //! ```text
 //! p → A(r)·V0·t/h      A(r) = h·[ f(a)/√(a² − r'²) − ∫_{r'}^a f'(t)/√(t² − r'²) dt ]
 //! ```
+//!
+//! In the full theory a layer is isotropic as it is, a = R, the factor of both results is `κ = 2β²(1 − β²)` instead of 1, and the
+//! kernel has that of an elastic layer, `(cosh 2ξh − 1)/(sinh 2ξh + 2ξh)`, for tanh ξh (Lebedev and Ufliand 1958; the base
+//! is smooth). Its integral is taken by quadrature. On a half-space, `F = (4/π)κ·w` (Boussinesq).
 
 use std::f64::consts::PI;
 
 use super::{
-    ExactError, positive,
+    ExactError,
+    layer_kernel::LayerKernel,
+    positive,
     quadrature::{gauss_legendre_on, solve},
+    surface_impedance::SurfaceImpedance,
 };
 
 /// Nodes of the quadrature: at least so many, and so many per a/h.
 const NODES: usize = 80;
 const NODES_PER_THICKNESS: f64 = 6.0;
 
+/// Static stiffness `dF/dw = (8/π)·β²(1 − β²)` of a rigid smooth disc on an elastic half-space, full theory \[πR·γc_p²\]; the
+/// simplified theory has `(4/π)·β`.
+///
+/// * `beta`: c_s/c_p
+///
+/// # Errors
+///
+/// `beta` is not in `0 < β < √3/2`.
+pub fn elastic_half_space(beta: f64) -> Result<f64, ExactError> {
+    Ok(4.0 / PI * SurfaceImpedance::new(beta)?.stiffness())
+}
+
 /// A disc on a layer.
 #[derive(Clone, Debug)]
 pub struct DiscStiffness {
     thickness: f64,
-    shear_wave_speed: f64,
+    /// a, the radius in coordinates in which the layer is isotropic.
+    radius: f64,
+    /// Pressure per wave number and displacement of a half-space in these coordinates: 1 or κ.
+    stiffness: f64,
+    kernel: Kernel,
     /// Nodes, weights and f of the quadrature over `0..a`.
     nodes: Vec<(f64, f64, f64)>,
 }
@@ -63,14 +86,32 @@ impl DiscStiffness {
             return Err(ExactError::OutsideRange { name: "thickness", value: h, bound });
         }
         let nodes = NODES.max((NODES_PER_THICKNESS * a / h).ceil() as usize);
-        Ok(Self::with_nodes(h, c_s, nodes))
+        Ok(Self::with_nodes(h, a, 1.0, Kernel::Simplified(h), nodes))
     }
 
-    /// The disc by a quadrature with so many nodes.
-    fn with_nodes(h: f64, c_s: f64, nodes: usize) -> Self {
-        let a = 1.0 / c_s;
+    /// The same in the full theory.
+    ///
+    /// * `thickness`: h of the layer \[R\]
+    /// * `beta`: c_s/c_p
+    ///
+    /// # Errors
+    ///
+    /// `beta` is not in `0 < β < √3/2`, or a layer so thin, `h < 0.05`, that the quadrature would take seconds.
+    pub fn elastic(thickness: f64, beta: f64) -> Result<Self, ExactError> {
+        let stiffness = SurfaceImpedance::new(beta)?.stiffness();
+        let h = positive("thickness", thickness, f64::INFINITY, "h > 0")?;
+        if h < 0.05 {
+            let bound = "thickness ≥ 0.05".to_owned();
+            return Err(ExactError::OutsideRange { name: "thickness", value: h, bound });
+        }
+        let nodes = NODES.max((NODES_PER_THICKNESS / h).ceil() as usize);
+        Ok(Self::with_nodes(h, 1.0, stiffness, Kernel::Elastic(LayerKernel::elastic(h, 2.0)), nodes))
+    }
+
+    /// The disc of radius `a` by a quadrature with so many nodes.
+    fn with_nodes(h: f64, a: f64, stiffness: f64, kernel: Kernel, nodes: usize) -> Self {
         let rule = gauss_legendre_on(nodes, 0.0, a);
-        let entry = |t: f64, s: f64, w: f64| -w / PI * (kernel(t - s, h) + kernel(t + s, h));
+        let entry = |t: f64, s: f64, w: f64| -w / PI * kernel.even(t, s);
         let row = |&(t, _): &(f64, f64)| rule.iter().map(|&(s, w)| entry(t, s, w)).collect();
         let mut matrix: Vec<Vec<f64>> = rule.iter().map(row).collect();
         for (i, row) in matrix.iter_mut().enumerate() {
@@ -78,13 +119,13 @@ impl DiscStiffness {
         }
         let f = solve(matrix, vec![2.0 / PI; nodes]);
         let nodes = rule.into_iter().zip(f).map(|((t, w), f)| (t, w, f)).collect();
-        Self { thickness: h, shear_wave_speed: c_s, nodes }
+        Self { thickness: h, radius: a, stiffness, kernel, nodes }
     }
 
     /// `A_d` of the drag `F → A_d·V0·t/h`.
     pub fn drag_slope(&self) -> f64 {
         let integral: f64 = self.nodes.iter().map(|(_, w, f)| w * f).sum();
-        2.0 * self.thickness * self.shear_wave_speed * self.shear_wave_speed * integral
+        2.0 * self.thickness * self.stiffness / (self.radius * self.radius) * integral
     }
 
     /// `A(r)` of the pressure `p → A(r)·V0·t/h`.
@@ -97,7 +138,7 @@ impl DiscStiffness {
             let bound = "0 ≤ r < 1".to_owned();
             return Err(ExactError::OutsideRange { name: "r", value: r, bound });
         }
-        let a = 1.0 / self.shear_wave_speed;
+        let a = self.radius;
         let r = r * a;
         let reach = ((a - r) * (a + r)).sqrt();
         // t = √(r'² + v²) takes the singularity of the kernel away, dt/√(t² − r'²) = dv/t, and f' vanishes like t
@@ -110,26 +151,44 @@ impl DiscStiffness {
                 reach / a * w * self.slope(t) / t
             })
             .sum();
-        Ok(self.thickness * (self.at(a) / reach - integral))
+        Ok(self.thickness * self.stiffness * (self.at(a) / reach - integral))
     }
 
     /// f(t), by the integral equation itself.
     fn at(&self, t: f64) -> f64 {
-        let h = self.thickness;
-        let sum: f64 =
-            self.nodes.iter().map(|&(s, w, f)| w * f * (kernel(t - s, h) + kernel(t + s, h))).sum();
+        let sum: f64 = self.nodes.iter().map(|&(s, w, f)| w * f * self.kernel.even(t, s)).sum();
         (2.0 + sum) / PI
     }
 
     /// f'(t)
     fn slope(&self, t: f64) -> f64 {
-        let h = self.thickness;
-        let sum: f64 = self
-            .nodes
-            .iter()
-            .map(|&(s, w, f)| w * f * (kernel_slope(t - s, h) + kernel_slope(t + s, h)))
-            .sum();
-        sum / PI
+        self.nodes.iter().map(|&(s, w, f)| w * f * self.kernel.even_slope(t, s)).sum::<f64>() / PI
+    }
+}
+
+/// The kernel `g(t − s) + g(t + s)`.
+#[derive(Clone, Debug)]
+enum Kernel {
+    /// By its series, for a layer of this thickness.
+    Simplified(f64),
+    /// By quadrature.
+    Elastic(LayerKernel),
+}
+
+impl Kernel {
+    fn even(&self, t: f64, s: f64) -> f64 {
+        match self {
+            &Self::Simplified(h) => kernel(t - s, h) + kernel(t + s, h),
+            Self::Elastic(layer) => layer.even(t, s),
+        }
+    }
+
+    /// Its derivative by t.
+    fn even_slope(&self, t: f64, s: f64) -> f64 {
+        match self {
+            &Self::Simplified(h) => kernel_slope(t - s, h) + kernel_slope(t + s, h),
+            Self::Elastic(layer) => layer.even_slope(t, s),
+        }
     }
 }
 
@@ -234,7 +293,8 @@ mod tests {
     fn more_nodes_change_nothing_in_the_whole_range() {
         for (h, c_s) in [(0.021, 0.999), (0.1, 0.5), (20.0, 0.5)] {
             let disc = DiscStiffness::new(h, c_s).expect("in range");
-            let finer = DiscStiffness::with_nodes(h, c_s, 2 * disc.nodes.len());
+            let finer =
+                DiscStiffness::with_nodes(h, 1.0 / c_s, 1.0, disc.kernel.clone(), 2 * disc.nodes.len());
             let change = disc.drag_slope() / finer.drag_slope() - 1.0;
             assert!(change.abs() < 1e-10, "h·c_s = {}: {change:e}", h * c_s);
             for r in [0.0, 0.5, 0.9, 0.99] {
@@ -243,5 +303,55 @@ mod tests {
                 assert!(change.abs() < 1e-10, "h·c_s = {}, r = {r}: {change:e}", h * c_s);
             }
         }
+    }
+
+    #[test]
+    fn elastic_slopes_worked_out_independently() {
+        for (beta, expected) in [(0.3, 0.458_537), (0.4, 0.752_471), (0.5, 1.049_764), (0.6, 1.289_950)] {
+            let slope = DiscStiffness::elastic(1.0, beta).expect("parameters").drag_slope();
+            assert!((slope - expected).abs() < 6e-7, "β = {beta}: {slope}");
+        }
+    }
+
+    #[test]
+    fn elastic_limits() {
+        for beta in [0.2, 0.5, 0.8] {
+            let slope = |h| DiscStiffness::elastic(h, beta).expect("parameters").drag_slope();
+            // thick layer: a half-space, up to R/h
+            let space = elastic_half_space(beta).expect("a material");
+            let [far, farther] = [1e3, 2e3].map(|h| slope(h) / (h * space) - 1.0);
+            assert!(far > 0.0 && far < 2e-3 && (far / farther - 2.0).abs() < 0.01, "{far} {farther}");
+            // thin layer: it slides, 4β²(1 − β²) = E/(1 − ν²), and its rim gives what is left, in proportion to h
+            let plate = 4.0 * beta * beta * (1.0 - beta * beta);
+            let [thin, thinner] = [0.12, 0.06].map(|h| slope(h) / plate - 1.0);
+            assert!((thin / thinner - 2.0).abs() < 0.1 && thinner < 0.1, "{thin} {thinner}");
+        }
+        assert!((elastic_half_space(0.5).expect("a material") - 1.5 / PI).abs() < 1e-15);
+        assert!(DiscStiffness::elastic(0.01, 0.5).is_err() && DiscStiffness::elastic(1.0, 0.9).is_err());
+    }
+
+    #[test]
+    fn the_quadrature_gives_the_series() {
+        // κ = 1 and tanh instead of the elastic kernel: the simplified theory with c_s = 1
+        let (h, tanh) = (0.3, |x: f64| 2.0 / ((2.0 * x).exp() + 1.0));
+        let by_rule =
+            DiscStiffness::with_nodes(h, 1.0, 1.0, Kernel::Elastic(LayerKernel::new(h, 2.0, tanh)), NODES);
+        let series = DiscStiffness::with_nodes(h, 1.0, 1.0, Kernel::Simplified(h), NODES);
+        assert!((by_rule.drag_slope() / series.drag_slope() - 1.0).abs() < 1e-12);
+        let [a, b] = [by_rule, series].map(|disc| disc.pressure_slope(0.8).expect("range"));
+        assert!((a / b - 1.0).abs() < 1e-11, "{a} {b}");
+    }
+
+    #[test]
+    fn elastic_drag_is_the_integral_of_pressure() {
+        let disc = DiscStiffness::elastic(0.6, 0.4).expect("parameters");
+        let sum: f64 = gauss_legendre_on(24, 0.0, 0.5 * PI)
+            .into_iter()
+            .map(|(phi, w)| {
+                let r = phi.sin();
+                w * 2.0 * r * phi.cos() * disc.pressure_slope(r).expect("under the punch")
+            })
+            .sum();
+        assert!((sum / disc.drag_slope() - 1.0).abs() < 1e-9, "{sum} {}", disc.drag_slope());
     }
 }

@@ -1,0 +1,89 @@
+//! Cases of the full theory find their closed forms.
+
+use super::*;
+
+/// A plane case of the full theory at V0 = 0.5, β = 0.4 on a mesh of 20 cells.
+fn elastic(indenter: &str, contact: &str, thickness: &str) -> Case {
+    let text = format!(
+        "title = \"t\"\nmodel = \"elastic\"\ngeometry = \"plane\"\n[target]\nthickness = {thickness}\n\
+         shear_wave_speed = 0.4\n[indenter]\n{indenter}\nmass = inf\n[impact]\nvelocity = 0.5\n\
+         contact = \"{contact}\"\n[mesh]\ncells = 20\n[run]\nend_time = 3.0\n"
+    );
+    Case::parse("t.toml", &text, &[], "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"))
+}
+
+const FLAT: &str = "shape = \"flat\"\nradius = 1.0";
+const WEDGE: &str = "shape = \"cone\"\nspread_rate = 2.0";
+
+/// Time, pressures and drag of a form from the first step to the last.
+fn steps(form: &mut ClosedForm) -> Vec<(f64, Vec<f64>, f64)> {
+    let view = |form: &mut ClosedForm, step| {
+        let view = form.evaluate(step);
+        (view.time, view.interface.pressure.to_vec(), view.drag)
+    };
+    (0..=form.last_step()).map(|step| view(form, step)).collect()
+}
+
+#[test]
+fn the_plane_punch_of_the_full_theory() {
+    for (contact, thickness, end) in
+        [("unilateral", "\"half-space\"", 2.0), ("bilateral", "1.5", 2.0), ("unilateral", "0.6", 1.2)]
+    {
+        let mut form = ClosedForm::for_case(&elastic(FLAT, contact, thickness)).expect("a closed form");
+        assert_eq!((form.name(), form.end_time(), form.has_drag()), ("elastic_plane_punch", end, true));
+        assert_eq!(
+            form.to_string(),
+            format!("pressure and drag of a plane flat punch, full theory; t < {end:.4}")
+        );
+        let steps = steps(&mut form);
+        let (first, last) = (&steps[0], steps.last().expect("steps"));
+        assert!(first.1.len() == 20 && first.1.iter().all(|&p| p == 0.25) && first.2 == 0.25);
+        assert!(last.0 < end * (1.0 + 1e-12) && last.0 + form.dt > end, "{}", last.0);
+        for (t, pressure, drag) in steps[1..].iter().filter(|step| step.0 < end * (1.0 - 1e-12)) {
+            assert!((drag - 0.5 * (1.0 + 0.068_870 * t)).abs() < 1e-6, "{drag}");
+            assert!(pressure.iter().all(|p| p.is_finite() && *p > 0.0));
+            let untouched = pressure[0] == 0.5;
+            assert_eq!(untouched, 1.0 - form.r0 >= *t, "t = {t}");
+        }
+    }
+}
+
+#[test]
+fn the_wedge_of_the_full_theory() {
+    let mut form = ClosedForm::for_case(&elastic(WEDGE, "unilateral", "\"half-space\"")).expect("a form");
+    assert_eq!((form.name(), form.end_time(), form.has_drag()), ("elastic_wedge", f64::INFINITY, true));
+    let steps = steps(&mut form);
+    assert_eq!(steps.len() as u64, form.steps + 1);
+    let (t, pressure, drag) = &steps[steps.len() / 2];
+    assert!((drag - 0.5 * 2.0 * t).abs() < 1e-14);
+    // V0·[(1 − 2β²σ²)²/√(1 − σ²) + 4β³σ²√(1 − β²σ²)], β = 0.4, σ = ½
+    let front = 0.5 * (0.92_f64.powi(2) / 0.75_f64.sqrt() + 0.064 * 0.96_f64.sqrt());
+    for (i, p) in pressure.iter().enumerate() {
+        let r = form.r0 + i as f64 * form.dr;
+        let expected = if r > 2.0 * t { 0.0 } else { front };
+        assert!((r < *t && *p > 0.0) || (p - expected).abs() < 1e-14, "r = {r}: {p}");
+    }
+    // reflections: a contact that is not prescribed might end
+    let layer = |contact| ClosedForm::for_case(&elastic(WEDGE, contact, "0.5")).expect("a form");
+    assert_eq!(layer("unilateral").end_time(), 1.0);
+    let prescribed = layer("prescribed");
+    assert!(prescribed.end_time().is_infinite() && prescribed.pressure_at(0.1, 1.01).is_nan());
+    assert!(prescribed.pressure_at(3.0, 1.51) > 0.5 && prescribed.drag_at(1.5) == 2.5);
+    // a wedge that ends at r = 1, where the contact arrives at ½
+    let bounded = format!("{WEDGE}\nradius = 1.0");
+    let bounded = ClosedForm::for_case(&elastic(&bounded, "unilateral", "\"half-space\"")).expect("a form");
+    assert!(bounded.end_time() == 1.5 && !bounded.has_drag());
+    assert!(bounded.pressure_at(0.6, 0.89) > 0.0 && bounded.pressure_at(0.6, 0.91).is_nan());
+}
+
+#[test]
+fn other_cases_of_the_full_theory_are_refused() {
+    let wider = "shape = \"flat\"\nradius = 2.0";
+    let slow = "shape = \"cone\"\nspread_rate = 0.9";
+    let round = "shape = \"paraboloid\"\ncurvature = 0.9";
+    for (indenter, contact) in [(wider, "unilateral"), (slow, "prescribed"), (round, "prescribed")] {
+        let refusal = ClosedForm::for_case(&elastic(indenter, contact, "1.0")).expect_err("no form");
+        let text = refusal.to_string();
+        assert!(text.contains("elastic") && text.contains("spread_rate > 1"), "{text}");
+    }
+}

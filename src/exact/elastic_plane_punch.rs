@@ -1,0 +1,289 @@
+//! A plane flat punch at constant velocity in the full theory of elasticity, until a longitudinal wave has crossed it.
+//!
+//! As long as the wave of either edge has not reached the other edge, t < 2, the excess of pressure over V0 is the sum of
+//! those of two punches with one edge each, a mixed problem that Wiener and Hopf's method solves. With Q of
+//! `surface_impedance` factored as `Q(ζ) = Q₊(s)·Q₊(−s)`, `s = iζ`, Q₊ without zeros and poles for Re s > 0, the pressure
+//! under an edge is `Q₊(−s)/Q₊(0)` times that of plane impact; inverted along its cut (Cagniard's method), with the
+//! distance d from the edge,
+//!
+//! ```text
+//! p/V0 = 1 + Φ(t/(1 − x)) + Φ(t/(1 + x))         Φ(e) = −(1/π)·∫_1^e J(η)/Q₊(η)·dη/η      (0 for e < 1)
+//! F/V0 = 1 + C·t                                 C = Q₊'(0)/Q₊(0) = (1/π)·∫_0^∞ (d ln Q/dζ) dζ/ζ
+//! ```
+//!
+//! On the positive axis Poisson's integral over ζ gives Q₊. With `κ = 2β²(1 − β²)` and `E = Q/√(1 + κ²ζ²)`, which is 1 at
+//! both ends,
+//!
+//! ```text
+//! Q₊(s) = √(1 + κs)·exp[ (s/π)·∫_0^∞ ln E(ζ)·dζ/(ζ² + s²) ]
+//! ```
+//!
+//! With ζ = e^u the integrand is analytic for |Im u| < π/2, so the trapezoidal rule converges like `e^{−π²/Δu}`.
+//!
+//! The simplified theory has `Q = √(1 + β²ζ²)`, C = β/2. Here C < 0 for β < 0.34: drag falls at first. The
+//! pressure stays positive, down to 0 at x = 0, t = 2 for β → 0, so a unilateral contact is kept. In an axisymmetric
+//! punch the drag begins with the slope 2C·V0.
+
+use std::f64::consts::PI;
+
+use super::{
+    ExactError, positive,
+    quadrature::{gauss_legendre_on, singular_at_ends},
+    surface_impedance::SurfaceImpedance,
+};
+
+/// Growth rate C of the drag `F = V0·(1 + C·t)` \[c_p/R\].
+///
+/// * `beta`: c_s/c_p
+///
+/// # Errors
+///
+/// `beta` is not in `0 < β < √3/2`.
+pub fn growth_rate(beta: f64) -> Result<f64, ExactError> {
+    let impedance = SurfaceImpedance::new(beta)?;
+    // ζ = x/(1 − x): the integrand is finite at both ends
+    let integral = singular_at_ends(1.0, |x, rest| impedance.logarithmic_slope(x / rest) / (rest * rest));
+    Ok(integral / PI)
+}
+
+/// Step of `u = ln ζ` in Poisson's integral, and how far beyond the scales of Q it goes, where its terms are e^{−3·13} of
+/// the largest.
+const STEP: f64 = 0.25;
+const REACH: f64 = 13.0;
+
+/// Nodes of the integral Φ on either part of the cut.
+const NODES: usize = 48;
+
+/// A plane flat punch of half-width 1 and infinite mass on an elastic target.
+#[derive(Clone, Debug)]
+pub struct ElasticPlanePunch {
+    velocity: f64,
+    thickness: f64,
+    impedance: SurfaceImpedance,
+    growth_rate: f64,
+    /// ζ² and `ζ·ln E·Δu/π` of Poisson's integral.
+    poisson: Vec<(f64, f64)>,
+    /// Rule on (0, 1) for Φ.
+    rule: Vec<(f64, f64)>,
+}
+
+impl ElasticPlanePunch {
+    /// * `velocity`: V0 \[c_p\]
+    /// * `beta`: c_s/c_p
+    /// * `thickness`: h of a layer \[R\], infinite for a half-space
+    ///
+    /// # Errors
+    ///
+    /// A parameter that is not positive, or `β ≥ √3/2`, for which there is no material.
+    pub fn new(velocity: f64, beta: f64, thickness: f64) -> Result<Self, ExactError> {
+        Self::with_rule(velocity, beta, thickness, (STEP, NODES))
+    }
+
+    fn with_rule(
+        velocity: f64,
+        beta: f64,
+        thickness: f64,
+        (step, nodes): (f64, usize),
+    ) -> Result<Self, ExactError> {
+        positive("velocity", velocity, f64::INFINITY, "V0 > 0")?;
+        if thickness.is_nan() || thickness <= 0.0 {
+            return Err(ExactError::Parameter { name: "thickness", value: thickness, bound: "h > 0" });
+        }
+        let (impedance, growth_rate) = (SurfaceImpedance::new(beta)?, growth_rate(beta)?);
+        let stiffness = impedance.stiffness();
+        let terms = ((2.0 * REACH - stiffness.ln()) / step).ceil() as usize;
+        let term = |m: usize| {
+            let zeta = (m as f64 * step - REACH).exp();
+            let excess = impedance.at(zeta) / (stiffness * zeta).hypot(1.0);
+            (zeta * zeta, zeta * excess.ln() * step / PI)
+        };
+        Ok(Self {
+            velocity,
+            thickness,
+            impedance,
+            growth_rate,
+            poisson: (0..=terms).map(term).collect(),
+            rule: gauss_legendre_on(nodes, 0.0, 1.0),
+        })
+    }
+
+    /// Time until which the form holds \[R/c_p\]: a wave has crossed the punch, or the first reflection is back.
+    pub fn end_time(&self) -> f64 {
+        (2.0 * self.thickness).min(2.0)
+    }
+
+    /// Drag F at time `t` \[Rγc_p² per unit length of half the punch\].
+    ///
+    /// # Errors
+    ///
+    /// `t` is not in `0 < t < 2`, or a reflection has arrived.
+    pub fn drag(&self, t: f64) -> Result<f64, ExactError> {
+        self.check_time(t)?;
+        Ok(self.velocity * (1.0 + self.growth_rate * t))
+    }
+
+    /// Pressure at `x`, `|x| < 1`, at time `t` \[γc_p²\].
+    ///
+    /// # Errors
+    ///
+    /// `x` is not under the punch, `t` is not in `0 < t < 2`, or a reflection has arrived.
+    pub fn pressure(&self, x: f64, t: f64) -> Result<f64, ExactError> {
+        let distance = positive("1 - |x|", 1.0 - x.abs(), f64::INFINITY, "|x| < 1")?;
+        self.check_time(t)?;
+        Ok(self.velocity * (1.0 + self.edge(t / distance) + self.edge(t / (2.0 - distance))))
+    }
+
+    /// `Φ(e)`, what one edge adds where its wave has gone on for `e = t/d`.
+    fn edge(&self, e: f64) -> f64 {
+        if e <= 1.0 {
+            return 0.0;
+        }
+        let integrate =
+            |c: f64, f: &dyn Fn(f64) -> f64| self.rule.iter().map(|(x, w)| c * w * f(c * x)).sum();
+        -self.impedance.along_cut(e, integrate, |eta, _| 1.0 / (eta * self.factor(eta))) / PI
+    }
+
+    /// `Q₊(s)`
+    fn factor(&self, s: f64) -> f64 {
+        let sum: f64 = self.poisson.iter().map(|(zeta2, term)| term / (zeta2 + s * s)).sum();
+        (1.0 + self.impedance.stiffness() * s).sqrt() * (s * sum).exp()
+    }
+
+    fn check_time(&self, t: f64) -> Result<(), ExactError> {
+        let end = self.end_time();
+        if t > 0.0 && t < end {
+            return Ok(());
+        }
+        Err(ExactError::OutsideRange { name: "t", value: t, bound: format!("0 < t < {end}") })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BETAS: [f64; 8] = [0.05, 0.1, 0.3, 0.5, 0.6, 0.7, 0.707, 0.85];
+
+    fn half_space(beta: f64) -> ElasticPlanePunch {
+        ElasticPlanePunch::new(1.0, beta, f64::INFINITY).expect("parameters")
+    }
+
+    #[test]
+    fn growth_rates_worked_out_independently() {
+        let table = [
+            (0.1, -0.33750, 5e-6),
+            (0.2, -0.18478, 5e-6),
+            (0.3, -0.047_675, 5e-7),
+            (0.4, 0.068_870, 5e-7),
+            (0.5, 0.159_664, 6e-7),
+            (3.0_f64.sqrt().recip(), 0.208_228, 5e-7),
+            (0.6, 0.218_268, 5e-7),
+            (0.7, 0.235_400, 6e-7),
+        ];
+        for (beta, expected, digits) in table {
+            let rate = growth_rate(beta).expect("a material");
+            assert!((rate - expected).abs() <= digits, "β = {beta}: {rate}");
+        }
+        // a liquid, Q = 1/√(1 + ζ²)
+        assert!((growth_rate(1e-7).expect("a material") + 0.5).abs() < 1e-6);
+        assert!(growth_rate(0.0).is_err() && growth_rate(0.87).is_err() && growth_rate(f64::NAN).is_err());
+    }
+
+    /// `∫_1^b θ·weight dη`, θ the phase `arctan[4η²√(η² − 1)√(b² − η²)/(b² − 2η²)²]` of Q between 1 and b.
+    fn over_phase(beta: f64, weight: impl Fn(f64) -> f64) -> f64 {
+        let b = 1.0 / beta;
+        singular_at_ends(b - 1.0, |over, rest| {
+            let eta = 1.0 + over;
+            let roots = (over * (eta + 1.0) * rest * (b + eta)).sqrt();
+            (4.0 * eta * eta * roots).atan2((b * b - 2.0 * eta * eta).powi(2)) * weight(eta)
+        })
+    }
+
+    #[test]
+    fn the_same_on_the_other_axis() {
+        // the zero of Q at 1/c_R, its branch point at 1 and its phase up to b, instead of its values for real ζ:
+        // Q₊ = (1 + c_R·s)/√(1 + s)·exp[(1/π)·∫ θ·(1/η − 1/(η + s)) dη], C its logarithmic slope at 0
+        for beta in BETAS {
+            let punch = half_space(beta);
+            let c_r = punch.impedance.rayleigh_speed();
+            let expected = c_r - 0.5 + over_phase(beta, |eta| 1.0 / (eta * eta)) / PI;
+            let rate = growth_rate(beta).expect("a material");
+            assert!((rate - expected).abs() < 1e-10, "β = {beta}: {rate} {expected}");
+            for s in [0.7, 1.0, 3.0, 40.0] {
+                let phase = over_phase(beta, |eta| s / (eta * (eta + s)));
+                let expected = (1.0 + c_r * s) / (1.0 + s).sqrt() * (phase / PI).exp();
+                assert!((punch.factor(s) / expected - 1.0).abs() < 1e-9, "β = {beta}, s = {s}");
+            }
+        }
+    }
+
+    #[test]
+    fn drag_is_the_integral_of_pressure() {
+        for beta in BETAS {
+            let punch = half_space(beta);
+            for t in [0.4, 1.0, 1.9] {
+                // d = y² takes the singularity of the edge away; Φ has kinks where the waves have arrived
+                let kinks = [1.0, beta].map(|c| (c * t).min(1.0).sqrt());
+                let far = (2.0 - t).clamp(0.0, 1.0).sqrt();
+                let mut ends = [0.0, kinks[0], kinks[1], far, 1.0];
+                ends.sort_by(f64::total_cmp);
+                let piece = |ends: &[f64]| -> f64 {
+                    singular_at_ends(ends[1] - ends[0], |more, _| {
+                        let y = (ends[0] + more).max(1e-9);
+                        2.0 * y * punch.pressure(1.0 - y * y, t).unwrap_or(1.0)
+                    })
+                };
+                let sum: f64 = ends.windows(2).filter(|ends| ends[1] > ends[0]).map(piece).sum();
+                let drag = punch.drag(t).expect("range");
+                assert!((sum - drag).abs() < 1e-6, "β = {beta}, t = {t}: {sum} {drag}");
+            }
+        }
+    }
+
+    #[test]
+    fn finer_rules_change_nothing() {
+        for beta in BETAS {
+            let (punch, rule) = (half_space(beta), (0.5 * STEP, 3 * NODES));
+            let finer = ElasticPlanePunch::with_rule(1.0, beta, f64::INFINITY, rule).expect("parameters");
+            for e in [1.001, 1.3, 1.0 / beta, 3.0 / beta, 1e3, 1e7] {
+                let (coarse, fine) = (punch.edge(e), finer.edge(e));
+                assert!(
+                    (coarse - fine).abs() < 1e-10 * (1.0 + fine.abs()),
+                    "β = {beta}, {e}: {coarse} {fine}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_contact_is_kept() {
+        for beta in BETAS {
+            let punch = half_space(beta);
+            for (x, t) in (0..400).map(|i| (f64::from(i % 20) / 20.0, 0.1 * f64::from(i / 20 + 1) - 1e-6)) {
+                let p = punch.pressure(x, t).expect("range");
+                assert!(p > 0.0, "β = {beta}, x = {x}, t = {t}: {p}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_before_the_edge_wave_arrives() {
+        let punch = ElasticPlanePunch::new(0.7, 0.5, f64::INFINITY).expect("parameters");
+        assert_eq!(punch.pressure(0.5, 0.4999), Ok(0.7));
+        assert_eq!(punch.pressure(0.0, 1.0), Ok(0.7));
+        let [right, left] = [0.3, -0.3].map(|x| punch.pressure(x, 1.5).expect("range"));
+        assert!(right == left && right < 0.7, "longitudinal waves relieve");
+        assert!(punch.pressure(0.99, 1.0).expect("range") > 1.4, "the edge is singular");
+    }
+
+    #[test]
+    fn outside_its_range_it_is_an_error() {
+        let punch = ElasticPlanePunch::new(1.0, 0.5, 0.75).expect("parameters");
+        assert!(punch.drag(1.499).is_ok() && punch.drag(1.5).is_err(), "the first reflection is back");
+        assert!(punch.pressure(1.0, 1.0).is_err() && punch.pressure(0.2, 0.0).is_err());
+        assert!(half_space(0.5).drag(2.0).is_err(), "the wave of the other edge is there");
+        assert!(
+            ElasticPlanePunch::new(1.0, 0.9, 1.0).is_err() && ElasticPlanePunch::new(0.0, 0.5, 1.0).is_err()
+        );
+    }
+}
