@@ -78,7 +78,7 @@
 //! * Nothing from clock, host or thread count enters a channel. The same case gives the same bytes on any number of
 //!   threads: every sum is taken in the order of rows and nodes.
 //! * No kernel asks for geometry or mesh: [`grid::Grid`] turns both into weights.
-//! * The numerics are in [`model::scheme`] and [`model::reference`]; the fast engine gives the same bits and is tested
+//! * The numerics are in [`model::scheme`], [`model::cells`] and [`model::reference`]; the fast engine gives the same bits and is tested
 //!   against them. It skips nodes outside the light cone, and may run its interior behind the surface, many steps in one pass
 //!   and on other threads; frames are sampled in the pass, and steps are yielded in order.
 //! * Vectors of any width give the same bits: no operation is fused, sums over a row are taken in blocks of one size.
@@ -92,7 +92,7 @@
 //! | field of frames | a variant of [`model::Field`]; the compiler lists the arms: how models show it, its unit, its colours |
 //! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in [`channels::Catalogue::new`] |
 //! | channel for viewers | `src/channels/view/<x>.rs`, a variant of [`case::ViewChannel`]; a panel in [`layout`] |
-//! | model | its operators in [`model::scheme`], `src/model/<x>.rs` ([`model::reference::Scheme`] is enough to run whole cases), one line in [`simulation`] |
+//! | model | its operators beside [`model::scheme`] and [`model::cells`], `src/model/<x>.rs` ([`model::reference::Scheme`] is enough to run whole cases), one line in [`simulation`] |
 //! | closed form | `src/exact/<x>.rs`, one line in [`exact`]; if it answers cases, an arm of [`exact::closed_form::ClosedForm::for_case`] |
 //! | built-in case | `src/case/builtin/<x>.toml`, its name in `src/case/builtin.rs` |
 //!

@@ -17,7 +17,8 @@
 //! energy     energy of rows                                     <- vector
 //! corner     rows of nodes with the corner term                 <- energy, patch
 //! kernel     rows of nodes                                      <- corner
-//! dispatch   choice of instructions                             <- kernel
+//! cells      rows of nodes of the full theory                   <- energy
+//! dispatch   choice of instructions                             <- kernel, cells
 //! domain     levels and weights                                 <- dispatch
 //! active     light cone: active rows and columns per level
 //! sampler    frames and energies of a level, as tiles pass it   <- domain

@@ -1,6 +1,6 @@
-//! The fast engine: the scheme of [`super::scheme`] for one displacement, in vectors, tiles and threads.
+//! The fast engine: the schemes of [`super::scheme`] and [`super::cells`] in vectors, tiles and threads.
 //!
-//! Two levels of `u` are kept, with the corner term three, rows 0 (the surface) to nz (the backing), in the order of radii; the next level overwrites
+//! Two levels of a displacement are kept, with the corner term and in the full theory three, rows 0 (the surface) to nz (the backing), in the order of radii; the next level overwrites
 //! the oldest. A band near the surface goes step by step; the interior follows behind it in passes over many
 //! levels ([`tiles`], [`workers`]). Frames are sampled on the way ([`sampler`]), and steps wait in the engine until theirs is
 //! complete.
