@@ -13,6 +13,7 @@ use percuss::{
 
 mod accuracy;
 mod admissible_velocity;
+mod elastic_stability;
 mod energy_and_momentum;
 mod engines;
 mod fig2_paraboloid;
