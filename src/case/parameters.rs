@@ -162,7 +162,8 @@ pub struct Mesh {
     pub cells: usize,
     /// Order of accuracy for oblique waves of model `rakhmatulin`.
     pub order: Option<Order>,
-    /// Damping σ of what the mesh does not resolve: oblique waves, 0 to 4/3; in model `elastic` waves along r, 0 to 0.8.
+    /// Damping σ of what the mesh does not resolve: oblique waves, 0 to 4/3; in model `elastic` waves along r, 0 to
+    /// [`crate::model::elastic::largest_damping`].
     pub damping: f64,
 }
 

@@ -39,7 +39,8 @@ const DEFAULT_FRAMES: u64 = 200;
 /// Damping of oblique waves that the mesh does not resolve: more of it takes out no more noise, and no front widens by it.
 const DEFAULT_DAMPING: f64 = 1.0;
 
-/// Damping of waves along r in model `elastic`: it takes the noise of moving edges over soft targets down with the mesh.
+/// Damping of waves along r in model `elastic`: it takes the noise of moving edges over soft targets down with the mesh. Less where
+/// that is not stable, from c_s/c_p = 0.8427 on.
 const DEFAULT_LATERAL_DAMPING: f64 = 0.5;
 
 /// Reads and checks a case.
@@ -55,7 +56,8 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let indenter = read_indenter(&mut root, &given.folder, velocity.contact.as_ref());
     let impact =
         Impact { velocity: velocity.velocity, contact: velocity.contact.map_or(Rule::Unilateral, value) };
-    let mesh = read_mesh(&mut root, model);
+    let c_s = target.as_ref().map(|(target, _)| target.material.shear_wave_speed);
+    let mesh = read_mesh(&mut root, model, c_s);
     let (run, end_time) = read_run(&mut root);
     let (record, field_every) = read_record(&mut root, run.end_time, model);
     root.end();
@@ -185,7 +187,8 @@ pub(super) struct GivenMesh {
     pub damping: f64,
 }
 
-fn read_mesh(root: &mut Section<'_>, model: ModelKind) -> GivenMesh {
+/// * `c_s`: shear wave speed of a sound target \[c_p\]
+fn read_mesh(root: &mut Section<'_>, model: ModelKind, c_s: Option<f64>) -> GivenMesh {
     let mut section = root.section("mesh");
     let kind = read_mesh_kind(&mut section, model);
     let cells = section.count("cells", 2..=1_000_000);
@@ -193,7 +196,7 @@ fn read_mesh(root: &mut Section<'_>, model: ModelKind) -> GivenMesh {
     let cells = cells.unwrap_or(Given { value: DEFAULT_CELLS, span: section.span() });
     let (order, damping) = match model {
         ModelKind::Rakhmatulin => read_scheme(&mut section, kind),
-        ModelKind::Elastic => read_elastic_scheme(&mut section),
+        ModelKind::Elastic => read_elastic_scheme(&mut section, c_s),
     };
     section.end();
     GivenMesh { kind, cells, outer_radius, order, damping }
@@ -234,7 +237,9 @@ fn read_mesh_kind(section: &mut Section<'_>, model: ModelKind) -> MeshKind {
 }
 
 /// Damping of the scheme with two displacements, which has one order.
-fn read_elastic_scheme(section: &mut Section<'_>) -> (Option<Order>, f64) {
+///
+/// * `c_s`: shear wave speed of a sound target \[c_p\]
+fn read_elastic_scheme(section: &mut Section<'_>, c_s: Option<f64>) -> (Option<Order>, f64) {
     if let Some(order) = section.get::<Order>("order", "no value with model = \"elastic\"") {
         let message = "`mesh.order` is not possible with model = \"elastic\"";
         section.problem(
@@ -243,8 +248,16 @@ fn read_elastic_scheme(section: &mut Section<'_>) -> (Option<Order>, f64) {
             "leave the key out: the scheme of the full theory has one order",
         );
     }
+    let largest = c_s.map_or(elastic::LARGEST_DAMPING, elastic::largest_damping);
     let damping = section.number("damping", Bounds::within(0.0, elastic::LARGEST_DAMPING));
-    (None, damping.map_or(DEFAULT_LATERAL_DAMPING, value))
+    if let Some(Given { value, span }) = damping.as_ref().filter(|damping| damping.value > largest) {
+        let c_s = c_s.unwrap_or_default();
+        let message = format!("`mesh.damping` = {value:?} is not stable at c_s/c_p = {c_s}");
+        // no number that is refused is offered
+        let offered = (1e4 * largest).floor() / 1e4;
+        section.problem(span.clone(), message, format!("allowed: {}", Bounds::within(0.0, offered)));
+    }
+    (None, damping.map_or(DEFAULT_LATERAL_DAMPING.min(largest), value))
 }
 
 fn read_run(root: &mut Section<'_>) -> (Run, Span) {

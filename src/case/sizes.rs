@@ -10,6 +10,7 @@ use crate::{
     grid::{Edge, MeshKind, Spacing},
     model::{
         CORNER_MARGIN, ModelKind,
+        elastic::FEWEST_ROWS,
         scheme::{Corner, Order},
     },
 };
@@ -91,9 +92,10 @@ impl Plan<'_> {
                     Some(Order::Fourth) => Edge::FOURTH,
                     None => Edge::elastic(c_s, mesh.damping),
                 };
-                let (radius, thickness) = (self.indenter.radius, self.target.thickness);
+                let (radius, h) = (self.indenter.radius, self.target.thickness);
                 let speed = self.model.lateral_speed(c_s);
-                return Some(Spacing::matched(cells, radius, thickness, speed, edge));
+                let spacing = Spacing::matched(cells, radius, h, speed, edge);
+                return self.check_rows(doc, spacing, thickness);
             }
             MeshKind::Paper => Spacing::paper(cells, self.target.thickness),
         };
@@ -105,6 +107,22 @@ impl Plan<'_> {
             doc.problem(thickness, message, "change target.thickness or mesh.cells");
         }
         spacing
+    }
+
+    /// The spacing, if there are rows enough for the scheme.
+    ///
+    /// * `thickness`: its place
+    fn check_rows(&self, doc: &Document, spacing: Spacing, thickness: Span) -> Option<Spacing> {
+        match spacing.layer_rows {
+            Some(rows) if self.model == ModelKind::Elastic && rows < FEWEST_ROWS => {
+                let message = format!("the layer has {rows} rows of cells, too few for model = \"elastic\"");
+                let help =
+                    format!("allowed: at least {FEWEST_ROWS}; make mesh.cells or target.thickness larger");
+                doc.problem(thickness, message, help);
+                None
+            }
+            _ => Some(spacing),
+        }
     }
 
     /// Number of the last step.

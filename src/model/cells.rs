@@ -31,7 +31,8 @@
 //!
 //! `σ·E_r(u^k − u^{k−1})`, the same for v (odd about the axis), with E_r of [`super::scheme`] at λ = 1: 0 for fronts along z, third order
 //! for the rest. An edge of contact that passes nodes faster than shear waves run excites short waves along r that meet on the axis,
-//! with an amplitude that hardly falls with the mesh; this takes them out. Stable for `σ ≤ 2(1 − k)`.
+//! with an amplitude that hardly falls with the mesh; this takes them out. Stable for `σ ≤ 2(1 − k)`, and over targets of c_s > 0.82 for less:
+//! [`super::elastic::largest_damping`].
 //!
 //! # Node by node
 //!

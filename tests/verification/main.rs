@@ -13,6 +13,14 @@ use percuss::{
 
 mod accuracy;
 mod admissible_velocity;
+mod elastic_column;
+mod elastic_energy;
+mod elastic_lamb;
+mod elastic_paraboloid;
+mod elastic_plane_punch;
+mod elastic_stability;
+mod elastic_static;
+mod elastic_wedge;
 mod energy_and_momentum;
 mod engines;
 mod fig2_paraboloid;
