@@ -1,8 +1,8 @@
-//! The built-in cases: every figure of \[KA\], as case files like any other.
+//! The built-in cases: every figure of \[KA\], and some of them in the full theory, as case files like any other.
 
 macro_rules! cases {
     ($($name:literal),* $(,)?) => {
-        /// Name and text of every built-in case, in the order of the paper.
+        /// Name and text of every built-in case, in the order of the paper, those of the full theory last.
         const CASES: &[(&str, &str)] = &[$(($name, include_str!(concat!("builtin/", $name, ".toml")))),*];
     };
 }
@@ -30,6 +30,17 @@ cases!(
     "fig9-m10",
     "fig9-m100",
     "fig9-minf",
+    "elastic-fig2",
+    "elastic-fig2-prescribed",
+    "elastic-fig3",
+    "elastic-fig4",
+    "elastic-fig5",
+    "elastic-fig5-plane",
+    "elastic-fig6a",
+    "elastic-fig7b",
+    "elastic-fig8-m2.5",
+    "elastic-fig8-m5",
+    "elastic-fig8-m10",
 );
 
 /// Names of the built-in cases.

@@ -43,9 +43,9 @@ impl Cases {
         } else {
             let mut text = String::new();
             for (name, answer, title) in &rows {
-                writeln!(text, "{name:<16} {title}").expect("a String grows");
+                writeln!(text, "{name:<23} {title}").expect("a String grows");
                 if let Some(answer) = answer {
-                    writeln!(text, "{:<16}   exact: {answer}", "").expect("a String grows");
+                    writeln!(text, "{:<23}   exact: {answer}", "").expect("a String grows");
                 }
             }
             text
