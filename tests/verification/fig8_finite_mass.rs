@@ -78,7 +78,7 @@ impl Response {
 #[test]
 fn finite_mass_is_a_superposition_of_infinite_mass() {
     let [rounding] = stated("glued punches of mass 2.5, 5, 10, velocity and stress on the axis");
-    let response = Response::new(100, |case| Simulation::new(case));
+    let response = Response::new(100, Simulation::new);
     for (mass, name, ..) in PUNCHES {
         let case = on_mesh(name, 100, &["impact.contact=bilateral", "run.stop=never", "run.end_time=12"]);
         let seen = run(&case, |view| (view.velocity, view.interface.stress_at(0.0)));
