@@ -7,7 +7,7 @@
 #include <stddef.h>
 
 #define LEFT 8
-#define BLOCK 256
+#define BLOCK 128
 
 enum place { SURFACE, INTERIOR, BACKING };
 
