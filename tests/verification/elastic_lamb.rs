@@ -155,8 +155,8 @@ const POISSON_QUARTER: f64 = 0.577_350_269_189_626;
 
 #[test]
 fn rayleigh_waves_arrive_in_time_and_shape() {
-    // Without damping, which takes a third of this pulse within 5 lengths of it (100 cells, x = 1: rms .27, peak .323 instead of .432).
-    // rms measured .027, .041, .058: the lag grows with the way. 50 cells are 16 nodes per length of the pulse.
+    // Without damping: the default, 0.5, takes a quarter of this pulse on its way to x = 1 (100 cells: rms .27, peak .323 instead of
+    // .432). rms measured .027, .041, .058: the lag grows with the way. 50 cells are 16 nodes per length of the pulse.
     let errors = errors(POISSON_QUARTER, &[1.0, 2.0, 3.0], 50);
     for ((rms, late), allowed) in errors.iter().zip([0.035, 0.053, 0.075]) {
         assert!(*rms <= allowed && late.abs() <= 1.01 / 50.0, "{errors:?}");

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The reference case of percuss in other tools: plain C, numba, pystencils, Devito.
+"""The reference case of percuss in other tools: plain C, numba, pystencils, Devito; and the full theory in plain C.
 
     peer.py NAME [-n N] [-t T] [--threads K] [--check]
 
@@ -7,6 +7,9 @@ A flat punch of radius 1 strikes a layer of thickness 1 at speed 1: nodes r = i/
 1/N, rest at r = 4 and z = 1. Every tool sweeps the whole field in every step, in double precision; nothing is recorded.
 Prints one line of JSON: seconds of the steps alone, without start and compilation. `--check` compares the field with a
 computation in NumPy first, on a small mesh.
+
+elastic-c and elastic-c-damped are the same punch, glued, on a layer of the full theory: nodes r = (i + 1/2)/N, both displacements,
+without and with lateral damping 0.5.
 """
 
 import argparse
@@ -61,15 +64,18 @@ def on_pages(shape):
     return memory[first : first + size].view(float).reshape(shape)
 
 
-def plain_c(case, threads):
-    import numpy as np
-
+def compiled(name):
+    """A C file beside this one as a library."""
     here = pathlib.Path(__file__).parent
-    library = pathlib.Path(tempfile.mkdtemp()) / "plain.so"
+    library = pathlib.Path(tempfile.mkdtemp()) / f"{name}.so"
     flags = ["-O3", "-march=native", "-mprefer-vector-width=512", "-ffp-contract=fast", "-fno-math-errno"]
     flags += ["-fopenmp", "-shared", "-fPIC"]
-    subprocess.run(["gcc", *flags, here / "plain.c", "-o", library], check=True)
-    plain = ctypes.CDLL(library)
+    subprocess.run(["gcc", *flags, here / f"{name}.c", "-o", library], check=True)
+    return ctypes.CDLL(library)
+
+
+def plain_c(case, threads):
+    plain = compiled("plain")
     # columns that are a multiple of 4 KiB apart would share sets of the cache
     pitch = (case.nz + 1 + 15) // 16 * 16 + 16
     fields = [on_pages((case.nr + 1, pitch)) for _ in range(2)]
@@ -195,12 +201,121 @@ def in_devito(case, threads):
     return run
 
 
-PEERS = {"plain-c": plain_c, "numba": in_numba, "pystencils": in_pystencils, "devito": in_devito}
+class ElasticCase:
+    """The full theory: cells between nodes, Courant number 1."""
+
+    shear, damping = 0.25, 0.5
+
+    def __init__(self, n, end):
+        import numpy as np
+
+        self.n, self.nz, self.nr, self.punch = n, n, 4 * n, n
+        self.steps, self.push = round(end * n), 1 / n
+        self.lame, self.hourglass = 1 - 2 * self.shear, min(4 * self.shear * (2 - self.shear) / 3, 0.6)
+        i = np.arange(self.nr + 1, dtype=float)
+        # cells by the column at their outer side; lengths in node distances
+        self.cell = np.where(i > 0, 2 * i, 0.25)
+        i[0] = 1
+        self.outer, self.inner = (i + 0.5) / i, (i - 0.5) / i
+        self.outer[0], self.inner[0] = 4, 0
+        self.mass = (self.cell[:-1] + self.cell[1:]) / 2
+        self.mass[0] = 1.25
+        self.lateral_mass = self.mass.copy()
+        self.lateral_mass[0] = 1.5
+
+    def damping_weights(self):
+        import numpy as np
+
+        middle = np.arange(self.nr) + 0.5
+        face = lambda i: np.where(i > 0, i * (i + 1) / (i + 0.5), 0)
+        scale = self.damping / 16
+        return scale * face(middle + 0.5) / middle, scale * face(middle - 1.5) / middle
+
+
+def elastic_in_numpy(case, is_damped):
+    """Displacements at the end, shape (2, nz + 1, nr): cell by cell, from the derivative of their energy."""
+    import numpy as np
+
+    now, before = (np.zeros((2, case.nz + 1, case.nr)) for _ in range(2))
+    out, inw = case.damping_weights()
+    w = case.cell
+    for _ in range(case.steps):
+        # columns -1, the image about the axis, and nr, at rest
+        u = np.pad(now[0], ((0, 0), (1, 1)))
+        v = np.pad(now[1], ((0, 0), (1, 1)))
+        u[:, 0], v[:, 0] = u[:, 1], -v[:, 1]
+        stretch = u[1:] - u[:-1]
+        flow = case.outer * v[:, 1:] - case.inner * v[:, :-1]
+        sink, tilt = u[1:] + u[:-1], v[1:] - v[:-1]
+        axial, lateral = (stretch[:, :-1] + stretch[:, 1:]) / 2, (flow[:-1] + flow[1:]) / 2
+        shear = (sink[:, 1:] - sink[:, :-1] + tilt[:, :-1] + tilt[:, 1:]) / 2
+        a, b = (stretch[:, 1:] - stretch[:, :-1]) / 2, (flow[1:] - flow[:-1]) / 2
+        s, t = w * (axial + case.lame * lateral), w * case.shear * shear
+        h, k = w * case.hourglass * a, case.hourglass * b
+        s[:, 0] *= 2  # the half cell counts whole
+        t[:, 0] = h[:, 0] = 0
+        radial = case.lame * axial + lateral
+        e = (s[:, :-1] + s[:, 1:]) / 2 + (h[:, :-1] - h[:, 1:]) / 2
+        q = (t[:, 1:] - t[:, :-1]) / 2
+        p = (t[:, :-1] + t[:, 1:]) / 2
+        width = 2 * (np.arange(case.nr) + 0.5)
+        upper, lower = (width / 2 * np.diff(radial + sign * k) for sign in (-1, 1))
+        force = np.zeros_like(now)
+        force[0, :-1] += e + q
+        force[0, 1:] += q - e
+        force[1, :-1] += p + upper
+        force[1, 1:] += lower - p
+        force[:, [0, -1]] *= 2
+        new = 2 * now - before + force / np.stack([case.mass, case.lateral_mass])[:, None]
+        if is_damped:
+            moved = np.pad(now - before, ((0, 0), (0, 0), (2, 2)))
+            new += out * (moved[..., 4:] - moved[..., 2:-2]) - inw * (moved[..., 2:-2] - moved[..., :-4])
+        new[0, -1] = 0
+        new[0, 0, : case.punch] = now[0, 0, : case.punch] + case.push
+        now, before = new, now
+    return now
+
+
+def elastic_c(case, threads, is_damped):
+    import numpy as np
+
+    elastic = compiled("elastic")
+    # images to the left; rows that are a multiple of 4 KiB apart would share sets of the cache
+    left = 8
+    pitch = (left + case.nr + 2 + 7) // 8 * 8
+    pitch += 8 if pitch % 512 == 0 else 0
+    fields = [on_pages((case.nz + 1, pitch)) for _ in range(4)]
+    mass, lateral, w = case.mass, case.lateral_mass, case.cell
+    share = np.full(case.nr, 0.25)
+    share[0] = 0.5
+    radii = np.arange(case.nr) + 0.5
+    weights = [case.inner, case.outer, share * w[:-1] / mass, 0.25 * w[1:] / mass, share * case.shear * w[:-1] / lateral,
+               0.25 * case.shear * w[1:] / lateral, 0.5 * radii / lateral, *case.damping_weights()]
+    weights = [np.ascontiguousarray(weight) for weight in weights]
+    pointers = lambda arrays: (ctypes.c_void_p * len(arrays))(*(array.ctypes.data for array in arrays))
+    constants = (ctypes.c_double * 3)(case.shear, case.lame, case.hourglass)
+
+    def run():
+        for field in fields:
+            elastic.elastic_at_rest(ctypes.c_void_p(field.ctypes.data), case.nz + 1, ctypes.c_ssize_t(pitch), threads)
+        start = time.perf_counter()
+        elastic.elastic_sweeps(pointers(fields[:2]), pointers(fields[2:]), pointers(weights), constants, case.nr, case.nz,
+                               ctypes.c_ssize_t(pitch), case.punch, ctypes.c_double(case.push), case.steps, threads, is_damped)
+        seconds = time.perf_counter() - start
+        last = case.steps % 2
+        return seconds, np.stack([fields[last], fields[2 + last]])[..., left : left + case.nr]
+
+    return run
+
+
+SIMPLIFIED = {"plain-c": plain_c, "numba": in_numba, "pystencils": in_pystencils, "devito": in_devito}
+# by whether it damps
+ELASTIC = {"elastic-c": False, "elastic-c-damped": True}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("name", choices=PEERS)
+    parser.add_argument("name", choices=[*SIMPLIFIED, *ELASTIC])
     parser.add_argument("-n", type=int, default=200, help="nodes per unit of length")
     parser.add_argument("-t", type=float, default=6.0, help="end time")
     parser.add_argument("--threads", type=int, default=2)
@@ -208,15 +323,21 @@ def main():
     options = parser.parse_args()
     for name in ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS"):
         os.environ[name] = str(options.threads)
-    make = PEERS[options.name]
+    is_damped = ELASTIC.get(options.name)
+    if is_damped is None:
+        make_case, make, expected = Case, SIMPLIFIED[options.name], in_numpy
+    else:
+        make_case = ElasticCase
+        make = lambda case, threads: elastic_c(case, threads, is_damped)
+        expected = lambda case: elastic_in_numpy(case, is_damped)
     if options.check:
         import numpy as np
 
-        case = Case(40, 6.0)
-        worst = np.abs(make(case, options.threads)()[1] - in_numpy(case)).max()
+        case = make_case(40, 6.0)
+        worst = np.abs(make(case, options.threads)()[1] - expected(case)).max()
         if worst > 1e-11:
             sys.exit(f"{options.name} differs from NumPy by {worst:.1e}")
-    case = Case(options.n, options.t)
+    case = make_case(options.n, options.t)
     seconds, _ = make(case, options.threads)()
     updates = (case.nr + 1) * (case.nz + 1) * case.steps
     print(json.dumps({"peer": options.name, "seconds": seconds, "updates": updates}))

@@ -76,7 +76,7 @@ enum What {
         /// Nodes per unit of length
         #[arg(long, value_delimiter = ',', default_value = "250,500,1000,2000")]
         cells: Vec<usize>,
-        /// End time on the paper's mesh; on the matched one, whose steps are twice as long, twice as much
+        /// End time; with order 2 and 4, whose steps are twice as long, twice as much
         #[arg(long, default_value_t = 6.0)]
         end: f64,
         /// Mesh and scheme
@@ -86,6 +86,7 @@ enum What {
 }
 
 /// A scheme with its mesh. All have as many nodes and steps: nodes 1/N apart out to r = 4, N rows, 6N steps.
+/// Those of the full theory have two displacements per node.
 #[derive(Clone, Copy, ValueEnum)]
 enum Scheme {
     /// The paper's mesh, order 2
@@ -94,6 +95,10 @@ enum Scheme {
     Order2,
     /// The matched mesh, order 4 with damping, on the same
     Order4,
+    /// The full theory with its default damping
+    Elastic,
+    /// The full theory without damping
+    ElasticUndamped,
 }
 
 impl Scheme {
@@ -103,8 +108,12 @@ impl Scheme {
             Self::Paper => ("paper", &[]),
             Self::Order2 => ("matched", &["mesh.order=2", "mesh.damping=0.0", "target.thickness=2.0"]),
             Self::Order4 => ("matched", &["mesh.order=4", "mesh.damping=1.0", "target.thickness=2.0"]),
+            Self::Elastic => ("matched", &["model=elastic"]),
+            Self::ElasticUndamped => ("matched", &["model=elastic", "mesh.damping=0.0"]),
         };
-        let end = if mesh == "paper" { end } else { 2.0 * end };
+        // steps of Δr/c_s
+        let is_twice = matches!(self, Self::Order2 | Self::Order4);
+        let end = if is_twice { 2.0 * end } else { end };
         let mut settings = vec![format!("mesh.kind={mesh}"), format!("mesh.cells={n}")];
         settings.extend(["mesh.outer_radius=4".to_owned(), format!("run.end_time={end:?}")]);
         settings.extend(rest.iter().map(|&setting| setting.to_owned()));
