@@ -41,6 +41,7 @@
 //! | [`simulation`] | the order of one step |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
 //! | [`admissible`] | the impact velocity that keeps the strain within the limit, by trials |
+//! | [`trust`] | estimated error of the simplified theory against the full one |
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::closed_form`] chooses the one for a case |
 //! | [`study`] | a case on refined meshes: orders, extrapolated values, error bars |
 //! | [`view`] | what one step shows to observers |
@@ -59,7 +60,8 @@
 //! `units, material, shape, indenter, grid, surface` use nothing of ours but each other's plain types; `model` uses
 //! `surface, grid`; `contact` uses `surface, shape, indenter, grid`; `simulation` uses `case, model, contact, view`;
 //! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver; `session` uses
-//! `simulation, exact, channels, recording` and is the loop of `study`, `admissible`, `cost` and `cli`. `study` and `admissible`
+//! `simulation, exact, channels, recording` and is the loop of `study`, `admissible`, `cost` and `cli`. `trust` uses
+//! `case, exact`, never the solver. `study` and `admissible`
 //! record nothing; `cost` records coarser cases and reads them back.
 //!
 //! [`cli`], [`live`] and [`cost`] belong to the program and its default feature `cli`.
@@ -134,6 +136,7 @@ mod shape;
 pub mod simulation;
 pub mod study;
 pub mod surface;
+pub mod trust;
 mod units;
 pub mod validity;
 pub mod view;

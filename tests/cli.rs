@@ -475,6 +475,36 @@ fn built_in_cases_are_listed_and_valid() {
 }
 
 #[test]
+fn errors_of_the_simplified_theory_are_noted() {
+    let folder = folder();
+    let coarse = ["--set", "mesh.cells=20", "--set", "record.frames=0"];
+    let run =
+        |verb: &str, more: &[&str]| percuss(folder.path(), &[&[verb, "fig5"], &coarse[..], more].concat());
+    let note = "note: for c_s/c_p = 0.5 the simplified theory errs by about 40 % in the drag at t = 6; model = \"elastic\"";
+    let output = run("run", &[]);
+    assert!(output.status.success() && output.stdout.is_empty());
+    assert_eq!(stderr(&output).matches("note:").count(), 1);
+    assert!(stderr(&output).contains(note), "{}", stderr(&output));
+    let output = run("check", &[]);
+    assert!(stderr(&output).contains(note) && !String::from_utf8_lossy(&output.stdout).contains("note"));
+    // not where it is small, nor in the full theory
+    for more in [["--set", "run.end_time=0.5"], ["--set", "model=elastic"]] {
+        assert!(!stderr(&run("check", &more)).contains("note"), "{more:?}");
+    }
+    assert!(run("run", &["--quiet", "--force"]).stderr.is_empty());
+    let error = |more: &[&str]| {
+        let output = run("check", &[more, &["--json"]].concat());
+        assert!(output.stderr.is_empty(), "{}", stderr(&output));
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        json["theory_error"].clone()
+    };
+    let found = error(&[]);
+    assert_eq!((&found["quantity"], &found["time"]), (&"drag".into(), &6.0.into()));
+    assert!(found["error"].as_f64().is_some_and(|error| (0.35..0.45).contains(&error)), "{found}");
+    assert!(error(&["--set", "model=elastic"]).is_null());
+}
+
+#[test]
 fn closed_forms_are_recorded_or_refused() {
     let folder = folder();
     let output = percuss(folder.path(), &["exact", "fig2a"]);

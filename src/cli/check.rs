@@ -9,6 +9,7 @@ use crate::{
     admissible::{self, Trial},
     case::{Case, Sizes},
     cost::{BYTES_TOLERANCE, Estimate, PATIENCE, RunEstimate, TIME_FACTOR},
+    trust::TheoryError,
     validity::STRAIN_LIMIT,
 };
 
@@ -43,9 +44,13 @@ impl Check {
         }
         let estimate = Estimate::new(&case);
         let admissible = self.admissible.then(|| find_velocity(&case)).transpose()?;
+        let theory = TheoryError::of(&case);
         let text = if self.json {
-            json(&case, &estimate, admissible)
+            json(&case, &estimate, admissible, theory)
         } else {
+            if let Some(error) = theory.filter(TheoryError::is_notable) {
+                eprintln!("note: {error}");
+            }
             table(&self.case.case, &case, &estimate, admissible)
         };
         print(&text)?;
@@ -68,7 +73,7 @@ fn metres_per_second(case: &Case, velocity: f64) -> Option<f64> {
     Some(velocity * case.scales().speed?)
 }
 
-fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>) -> String {
+fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, theory: Option<TheoryError>) -> String {
     let run = estimate.run;
     let mut value = serde_json::json!({
         "version": 2,
@@ -86,6 +91,11 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>) -> String {
             "stops_at": run.and_then(|run| run.stops_at),
             "trial_cells": run.map(|run| run.trial_cells),
         },
+        "theory_error": theory.map(|theory| serde_json::json!({
+            "quantity": theory.quantity.name(),
+            "error": theory.error,
+            "time": theory.time,
+        })),
     });
     if let Some(Trial { velocity, strain, nodes }) = admissible {
         value["admissible"] = serde_json::json!({

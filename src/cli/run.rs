@@ -19,6 +19,7 @@ use crate::{
     live::{Live, Pace},
     session::{self, Recording, RunError, Source},
     simulation::{Engine, Simulation},
+    trust::TheoryError,
     view::View,
 };
 
@@ -70,6 +71,9 @@ impl Run {
         let mut recording = recording.map_err(RunError::from)?;
         let mut progress = Progress::new(case.sizes.steps, case.sizes.dt, self.output.quiet);
         progress.say(&self.heading(&case));
+        if let Some(error) = TheoryError::of(&case).filter(TheoryError::is_notable) {
+            progress.say(&format!("note: {error}"));
+        }
         if let Some(live) = &live {
             recording.tap(live.tap()).map_err(RunError::from)?;
             live.wait_for(self.wait.unwrap_or(0), is_over);

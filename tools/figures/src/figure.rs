@@ -1,6 +1,6 @@
 //! The parts of a figure of the page.
 
-use percuss_picture::{Curve, Panel};
+use percuss_picture::{Curve, Image, Panel};
 
 use crate::lab::{Made, Points};
 
@@ -15,8 +15,12 @@ pub struct Figure {
     pub text: String,
     /// Diagrams, one below the other.
     pub panels: Vec<Panel>,
+    /// A matrix instead of diagrams, and the values at the ends of its colours.
+    pub image: Option<(Image, (f64, f64))>,
     /// Recordings it was drawn from.
     pub made: Vec<Made>,
+    /// Commands of runs whose recordings are not kept.
+    pub commands: Vec<String>,
     /// Statements of the paper with the computed values.
     pub statements: Vec<Statement>,
 }
@@ -66,6 +70,21 @@ impl Verdict {
 }
 
 impl Figure {
+    /// Number in the paper, if it has one, and title.
+    pub fn heading(&self) -> String {
+        let Self { id, title, .. } = self;
+        if id.starts_with(|first: char| first.is_ascii_digit()) {
+            format!("Fig. {id}: {title}")
+        } else {
+            title.clone()
+        }
+    }
+
+    /// The commands behind it.
+    pub fn commands(&self) -> impl Iterator<Item = &str> {
+        self.made.iter().map(|made| &made.command).chain(&self.commands).map(String::as_str)
+    }
+
     /// Remark, with the curves that the axes cut.
     pub fn remark(&self) -> String {
         let mut text = self.text.clone();

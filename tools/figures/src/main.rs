@@ -1,14 +1,16 @@
 //! Every figure of the paper, computed, drawn and compared with what the paper states.
 //!
 //! One command runs the built-in cases with the command line of percuss, keeps their recordings, reads them with the
-//! reader, draws every figure as SVG and PNG and writes one page, in Markdown and HTML.
+//! reader, draws every figure as SVG and PNG and writes one page, in Markdown and HTML; and a second one that compares the
+//! simplified with the full theory.
 //!
 //! | Module | Owns |
 //! |---|---|
 //! | `lab` | running cases and reading their recordings |
 //! | `paper` | the figures, one file per kind of indenter, with the paper's statements |
 //! | `noise` | the share of mesh noise in a curve |
-//! | `figure`, `page` | the parts of a figure; the page |
+//! | `theories` | the simplified against the full theory |
+//! | `figure`, `page` | the parts of a figure; the pages |
 
 use std::{
     fs,
@@ -19,15 +21,16 @@ use std::{
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use percuss_picture::Medium;
+use percuss_picture::{Medium, draw_image};
 
-use crate::{figure::Figure, lab::Lab};
+use crate::{figure::Figure, lab::Lab, page::Page};
 
 mod figure;
 mod lab;
 mod noise;
 mod page;
 mod paper;
+mod theories;
 
 /// Computes every figure of the paper and writes a page that compares it with what the paper states.
 #[derive(Debug, Parser)]
@@ -36,6 +39,7 @@ mod paper;
     after_help = "\
 Examples:
   percuss-figures                     into the folder `figures`: index.html, index.md, pictures, recordings
+  percuss-figures --only theories     the simplified against the full theory alone: theories.html, theories.md
   percuss-figures -o /tmp/page --force"
 )]
 struct Arguments {
@@ -45,6 +49,18 @@ struct Arguments {
     /// Write into an existing folder
     #[arg(long)]
     force: bool,
+    /// Write this page alone
+    #[arg(long, value_enum)]
+    only: Option<Which>,
+}
+
+/// A page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Which {
+    /// The figures of the paper
+    Paper,
+    /// The simplified against the full theory
+    Theories,
 }
 
 /// Why there is no page.
@@ -97,27 +113,47 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         let text = format!("`{}` exists; choose another folder with -o, or add --force", folder.display());
         return Err(Failure(text));
     }
-    let recordings = folder.join("recordings");
-    fs::create_dir_all(&recordings)?;
     let progress = Progress::new();
-    let lab = Lab::new(recordings, &progress);
-    let figures = paper::figures(&lab)?;
-    for figure in &figures {
-        progress.next(&format!("drawing Fig. {}", figure.id));
+    let mut index = None;
+    if arguments.only != Some(Which::Theories) {
+        let recordings = folder.join("recordings");
+        fs::create_dir_all(&recordings)?;
+        let lab = Lab::new(recordings, &progress);
+        let figures = paper::figures(&lab)?;
+        let tables = vec![paper::closed_forms(&progress)?, noise::table(&lab)?];
+        index = Some(write("index", &Page::of_the_paper(figures, tables), folder, &progress)?);
+    }
+    if arguments.only != Some(Which::Paper) {
+        let path = write("theories", &theories::page(&progress)?, folder, &progress)?;
+        index.get_or_insert(path);
+    }
+    progress.bar.finish_and_clear();
+    if let Some(path) = index {
+        println!("{}", path.display());
+    }
+    Ok(())
+}
+
+/// Writes a page and its pictures; gives the path of its HTML.
+fn write(name: &str, page: &Page, folder: &Path, progress: &Progress) -> Result<PathBuf, Failure> {
+    fs::create_dir_all(folder)?;
+    for figure in &page.figures {
+        progress.next(&format!("drawing {}", figure.heading()));
         draw(figure, folder)?;
     }
-    let tables = [paper::closed_forms(&progress)?, noise::table(&lab)?];
-    fs::write(folder.join("index.md"), page::markdown(&figures, &tables))?;
-    fs::write(folder.join("index.html"), page::html(&figures, &tables))?;
-    progress.bar.finish_and_clear();
-    println!("{}", folder.join("index.html").display());
-    Ok(())
+    fs::write(folder.join(format!("{name}.md")), page::markdown(page))?;
+    let path = folder.join(format!("{name}.html"));
+    fs::write(&path, page::html(page))?;
+    Ok(path)
 }
 
 fn draw(figure: &Figure, folder: &Path) -> Result<(), Failure> {
     for (medium, extension) in [(Medium::Svg, "svg"), (Medium::Png, "png")] {
-        let picture = percuss_picture::draw(&figure.panels, medium);
-        let picture = picture.map_err(|text| Failure(format!("Fig. {}: {text}", figure.id)))?;
+        let picture = match &figure.image {
+            Some((image, range)) => draw_image(image, Some(*range), medium),
+            None => percuss_picture::draw(&figure.panels, medium),
+        };
+        let picture = picture.map_err(|text| Failure(format!("{}: {text}", figure.heading())))?;
         fs::write(folder.join(format!("fig{}.{extension}", figure.id)), picture)?;
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! The page: figure by figure, pictures, commands, and a table of statements of the paper and computed values.
+//! The pages: figure by figure, pictures, commands, and a table of statements of the paper and computed values.
 
 use std::fmt::Write as _;
 
@@ -14,54 +14,84 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-const TITLE: &str = "The figures of the paper, computed";
+/// A page.
+pub struct Page {
+    /// Title.
+    pub title: &'static str,
+    /// Paragraphs above the figures.
+    pub introduction: Vec<String>,
+    /// Figures.
+    pub figures: Vec<Figure>,
+    /// Tables below the figures.
+    pub tables: Vec<Table>,
+    /// Sentence at the end, if there is one.
+    pub ending: String,
+}
 
 const INTRODUCTION: &str = "\
 Every figure of V. D. Kubenko and M. V. Ayzenberg-Stepanenko, *Impact indentation of a rigid body into an elastic layer. \
 Axisymmetric problem*, computed by percuss, drawn from its recordings, and held against what the paper states and against \
 closed forms. Dashed black curves are closed forms. Apart from the paper's statements no number on this page was typed in: \
-`percuss-figures` computes, draws and writes all of it.";
+`percuss-figures` computes, draws and writes all of it. A second page compares the simplified with the full theory: `theories.html`.";
 
-/// The page in Markdown.
-pub fn markdown(figures: &[Figure], tables: &[Table]) -> String {
-    let mut text = format!("# {TITLE}\n\n{INTRODUCTION}\n\n{}\n", summary(figures));
-    for figure in figures {
-        write!(text, "\n## {}\n\n{}\n\n", heading(figure), figure.remark()).expect("a String grows");
+impl Page {
+    /// The page of the paper's figures.
+    pub fn of_the_paper(figures: Vec<Figure>, tables: Vec<Table>) -> Self {
+        let introduction = vec![INTRODUCTION.to_owned(), summary(&figures)];
+        Self {
+            title: "The figures of the paper, computed",
+            introduction,
+            figures,
+            tables,
+            ending: String::new(),
+        }
+    }
+}
+
+/// A page in Markdown.
+pub fn markdown(page: &Page) -> String {
+    let mut text = format!("# {}\n\n{}\n", page.title, page.introduction.join("\n\n"));
+    for figure in &page.figures {
+        write!(text, "\n## {}\n\n{}\n\n", figure.heading(), figure.remark()).expect("a String grows");
         write!(text, "![{0}](fig{1}.png)\n\n", figure.title, figure.id).expect("a String grows");
         let rows = statement_rows(&figure.statements);
         if rows.len() > 1 {
             text.push_str(&markdown_table(&rows));
             text.push('\n');
         }
-        for made in &figure.made {
-            writeln!(text, "    {}", made.command).expect("a String grows");
+        for command in figure.commands() {
+            writeln!(text, "    {command}").expect("a String grows");
         }
     }
-    for table in tables {
+    for table in &page.tables {
         write!(text, "\n## {}\n\n{}\n\n", table.title, table.text).expect("a String grows");
         text.push_str(&markdown_table(&table.rows));
+    }
+    if !page.ending.is_empty() {
+        write!(text, "\n{}\n", page.ending).expect("a String grows");
     }
     text
 }
 
-/// The page in HTML.
-pub fn html(figures: &[Figure], tables: &[Table]) -> String {
+/// A page in HTML.
+pub fn html(page: &Page) -> String {
     const STYLE: &str = "\
 body { font: 16px/1.5 sans-serif; color: #222; background: #fff; max-width: 60rem; margin: 2rem auto; padding: 0 1rem }
 img { max-width: 100%; height: auto } table { border-collapse: collapse; margin: 1rem 0 }
 td, th { border: 1px solid #bbb; padding: .3rem .6rem; text-align: left; vertical-align: top; font-size: 14px }
 .differs { background: #fdebd8 } pre { background: #f4f4f4; padding: .6rem; overflow-x: auto; font-size: 13px }";
+    let title = page.title;
     let mut text = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><title>{TITLE}</title>\n<style>\n{STYLE}\n</style></head>\n<body>\n<h1>{TITLE}</h1>\n<p>{}</p>\n<p>{}</p>\n",
-        inline(INTRODUCTION),
-        inline(&summary(figures)),
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><title>{title}</title>\n<style>\n{STYLE}\n</style></head>\n<body>\n<h1>{title}</h1>\n",
     );
-    for figure in figures {
+    let paragraph = |paragraph: &String| format!("<p>{}</p>\n", inline(paragraph));
+    text.extend(page.introduction.iter().map(paragraph));
+    for figure in &page.figures {
         let (id, title) = (&figure.id, escape(&figure.title));
         write!(
             text,
             "<h2>{}</h2>\n<p>{}</p>\n<p><a href=\"fig{id}.svg\"><img src=\"fig{id}.png\" alt=\"{title}\"></a></p>\n",
-            escape(&heading(figure)),
+            escape(&figure.heading()),
             inline(&figure.remark()),
         )
         .expect("a String grows");
@@ -69,22 +99,21 @@ td, th { border: 1px solid #bbb; padding: .3rem .6rem; text-align: left; vertica
         if rows.len() > 1 {
             text.push_str(&html_table(&rows));
         }
-        let commands: Vec<String> = figure.made.iter().map(|made| escape(&made.command)).collect();
+        let commands: Vec<String> = figure.commands().map(escape).collect();
         if !commands.is_empty() {
             writeln!(text, "<pre>{}</pre>", commands.join("\n")).expect("a String grows");
         }
     }
-    for table in tables {
+    for table in &page.tables {
         write!(text, "<h2>{}</h2>\n<p>{}</p>\n", escape(&table.title), inline(&table.text))
             .expect("a String grows");
         text.push_str(&html_table(&table.rows));
     }
+    if !page.ending.is_empty() {
+        text.push_str(&paragraph(&page.ending));
+    }
     text.push_str("</body>\n</html>\n");
     text
-}
-
-fn heading(figure: &Figure) -> String {
-    format!("Fig. {}: {}", figure.id, figure.title)
 }
 
 fn summary(figures: &[Figure]) -> String {
@@ -188,7 +217,13 @@ mod tests {
             statements: vec![statement("1", "2 | 3", Verdict::Differs, "`x` and *y*")],
             ..Figure::default()
         };
-        let pages = (markdown(std::slice::from_ref(&figure), &[]), html(&[figure], &[]));
+        let page = Page {
+            ending: "*The* end.".into(),
+            figures: vec![figure],
+            ..Page::of_the_paper(Vec::new(), Vec::new())
+        };
+        let pages = (markdown(&page), html(&page));
+        assert!(pages.0.ends_with("\n*The* end.\n") && pages.1.contains("<p><em>The</em> end.</p>"));
         assert!(pages.0.contains("| 1 | 2 \\| 3 | differs | `x` and *y* |"), "{}", pages.0);
         assert!(pages.1.contains("<td>2 | 3</td>") && pages.1.contains("<em>y</em>"), "{}", pages.1);
         assert!(pages.1.contains("a &lt; b") && pages.1.contains("class=\"differs\""));

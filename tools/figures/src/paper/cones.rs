@@ -89,6 +89,7 @@ fn cone(lab: &Lab<'_>, id: &str, rate: f64) -> Result<(Figure, Made), Failure> {
             ),
         ],
         made: vec![run.clone(), closed],
+        ..Figure::default()
     };
     Ok((figure, run))
 }
@@ -148,6 +149,7 @@ fn layer(lab: &Lab<'_>, half_space: &Made) -> Result<Figure, Failure> {
             ),
         ],
         made: vec![run, closed],
+        ..Figure::default()
     })
 }
 
@@ -199,5 +201,6 @@ fn head(lab: &Lab<'_>, id: &str, case: &str, rate: f64, target: &str) -> Result<
             ),
         ],
         made: vec![run, closed, flat],
+        ..Figure::default()
     })
 }

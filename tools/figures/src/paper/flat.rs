@@ -64,6 +64,7 @@ fn fig4(lab: &Lab<'_>) -> Result<Figure, Failure> {
             ),
         ],
         made: vec![run],
+        ..Figure::default()
     })
 }
 
@@ -116,6 +117,7 @@ fn fig5a(lab: &Lab<'_>, disc: &Made, strip: &Made) -> Result<Figure, Failure> {
             ),
         ],
         made: vec![run, disc.clone(), strip.clone()],
+        ..Figure::default()
     })
 }
 
@@ -152,5 +154,6 @@ fn fig5b(disc: Made) -> Result<Figure, Failure> {
             format!("computed within {inner:.2} % of the closed form for r < 0.9, {outer:.1} % for r < 0.98"),
         )],
         made: vec![disc],
+        ..Figure::default()
     })
 }

@@ -75,6 +75,7 @@ fn fig8(lab: &Lab<'_>) -> Result<Figure, Failure> {
         panels,
         statements,
         made,
+        ..Figure::default()
     })
 }
 
@@ -135,6 +136,7 @@ fn fig9(lab: &Lab<'_>) -> Result<Figure, Failure> {
         panels: vec![panel],
         statements,
         made,
+        ..Figure::default()
     })
 }
 

@@ -64,6 +64,7 @@ fn fig2a(lab: &Lab<'_>, theory: &Made) -> Result<Figure, Failure> {
             ),
         ],
         made: vec![theory.clone(), twin, computed, coarse_twin, coarse],
+        ..Figure::default()
     })
 }
 
@@ -120,6 +121,7 @@ fn fig2b(lab: &Lab<'_>, theory: &Made, body: Made) -> Result<Figure, Failure> {
         panels: vec![over_time("V0 = 0.1, k = 0.2, h = 1, c_s = 0.5", curves)],
         statements,
         made: vec![body, first, second],
+        ..Figure::default()
     })
 }
 
@@ -163,5 +165,6 @@ fn fig3b(lab: &Lab<'_>) -> Result<Figure, Failure> {
             ),
         ],
         made: vec![run, closed, fine],
+        ..Figure::default()
     })
 }
