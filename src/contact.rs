@@ -102,11 +102,7 @@ impl Contact {
         let is_under_punch = |i: &usize| rule == Rule::Prescribed || shape.profile(grid.r(*i)).is_finite();
         let partial: Vec<PartialContact> = (0..nr)
             .take_while(is_under_punch)
-            .map(|i| {
-                // a prescribed motion leaves no edge to the scheme
-                let support = if rule == Rule::Prescribed { grid.support(i) } else { grid.seen_support(i) };
-                PartialContact::new(&shape, grid, (i, support), half_width, slowness)
-            })
+            .map(|i| PartialContact::new(&shape, grid, i, half_width, slowness))
             .collect();
         let profile: Vec<f64> = partial.iter().map(|node| node.mean).take_while(|f| f.is_finite()).collect();
         Self {

@@ -74,7 +74,7 @@ impl Spacing {
         edge: Edge,
     ) -> Self {
         // (cells − ½ + offset − slope)·Δr + slope·c·Δz = R
-        let (cells, Edge { offset, slope, .. }) = (cells as f64, edge);
+        let (cells, Edge { offset, slope }) = (cells as f64, edge);
         let dr = |slip: Option<f64>| match (radius, slip) {
             (None, _) => 1.0 / cells,
             (Some(radius), None) => radius / (cells - 0.5 + offset),
@@ -181,8 +181,6 @@ pub struct Grid {
     /// True if the scheme has cells between nodes, in which displacements along r alternate freely.
     pub cells_between_nodes: bool,
     half_cell_start: bool,
-    /// How far beyond nodes the scheme sees them touched by a moving edge \[R\].
-    edge_shift: f64,
 }
 
 impl Grid {
@@ -205,7 +203,6 @@ impl Grid {
             face: Vec::new(),
             cells_between_nodes: false,
             half_cell_start,
-            edge_shift: 0.0,
         };
         for i in 0..nr {
             let (inner, outer) = grid.cell(i);
@@ -223,18 +220,15 @@ impl Grid {
     /// The same matched mesh for cells between nodes, half of each at either of its columns: node 0 of an axisymmetric mesh has
     /// 5/4 of its own cell, Δr²/4 + ½·2Δr².
     ///
-    /// * `edge`: where their scheme sees an edge
-    ///
     /// # Panics
     ///
     /// On the paper's mesh.
-    pub fn with_cells_between_nodes(mut self, edge: Edge) -> Self {
+    pub fn with_cells_between_nodes(mut self) -> Self {
         assert!(!self.half_cell_start, "cells between nodes need the matched mesh");
         if self.geometry == Geometry::Axisymmetric {
             self.area[0] = 1.25 * self.dr * self.dr;
         }
         self.cells_between_nodes = true;
-        self.edge_shift = edge.damped * self.dr;
         self
     }
 
@@ -268,14 +262,6 @@ impl Grid {
     pub fn support(&self, i: usize) -> Support {
         let middle = self.r(i);
         if self.half_cell_start { Support::Point(middle) } else { Support::Hat { middle, width: self.dr } }
-    }
-
-    /// [`Grid::support`] where the scheme sees a node touched by an edge that moves freely, see [`Edge::damped`].
-    pub fn seen_support(&self, i: usize) -> Support {
-        match self.support(i) {
-            Support::Hat { middle, width } => Support::Hat { middle: middle + self.edge_shift, width },
-            other => other,
-        }
     }
 
     /// Weights of the conservative radial operator, shape `(nr,)` each, dimensionless:

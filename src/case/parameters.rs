@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{FrameSteps, Frames, resolved};
 use crate::{
     contact::Rule,
-    grid::{Edge, Geometry, Grid, MeshKind, Spacing},
+    grid::{Geometry, Grid, MeshKind, Spacing},
     material::Material,
     model::{
         Field, ModelKind,
@@ -64,10 +64,7 @@ impl Parameters {
         let grid = Grid::new(self.geometry, self.mesh.kind, spacing, nr, nz);
         match self.model {
             ModelKind::Rakhmatulin => grid,
-            ModelKind::Elastic => {
-                let c_s = self.target.material.shear_wave_speed;
-                grid.with_cells_between_nodes(Edge::elastic(c_s, self.mesh.damping))
-            }
+            ModelKind::Elastic => grid.with_cells_between_nodes(),
         }
     }
 

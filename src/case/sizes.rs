@@ -90,7 +90,7 @@ impl Plan<'_> {
                 let edge = match mesh.order {
                     Some(Order::Second) => Edge::SECOND,
                     Some(Order::Fourth) => Edge::FOURTH,
-                    None => Edge::elastic(c_s, mesh.damping),
+                    None => Edge::elastic(c_s),
                 };
                 let (radius, h) = (self.indenter.radius, self.target.thickness);
                 let speed = self.model.lateral_speed(c_s);

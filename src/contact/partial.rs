@@ -48,17 +48,10 @@ pub(crate) const HALF_WIDTH: f64 = 1.5;
 const SLIVER: f64 = 1e-9;
 
 impl PartialContact {
-    /// * `support`: of the node
     /// * `half_width`: half-width of the hat in depth under a head that is not flat \[R\]
     /// * `slowness`: depth that the indenter moves while waves run along the surface by 1, V0/c_s
-    pub(super) fn new(
-        shape: &Shape,
-        grid: &Grid,
-        (i, support): (usize, Support),
-        half_width: f64,
-        slowness: f64,
-    ) -> Self {
-        let geometry = grid.geometry;
+    pub(super) fn new(shape: &Shape, grid: &Grid, i: usize, half_width: f64, slowness: f64) -> Self {
+        let (geometry, support) = (grid.geometry, grid.support(i));
         let (inner, outer) = grid.cell(i);
         let is_point = matches!(support, Support::Point(_));
         let cell = if is_point { support } else { Support::Cell { inner, outer } };

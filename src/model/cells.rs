@@ -29,8 +29,9 @@
 //!
 //! # Lateral damping
 //!
-//! `σ·E_r(u^k − u^{k−1})`, the same for v (odd about the axis), with E_r of [`super::scheme`] at λ = 1: 0 for fronts along z, third order
-//! for the rest. An edge of contact that passes nodes faster than shear waves run excites short waves along r that meet on the axis,
+//! `u^{k+1} −= 4σ·E_r²(u^k − u^{k−1})`, the same for v (odd about the axis), with E_r of [`super::scheme`] at λ = 1, `E_r ~ y(1 − y)`: 0 for
+//! fronts along z, fifth order for the rest. (E_r alone, third order, is a viscosity: it takes a quarter of a Rayleigh pulse of 60 nodes
+//! over 100 nodes, and moves the edge of contact by 0.08 cells. Its square has the same strength at q_r = π/2 and does neither.) An edge of contact that passes nodes faster than shear waves run excites short waves along r that meet on the axis,
 //! with an amplitude that hardly falls with the mesh; this takes them out. Stable for `σ ≤ 2(1 − k)`, and over targets of c_s > 0.82 for less:
 //! [`super::elastic::largest_damping`].
 //!
@@ -136,11 +137,22 @@ pub fn lateral_area(grid: &Grid, i: usize) -> Option<f64> {
     }
 }
 
-/// Radial weights of the lateral damping by column, shape `(nr,)`.
+/// Radial weights of `√(4σ)·E_r` by column, shape `(nr,)`, of u and of v. At the axis they go with the masses there, so that the
+/// operator is symmetric.
 ///
 /// * `damping`: σ
-pub fn damping_weights(grid: &Grid, damping: f64) -> Vec<RadialWeights> {
-    scheme::double_weights(grid, damping / 16.0)
+pub fn damping_weights(grid: &Grid, damping: f64) -> [Vec<RadialWeights>; 2] {
+    let weights = scheme::double_weights(grid, (4.0 * damping).sqrt() / 16.0);
+    let area = grid.cell(0).1 * if grid.geometry == Geometry::Plane { 1.0 } else { grid.cell(0).1 };
+    [grid.area.first().copied(), lateral_area(grid, 0)].map(|mass| {
+        let share = mass.map_or(1.0, |mass| area / mass);
+        let mut weights = weights.clone();
+        if let Some(axis) = weights.first_mut() {
+            axis.outward *= share;
+            axis.inward *= share;
+        }
+        weights
+    })
 }
 
 /// Difference below − above and sum of something in both rows of cells at a row of nodes.

@@ -53,7 +53,7 @@ pub struct Elastic {
     /// Lateral damping σ.
     damping_number: f64,
     /// Weights of the lateral damping, if there is any.
-    damping: Option<Vec<RadialWeights>>,
+    damping: Option<[Vec<RadialWeights>; 2]>,
 }
 
 impl Elastic {
@@ -132,12 +132,18 @@ impl Elastic {
 
     /// What lateral damping adds to displacement number `field` of node (j, i).
     fn damped(&self, before: &Level<2>, now: &Level<2>, field: usize, j: usize, i: usize) -> Option<f64> {
-        let weights = self.damping.as_ref()?[i];
-        let moved = [-2, 0, 2].map(|di| {
-            let i = i as isize + di;
-            self.at(now, field, j, i) - self.at(before, field, j, i)
-        });
-        Some(scheme::double_radial(moved, weights))
+        let weights = &self.damping.as_ref()?[field];
+        let moved = |i: isize| self.at(now, field, j, i) - self.at(before, field, j, i);
+        // −√(4σ)·E_r of it, which has the images that it has
+        let once = |i: isize| {
+            let column = scheme::image_column(i);
+            let sign = if i < 0 && field == 1 { -1.0 } else { 1.0 };
+            let Some(weights) = weights.get(column) else { return 0.0 };
+            let i = column as isize;
+            sign * scheme::double_radial([moved(i - 2), moved(i), moved(i + 2)], *weights)
+        };
+        let i = i as isize;
+        Some(-scheme::double_radial([once(i - 2), once(i), once(i + 2)], weights[i as usize]))
     }
 
     /// Strains of the cell between rows j and j+1 at the inner side of column `i`.
@@ -239,8 +245,8 @@ impl Elastic {
     }
 
     /// Weights of the lateral damping by column, if there is any.
-    pub(super) fn damping(&self) -> Option<&[RadialWeights]> {
-        self.damping.as_deref()
+    pub(super) fn damping(&self) -> Option<&[Vec<RadialWeights>; 2]> {
+        self.damping.as_ref()
     }
 
     /// Share of a row's cells in the mass of its nodes.

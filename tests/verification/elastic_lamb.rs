@@ -12,7 +12,7 @@
 use std::f64::consts::PI;
 
 use percuss::{
-    grid::{Edge, Geometry, Grid, MeshKind, Spacing},
+    grid::{Geometry, Grid, MeshKind, Spacing},
     model::{FrameFields, Model, elastic::Elastic},
     surface::Surface,
 };
@@ -109,8 +109,7 @@ fn computed(c_s: f64, places: &[f64], damping: f64, cells: usize) -> Vec<(f64, V
     // no wave returns from the outer boundary or from below
     let (nr, nz) = ((0.5 * (far + end) / step) as usize + 20, steps / 2 + 4);
     let spacing = Spacing { dr: step, dz: step, layer_rows: None };
-    let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, nr, nz)
-        .with_cells_between_nodes(Edge::elastic(c_s, damping));
+    let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, nr, nz).with_cells_between_nodes();
     let nodes: Vec<usize> = places.iter().map(|x| (x / step) as usize).collect();
     let mut seen: Vec<_> = nodes.iter().map(|&i| (grid.r(i), Vec::new())).collect();
     let area = grid.area[0];
@@ -136,8 +135,8 @@ fn computed(c_s: f64, places: &[f64], damping: f64, cells: usize) -> Vec<(f64, V
 }
 
 /// Relative errors at the places: rms, and how much later than it should the peak arrives.
-fn errors(c_s: f64, places: &[f64], cells: usize) -> Vec<(f64, f64)> {
-    let seen = computed(c_s, places, 0.0, cells);
+fn errors(c_s: f64, places: &[f64], damping: f64, cells: usize) -> Vec<(f64, f64)> {
+    let seen = computed(c_s, places, damping, cells);
     let compare = |(x, series): (f64, Vec<(f64, f64)>)| {
         let pairs: Vec<[f64; 3]> = series.iter().map(|&(t, u)| [t, u, displacement(c_s, x, t)]).collect();
         let peak =
@@ -155,9 +154,8 @@ const POISSON_QUARTER: f64 = 0.577_350_269_189_626;
 
 #[test]
 fn rayleigh_waves_arrive_in_time_and_shape() {
-    // Without damping: the default, 0.5, takes a quarter of this pulse on its way to x = 1 (100 cells: rms .27, peak .323 instead of
-    // .432). rms measured .027, .041, .058: the lag grows with the way. 50 cells are 16 nodes per length of the pulse.
-    let errors = errors(POISSON_QUARTER, &[1.0, 2.0, 3.0], 50);
+    // Without damping. rms measured .027, .041, .058: the lag grows with the way. 50 cells are 16 nodes per length of the pulse.
+    let errors = errors(POISSON_QUARTER, &[1.0, 2.0, 3.0], 0.0, 50);
     for ((rms, late), allowed) in errors.iter().zip([0.035, 0.053, 0.075]) {
         assert!(*rms <= allowed && late.abs() <= 1.01 / 50.0, "{errors:?}");
     }
@@ -165,10 +163,13 @@ fn rayleigh_waves_arrive_in_time_and_shape() {
 
 #[test]
 fn rayleigh_waves_converge_at_second_order() {
-    // c_s/c_p, rms on 100 cells. Measured on 50 and 100 cells .0273, .0076; .0523, .0139.
-    [(POISSON_QUARTER, 0.01), (0.5, 0.018)].into_par_iter().for_each(|(c_s, allowed)| {
-        let errors = [50, 100].map(|cells| errors(c_s, &[1.0], cells)[0].0);
+    // c_s/c_p, damping, rms on 100 cells. Measured on 50 and 100 cells .0273, .0076; .0523, .0139; with the default damping, which is felt
+    // as long as the pulse is short beside the mesh, .166, .038; .240, .066.
+    let cases =
+        [(POISSON_QUARTER, 0.0, 0.01), (0.5, 0.0, 0.018), (POISSON_QUARTER, 0.5, 0.05), (0.5, 0.5, 0.08)];
+    cases.into_par_iter().for_each(|(c_s, damping, allowed)| {
+        let errors = [50, 100].map(|cells| errors(c_s, &[1.0], damping, cells)[0].0);
         let order = orders(&errors)[0];
-        assert!(errors[1] <= allowed && order > 1.7, "c_s = {c_s}: {errors:?}, order {order}");
+        assert!(errors[1] <= allowed && order > 1.7, "c_s = {c_s}, σ = {damping}: {errors:?}, order {order}");
     });
 }

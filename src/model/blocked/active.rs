@@ -26,8 +26,8 @@
 //! the number of steps are (computed for σ ≤ 4/3, λ ≤ 1 and up to 10⁵ steps), and within 22 columns along r for λ = 1; for smaller
 //! λ what the mesh disperses goes farther.
 //!
-//! The lateral damping of the full theory is a viscosity along r and passes on two columns per step: ahead of a front it spreads what
-//! there is as the square root of time ([`damped_growth`]), and the best bound is looked up over some κ.
+//! The lateral damping of the full theory passes on four columns per step and spreads a little ahead of a front
+//! ([`damped_growth`]); the best bound is looked up over some κ.
 //!
 //! Nodes where this is below [`NOTHING`] are left at rest. Their distance from the front grows as t^⅓: 27 nodes after
 //! 100 steps and 111 after 6000 at λ = ½. Weights of axisymmetric meshes only make outgoing waves smaller.
@@ -84,7 +84,7 @@ impl LightCone {
         Self { coverage, courant, reach, nz, nr, reached: 0, front: 0.0, margin: 0, growth: Vec::new() }
     }
 
-    /// A target of the full theory at rest at level 0: the scheme passes on one row and two columns per step.
+    /// A target of the full theory at rest at level 0: the scheme passes on one row and four columns per step.
     ///
     /// * `courant`: c, at most 1
     /// * `damping`: lateral damping σ
@@ -104,7 +104,7 @@ impl LightCone {
             self.margin += 1;
         }
         let seen = libm::ceil(self.front) as usize + self.margin.max(self.corner_margin());
-        let reach = if self.growth.is_empty() { self.reach } else { 2 };
+        let reach = if self.growth.is_empty() { self.reach } else { 4 };
         self.reached = (self.reached + reach).min(seen).max(loaded).min(self.nr);
     }
 
@@ -146,16 +146,19 @@ impl LightCone {
 const GROWTHS: u32 = 80;
 const LARGEST_KAPPA: f64 = 3.0;
 
-/// Growth Ω per step of a wave `exp(κx)` along r in the full theory: `e^Ω` is the larger root w of
+/// Growth Ω per step of a wave `exp(κx)` along r in the full theory: `e^Ω` is the larger root w, by magnitude, of
 ///
 /// ```text
-/// w² − (2 − 4c²y − σE)·w + 1 − σE = 0,   y = −sinh²(κ/2),   E = y(1 − y)
+/// w² − (2 − 4c²y − D)·w + 1 − D = 0,   y = −sinh²(κ/2),   D = 4σ(y(1 − y))²
 /// ```
 fn damped_growth(courant: f64, damping: f64, kappa: f64) -> f64 {
     let y = -libm::pow(libm::sinh(0.5 * kappa), 2.0);
-    let damped = damping * y * (1.0 - y);
+    let damped = 4.0 * damping * libm::pow(y * (1.0 - y), 2.0);
     let (half, product) = (1.0 - 2.0 * courant * courant * y - 0.5 * damped, 1.0 - damped);
-    libm::log(half + libm::sqrt((half * half - product).max(0.0)))
+    let discriminant = half * half - product;
+    let size =
+        if discriminant < 0.0 { libm::sqrt(product) } else { libm::fabs(half) + libm::sqrt(discriminant) };
+    libm::log(size)
 }
 
 /// How far a wave has fallen off `ahead` nodes ahead of its front after t steps: the logarithm of what is left, with the

@@ -30,8 +30,8 @@ pub struct CellWeights {
     axial: [Vec<f64>; 2],
     slip: [Vec<f64>; 2],
     radial: Vec<f64>,
-    /// Lateral damping, outward and inward; 0 without it.
-    damping: [Vec<f64>; 2],
+    /// Lateral damping of u and v, outward and inward, with a block more; 0 without it.
+    damping: [[Vec<f64>; 2]; 2],
     /// Masses of u and v per depth.
     pub areas: [Vec<f64>; 2],
 }
@@ -45,10 +45,14 @@ impl CellWeights {
             numbers.resize(length, 0.0);
             numbers
         };
-        let damped = |weight: fn(&RadialWeights) -> f64| {
-            let mut numbers: Vec<f64> = damping.unwrap_or_default().iter().map(weight).collect();
-            numbers.resize(columns, 0.0);
-            numbers
+        let damped = |field: usize| {
+            let weights = damping.map_or(&[][..], |weights| &weights[field]);
+            let sides: [fn(&RadialWeights) -> f64; 2] = [|weights| weights.outward, |weights| weights.inward];
+            sides.map(|side| {
+                let mut numbers: Vec<f64> = weights.iter().map(side).collect();
+                numbers.resize(columns + BLOCK, 0.0);
+                numbers
+            })
         };
         let area = |area: fn(&Grid, usize) -> Option<f64>| {
             (0..columns).map(|i| area(grid, i).unwrap_or_default()).collect()
@@ -59,7 +63,7 @@ impl CellWeights {
             axial: [column(|weights| weights.axial[0], columns), column(|weights| weights.axial[1], columns)],
             slip: [column(|weights| weights.slip[0], columns), column(|weights| weights.slip[1], columns)],
             radial: column(|weights| weights.radial, columns),
-            damping: [damped(|weights| weights.outward), damped(|weights| weights.inward)],
+            damping: [damped(0), damped(1)],
             areas: [area(|grid, i| grid.area.get(i).copied()), area(cells::lateral_area)],
             theory,
         }
@@ -67,10 +71,11 @@ impl CellWeights {
 
     /// Panics if there are fewer columns.
     fn check(&self, columns: &Range<usize>) {
-        let nodes = [&self.axial, &self.slip, &self.damping, &self.areas];
+        let nodes = [&self.axial, &self.slip, &self.areas];
         let nodes = nodes.into_iter().flatten().chain([&self.radial]);
         assert!(nodes.into_iter().all(|weights| columns.end <= weights.len()));
-        assert!([&self.inner, &self.outer].iter().all(|weights| columns.end + BLOCK <= weights.len()));
+        let cells = self.damping.iter().flatten().chain([&self.inner, &self.outer]);
+        assert!(cells.into_iter().all(|weights| columns.end + BLOCK <= weights.len()));
     }
 }
 
@@ -271,17 +276,109 @@ impl<V: Vector> Column<V> {
     }
 }
 
-/// Vectors of both displacements: what they have moved by from level k−1 to k.
+/// What a displacement has moved by from level k−1 to k, and `−√(4σ)·E_r` of it, on the way outwards.
+#[derive(Clone, Copy)]
+struct Moves<V> {
+    /// Moved by, in the vector of nodes and the next one.
+    moved: [V; 2],
+    /// The operator on that, in the vector before and the vector of nodes.
+    once: [V; 2],
+}
+
+/// [`crate::model::scheme::double_radial`] on vectors.
+///
+/// * `weights`: at these columns, outward and inward
+///
+/// # Safety
+///
+/// The machine must have the instructions of `V`.
+#[inline(always)]
+#[expect(unsafe_code, reason = "instructions that not every machine has")]
+unsafe fn double_radial<V: Vector>(inner: V, here: V, outer: V, weights: [V; 2]) -> V {
+    // SAFETY: the caller's promise
+    unsafe {
+        let outward = V::wide_seam(here, outer).0.sub(here);
+        let inward = here.sub(V::wide_seam(inner, here).1);
+        weights[0].mul(outward).sub(weights[1].mul(inward))
+    }
+}
+
+/// The vector at column `i` of what a displacement has moved by.
 ///
 /// # Safety
 ///
 /// The machine must have the instructions of `V`; the vectors are ones of numbers at both levels.
 #[inline(always)]
 #[expect(unsafe_code, reason = "vectors of a field that threads share")]
-unsafe fn moved<V: Vector>(before: *const f64, now: *const f64, lateral: usize) -> [V; 2] {
+unsafe fn moved<V: Vector>(before: *const f64, now: *const f64, i: isize) -> V {
     // SAFETY: the caller's promise
-    unsafe {
-        [V::load(now).sub(V::load(before)), V::load(now.add(lateral)).sub(V::load(before.add(lateral)))]
+    unsafe { V::load(now.offset(i)).sub(V::load(before.offset(i))) }
+}
+
+#[expect(unsafe_code, reason = "vectors of a field that threads share")]
+impl<V: Vector> Moves<V> {
+    /// Where the first vector of nodes is at column `first`.
+    ///
+    /// * `offset`: of the displacement in its row
+    /// * `weights`: by column, outward and inward
+    /// * `field`: number of the displacement
+    ///
+    /// # Safety
+    ///
+    /// The machine must have the instructions of `V`; two vectors before the first (at the axis one with images) and two from it
+    /// on are ones of numbers at both levels.
+    #[inline(always)]
+    unsafe fn new(
+        before: *const f64,
+        now: *const f64,
+        offset: usize,
+        first: usize,
+        weights: &[Vec<f64>; 2],
+        field: usize,
+    ) -> Self {
+        // SAFETY: the caller's promise
+        unsafe {
+            let (before, now) = (before.add(offset), now.add(offset));
+            let (i, width) = (first as isize, V::WIDTH as isize);
+            let [inner, here, outer]: [V; 3] =
+                [moved(before, now, i - width), moved(before, now, i), moved(before, now, i + width)];
+            let once = double_radial(inner, here, outer, [at(&weights[0], first), at(&weights[1], first)]);
+            let once_inside = match first.checked_sub(V::WIDTH) {
+                Some(inside) => {
+                    let far = moved(before, now, i - 2 * width);
+                    double_radial(far, inner, here, [at(&weights[0], inside), at(&weights[1], inside)])
+                }
+                None => {
+                    // images about the axis, of which the last two are read
+                    let (mut numbers, mut images) = ([0.0; BLOCK], [0.0; BLOCK]);
+                    once.store(numbers.as_mut_ptr());
+                    let sign = if field == 1 { -1.0 } else { 1.0 };
+                    (images[V::WIDTH - 1], images[V::WIDTH - 2]) = (sign * numbers[0], sign * numbers[1]);
+                    V::load(images.as_ptr())
+                }
+            };
+            Self { moved: [here, outer], once: [once_inside, once] }
+        }
+    }
+
+    /// What damping takes from the vector of nodes at column `i`, and on to the next one.
+    ///
+    /// # Safety
+    ///
+    /// The machine must have the instructions of `V`; three vectors from `i` on are ones of numbers at both levels, and two ones of
+    /// weights.
+    #[inline(always)]
+    unsafe fn damped(&mut self, before: *const f64, now: *const f64, i: usize, weights: &[Vec<f64>; 2]) -> V {
+        // SAFETY: the caller's promise
+        unsafe {
+            let ([here, next], [once_inside, once]) = (self.moved, self.once);
+            let after = moved(before, now, (i + 2 * V::WIDTH) as isize);
+            let there = i + V::WIDTH;
+            let once_outside =
+                double_radial(here, next, after, [at(&weights[0], there), at(&weights[1], there)]);
+            *self = Self { moved: [next, after], once: [once, once_outside] };
+            double_radial(once_inside, once, once_outside, [at(&weights[0], i), at(&weights[1], i)])
+        }
     }
 }
 
@@ -294,8 +391,8 @@ unsafe fn moved<V: Vector>(before: *const f64, now: *const f64, lateral: usize) 
 ///
 /// # Safety
 ///
-/// The machine must have the instructions of `V`. The nodes of the row, a vector on either side and the rows above and below that
-/// it has must be numbers that may be read at levels k−1 and k; those of the row may be written at level k+1 and belong to this call
+/// The machine must have the instructions of `V`. The nodes of the row, two vectors on either side (one at the axis) and a vector on
+/// either side in the rows above and below that it has must be numbers that may be read at levels k−1 and k; those of the row may be written at level k+1 and belong to this call
 /// alone.
 #[inline(always)]
 #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
@@ -328,15 +425,12 @@ pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
         let first = now.add(i);
         let mut here = Column::<V>::load(kind(ROW), first, first.add(lateral), stride, constants.hourglass);
         let mut cell = here.cells(&inside, q, i, &constants);
-        let mut moves = [
-            moved::<V>(before.add(i).sub(V::WIDTH), now.add(i).sub(V::WIDTH), lateral),
-            moved::<V>(before.add(i), now.add(i), lateral),
-        ];
+        let [mut u_moves, mut v_moves] = [0, 1]
+            .map(|field| Moves::<V>::new(before, now, field * lateral, i, &weights.damping[field], field));
         while i < columns.end {
             let u = now.add(i + V::WIDTH);
             let after = Column::<V>::load(kind(ROW), u, u.add(lateral), stride, constants.hourglass);
             let next_cell = after.cells(&here, q, i + V::WIDTH, &constants);
-            let later_moves = moved::<V>(before.add(i + V::WIDTH), now.add(i + V::WIDTH), lateral);
             let outside = V::seam(cell.outside, next_cell.outside).0;
             let slip = V::seam(cell.slip, next_cell.slip).0;
             let radial = V::seam(cell.radial, next_cell.radial).0.sub(cell.radial);
@@ -348,18 +442,17 @@ pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
                     .add(at::<V>(&weights.axial[1], i).mul(outside)),
                 sheared.add(at::<V>(&weights.radial, i).mul(radial)),
             ];
-            let damping = [at::<V>(&weights.damping[0], i), at::<V>(&weights.damping[1], i)];
+            let added = [
+                u_moves.damped(before, now, i, &weights.damping[0]),
+                v_moves.damped(before.add(lateral), now.add(lateral), i, &weights.damping[1]),
+            ];
             for field in 0..2 {
                 if ROW == BACKING && field == 0 {
                     continue;
                 }
                 let offset = i + field * lateral;
                 let (u, earlier) = (V::load(now.add(offset)), V::load(before.add(offset)));
-                let [inner, middle, far] = [moves[0][field], moves[1][field], later_moves[field]];
-                let free = u.twice_less(earlier).add(accelerations[field]);
-                let outward = V::wide_seam(middle, far).0.sub(middle);
-                let inward = middle.sub(V::wide_seam(inner, middle).1);
-                let later = free.add(damping[0].mul(outward).sub(damping[1].mul(inward)));
+                let later = u.twice_less(earlier).add(accelerations[field]).sub(added[field]);
                 later.store(next[field].add(i + j * stride));
                 if COUNTS {
                     energy.add(
@@ -370,7 +463,7 @@ pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
                     );
                 }
             }
-            (here, cell, moves) = (after, next_cell, [moves[1], later_moves]);
+            (here, cell) = (after, next_cell);
             i += V::WIDTH;
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! Without the corner term a node needs itself at level k−1 and its neighbours at level k, so two levels do: k+1 overwrites
 //! k−1. The corner term reads neighbours two rows and columns away at level k−1 too; with it there are three levels. So there are in
-//! the full theory, whose damping reads neighbours two columns away.
+//! the full theory, whose damping reads neighbours four columns away.
 
 use std::{cell::UnsafeCell, ops::Range};
 
@@ -26,7 +26,7 @@ use crate::{
 const LINE: usize = 8;
 
 /// Some levels of a field, row by row. Level k is in the array `k % arrays`. Every row has a block before its first column and
-/// a block of zeros after its last one, and begins at a line of the cache; in the full theory the same again follows for u_r.
+/// a block of zeros after its last one, two in the full theory, and begins at a line of the cache; in the full theory the same again follows for u_r.
 /// A row stands above row 0. The row above, the block before the first column and the row below the backing are zeros, or hold the
 /// images that schemes read.
 ///
@@ -57,7 +57,8 @@ impl Levels {
     pub fn new(levels: usize, displacements: usize, rows: usize, columns: usize) -> Self {
         let columns = columns.next_multiple_of(BLOCK);
         // rows that are a multiple of 4 KiB apart would share the same sets of the first cache: an odd number of lines
-        let lines = (columns + 2 * BLOCK).div_ceil(LINE);
+        // kernels of two displacements look two blocks ahead
+        let lines = (columns + (1 + displacements) * BLOCK).div_ceil(LINE);
         let lateral = lines * LINE;
         let stride = ((displacements * lines) | 1) * LINE;
         let array = || {
@@ -372,13 +373,13 @@ impl Domain {
     pub fn lateral_reach(&self) -> usize {
         match &self.scheme {
             Weighted::Axial(_) => self.reach(),
-            Weighted::Cells(_) => 2,
+            Weighted::Cells(_) => 4,
         }
     }
 
-    /// Numbers in a vector.
-    pub fn width(&self) -> usize {
-        self.instructions.width()
+    /// Columns by which a tile is shifted from level to level: whole vectors, and no less than the reach.
+    pub fn shift(&self) -> usize {
+        self.instructions.width().max(self.lateral_reach())
     }
 
     /// The last row that moves: that before the backing, or the backing, which yields along r.

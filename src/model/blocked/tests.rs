@@ -4,7 +4,7 @@ use rayon::ThreadPool;
 
 use super::*;
 use crate::{
-    grid::{Edge, Geometry, MeshKind, Spacing},
+    grid::{Geometry, MeshKind, Spacing},
     model::{
         Field, Sample, TargetEnergy,
         rakhmatulin::Rakhmatulin,
@@ -38,11 +38,11 @@ impl Twins<Elastic, 2> {
     /// A random mesh of the full theory.
     fn elastic(noise: &mut Noise, seed: u64) -> Self {
         let geometry = [Geometry::Axisymmetric, Geometry::Plane][noise.next(2)];
-        let (nr, nz) = (1 + noise.next(400), 1 + noise.next(if seed.is_multiple_of(4) { 600 } else { 150 }));
+        let (nr, nz) = (1 + noise.next(250), 1 + noise.next(if seed.is_multiple_of(4) { 300 } else { 100 }));
         let spacing = Spacing { dr: [0.1, 0.12][noise.next(2)], dz: 0.1, layer_rows: Some(nz) };
         let (c_s, damping) = ([0.3, 0.5, 0.7][noise.next(3)], [0.0, 0.5][noise.next(2)]);
         let grid = Grid::new(geometry, MeshKind::Matched, spacing, nr, nz);
-        let grid = grid.with_cells_between_nodes(Edge::elastic(c_s, damping));
+        let grid = grid.with_cells_between_nodes();
         let theory = Elastic::new(grid.clone(), c_s, damping);
         let instructions = Instructions::all();
         let instructions = instructions[noise.next(instructions.len())];

@@ -4,8 +4,8 @@
 //! near-surface band of rows goes step by step, one row less each time, and the rows below follow later, many
 //! levels in one pass through memory. They are cut into tile rows and column bands; a tile is one tile row of
 //! one band, and every level of a tile is shifted by one row and one vector of columns towards the origin (with the corner
-//! term, which reaches farther, by two rows and one vector: [`Domain::reach`]; the damping of the full theory reaches two columns, not
-//! more than the shortest vector):
+//! term, which reaches farther, by two rows and one vector: [`Domain::reach`]; in the full theory, whose damping
+//! reaches four columns, by one row and four columns at least: [`Domain::shift`]):
 //!
 //! ```text
 //!  rows of a tile at levels t = 1, 2, 3      level t needs level t−1 one node around it: the shift
@@ -203,7 +203,7 @@ impl Pass {
         // a band for every thread at least
         let tile_columns =
             columns.div_ceil(threads).next_multiple_of(BLOCK).clamp(NARROW_COLUMNS, TILE_COLUMNS);
-        let bands = (columns + levels.saturating_sub(1) * domain.width()).div_ceil(tile_columns);
+        let bands = (columns + levels.saturating_sub(1) * domain.shift()).div_ceil(tile_columns);
         let done = (0..tile_rows).map(|_| AtomicUsize::new(0)).collect();
         Self {
             domain,
@@ -271,7 +271,7 @@ impl Pass {
             let ActiveRegion { rows, columns } = task.active;
             let first = band_rows(self.lag, reach) + tile_row * TILE_ROWS - reach * t;
             let rows = first..(first + TILE_ROWS).min(rows);
-            let shift = (t - 1) * domain.width();
+            let shift = (t - 1) * domain.shift();
             let columns = (band * self.tile_columns).saturating_sub(shift)
                 ..((band + 1) * self.tile_columns).saturating_sub(shift).min(columns);
             if rows.is_empty() || columns.is_empty() {
@@ -284,7 +284,7 @@ impl Pass {
             // - in this pass, the nodes of a tile at level t are read by tiles to the right and below at levels t + 1 and (where
             //   there are three levels) t + 2, which start after this one has ended; those of earlier levels around this tile
             //   were written by tiles above and to the left, which have ended, and are overwritten at level t + 1 (three
-            //   levels: t + 2) only by tiles that are shifted R rows and one vector farther per level, which is past them;
+            //   levels: t + 2) only by tiles that are shifted R rows and [`Domain::shift`] columns farther per level, which is past them;
             // - a sampler reads what the step reads, of level t − 1, and the nodes themselves; and all tiles that sample a
             //   row at one level belong to one tile row;
             // - in the pass before, this tile row, those above and the one below are done. If that one's rows end at row f
