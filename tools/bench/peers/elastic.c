@@ -14,8 +14,8 @@ enum place { SURFACE, INTERIOR, BACKING };
 struct weights {
     // by column: q' and q of the cell at its inner side; shares of the cells at either side in u; in v
     const double *inner, *outer, *axial_in, *axial_out, *slip_in, *slip_out, *radial;
-    // lateral damping, by column
-    const double *damp_out, *damp_in;
+    // the operator that damps when it is applied twice, by column, of u and of v
+    const double *u_out, *u_in, *v_out, *v_in;
     double shear, lame, hourglass;
 };
 
@@ -48,11 +48,23 @@ static inline __attribute__((always_inline)) struct column column(enum place pla
     return (struct column){ends - twice, across, across, ends + twice};
 }
 
+// Takes from `next` the operator applied twice to `moved`; what stands inside the axis has no weight. `once` is room.
+static inline __attribute__((always_inline)) void damp(double *restrict next, const double *restrict moved, double *restrict once,
+                                                       const double *restrict out, const double *restrict in, int nr) {
+#pragma omp simd
+    for (int i = 0; i < nr; i++)
+        once[i] = out[i] * (moved[i + 2] - moved[i]) - in[i] * (moved[i] - moved[i - 2]);
+#pragma omp simd
+    for (int i = 0; i < nr; i++)
+        next[i] -= out[i] * (once[i + 2] - once[i]) - in[i] * (once[i] - once[i - 2]);
+}
+
 // Advances the row of nodes `u`, `v` at level k to level k+1, which replaces k-1 in `next_u`, `next_v`.
 static inline __attribute__((always_inline)) void row(enum place place, int damped, const double *restrict u,
                                                       const double *restrict v, double *restrict next_u,
                                                       double *restrict next_v, const struct weights *w, int nr,
-                                                      ptrdiff_t pitch, double *restrict moved_u, double *restrict moved_v) {
+                                                      ptrdiff_t pitch, double *restrict moved_u, double *restrict moved_v,
+                                                      double *restrict once) {
     const double shear = w->shear, lame = w->lame, hourglass = w->hourglass;
     const double *restrict inner = w->inner, *restrict outer = w->outer;
     const double *restrict axial_in = w->axial_in, *restrict axial_out = w->axial_out;
@@ -92,13 +104,9 @@ static inline __attribute__((always_inline)) void row(enum place place, int damp
         }
     }
     if (damped) {
-        const double *restrict out = w->damp_out, *restrict in = w->damp_in;
-#pragma omp simd
-        for (int i = 0; i < nr; i++) {
-            if (place != BACKING)
-                next_u[i] += out[i] * (moved_u[i + 2] - moved_u[i]) - in[i] * (moved_u[i] - moved_u[i - 2]);
-            next_v[i] += out[i] * (moved_v[i + 2] - moved_v[i]) - in[i] * (moved_v[i] - moved_v[i - 2]);
-        }
+        if (place != BACKING)
+            damp(next_u, moved_u, once, w->u_out, w->u_in, nr);
+        damp(next_v, moved_v, once, w->v_out, w->v_in, nr);
     }
     // images about the axis
     next_u[-1] = next_u[0];
@@ -110,10 +118,10 @@ static inline __attribute__((always_inline)) void sweep(int damped, double *cons
                                                         int threads) {
 #pragma omp parallel num_threads(threads)
     {
-        double moved[2 * pitch] __attribute__((aligned(64)));
-        for (ptrdiff_t i = 0; i < 2 * pitch; i++)
-            moved[i] = 0;
-        double *moved_u = moved + LEFT, *moved_v = moved + pitch + LEFT;
+        double room[3 * pitch] __attribute__((aligned(64)));
+        for (ptrdiff_t i = 0; i < 3 * pitch; i++)
+            room[i] = 0;
+        double *moved_u = room + LEFT, *moved_v = moved_u + pitch, *once = moved_v + pitch;
         for (int k = 0; k < steps; k++) {
             const double *now_u = u[k % 2] + LEFT, *now_v = v[k % 2] + LEFT;
             double *next_u = u[1 - k % 2] + LEFT, *next_v = v[1 - k % 2] + LEFT;
@@ -121,14 +129,14 @@ static inline __attribute__((always_inline)) void sweep(int damped, double *cons
             for (int j = 0; j <= nz; j++) {
                 const ptrdiff_t at = j * pitch;
                 if (j == 0) {
-                    row(SURFACE, damped, now_u, now_v, next_u, next_v, w, nr, pitch, moved_u, moved_v);
+                    row(SURFACE, damped, now_u, now_v, next_u, next_v, w, nr, pitch, moved_u, moved_v, once);
                     for (int i = 0; i < punch; i++)
                         next_u[i] = now_u[i] + push;
                     next_u[-1] = next_u[0];
                 } else if (j == nz) {
-                    row(BACKING, damped, now_u + at, now_v + at, next_u + at, next_v + at, w, nr, pitch, moved_u, moved_v);
+                    row(BACKING, damped, now_u + at, now_v + at, next_u + at, next_v + at, w, nr, pitch, moved_u, moved_v, once);
                 } else {
-                    row(INTERIOR, damped, now_u + at, now_v + at, next_u + at, next_v + at, w, nr, pitch, moved_u, moved_v);
+                    row(INTERIOR, damped, now_u + at, now_v + at, next_u + at, next_v + at, w, nr, pitch, moved_u, moved_v, once);
                 }
             }
         }
@@ -141,7 +149,7 @@ static inline __attribute__((always_inline)) void sweep(int damped, double *cons
 void elastic_sweeps(double *const *u, double *const *v, const double *const *weights, const double *constants, int nr, int nz,
                     ptrdiff_t pitch, int punch, double push, int steps, int threads, int damped) {
     const struct weights w = {weights[0], weights[1], weights[2], weights[3], weights[4], weights[5], weights[6],
-                              weights[7], weights[8], constants[0], constants[1], constants[2]};
+                              weights[7], weights[8], weights[9], weights[10], constants[0], constants[1], constants[2]};
     if (damped)
         sweep(1, u, v, &w, nr, nz, pitch, punch, push, steps, threads);
     else

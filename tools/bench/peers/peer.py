@@ -224,12 +224,17 @@ class ElasticCase:
         self.lateral_mass[0] = 1.5
 
     def damping_weights(self):
+        """Of the operator that damps when it is applied twice: outward and inward, of u and of v."""
         import numpy as np
 
         middle = np.arange(self.nr) + 0.5
         face = lambda i: np.where(i > 0, i * (i + 1) / (i + 0.5), 0)
-        scale = self.damping / 16
-        return scale * face(middle + 0.5) / middle, scale * face(middle - 1.5) / middle
+        scale = (4 * self.damping) ** 0.5 / 16
+        weights = []
+        for mass in (self.mass[0], self.lateral_mass[0]):
+            share = np.where(np.arange(self.nr) > 0, 1, 1 / mass)
+            weights += [scale * share * face(middle + 0.5) / middle, scale * share * face(middle - 1.5) / middle]
+        return weights
 
 
 def elastic_in_numpy(case, is_damped):
@@ -237,7 +242,8 @@ def elastic_in_numpy(case, is_damped):
     import numpy as np
 
     now, before = (np.zeros((2, case.nz + 1, case.nr)) for _ in range(2))
-    out, inw = case.damping_weights()
+    weights = np.stack(case.damping_weights())[:, None]
+    out, inw = weights[::2], weights[1::2]
     w = case.cell
     for _ in range(case.steps):
         # columns -1, the image about the axis, and nr, at rest
@@ -268,8 +274,12 @@ def elastic_in_numpy(case, is_damped):
         force[:, [0, -1]] *= 2
         new = 2 * now - before + force / np.stack([case.mass, case.lateral_mass])[:, None]
         if is_damped:
-            moved = np.pad(now - before, ((0, 0), (0, 0), (2, 2)))
-            new += out * (moved[..., 4:] - moved[..., 2:-2]) - inw * (moved[..., 2:-2] - moved[..., :-4])
+            moved = now - before
+            for _ in range(2):
+                # what stands inside the axis has no weight
+                far = np.pad(moved, ((0, 0), (0, 0), (2, 2)))
+                moved = out * (far[..., 4:] - moved) - inw * (moved - far[..., :-4])
+            new -= moved
         new[0, -1] = 0
         new[0, 0, : case.punch] = now[0, 0, : case.punch] + case.push
         now, before = new, now
