@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 
 use crate::{
     case::{Case, CaseErrors, Sizes},
+    model::ModelKind,
     session::{self, Flow, Observer, Outcome, Status},
     simulation::Simulation,
     view::View,
@@ -32,8 +33,14 @@ const FOR_COMPUTING: f64 = 0.4;
 pub const PATIENCE: Duration = Duration::from_secs(10);
 /// Estimated times hold within this factor, on a machine that is as busy during the run as it was during the trial.
 pub const TIME_FACTOR: f64 = 1.5;
-/// Estimated sizes of files hold within this part of them.
-pub const BYTES_TOLERANCE: f64 = 0.15;
+/// Estimated sizes of files hold within this part of them. Ahead of the waves of the full theory stands what hardly compresses, some
+/// columns whatever the mesh: a larger part of coarse trials.
+pub fn bytes_tolerance(model: ModelKind) -> f64 {
+    match model {
+        ModelKind::Rakhmatulin => 0.15,
+        ModelKind::Elastic => 0.4,
+    }
+}
 
 /// Trials have so many times fewer cells than the case.
 const FRACTIONS: [usize; 6] = [32, 16, 8, 4, 2, 1];
@@ -57,7 +64,7 @@ pub struct Estimate {
 pub struct RunEstimate {
     /// Size of all messages before compression \[bytes\].
     pub messages: u64,
-    /// Size of the recording, within [`BYTES_TOLERANCE`] \[bytes\].
+    /// Size of the recording, within [`bytes_tolerance`] \[bytes\].
     pub file: u64,
     /// Time of the run on all cores, within [`TIME_FACTOR`] \[s\].
     pub seconds: f64,
@@ -217,8 +224,8 @@ mod tests {
             let trial = trial(name, &[], case.mesh.cells / 2);
             let estimate = trial.estimate(&case, 0.0).expect("a sound file");
             let off = estimate.file as f64 / run.file.len() as f64 - 1.0;
-            // measured: at most 0.075
-            assert!(off.abs() < BYTES_TOLERANCE / 1.5, "{name}: off by {off:.3}");
+            // measured: at most 0.075, in the full theory 0.17
+            assert!(off.abs() < bytes_tolerance(case.model) / 1.5, "{name}: off by {off:.3}");
         }
     }
 

@@ -211,7 +211,7 @@ impl ClosedForm {
 
     /// Number of the last step of the case at which the closed form holds.
     pub fn last_step(&self) -> u64 {
-        let steps = (self.end_time() / self.dt * (1.0 + 1e-12)).ceil() - 1.0;
+        let steps = (self.end_time() / self.dt * (1.0 - 1e-12)).ceil() - 1.0;
         if steps < self.steps as f64 { steps.max(0.0) as u64 } else { self.steps }
     }
 
