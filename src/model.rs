@@ -17,9 +17,11 @@
 //! energy     energy of rows                                     <- vector
 //! corner     rows of nodes with the corner term                 <- energy, patch
 //! kernel     rows of nodes                                      <- corner
-//! cells      rows of nodes of the full theory                   <- energy
+//! damping    lateral damping of a row
+//! cells      rows of nodes of the full theory                   <- energy, damping
 //! dispatch   choice of instructions                             <- kernel, cells
-//! domain     levels and weights                                 <- dispatch
+//! levels     a field in memory
+//! domain     levels and weights                                 <- dispatch, levels
 //! active     light cone: active rows and columns per level
 //! sampler    frames and energies of a level, as tiles pass it   <- domain
 //! tiles      time-skewed tiling behind the near-surface band    <- sampler, active

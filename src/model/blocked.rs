@@ -20,10 +20,12 @@ use crate::{grid::Grid, surface::Surface};
 mod active;
 mod cells;
 mod corner;
+mod damping;
 mod dispatch;
 mod domain;
 mod energy;
 mod kernel;
+mod levels;
 mod patch;
 mod sampler;
 #[cfg(test)]

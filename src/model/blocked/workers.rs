@@ -19,7 +19,8 @@ use std::{
 
 use super::{
     cells::CellWeights,
-    domain::{Domain, Levels},
+    domain::Domain,
+    levels::Levels,
     sampler::SurfaceMotion,
     tiles::{LevelTask, Pass, RowPeak, band_rows, lag, wait_until},
     vector::BLOCK,

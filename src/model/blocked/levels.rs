@@ -1,0 +1,218 @@
+//! Levels of a field in memory that several threads work on.
+//!
+//! Without the corner term a node needs itself at level k−1 and its neighbours at level k, so two levels do: k+1 overwrites
+//! k−1. The corner term reads neighbours two rows and columns away at level k−1 too; with it there are three levels. So there are in
+//! the full theory, whose damping reads neighbours four columns away.
+
+use std::{cell::UnsafeCell, ops::Range};
+
+use super::vector::BLOCK;
+
+/// Numbers in a line of the cache.
+const LINE: usize = 8;
+
+/// Some levels of a field, row by row. Level k is in the array `k % arrays`. Every row has a block before its first column and
+/// a block of zeros after its last one, two in the full theory, and begins at a line of the cache; in the full theory the same again follows for u_r.
+/// A row stands above row 0. The row above, the block before the first column and the row below the backing are zeros, or hold the
+/// images that schemes read.
+///
+/// All access is unsafe: the caller promises that no other thread writes to the numbers it asks for.
+pub struct Levels {
+    arrays: Vec<Box<[UnsafeCell<f64>]>>,
+    /// Number of node (0, 0) in each array.
+    origins: Vec<usize>,
+    rows: usize,
+    columns: usize,
+    /// Distance from u_z of a node to u_r of it, in numbers; the whole row where there is none.
+    lateral: usize,
+    stride: usize,
+}
+
+// SAFETY: numbers are reached through unsafe methods only, whose callers promise that no thread reads what another one
+// writes.
+#[expect(unsafe_code, reason = "tiles of one array are updated in place by several threads")]
+unsafe impl Sync for Levels {}
+
+#[expect(unsafe_code, reason = "tiles of one array are updated in place by several threads")]
+impl Levels {
+    /// A field at rest.
+    ///
+    /// * `levels`: 2 or 3
+    /// * `displacements`: 1 or 2
+    /// * `rows`: with the backing and the row below it
+    pub fn new(levels: usize, displacements: usize, rows: usize, columns: usize) -> Self {
+        let columns = columns.next_multiple_of(BLOCK);
+        // rows that are a multiple of 4 KiB apart would share the same sets of the first cache: an odd number of lines
+        // kernels of two displacements look two blocks ahead
+        let lines = (columns + (1 + displacements) * BLOCK).div_ceil(LINE);
+        let lateral = lines * LINE;
+        let stride = ((displacements * lines) | 1) * LINE;
+        let array = || {
+            // untouched zeros take no memory
+            let numbers = vec![0.0; (rows + 1) * stride + LINE].into_boxed_slice();
+            // SAFETY: an `UnsafeCell<f64>` looks like an `f64` in memory
+            unsafe { Box::from_raw(Box::into_raw(numbers) as *mut [UnsafeCell<f64>]) }
+        };
+        let arrays: Vec<Box<[UnsafeCell<f64>]>> = (0..levels).map(|_| array()).collect();
+        let origin = |array: &[UnsafeCell<f64>]| {
+            array.as_ptr().align_offset(LINE * size_of::<f64>()).min(LINE) + stride + BLOCK
+        };
+        Self {
+            origins: arrays.iter().map(|array| origin(array)).collect(),
+            arrays,
+            rows,
+            columns,
+            lateral,
+            stride,
+        }
+    }
+
+    /// A number that stands for the level two below `level`, also where that is negative: it has the same array.
+    pub fn two_below(&self, level: usize) -> usize {
+        level + self.arrays.len() - 2
+    }
+
+    /// Number of rows, with the one below the backing.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns, a whole number of blocks.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Distance from a node to the one below it, in numbers.
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// Distance from u_z of a node to u_r of it, in numbers.
+    pub fn lateral(&self) -> usize {
+        self.lateral
+    }
+
+    /// Node (0, 0) of a level; the row above and the blocks before and after a row belong to what may be read.
+    pub fn origin(&self, level: usize) -> *mut f64 {
+        let number = level % self.arrays.len();
+        let cell = self.arrays[number].as_ptr().wrapping_add(self.origins[number]);
+        UnsafeCell::raw_get(cell)
+    }
+
+    /// Some columns of row `j` at a level; after the last one there is a block of zeros.
+    ///
+    /// # Safety
+    ///
+    /// No thread writes to them while the slice lives.
+    pub unsafe fn part(&self, level: usize, j: usize, columns: Range<usize>) -> &[f64] {
+        assert!(j < self.rows && columns.start <= columns.end && columns.end <= self.columns + BLOCK);
+        // SAFETY: columns of a row and the zeros behind it lie inside the array; the caller promises the rest
+        unsafe {
+            let first = self.origin(level).add(j * self.stride + columns.start);
+            std::slice::from_raw_parts(first, columns.len())
+        }
+    }
+
+    /// The first columns of row `j` at a level, to be changed.
+    ///
+    /// # Safety
+    ///
+    /// No other thread touches them while the slice lives, nor is there another slice of them.
+    #[expect(clippy::mut_from_ref, reason = "the caller promises that there is no other")]
+    pub unsafe fn part_mut(&self, level: usize, j: usize, columns: usize) -> &mut [f64] {
+        assert!(j < self.rows && columns <= self.columns);
+        // SAFETY: columns of a row lie inside the array; the caller promises the rest
+        unsafe { std::slice::from_raw_parts_mut(self.origin(level).add(j * self.stride), columns) }
+    }
+
+    /// Writes zeros to `rows` rows from row `j` on. The system gives memory out twice if it is read before it is written to,
+    /// and the second time all threads stop for it.
+    ///
+    /// # Safety
+    ///
+    /// No other thread touches these rows meanwhile.
+    pub unsafe fn open(&self, j: usize, rows: usize) {
+        assert!(j + rows <= self.rows, "rows {j} to {} of {}", j + rows, self.rows);
+        for level in 0..self.arrays.len() {
+            // SAFETY: the rows lie inside the array; the caller promises the rest
+            unsafe {
+                let first = self.origin(level).sub(BLOCK).add(j * self.stride);
+                std::slice::from_raw_parts_mut(first, rows * self.stride).fill(0.0);
+            }
+        }
+    }
+
+    /// Writes the images of two columns about the axis, `u_{−1−i} = ±u_i`, in row `j` at a level.
+    ///
+    /// * `offset`: of the displacement, 0 or [`Levels::lateral`]
+    ///
+    /// # Safety
+    ///
+    /// No other thread touches the row's first columns meanwhile.
+    pub unsafe fn reflect_axis(&self, level: usize, j: usize, offset: usize, sign: f64) {
+        assert!(j < self.rows && offset + self.columns + BLOCK <= self.stride);
+        // SAFETY: a block lies before the first column, and the row has a block at least
+        unsafe {
+            let first = self.origin(level).add(j * self.stride + offset);
+            *first.sub(1) = sign * *first;
+            *first.sub(2) = sign * *first.add(1);
+        }
+    }
+
+    /// u_r in row `j` at a level.
+    ///
+    /// # Safety
+    ///
+    /// As [`Levels::part`].
+    pub unsafe fn lateral_part(&self, level: usize, j: usize) -> &[f64] {
+        // SAFETY: the caller's promise
+        unsafe { self.lateral_mut(level, j, self.columns) }
+    }
+
+    /// The first columns of u_r in row `j` at a level, to be changed.
+    ///
+    /// # Safety
+    ///
+    /// As [`Levels::part_mut`].
+    #[expect(clippy::mut_from_ref, reason = "the caller promises that there is no other")]
+    pub unsafe fn lateral_mut(&self, level: usize, j: usize, columns: usize) -> &mut [f64] {
+        assert!(self.lateral < self.stride - self.columns && j < self.rows && columns <= self.columns);
+        // SAFETY: columns of a row lie inside the array; the caller promises the rest
+        unsafe {
+            let first = self.origin(level).add(j * self.stride + self.lateral);
+            std::slice::from_raw_parts_mut(first, columns)
+        }
+    }
+
+    /// Number at column `i` of row `j` at a level, images about the axis and the zeros behind the last column among them.
+    ///
+    /// * `offset`: of the displacement, 0 or [`Levels::lateral`]
+    ///
+    /// # Safety
+    ///
+    /// No thread writes to it meanwhile.
+    pub unsafe fn at(&self, level: usize, j: usize, offset: usize, i: isize) -> f64 {
+        debug_assert!(j < self.rows && (-2..(self.columns + BLOCK) as isize).contains(&i));
+        // SAFETY: two images before the first column and a block after the last one lie inside the array; the caller promises the
+        // rest
+        unsafe { *self.origin(level).add(j * self.stride + offset).offset(i) }
+    }
+
+    /// Writes `columns` of row `j` at a level, with the images about the axis, times `sign` to row `to`.
+    ///
+    /// # Safety
+    ///
+    /// No other thread touches these columns of either row meanwhile.
+    pub unsafe fn reflect_row(&self, level: usize, j: usize, to: isize, sign: f64, columns: &Range<usize>) {
+        assert!(j < self.rows && (-1..self.rows as isize).contains(&to) && columns.end <= self.columns);
+        let images = if columns.start == 0 { 2 } else { 0 };
+        // SAFETY: the columns and those images lie inside the array, in both rows
+        unsafe {
+            let from = self.origin(level).add(j * self.stride + columns.start).sub(images);
+            let to = self.origin(level).offset(to * self.stride as isize).add(columns.start).sub(images);
+            for i in 0..columns.len() + images {
+                *to.add(i) = sign * *from.add(i);
+            }
+        }
+    }
+}
