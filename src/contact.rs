@@ -207,7 +207,10 @@ impl Contact {
         let average =
             |node: &PartialContact| node.average(next_depth, &self.shape, self.geometry).penetration;
         let motion: Vec<f64> = self.partial.iter().map(average).collect();
-        let motion = self.pass.as_ref().map_or_else(|| motion.clone(), |weights| smoothed(&motion, weights));
+        let motion = match &self.pass {
+            Some(weights) => smoothed(&motion, weights),
+            None => motion,
+        };
         for (i, &next) in motion.iter().enumerate() {
             let node = &self.partial[i];
             let fraction = node.fraction(depth, &self.shape, self.geometry);

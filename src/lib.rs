@@ -42,6 +42,7 @@
 //! | [`validity`] | the largest strain and the impact velocity it allows |
 //! | [`admissible`] | the impact velocity that keeps the strain within the limit, by trials |
 //! | [`trust`] | estimated error of the simplified theory against the full one |
+//! | [`mod@table`] | tables of measured numbers, for `trust` and `grid` |
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::closed_form`] chooses the one for a case |
 //! | [`study`] | a case on refined meshes: orders, extrapolated values, error bars |
 //! | [`view`] | what one step shows to observers |
@@ -136,6 +137,7 @@ mod shape;
 pub mod simulation;
 pub mod study;
 pub mod surface;
+mod table;
 pub mod trust;
 mod units;
 pub mod validity;

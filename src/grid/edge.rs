@@ -1,5 +1,7 @@
 //! Where schemes see the edge of a contact.
 
+use crate::table::table;
+
 /// Where a matched mesh sees a sharp punch edge, in cells past the last contact node: at `offset − slope·(1 − λ)`, with the radial
 /// Courant number λ. With the edge there stresses converge at second order, and the drag of a plane flat punch is exact (order 2)
 /// or within 1e-6 (order 4; full theory, 200 cells: 2e-5).
@@ -46,10 +48,8 @@ impl Edge {
     ///
     /// * `c_s`: shear wave speed \[c_p\]
     pub fn elastic(c_s: f64) -> Self {
-        let place = ELASTIC.partition_point(|row| row[0] < c_s).clamp(1, ELASTIC.len() - 1);
-        let [below, above] = [ELASTIC[place - 1], ELASTIC[place]];
-        let part = ((c_s - below[0]) / (above[0] - below[0])).clamp(0.0, 1.0);
-        Self { offset: below[1] + part * (above[1] - below[1]), slope: 0.0 }
+        let offset = table(&ELASTIC.map(|row| row[0]), c_s, |i| ELASTIC[i][1]);
+        Self { offset, slope: 0.0 }
     }
 }
 

@@ -93,8 +93,7 @@ impl Elastic {
 
     /// Displacement number `field` in column `i`, which may be an image about the axis or at rest beyond the mesh.
     fn at(&self, level: &Level<2>, field: usize, j: usize, i: isize) -> f64 {
-        let column = scheme::image_column(i);
-        let sign = if i < 0 && field == 1 { -1.0 } else { 1.0 };
+        let (column, sign) = image(field, i);
         if column < self.grid.nr() { sign * level[field][[j, column]] } else { 0.0 }
     }
 
@@ -136,8 +135,7 @@ impl Elastic {
         let moved = |i: isize| self.at(now, field, j, i) - self.at(before, field, j, i);
         // −√(4σ)·E_r of it, which has the images that it has
         let once = |i: isize| {
-            let column = scheme::image_column(i);
-            let sign = if i < 0 && field == 1 { -1.0 } else { 1.0 };
+            let (column, sign) = image(field, i);
             let Some(weights) = weights.get(column) else { return 0.0 };
             let i = column as isize;
             sign * scheme::double_radial([moved(i - 2), moved(i), moved(i + 2)], *weights)
@@ -253,6 +251,11 @@ impl Elastic {
     fn depth(&self, j: usize) -> f64 {
         if j == 0 || j == self.grid.nz { 0.5 * self.grid.dz } else { self.grid.dz }
     }
+}
+
+/// Column that stands at column `i` of displacement number `field`, and its sign: u is even about the axis, v odd.
+fn image(field: usize, i: isize) -> (usize, f64) {
+    (scheme::image_column(i), if i < 0 && field == 1 { -1.0 } else { 1.0 })
 }
 
 impl Scheme<2> for Elastic {

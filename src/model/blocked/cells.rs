@@ -8,16 +8,14 @@ use std::ops::Range;
 
 use super::{
     damping::{Moves, at},
+    domain::padded,
     energy::EnergySum,
     vector::{BLOCK, Vector},
 };
-use crate::{
-    grid::Grid,
-    model::{
-        cells::{self, ColumnWeights, Medium, Row},
-        elastic::Elastic,
-        scheme::RadialWeights,
-    },
+use crate::model::{
+    cells::{self, ColumnWeights, Medium, Row},
+    elastic::Elastic,
+    scheme::RadialWeights,
 };
 
 /// Weights by column, for whole blocks.
@@ -41,23 +39,14 @@ impl CellWeights {
     /// * `columns`: of the field, whole blocks
     pub fn new(theory: Elastic, columns: usize) -> Self {
         let (grid, weights, damping) = (theory.grid(), theory.weights(), theory.damping());
-        let column = |weight: fn(&ColumnWeights) -> f64, length: usize| {
-            let mut numbers: Vec<f64> = weights.iter().map(weight).collect();
-            numbers.resize(length, 0.0);
-            numbers
-        };
+        let column =
+            |weight: fn(&ColumnWeights) -> f64, length: usize| padded(weights.iter().map(weight), length);
         let damped = |field: usize| {
             let weights = damping.map_or(&[][..], |weights| &weights[field]);
             let sides: [fn(&RadialWeights) -> f64; 2] = [|weights| weights.outward, |weights| weights.inward];
-            sides.map(|side| {
-                let mut numbers: Vec<f64> = weights.iter().map(side).collect();
-                numbers.resize(columns + BLOCK, 0.0);
-                numbers
-            })
+            sides.map(|side| padded(weights.iter().map(side), columns + BLOCK))
         };
-        let area = |area: fn(&Grid, usize) -> Option<f64>| {
-            (0..columns).map(|i| area(grid, i).unwrap_or_default()).collect()
-        };
+        let lateral_areas = (0..grid.nr()).filter_map(|i| cells::lateral_area(grid, i));
         Self {
             inner: column(|weights| weights.inner, columns + BLOCK),
             outer: column(|weights| weights.outer, columns + BLOCK),
@@ -65,7 +54,7 @@ impl CellWeights {
             slip: [column(|weights| weights.slip[0], columns), column(|weights| weights.slip[1], columns)],
             radial: column(|weights| weights.radial, columns),
             damping: [damped(0), damped(1)],
-            areas: [area(|grid, i| grid.area.get(i).copied()), area(cells::lateral_area)],
+            areas: [padded(grid.area.iter().copied(), columns), padded(lateral_areas, columns)],
             theory,
         }
     }

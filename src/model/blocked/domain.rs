@@ -100,7 +100,7 @@ impl Weights {
 }
 
 /// Numbers by column, with zeros for the columns that fill the last block.
-fn padded(numbers: impl Iterator<Item = f64>, columns: usize) -> Vec<f64> {
+pub fn padded(numbers: impl Iterator<Item = f64>, columns: usize) -> Vec<f64> {
     let mut numbers: Vec<f64> = numbers.collect();
     numbers.resize(columns, 0.0);
     numbers
