@@ -22,6 +22,7 @@
 //! | [`extent`] | how far arrays reach over all messages |
 //! | [`select`] | patterns of topics and windows of times, the same for every verb |
 //! | [`mod@slice`] | arrays over their axis and matrices, at one time |
+//! | [`prefix`] | engineering prefixes of SI units |
 //! | [`table`], [`mod@format`] | named columns with units, and what takes their rows: one file per output format |
 //! | [`timeline`] | messages by their log time, from any time on |
 //! | `percuss-serve` | messages to viewers over the Foxglove WebSocket protocol, a crate of its own |
@@ -123,6 +124,7 @@ pub mod field;
 pub mod format;
 pub mod messages;
 mod nest;
+pub mod prefix;
 pub mod recording;
 pub mod select;
 pub mod slice;
