@@ -6,9 +6,10 @@
 //! case itself, on its own mesh.
 
 use crate::{
-    case::{Case, CaseErrors, HeadKind},
+    case::{Case, CaseErrors},
     session::{self, RunError},
     simulation::Simulation,
+    units::Dimension,
     validity::STRAIN_LIMIT,
     view::View,
 };
@@ -65,7 +66,7 @@ pub fn find(case: &Case, mut watch: impl FnMut(&Trial)) -> Result<Trial, SearchE
         watch(&trial);
         Ok(trial)
     };
-    if case.indenter.head == HeadKind::Flat {
+    if case.indenter.head.is_flat() {
         let trial = run(case.impact.velocity)?;
         let factor = STRAIN_LIMIT / trial.strain;
         return Ok(Trial { velocity: factor * trial.velocity, strain: STRAIN_LIMIT, ..trial });
@@ -91,17 +92,9 @@ pub fn find(case: &Case, mut watch: impl FnMut(&Trial)) -> Result<Trial, SearchE
     })))
 }
 
-/// The case at another velocity, with the same geometry of its head and without frames.
+/// The case at another velocity, without frames.
 fn at_velocity(case: &Case, velocity: f64) -> Result<Case, CaseErrors> {
-    let factor = velocity / case.impact.velocity;
-    let varied = case.vary_surface().set("impact.velocity", velocity);
-    // two heads are named by how fast the contact spreads: f = V0·r²/k, f = V0·r/V*
-    match case.indenter.head {
-        HeadKind::Flat | HeadKind::Profile { .. } => varied,
-        HeadKind::Paraboloid { curvature } => varied.set("indenter.curvature", factor * curvature),
-        HeadKind::Cone { spread_rate } => varied.set("indenter.spread_rate", factor * spread_rate),
-    }
-    .build()
+    case.vary_surface().set("impact.velocity", case.written(Dimension::Speed, velocity)).build()
 }
 
 fn run(case: &Case) -> Result<Trial, RunError> {

@@ -7,7 +7,8 @@
 //! * `builder`: cases from keys and values, files and `--set` included
 //! * `parameters`: the data of a case
 //! * `errors`, `bounds`, `document`: problems and their places; bounds of numbers; TOML text with spans, one section at a time
-//! * `read`, `read_indenter`: from a document to parameters, section by section
+//! * `read`, `read_target`, `read_indenter`: from a document to parameters, section by section
+//! * `system`, `quantity`: dimensionless and physical cases; numbers with a unit
 //! * `frames`, `density`: which steps are frames, and which nodes they show
 //! * `sizes`: derived sizes
 //! * `resolved`: from parameters back to TOML, with nothing left implicit
@@ -23,10 +24,15 @@ mod document;
 mod errors;
 mod frames;
 mod parameters;
+mod quantity;
 mod read;
 mod read_indenter;
+mod read_target;
 mod resolved;
 mod sizes;
+mod system;
+
+use crate::units::Dimension;
 
 pub use builder::{CaseBuilder, Value};
 pub use errors::{CaseErrors, Problem};
@@ -107,9 +113,10 @@ impl Case {
     pub(crate) fn vary_frames(&self, frames: u8) -> CaseBuilder {
         match self.record.frames {
             Frames::Spread(_) => self.vary().set("record.frames", frames),
-            Frames::At(_) => {
-                self.vary().set("record.frame_times", vec![self.run.end_time; usize::from(frames)])
-            }
+            Frames::At(_) => self.vary().set(
+                "record.frame_times",
+                vec![self.written(Dimension::Time, self.run.end_time); usize::from(frames)],
+            ),
         }
     }
 

@@ -3,6 +3,7 @@
 //! A channel encodes a [`View`] into messages and describes their fields. It does not know how a view is computed, nor files.
 
 use std::{
+    borrow::Cow,
     collections::BTreeMap,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
@@ -14,6 +15,7 @@ use crate::{
     message::descriptor_set,
     model::Field,
     recording::{Batch, ChannelSpec, Recorder, RecordingError},
+    units::Units,
     view::View,
 };
 
@@ -52,15 +54,15 @@ pub trait Channel: Send {
 pub struct FieldNote {
     name: &'static str,
     unit: &'static str,
-    meaning: &'static str,
+    meaning: Cow<'static, str>,
     axis: Option<String>,
     symmetry: Option<&'static str>,
 }
 
 impl FieldNote {
     /// A field without an axis.
-    pub const fn new(name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
-        Self { name, unit, meaning, axis: None, symmetry: None }
+    pub fn new(name: &'static str, unit: &'static str, meaning: impl Into<Cow<'static, str>>) -> Self {
+        Self { name, unit, meaning: meaning.into(), axis: None, symmetry: None }
     }
 
     /// An array with an axis: names of fields for a uniform one (`r0,dr`), or the positions themselves.
@@ -69,14 +71,11 @@ impl FieldNote {
     }
 
     /// An array that is even about the origin of its axis: between 0 and its first node lies a parabola.
-    pub const fn even(mut self) -> Self {
+    pub fn even(mut self) -> Self {
         self.symmetry = Some("even");
         self
     }
 }
-
-const STEP: FieldNote = FieldNote::new("step", "1", "number k of the step");
-const TIME: FieldNote = FieldNote::new("time", "R/c_p", "time t = k dt");
 
 /// Destination of the messages of a channel.
 pub struct Outlet<'a> {
@@ -98,6 +97,8 @@ impl Outlet<'_> {
 }
 
 /// Log time of a step, `round(1e9·playback_rate·time)` \[ns\].
+///
+/// * `time`: in the units of the recording
 pub fn log_time(time: f64, playback_rate: f64) -> u64 {
     (1e9 * playback_rate * time).round() as u64
 }
@@ -111,6 +112,7 @@ pub struct Catalogue {
     frames: Arc<Mutex<Vec<Box<dyn Channel>>>>,
     /// Memory of the fields of a frame \[bytes\].
     frame_size: usize,
+    units: Units,
     playback_rate: f64,
 }
 
@@ -120,10 +122,10 @@ impl Catalogue {
         let channels: Vec<Box<dyn Channel>> = vec![
             Box::new(interface_stress::InterfaceStress::new(case)),
             Box::new(drag::Drag::new(case)),
-            Box::new(velocity::Velocity),
+            Box::new(velocity::Velocity::new(case)),
             Box::new(probes::Probes::new(case)),
             Box::new(energy::Energy::new(case)),
-            Box::new(event::Event),
+            Box::new(event::Event::new(case)),
             Box::new(log::Log),
         ];
         let slice = |field: &Field| -> Box<dyn Channel> { Box::new(field::FieldSlice::new(case, *field)) };
@@ -137,7 +139,7 @@ impl Catalogue {
     pub fn exact(case: &Case, has_drag: bool) -> Self {
         let mut channels: Vec<Box<dyn Channel>> = vec![
             Box::new(interface_stress::InterfaceStress::new(case)),
-            Box::new(velocity::Velocity),
+            Box::new(velocity::Velocity::new(case)),
             Box::new(probes::Probes::new(case)),
             Box::new(log::Log),
         ];
@@ -149,7 +151,8 @@ impl Catalogue {
 
     fn with(case: &Case, channels: Vec<Box<dyn Channel>>, frames: Vec<Box<dyn Channel>>) -> Self {
         let frames = Arc::new(Mutex::new(frames));
-        Self { channels, frames, frame_size: case.frame_size(), playback_rate: case.record.playback_rate }
+        let (units, playback_rate) = (case.units(), case.record.playback_rate);
+        Self { channels, frames, frame_size: case.frame_size(), units, playback_rate }
     }
 
     /// Maps every channel, in the order of their numbers.
@@ -164,7 +167,7 @@ impl Catalogue {
             topic: channel.topic().into(),
             schema: channel.schema().into(),
             descriptors: descriptor_set(channel.schema()),
-            metadata: metadata(channel),
+            metadata: metadata(channel, &self.units),
         })
     }
 
@@ -179,7 +182,7 @@ impl Catalogue {
     ///
     /// The first error of the recorder.
     pub fn observe(&mut self, view: &View<'_>, recorder: &mut Recorder) -> Result<(), RecordingError> {
-        let log_time = log_time(view.time, self.playback_rate);
+        let log_time = log_time(self.units.time.of(view.time), self.playback_rate);
         observe_all(&mut self.channels, 0, view, log_time, recorder.batch());
         if view.frame.is_none() {
             return recorder.hand_over_if_full();
@@ -205,7 +208,7 @@ impl Catalogue {
     ) -> Result<(), RecordingError> {
         let channel = self.channels.iter().position(|channel| channel.topic() == log::TOPIC);
         let channel = channel.expect("the log is in the catalogue");
-        let log_time = log_time(time, self.playback_rate);
+        let log_time = log_time(self.units.time.of(time), self.playback_rate);
         Outlet { batch: recorder.batch(), channel, log_time }.put(&log::line(level, log_time, text));
         recorder.hand_over_if_full()
     }
@@ -229,15 +232,16 @@ fn observe_all(
     }
 }
 
-fn metadata(channel: &dyn Channel) -> BTreeMap<String, String> {
+fn metadata(channel: &dyn Channel, units: &Units) -> BTreeMap<String, String> {
     let mut map = BTreeMap::new();
     let mut fields = channel.fields();
     if channel.schema().starts_with("percuss.") {
-        fields.extend([STEP, TIME]);
+        fields.push(FieldNote::new("step", "1", "number k of the step"));
+        fields.push(FieldNote::new("time", units.time.name, "time t = k dt"));
     }
     for field in fields {
         map.insert(format!("unit.{}", field.name), field.unit.into());
-        map.insert(format!("meaning.{}", field.name), field.meaning.into());
+        map.insert(format!("meaning.{}", field.name), field.meaning.into_owned());
         if let Some(axis) = field.axis {
             map.insert(format!("axis.{}", field.name), axis);
         }

@@ -273,7 +273,7 @@ mod tests {
     #[test]
     fn first_step_has_half_the_jump_of_pressure() {
         let (mut contact, mut surface, mut indenter) =
-            parts(Rule::Unilateral, Head::Flat, Some(0.575), f64::INFINITY);
+            parts(Rule::Unilateral, Head::Flat { edge_radius: 0.0 }, Some(0.575), f64::INFINITY);
         let state = contact.step(&mut surface, &mut indenter);
         assert_eq!(state.nodes, 6);
         assert_eq!(state.contact_radius, 0.575);
@@ -286,7 +286,8 @@ mod tests {
     fn finite_mass_is_decelerated_in_the_same_step() {
         for rule in [Rule::Unilateral, Rule::Bilateral] {
             let mass = 0.01;
-            let (mut contact, mut surface, mut indenter) = parts(rule, Head::Flat, Some(0.575), mass);
+            let (mut contact, mut surface, mut indenter) =
+                parts(rule, Head::Flat { edge_radius: 0.0 }, Some(0.575), mass);
             let state = contact.step(&mut surface, &mut indenter);
             // w¹ = V0·Δt − (Δt²/M)·F⁰ and p⁰ = w¹/(2Δt) hold together
             let depth = DT - DT * DT / mass * state.drag;
@@ -313,7 +314,7 @@ mod tests {
     #[test]
     fn nan_reaches_the_drag() {
         let (mut contact, mut surface, mut indenter) =
-            parts(Rule::Unilateral, Head::Flat, Some(0.575), f64::INFINITY);
+            parts(Rule::Unilateral, Head::Flat { edge_radius: 0.0 }, Some(0.575), f64::INFINITY);
         surface.free[3] = f64::NAN;
         assert!(contact.step(&mut surface, &mut indenter).drag.is_nan());
     }

@@ -139,6 +139,6 @@ pub mod study;
 pub mod surface;
 mod table;
 pub mod trust;
-mod units;
+pub mod units;
 pub mod validity;
 pub mod view;

@@ -1,6 +1,8 @@
 //! Elastic constants of the target.
 
-use serde::{Deserialize, Serialize};
+mod preset;
+
+pub use preset::{PRESETS, Preset};
 
 /// The target material: speeds relative to `c_p`, and SI values where they are known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,21 +13,16 @@ pub struct Material {
     pub si: Option<Elastic>,
 }
 
-/// Two elastic constants and the density, in SI units, as a case file gives them.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// Two elastic constants and the density, in SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elastic {
     /// Young's modulus E \[Pa\], with `poisson_ratio`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub youngs_modulus: Option<f64>,
     /// Poisson's ratio ν.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson_ratio: Option<f64>,
     /// Bulk modulus K \[Pa\], with `shear_modulus`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub bulk_modulus: Option<f64>,
     /// Shear modulus µ \[Pa\].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_modulus: Option<f64>,
     /// Density γ \[kg/m³\].
     pub density: f64,
@@ -80,6 +77,17 @@ impl Elastic {
             }
             _ => Err(MaterialError::Incomplete),
         }
+    }
+
+    /// Poisson's ratio ν and Young's modulus E \[Pa\], `ν = (3K − 2µ)/(2(3K + µ))`, `E = 9Kµ/(3K + µ)`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Elastic::moduli`].
+    pub fn youngs_pair(&self) -> Result<(f64, f64), MaterialError> {
+        let (bulk, shear) = self.moduli()?;
+        let sum = 3.0 * bulk + shear;
+        Ok(((3.0 * bulk - 2.0 * shear) / (2.0 * sum), 9.0 * bulk * shear / sum))
     }
 
     /// Speeds `(c_p, c_s)` \[m/s\] of longitudinal and shear waves, `c_p² = (K + 4µ/3)/γ`, `c_s² = µ/γ`; \[KA\] Eq. 1.

@@ -30,7 +30,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{grid::Grid, surface::Surface};
+use crate::{
+    grid::Grid,
+    surface::Surface,
+    units::{Unit, Units},
+};
 
 mod blocked;
 pub(crate) use blocked::CORNER_MARGIN;
@@ -133,6 +137,15 @@ impl Field {
             Self::Pressure => "pressure",
             Self::VonMises => "von_mises",
             Self::MaxShear => "max_shear",
+        }
+    }
+
+    /// Its unit among those of a run.
+    pub fn unit(self, units: &Units) -> Unit {
+        match self {
+            Self::Displacement | Self::DisplacementR => units.length,
+            Self::Velocity | Self::VelocityR => units.speed,
+            _ => units.stress,
         }
     }
 

@@ -28,7 +28,8 @@ pub(crate) mod writer;
 /// * 1.1: slices of a field have one shape; force, mass and energy of plane runs are per length, in units of their own;
 ///   `Event.since`.
 /// * 1.2: `Energy.damped`; order and damping of the scheme in the run record.
-pub const FORMAT_VERSION: &str = "1.2";
+/// * 2.0: physical cases are recorded in SI, with their scales in the run record; shapes are geometry (`nose_radius`, `slope`).
+pub const FORMAT_VERSION: &str = "2.0";
 
 /// Uncompressed size at which a chunk is closed \[bytes\]: smaller ones lose less in a crash and cost more index. From 256 KiB
 /// to 4 MiB the size of the file differs by 0.2 % and the time by less than can be measured.

@@ -265,7 +265,7 @@ mod tests {
         let case = load(
             "fig6a",
             &[
-                "indenter.spread_rate=20",
+                "indenter.slope=0.05",
                 "impact.contact=unilateral",
                 "target.shear_wave_speed=0.2",
                 "mesh.cells=20",

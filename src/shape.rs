@@ -12,14 +12,22 @@ pub use profile::Profile;
 /// Form of the head, before it is bounded by a cylinder.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Head {
-    /// `f = 0`.
-    Flat,
-    /// `f = curvature·r²` with curvature V0/k \[1/R\].
-    Paraboloid {
-        /// Factor of r² \[1/R\].
-        curvature: f64,
+    /// `f = 0`, with a corner radius e at the edge R: `f = e − √(e² − (r − R + e)²)` for r > R − e.
+    Flat {
+        /// e \[R\]; 0 for a sharp edge.
+        edge_radius: f64,
     },
-    /// `f = slope·r` with slope V0/V*.
+    /// `f = r²/(2ρ)`.
+    Paraboloid {
+        /// ρ \[R\]
+        nose_radius: f64,
+    },
+    /// `f = ρ − √(ρ² − r²)`, r ≤ ρ.
+    Sphere {
+        /// ρ \[R\]
+        nose_radius: f64,
+    },
+    /// `f = slope·r`.
     Cone {
         /// Rise over run.
         slope: f64,
@@ -58,6 +66,7 @@ impl Shape {
     pub fn new(head: Head, radius: Option<f64>) -> Self {
         let natural = match &head {
             Head::Profile(profile) => profile.last_radius(),
+            Head::Sphere { nose_radius } => *nose_radius,
             _ => f64::INFINITY,
         };
         Self { head, radius: radius.unwrap_or(natural).min(natural) }
@@ -78,8 +87,9 @@ impl Shape {
     pub fn reach(&self, depth: f64) -> f64 {
         let free = match &self.head {
             _ if depth < 0.0 => 0.0,
-            Head::Flat => f64::INFINITY,
-            Head::Paraboloid { curvature } => (depth / curvature).sqrt(),
+            Head::Flat { edge_radius } => self.radius - edge_radius + arc_reach(*edge_radius, depth),
+            Head::Paraboloid { nose_radius } => (depth / curvature(*nose_radius)).sqrt(),
+            Head::Sphere { nose_radius } => arc_reach(*nose_radius, depth),
             Head::Cone { slope } => depth / slope,
             Head::Profile(profile) => profile.reach(depth),
         };
@@ -124,8 +134,13 @@ impl Shape {
         let mut pieces = vec![inner, outer];
         pieces.extend(support.kinks());
         pieces.extend(Some(self.radius).filter(|&edge| edge > inner && edge < outer));
-        if let Head::Profile(profile) = &self.head {
-            pieces.extend(profile.knots().filter(|&r| r > inner && r < outer));
+        match &self.head {
+            Head::Profile(profile) => pieces.extend(profile.knots().filter(|&r| r > inner && r < outer)),
+            Head::Flat { edge_radius } if *edge_radius > 0.0 => {
+                let corner = self.radius - edge_radius;
+                pieces.extend(Some(corner).filter(|&r| r > inner && r < outer));
+            }
+            _ => {}
         }
         pieces.sort_by(f64::total_cmp);
         let mut points = vec![inner];
@@ -163,14 +178,15 @@ impl Shape {
 
     /// True if all points have the same depth.
     pub fn is_flat(&self) -> bool {
-        self.head == Head::Flat
+        self.head == Head::Flat { edge_radius: 0.0 }
     }
 
     /// Profile of the head alone, as if it were unbounded \[R\].
     fn head_depth(&self, r: f64) -> f64 {
         match &self.head {
-            Head::Flat => 0.0,
-            Head::Paraboloid { curvature } => curvature * r * r,
+            Head::Flat { edge_radius } => arc(*edge_radius, r - self.radius + edge_radius),
+            Head::Paraboloid { nose_radius } => curvature(*nose_radius) * r * r,
+            Head::Sphere { nose_radius } => arc(*nose_radius, r),
             Head::Cone { slope } => slope * r,
             Head::Profile(profile) => profile.at(r),
         }
@@ -179,13 +195,38 @@ impl Shape {
     /// Radius between `from` and `to` at which the head, monotone there, has the depth `depth`.
     fn crossing(&self, depth: f64, from: f64, to: f64) -> f64 {
         let exact = match &self.head {
-            Head::Flat => to,
-            Head::Paraboloid { curvature } => (depth / curvature).sqrt(),
+            Head::Flat { edge_radius } if *edge_radius > 0.0 => {
+                self.radius - edge_radius + arc_reach(*edge_radius, depth)
+            }
+            Head::Flat { .. } => to,
+            Head::Paraboloid { nose_radius } => (depth / curvature(*nose_radius)).sqrt(),
+            Head::Sphere { nose_radius } => arc_reach(*nose_radius, depth),
             Head::Cone { slope } => depth / slope,
             Head::Profile(profile) => profile.crossing(depth, from, to),
         };
         exact.clamp(from, to)
     }
+}
+
+/// Factor of r² of a paraboloid, 1/(2ρ) \[1/R\].
+fn curvature(nose_radius: f64) -> f64 {
+    0.5 / nose_radius
+}
+
+/// Depth of an arc of radius ρ beside its lowest point, `ρ − √(ρ² − x²)`, without the loss of digits of that difference; 0 for
+/// x ≤ 0, ρ for x ≥ ρ.
+fn arc(rho: f64, x: f64) -> f64 {
+    if x <= 0.0 {
+        return 0.0;
+    }
+    let x = x.min(rho);
+    x * x / (rho + ((rho - x) * (rho + x)).sqrt())
+}
+
+/// Distance beside the lowest point at which an arc has a depth, `√(f(2ρ − f))`.
+fn arc_reach(rho: f64, depth: f64) -> f64 {
+    let depth = depth.min(rho);
+    (depth * (2.0 * rho - depth)).sqrt()
 }
 
 /// Hat-weighted average of `max(0, d + s)` over `|s| < half_width`, and its derivative by d:
@@ -214,8 +255,11 @@ mod tests {
     fn shapes() -> Vec<Shape> {
         let profile = Profile::new(&[[0.0, 0.0], [0.3, 0.05], [0.7, 0.2], [1.5, 0.9]]).expect("valid points");
         vec![
-            Shape::new(Head::Flat, Some(1.0)),
-            Shape::new(Head::Paraboloid { curvature: 0.5 }, None),
+            Shape::new(Head::Flat { edge_radius: 0.0 }, Some(1.0)),
+            Shape::new(Head::Flat { edge_radius: 0.3 }, Some(1.0)),
+            Shape::new(Head::Paraboloid { nose_radius: 1.0 }, None),
+            Shape::new(Head::Sphere { nose_radius: 1.0 }, None),
+            Shape::new(Head::Sphere { nose_radius: 1.5 }, Some(1.0)),
             Shape::new(Head::Cone { slope: 0.25 }, Some(1.0)),
             Shape::new(Head::Profile(profile), Some(1.0)),
         ]
@@ -306,6 +350,19 @@ mod tests {
             let second = (ramp(d + step, h).0 - 2.0 * ramp(d, h).0 + ramp(d - step, h).0) / (step * step);
             assert!((second - (1.0 - f64::abs(d) / h) / h).abs() < 1e-5, "{d}: {second}");
         }
+    }
+
+    #[test]
+    fn arcs_keep_their_digits() {
+        let sphere = Shape::new(Head::Sphere { nose_radius: 2.0 }, None);
+        assert_eq!((sphere.radius(), sphere.profile(2.0), sphere.profile(2.1)), (2.0, 2.0, f64::INFINITY));
+        // ρ − √(ρ² − r²) = r²/(2ρ) + r⁴/(8ρ³) + …
+        let r: f64 = 1e-4;
+        assert!((sphere.profile(r) / (r * r / 4.0 + r.powi(4) / 64.0) - 1.0).abs() < 1e-15);
+        let punch = Shape::new(Head::Flat { edge_radius: 0.2 }, Some(1.0));
+        assert!(punch.profile(0.8) < 1e-30 && (punch.profile(1.0) - 0.2).abs() < 1e-15);
+        assert!(!punch.is_flat() && Shape::new(Head::Flat { edge_radius: 0.0 }, Some(1.0)).is_flat());
+        assert_eq!((punch.reach(0.0), punch.reach(0.2), punch.reach(1.0)), (0.8, 1.0, 1.0));
     }
 
     #[test]

@@ -16,7 +16,7 @@
 use std::sync::Arc;
 
 use crate::{
-    case::{Case, FrameSteps, HeadKind, Stop},
+    case::{Case, FrameSteps, Stop},
     contact::{
         Contact, ContactState,
         event::{Event, EventKind, Watch},
@@ -28,6 +28,7 @@ use crate::{
         rakhmatulin::Rakhmatulin,
     },
     surface::Surface,
+    units::Units,
     validity::Validity,
     view::{Energy, Frame, Interface, View},
 };
@@ -90,6 +91,7 @@ pub struct Simulation {
     frames: FrameSteps,
     steps: u64,
     stop: Stop,
+    units: Units,
     next_step: u64,
     ending: Option<Ending>,
     failure: Option<SimulationError>,
@@ -158,10 +160,10 @@ impl Simulation {
                 velocity,
                 wave_speed,
             ),
-            watch: Watch::new(grid.dr / wave_speed),
+            watch: Watch::new(grid.dr / wave_speed, case.units()),
             ledger: Ledger { initial: indenter.kinetic_energy(), is_damped, ..Ledger::default() },
             motion: [vec![0.0; grid.nr()], vec![0.0; grid.nr()]],
-            validity: Validity::new(velocity, case.indenter.head == HeadKind::Flat),
+            validity: Validity::new(velocity, case.indenter.head.is_flat()),
             probes: case.record.probes.clone(),
             indenter,
             model,
@@ -169,6 +171,7 @@ impl Simulation {
             frames: case.frames(),
             steps: sizes.steps,
             stop: case.run.stop,
+            units: case.units(),
             next_step: 0,
             ending: None,
             failure: None,
@@ -342,7 +345,8 @@ impl Simulation {
         if let Some((kind, name)) = awaited
             && let Some(event) = events.iter().find(|event| event.kind == kind)
         {
-            let text = format!("stopped at {name}, t = {:.4}, as run.stop asks", event.since.unwrap_or(time));
+            let at = self.units.time.text(event.since.unwrap_or(time));
+            let text = format!("stopped at {name}, t = {at}, as run.stop asks");
             events.push(Event { kind: EventKind::Stopped, text: text.clone(), r: None, since: None });
             return Some(Ending::Stopped(text));
         }

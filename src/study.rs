@@ -29,7 +29,6 @@ use crate::{
     exact::closed_form::ClosedForm,
     session::{self, RunError},
     simulation::Simulation,
-    units,
     view::View,
 };
 
@@ -166,7 +165,7 @@ impl Level {
 
 /// Number in a trace, name and unit of every column that is a quantity.
 fn columns(case: &Case, plan: &Plan) -> Vec<(usize, String, &'static str)> {
-    let mut columns = vec![(DRAG, "drag".to_owned(), units::force(case.geometry))];
+    let mut columns = vec![(DRAG, "drag".to_owned(), case.units().force.name)];
     if case.indenter.mass.is_finite() {
         columns.push((VELOCITY, "velocity".into(), "c_p"));
     }

@@ -106,11 +106,12 @@ impl TheoryError {
         }
         let (beta, time) = (case.target.material.shear_wave_speed, case.run.end_time);
         let (quantity, error) = match (case.indenter.radius, &case.indenter.head) {
-            (Some(radius), head) if reaches_edge(head, radius, time) => {
+            (Some(radius), head) if reaches_edge(case, head, radius) => {
                 (Quantity::Drag, edge_error(case, radius, beta, time)?)
             }
-            (_, HeadKind::Paraboloid { curvature }) => {
-                (Quantity::StressOnAxis, paraboloid_error(case, *curvature, beta, time)?)
+            // a sphere is a paraboloid where it is in contact before its edge
+            (_, HeadKind::Paraboloid { nose_radius } | HeadKind::Sphere { nose_radius }) => {
+                (Quantity::StressOnAxis, paraboloid_error(case, *nose_radius, beta, time)?)
             }
             (_, HeadKind::Cone { .. }) => (Quantity::StressOnAxis, cone_error(case, beta, time)?),
             _ => return None,
@@ -142,12 +143,11 @@ impl fmt::Display for TheoryError {
     }
 }
 
-/// True if contact gets to the edge of a head within a time, on a flat surface.
-fn reaches_edge(head: &HeadKind, radius: f64, time: f64) -> bool {
+/// True if contact gets to the edge of a head within the run, on a flat surface.
+fn reaches_edge(case: &Case, head: &HeadKind, radius: f64) -> bool {
     match head {
-        HeadKind::Flat | HeadKind::Profile { .. } => true,
-        HeadKind::Paraboloid { curvature } => radius * radius <= curvature * time,
-        HeadKind::Cone { spread_rate } => radius <= spread_rate * time,
+        HeadKind::Flat { .. } | HeadKind::Profile { .. } => true,
+        _ => radius <= case.shape().reach(case.impact.velocity * case.run.end_time),
     }
 }
 
@@ -188,8 +188,9 @@ fn after_reflections(
 }
 
 /// Error of the stress on the axis under an unbounded paraboloid, in closed form.
-fn paraboloid_error(case: &Case, curvature: f64, beta: f64, time: f64) -> Option<f64> {
+fn paraboloid_error(case: &Case, nose_radius: f64, beta: f64, time: f64) -> Option<f64> {
     let (velocity, thickness) = (case.impact.velocity, case.target.thickness);
+    let curvature = 2.0 * nose_radius * velocity;
     let full = ElasticParaboloid::new(velocity, curvature, (1.0, beta), thickness).ok()?;
     let simplified = Paraboloid::new(velocity, curvature, beta, thickness).ok()?;
     Some(simplified.axis_pressure(0.0, time).ok()? / full.axis_pressure(0.0, time).ok()? - 1.0)

@@ -1,7 +1,7 @@
-//! Names of the units of a run, and scales that turn its dimensionless numbers into SI units.
+//! Units of a run: dimensionless ones, and SI through the scales of a physical case.
 //!
-//! Inside and in recordings everything is dimensionless; the scales are stored beside it where they are known. Force, mass and
-//! energy of a plane run are those of the half x ≥ 0, per unit of length along the strip:
+//! Everything is computed in units of R, c_p and γ. A physical case knows what these are, so that its recording is in SI; any other
+//! is recorded as computed. Force, mass and energy of a plane run are those of the half x ≥ 0, per unit of length along the strip:
 //!
 //! | | force | mass | energy |
 //! |---|---|---|---|
@@ -12,122 +12,271 @@ use std::f64::consts::PI;
 
 use crate::grid::Geometry;
 
-/// Unit of force: of drag.
-pub fn force(geometry: Geometry) -> &'static str {
-    match geometry {
-        Geometry::Axisymmetric => "πR²γc_p²",
-        Geometry::Plane => "Rγc_p²",
-    }
+/// Physical dimension of a number in a case or recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dimension {
+    /// Length.
+    Length,
+    /// Time.
+    Time,
+    /// Speed.
+    Speed,
+    /// Density.
+    Density,
+    /// Stress, elastic modulus.
+    Stress,
+    /// Force.
+    Force,
+    /// Mass.
+    Mass,
+    /// Energy.
+    Energy,
 }
 
-/// Unit of energy.
-pub fn energy(geometry: Geometry) -> &'static str {
-    match geometry {
-        Geometry::Axisymmetric => "πR³γc_p²",
-        Geometry::Plane => "R²γc_p²",
-    }
-}
-
-/// SI values of the units of a run; `None` where the case does not state them.
+/// SI values of the units of a physical case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {
     /// Symmetry, which force, mass and energy depend on.
     pub geometry: Geometry,
     /// Length R \[m\].
-    pub length: Option<f64>,
+    pub length: f64,
     /// Speed c_p \[m/s\].
-    pub speed: Option<f64>,
+    pub speed: f64,
     /// Density γ \[kg/m³\].
-    pub density: Option<f64>,
+    pub density: f64,
 }
 
 impl Scales {
-    /// Time R/c_p \[s\].
-    pub fn time(&self) -> Option<f64> {
-        Some(self.length? / self.speed?)
-    }
-
-    /// Stress γc_p² \[Pa\].
-    pub fn stress(&self) -> Option<f64> {
-        Some(self.density? * self.speed? * self.speed?)
-    }
-
-    /// Area that stress acts on to give the unit of force: πR² \[m²\], plane R \[m²/m\].
-    fn area(&self) -> Option<f64> {
-        let length = self.length?;
-        Some(match self.geometry {
+    /// SI value of the unit of a dimension.
+    ///
+    /// ```text
+    /// time R/c_p     stress γc_p²     force A·γc_p²     mass A·γR     energy A·γc_p²R
+    /// ```
+    ///
+    /// with the area A = πR² \[m²\], plane A = R \[m²/m\].
+    pub fn of(&self, dimension: Dimension) -> f64 {
+        let Self { length, speed, density, .. } = *self;
+        let area = match self.geometry {
             Geometry::Axisymmetric => PI * length * length,
             Geometry::Plane => length,
-        })
+        };
+        let stress = density * speed * speed;
+        match dimension {
+            Dimension::Length => length,
+            Dimension::Time => length / speed,
+            Dimension::Speed => speed,
+            Dimension::Density => density,
+            Dimension::Stress => stress,
+            Dimension::Force => area * stress,
+            Dimension::Mass => area * length * density,
+            Dimension::Energy => area * stress * length,
+        }
     }
 
-    /// Force πR²γc_p² \[N\], plane Rγc_p² \[N/m\].
-    pub fn force(&self) -> Option<f64> {
-        Some(self.area()? * self.stress()?)
+    /// The dimensionless number of an SI value.
+    pub fn reduce(&self, dimension: Dimension, si: f64) -> f64 {
+        si / self.of(dimension)
     }
 
-    /// Mass πγR³ \[kg\], plane γR² \[kg/m\].
-    pub fn mass(&self) -> Option<f64> {
-        Some(self.area()? * self.length? * self.density?)
+    /// An SI value whose dimensionless number is `x`: exactly that one, where there is such a value.
+    pub fn expand(&self, dimension: Dimension, x: f64) -> f64 {
+        let near = x * self.of(dimension);
+        let (mut above, mut below) = (near, near);
+        for _ in 0..4 {
+            for si in [above, below] {
+                if self.reduce(dimension, si) == x {
+                    return si;
+                }
+            }
+            (above, below) = (above.next_up(), below.next_down());
+        }
+        near
     }
 
-    /// Energy πR³γc_p² \[J\], plane R²γc_p² \[J/m\].
-    pub fn energy(&self) -> Option<f64> {
-        Some(self.force()? * self.length?)
-    }
-
-    /// Names and values of all scales that are known, with their SI unit.
-    pub fn known(&self) -> Vec<(&'static str, f64)> {
+    /// Names and values of all scales, as in the record of a run.
+    pub fn entries(&self) -> [(&'static str, f64); 8] {
         let [force, mass, energy] = match self.geometry {
             Geometry::Axisymmetric => ["scale.force_n", "scale.mass_kg", "scale.energy_j"],
             Geometry::Plane => ["scale.force_n_per_m", "scale.mass_kg_per_m", "scale.energy_j_per_m"],
         };
-        let all = [
-            ("scale.length_m", self.length),
-            ("scale.speed_m_per_s", self.speed),
-            ("scale.time_s", self.time()),
-            ("scale.density_kg_per_m3", self.density),
-            ("scale.stress_pa", self.stress()),
-            (force, self.force()),
-            (mass, self.mass()),
-            (energy, self.energy()),
-        ];
-        all.into_iter().filter_map(|(name, value)| Some((name, value?))).collect()
+        [
+            ("scale.length_m", Dimension::Length),
+            ("scale.speed_m_per_s", Dimension::Speed),
+            ("scale.time_s", Dimension::Time),
+            ("scale.density_kg_per_m3", Dimension::Density),
+            ("scale.stress_pa", Dimension::Stress),
+            (force, Dimension::Force),
+            (mass, Dimension::Mass),
+            (energy, Dimension::Energy),
+        ]
+        .map(|(name, dimension)| (name, self.of(dimension)))
     }
+}
+
+/// Unit of a recorded quantity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    /// Its name: `γc_p²`, `Pa`.
+    pub name: &'static str,
+    /// Recorded number of a dimensionless 1; exactly 1 in a dimensionless case.
+    pub scale: f64,
+}
+
+impl Unit {
+    /// The recorded number of a dimensionless one.
+    pub fn of(self, x: f64) -> f64 {
+        self.scale * x
+    }
+
+    /// A dimensionless number for people: plain with four decimals, or in SI with its unit.
+    pub fn text(self, x: f64) -> String {
+        if DIMENSIONLESS.contains(&self.name) {
+            format!("{x:.4}")
+        } else {
+            engineering(self.of(x), self.name)
+        }
+    }
+}
+
+/// Names of the units of a dimensionless run.
+const DIMENSIONLESS: [&str; 8] = ["R", "R/c_p", "c_p", "γc_p²", "πR²γc_p²", "Rγc_p²", "πR³γc_p²", "R²γc_p²"];
+
+/// Units of everything that a run records.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Units {
+    /// Lengths.
+    pub length: Unit,
+    /// Times.
+    pub time: Unit,
+    /// Velocities.
+    pub speed: Unit,
+    /// Stresses.
+    pub stress: Unit,
+    /// Forces.
+    pub force: Unit,
+    /// Energies.
+    pub energy: Unit,
+}
+
+impl Units {
+    /// Units of a run: SI where its scales are known.
+    pub fn new(geometry: Geometry, scales: Option<Scales>) -> Self {
+        let unit = |dimension| Unit {
+            name: name(dimension, geometry, scales.is_some()),
+            scale: scales.map_or(1.0, |scales| scales.of(dimension)),
+        };
+        Self {
+            length: unit(Dimension::Length),
+            time: unit(Dimension::Time),
+            speed: unit(Dimension::Speed),
+            stress: unit(Dimension::Stress),
+            force: unit(Dimension::Force),
+            energy: unit(Dimension::Energy),
+        }
+    }
+}
+
+/// An SI value with four digits and its unit with a prefix: `52.31 µs`, `1.204 kN`; speeds and densities without one.
+pub fn engineering(si: f64, unit: &str) -> String {
+    const PREFIXES: [(f64, &str); 8] =
+        [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
+    let digits = |x: f64| {
+        let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
+        let whole = if rounded == 0.0 { 1.0 } else { rounded.abs().log10().floor() + 1.0 };
+        format!("{rounded:.*}", (4.0 - whole).clamp(0.0, 8.0) as usize)
+    };
+    // the kilogram has a prefix of its own
+    let (si, unit) = match unit.strip_prefix('k') {
+        Some(gram) if unit == "kg" || unit == "kg/m" => (1e3 * si, gram),
+        _ => (si, unit),
+    };
+    if si == 0.0 || !si.is_finite() || ["m/s", "kg/m³"].contains(&unit) {
+        return format!("{} {unit}", digits(si));
+    }
+    // four digits of what is a little less than the next prefix are that prefix
+    let fits = |&&(scale, _): &&(f64, &str)| si.abs() >= 0.999_95 * scale;
+    let (scale, prefix) = PREFIXES.iter().find(fits).unwrap_or(&PREFIXES[7]);
+    format!("{} {prefix}{unit}", digits(si / scale))
+}
+
+/// Name of the unit of a dimension.
+pub fn name(dimension: Dimension, geometry: Geometry, is_si: bool) -> &'static str {
+    let (dimensionless, si) = match (dimension, geometry) {
+        (Dimension::Length, _) => ("R", "m"),
+        (Dimension::Time, _) => ("R/c_p", "s"),
+        (Dimension::Speed, _) => ("c_p", "m/s"),
+        (Dimension::Density, _) => ("γ", "kg/m³"),
+        (Dimension::Stress, _) => ("γc_p²", "Pa"),
+        (Dimension::Force, Geometry::Axisymmetric) => ("πR²γc_p²", "N"),
+        (Dimension::Force, Geometry::Plane) => ("Rγc_p²", "N/m"),
+        (Dimension::Mass, Geometry::Axisymmetric) => ("πγR³", "kg"),
+        (Dimension::Mass, Geometry::Plane) => ("γR²", "kg/m"),
+        (Dimension::Energy, Geometry::Axisymmetric) => ("πR³γc_p²", "J"),
+        (Dimension::Energy, Geometry::Plane) => ("R²γc_p²", "J/m"),
+    };
+    if is_si { si } else { dimensionless }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn derived_scales_need_their_parts() {
-        let geometry = Geometry::Axisymmetric;
-        let steel = Scales { geometry, length: Some(0.01), speed: Some(5000.0), density: Some(8000.0) };
-        assert_eq!(steel.time(), Some(2e-6));
-        assert_eq!(steel.stress(), Some(2e11));
-        assert_eq!(steel.known().len(), 8);
-        assert_eq!(Scales { length: None, ..steel }.known().len(), 3);
+    fn steel(geometry: Geometry) -> Scales {
+        Scales { geometry, length: 0.01, speed: 5000.0, density: 8000.0 }
     }
 
     #[test]
-    fn plane_runs_are_per_length() {
-        let scales =
-            |geometry| Scales { geometry, length: Some(0.01), speed: Some(5000.0), density: Some(8000.0) };
-        let value = |geometry, name| {
-            let known = scales(geometry).known();
-            known.into_iter().find(|(known, _)| *known == name).map(|(_, value)| value)
-        };
-        for (round, plane, expected) in [
-            ("scale.force_n", "scale.force_n_per_m", 2e9),
-            ("scale.mass_kg", "scale.mass_kg_per_m", 0.8),
-            ("scale.energy_j", "scale.energy_j_per_m", 2e7),
+    fn scales_are_those_of_their_units() {
+        for (dimension, round, plane) in [
+            (Dimension::Time, 2e-6, 2e-6),
+            (Dimension::Stress, 2e11, 2e11),
+            (Dimension::Force, PI * 2e7, 2e9),
+            (Dimension::Mass, PI * 8e-3, 0.8),
+            (Dimension::Energy, PI * 2e5, 2e7),
         ] {
-            let per_length = value(Geometry::Plane, plane).expect("a scale");
-            assert!((per_length / expected - 1.0).abs() < 1e-14, "{plane} = {per_length}");
-            let whole = value(Geometry::Axisymmetric, round).expect("a scale");
-            assert!((whole / (PI * 0.01 * expected) - 1.0).abs() < 1e-14, "{round} = {whole}");
-            assert_eq!((value(Geometry::Plane, round), value(Geometry::Axisymmetric, plane)), (None, None));
+            for (geometry, expected) in [(Geometry::Axisymmetric, round), (Geometry::Plane, plane)] {
+                let scale = steel(geometry).of(dimension);
+                assert!((scale / expected - 1.0).abs() < 1e-14, "{dimension:?} {geometry:?}: {scale}");
+            }
         }
+    }
+
+    #[test]
+    fn a_reduced_value_is_found_again() {
+        let scales =
+            Scales { geometry: Geometry::Axisymmetric, length: 0.0127, speed: 2693.7, density: 1183.0 };
+        for dimension in [Dimension::Length, Dimension::Time, Dimension::Mass, Dimension::Speed] {
+            for i in 1..2000 {
+                let x = scales.reduce(dimension, f64::from(i) * 1e-3);
+                assert_eq!(scales.reduce(dimension, scales.expand(dimension, x)), x);
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_for_people_have_four_digits() {
+        for (si, unit, text) in [
+            (5.231e-5, "s", "52.31 µs"),
+            (1204.0, "N", "1.204 kN"),
+            (999.96, "N", "1.000 kN"),
+            (999.9, "N", "999.9 N"),
+            (0.0328, "kg", "32.80 g"),
+            (2.0, "kg/m", "2.000 kg/m"),
+            (2680.0, "m/s", "2680 m/s"),
+            (-3.4e8, "Pa", "-340.0 MPa"),
+            (0.0, "J", "0.000 J"),
+        ] {
+            assert_eq!(engineering(si, unit), text);
+        }
+        let units = Units::new(Geometry::Axisymmetric, None);
+        assert_eq!(units.time.text(1.25), "1.2500");
+    }
+
+    #[test]
+    fn dimensionless_numbers_are_recorded_as_they_are() {
+        let units = Units::new(Geometry::Plane, None);
+        assert_eq!((units.force.name, units.force.of(0.1 + 0.2)), ("Rγc_p²", 0.1 + 0.2));
+        let units = Units::new(Geometry::Plane, Some(steel(Geometry::Plane)));
+        assert_eq!((units.force.name, units.energy.name, units.time.name), ("N/m", "J/m", "s"));
     }
 }

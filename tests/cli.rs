@@ -101,13 +101,13 @@ fn the_plain_stepper_runs_a_case_too() {
 }
 
 /// Line of `GOOD` (from its start) to replace, by what, and what the message must name.
-const BAD: [(&str, &str, &str); 37] = [
+const BAD: [(&str, &str, &str); 35] = [
     ("velocity", "velocity = nan", "`impact.velocity` = NaN"),
     ("velocity", "velocity = inf", "`impact.velocity` = inf"),
     ("velocity", "velocity = 0", "`impact.velocity` = 0.0"),
     ("velocity", "velocity = -1.0", "`impact.velocity` = -1.0"),
     ("velocity", "velocity = 1e300", "`impact.velocity` = 1e300"),
-    ("velocity", "velocity = \"fast\"", "`impact.velocity`: invalid type"),
+    ("velocity", "velocity = \"fast\"", "`impact.velocity` = \"fast\" is no number"),
     ("thickness", "thickness = 0.0", "`target.thickness` = 0.0"),
     ("thickness", "thickness = -inf", "`target.thickness` = -inf"),
     ("thickness", "thickness = \"half\"", "`target.thickness`"),
@@ -115,15 +115,9 @@ const BAD: [(&str, &str, &str); 37] = [
     ("shear_wave_speed", "shear_wave_speed = 1.0", "`target.shear_wave_speed` = 1.0"),
     ("shear_wave_speed", "shear_wave_speed = 1.5", "`target.shear_wave_speed` = 1.5"),
     ("shear_wave_speed", "shear_wave_speed = 0.0", "`target.shear_wave_speed` = 0.0"),
-    ("shear_wave_speed", "material = { youngs_modulus = 1e9, density = 1e3 }", "poisson_ratio"),
-    (
-        "shear_wave_speed",
-        "material = { youngs_modulus = 1e9, poisson_ratio = 0.5, density = 1e3 }",
-        "poisson_ratio = 0.5",
-    ),
-    ("shape", "shape = \"sphere\"", "unknown variant `sphere`"),
-    ("shape", "shape = \"cone\"", "`indenter.spread_rate` is missing"),
-    ("shape", "shape = \"flat\"\ncurvature = 0.2", "`indenter.curvature` belongs to"),
+    ("shape", "shape = \"ball\"", "unknown variant `ball`"),
+    ("shape", "shape = \"cone\"", "`indenter.slope` is missing"),
+    ("shape", "shape = \"flat\"\nslope = 0.2", "`indenter.slope` belongs to"),
     ("shape", "shape = \"profile\"", "`indenter.file` is missing"),
     ("shape", "shape = \"profile\"\nfile = \"nowhere.csv\"", "nowhere.csv"),
     ("shape", "shape = \"profile\"\nfile = \"blunt.csv\"", "point 1 must be the tip"),
@@ -138,11 +132,11 @@ const BAD: [(&str, &str, &str); 37] = [
     ("cells", "cells = 20\ncolour = 3", "unknown key `mesh.colour`"),
     ("end_time", "end_time = 1e11", "1.0000e12 steps"),
     ("end_time", "end_time = 1e-9", "steps"),
-    ("probes", "probes = [0.0, nan]", "`record.probes` contains NaN"),
+    ("probes", "probes = [0.0, nan]", "`record.probes[1]` = NaN"),
     ("fields", "fields = [\"stress\", \"stress\"]", "twice"),
     ("frames", "frames = 1.5", "`record.frames`"),
     ("frames", "frame_times = [0.1]\nframes = 3", "both given"),
-    ("frames", "frame_times = [0.1, 1e3]", "`record.frame_times` contains 1000.0"),
+    ("frames", "frame_times = [0.1, 1e3]", "`record.frame_times[1]` = 1000.0"),
 ];
 
 #[test]
@@ -516,7 +510,7 @@ fn closed_forms_are_recorded_or_refused() {
     for (arguments, reason) in [
         (&["exact", "fig8-m5"][..], "infinite mass"),
         (
-            &["exact", "fig6a", "--set", "indenter.spread_rate=0.4", "--set", "impact.contact=unilateral"],
+            &["exact", "fig6a", "--set", "indenter.slope=2.5", "--set", "impact.contact=unilateral"],
             "slower than the waves",
         ),
         (&["exact", "fig2", "--set", "geometry=plane"], "plane"),

@@ -56,6 +56,7 @@ const CASES: [Golden; 6] = [
             "run.end_time=5.0",
             "impact.contact=\"unilateral\"",
             "impact.velocity=0.4",
+            "indenter.slope=0.2",
             "indenter.mass=0.4",
         ],
     },

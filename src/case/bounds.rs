@@ -33,6 +33,16 @@ impl Bounds {
         Self { or_infinite: true, ..self }
     }
 
+    /// The bounds of numbers in a unit.
+    ///
+    /// * `scale`: value of the unit of these bounds in that unit
+    pub fn in_unit(&self, scale: f64, unit: &str) -> String {
+        let rounded = |x: f64| format!("{:.4e}", x * scale).replace(".0000e", "e");
+        let (low, high) = (if self.low_open { ">" } else { "≥" }, if self.high_open { "<" } else { "≤" });
+        let end = if self.or_infinite { ", or inf" } else { "" };
+        format!("{low} {} {unit} and {high} {} {unit}{end}", rounded(self.low), rounded(self.high))
+    }
+
     /// True if `x` is allowed.
     pub fn contain(&self, x: f64) -> bool {
         (self.or_infinite && x == f64::INFINITY)

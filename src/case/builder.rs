@@ -76,7 +76,7 @@ mod tests {
             .set("target.thickness", "half-space")
             .set("target.shear_wave_speed", 0.1 + 0.2)
             .set("indenter.shape", "paraboloid")
-            .set("indenter.curvature", 0.5)
+            .set("indenter.nose_radius", 0.5)
             .set("indenter.mass", f64::INFINITY)
             .set("run.end_time", 2.0)
     }

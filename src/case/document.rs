@@ -146,13 +146,36 @@ impl<'t> Section<'t> {
     }
 
     /// Full name of a key.
-    fn name(&self, key: &str) -> String {
+    pub fn name(&self, key: &str) -> String {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
     fn remove(&mut self, key: &'static str) -> Option<Spanned<DeValue<'t>>> {
         self.keys.push(key);
         self.table.remove(key)
+    }
+
+    /// The text of a value, without reading it: `None` if there is none or it is no text.
+    pub fn text(&self, key: &str) -> Option<&str> {
+        match self.table.get(key)?.get_ref() {
+            DeValue::String(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// Place of a key that is there and not read yet, else of the section.
+    pub fn place(&self, key: &str) -> Range<usize> {
+        self.table.get(key).map_or(self.span(), Spanned::span)
+    }
+
+    /// True if the value of any key was refused.
+    pub fn has_refused(&self) -> bool {
+        !self.refused.is_empty()
+    }
+
+    /// True if the key is there and not read yet.
+    pub fn has(&self, key: &str) -> bool {
+        self.table.contains_key(key)
     }
 
     /// A sub-table; an empty one if it is missing.
@@ -204,13 +227,6 @@ impl<'t> Section<'t> {
         self.refuse(key, given.span, message, &allowed)
     }
 
-    /// A required number within bounds.
-    pub fn require_number(&mut self, key: &'static str, bounds: Bounds) -> Option<Given<f64>> {
-        let given = self.number(key, bounds);
-        self.need(key, given.is_some(), &bounds.to_string());
-        given
-    }
-
     /// A whole number within bounds, if the key is there.
     pub fn count(&mut self, key: &'static str, range: RangeInclusive<u64>) -> Option<Given<u64>> {
         let allowed = format!("a whole number from {} to {}", range.start(), range.end());
@@ -234,9 +250,14 @@ impl<'t> Section<'t> {
         message: impl Into<String>,
         allowed: &str,
     ) -> Option<T> {
-        self.refused.push(key);
+        self.mark_refused(key);
         self.problem(span, message, format!("allowed: {allowed}"));
         None
+    }
+
+    /// Notes that the value of a key was refused.
+    pub fn mark_refused(&mut self, key: &'static str) {
+        self.refused.push(key);
     }
 
     /// True if `key` is there but its value was refused.

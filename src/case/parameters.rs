@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{FrameSteps, Frames, resolved};
+use super::{FrameSteps, Frames, Value, quantity::si_unit, resolved};
 use crate::{
     contact::Rule,
     grid::{Geometry, Grid, MeshKind, Spacing},
@@ -13,7 +13,7 @@ use crate::{
     },
     recording::Compression,
     shape::{Head, Profile, Shape},
-    units::Scales,
+    units::{Dimension, Scales, Units},
 };
 
 /// The data of a case.
@@ -25,6 +25,10 @@ pub struct Parameters {
     pub model: ModelKind,
     /// Symmetry.
     pub geometry: Geometry,
+    /// SI values of the units of a physical case.
+    pub scales: Option<Scales>,
+    /// True if the case names its unit of length, because its indenter has none.
+    pub has_length_unit: bool,
     /// The target.
     pub target: Target,
     /// The indenter.
@@ -54,7 +58,7 @@ impl Parameters {
 
     /// The shape of the indenter.
     pub fn shape(&self) -> Shape {
-        self.indenter.shape(self.impact.velocity)
+        self.indenter.shape()
     }
 
     /// The mesh.
@@ -83,14 +87,19 @@ impl Parameters {
         self.record.frames.of(self.sizes.steps, self.sizes.dt)
     }
 
-    /// SI values of the units, where the case gives them.
-    pub fn scales(&self) -> Scales {
-        let si = self.target.material.si;
-        Scales {
-            geometry: self.geometry,
-            length: self.indenter.scale_radius,
-            speed: si.and_then(|m| m.wave_speeds().ok()).map(|(c_p, _)| c_p),
-            density: si.map(|m| m.density),
+    /// Units of what is recorded.
+    pub fn units(&self) -> Units {
+        Units::new(self.geometry, self.scales)
+    }
+
+    /// A dimensionless number as case files of this case have it: plain, or as a quantity.
+    pub fn written(&self, dimension: Dimension, x: f64) -> Value {
+        match self.scales {
+            Some(scales) if x.is_finite() => {
+                let unit = si_unit(dimension, self.geometry);
+                Value::String(format!("{:?} {unit}", scales.expand(dimension, x)))
+            }
+            _ => Value::Float(x),
         }
     }
 }
@@ -113,24 +122,30 @@ pub struct Body {
     pub radius: Option<f64>,
     /// Mass M \[πγR³, plane γR²\], may be infinite.
     pub mass: f64,
-    /// SI value of the length unit \[m\].
-    pub scale_radius: Option<f64>,
 }
 
-/// Form of the head in the parameters of case files, which describe some shapes by the speed of the contact radius.
+/// Form of the head: its geometry, whatever the velocity.
 #[derive(Clone, Debug, PartialEq)]
 pub enum HeadKind {
-    /// `f = 0`.
-    Flat,
-    /// `r*² = k·t` at constant V0.
-    Paraboloid {
-        /// k
-        curvature: f64,
+    /// `f = 0`, with a corner at the edge.
+    Flat {
+        /// Radius e of the corner \[R\]; 0 for a sharp edge.
+        edge_radius: f64,
     },
-    /// `r* = V*·t` at V0 = 1.
+    /// `f = r²/(2ρ)`.
+    Paraboloid {
+        /// ρ \[R\]
+        nose_radius: f64,
+    },
+    /// `f = ρ − √(ρ² − r²)`.
+    Sphere {
+        /// ρ \[R\]
+        nose_radius: f64,
+    },
+    /// `f = s·r`.
     Cone {
-        /// V* = tan φ
-        spread_rate: f64,
+        /// s
+        slope: f64,
     },
     /// Points `[r, f]`.
     Profile {
@@ -202,7 +217,7 @@ pub struct Record {
     pub frames: Frames,
     /// Compression of chunks.
     pub compression: Compression,
-    /// Seconds of log time per unit of dimensionless time.
+    /// Seconds of log time per unit of time: R/c_p, in a physical case a second.
     pub playback_rate: f64,
 }
 
@@ -254,13 +269,21 @@ pub struct Sizes {
     pub layer: bool,
 }
 
+impl HeadKind {
+    /// True if the whole face has one depth.
+    pub fn is_flat(&self) -> bool {
+        *self == Self::Flat { edge_radius: 0.0 }
+    }
+}
+
 impl Body {
-    /// The shape at impact velocity V0: `f = V0 r²/k`, `f = V0 r/V*`.
-    pub fn shape(&self, velocity: f64) -> Shape {
+    /// The shape.
+    pub fn shape(&self) -> Shape {
         let head = match &self.head {
-            HeadKind::Flat => Head::Flat,
-            HeadKind::Paraboloid { curvature } => Head::Paraboloid { curvature: velocity / curvature },
-            HeadKind::Cone { spread_rate } => Head::Cone { slope: velocity / spread_rate },
+            HeadKind::Flat { edge_radius } => Head::Flat { edge_radius: *edge_radius },
+            HeadKind::Paraboloid { nose_radius } => Head::Paraboloid { nose_radius: *nose_radius },
+            HeadKind::Sphere { nose_radius } => Head::Sphere { nose_radius: *nose_radius },
+            HeadKind::Cone { slope } => Head::Cone { slope: *slope },
             HeadKind::Profile { curve, .. } => Head::Profile(curve.clone()),
         };
         Shape::new(head, self.radius)

@@ -8,22 +8,23 @@ use std::{fmt, path::Path};
 use serde::de::DeserializeOwned;
 
 use super::{
-    Case, CaseBuilder, CaseErrors, Frames, Impact, Mesh, Parameters, Record, Run, Stop, Target, Value,
-    ViewChannel,
+    Case, CaseBuilder, CaseErrors, Frames, Impact, Mesh, Parameters, Record, Run, Stop, ViewChannel,
     bounds::Bounds,
     document::{Document, Given, Section},
-    read_indenter::read_indenter,
+    read_indenter::{IndenterParts, read_indenter},
+    read_target::{read_material, read_system, read_target},
     sizes::Plan,
+    system::System,
 };
 use crate::{
     contact::Rule,
     grid::{Geometry, MeshKind},
-    material::{Elastic, Material},
     model::{
         Field, ModelKind, elastic,
         scheme::{LARGEST_DAMPING, Order},
     },
     recording::Compression,
+    units::Dimension,
 };
 
 /// Largest dimensionless size or time. Far beyond any use, far from overflow.
@@ -51,26 +52,49 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let title = root.get::<String>("title", "a text in quotes").map(|given| given.value);
     let model = root.get("model", "rakhmatulin, elastic").map_or(ModelKind::Rakhmatulin, value);
     let geometry = root.get("geometry", "axisymmetric, plane").map_or(Geometry::Axisymmetric, value);
-    let target = read_target(&mut root, model);
-    let velocity = read_impact(&mut root);
-    let indenter = read_indenter(&mut root, &given.folder, velocity.contact.as_ref());
-    let impact =
-        Impact { velocity: velocity.velocity, contact: velocity.contact.map_or(Rule::Unilateral, value) };
-    let c_s = target.as_ref().map(|(target, _)| target.material.shear_wave_speed);
-    let mesh = read_mesh(&mut root, model, c_s);
-    let (run, end_time) = read_run(&mut root);
-    let (record, field_every) = read_record(&mut root, run.end_time, model);
+    let [mut target, indenter, impact, mesh, run, record] =
+        ["target", "indenter", "impact", "mesh", "run", "record"].map(|name| root.section(name));
+    let has_quantities =
+        impact.text("velocity").or(run.text("end_time")).or(indenter.text("radius")).is_some();
+    let material = read_material(&mut target, geometry, model, has_quantities);
+    let (system, has_length_unit) = read_system(&mut root, &indenter, geometry, &material);
     root.end();
+    let target = read_target(target, &material, model, &system);
+    let impact = read_impact(impact, &system);
+    let parts = IndenterParts {
+        folder: &given.folder,
+        geometry,
+        system: &system,
+        velocity: impact.velocity,
+        contact: impact.contact.as_ref(),
+    };
+    let indenter = read_indenter(indenter, &parts);
+    let impact =
+        Impact { velocity: impact.velocity, contact: impact.contact.map_or(Rule::Unilateral, value) };
+    let c_s = target.as_ref().map(|(target, _)| target.material.shear_wave_speed);
+    let mesh = read_mesh(mesh, model, c_s, &system);
+    let (run, end_time) = read_run(run, &system);
+    let (record, field_every) = read_record(record, run.end_time, model, &system);
 
     // sizes are derived from sound values only
     let parts = target.zip(indenter).filter(|_| document.is_sound());
     let parameters = parts.and_then(|((target, thickness), indenter)| {
-        let plan = Plan { model, target: &target, indenter: &indenter, impact, run, record: &record };
+        let plan = Plan {
+            model,
+            scales: system.scales(),
+            target: &target,
+            indenter: &indenter,
+            impact,
+            run,
+            record: &record,
+        };
         let sizes = plan.sizes(&document, &mesh, thickness, end_time)?;
         let mut parameters = Parameters {
             title: title.unwrap_or_else(|| default_title(&given.name)),
             model,
             geometry,
+            scales: system.scales(),
+            has_length_unit,
             target,
             indenter,
             impact,
@@ -101,81 +125,21 @@ fn default_title(name: &str) -> String {
 
 pub(super) type Span = std::ops::Range<usize>;
 
-fn read_target(root: &mut Section<'_>, model: ModelKind) -> Option<(Target, Span)> {
-    let mut section = root.section("target");
-    let thickness = read_thickness(&mut section);
-    let material = read_material(&mut section, model);
-    section.end();
-    let (thickness, span) = thickness?;
-    Some((Target { thickness, material: material? }, span))
-}
-
-/// Thickness, `None` for a half-space, and its place.
-fn read_thickness(section: &mut Section<'_>) -> Option<(Option<f64>, Span)> {
-    let bounds = Bounds::within(TINY, HUGE);
-    let allowed = format!("{bounds}, or \"half-space\"");
-    let Given { value, span } = section.require::<Value>("thickness", &allowed)?;
-    let thickness = match value {
-        Value::String(name) if name == "half-space" => return Some((None, span)),
-        Value::Integer(h) => h as f64,
-        Value::Float(h) => h,
-        _ => f64::NAN,
-    };
-    if bounds.contain(thickness) {
-        return Some((Some(thickness), span));
-    }
-    section.refuse("thickness", span, format!("`target.thickness` = {value} is not possible"), &allowed)
-}
-
-fn read_material(section: &mut Section<'_>, model: ModelKind) -> Option<Material> {
-    // positive bulk modulus: c_s²/c_p² < 3/4
-    let fastest = if model == ModelKind::Elastic { 0.75f64.sqrt() } else { 1.0 };
-    let speed = section.get::<f64>("shear_wave_speed", "a number, c_s/c_p");
-    let elastic =
-        section.get::<Elastic>("material", "{ youngs_modulus, poisson_ratio, density } in SI units");
-    let (span, message, help) = match (speed, elastic) {
-        (Some(speed), None) => {
-            let bounds = Bounds::between(0.0, fastest);
-            if bounds.contain(speed.value) && speed.value >= TINY {
-                return Some(Material { shear_wave_speed: speed.value, si: None });
-            }
-            let message = format!("`target.shear_wave_speed` = {:?} is not possible", speed.value);
-            (speed.span, message, format!("allowed: {bounds}, in units of c_p"))
-        }
-        (None, Some(elastic)) => match elastic.value.wave_speeds() {
-            Ok((c_p, c_s)) => {
-                return Some(Material { shear_wave_speed: c_s / c_p, si: Some(elastic.value) });
-            }
-            Err(error) => {
-                let help = "give youngs_modulus [Pa], poisson_ratio and density [kg/m³]";
-                (elastic.span, error.to_string(), help.to_owned())
-            }
-        },
-        (Some(speed), Some(_)) => {
-            let message = "`target.shear_wave_speed` and `target.material` are both given";
-            (speed.span, message.to_owned(), "keep one of them".to_owned())
-        }
-        (None, None) => {
-            let is_given = section.is_refused("material");
-            section.need("shear_wave_speed", is_given, "c_s/c_p, or a material in SI units");
-            return None;
-        }
-    };
-    section.problem(span, message, help);
-    None
-}
-
 struct GivenImpact {
     velocity: f64,
     contact: Option<Given<Rule>>,
 }
 
-fn read_impact(root: &mut Section<'_>) -> GivenImpact {
-    let mut section = root.section("impact");
-    let velocity = section.number("velocity", Bounds::within(TINY, HUGE)).map_or(1.0, value);
+fn read_impact(mut section: Section<'_>, system: &System) -> GivenImpact {
+    let bounds = Bounds::within(TINY, HUGE);
+    let velocity = match system {
+        System::Dimensionless => section.quantity("velocity", Dimension::Speed, bounds, system),
+        // c_p is no velocity that anybody means
+        System::Physical { .. } => section.require_quantity("velocity", Dimension::Speed, bounds, system),
+    };
     let contact = section.get("contact", "unilateral, bilateral, prescribed");
     section.end();
-    GivenImpact { velocity, contact }
+    GivenImpact { velocity: velocity.map_or(1.0, value), contact }
 }
 
 /// The `[mesh]` section.
@@ -188,11 +152,11 @@ pub(super) struct GivenMesh {
 }
 
 /// * `c_s`: shear wave speed of a sound target \[c_p\]
-fn read_mesh(root: &mut Section<'_>, model: ModelKind, c_s: Option<f64>) -> GivenMesh {
-    let mut section = root.section("mesh");
+fn read_mesh(mut section: Section<'_>, model: ModelKind, c_s: Option<f64>, system: &System) -> GivenMesh {
     let kind = read_mesh_kind(&mut section, model);
     let cells = section.count("cells", 2..=1_000_000);
-    let outer_radius = section.number("outer_radius", Bounds::within(TINY, HUGE));
+    let outer_radius =
+        section.quantity("outer_radius", Dimension::Length, Bounds::within(TINY, HUGE), system);
     let cells = cells.unwrap_or(Given { value: DEFAULT_CELLS, span: section.span() });
     let (order, damping) = match model {
         ModelKind::Rakhmatulin => read_scheme(&mut section, kind),
@@ -260,9 +224,8 @@ fn read_elastic_scheme(section: &mut Section<'_>, c_s: Option<f64>) -> (Option<O
     (None, damping.map_or(DEFAULT_LATERAL_DAMPING.min(largest), value))
 }
 
-fn read_run(root: &mut Section<'_>) -> (Run, Span) {
-    let mut section = root.section("run");
-    let end_time = section.require_number("end_time", Bounds::above(0.0, 1e12));
+fn read_run(mut section: Section<'_>, system: &System) -> (Run, Span) {
+    let end_time = section.require_quantity("end_time", Dimension::Time, Bounds::above(0.0, 1e12), system);
     let stop = section.get("stop", "never, extension, separation").map_or(Stop::Never, value);
     let span = span_of(&end_time).unwrap_or(section.span());
     section.end();
@@ -270,22 +233,24 @@ fn read_run(root: &mut Section<'_>) -> (Run, Span) {
 }
 
 /// The `[record]` section, and its `field_every`, if given: its default depends on the sizes.
-fn read_record(root: &mut Section<'_>, end_time: f64, model: ModelKind) -> (Record, Option<usize>) {
-    let mut section = root.section("record");
+fn read_record(
+    mut section: Section<'_>,
+    end_time: f64,
+    model: ModelKind,
+    system: &System,
+) -> (Record, Option<usize>) {
     let interface_every = section.count("interface_every", 1..=1_000_000_000).map_or(1, value);
-    let probes = section.get::<Vec<f64>>("probes", "a list of radii ≥ 0");
-    let probes = probes.map_or(DEFAULT_PROBES.to_vec(), |given| {
-        check_list(&section, &given, ("probes", "radii"), Bounds::within(0.0, HUGE), "");
-        given.value
-    });
+    let radii = (Dimension::Length, Bounds::within(0.0, HUGE));
+    let default = || DEFAULT_PROBES.map(|r| system.default(Dimension::Length, r)).to_vec();
+    let probes = section.quantities("probes", "radii", radii, system).map_or_else(default, value);
     let fields = read_fields(&mut section, model);
     let field_every = section.count("field_every", 1..=1_000_000).map(|given| given.value as usize);
     let views = read_names(&mut section, "views", "field, image, scene, fronts, tf, profile").map(value);
-    let frames = read_frames(&mut section, end_time);
+    let frames = read_frames(&mut section, end_time, system);
     let compression = section.get("compression", "none, lz4, zstd").map_or(Compression::Zstd, value);
-    let playback_rate = section.number("playback_rate", Bounds::within(1e-9, 1e9));
+    let playback_rate = section.number("playback_rate", Bounds::within(1e-9, 1e12));
     section.end();
-    let playback_rate = playback_rate.map_or(1.0, value);
+    let playback_rate = playback_rate.map_or_else(|| default_playback_rate(end_time, system), value);
     let record = Record {
         interface_every,
         probes,
@@ -297,6 +262,14 @@ fn read_record(root: &mut Section<'_>, end_time: f64, model: ModelKind) -> (Reco
         playback_rate,
     };
     (record, field_every)
+}
+
+/// Seconds of log time per unit of time: 1, in a physical case the power of ten that plays the run in 2 to 20 s.
+fn default_playback_rate(end_time: f64, system: &System) -> f64 {
+    let Some(scales) = system.scales() else { return 1.0 };
+    let seconds = end_time * scales.of(Dimension::Time);
+    let powers = (-9..=12).map(|power| 10f64.powi(power));
+    powers.into_iter().find(|rate| rate * seconds >= 2.0).unwrap_or(1e12)
 }
 
 /// The recorded fields, each one that the model has.
@@ -314,21 +287,18 @@ fn read_fields(section: &mut Section<'_>, model: ModelKind) -> Option<Vec<Field>
     Some(fields.value)
 }
 
-fn read_frames(section: &mut Section<'_>, end_time: f64) -> Frames {
+fn read_frames(section: &mut Section<'_>, end_time: f64, system: &System) -> Frames {
     let frames = section.count("frames", 0..=1_000_000);
-    let frame_times = section.get::<Vec<f64>>("frame_times", "a list of times, 0 ≤ t ≤ run.end_time");
+    // a placeholder for the end time is no bound
+    let bounds = Bounds::within(0.0, if section.document.is_sound() { end_time } else { 1e12 });
+    let frame_times = section.quantities("frame_times", "times", (Dimension::Time, bounds), system);
     match (frames, frame_times) {
         (Some(_), Some(times)) => {
             let message = "`record.frames` and `record.frame_times` are both given";
             section.problem(times.span, message, "leave one of them out");
             Frames::At(Vec::new())
         }
-        (None, Some(times)) => {
-            // a placeholder for the end time is no bound
-            let bounds = Bounds::within(0.0, if section.document.is_sound() { end_time } else { 1e12 });
-            check_list(section, &times, ("frame_times", "times"), bounds, ", the time of the run");
-            Frames::At(times.value)
-        }
+        (None, Some(times)) => Frames::At(times.value),
         (frames, None) => Frames::Spread(frames.map_or(DEFAULT_FRAMES, value) as usize),
     }
 }
@@ -348,28 +318,6 @@ fn read_names<T: DeserializeOwned + PartialEq + fmt::Debug>(
         section.problem(given.span.clone(), message, "name each once");
     }
     Some(given)
-}
-
-/// Checks a list of `record`: every number, and how many there are.
-///
-/// * `names`: key, and noun for the elements
-/// * `remark`: addition to the bounds in the message
-fn check_list(
-    section: &Section<'_>,
-    given: &Given<Vec<f64>>,
-    names: (&str, &str),
-    bounds: Bounds,
-    remark: &str,
-) {
-    let (key, noun) = names;
-    if let Some(bad) = given.value.iter().find(|number| !bounds.contain(**number)) {
-        let message = format!("`record.{key}` contains {bad:?}");
-        section.problem(given.span.clone(), message, format!("allowed: {bounds}{remark}"));
-    }
-    if given.value.len() > MAX_LIST {
-        let message = format!("`record.{key}` has {} {noun}", given.value.len());
-        section.problem(given.span.clone(), message, format!("allowed: at most {MAX_LIST}"));
-    }
 }
 
 /// Place of a value.

@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 
-use super::{Frames, HeadKind, Impact, Parameters, Run, Value, ViewChannel};
+use super::{Frames, HeadKind, Parameters, Stop, Value, ViewChannel, quantity::si_unit};
 use crate::{
+    contact::Rule,
     grid::{Geometry, MeshKind},
-    material::Elastic,
-    model::scheme::Order,
-    model::{Field, ModelKind},
+    model::{Field, ModelKind, scheme::Order},
     recording::Compression,
+    units::Dimension,
 };
 
 #[derive(Serialize)]
@@ -16,8 +16,10 @@ struct Resolved<'a> {
     title: &'a str,
     model: ModelKind,
     geometry: Geometry,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    length_unit: Option<Value>,
     target: Target,
-    indenter: Indenter<'a>,
+    indenter: Indenter,
     impact: Impact,
     mesh: Mesh,
     run: Run,
@@ -30,28 +32,50 @@ struct Target {
     #[serde(skip_serializing_if = "Option::is_none")]
     shear_wave_speed: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    material: Option<Elastic>,
+    material: Option<Material>,
 }
 
 #[derive(Serialize)]
-struct Indenter<'a> {
+struct Material {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    youngs_modulus: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    poisson_ratio: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bulk_modulus: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shear_modulus: Option<String>,
+    density: String,
+}
+
+/// The indenter; values that its shape does not have are left out.
+#[derive(Default, Serialize)]
+struct Indenter {
     shape: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
-    radius: Option<f64>,
+    radius: Option<Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    curvature: Option<f64>,
+    edge_radius: Option<Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    spread_rate: Option<f64>,
+    nose_radius: Option<Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    points: Option<&'a [[f64; 2]]>,
-    mass: f64,
+    slope: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    scale: Option<Scale>,
+    points: Option<Vec<[Value; 2]>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mass: Option<Value>,
 }
 
 #[derive(Serialize)]
-struct Scale {
-    radius: f64,
+struct Impact {
+    velocity: Value,
+    contact: Rule,
+}
+
+#[derive(Serialize)]
+struct Run {
+    end_time: Value,
+    stop: Stop,
 }
 
 #[derive(Serialize)]
@@ -61,68 +85,53 @@ struct Mesh {
     #[serde(skip_serializing_if = "Option::is_none")]
     order: Option<Order>,
     damping: f64,
-    outer_radius: f64,
+    outer_radius: Value,
 }
 
 #[derive(Serialize)]
 struct Record<'a> {
     interface_every: u64,
-    probes: &'a [f64],
+    probes: Vec<Value>,
     fields: &'a [Field],
     field_every: usize,
     views: &'a [ViewChannel],
     #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    frame_times: Option<&'a [f64]>,
+    frame_times: Option<Vec<Value>>,
     compression: Compression,
     playback_rate: f64,
 }
 
 fn resolved(case: &Parameters) -> Resolved<'_> {
-    let body = &case.indenter;
-    let (shape, curvature, spread_rate, points) = match &body.head {
-        HeadKind::Flat => ("flat", None, None, None),
-        HeadKind::Paraboloid { curvature } => ("paraboloid", Some(*curvature), None, None),
-        HeadKind::Cone { spread_rate } => ("cone", None, Some(*spread_rate), None),
-        HeadKind::Profile { points, .. } => ("profile", None, None, Some(points.as_slice())),
-    };
-    let material = case.target.material;
     let record = &case.record;
+    let list = |dimension, numbers: &[f64]| numbers.iter().map(|x| case.written(dimension, *x)).collect();
     let (frames, frame_times) = match &record.frames {
         Frames::Spread(frames) => (Some(*frames), None),
-        Frames::At(times) => (None, Some(times.as_slice())),
+        Frames::At(times) => (None, Some(list(Dimension::Time, times))),
     };
     Resolved {
         title: &case.title,
         model: case.model,
         geometry: case.geometry,
-        target: Target {
-            thickness: case.target.thickness.map_or("half-space".into(), Value::from),
-            shear_wave_speed: material.si.is_none().then_some(material.shear_wave_speed),
-            material: material.si,
+        length_unit: case.has_length_unit.then(|| case.written(Dimension::Length, 1.0)),
+        target: target(case),
+        indenter: indenter(case),
+        impact: Impact {
+            velocity: case.written(Dimension::Speed, case.impact.velocity),
+            contact: case.impact.contact,
         },
-        indenter: Indenter {
-            shape,
-            radius: body.radius,
-            curvature,
-            spread_rate,
-            points,
-            mass: body.mass,
-            scale: body.scale_radius.map(|radius| Scale { radius }),
-        },
-        impact: case.impact,
         mesh: Mesh {
             kind: case.mesh.kind,
             cells: case.mesh.cells,
             order: case.mesh.order,
             damping: case.mesh.damping,
-            outer_radius: case.sizes.outer_radius,
+            outer_radius: case.written(Dimension::Length, case.sizes.outer_radius),
         },
-        run: case.run,
+        run: Run { end_time: case.written(Dimension::Time, case.run.end_time), stop: case.run.stop },
         record: Record {
             interface_every: record.interface_every,
-            probes: &record.probes,
+            probes: list(Dimension::Length, &record.probes),
             fields: &record.fields,
             field_every: record.field_every,
             views: &record.views,
@@ -131,6 +140,50 @@ fn resolved(case: &Parameters) -> Resolved<'_> {
             compression: record.compression,
             playback_rate: record.playback_rate,
         },
+    }
+}
+
+fn target(case: &Parameters) -> Target {
+    let material = case.target.material;
+    let pascal = |modulus: f64| format!("{modulus:?} {}", si_unit(Dimension::Stress, case.geometry));
+    let thickness = case.target.thickness.map(|h| case.written(Dimension::Length, h));
+    Target {
+        thickness: thickness.unwrap_or_else(|| "half-space".into()),
+        shear_wave_speed: material.si.is_none().then_some(material.shear_wave_speed),
+        material: material.si.map(|si| Material {
+            youngs_modulus: si.youngs_modulus.map(pascal),
+            poisson_ratio: si.poisson_ratio,
+            bulk_modulus: si.bulk_modulus.map(pascal),
+            shear_modulus: si.shear_modulus.map(pascal),
+            density: format!("{:?} {}", si.density, si_unit(Dimension::Density, case.geometry)),
+        }),
+    }
+}
+
+fn indenter(case: &Parameters) -> Indenter {
+    let body = &case.indenter;
+    let length = |x: f64| case.written(Dimension::Length, x);
+    let shared = Indenter {
+        // the radius of a profile is its last point, and would be the unit of length if it were written
+        radius: body.radius.filter(|_| !case.has_length_unit).map(length),
+        mass: Some(case.written(Dimension::Mass, body.mass)),
+        ..Indenter::default()
+    };
+    match &body.head {
+        HeadKind::Flat { edge_radius } => {
+            Indenter { shape: "flat", edge_radius: Some(length(*edge_radius)), ..shared }
+        }
+        HeadKind::Paraboloid { nose_radius } => {
+            Indenter { shape: "paraboloid", nose_radius: Some(length(*nose_radius)), ..shared }
+        }
+        HeadKind::Sphere { nose_radius } => {
+            Indenter { shape: "sphere", nose_radius: Some(length(*nose_radius)), ..shared }
+        }
+        HeadKind::Cone { slope } => Indenter { shape: "cone", slope: Some(*slope), ..shared },
+        HeadKind::Profile { points, .. } => {
+            let points = points.iter().map(|point| point.map(length)).collect();
+            Indenter { shape: "profile", points: Some(points), ..shared }
+        }
     }
 }
 

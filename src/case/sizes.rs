@@ -13,6 +13,7 @@ use crate::{
         elastic::FEWEST_ROWS,
         scheme::{Corner, Order},
     },
+    units::{Dimension, Scales},
 };
 
 /// Largest number of steps of a run.
@@ -28,6 +29,7 @@ const PRECURSOR: f64 = 6.0;
 /// A sound case without its sizes.
 pub(super) struct Plan<'a> {
     pub model: ModelKind,
+    pub scales: Option<Scales>,
     pub target: &'a Target,
     pub indenter: &'a Body,
     pub impact: Impact,
@@ -137,7 +139,8 @@ impl Plan<'_> {
         }
         // log times are nanoseconds in 64 bits; half of that range is 292 years
         let rate = self.record.playback_rate;
-        if 1e9 * rate * self.run.end_time > i64::MAX as f64 {
+        let seconds = self.scales.map_or(1.0, |scales| scales.of(Dimension::Time)) * self.run.end_time;
+        if 1e9 * rate * seconds > i64::MAX as f64 {
             let message = format!("`record.playback_rate` = {rate:?} puts the end of the run 292 years away");
             doc.problem(end_time, message, "make record.playback_rate or run.end_time smaller");
             return None;
@@ -152,7 +155,7 @@ impl Plan<'_> {
     /// f(r_contact − Δr) = V0·(K + 1)·Δt + (3/2)V0·Δt       not beyond the radius of a punch
     /// ```
     fn contact_reach(&self, spacing: Spacing, steps: f64) -> f64 {
-        let shape = self.indenter.shape(self.impact.velocity);
+        let shape = self.indenter.shape();
         let step = self.impact.velocity * spacing.dz;
         (shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + spacing.dr).min(shape.radius())
     }

@@ -1,17 +1,17 @@
 //! `/energy`: the energy ledger, at frames.
 
 use super::{Channel, FieldNote, Outlet};
-use crate::{case::Case, grid::Geometry, message::percuss, units, view::View};
+use crate::{case::Case, message::percuss, units::Units, view::View};
 
 /// The energy channel.
 pub struct Energy {
-    geometry: Geometry,
+    units: Units,
 }
 
 impl Energy {
     /// In the units of `case`.
     pub fn new(case: &Case) -> Self {
-        Self { geometry: case.geometry }
+        Self { units: case.units() }
     }
 }
 
@@ -25,7 +25,7 @@ impl Channel for Energy {
     }
 
     fn fields(&self) -> Vec<FieldNote> {
-        let unit = units::energy(self.geometry);
+        let unit = self.units.energy.name;
         vec![
             FieldNote::new("kinetic", unit, "kinetic energy of the target"),
             FieldNote::new("strain", unit, "strain energy of the target"),
@@ -47,17 +47,17 @@ impl Channel for Energy {
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         let Some(frame) = &view.frame else { return };
-        let energy = frame.energy;
+        let (energy, unit) = (frame.energy, self.units.energy);
         outlet.put(&percuss::Energy {
             step: view.step,
-            time: view.time,
-            kinetic: energy.kinetic,
-            strain: energy.strain,
-            indenter: energy.indenter,
-            dissipated: energy.dissipated,
-            work: energy.work,
-            residual: energy.residual,
-            damped: energy.damped,
+            time: self.units.time.of(view.time),
+            kinetic: unit.of(energy.kinetic),
+            strain: unit.of(energy.strain),
+            indenter: unit.of(energy.indenter),
+            dissipated: unit.of(energy.dissipated),
+            work: unit.of(energy.work),
+            residual: unit.of(energy.residual),
+            damped: unit.of(energy.damped),
         });
     }
 }

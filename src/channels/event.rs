@@ -2,13 +2,24 @@
 
 use super::{Channel, FieldNote, Outlet};
 use crate::{
+    case::Case,
     contact::event::EventKind,
     message::percuss::{self, event::Kind},
+    units::Units,
     view::View,
 };
 
 /// The event channel.
-pub struct Event;
+pub struct Event {
+    units: Units,
+}
+
+impl Event {
+    /// In the units of `case`.
+    pub fn new(case: &Case) -> Self {
+        Self { units: case.units() }
+    }
+}
 
 impl Channel for Event {
     fn topic(&self) -> &'static str {
@@ -23,8 +34,8 @@ impl Channel for Event {
         let since =
             "since when, for events that are known only later: when contact was lost, of a separation";
         vec![
-            FieldNote::new("r", "R", "where it happened, for events that have a place"),
-            FieldNote::new("since", "R/c_p", since),
+            FieldNote::new("r", self.units.length.name, "where it happened, for events that have a place"),
+            FieldNote::new("since", self.units.time.name, since),
         ]
     }
 
@@ -39,11 +50,11 @@ impl Channel for Event {
             };
             outlet.put(&percuss::Event {
                 step: view.step,
-                time: view.time,
+                time: self.units.time.of(view.time),
                 kind: kind.into(),
                 text: event.text.clone(),
-                r: event.r,
-                since: event.since,
+                r: event.r.map(|r| self.units.length.of(r)),
+                since: event.since.map(|time| self.units.time.of(time)),
             });
         }
     }

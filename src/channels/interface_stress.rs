@@ -1,18 +1,23 @@
 //! `/interface/stress`: stress at the surface nodes out to the largest radius ever in contact.
 
 use super::{Channel, FieldNote, Outlet};
-use crate::{case::Case, message::percuss, view::View};
+use crate::{case::Case, message::percuss, units::Units, view::View};
 
 /// The interface stress channel.
 pub struct InterfaceStress {
     every: u64,
+    units: Units,
     message: percuss::InterfaceStress,
 }
 
 impl InterfaceStress {
     /// At the interval of `case`.
     pub fn new(case: &Case) -> Self {
-        Self { every: case.record.interface_every, message: percuss::InterfaceStress::default() }
+        Self {
+            every: case.record.interface_every,
+            units: case.units(),
+            message: percuss::InterfaceStress::default(),
+        }
     }
 }
 
@@ -28,9 +33,9 @@ impl Channel for InterfaceStress {
     fn fields(&self) -> Vec<FieldNote> {
         let meaning = "interface stress p = -sigma_zz, compression positive, at r0 + i dr";
         vec![
-            FieldNote::new("r0", "R", "radius of the first node"),
-            FieldNote::new("dr", "R", "distance between nodes"),
-            FieldNote::new("stress", "γc_p²", meaning).along("r0,dr").even(),
+            FieldNote::new("r0", self.units.length.name, "radius of the first node"),
+            FieldNote::new("dr", self.units.length.name, "distance between nodes"),
+            FieldNote::new("stress", self.units.stress.name, meaning).along("r0,dr").even(),
         ]
     }
 
@@ -39,10 +44,11 @@ impl Channel for InterfaceStress {
             return;
         }
         let message = &mut self.message;
-        (message.step, message.time) = (view.step, view.time);
-        (message.r0, message.dr) = (view.interface.r0, view.interface.dr);
+        let Units { length, time, stress, .. } = self.units;
+        (message.step, message.time) = (view.step, time.of(view.time));
+        (message.r0, message.dr) = (length.of(view.interface.r0), length.of(view.interface.dr));
         message.stress.clear();
-        message.stress.extend_from_slice(&view.interface.pressure);
+        message.stress.extend(view.interface.pressure.iter().map(|p| stress.of(*p)));
         outlet.put(message);
     }
 }

@@ -1,10 +1,19 @@
 //! `/velocity`: motion of the indenter, every step.
 
 use super::{Channel, FieldNote, Outlet};
-use crate::{message::percuss, view::View};
+use crate::{case::Case, message::percuss, units::Units, view::View};
 
 /// The velocity channel.
-pub struct Velocity;
+pub struct Velocity {
+    units: Units,
+}
+
+impl Velocity {
+    /// In the units of `case`.
+    pub fn new(case: &Case) -> Self {
+        Self { units: case.units() }
+    }
+}
 
 impl Channel for Velocity {
     fn topic(&self) -> &'static str {
@@ -17,17 +26,21 @@ impl Channel for Velocity {
 
     fn fields(&self) -> Vec<FieldNote> {
         vec![
-            FieldNote::new("velocity", "c_p", "velocity V of the indenter into the target"),
-            FieldNote::new("displacement", "R", "displacement w of the indenter into the target"),
+            FieldNote::new("velocity", self.units.speed.name, "velocity V of the indenter into the target"),
+            FieldNote::new(
+                "displacement",
+                self.units.length.name,
+                "displacement w of the indenter into the target",
+            ),
         ]
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         outlet.put(&percuss::Velocity {
             step: view.step,
-            time: view.time,
-            velocity: view.velocity,
-            displacement: view.depth,
+            time: self.units.time.of(view.time),
+            velocity: self.units.speed.of(view.velocity),
+            displacement: self.units.length.of(view.depth),
         });
     }
 }

@@ -10,6 +10,7 @@ use crate::{
     case::{Case, Sizes},
     cost::{Estimate, PATIENCE, RunEstimate, TIME_FACTOR, bytes_tolerance},
     trust::TheoryError,
+    units::Dimension,
     validity::STRAIN_LIMIT,
 };
 
@@ -70,7 +71,7 @@ fn find_velocity(case: &Case) -> Result<Trial, CliError> {
 
 /// A velocity in m/s, where the case gives c_p.
 fn metres_per_second(case: &Case, velocity: f64) -> Option<f64> {
-    Some(velocity * case.scales().speed?)
+    Some(velocity * case.scales?.of(Dimension::Speed))
 }
 
 fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, theory: Option<TheoryError>) -> String {

@@ -85,7 +85,7 @@ impl Run {
                 progress.say(&event.text);
             }
             if let Some(pace) = &mut pace {
-                pace.keep(log_time(view.time, case.record.playback_rate), is_over);
+                pace.keep(log_time(case.units().time.of(view.time), case.record.playback_rate), is_over);
             }
             progress.advance(view.step, view.time);
             flow(&signal)

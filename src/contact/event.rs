@@ -5,6 +5,7 @@
 //! `Δr/c_s` in which a wave along r passes a node; the event is reported then, with the time at which contact was lost.
 
 use super::ContactState;
+use crate::units::Units;
 
 /// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +39,7 @@ pub struct Event {
 #[derive(Clone, Debug)]
 pub struct Watch {
     hold: f64,
+    units: Units,
     extended: bool,
     rebounded: bool,
     had_contact: bool,
@@ -53,8 +55,9 @@ impl Watch {
     /// State before the first step.
     ///
     /// * `hold`: time without contact that makes a separation, Δr/c_s \[R/c_p\]
-    pub fn new(hold: f64) -> Self {
-        Self { hold, extended: false, rebounded: false, had_contact: false, lost: None, apart: false }
+    /// * `units`: of the numbers in the texts
+    pub fn new(hold: f64, units: Units) -> Self {
+        Self { hold, units, extended: false, rebounded: false, had_contact: false, lost: None, apart: false }
     }
 
     /// Events of one step.
@@ -63,23 +66,27 @@ impl Watch {
     /// * `r`: gives the radius of a node \[R\]
     pub fn observe(&mut self, state: &ContactState, time: f64, r: impl Fn(usize) -> f64) -> Vec<Event> {
         let mut events = Vec::new();
+        let at = self.units.time.text(time);
         let mut report = |kind, r, text: String| events.push(Event { kind, text, r, since: None });
         if let Some(i) = state.extended.filter(|_| !self.extended) {
             self.extended = true;
             let r = r(i);
-            let text = format!("extension: the interface first needs tension at r = {r:.4}, t = {time:.4}");
+            let text = format!(
+                "extension: the interface first needs tension at r = {}, t = {at}",
+                self.units.length.text(r)
+            );
             report(EventKind::Extension, Some(r), text);
         }
         if state.velocity <= 0.0 && !self.rebounded {
             self.rebounded = true;
-            let text = format!("rebound: the indenter stops and turns back at t = {time:.4}");
+            let text = format!("rebound: the indenter stops and turns back at t = {at}");
             report(EventKind::Rebound, None, text);
         }
         if state.nodes > 0 {
             self.lost = None;
             if self.apart {
                 self.apart = false;
-                let text = format!("recontact: the target meets the indenter again at t = {time:.4}");
+                let text = format!("recontact: the target meets the indenter again at t = {at}");
                 report(EventKind::Recontact, None, text);
             }
         } else if self.had_contact {
@@ -87,7 +94,8 @@ impl Watch {
             let is_held = time - lost >= self.hold * (1.0 - SLIVER);
             if !self.apart && is_held && state.velocity <= 0.0 {
                 self.apart = true;
-                let text = format!("separation: the last node has left the indenter at t = {lost:.4}");
+                let since = self.units.time.text(lost);
+                let text = format!("separation: the last node has left the indenter at t = {since}");
                 events.push(Event { kind: EventKind::Separation, text, r: None, since: Some(lost) });
             }
         }
@@ -99,10 +107,11 @@ impl Watch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::Geometry;
 
     /// Kinds of events but the rebound, with the times of their steps and of the loss of contact.
     fn watch(nodes: &[usize], hold: f64, velocity: f64) -> Vec<(EventKind, f64, Option<f64>)> {
-        let mut watch = Watch::new(hold);
+        let mut watch = Watch::new(hold, Units::new(Geometry::Axisymmetric, None));
         let mut seen = Vec::new();
         for (step, &nodes) in nodes.iter().enumerate() {
             let state = ContactState { velocity, nodes, ..ContactState::default() };

@@ -72,7 +72,7 @@ impl Form {
             }
             (ModelKind::Elastic, Geometry::Plane, _) => none(
                 "model \"elastic\" has one in the plane for the flat punch (unilateral or bilateral, \
-                 indenter.radius = 1) and for the cone with indenter.spread_rate > 1",
+                 indenter.radius = 1) and for the cone with V0/slope > 1",
             ),
             (ModelKind::Elastic, Geometry::Axisymmetric, _) => none(
                 "model \"elastic\" has one for an unbounded axisymmetric paraboloid with contact = \
@@ -138,11 +138,15 @@ impl ClosedForm {
             ModelKind::Elastic => 1.0,
         };
         let punch_radius = case.indenter.radius.unwrap_or(f64::INFINITY);
+        let velocity = case.impact.velocity;
+        // a prescribed contact spreads as the depth V0·t cuts the head: r*² = 2ρV0·t, r* = V0·t/s
         let front = match case.indenter.head {
-            HeadKind::Flat => Front::Flat,
-            HeadKind::Paraboloid { curvature } => Front::Paraboloid { curvature },
-            HeadKind::Cone { spread_rate } => Front::Cone { spread_rate },
-            HeadKind::Profile { .. } => return none("it needs a flat face, a paraboloid or a cone"),
+            HeadKind::Flat { edge_radius: 0.0 } => Front::Flat,
+            HeadKind::Paraboloid { nose_radius } => {
+                Front::Paraboloid { curvature: 2.0 * nose_radius * velocity }
+            }
+            HeadKind::Cone { slope } => Front::Cone { spread_rate: velocity / slope },
+            _ => return none("it needs a flat face with a sharp edge, a paraboloid or a cone"),
         };
         let outruns_waves =
             if rule == Rule::Prescribed { f64::INFINITY } else { front.sonic_radius(wave_speed) };
@@ -153,7 +157,7 @@ impl ClosedForm {
             form,
             front,
             rule,
-            velocity: case.impact.velocity,
+            velocity,
             wave_speed,
             thickness: case.target.thickness,
             edge,

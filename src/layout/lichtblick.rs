@@ -4,10 +4,7 @@
 use serde_json::{Map, Value, json};
 
 use super::LayoutBuilder;
-use crate::{
-    channels::view::{INDENTER, PROFILE_MARGIN, WORLD, level_range},
-    units,
-};
+use crate::channels::view::{INDENTER, PROFILE_MARGIN, WORLD, level_range};
 
 /// Panels by their names, and how they share the window.
 #[derive(Default)]
@@ -35,7 +32,7 @@ pub fn layout(builder: &LayoutBuilder<'_>) -> Value {
     let section = views.then(|| panels.add("3D", "section", &case.title, section(builder)));
     let mut motion = Vec::new();
     if builder.has("/drag") {
-        motion.push(path("/drag.force", &format!("drag F [{}]", units::force(case.geometry))));
+        motion.push(path("/drag.force", &format!("drag F [{}]", case.units().force.name)));
     }
     motion.push(path("/velocity.velocity", "velocity V [c_p]"));
     let time = (if case.record.playback_rate == 1.0 { "t [R/c_p]" } else { "log time [s]" }, seconds);
@@ -43,7 +40,7 @@ pub fn layout(builder: &LayoutBuilder<'_>) -> Value {
         "Plot",
         "motion",
         "Drag and velocity against time",
-        plot(&motion, time, &format!("F [{}], V [c_p]", units::force(case.geometry))),
+        plot(&motion, time, &format!("F [{}], V [c_p]", case.units().force.name)),
     );
     let probes: Vec<Value> =
         builder.probes().map(|(i, r)| path(&format!("/probes.stress[{i}]"), &format!("r = {r}"))).collect();

@@ -2,7 +2,7 @@
 
 use super::{Source, Status, Steps};
 use crate::{
-    case::{Case, HeadKind},
+    case::Case,
     exact::closed_form::{ClosedForm, NoClosedForm},
     simulation::SimulationError,
     validity::Validity,
@@ -25,7 +25,7 @@ impl<'a> ExactSteps<'a> {
     ///
     /// The reason why there is none.
     pub fn new(case: &'a Case) -> Result<Self, NoClosedForm> {
-        let validity = Validity::new(case.impact.velocity, case.indenter.head == HeadKind::Flat);
+        let validity = Validity::new(case.impact.velocity, case.indenter.head.is_flat());
         Ok(Self { case, form: ClosedForm::for_case(case)?, next_step: 0, is_interrupted: false, validity })
     }
 

@@ -12,6 +12,7 @@ use crate::{
     channels::{Catalogue, log::Level},
     layout::{self, LayoutBuilder},
     recording::{FORMAT_VERSION, Recorder, RecordingError, Tap},
+    units::Units,
     validity::{Peak, STRAIN_LIMIT, Validity},
     view::View,
 };
@@ -68,7 +69,8 @@ pub struct Recording {
     recorder: Recorder,
     catalogue: Catalogue,
     source: Source,
-    scale_speed: Option<f64>,
+    units: Units,
+    is_physical: bool,
     steps: u64,
     last: Option<(u64, f64)>,
     /// True if every step is handed to the writer at once.
@@ -98,7 +100,8 @@ impl Recording {
         recorder.channels(catalogue.specs())?;
         Ok(Self {
             source,
-            scale_speed: case.scales().speed,
+            units: case.units(),
+            is_physical: case.scales.is_some(),
             steps: case.sizes.steps,
             last: None,
             is_live: false,
@@ -118,17 +121,20 @@ impl Recording {
     }
 
     fn validity_record(&self, validity: &Validity) -> BTreeMap<String, String> {
+        let Units { length, time, speed, stress, .. } = self.units;
         let mut map = BTreeMap::new();
         let mut peak = |name: &str, peak: &Peak| {
-            map.insert(name.to_owned(), peak.value.to_string());
             map.insert(format!("{name}.step"), peak.step.to_string());
-            map.insert(format!("{name}.time"), peak.time.to_string());
-            map.insert(format!("{name}.r"), peak.r.to_string());
-            map.insert(format!("{name}.z"), peak.z.to_string());
+            map.insert(format!("{name}.time"), time.of(peak.time).to_string());
+            map.insert(format!("{name}.r"), length.of(peak.r).to_string());
+            map.insert(format!("{name}.z"), length.of(peak.z).to_string());
         };
         peak("largest_pressure", &validity.pressure);
         peak("largest_strain", &validity.strain);
         peak("largest_strain_at_probes", &validity.probes);
+        map.insert("largest_pressure".into(), stress.of(validity.pressure.value).to_string());
+        map.insert("largest_strain".into(), validity.strain.value.to_string());
+        map.insert("largest_strain_at_probes".into(), validity.probes.value.to_string());
         map.insert("strain_limit".into(), STRAIN_LIMIT.to_string());
         let velocities = [
             ("admissible_velocity", validity.admissible_velocity()),
@@ -137,8 +143,8 @@ impl Recording {
         for (name, velocity) in velocities {
             let Some(velocity) = velocity else { continue };
             map.insert(name.into(), velocity.to_string());
-            if let Some(speed) = self.scale_speed {
-                map.insert(format!("{name}_m_per_s"), (velocity * speed).to_string());
+            if self.is_physical {
+                map.insert(format!("{name}_m_per_s"), speed.of(velocity).to_string());
             }
         }
         let note = if validity.admissible_velocity().is_some() {
@@ -178,7 +184,7 @@ impl Observer for Recording {
             ("status", status.name().to_owned()),
             ("message", status.message().to_owned()),
             ("last_step", step.to_string()),
-            ("last_time", time.to_string()),
+            ("last_time", self.units.time.of(time).to_string()),
             ("steps", self.steps.to_string()),
         ];
         self.recorder.metadata("percuss.status", to_map(entries))?;
@@ -192,7 +198,7 @@ fn to_map<'a>(entries: impl IntoIterator<Item = (&'a str, String)>) -> BTreeMap<
 
 /// The computed case: the same for every repetition of a run.
 fn run_record(case: &Case) -> BTreeMap<String, String> {
-    let sizes = &case.sizes;
+    let (sizes, Units { length, time, .. }) = (&case.sizes, case.units());
     let name = |value: serde_json::Value| value.as_str().unwrap_or_default().to_owned();
     let json = case.resolved_json();
     let mut map = to_map([
@@ -204,16 +210,18 @@ fn run_record(case: &Case) -> BTreeMap<String, String> {
         ("contact", name(json["impact"]["contact"].clone())),
         ("mesh", name(json["mesh"]["kind"].clone())),
         ("damping", case.mesh.damping.to_string()),
-        ("dr", sizes.dr.to_string()),
-        ("dz", sizes.dz.to_string()),
-        ("dt", sizes.dt.to_string()),
+        ("dr", length.of(sizes.dr).to_string()),
+        ("dz", length.of(sizes.dz).to_string()),
+        ("dt", time.of(sizes.dt).to_string()),
         ("nr", sizes.nr.to_string()),
         ("nz", sizes.nz.to_string()),
         ("steps", sizes.steps.to_string()),
         ("playback_rate", case.record.playback_rate.to_string()),
     ]);
     map.extend(case.mesh.order.map(|order| ("order".to_owned(), u8::from(order).to_string())));
-    map.extend(case.scales().known().into_iter().map(|(name, value)| (name.to_owned(), value.to_string())));
+    map.insert("units".into(), if case.scales.is_some() { "SI" } else { "dimensionless" }.into());
+    let scales = case.scales.into_iter().flat_map(|scales| scales.entries());
+    map.extend(scales.map(|(name, value)| (name.to_owned(), value.to_string())));
     map
 }
 

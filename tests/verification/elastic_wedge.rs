@@ -16,7 +16,7 @@ fn pressure_behind_the_edge() {
             "model=elastic".to_owned(),
             "geometry=plane".to_owned(),
             format!("target.shear_wave_speed={c_s}"),
-            format!("indenter.spread_rate={speed:?}"),
+            format!("indenter.slope={:?}", 1.0 / speed),
             "run.end_time=0.8".to_owned(),
             "record.frames=0".to_owned(),
             format!("mesh.cells={cells}"),

@@ -11,7 +11,7 @@ use super::{case, run};
 fn ball(cells: usize, stop: &str) -> Case {
     let stop = format!("run.stop={stop}");
     let cells = format!("mesh.cells={cells}");
-    let ball = ["indenter.mass=10", "indenter.curvature=0.01", "impact.velocity=0.1", "run.end_time=60"];
+    let ball = ["indenter.mass=10", "indenter.nose_radius=0.05", "impact.velocity=0.1", "run.end_time=60"];
     let target = ["target.thickness=\"half-space\"", "target.shear_wave_speed=0.55", "record.frames=0"];
     case("fig2", &[&ball[..], &target, &[&stop, &cells]].concat())
 }
@@ -54,7 +54,7 @@ fn a_separation_is_not_followed_by_contact_at_once() {
 #[test]
 fn a_ball_on_its_way_in_is_not_apart() {
     // on a thin layer a node bounces for longer than Δr/c_s, at the rate of the echoes of the backing
-    let ball = ["indenter.mass=10", "indenter.curvature=0.001", "impact.velocity=0.1", "run.end_time=60"];
+    let ball = ["indenter.mass=10", "indenter.nose_radius=0.005", "impact.velocity=0.1", "run.end_time=60"];
     let target = ["target.thickness=0.2", "target.shear_wave_speed=0.55", "record.frames=0"];
     let case = case("fig2", &[&ball[..], &target, &["run.stop=separation", "mesh.cells=10"]].concat());
     let events = events(&case);

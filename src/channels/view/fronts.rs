@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::{Sheet, Viewport, WORLD, colours, entity, line, point, viewport::EdgeWave};
 use crate::{
-    case::{Case, HeadKind},
+    case::Case,
     channels::{Channel, FieldNote, Outlet},
     message::foxglove::{LinePrimitive, Point3, SceneUpdate},
     model::ModelKind,
@@ -34,7 +34,7 @@ impl Fronts {
     pub fn new(case: &Case, viewport: &Arc<Viewport>) -> Self {
         Self {
             viewport: Arc::clone(viewport),
-            is_flat: case.indenter.head == HeadKind::Flat,
+            is_flat: case.indenter.head.is_flat(),
             model: case.model,
             circle: (0..=POINTS)
                 .map(|part| on_circle(2.0 * f64::from(part) / f64::from(POINTS) - 1.0))

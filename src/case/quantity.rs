@@ -1,0 +1,145 @@
+//! Quantities: numbers with a unit, as physical cases have them.
+//!
+//! A quantity is written as a number and a unit, `"10 mm"`. All units are powers of ten of their SI unit: the number is read with its
+//! exponent moved, so that `"10 mm"` and `"0.01 m"` are the same double.
+
+use crate::{grid::Geometry, units::Dimension};
+
+/// Units of a dimension, with their powers of ten in SI units.
+type Units = &'static [(&'static str, i32)];
+
+const LENGTHS: Units = &[("m", 0), ("cm", -2), ("mm", -3), ("µm", -6), ("um", -6), ("nm", -9), ("km", 3)];
+const TIMES: Units = &[("s", 0), ("ms", -3), ("µs", -6), ("us", -6), ("ns", -9)];
+const SPEEDS: Units = &[("m/s", 0), ("km/s", 3), ("mm/s", -3), ("cm/s", -2), ("mm/µs", 3), ("mm/us", 3)];
+const DENSITIES: Units = &[("kg/m³", 0), ("kg/m3", 0), ("g/cm³", 3), ("g/cm3", 3), ("t/m³", 3), ("t/m3", 3)];
+const STRESSES: Units =
+    &[("Pa", 0), ("kPa", 3), ("MPa", 6), ("GPa", 9), ("N/mm²", 6), ("N/mm2", 6), ("bar", 5)];
+const MASSES: Units = &[("kg", 0), ("g", -3), ("mg", -6), ("t", 3)];
+const LINE_MASSES: Units = &[("kg/m", 0), ("g/m", -3), ("g/mm", 0), ("g/cm", -1)];
+
+/// Units in which a dimension is given, the SI unit first; none if cases have no such quantity.
+fn units(dimension: Dimension, geometry: Geometry) -> Units {
+    match (dimension, geometry) {
+        (Dimension::Length, _) => LENGTHS,
+        (Dimension::Time, _) => TIMES,
+        (Dimension::Speed, _) => SPEEDS,
+        (Dimension::Density, _) => DENSITIES,
+        (Dimension::Stress, _) => STRESSES,
+        (Dimension::Mass, Geometry::Axisymmetric) => MASSES,
+        (Dimension::Mass, Geometry::Plane) => LINE_MASSES,
+        (Dimension::Force | Dimension::Energy, _) => &[],
+    }
+}
+
+/// The dimension in words, with an example of its own.
+pub(super) fn example(dimension: Dimension, geometry: Geometry) -> (&'static str, &'static str) {
+    match (dimension, geometry) {
+        (Dimension::Length, _) => ("length", "10 mm"),
+        (Dimension::Time, _) => ("time", "250 us"),
+        (Dimension::Speed, _) => ("speed", "5 m/s"),
+        (Dimension::Density, _) => ("density", "7.85 g/cm3"),
+        (Dimension::Stress, _) => ("stress", "210 GPa"),
+        (Dimension::Force, _) => ("force", "1 N"),
+        (Dimension::Mass, Geometry::Axisymmetric) => ("mass", "32.7 g"),
+        (Dimension::Mass, Geometry::Plane) => ("mass per length", "2 kg/m"),
+        (Dimension::Energy, _) => ("energy", "1 J"),
+    }
+}
+
+/// The SI unit, and what can be written, for messages.
+pub(super) fn allowed(dimension: Dimension, geometry: Geometry) -> String {
+    let (noun, example) = example(dimension, geometry);
+    let names: Vec<&str> = units(dimension, geometry).iter().map(|(name, _)| *name).collect();
+    format!("a {noun} such as \"{example}\", in {}", names.join(", "))
+}
+
+/// The SI unit of a dimension.
+pub(super) fn si_unit(dimension: Dimension, geometry: Geometry) -> &'static str {
+    units(dimension, geometry).first().map_or("", |(name, _)| name)
+}
+
+/// Why a text is no quantity.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum QuantityError {
+    /// No number, or nothing behind it.
+    NoNumberWithUnit,
+    /// The unit is not one of the dimension.
+    Unit(String),
+}
+
+/// Reads a quantity, in SI units.
+pub(super) fn parse(text: &str, dimension: Dimension, geometry: Geometry) -> Result<f64, QuantityError> {
+    let (number, unit) = split(text.trim()).ok_or(QuantityError::NoNumberWithUnit)?;
+    with_unit(number, unit, dimension, geometry)
+}
+
+/// The SI value of a number in a unit.
+pub(super) fn with_unit(
+    number: &str,
+    unit: &str,
+    dimension: Dimension,
+    geometry: Geometry,
+) -> Result<f64, QuantityError> {
+    // the micro sign and the Greek letter look alike
+    let unit = unit.trim().replace('μ', "µ");
+    let known = units(dimension, geometry).iter().find(|(name, _)| *name == unit);
+    let Some((_, power)) = known else { return Err(QuantityError::Unit(unit)) };
+    let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+    let exponent: i32 = exponent.parse().map_err(|_| QuantityError::NoNumberWithUnit)?;
+    format!("{mantissa}e{}", exponent.saturating_add(*power))
+        .parse()
+        .ok()
+        .filter(|si: &f64| si.is_finite())
+        .ok_or(QuantityError::NoNumberWithUnit)
+}
+
+/// The number at the beginning of a text, and the rest.
+fn split(text: &str) -> Option<(&str, &str)> {
+    let is_number = |end: &usize| text[..*end].parse::<f64>().is_ok_and(f64::is_finite);
+    let ends = text.char_indices().map(|(at, _)| at).chain([text.len()]).filter(|at| *at > 0);
+    let end = ends.filter(is_number).last().filter(|end| *end < text.len())?;
+    Some((text[..end].trim(), &text[end..]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str, dimension: Dimension) -> Result<f64, QuantityError> {
+        parse(text, dimension, Geometry::Axisymmetric)
+    }
+
+    #[test]
+    fn quantities_are_read_in_their_units() {
+        for (text, dimension, si) in [
+            ("10 mm", Dimension::Length, 0.01),
+            ("10mm", Dimension::Length, 0.01),
+            (" 1e1 mm ", Dimension::Length, 0.01),
+            ("-2.5e-3 km", Dimension::Length, -2.5),
+            ("7.85 g/cm3", Dimension::Density, 7850.0),
+            ("7.85 g/cm³", Dimension::Density, 7850.0),
+            ("210 GPa", Dimension::Stress, 210e9),
+            ("250 us", Dimension::Time, 250e-6),
+            ("250 µs", Dimension::Time, 250e-6),
+            ("250 μs", Dimension::Time, 250e-6),
+            ("32.7 g", Dimension::Mass, 0.0327),
+            ("5 m/s", Dimension::Speed, 5.0),
+            ("1.5 mm/us", Dimension::Speed, 1500.0),
+        ] {
+            assert_eq!(read(text, dimension), Ok(si), "{text}");
+        }
+        assert_eq!(parse("3 kg/m", Dimension::Mass, Geometry::Plane), Ok(3.0));
+    }
+
+    #[test]
+    fn other_texts_are_refused() {
+        for text in ["", "mm", "10", "ten mm", "inf mm", "nan mm", "1e999 m", "1e m", "1e308 km"] {
+            assert!(read(text, Dimension::Length).is_err(), "{text}");
+        }
+        assert_eq!(read("10", Dimension::Length), Err(QuantityError::NoNumberWithUnit));
+        for text in ["10 inch", "10 MM", "10 m/s", "10 m m", "10 µ", "1 é"] {
+            assert!(matches!(read(text, Dimension::Length), Err(QuantityError::Unit(_))), "{text}");
+        }
+        assert!(parse("3 kg", Dimension::Mass, Geometry::Plane).is_err());
+    }
+}
