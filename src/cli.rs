@@ -23,9 +23,11 @@ mod cases;
 mod check;
 mod exact;
 mod layout;
+mod materials;
 mod output;
 mod progress;
 mod run;
+mod scales;
 mod study;
 
 /// Computes the impact of a rigid indenter on an elastic layer or half-space and records it as MCAP.
@@ -61,6 +63,8 @@ enum Command {
     Layout(layout::Layout),
     /// List the built-in cases and their closed forms
     Cases(cases::Cases),
+    /// List the materials that cases can name
+    Materials(materials::Materials),
 }
 
 /// The case of a command.
@@ -158,6 +162,7 @@ impl Arguments {
             Command::Check(check) => check.run(),
             Command::Layout(layout) => layout.run(),
             Command::Cases(cases) => cases.run(),
+            Command::Materials(materials) => materials.run(),
         }
     }
 }

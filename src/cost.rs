@@ -19,7 +19,9 @@ use crate::{
     model::ModelKind,
     session::{self, Flow, Observer, Outcome, Status},
     simulation::Simulation,
+    validity::Validity,
     view::View,
+    warnings::{RunWarnings, Warning},
 };
 
 mod trial;
@@ -72,6 +74,19 @@ pub struct RunEstimate {
     pub stops_at: Option<f64>,
     /// Cells of the trial.
     pub trial_cells: usize,
+    /// Largest stress, strain and drag of the trial.
+    validity: Validity,
+}
+
+impl RunEstimate {
+    /// The warnings that follow from the results of the trial.
+    pub fn warnings(&self, case: &Case) -> Vec<Warning> {
+        let mut warnings = RunWarnings::new(case).of(&self.validity);
+        for warning in warnings.iter_mut().filter(|_| self.trial_cells != case.mesh.cells) {
+            warning.text = format!("by a trial on {} cells, {}", self.trial_cells, warning.text);
+        }
+        warnings
+    }
 }
 
 impl Estimate {

@@ -42,6 +42,7 @@
 //! | [`validity`] | the largest strain and the impact velocity it allows |
 //! | [`admissible`] | the impact velocity that keeps the strain within the limit, by trials |
 //! | [`trust`] | estimated error of the simplified theory against the full one |
+//! | [`warnings`] | where the results of a case mislead, in words |
 //! | [`mod@table`] | tables of measured numbers, for `trust` and `grid` |
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::closed_form`] chooses the one for a case |
 //! | [`study`] | a case on refined meshes: orders, extrapolated values, error bars |
@@ -62,7 +63,7 @@
 //! `surface, grid`; `contact` uses `surface, shape, indenter, grid`; `simulation` uses `case, model, contact, view`;
 //! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver; `session` uses
 //! `simulation, exact, channels, recording` and is the loop of `study`, `admissible`, `cost` and `cli`. `trust` uses
-//! `case, exact`, never the solver. `study` and `admissible`
+//! `case, exact`, never the solver; `warnings` uses `trust, validity`. `study` and `admissible`
 //! record nothing; `cost` records coarser cases and reads them back.
 //!
 //! [`cli`], [`live`] and [`cost`] belong to the program and its default feature `cli`.
@@ -142,3 +143,4 @@ pub mod trust;
 pub mod units;
 pub mod validity;
 pub mod view;
+pub mod warnings;

@@ -31,6 +31,7 @@ use crate::{
     units::Units,
     validity::Validity,
     view::{Energy, Frame, Interface, View},
+    warnings::{self, RunWarnings, Warning},
 };
 
 /// Why a run cannot go on, or not begin.
@@ -92,6 +93,9 @@ pub struct Simulation {
     steps: u64,
     stop: Stop,
     units: Units,
+    /// Warnings that follow from the case, until the first step has them.
+    warnings: Vec<Warning>,
+    run_warnings: RunWarnings,
     next_step: u64,
     ending: Option<Ending>,
     failure: Option<SimulationError>,
@@ -172,6 +176,8 @@ impl Simulation {
             steps: sizes.steps,
             stop: case.run.stop,
             units: case.units(),
+            warnings: warnings::of_case(case),
+            run_warnings: RunWarnings::new(case),
             next_step: 0,
             ending: None,
             failure: None,
@@ -228,9 +234,15 @@ impl Simulation {
 
         self.observe_strain(step, time);
         let grid = &self.grid;
-        let mut events = self.watch.observe(&state, time, |i| grid.r(i));
+        let mut events: Vec<Event> = self.warnings.drain(..).map(Event::warning).collect();
+        events.extend(self.watch.observe(&state, time, |i| grid.r(i)));
+        self.validity.observe_drag(state.drag, step, time, state.contact_radius);
         self.next_step += 1;
         self.ending = self.find_ending(step, time, &mut events);
+        if self.ending.is_some() {
+            let validity = self.validity();
+            events.extend(self.run_warnings.of(&validity).into_iter().map(Event::warning));
+        }
         let view = self.view(step, time, &state, events);
         for &r in &self.probes {
             let node = ((r - self.grid.r0) / self.grid.dr).round().max(0.0) as usize;

@@ -29,6 +29,7 @@ use crate::{
     exact::closed_form::ClosedForm,
     session::{self, RunError},
     simulation::Simulation,
+    units::{Unit, Units},
     view::View,
 };
 
@@ -46,9 +47,9 @@ pub struct Plan {
 pub struct Level {
     /// Cells as the case gives them.
     pub cells: usize,
-    /// Radial distance of nodes \[R\].
+    /// Radial distance of nodes \[R, physical cases m\].
     pub dr: f64,
-    /// Time step \[R/c_p\].
+    /// Time step \[R/c_p, physical cases s\].
     pub dt: f64,
     /// Number of the last step.
     pub steps: u64,
@@ -114,7 +115,7 @@ pub fn on_meshes(case: &Case, cells: &[usize]) -> Result<Vec<Case>, CaseErrors> 
 /// Computes a case on several meshes, in parallel.
 ///
 /// * `cases`: the case on meshes refined by the same factor, from the coarsest to the finest, at least three
-/// * `watch`: called with step and time of the finest mesh
+/// * `watch`: called with every step of the finest mesh
 ///
 /// # Errors
 ///
@@ -123,34 +124,45 @@ pub fn on_meshes(case: &Case, cells: &[usize]) -> Result<Vec<Case>, CaseErrors> 
 /// # Panics
 ///
 /// Fewer than three cases.
-pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64, f64) + Send) -> Result<Study, RunError> {
+pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64) + Send) -> Result<Study, RunError> {
     assert!(cases.len() >= 3, "an order needs three meshes");
     let (finest, coarser) = cases.split_last().expect("there are cases");
     let (last, first) = rayon::join(
         || trace(finest, plan, &mut watch),
-        || coarser.par_iter().map(|case| trace(case, plan, |_, _| {})).collect::<Result<Vec<_>, _>>(),
+        || coarser.par_iter().map(|case| trace(case, plan, |_| {})).collect::<Result<Vec<_>, _>>(),
     );
     let mut traces = first?;
     traces.push(last?);
     let levels: Vec<Level> = cases.iter().map(Level::of).collect();
     let answer = ClosedForm::for_case(finest).ok();
     let ratio = levels[levels.len() - 2].dr / levels[levels.len() - 1].dr;
+    let units = finest.units();
     let mut quantities = Vec::new();
     for (column, name, unit) in columns(finest, plan) {
         for &time in &plan.times {
-            let values: Vec<_> = traces.iter().map(|trace| trace.at(column, time)).collect();
+            let recorded = |trace: &Trace| trace.at(column, time).map(|value| unit.of(value));
+            let values: Vec<_> = traces.iter().map(recorded).collect();
             if values.iter().all(Option::is_none) {
                 // the run ends before
                 continue;
             }
             let exact = answer.as_ref().and_then(|answer| exact(answer, plan, column, time));
-            quantities.push(Quantity::assess(format!("{name}, t = {time}"), unit, values, exact, ratio));
+            let (name, exact) =
+                (format!("{name}, t = {}", units.time.full_text(time)), exact.map(|value| unit.of(value)));
+            quantities.push(Quantity::assess(name, unit.name, values, exact, ratio));
         }
     }
     for name in EVENTS.map(|(_, name)| name) {
-        let values: Vec<_> = traces.iter().map(|trace| trace.events.get(name).copied()).collect();
+        let recorded = |trace: &Trace| trace.events.get(name).map(|time| units.time.of(*time));
+        let values: Vec<_> = traces.iter().map(recorded).collect();
         if values.iter().any(Option::is_some) {
-            quantities.push(Quantity::assess(format!("time of {name}"), "R/c_p", values, None, ratio));
+            quantities.push(Quantity::assess(
+                format!("time of {name}"),
+                units.time.name,
+                values,
+                None,
+                ratio,
+            ));
         }
     }
     Ok(Study { levels, closed_form: answer.map(|answer| answer.name()), quantities })
@@ -158,18 +170,20 @@ pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64, f64) + Send
 
 impl Level {
     fn of(case: &Case) -> Self {
-        let Sizes { dr, dt, steps, .. } = case.sizes;
-        Self { cells: case.mesh.cells, dr, dt, steps }
+        let (Sizes { dr, dt, steps, .. }, Units { length, time, .. }) = (case.sizes, case.units());
+        Self { cells: case.mesh.cells, dr: length.of(dr), dt: time.of(dt), steps }
     }
 }
 
 /// Number in a trace, name and unit of every column that is a quantity.
-fn columns(case: &Case, plan: &Plan) -> Vec<(usize, String, &'static str)> {
-    let mut columns = vec![(DRAG, "drag".to_owned(), case.units().force.name)];
+fn columns(case: &Case, plan: &Plan) -> Vec<(usize, String, Unit)> {
+    let Units { length, speed, stress, force, .. } = case.units();
+    let mut columns = vec![(DRAG, "drag".to_owned(), force)];
     if case.indenter.mass.is_finite() {
-        columns.push((VELOCITY, "velocity".into(), "c_p"));
+        columns.push((VELOCITY, "velocity".into(), speed));
     }
-    let probe = |(i, r)| (FIRST_PROBE + i, format!("stress at r = {r}"), "γc_p²");
+    let probe =
+        |(i, r): (usize, &f64)| (FIRST_PROBE + i, format!("stress at r = {}", length.full_text(*r)), stress);
     columns.extend(plan.probes.iter().enumerate().map(probe));
     columns
 }
@@ -196,12 +210,12 @@ const DRAG: usize = 0;
 const VELOCITY: usize = 1;
 const FIRST_PROBE: usize = 2;
 
-fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64, f64)) -> Result<Trace, RunError> {
+fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64)) -> Result<Trace, RunError> {
     let columns = vec![Vec::new(); FIRST_PROBE + plan.probes.len()];
     let mut trace = Trace { times: Vec::new(), columns, events: BTreeMap::new(), pressures: VecDeque::new() };
     let mut collect = |view: &View<'_>| {
         trace.observe(view, plan);
-        watch(view.step, view.time);
+        watch(view.step);
     };
     session::run(&mut Simulation::new(case), &mut [&mut collect])?;
     Ok(trace)
@@ -387,7 +401,7 @@ mod tests {
                 times: (1..25).map(|m| f64::from(m) / 24.5 * end).collect(),
                 probes: vec![0.1, 0.3, 0.5, 0.7],
             };
-            let study = study(&cases, &plan, |_, _| {}).expect("a solver");
+            let study = study(&cases, &plan, |_| {}).expect("a solver");
             for quantity in &study.quantities {
                 if let (Some(bar), Some(errors)) = (quantity.error_bar, &quantity.errors) {
                     let error = errors[2].abs();

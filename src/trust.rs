@@ -13,8 +13,6 @@
 //! t = 2h, a layer is a half-space; after it the error depends on t/h and little on h: at β = 0.5 it was between 0.30 and 0.43
 //! for h = 0.5 to 2 and t = 3 to 12. No estimate: plane geometry, layers thinner than half the radius, profiles without an edge.
 
-use std::fmt;
-
 use crate::{
     case::{Case, HeadKind},
     contact::Rule,
@@ -22,6 +20,7 @@ use crate::{
     grid::Geometry,
     model::ModelKind,
     table::table,
+    units::Unit,
 };
 
 /// Error from which on `percuss run` and `percuss check` print a note.
@@ -106,7 +105,7 @@ impl TheoryError {
         }
         let (beta, time) = (case.target.material.shear_wave_speed, case.run.end_time);
         let (quantity, error) = match (case.indenter.radius, &case.indenter.head) {
-            (Some(radius), head) if reaches_edge(case, head, radius) => {
+            (Some(radius), _) if case.reaches_edge() => {
                 (Quantity::Drag, edge_error(case, radius, beta, time)?)
             }
             // a sphere is a paraboloid where it is in contact before its edge
@@ -123,31 +122,25 @@ impl TheoryError {
     pub fn is_notable(&self) -> bool {
         self.error > NOTED
     }
-}
 
-impl fmt::Display for TheoryError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// The error in a line.
+    ///
+    /// * `unit`: unit of time
+    pub fn text(&self, unit: Unit) -> String {
         /// Error that is said in numbers, and the step to which it is rounded [%].
         const LARGEST: f64 = 200.0;
         const STEP: f64 = 5.0;
-        let Self { quantity, error, time, shear_wave_speed } = self;
+        let Self { quantity, error, time, .. } = self;
+        let ratio = (1e4 * self.shear_wave_speed).round() / 1e4;
         let percent = (100.0 * error / STEP).round() * STEP;
         let size =
             if percent > LARGEST { format!("more than {LARGEST}") } else { format!("about {percent}") };
-        write!(
-            f,
-            "for c_s/c_p = {shear_wave_speed} the simplified theory errs by {size} % in the {} at t = {time}; \
+        let time = unit.full_text(*time);
+        format!(
+            "for c_s/c_p = {ratio} the simplified theory errs by {size} % in the {} at t = {time}; \
              model = \"elastic\" computes the full theory",
             quantity.name()
         )
-    }
-}
-
-/// True if contact gets to the edge of a head within the run, on a flat surface.
-fn reaches_edge(case: &Case, head: &HeadKind, radius: f64) -> bool {
-    match head {
-        HeadKind::Flat { .. } | HeadKind::Profile { .. } => true,
-        _ => radius <= case.shape().reach(case.impact.velocity * case.run.end_time),
     }
 }
 
@@ -296,15 +289,16 @@ mod tests {
 
     #[test]
     fn the_note_is_one_line() {
-        let note = |beta: &str, end: &str| {
+        let estimate = |beta: &str, end: &str| {
             let keys = [format!("target.shear_wave_speed={beta}"), format!("run.end_time={end}")];
             TheoryError::of(&case("fig5", &[&keys[0], &keys[1]])).expect("an estimate")
         };
+        let note = |beta: &str, end: &str| estimate(beta, end).text(case("fig5", &[]).units().time);
         assert_eq!(
-            note("0.5", "6").to_string(),
+            note("0.5", "6"),
             "for c_s/c_p = 0.5 the simplified theory errs by about 40 % in the drag at t = 6; model = \"elastic\" computes the full theory"
         );
-        assert!(note("0.1", "6").to_string().contains("errs by more than 200 % in the drag"));
-        assert!(note("0.5", "6").is_notable() && !note("0.5", "0.5").is_notable());
+        assert!(note("0.1", "6").contains("errs by more than 200 % in the drag"));
+        assert!(estimate("0.5", "6").is_notable() && !estimate("0.5", "0.5").is_notable());
     }
 }

@@ -128,13 +128,19 @@ impl Unit {
         self.scale * x
     }
 
+    /// True if its numbers are those of the computation.
+    pub fn is_dimensionless(self) -> bool {
+        DIMENSIONLESS.contains(&self.name)
+    }
+
     /// A dimensionless number for people: plain with four decimals, or in SI with its unit.
     pub fn text(self, x: f64) -> String {
-        if DIMENSIONLESS.contains(&self.name) {
-            format!("{x:.4}")
-        } else {
-            engineering(self.of(x), self.name)
-        }
+        if self.is_dimensionless() { format!("{x:.4}") } else { engineering(self.of(x), self.name) }
+    }
+
+    /// The same, with all digits of a plain number.
+    pub fn full_text(self, x: f64) -> String {
+        if self.is_dimensionless() { x.to_string() } else { self.text(x) }
     }
 }
 

@@ -47,6 +47,8 @@ pub struct Validity {
     pub strain: Peak,
     /// The same at the probes.
     pub probes: Peak,
+    /// Largest drag, with the contact radius as its place \[πR²γc_p²; plane Rγc_p²\].
+    pub drag: Peak,
 }
 
 impl Validity {
@@ -56,7 +58,7 @@ impl Validity {
     /// * `is_flat`: true if the face of the indenter is flat
     pub fn new(velocity: f64, is_flat: bool) -> Self {
         let nothing = Peak::default();
-        Self { velocity, is_flat, pressure: nothing, strain: nothing, probes: nothing }
+        Self { velocity, is_flat, pressure: nothing, strain: nothing, probes: nothing, drag: nothing }
     }
 
     /// Observes an interface stress `|p|`.
@@ -67,6 +69,11 @@ impl Validity {
     /// Observes a strain at `(r, z)`.
     pub fn observe_strain(&mut self, strain: f64, step: u64, time: f64, place: (f64, f64)) {
         self.strain.observe(strain, step, time, place);
+    }
+
+    /// Observes a drag and the contact radius.
+    pub fn observe_drag(&mut self, drag: f64, step: u64, time: f64, contact_radius: f64) {
+        self.drag.observe(drag, step, time, (contact_radius, 0.0));
     }
 
     /// Observes a strain at a probe.

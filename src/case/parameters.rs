@@ -2,7 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{FrameSteps, Frames, Value, quantity::si_unit, resolved};
+use super::{
+    FrameSteps, Frames, Value,
+    quantity::{self, si_unit},
+    resolved,
+};
 use crate::{
     contact::Rule,
     grid::{Geometry, Grid, MeshKind, Spacing},
@@ -61,6 +65,12 @@ impl Parameters {
         self.indenter.shape()
     }
 
+    /// True if contact gets to the edge of the head within the run, on a flat surface.
+    pub fn reaches_edge(&self) -> bool {
+        let reach = self.shape().reach(self.impact.velocity * self.run.end_time);
+        self.indenter.radius.is_some_and(|radius| reach >= radius)
+    }
+
     /// The mesh.
     pub fn grid(&self) -> Grid {
         let Sizes { dr, dz, nr, nz, layer, .. } = self.sizes;
@@ -90,6 +100,20 @@ impl Parameters {
     /// Units of what is recorded.
     pub fn units(&self) -> Units {
         Units::new(self.geometry, self.scales)
+    }
+
+    /// The dimensionless number of a text: a plain one, in a physical case a quantity.
+    ///
+    /// # Errors
+    ///
+    /// What can be written instead.
+    pub fn read_number(&self, dimension: Dimension, text: &str) -> Result<f64, String> {
+        match self.scales {
+            None => text.trim().parse().map_err(|_| "a number is needed".to_owned()),
+            Some(scales) => quantity::parse(text, dimension, self.geometry)
+                .map(|si| scales.reduce(dimension, si))
+                .map_err(|_| format!("write {}", quantity::allowed(dimension, self.geometry))),
+        }
     }
 
     /// A dimensionless number as case files of this case have it: plain, or as a quantity.

@@ -47,6 +47,7 @@ impl Channel for Event {
                 EventKind::Separation => Kind::Separation,
                 EventKind::Recontact => Kind::Recontact,
                 EventKind::Stopped => Kind::Stopped,
+                EventKind::Warning => Kind::Warning,
             };
             outlet.put(&percuss::Event {
                 step: view.step,

@@ -5,7 +5,10 @@ use prost_types::Timestamp;
 pub use crate::message::foxglove::log::Level;
 
 use super::{Channel, FieldNote, Outlet};
-use crate::{message::foxglove, view::View};
+use crate::{
+    message::foxglove,
+    view::{EventKind, View},
+};
 
 /// Topic of the log.
 pub const TOPIC: &str = "/log";
@@ -48,7 +51,8 @@ impl Channel for Log {
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         for event in &*view.events {
-            let text = line(Level::Info, outlet.log_time(), &event.text);
+            let level = if event.kind == EventKind::Warning { Level::Warning } else { Level::Info };
+            let text = line(level, outlet.log_time(), &event.text);
             outlet.put(&text);
         }
     }

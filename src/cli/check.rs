@@ -4,14 +4,15 @@ use std::io::{self, IsTerminal};
 
 use clap::Args;
 
-use super::{CaseArguments, CliError, Exit, print};
+use super::{CaseArguments, CliError, Exit, print, scales};
 use crate::{
     admissible::{self, Trial},
     case::{Case, Sizes},
     cost::{Estimate, PATIENCE, RunEstimate, TIME_FACTOR, bytes_tolerance},
     trust::TheoryError,
-    units::Dimension,
+    units::{Dimension, Units},
     validity::STRAIN_LIMIT,
+    warnings::{self, Warning},
 };
 
 const ESTIMATES: &str = "\
@@ -45,12 +46,13 @@ impl Check {
         }
         let estimate = Estimate::new(&case);
         let admissible = self.admissible.then(|| find_velocity(&case)).transpose()?;
-        let theory = TheoryError::of(&case);
+        let mut warnings = warnings::of_case(&case);
+        warnings.extend(estimate.run.iter().flat_map(|run| run.warnings(&case)));
         let text = if self.json {
-            json(&case, &estimate, admissible, theory)
+            json(&case, &estimate, admissible, &warnings)
         } else {
-            if let Some(error) = theory.filter(TheoryError::is_notable) {
-                eprintln!("note: {error}");
+            for Warning { text, .. } in &warnings {
+                eprintln!("warning: {text}");
             }
             table(&self.case.case, &case, &estimate, admissible)
         };
@@ -74,7 +76,8 @@ fn metres_per_second(case: &Case, velocity: f64) -> Option<f64> {
     Some(velocity * case.scales?.of(Dimension::Speed))
 }
 
-fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, theory: Option<TheoryError>) -> String {
+fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &[Warning]) -> String {
+    let theory = TheoryError::of(case);
     let run = estimate.run;
     let mut value = serde_json::json!({
         "version": 2,
@@ -97,6 +100,7 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, theory: Opt
             "error": theory.error,
             "time": theory.time,
         })),
+        "warnings": warnings,
     });
     if let Some(Trial { velocity, strain, nodes }) = admissible {
         value["admissible"] = serde_json::json!({
@@ -112,20 +116,32 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, theory: Opt
 
 fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>) -> String {
     let Sizes { dr, dz, dt, steps, nr, nz, outer_radius, depth, layer, .. } = case.sizes;
-    let target = if layer { format!("layer of thickness {depth}") } else { "half-space".into() };
-    let c_s = case.target.material.shear_wave_speed;
-    let mut rows = vec![
-        ("case", format!("{name}: {}", case.title)),
-        ("target", format!("{target}, c_s = {c_s}")),
-        ("mesh", format!("{nr} x {} nodes to r = {outer_radius:.4}, z = {depth:.4}", nz + 1)),
-        (
-            "spacing",
-            format!("dr = {dr:.6e}, dz = {dz:.6e}, radial Courant number {:.6}", case.wave_speed() * dt / dr),
-        ),
-        ("time", format!("{steps} steps of {dt:.6e} to t = {:.6}", steps as f64 * dt)),
-        ("frames", frames(case)),
-        ("memory", format!("about {}", bytes(estimate.memory))),
-    ];
+    let Units { length, time, .. } = case.units();
+    let (nodes, courant) = (format!("{nr} x {} nodes", nz + 1), case.wave_speed() * dt / dr);
+    let end = steps as f64 * dt;
+    let mut rows = vec![("case", format!("{name}: {}", case.title))];
+    match case.scales {
+        None => {
+            let target = if layer { format!("layer of thickness {depth}") } else { "half-space".into() };
+            let c_s = case.target.material.shear_wave_speed;
+            rows.extend([
+                ("target", format!("{target}, c_s = {c_s}")),
+                ("mesh", format!("{nodes} to r = {outer_radius:.4}, z = {depth:.4}")),
+                ("spacing", format!("dr = {dr:.6e}, dz = {dz:.6e}, radial Courant number {courant:.6}")),
+                ("time", format!("{steps} steps of {dt:.6e} to t = {end:.6}")),
+            ]);
+        }
+        Some(scales) => {
+            rows.extend(scales::rows(case, &scales));
+            let [r, z, dr, dz] = [outer_radius, depth, dr, dz].map(|x| length.text(x));
+            rows.extend([
+                ("mesh", format!("{nodes} to r = {r}, z = {z}")),
+                ("spacing", format!("dr = {dr}, dz = {dz}, radial Courant number {courant:.6}")),
+                ("time", format!("{steps} steps of {} to t = {}", time.text(dt), time.text(end))),
+            ]);
+        }
+    }
+    rows.extend([("frames", frames(case)), ("memory", format!("about {}", bytes(estimate.memory)))]);
     match estimate.run {
         Some(run) => rows.extend(run_rows(case, &run)),
         None => {
@@ -137,10 +153,11 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
         }
     }
     if let Some(Trial { velocity, strain, .. }) = admissible {
-        let si = metres_per_second(case, velocity).map(|si| format!(" ({si:.4} m/s)")).unwrap_or_default();
+        let velocity = metres_per_second(case, velocity)
+            .map_or_else(|| format!("{velocity:.4e}"), |si| format!("{si:.4e} m/s"));
         rows.push((
             "velocity",
-            format!("V0 = {velocity:.4e}{si} strains the target by {strain:.5}, the limit is {STRAIN_LIMIT}"),
+            format!("V0 = {velocity} strains the target by {strain:.5}, the limit is {STRAIN_LIMIT}"),
         ));
     }
     rows.iter().map(|(key, value)| format!("{key:<10} {value}\n")).collect()
@@ -148,14 +165,20 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
 
 /// The estimates of a run, row by row.
 fn run_rows(case: &Case, run: &RunEstimate) -> Vec<(&'static str, String)> {
-    let RunEstimate { messages, file, seconds, stops_at, trial_cells } = *run;
+    let RunEstimate { messages, file, seconds, stops_at, trial_cells, .. } = *run;
     let percent = 100.0 * bytes_tolerance(case.model);
     let size = format!("about {}, within {percent} %; {} before compression", bytes(file), bytes(messages));
     let time =
         format!("about {seconds:.2} s, within a factor {TIME_FACTOR}; from a trial on {trial_cells} cells");
     let mut rows = vec![("recording", size), ("run time", time)];
     rows.extend(stops_at.map(|time| {
-        ("stop", format!("about t = {time:.2}, as run.stop asks; recording and run time are up to there"))
+        (
+            "stop",
+            format!(
+                "about t = {}, as run.stop asks; recording and run time are up to there",
+                case.units().time.text(time)
+            ),
+        )
     }));
     rows
 }

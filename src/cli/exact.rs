@@ -41,10 +41,10 @@ impl Exact {
         let source = steps.source();
         let recording = pool.install(|| Recording::create(&path, self.output.force, &case, source));
         let mut recording = recording.map_err(RunError::from)?;
-        let mut progress = Progress::new(steps.form().last_step(), case.sizes.dt, self.output.quiet);
+        let mut progress = Progress::new(&case, steps.form().last_step(), self.output.quiet);
         progress.say(&format!("{}: {}", self.case.case, steps.form()));
         let mut watch = |view: &View<'_>| {
-            progress.advance(view.step, view.time);
+            progress.advance(view.step);
             flow(&signal)
         };
         let outcome = pool.install(|| session::run(&mut steps, &mut [&mut recording, &mut watch]));

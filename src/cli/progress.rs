@@ -7,9 +7,11 @@ use std::{
 
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
+use crate::{case::Case, units::Unit};
+
 /// Shows the progress of a run.
 pub(super) enum Progress {
-    Bar(ProgressBar),
+    Bar(ProgressBar, Clock),
     Lines(Lines),
     Quiet,
 }
@@ -18,22 +20,39 @@ pub(super) enum Progress {
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
 pub(super) struct Lines {
-    steps: u64,
-    dt: f64,
+    clock: Clock,
     start: Instant,
     last: Instant,
 }
 
+/// Steps as times of the target.
+#[derive(Clone, Copy)]
+pub(super) struct Clock {
+    /// Number of the last step.
+    steps: u64,
+    /// Time step \[R/c_p\].
+    dt: f64,
+    unit: Unit,
+}
+
+impl Clock {
+    /// Time of a step and the end.
+    fn text(&self, step: u64) -> String {
+        let [time, end] = [step, self.steps].map(|step| self.unit.text(step as f64 * self.dt));
+        format!("t = {time} of {end}")
+    }
+}
+
 impl Progress {
     /// * `steps`: number of the last step
-    /// * `dt`: time step \[R/c_p\]
-    pub(super) fn new(steps: u64, dt: f64, quiet: bool) -> Self {
+    pub(super) fn new(case: &Case, steps: u64, quiet: bool) -> Self {
+        let clock = Clock { steps, dt: case.sizes.dt, unit: case.units().time };
         if quiet {
             return Self::Quiet;
         }
         if !io::stderr().is_terminal() {
             let now = Instant::now();
-            return Self::Lines(Lines { steps, dt, start: now, last: now });
+            return Self::Lines(Lines { clock, start: now, last: now });
         }
         let template = "{wide_bar} {msg}, {rate}, ETA {eta}";
         let rate = |state: &ProgressState, output: &mut dyn std::fmt::Write| {
@@ -42,19 +61,18 @@ impl Progress {
         let style = ProgressStyle::with_template(template).expect("the template is a constant");
         let style = style.with_key("rate", rate);
         let bar = ProgressBar::new(steps + 1).with_style(style);
-        bar.set_message(format!("t = 0 of {:.4}", steps as f64 * dt));
-        Self::Bar(bar)
+        bar.set_message(clock.text(0));
+        Self::Bar(bar, clock)
     }
 
-    /// Step `step` at `time` \[R/c_p\] is done.
-    pub(super) fn advance(&mut self, step: u64, time: f64) {
+    /// A step is done.
+    pub(super) fn advance(&mut self, step: u64) {
         match self {
-            Self::Bar(bar) => {
+            Self::Bar(bar, clock) => {
                 bar.set_position(step + 1);
                 // formatting every message takes longer than some steps
                 if step.is_multiple_of(64) {
-                    let end = bar.length().map_or(time, |n| (n - 1) as f64 * time / (step.max(1)) as f64);
-                    bar.set_message(format!("t = {time:.3} of {end:.3}"));
+                    bar.set_message(clock.text(step));
                 }
             }
             Self::Lines(lines) => {
@@ -71,7 +89,7 @@ impl Progress {
     /// Prints a line above the bar.
     pub(super) fn say(&self, text: &str) {
         match self {
-            Self::Bar(bar) => bar.suspend(|| say(text)),
+            Self::Bar(bar, _) => bar.suspend(|| say(text)),
             Self::Lines(_) => say(text),
             Self::Quiet => {}
         }
@@ -79,7 +97,7 @@ impl Progress {
 
     /// Removes the bar.
     pub(super) fn end(&self) {
-        if let Self::Bar(bar) = self {
+        if let Self::Bar(bar, _) = self {
             bar.finish_and_clear();
         }
     }
@@ -89,12 +107,9 @@ impl Lines {
     fn print(&self, step: u64) {
         let elapsed = self.start.elapsed().as_secs_f64();
         let rate = (step + 1) as f64 / elapsed;
-        let (time, end) = (step as f64 * self.dt, self.steps as f64 * self.dt);
-        let eta = (self.steps - step) as f64 / rate;
-        say(&format!(
-            "t = {time:.3} of {end:.3}, step {step} of {}, {rate:.0} steps/s, ETA {eta:.0} s",
-            self.steps
-        ));
+        let (time, steps) = (self.clock.text(step), self.clock.steps);
+        let eta = (steps - step) as f64 / rate;
+        say(&format!("{time}, step {step} of {steps}, {rate:.0} steps/s, ETA {eta:.0} s"));
     }
 }
 

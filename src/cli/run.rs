@@ -12,6 +12,7 @@ use super::{
     CaseArguments, CliError, Exit,
     output::{OutputArguments, exit, flow, watch_signals, written},
     progress::Progress,
+    scales,
 };
 use crate::{
     case::Case,
@@ -19,7 +20,6 @@ use crate::{
     live::{Live, Pace},
     session::{self, Recording, RunError, Source},
     simulation::{Engine, Simulation},
-    trust::TheoryError,
     view::View,
 };
 
@@ -69,11 +69,8 @@ impl Run {
         let recording =
             pool.install(|| Recording::create(&path, self.output.force, &case, Source::Simulation));
         let mut recording = recording.map_err(RunError::from)?;
-        let mut progress = Progress::new(case.sizes.steps, case.sizes.dt, self.output.quiet);
+        let mut progress = Progress::new(&case, case.sizes.steps, self.output.quiet);
         progress.say(&self.heading(&case));
-        if let Some(error) = TheoryError::of(&case).filter(TheoryError::is_notable) {
-            progress.say(&format!("note: {error}"));
-        }
         if let Some(live) = &live {
             recording.tap(live.tap()).map_err(RunError::from)?;
             live.wait_for(self.wait.unwrap_or(0), is_over);
@@ -87,14 +84,18 @@ impl Run {
             if let Some(pace) = &mut pace {
                 pace.keep(log_time(case.units().time.of(view.time), case.record.playback_rate), is_over);
             }
-            progress.advance(view.step, view.time);
+            progress.advance(view.step);
             flow(&signal)
         };
         let outcome = pool.install(|| session::run(&mut simulation, &mut [&mut recording, &mut watch]));
         progress.end();
         if let Ok(outcome) = &outcome {
             let (seconds, sizes) = (start.elapsed().as_secs_f64(), &case.sizes);
-            let planned = format!("{} steps of {:.4e} planned", sizes.steps, sizes.dt);
+            let dt = match case.scales {
+                Some(_) => case.units().time.text(sizes.dt),
+                None => format!("{:.4e}", sizes.dt),
+            };
+            let planned = format!("{} steps of {dt} planned", sizes.steps);
             progress.say(&format!("{} in {seconds:.2} s; {planned}", written(&path, &outcome.status)));
         }
         if let Some(live) = live {
@@ -106,6 +107,11 @@ impl Run {
     /// The case, and how dense its fields are unless it says so itself.
     fn heading(&self, case: &Case) -> String {
         let mut text = format!("{}: {}", self.case.case, case.title);
+        if let Some(scales) = &case.scales {
+            for (key, row) in scales::rows(case, scales) {
+                text += &format!("\n{key:<10} {row}");
+            }
+        }
         let every = case.record.field_every;
         if every > 1 && every == case.default_field_every() {
             text += &format!(

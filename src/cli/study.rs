@@ -17,6 +17,7 @@ use super::{
 use crate::{
     case::Case,
     study::{Plan, Quantity, Study, on_meshes, study},
+    units::Dimension,
 };
 
 const EXAMPLES: &str = "\
@@ -39,12 +40,12 @@ pub(super) struct StudyArguments {
     /// Largest refinement, a power of two: 4 computes the cells of the case, twice and four times as many
     #[arg(long, value_name = "N", default_value_t = 4)]
     refine: usize,
-    /// Times of drag, velocity and stress [default: 0.23, 0.48, 0.73, 0.98 of the run, away from arrivals of fronts]
+    /// Times of drag, velocity and stress; in a physical case with their unit, 20us [default: 0.23, 0.48, 0.73, 0.98 of the run, away from arrivals of fronts]
     #[arg(long, value_name = "T", value_delimiter = ',')]
-    times: Vec<f64>,
-    /// Radii of the stress [default: the probes of the case]
+    times: Vec<String>,
+    /// Radii of the stress; in a physical case with their unit [default: the probes of the case]
     #[arg(long, value_name = "R", value_delimiter = ',')]
-    probes: Vec<f64>,
+    probes: Vec<String>,
     #[command(flatten)]
     threads: ThreadArguments,
     /// Print JSON
@@ -80,13 +81,13 @@ impl StudyArguments {
         let plan = self.plan(&cases[0])?;
         let pool = self.threads.pool()?;
         let finest = cases.last().expect("there are cases");
-        let mut progress = Progress::new(finest.sizes.steps, finest.sizes.dt, self.quiet);
+        let mut progress = Progress::new(finest, finest.sizes.steps, self.quiet);
         let cells: Vec<String> = cases.iter().map(|case| case.mesh.cells.to_string()).collect();
         progress.say(&format!("{}: {}, on {} cells", self.case.case, finest.title, cells.join(", ")));
-        let result = pool.install(|| study(&cases, &plan, |step, time| progress.advance(step, time)));
+        let result = pool.install(|| study(&cases, &plan, |step| progress.advance(step)));
         progress.end();
         let study = result?;
-        print(&if self.json { json(finest, &study) } else { table(&study) })?;
+        print(&if self.json { json(finest, &study) } else { table(finest, &study) })?;
         if let Some((path, medium)) = picture {
             let drawn = draw(&[panel(finest, &study)], medium);
             let drawn = drawn.map_err(|error| CliError::system("cannot draw", error))?;
@@ -108,16 +109,23 @@ impl StudyArguments {
 
     fn plan(&self, case: &Case) -> Result<Plan, CliError> {
         let end = case.run.end_time;
-        if let Some(bad) = self.times.iter().find(|time| !(**time >= 0.0 && **time <= end)) {
-            return Err(CliError::Usage(format!("--times {bad}: the run is from 0 to {end}")));
-        }
-        if let Some(bad) = self.probes.iter().find(|r| !(**r >= 0.0 && r.is_finite())) {
-            return Err(CliError::Usage(format!("--probes {bad}: a radius is not negative")));
-        }
+        let read = |option: &str, texts: &[String], dimension, most: f64, bounds: &str| {
+            let read = |text: &String| {
+                let number = case.read_number(dimension, text);
+                let number = number.map_err(|error| CliError::Usage(format!("{option} {text}: {error}")))?;
+                let fits = number >= 0.0 && number <= most && number.is_finite();
+                fits.then_some(number).ok_or_else(|| CliError::Usage(format!("{option} {text}: {bounds}")))
+            };
+            texts.iter().map(read).collect::<Result<Vec<f64>, _>>()
+        };
+        let span = format!("the run is from 0 to {}", case.units().time.full_text(end));
+        let times = read("--times", &self.times, Dimension::Time, end, &span)?;
+        let radius = "a radius is not negative";
+        let probes = read("--probes", &self.probes, Dimension::Length, f64::INFINITY, radius)?;
         let spread = || [0.23, 0.48, 0.73, 0.98].map(|share| (share * end * 1e6).round() / 1e6).to_vec();
         Ok(Plan {
-            times: if self.times.is_empty() { spread() } else { self.times.clone() },
-            probes: if self.probes.is_empty() { case.record.probes.clone() } else { self.probes.clone() },
+            times: if times.is_empty() { spread() } else { times },
+            probes: if probes.is_empty() { case.record.probes.clone() } else { probes },
         })
     }
 }
@@ -141,7 +149,7 @@ fn json(case: &Case, study: &Study) -> String {
     format!("{value:#}\n")
 }
 
-fn table(study: &Study) -> String {
+fn table(case: &Case, study: &Study) -> String {
     let exact = study.closed_form.is_some();
     let mut head: Vec<String> = vec!["quantity".into()];
     head.extend(study.levels.iter().map(|level| format!("{} cells", level.cells)));
@@ -149,7 +157,9 @@ fn table(study: &Study) -> String {
     if exact {
         head.extend(["exact", "error", "order"].map(str::to_owned));
     }
-    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.6}"));
+    let is_plain = case.scales.is_none();
+    let text = |value| if is_plain { format!("{value:.6}") } else { format!("{value:.5e}") };
+    let number = |value: Option<f64>| value.map_or("-".to_owned(), text);
     let short = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2e}"));
     let order = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
     let mut rows = vec![head];
@@ -203,7 +213,7 @@ fn panel(case: &Case, study: &Study) -> Panel {
     };
     Panel {
         title: case.title.clone(),
-        x_label: "Δr [R]".into(),
+        x_label: format!("Δr [{}]", case.units().length.name),
         y_label: "relative difference from closed form or extrapolated value".into(),
         curves: study.quantities.iter().filter_map(curve).collect(),
         log_x: true,

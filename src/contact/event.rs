@@ -5,7 +5,7 @@
 //! `Δr/c_s` in which a wave along r passes a node; the event is reported then, with the time at which contact was lost.
 
 use super::ContactState;
-use crate::units::Units;
+use crate::{units::Units, warnings::Warning};
 
 /// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +20,8 @@ pub enum EventKind {
     Recontact,
     /// The run stops before its end time.
     Stopped,
+    /// Results mislead, see [`crate::warnings`].
+    Warning,
 }
 
 /// An event and where it happened.
@@ -33,6 +35,14 @@ pub struct Event {
     pub r: Option<f64>,
     /// Time at which contact was lost, of a separation, which is reported later \[R/c_p\].
     pub since: Option<f64>,
+}
+
+impl Event {
+    /// A warning as an event.
+    pub(crate) fn warning(warning: Warning) -> Self {
+        let text = format!("warning: {}", warning.text);
+        Self { kind: EventKind::Warning, text, r: None, since: None }
+    }
 }
 
 /// Finds the events in the steps of a contact.

@@ -11,6 +11,7 @@ use crate::{
     model::CORNER_MARGIN,
     recording::{CHUNK_TARGET, Compression, MESSAGE_HEADER, writer::write_options},
     session::{Recording, Source},
+    validity::Validity,
 };
 
 /// Bytes a message takes beside its payload: record header and index entry.
@@ -98,6 +99,8 @@ pub(super) struct Trial {
     pub(super) recording: f64,
     /// Part of the run after which its stop condition holds; 1 if it never does.
     part: f64,
+    /// Largest stress, strain and drag.
+    validity: Validity,
     /// The recording.
     pub(super) file: Vec<u8>,
     /// Number and payload of the messages of every law \[bytes\].
@@ -117,7 +120,7 @@ impl Trial {
         let part = outcome.last_step as f64 / case.sizes.steps as f64;
         let file = std::fs::read(&path).ok()?;
         let messages = messages_of(&file).ok()?;
-        Some(Self { case: case.clone(), recording, part, file, messages })
+        Some(Self { case: case.clone(), recording, part, validity: outcome.validity, file, messages })
     }
 
     /// Size of all messages of a run before compression \[bytes\].
@@ -157,6 +160,7 @@ impl Trial {
             seconds,
             stops_at: (self.part < 1.0).then_some(self.part * end),
             trial_cells: self.case.mesh.cells,
+            validity: self.validity,
         })
     }
 }

@@ -18,7 +18,11 @@ fn ball(cells: usize, stop: &str) -> Case {
 
 /// Events, with the times of their steps.
 fn events(case: &Case) -> Vec<(f64, Event)> {
-    run(case, |view| view.events.iter().map(|event| (view.time, event.clone())).collect::<Vec<_>>()).concat()
+    let warns = |event: &&Event| event.kind != EventKind::Warning;
+    run(case, |view| {
+        view.events.iter().filter(warns).map(|event| (view.time, event.clone())).collect::<Vec<_>>()
+    })
+    .concat()
 }
 
 #[test]

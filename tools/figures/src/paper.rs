@@ -28,7 +28,7 @@ pub fn figures(lab: &Lab<'_>) -> Result<Vec<Figure>, Failure> {
 
 /// A convergence study of a built-in case.
 fn convergence(case: &str, cells: &[usize], plan: &Plan) -> Result<Study, Failure> {
-    Ok(study(&on_meshes(&Case::load(case, &[])?, cells)?, plan, |_, _| {})?)
+    Ok(study(&on_meshes(&Case::load(case, &[])?, cells)?, plan, |_| {})?)
 }
 
 /// Value, extrapolated value and error bar of a quantity in words.

@@ -1,0 +1,201 @@
+//! Warnings: where the results of a case mislead, in words.
+//!
+//! Some follow from the case, others only from its run. `percuss check` and `percuss run` print them, and recordings have them as
+//! events, so that whoever reads one later is warned too.
+
+use crate::{
+    case::{Case, HeadKind},
+    model::ModelKind,
+    trust::TheoryError,
+    units::{Dimension, Unit, Units},
+    validity::{STRAIN_LIMIT, Validity},
+};
+
+/// Share of c_p above which an impact velocity is no small one.
+const FAST: f64 = 0.1;
+/// Cells that a contact needs for its stress to be that of the head and not of the mesh.
+const FEWEST_CELLS: f64 = 5.0;
+/// Cells across the corner of an edge that show it.
+const CORNER_CELLS: f64 = 2.0;
+
+/// A warning.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Warning {
+    /// Its subject in one word: `velocity`, `edge`, `base`, `theory`, `strain`, `cells`.
+    pub about: &'static str,
+    /// What misleads, and what to do.
+    pub text: String,
+}
+
+/// The warnings that follow from a case.
+pub fn of_case(case: &Case) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let mut warn = |about, text| warnings.push(Warning { about, text });
+    if let Some(scales) = case.scales.filter(|_| case.impact.velocity > FAST) {
+        let speed = case.units().speed;
+        let (velocity, c_p) = (speed.text(case.impact.velocity), scales.of(Dimension::Speed));
+        warn(
+            "velocity",
+            format!(
+                "V0 = {velocity} is more than a tenth of c_p = {c_p:.0} m/s: linear theory needs much less"
+            ),
+        );
+    }
+    if let Some(text) = sharp_edge(case) {
+        warn("edge", text);
+    }
+    if case.scales.is_some() && case.sizes.layer {
+        warn(
+            "base",
+            "the layer lies on a rigid, smooth base, as if glued to it; a real support yields".into(),
+        );
+    }
+    match TheoryError::of(case).filter(TheoryError::is_notable) {
+        Some(error) => warn("theory", error.text(case.units().time)),
+        None if case.scales.is_some() && case.model == ModelKind::Rakhmatulin => {
+            let text = "the simplified theory neglects displacements along the surface; model = \"elastic\" computes \
+                        the full theory";
+            warn("theory", text.into());
+        }
+        None => {}
+    }
+    warnings
+}
+
+/// The edge of a head that contact reaches and that is sharp, or as good as sharp on the mesh.
+fn sharp_edge(case: &Case) -> Option<String> {
+    let radius = case.indenter.radius.filter(|_| case.reaches_edge())?;
+    let remedy = match case.indenter.head {
+        HeadKind::Flat { edge_radius } if edge_radius >= CORNER_CELLS * case.sizes.dr => return None,
+        HeadKind::Flat { edge_radius: 0.0 } => "; indenter.edge_radius rounds it",
+        HeadKind::Flat { .. } => ", as its corner is smaller than two cells",
+        HeadKind::Sphere { nose_radius } if nose_radius == radius => return None,
+        _ => "",
+    };
+    Some(format!(
+        "the stress beside the sharp edge of the head grows with the mesh, as dr^(-1/2){remedy}; the drag does not"
+    ))
+}
+
+/// What the warnings of a run depend on beside its results.
+#[derive(Clone, Copy, Debug)]
+pub struct RunWarnings {
+    units: Units,
+    is_flat: bool,
+    is_physical: bool,
+    dr: f64,
+}
+
+impl RunWarnings {
+    /// For the runs of a case.
+    pub fn new(case: &Case) -> Self {
+        Self {
+            units: case.units(),
+            is_flat: case.indenter.head.is_flat(),
+            is_physical: case.scales.is_some(),
+            dr: case.sizes.dr,
+        }
+    }
+
+    /// The warnings that follow from the results of a run.
+    pub fn of(&self, validity: &Validity) -> Vec<Warning> {
+        [self.strain(validity), self.cells(validity)].into_iter().flatten().collect()
+    }
+
+    /// Strain above the limit. A flat head without units is none of it: its results are those of any V0, scaled.
+    fn strain(&self, validity: &Validity) -> Option<Warning> {
+        let strain = validity.strain.value;
+        if strain <= STRAIN_LIMIT || (self.is_flat && !self.is_physical) {
+            return None;
+        }
+        let times = strain / STRAIN_LIMIT;
+        let Unit { name, .. } = self.units.speed;
+        let remedy = match validity.admissible_velocity() {
+            Some(velocity) => format!("V0 up to {:.4} {name} keeps it", self.units.speed.of(velocity)),
+            None => "percuss check --admissible finds the velocity that keeps it".into(),
+        };
+        let (r, t) = (self.units.length.text(validity.strain.r), self.units.time.text(validity.strain.time));
+        let text = format!(
+            "the largest strain, {strain:.4} at r = {r}, t = {t}, is {times:.1} times the limit of linear theory, {STRAIN_LIMIT}; {remedy}"
+        );
+        Some(Warning { about: "strain", text })
+    }
+
+    /// A contact that the mesh does not resolve.
+    fn cells(&self, validity: &Validity) -> Option<Warning> {
+        let peak = validity.drag;
+        let cells = peak.r / self.dr;
+        if self.is_flat || peak.value <= 0.0 || cells >= FEWEST_CELLS {
+            return None;
+        }
+        let text = format!(
+            "at the largest force the contact is only {cells:.1} cells wide, fewer than {FEWEST_CELLS}: its stress is that of the mesh; \
+             make mesh.cells larger"
+        );
+        Some(Warning { about: "cells", text })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{session, simulation::Simulation};
+
+    const BALL: &str = "model = \"elastic\"\n[target]\nthickness = \"20 mm\"\nmaterial = \"pmma\"\n\
+        [indenter]\nshape = \"sphere\"\nnose_radius = \"10 mm\"\nmaterial = \"steel\"\n\
+        [impact]\nvelocity = \"5 m/s\"\n[mesh]\ncells = 40\n[run]\nend_time = \"30 us\"\n[record]\nframes = 0\n";
+
+    fn case(text: &str, settings: &[&str]) -> Case {
+        let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
+        Case::parse("ball", text, &settings, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"))
+    }
+
+    fn abouts(warnings: &[Warning]) -> Vec<&'static str> {
+        warnings.iter().map(|warning| warning.about).collect()
+    }
+
+    fn of_run(case: &Case) -> Vec<Warning> {
+        let outcome = session::run(&mut Simulation::new(case), &mut []).expect("a run");
+        RunWarnings::new(case).of(&outcome.validity)
+    }
+
+    #[test]
+    fn a_ball_is_warned_of_what_misleads() {
+        let ball = case(BALL, &[]);
+        assert_eq!(abouts(&of_case(&ball)), ["base"]);
+        let found = of_run(&ball);
+        assert_eq!(abouts(&found), ["strain"]);
+        assert!(found[0].text.contains("µs") && found[0].text.contains("--admissible"), "{found:?}");
+        let slow = case(BALL, &["impact.velocity=1 mm/s", "mesh.cells=20"]);
+        assert_eq!(abouts(&of_run(&slow)), ["cells"]);
+        let simple = ["model=rakhmatulin", "impact.velocity=300 m/s", "target.thickness=half-space"];
+        assert_eq!(abouts(&of_case(&case(BALL, &simple))), ["velocity", "theory"]);
+    }
+
+    #[test]
+    fn only_an_edge_that_is_reached_and_not_rounded_is_sharp() {
+        let of = |name: &str, settings: &[&str]| {
+            let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
+            abouts(&of_case(&Case::load(name, &settings).expect("a case")))
+        };
+        assert_eq!(of("elastic-fig5", &[]), ["edge"]);
+        assert_eq!(of("elastic-fig5", &["indenter.edge_radius=0.1"]), [""; 0]);
+        assert_eq!(of("elastic-fig5", &["indenter.edge_radius=0.001"]), ["edge"]);
+        assert_eq!(of("elastic-fig3", &[]), ["edge"]);
+        assert_eq!(of("elastic-fig2", &[]), [""; 0]);
+        assert_eq!(of("fig5", &[]), ["edge", "theory"]);
+    }
+
+    #[test]
+    fn flat_faces_scale_with_the_velocity_unless_it_is_a_real_one() {
+        let settings = ["mesh.cells=20".into(), "run.end_time=1".into()];
+        assert_eq!(of_run(&Case::load("fig5", &settings).expect("a case")), []);
+        let text = BALL
+            .replace("sphere", "flat")
+            .replace("nose_radius", "radius")
+            .replace("material = \"steel\"", "");
+        let found = of_run(&case(&text, &["run.end_time=5 us"]));
+        assert_eq!(abouts(&found), ["strain"]);
+        assert!(found[0].text.contains("V0 up to") && found[0].text.contains("m/s keeps it"), "{found:?}");
+    }
+}
