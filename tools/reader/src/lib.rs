@@ -23,7 +23,9 @@
 //! | [`select`] | patterns of topics and windows of times, the same for every verb |
 //! | [`mod@slice`] | arrays over their axis and matrices, at one time |
 //! | [`prefix`] | engineering prefixes of SI units |
-//! | [`table`], [`mod@format`] | named columns with units, and what takes their rows: one file per output format |
+//! | [`scales`] | numbers of one recording in the units of another |
+//! | `toml_keys` | TOML files by dotted keys |
+//! | [`table`], [`prefixed`], [`mod@format`] | named columns with units, the same with prefixes, and what takes their rows: one file per output format |
 //! | [`timeline`] | messages by their log time, from any time on |
 //! | `percuss-serve` | messages to viewers over the Foxglove WebSocket protocol, a crate of its own |
 //! | [`compare`] | two recordings number by number: structure, alignment, tolerances, measures. Pure: no output |
@@ -125,10 +127,13 @@ pub mod format;
 pub mod messages;
 mod nest;
 pub mod prefix;
+pub mod prefixed;
 pub mod recording;
+pub mod scales;
 pub mod select;
 pub mod slice;
 pub mod table;
 mod text;
 pub mod timeline;
+mod toml_keys;
 pub mod wire;

@@ -12,6 +12,7 @@ use crate::{
     convention,
     messages::Recording,
     recording::OpenError,
+    toml_keys,
     wire::{Layout, Leaf},
 };
 
@@ -308,22 +309,15 @@ struct Digest {
     table: Option<BTreeMap<String, String>>,
 }
 
-/// Largest TOML file that is compared key by key \[bytes\].
-const MAX_TOML: usize = 1 << 20;
-
 /// Digests of all attachments by name, in one pass.
 fn digests(recording: &Recording) -> Result<BTreeMap<String, Digest>, OpenError> {
     let mut digests = BTreeMap::new();
     // as many as the recording has room for in its own list
     let room = recording.attachments.len();
     recording.find_attachment(|name, content| {
-        let text = std::str::from_utf8(content).ok().filter(|text| text.len() <= MAX_TOML);
-        let table = text.filter(|_| name.ends_with(".toml")).and_then(|text| text.parse().ok());
-        let table = table.map(|table| {
-            let mut flat = BTreeMap::new();
-            flatten("", &toml::Value::Table(table), &mut flat);
-            flat
-        });
+        let table = Some(content).filter(|_| name.ends_with(".toml")).and_then(toml_keys::entries);
+        let table =
+            table.map(|table| table.into_iter().map(|(key, value)| (key, value.to_string())).collect());
         let mut hasher = DefaultHasher::new();
         content.hash(&mut hasher);
         digests.insert(name.to_owned(), Digest { size: content.len(), hash: hasher.finish(), table });
@@ -342,17 +336,5 @@ fn compare_entries(
     for key in keys.into_iter().filter(|key| a.get(*key) != b.get(*key)) {
         let (a, b) = (a.get(key).cloned(), b.get(key).cloned());
         changes.push(Change { place: place.into(), key: key.clone(), a, b });
-    }
-}
-
-fn flatten(prefix: &str, value: &toml::Value, into: &mut BTreeMap<String, String>) {
-    match value {
-        toml::Value::Table(table) => {
-            for (key, value) in table {
-                let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
-                flatten(&path, value, into);
-            }
-        }
-        other => drop(into.insert(prefix.into(), other.to_string())),
     }
 }
