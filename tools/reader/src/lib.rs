@@ -67,7 +67,8 @@
 //! # How a comparison goes
 //!
 //! 1. Channels are paired by topic and message type, fields by name, then by number. What has no partner, has another
-//!    name, type, unit or axis is a difference, reported before any number. Metadata records and attachments are compared
+//!    name, type, unit or axis is a difference, reported before any number; of a dimensionless recording and one in SI that
+//!    carries its scales, the new one is converted instead. Metadata records and attachments are compared
 //!    too, TOML key by key, but only for information: they explain why numbers differ. `percuss.host` never takes part.
 //! 2. Messages are paired by step if equal steps are at equal times, else by exact time if more than half of them have
 //!    a partner, else the new recording is interpolated at the times of the reference, on the common window. The first

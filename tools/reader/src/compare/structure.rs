@@ -6,12 +6,19 @@ use std::{
     hash::{Hash, Hasher},
 };
 
-use super::{clock::Start, error::CompareError, options::Options, tolerance::Rules};
+use super::{
+    clock::Start,
+    convert::{self, Converter},
+    error::CompareError,
+    options::Options,
+    tolerance::Rules,
+};
 use crate::{
     channel::Channel,
     convention,
     messages::Recording,
     recording::OpenError,
+    scales::Scales,
     toml_keys,
     wire::{Layout, Leaf},
 };
@@ -71,6 +78,8 @@ pub(super) struct Pair {
     pub(super) b: u16,
     /// Leaves of both; empty where messages are compared as bytes.
     pub(super) leaves: Vec<(usize, usize)>,
+    /// What puts the new channel into the units of the reference.
+    pub(super) converter: Converter,
     /// Where the times of both count from; `None` if they are on one clock.
     pub(super) starts: Option<[Start; 2]>,
 }
@@ -130,6 +139,7 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
         };
         asked && !options.rules.ignores(&channel.topic, None)
     };
+    let scales = Scales::between(b, a);
     let (mut pairs, mut findings) = (Vec::new(), Vec::new());
     let mut taken = BTreeSet::new();
     // what is left of the other recording, by topic and message type: a recording may have very many channels
@@ -161,8 +171,9 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
             continue;
         };
         taken.insert(id_b);
-        let leaves = fields(channel_a, channel_b, options, &mut findings);
-        pairs.push(Pair { a: id_a, b: id_b, leaves, starts: None });
+        let leaves = fields((channel_a, channel_b), options, &scales, &mut findings);
+        let converter = Converter::of(channel_a, channel_b, &leaves, &scales);
+        pairs.push(Pair { a: id_a, b: id_b, leaves, converter, starts: None });
     }
     for (_, channel) in b.channels.iter().filter(|(id, channel)| !taken.contains(*id) && chosen(channel)) {
         findings.push(Finding { topic: channel.topic.clone(), field: None, difference: Difference::Extra });
@@ -171,7 +182,12 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
 }
 
 /// Pairs the fields of two channels by name, then by number.
-fn fields(a: &Channel, b: &Channel, options: &Options, findings: &mut Vec<Finding>) -> Vec<(usize, usize)> {
+fn fields(
+    (a, b): (&Channel, &Channel),
+    options: &Options,
+    scales: &Scales,
+    findings: &mut Vec<Finding>,
+) -> Vec<(usize, usize)> {
     let topic = &a.topic;
     let mut find = |field: Option<&str>, difference: Difference| {
         if field.map_or_else(|| !options.rules.ignores(topic, None), |field| options.compares(topic, field)) {
@@ -202,7 +218,9 @@ fn fields(a: &Channel, b: &Channel, options: &Options, findings: &mut Vec<Findin
         };
         taken.insert(j);
         let other = &layout_b.leaves[j];
-        differences((a, leaf), (b, other)).into_iter().for_each(|found| find(Some(&leaf.path), found));
+        differences((a, leaf), (b, other), scales)
+            .into_iter()
+            .for_each(|found| find(Some(&leaf.path), found));
         let both_numbers = leaf.kind.is_number() && other.kind.is_number();
         if both_numbers || std::mem::discriminant(&leaf.kind) == std::mem::discriminant(&other.kind) {
             pairs.push((i, j));
@@ -221,7 +239,11 @@ fn by_number(leaf: &Leaf, layout: &Layout, other: &Layout) -> Option<usize> {
 }
 
 /// What is different of a field that both channels have: its name, its type, its metadata.
-fn differences((a, leaf): (&Channel, &Leaf), (b, other): (&Channel, &Leaf)) -> Vec<Difference> {
+fn differences(
+    (a, leaf): (&Channel, &Leaf),
+    (b, other): (&Channel, &Leaf),
+    scales: &Scales,
+) -> Vec<Difference> {
     let mut differences = Vec::new();
     if other.path != leaf.path {
         differences.push(Difference::Renamed(other.path.clone()));
@@ -235,8 +257,12 @@ fn differences((a, leaf): (&Channel, &Leaf), (b, other): (&Channel, &Leaf)) -> V
     }
     for (key, of_a, of_b) in convention::compared(&leaf.path, &other.path) {
         let (of_a, of_b) = (a.metadata.get(&of_a), b.metadata.get(&of_b));
-        if of_a != of_b {
-            let (a, b) = (of_a.cloned().unwrap_or_default(), of_b.cloned().unwrap_or_default());
+        if of_a == of_b {
+            continue;
+        }
+        let texts = [of_a, of_b].map(|text| text.cloned().unwrap_or_default());
+        if !convert::explains(key, texts.each_ref().map(String::as_str), (a, leaf), (b, other), scales) {
+            let [a, b] = texts;
             differences.push(Difference::Metadata { key: key.into(), a, b });
         }
     }
