@@ -13,7 +13,9 @@ mod recover;
 mod replay;
 mod report;
 mod schema;
+mod summary;
 mod trace;
+mod units;
 mod verify;
 
 use clap::{Parser, Subcommand};
@@ -30,6 +32,7 @@ use recover::RecoverArguments;
 use replay::ReplayArguments;
 use report::ReportArguments;
 use schema::SchemaArguments;
+use summary::SummaryArguments;
 use trace::TraceArguments;
 use verify::VerifyArguments;
 
@@ -72,6 +75,7 @@ const EXAMPLES: &str = "\
 Examples:
   percuss-read info fig5.mcap
   percuss-read trace fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 -o stress.csv
+  percuss-read summary fig9-*.mcap                                 a row per recording
   percuss-read plot fig5.mcap                                      the drag, drawn in the terminal
   percuss-read plot fig5.mcap --topic /interface/stress --at-time 1,2,3 -o profiles.svg
   percuss-read diff old.mcap new.mcap --peak-rel 1e-9
@@ -91,6 +95,8 @@ enum Command {
     Info(InfoArguments),
     /// Fields against time: CSV, JSON lines, Parquet, NumPy
     Trace(TraceArguments),
+    /// A row per recording: peak force, impulse, contact, rebound, energy left, largest strain
+    Summary(SummaryArguments),
     /// Fields against time, arrays over their axis, matrices as images: SVG, PNG or in the terminal
     Plot(PlotArguments),
     /// Two recordings, or folders of them, number by number
@@ -122,6 +128,7 @@ impl Arguments {
         match &self.command {
             Command::Info(arguments) => arguments.run(limits),
             Command::Trace(arguments) => arguments.run(limits),
+            Command::Summary(arguments) => arguments.run(limits),
             Command::Plot(arguments) => arguments.run(limits),
             Command::Verify(arguments) => arguments.run(limits),
             Command::Recover(arguments) => arguments.run(limits),

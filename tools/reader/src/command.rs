@@ -15,6 +15,7 @@ pub mod recover;
 pub mod replay;
 pub mod report;
 pub mod schema;
+pub mod summary;
 pub mod trace;
 pub mod verify;
 

@@ -11,6 +11,7 @@
 
 mod align;
 mod clock;
+mod convert;
 
 mod error;
 mod field;
@@ -34,7 +35,7 @@ pub use error::CompareError;
 pub use measure::{Divergence, Measure, Place};
 pub use mode::{Alignment, Mode};
 pub use options::{Matched, NanRule, Options, Watch};
-pub use report::{ChannelReport, Comparison, FieldReport, Gap};
+pub use report::{ChannelReport, Comparison, Converted, FieldReport, Gap};
 pub use shift::MAX_SHIFT;
 pub use structure::{Change, Difference, Finding};
 pub use sums::{Scale, Sums};
@@ -69,6 +70,14 @@ pub fn compare(
     if fields.saturating_mul(FIELD) > a.limits().record() {
         return Err(CompareError::Fields { fields });
     }
+    let converted = pairs.iter().map(|pair| &pair.converter).find(|converter| !converter.is_empty());
+    let converted = converted.map(|converter| match converter.is_from_si() {
+        true => Converted::FromSi,
+        false => Converted::ToSi,
+    });
+    if watch.is_some() && converted.is_some() {
+        return Err(CompareError::Units);
+    }
     let files = inputs([a, b], &pairs, options);
     let scales = scales(a, &pairs, options, files[0].window)?;
     let room = a.limits().waiting() / pairs.len().max(1);
@@ -91,6 +100,7 @@ pub fn compare(
         fitting: structure::fitting(a, b, &options.rules),
         damages,
         stopped_early,
+        converted,
         channels: channels.into_iter().map(Aligner::report).collect(),
         ..Comparison::default()
     };
@@ -105,16 +115,20 @@ fn inputs<'a>(recordings: [&'a Recording; 2], pairs: &[Pair], options: &Options)
     let [origin_a, origin_b] = clock::origins(a, b, options);
     // times that count from a start are not those of the file
     let is_relative = pairs.iter().any(|pair| pair.starts.is_some());
-    let input = |recording: &'a Recording, origin, id: fn(&Pair) -> u16| Input {
+    let is_converted = pairs.iter().any(|pair| !pair.converter.is_empty());
+    let input = |recording: &'a Recording, origin, pace, id: fn(&Pair) -> u16| Input {
         recording,
         slots: pairs.iter().map(id).zip(0..).collect(),
-        window: match is_relative {
+        // times of another unit are not those of the window
+        window: match is_relative || is_converted {
             true => None,
             false => recording.log_window(options.window.from, options.window.to),
         },
         origin,
+        pace,
     };
-    [input(a, origin_a, |pair| pair.a), input(b, origin_b, |pair| pair.b)]
+    let pace = if is_converted { clock::pace(a, b).unwrap_or(1.0) } else { 1.0 };
+    [input(a, origin_a, 1.0, |pair| pair.a), input(b, origin_b, pace, |pair| pair.b)]
 }
 
 /// What was to be compared and could not be; that nothing was, only if nothing else says why.

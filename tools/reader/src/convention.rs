@@ -35,12 +35,37 @@ pub const VELOCITY: &str = "/velocity";
 pub const INTERFACE: &str = "/interface/stress";
 /// Topic of what happened, in words.
 pub const EVENT: &str = "/event";
+/// Topic of the energies of target and indenter, at frames.
+pub const ENERGY: &str = "/energy";
 /// Topic of the stress in the target.
 pub const FIELD_STRESS: &str = "/field/stress";
 /// Beginning of the topics of fields in the target.
 pub const FIELDS: &str = "/field/";
 /// Put before the topics of a recording of differences.
 pub const DIFFERENCES: &str = "/diff";
+
+/// Kinds of events, as [`EVENT`] names them: the interface first needs tension, contact ends, contact comes back.
+pub const EXTENSION: &str = "EXTENSION";
+/// Contact has ended.
+pub const SEPARATION: &str = "SEPARATION";
+/// Contact has come back after its end.
+pub const RECONTACT: &str = "RECONTACT";
+
+/// Key of the largest strain in the record [`VALIDITY`]; `.time`, `.r` and `.z` behind it say when and where.
+pub const LARGEST_STRAIN: &str = "largest_strain";
+
+/// Units of percuss: of dimensionless numbers, of the same in SI, and the scale in the record [`RUN`] that leads from the first
+/// to the second.
+pub const UNITS: [(&str, &str, &str); 8] = [
+    ("R", "m", "scale.length_m"),
+    ("R/c_p", "s", "scale.time_s"),
+    ("c_p", "m/s", "scale.speed_m_per_s"),
+    ("γc_p²", "Pa", "scale.stress_pa"),
+    ("πR²γc_p²", "N", "scale.force_n"),
+    ("Rγc_p²", "N/m", "scale.force_n_per_m"),
+    ("πR³γc_p²", "J", "scale.energy_j"),
+    ("R²γc_p²", "J/m", "scale.energy_j_per_m"),
+];
 
 /// Charts of a report: identifier, title, topic and fields.
 pub const CHARTS: [(&str, &str, &str, &[&str]); 4] = [
@@ -50,7 +75,7 @@ pub const CHARTS: [(&str, &str, &str, &[&str]); 4] = [
     (
         "energy",
         "Energy",
-        "/energy",
+        ENERGY,
         &["kinetic", "strain", "indenter", "dissipated", "damped", "work", "residual"],
     ),
 ];

@@ -1,6 +1,8 @@
 //! Output formats, one file each.
 
+pub mod aligned;
 pub mod csv;
+pub mod json;
 pub mod json_lines;
 pub mod npy;
 pub mod parquet;

@@ -23,7 +23,9 @@
 //! | [`select`] | patterns of topics and windows of times, the same for every verb |
 //! | [`mod@slice`] | arrays over their axis and matrices, at one time |
 //! | [`prefix`] | engineering prefixes of SI units |
-//! | [`table`], [`mod@format`] | named columns with units, and what takes their rows: one file per output format |
+//! | [`scales`] | numbers of one recording in the units of another |
+//! | `toml_keys` | TOML files by dotted keys |
+//! | [`table`], [`prefixed`], [`mod@format`] | named columns with units, the same with prefixes, and what takes their rows: one file per output format |
 //! | [`timeline`] | messages by their log time, from any time on |
 //! | `percuss-serve` | messages to viewers over the Foxglove WebSocket protocol, a crate of its own |
 //! | [`compare`] | two recordings number by number: structure, alignment, tolerances, measures. Pure: no output |
@@ -65,7 +67,8 @@
 //! # How a comparison goes
 //!
 //! 1. Channels are paired by topic and message type, fields by name, then by number. What has no partner, has another
-//!    name, type, unit or axis is a difference, reported before any number. Metadata records and attachments are compared
+//!    name, type, unit or axis is a difference, reported before any number; of a dimensionless recording and one in SI that
+//!    carries its scales, the new one is converted instead. Metadata records and attachments are compared
 //!    too, TOML key by key, but only for information: they explain why numbers differ. `percuss.host` never takes part.
 //! 2. Messages are paired by step if equal steps are at equal times, else by exact time if more than half of them have
 //!    a partner, else the new recording is interpolated at the times of the reference, on the common window. The first
@@ -125,10 +128,13 @@ pub mod format;
 pub mod messages;
 mod nest;
 pub mod prefix;
+pub mod prefixed;
 pub mod recording;
+pub mod scales;
 pub mod select;
 pub mod slice;
 pub mod table;
 mod text;
 pub mod timeline;
+mod toml_keys;
 pub mod wire;

@@ -10,7 +10,7 @@ pub struct Prefixed {
 }
 
 /// Units that take a prefix: one symbol of the SI, alone or over another.
-const UNITS: [&str; 8] = ["s", "m", "N", "N/m", "Pa", "m/s", "J", "J/m"];
+const UNITS: [&str; 10] = ["s", "m", "N", "N/m", "Pa", "m/s", "J", "J/m", "N s", "N s/m"];
 
 /// Prefixes with their powers of ten.
 const PREFIXES: [(i32, &str); 9] =
@@ -33,11 +33,25 @@ impl Prefixed {
         let (power, prefix) = PREFIXES.iter().rev().find(fits).unwrap_or(&PREFIXES[0]);
         Some(Self { factor: 10f64.powi(-power), unit: format!("{prefix}{unit}") })
     }
+
+    /// A number of the plain unit in this one, rounded once: powers of ten are exact only upwards.
+    pub fn apply(&self, number: f64) -> f64 {
+        if self.factor < 1.0 { number / (1.0 / self.factor).round() } else { number * self.factor }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_are_rounded_once() {
+        for (unit, largest, number, expected) in
+            [("N", 5e3, 300.0, 0.3), ("m", 1e-2, 7e-3, 7.0), ("Pa", 2e9, 1.1e8, 0.11), ("s", 1.0, 0.1, 0.1)]
+        {
+            assert_eq!(Prefixed::choose(unit, largest).expect("a prefix").apply(number), expected);
+        }
+    }
 
     #[test]
     fn the_largest_number_has_one_to_three_digits() {

@@ -42,6 +42,10 @@ field left) the status is 2, or 1 if one recording has messages that the other h
 as of wall clocks, are compared as with --align relative, which is reported. Folders with --bless: new recordings are taken
 over too, and those that only the reference has stay, with status 1.
 
+Of a recording in SI and a dimensionless one, the new one is converted to the units of the reference if the one in SI carries
+its scales; the report says so. That rounds the last bits: give a tolerance such as --rel 1e-12, for fields of single precision
+--rel 1e-6. --plot and --write-diff need recordings in the same units.
+
 Exit status: 0 equal within tolerance, 1 different, 2 could not compare, 3 an input is damaged or partial: the sound part
 was compared.";
 
@@ -289,6 +293,10 @@ impl DiffArguments {
 
     fn draw(&self, a: &Path, b: &Path, comparison: &Comparison, limits: Limits) -> Result<(), CliError> {
         let Some(output) = &self.plot else { return Ok(()) };
+        if comparison.converted.is_some() {
+            say(&format!("`{}` is not written: the recordings are in different units", output.display()));
+            return Ok(());
+        }
         match picture(a, b, comparison, limits, medium(output)?)? {
             Some(picture) => write(Some(output), self.force, &picture),
             None => {

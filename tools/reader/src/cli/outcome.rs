@@ -9,7 +9,7 @@ use std::{
 use crate::{
     command::{
         cat::CatError, export::ExportError, plot::PlotError, recover::RecoverError, replay::ReplayError,
-        report::ReportError, trace::TraceError,
+        report::ReportError, summary::SummaryError, trace::TraceError,
     },
     compare::CompareError,
     field::SelectionError,
@@ -63,6 +63,9 @@ pub enum CliError {
     /// No report.
     #[error(transparent)]
     Report(#[from] ReportError),
+    /// No summary.
+    #[error(transparent)]
+    Summary(#[from] SummaryError),
     /// Nothing exported.
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -122,6 +125,7 @@ pub fn report(error: &CliError) -> ExitCode {
         | CliError::Open(OpenError::UnknownTopic { .. })
         | CliError::Replay(ReplayError::Empty { .. })
         | CliError::Report(ReportError::NotPercuss(_))
+        | CliError::Summary(SummaryError::NotPercuss(_) | SummaryError::Units { .. })
         | CliError::SameFile(_)
         | CliError::Usage(_)
         | CliError::NotCompared(_) => 2,

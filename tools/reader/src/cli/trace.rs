@@ -11,9 +11,10 @@ use super::{
     chosen::Chosen,
     outcome::{CliError, Exit, losses, say, say_left_out},
     output::{Output, by_extension, explain, refuse_inputs},
+    units::UnitChoice,
 };
 use crate::{
-    command::trace::{Outcome, Request, TraceError, trace},
+    command::trace::{Outcome, Request, TraceError, trace, trace_prefixed},
     format::{
         csv::Csv,
         json_lines::JsonLines,
@@ -29,7 +30,10 @@ Examples:
   percuss-read trace fig5.mcap --topic /probes --every 10 -o probes.csv
   percuss-read trace fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 --format jsonl
   percuss-read trace fig5.mcap --topic /field/stress --at r=0,z=0.5 --at r=1,z=0.2     points in the target
-  percuss-read trace fig5.mcap --topic /energy --field kinetic,strain,residual";
+  percuss-read trace fig5.mcap --topic /energy --field kinetic,strain,residual
+  percuss-read trace steel.mcap --units base                       s and N, not µs and kN
+
+--from, --to and positions of --at are always in the units that are recorded.";
 
 #[derive(Debug, Args)]
 #[command(after_help = TRACE_EXAMPLES)]
@@ -44,6 +48,9 @@ pub(super) struct TraceArguments {
     /// Output format [default: by the name of the output; csv for standard output and names without an extension]
     #[arg(long, value_enum)]
     format: Option<Format>,
+    /// Units of SI columns in CSV, except with --follow; the other formats keep those that are recorded, as scripts read them
+    #[arg(long, value_enum, default_value = "prefixed")]
+    units: UnitChoice,
     /// Output file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -77,6 +84,9 @@ impl TraceArguments {
         let format = self.format()?;
         let mut output = BufWriter::new(Output::new(self.output.as_deref(), self.force));
         let result = match format {
+            Format::Csv if self.units == UnitChoice::Prefixed => {
+                trace_prefixed(&self.files, &request, limits, &mut Csv::new(&mut output))
+            }
             Format::Csv => trace(&self.files, &request, limits, &mut Csv::new(&mut output)),
             Format::Jsonl => trace(&self.files, &request, limits, &mut JsonLines::new(&mut output)),
             Format::Parquet => trace(&self.files, &request, limits, &mut Parquet::new(&mut output)),

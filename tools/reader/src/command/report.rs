@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 mod animation;
 mod curves;
+mod units;
 
 use crate::{
     channel::Channel,
@@ -70,7 +71,7 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
         Some(id) => animation::animation(&recording, id, &mut damages)?,
         None => Value::Null,
     };
-    let data = json!({
+    let mut data = json!({
         "version": VERSION,
         "file": name,
         "title": run.get("title"),
@@ -88,6 +89,7 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
         "field": field,
         "case": case.map(|text| String::from_utf8_lossy(&text).into_owned()),
     });
+    units::prefix(&mut data);
     Ok((page(&data), damages))
 }
 

@@ -7,7 +7,9 @@ mod source;
 use std::{path::PathBuf, slice, thread};
 
 use crate::{
+    field::Column,
     messages::POLL,
+    prefixed::{InUnits, Largest, takes_prefix},
     recording::Limits,
     table::{Cell, CellType, Heading, Sink},
 };
@@ -29,34 +31,97 @@ pub fn trace(
     limits: Limits,
     sink: &mut dyn Sink,
 ) -> Result<Outcome, TraceError> {
+    write_table(paths, request, limits, sink, false)
+}
+
+/// The same in prefixed units: SI columns get the prefix that suits their largest number, those of one array the same. That
+/// takes a first pass over the messages, if there are such columns; what is still being written keeps its units.
+///
+/// # Errors
+///
+/// As those of [`trace`].
+pub fn trace_prefixed(
+    paths: &[PathBuf],
+    request: &Request,
+    limits: Limits,
+    sink: &mut dyn Sink,
+) -> Result<Outcome, TraceError> {
+    write_table(paths, request, limits, sink, !request.follow)
+}
+
+fn write_table(
+    paths: &[PathBuf],
+    request: &Request,
+    limits: Limits,
+    sink: &mut dyn Sink,
+    prefixed: bool,
+) -> Result<Outcome, TraceError> {
     let mut outcome = Outcome::default();
     let mut files = Vec::new();
     for (path, name) in paths.iter().zip(names(paths)) {
         files.push(Traced::open(path, name, request, limits, &mut outcome.left_out)?);
     }
     check_units(&files)?;
-    let mut filled = Vec::new();
     let begun = if request.stack {
-        let first = stacked_headings(&files, paths, request.align)?;
         let file_heading = Heading { name: "file".into(), unit: None, kind: CellType::Text };
-        let begun = [&[file_heading][..], &first].concat();
-        sink.begin(&begun)?;
-        for (file, path) in files.iter().zip(paths) {
-            let label = Some(Cell::Text(path.display().to_string()));
-            run(slice::from_ref(file), request, label, sink, &mut outcome, &mut filled)?;
-            sink.group()?;
-        }
-        begun
+        [&[file_heading][..], &stacked_headings(&files, paths, request.align)?].concat()
     } else {
-        let begun = headings(&files, paths.len() > 1, request.align);
-        sink.begin(&begun)?;
-        run(&files, request, None, sink, &mut outcome, &mut filled)?;
-        begun
+        headings(&files, paths.len() > 1, request.align)
     };
+    let mut scaled;
+    let sink = if prefixed && begun.iter().any(takes_prefix) {
+        let mut largest = Largest::default();
+        largest.begin(&begun)?;
+        run_all(&files, paths, request, &mut largest, &mut Outcome::default())?;
+        scaled = InUnits::new(sink, largest.units(&begun, &groups(&files, request.stack)));
+        &mut scaled
+    } else {
+        sink
+    };
+    sink.begin(&begun)?;
+    let filled = run_all(&files, paths, request, sink, &mut outcome)?;
     sink.end()?;
     let is_empty = |i: &usize| !filled.get(*i).copied().unwrap_or(false);
     outcome.empty = (0..begun.len()).filter(is_empty).map(|i| begun[i].name.clone()).collect();
     Ok(outcome)
+}
+
+/// Writes the rows of all files; answers which columns have had a value.
+fn run_all(
+    files: &[Traced],
+    paths: &[PathBuf],
+    request: &Request,
+    sink: &mut dyn Sink,
+    outcome: &mut Outcome,
+) -> Result<Vec<bool>, TraceError> {
+    let mut filled = Vec::new();
+    if !request.stack {
+        run(files, request, None, sink, outcome, &mut filled)?;
+        return Ok(filled);
+    }
+    for (file, path) in files.iter().zip(paths) {
+        let label = Some(Cell::Text(path.display().to_string()));
+        run(slice::from_ref(file), request, label, sink, outcome, &mut filled)?;
+        sink.group()?;
+    }
+    Ok(filled)
+}
+
+/// For every column what it is of: a field of a topic, the time, the file.
+fn groups(files: &[Traced], stack: bool) -> Vec<String> {
+    let (start, files) = match stack {
+        true => (vec!["(file)".to_owned(), "(time)".to_owned()], files.get(..1).unwrap_or(files)),
+        false => (vec!["(time)".to_owned()], files),
+    };
+    let fields = files.iter().flat_map(|file| {
+        file.slots.iter().flat_map(move |slot| {
+            let layout = file.recording.channels[&slot.id].layout.as_ref();
+            let leaf = move |leaf: usize| layout.map(|layout| layout.leaves[leaf].path.as_str());
+            let path = move |column: &Column| column.leaf.and_then(leaf).unwrap_or_default();
+            slot.columns.iter().map(move |column| format!("{}.{}", slot.topic, path(column)))
+        })
+    });
+    start.into_iter().chain(fields).collect()
 }
 
 /// Headings of files one after the other, which have to be the same.

@@ -8,6 +8,7 @@ use std::{
 
 use super::{
     clock::{self, Start},
+    convert::Converter,
     error::CompareError,
     field::ComparedField,
     measure::Place,
@@ -59,6 +60,8 @@ pub(super) struct Aligner<'a> {
     /// The same bytes mean the same in both.
     interchangeable: bool,
     values: Vec<Values>,
+    /// Puts messages of the new channel into the units of the reference.
+    converter: Converter,
     fields: Vec<ComparedField>,
     mode: Option<Mode>,
     options: &'a Options,
@@ -90,10 +93,11 @@ impl<'a> Aligner<'a> {
             Some([layout_a, layout_b]) => {
                 let known = |leaf: usize| scales.get(&(pair.a, leaf)).copied();
                 let (channels, layouts) = ([channel_a, channel_b], [layout_a.as_ref(), layout_b]);
-                ComparedField::all(channels, layouts, &pair.leaves, options, known)
+                ComparedField::all(channels, layouts, &pair.leaves, &pair.converter, options, known)
             }
         };
-        let interchangeable = layouts.as_ref().is_some_and(|[a, b]| a.is_like(b));
+        let interchangeable =
+            pair.converter.is_empty() && layouts.as_ref().is_some_and(|[a, b]| a.is_like(b));
         // there is nothing between bytes
         let mode =
             options.mode.map(|mode| if layouts.is_none() && mode.is_between() { Mode::Time } else { mode });
@@ -105,6 +109,7 @@ impl<'a> Aligner<'a> {
             layouts,
             interchangeable,
             values,
+            converter: pair.converter,
             fields,
             mode,
             options,
@@ -134,6 +139,7 @@ impl<'a> Aligner<'a> {
         let channel = [self.a, self.b][side];
         let start = self.starts.map(|starts| starts[side]);
         let time = clock::time(channel, start, &item.bytes, item.log_time);
+        let time = if side == 1 { self.converter.time(time) } else { time };
         if !self.options.window.holds(time) {
             return Ok(());
         }
@@ -276,6 +282,7 @@ impl<'a> Aligner<'a> {
         } else if layout_b.decode(bytes_b, values_b).is_err() {
             self.report.undecoded += 1;
         } else {
+            self.converter.apply(values_b);
             self.measure(&place, false);
         }
         self.values.iter_mut().for_each(Values::release);
@@ -351,6 +358,7 @@ impl<'a> Aligner<'a> {
         let decoded = |i: usize| {
             let mut values = layout_b.values();
             layout_b.decode(&b[i].item.bytes, &mut values).ok()?;
+            self.converter.apply(&mut values);
             Some((time(i), values))
         };
         let points: Option<Vec<(f64, Values)>> = chosen.map(decoded).collect();

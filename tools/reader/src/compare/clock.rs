@@ -7,8 +7,10 @@
 use super::options::Options;
 use crate::{
     channel::Channel,
+    convention,
     messages::Recording,
     recording::{OpenError, seconds},
+    scales::Scales,
 };
 
 /// Where the times of a channel count from.
@@ -96,6 +98,15 @@ pub(super) fn origins(a: &Recording, b: &Recording, options: &Options) -> [u64; 
     } else {
         [0; 2]
     }
+}
+
+/// Log time of the reference that passes in one of the new recording, where the time of one is in SI and that of the other not.
+pub(super) fn pace(a: &Recording, b: &Recording) -> Option<f64> {
+    let rate = |recording: &Recording| convention::playback_rate(recording.entries(convention::RUN)?);
+    let scales = Scales::between(b, a);
+    let conversion = scales.conversion("s", "R/c_p").or_else(|| scales.conversion("R/c_p", "s"))?;
+    let pace = conversion.apply(1.0) * rate(a)? / rate(b)?;
+    (pace.is_finite() && pace > 0.0).then_some(pace)
 }
 
 /// Where the times of every pair of channels count from, if that is asked for, or if the mode is free and the recordings

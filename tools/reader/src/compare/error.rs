@@ -39,6 +39,11 @@ pub enum CompareError {
         /// Topic.
         topic: String,
     },
+    /// One recording is in SI, the other dimensionless, and their messages are wanted as they are.
+    #[error(
+        "--write-diff needs recordings in the same units: one of these is in SI, the other dimensionless"
+    )]
+    Units,
     /// The watcher could not go on.
     #[error("{0}")]
     Watch(String),

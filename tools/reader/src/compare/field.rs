@@ -3,6 +3,7 @@
 use prost_reflect::Kind;
 
 use super::{
+    convert::Converter,
     measure::Place,
     meter::{Meter, Sample},
     options::Options,
@@ -40,11 +41,13 @@ impl ComparedField {
     /// The fields of two channels.
     ///
     /// * `leaves`: those of both
+    /// * `converter`: what puts the new channel into the units of the reference
     /// * `known`: scale of a leaf over the whole reference, if a tolerance needs it
     pub(super) fn all(
         [a, b]: [&Channel; 2],
         [layout_a, layout_b]: [&Layout; 2],
         leaves: &[(usize, usize)],
+        converter: &Converter,
         options: &Options,
         known: impl Fn(usize) -> Option<Scale>,
     ) -> Vec<Self> {
@@ -53,12 +56,13 @@ impl ComparedField {
             let leaf = layout_a.leaves[leaf_a].clone();
             let path = leaf.path.as_str();
             let rule = options.rules.of(&a.topic, path).cloned();
+            let axis_a = Axis::of(leaf_a, layout_a, a);
             Self {
                 unit: a.unit(path).map(str::to_owned),
                 leaf_a,
                 leaf_b,
-                axis_a: Axis::of(leaf_a, layout_a, a),
-                axis_b: Axis::of(leaf_b, layout_b, b),
+                axis_b: converter.axis(Axis::of(leaf_b, layout_b, b), &axis_a),
+                axis_a,
                 even: convention::is_even(&a.metadata, path),
                 ignored: !options.compares(&a.topic, path),
                 is_axis_part: axis_parts.contains(path),

@@ -31,6 +31,29 @@ pub struct Comparison {
     pub gaps: Vec<Gap>,
     /// For every rule, whether it fits a topic or field of the recordings.
     pub fitting: Vec<bool>,
+    /// How the new recording was put into the units of the reference, if that was needed.
+    pub converted: Option<Converted>,
+}
+
+/// How a recording was put into other units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Converted {
+    /// From SI into dimensionless numbers, by its own scales.
+    FromSi,
+    /// From dimensionless numbers into SI, by the scales of the reference.
+    ToSi,
+}
+
+impl Converted {
+    /// The same in words.
+    ///
+    /// * `names`: of reference and new recording
+    pub fn text(self, names: (&str, &str)) -> String {
+        match self {
+            Self::FromSi => format!("{} is converted from SI by its scales", names.1),
+            Self::ToSi => format!("{} is converted to SI by the scales of {}", names.1, names.0),
+        }
+    }
 }
 
 /// Something that was to be compared and could not be. To call it equal would be no answer.

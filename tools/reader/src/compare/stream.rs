@@ -27,6 +27,8 @@ pub(super) struct Input<'a> {
     pub(super) window: Option<(u64, u64)>,
     /// Log time that both files are read in step from \[ns\].
     pub(super) origin: u64,
+    /// Log time of the reference that passes in one of this file.
+    pub(super) pace: f64,
 }
 
 /// A message.
@@ -81,6 +83,7 @@ struct Feed {
     /// Log time since the origin \[ns\].
     elapsed: u64,
     origin: u64,
+    pace: f64,
     over: Option<Vec<Damage>>,
 }
 
@@ -89,7 +92,9 @@ impl Feed {
     fn next(&mut self) -> Result<Option<(usize, Item)>, CompareError> {
         loop {
             if let Some((slot, item)) = self.batch.next() {
-                self.elapsed = item.log_time.saturating_sub(self.origin);
+                let elapsed = item.log_time.saturating_sub(self.origin);
+                // only messages that wait depend on it: no number does
+                self.elapsed = if self.pace == 1.0 { elapsed } else { (elapsed as f64 * self.pace) as u64 };
                 return Ok(Some((slot, item)));
             }
             if self.over.is_some() {
@@ -118,7 +123,8 @@ pub(super) fn run(
                 // fails if the comparison has stopped early
                 drop(out.send(Parcel::End(end)));
             });
-            Feed { parcels, batch: Vec::new().into_iter(), elapsed: 0, origin: input.origin, over: None }
+            let (batch, Input { origin, pace, .. }) = (Vec::new().into_iter(), input);
+            Feed { parcels, batch, elapsed: 0, origin: *origin, pace: *pace, over: None }
         });
         let (mut ended, mut stopped) = ([false; 2], false);
         while ended != [true; 2] && !stopped {

@@ -6,12 +6,20 @@ use std::{
     hash::{Hash, Hasher},
 };
 
-use super::{clock::Start, error::CompareError, options::Options, tolerance::Rules};
+use super::{
+    clock::Start,
+    convert::{self, Converter},
+    error::CompareError,
+    options::Options,
+    tolerance::Rules,
+};
 use crate::{
     channel::Channel,
     convention,
     messages::Recording,
     recording::OpenError,
+    scales::Scales,
+    toml_keys,
     wire::{Layout, Leaf},
 };
 
@@ -70,6 +78,8 @@ pub(super) struct Pair {
     pub(super) b: u16,
     /// Leaves of both; empty where messages are compared as bytes.
     pub(super) leaves: Vec<(usize, usize)>,
+    /// What puts the new channel into the units of the reference.
+    pub(super) converter: Converter,
     /// Where the times of both count from; `None` if they are on one clock.
     pub(super) starts: Option<[Start; 2]>,
 }
@@ -129,6 +139,7 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
         };
         asked && !options.rules.ignores(&channel.topic, None)
     };
+    let scales = Scales::between(b, a);
     let (mut pairs, mut findings) = (Vec::new(), Vec::new());
     let mut taken = BTreeSet::new();
     // what is left of the other recording, by topic and message type: a recording may have very many channels
@@ -160,8 +171,9 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
             continue;
         };
         taken.insert(id_b);
-        let leaves = fields(channel_a, channel_b, options, &mut findings);
-        pairs.push(Pair { a: id_a, b: id_b, leaves, starts: None });
+        let leaves = fields((channel_a, channel_b), options, &scales, &mut findings);
+        let converter = Converter::of(channel_a, channel_b, &leaves, &scales);
+        pairs.push(Pair { a: id_a, b: id_b, leaves, converter, starts: None });
     }
     for (_, channel) in b.channels.iter().filter(|(id, channel)| !taken.contains(*id) && chosen(channel)) {
         findings.push(Finding { topic: channel.topic.clone(), field: None, difference: Difference::Extra });
@@ -170,7 +182,12 @@ pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair
 }
 
 /// Pairs the fields of two channels by name, then by number.
-fn fields(a: &Channel, b: &Channel, options: &Options, findings: &mut Vec<Finding>) -> Vec<(usize, usize)> {
+fn fields(
+    (a, b): (&Channel, &Channel),
+    options: &Options,
+    scales: &Scales,
+    findings: &mut Vec<Finding>,
+) -> Vec<(usize, usize)> {
     let topic = &a.topic;
     let mut find = |field: Option<&str>, difference: Difference| {
         if field.map_or_else(|| !options.rules.ignores(topic, None), |field| options.compares(topic, field)) {
@@ -201,7 +218,9 @@ fn fields(a: &Channel, b: &Channel, options: &Options, findings: &mut Vec<Findin
         };
         taken.insert(j);
         let other = &layout_b.leaves[j];
-        differences((a, leaf), (b, other)).into_iter().for_each(|found| find(Some(&leaf.path), found));
+        differences((a, leaf), (b, other), scales)
+            .into_iter()
+            .for_each(|found| find(Some(&leaf.path), found));
         let both_numbers = leaf.kind.is_number() && other.kind.is_number();
         if both_numbers || std::mem::discriminant(&leaf.kind) == std::mem::discriminant(&other.kind) {
             pairs.push((i, j));
@@ -220,7 +239,11 @@ fn by_number(leaf: &Leaf, layout: &Layout, other: &Layout) -> Option<usize> {
 }
 
 /// What is different of a field that both channels have: its name, its type, its metadata.
-fn differences((a, leaf): (&Channel, &Leaf), (b, other): (&Channel, &Leaf)) -> Vec<Difference> {
+fn differences(
+    (a, leaf): (&Channel, &Leaf),
+    (b, other): (&Channel, &Leaf),
+    scales: &Scales,
+) -> Vec<Difference> {
     let mut differences = Vec::new();
     if other.path != leaf.path {
         differences.push(Difference::Renamed(other.path.clone()));
@@ -234,8 +257,12 @@ fn differences((a, leaf): (&Channel, &Leaf), (b, other): (&Channel, &Leaf)) -> V
     }
     for (key, of_a, of_b) in convention::compared(&leaf.path, &other.path) {
         let (of_a, of_b) = (a.metadata.get(&of_a), b.metadata.get(&of_b));
-        if of_a != of_b {
-            let (a, b) = (of_a.cloned().unwrap_or_default(), of_b.cloned().unwrap_or_default());
+        if of_a == of_b {
+            continue;
+        }
+        let texts = [of_a, of_b].map(|text| text.cloned().unwrap_or_default());
+        if !convert::explains(key, texts.each_ref().map(String::as_str), (a, leaf), (b, other), scales) {
+            let [a, b] = texts;
             differences.push(Difference::Metadata { key: key.into(), a, b });
         }
     }
@@ -308,22 +335,15 @@ struct Digest {
     table: Option<BTreeMap<String, String>>,
 }
 
-/// Largest TOML file that is compared key by key \[bytes\].
-const MAX_TOML: usize = 1 << 20;
-
 /// Digests of all attachments by name, in one pass.
 fn digests(recording: &Recording) -> Result<BTreeMap<String, Digest>, OpenError> {
     let mut digests = BTreeMap::new();
     // as many as the recording has room for in its own list
     let room = recording.attachments.len();
     recording.find_attachment(|name, content| {
-        let text = std::str::from_utf8(content).ok().filter(|text| text.len() <= MAX_TOML);
-        let table = text.filter(|_| name.ends_with(".toml")).and_then(|text| text.parse().ok());
-        let table = table.map(|table| {
-            let mut flat = BTreeMap::new();
-            flatten("", &toml::Value::Table(table), &mut flat);
-            flat
-        });
+        let table = Some(content).filter(|_| name.ends_with(".toml")).and_then(toml_keys::entries);
+        let table =
+            table.map(|table| table.into_iter().map(|(key, value)| (key, value.to_string())).collect());
         let mut hasher = DefaultHasher::new();
         content.hash(&mut hasher);
         digests.insert(name.to_owned(), Digest { size: content.len(), hash: hasher.finish(), table });
@@ -342,17 +362,5 @@ fn compare_entries(
     for key in keys.into_iter().filter(|key| a.get(*key) != b.get(*key)) {
         let (a, b) = (a.get(key).cloned(), b.get(key).cloned());
         changes.push(Change { place: place.into(), key: key.clone(), a, b });
-    }
-}
-
-fn flatten(prefix: &str, value: &toml::Value, into: &mut BTreeMap<String, String>) {
-    match value {
-        toml::Value::Table(table) => {
-            for (key, value) in table {
-                let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
-                flatten(&path, value, into);
-            }
-        }
-        other => drop(into.insert(prefix.into(), other.to_string())),
     }
 }

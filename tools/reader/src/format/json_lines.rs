@@ -40,9 +40,10 @@ impl<W: Write> Sink for JsonLines<W> {
     }
 }
 
-struct Row<'a> {
-    headings: &'a [Heading],
-    cells: &'a [Cell],
+/// A row as an object.
+pub(super) struct Row<'a> {
+    pub(super) headings: &'a [Heading],
+    pub(super) cells: &'a [Cell],
 }
 
 impl Serialize for Row<'_> {

@@ -47,6 +47,7 @@ pub fn to_json(names: (&str, &str), comparison: &Comparison) -> Value {
             super::Verdict::Different => "different",
         },
         "lossy": comparison.is_lossy(),
+        "converted": comparison.converted.map(|converted| converted.text(names)),
         "stopped_early": comparison.stopped_early,
         "gaps": comparison.gaps.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "damages": damages.collect::<Vec<_>>(),

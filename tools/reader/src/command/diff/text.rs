@@ -41,6 +41,9 @@ pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> St
         let line = format!("{} did not come to its planned end", path.display());
         text.push_str(&format!("  {} {line}; what there is is compared\n", style.paint("33", "partial")));
     }
+    if let Some(converted) = comparison.converted {
+        text.push_str(&format!("  {} {}\n", style.paint("33", "units"), converted.text(names)));
+    }
     text.push_str(&starts(comparison));
     if !comparison.structure.is_empty() {
         text.push_str("\nstructure\n");
@@ -129,6 +132,9 @@ pub fn summary(names: (&str, &str), comparison: &Comparison, style: Style) -> St
             format!("  largest {max:.3e} in {}", field.path)
         });
         text.push_str(&format!("{verdict}  {}  {} samples{detail}\n", channel.topic, channel.compared));
+    }
+    if let Some(converted) = comparison.converted {
+        text.push_str(&format!("  {} {}\n", style.paint("33", "units"), converted.text(names)));
     }
     text.push_str(&starts(comparison));
     text.push_str(&format!("{}  {} -> {}\n", style.verdict(verdict(comparison)), names.0, names.1));

@@ -32,6 +32,7 @@ struct Bounds {
     depth: f64,
     samples: Vec<f64>,
     unit: Option<String>,
+    length_unit: Option<String>,
 }
 
 impl Bounds {
@@ -42,6 +43,7 @@ impl Bounds {
         let values = slice.values.iter().step_by(step).map(|value| value.abs());
         self.samples.extend(values.filter(|value| *value > 0.0 && value.is_finite()));
         self.unit = slice.unit;
+        [self.length_unit, _] = slice.units;
     }
 
     /// The value that the share of those to be distinguished does not exceed.
@@ -83,6 +85,7 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
     Ok(json!({
         "name": channel.topic,
         "unit": bounds.unit,
+        "length_unit": bounds.length_unit,
         "columns": columns,
         "rows": rows,
         "width": bounds.width,

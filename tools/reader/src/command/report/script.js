@@ -86,6 +86,9 @@
     return i + 1 < list.length && list[i + 1] - value < value - list[i] ? i + 1 : i;
   };
 
+  /** A unit behind a number: only those of SI are named, the others stand at the axes. */
+  const suffix = (unit) => (unit ? ` ${unit}` : "");
+
   // --- what follows the time --------------------------------------------------------------------------------------
   const followers = [];
   for (const spec of data.charts) {
@@ -108,7 +111,7 @@
     figure.append(legend);
     followers.push((time) => {
       axes.cursor(time);
-      spec.curves.forEach((curve, i) => { values[i].textContent = short(curve.y[nearest(curve.x, time)]); });
+      spec.curves.forEach((curve, i) => { values[i].textContent = short(curve.y[nearest(curve.x, time)]) + suffix(spec.unit); });
     });
   }
 
@@ -152,8 +155,9 @@
     const pixels = new Uint32Array(image.data.buffer);
     const words = new Uint32Array(colours.buffer);
     const unit = field.unit ? ` [${field.unit}]` : "";
+    const length = field.length_unit === "R" ? "" : suffix(field.length_unit);
     figure.firstElementChild.textContent =
-      `${field.name}${unit}, section to r = ±${short(field.width)}, z = ${short(field.depth)}; red: compression`;
+      `${field.name}${unit}, section to r = ±${short(field.width)}${length}, z = ${short(field.depth)}${length}; red: compression`;
     const [low, high] = figure.querySelectorAll(".scale span");
     [low.textContent, high.textContent] = [short(-field.range), short(field.range)];
     const bar = figure.querySelector(".scale canvas");
@@ -208,8 +212,8 @@
   rows("run", Object.entries(data.run));
   const legible = (text) => (text.length > 10 && Number.isFinite(Number(text)) ? short(Number(text)) : text);
   rows("validity", Object.entries(data.validity || {}).map(([key, value]) => [key, legible(value)]));
-  rows("ledger", parts.filter(([, value]) => value !== null).map(([name, value]) => [name, short(value)]));
-  rows("events", data.events.map((event) => [`t = ${short(event.time)}`, event.text]));
+  rows("ledger", parts.filter(([, value]) => value !== null).map(([name, value]) => [name, short(value) + suffix(energy.unit)]));
+  rows("events", data.events.map((event) => [`t = ${short(event.time)}${suffix(data.time_unit)}`, event.text]));
   get("case").textContent = data.case || "not recorded";
   get("checks").textContent = data.verdict;
 
@@ -219,7 +223,7 @@
   const slider = get("time");
   const show = () => {
     const time = begin + (slider.value / slider.max) * (end - begin);
-    get("now").textContent = `t = ${short(time)}`;
+    get("now").textContent = `t = ${short(time)}${suffix(data.time_unit)}`;
     for (const follow of followers) follow(time);
   };
   slider.addEventListener("input", show);

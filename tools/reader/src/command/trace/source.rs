@@ -24,7 +24,7 @@ pub(super) struct Traced {
 
 /// A channel that is traced; its columns without the time.
 pub(super) struct Slot {
-    id: u16,
+    pub(super) id: u16,
     pub(super) topic: String,
     pub(super) time: Column,
     pub(super) columns: Vec<Column>,

@@ -1,0 +1,127 @@
+//! Arguments of `summary`.
+
+use std::{
+    io::{self, BufWriter, Write},
+    path::PathBuf,
+};
+
+use clap::{Args, ValueEnum};
+
+use super::{
+    outcome::{CliError, Exit, losses, say},
+    output::{Output, by_extension, explain, refuse_inputs},
+    units::UnitChoice,
+};
+use crate::{
+    command::summary::{Outcome, SummaryError, summary},
+    format::{aligned::Aligned, csv::Csv, json::Json, parquet::Parquet},
+    recording::Limits,
+};
+
+const SUMMARY_HELP: &str = "\
+Columns, from recorded messages only; what a recording does not say is empty, never 0:
+  file, title          name of the recording, title of the case
+  <parameter>          parameters of the case that differ between the recordings, by dotted keys: indenter.mass
+  peak_force           largest force of /drag
+  peak_time            time at which it is first reached
+  impulse              integral of the force over time, by trapezia over all messages of /drag
+  contact_duration     from the first to the last message of /drag with contact: a contact radius above 0 or a force other
+                       than 0. Contact that lasts to the end of the recording counts as far as it is recorded
+  contact_radius       largest contact radius
+  depth                largest displacement of the indenter into the target
+  rebound_velocity     velocity of the indenter when contact ends for good (SEPARATION without a later RECONTACT, at the
+                       time since when nothing touches), if it moves back then
+  restitution          -V/V0: rebound velocity over the first recorded velocity
+  t_ext                time of the first EXTENSION: the interface needs tension
+  energy_left          kinetic and strain energy of the target when contact ends for good, linear between the messages of
+                       /energy
+  largest_strain       largest strain, with its radius, depth and time in largest_strain_r, _z and _time
+
+Units are those of the first recording; others are converted if the recording in SI carries its scales. CSV and text show SI
+columns with prefixes (µs, kN) unless --units base is given; JSON and Parquet keep the units that are recorded.
+
+Examples:
+  percuss-read summary fig9-m1.mcap
+  percuss-read summary fig9-*.mcap -o masses.csv
+  percuss-read summary sweep/*.mcap --format json
+
+Exit status: 0 done, 1 failed, 2 usage, 3 a recording is damaged or its run was not finished: what is there was used.";
+
+#[derive(Debug, Args)]
+#[command(after_help = SUMMARY_HELP)]
+pub(super) struct SummaryArguments {
+    /// Recordings of runs
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Output format [default: by the name of the output; text for standard output and names without an extension]
+    #[arg(long, value_enum)]
+    format: Option<Format>,
+    /// Units of SI columns in text and CSV
+    #[arg(long, value_enum, default_value = "prefixed")]
+    units: UnitChoice,
+    /// Output file [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Overwrite an existing output file
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// Aligned columns, numbers of six digits
+    Text,
+    /// Comma-separated values, names and units in the first line
+    Csv,
+    /// One document: units by column, and a list of rows
+    Json,
+    /// Apache Parquet, units in its metadata
+    Parquet,
+}
+
+impl SummaryArguments {
+    pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        refuse_inputs(self.output.as_deref(), self.files.iter())?;
+        let format = self.format()?;
+        let prefixed = self.units == UnitChoice::Prefixed && matches!(format, Format::Text | Format::Csv);
+        let mut output = BufWriter::new(Output::new(self.output.as_deref(), self.force));
+        let result = match format {
+            Format::Text => summary(&self.files, prefixed, limits, &mut Aligned::new(&mut output)),
+            Format::Csv => summary(&self.files, prefixed, limits, &mut Csv::new(&mut output)),
+            Format::Json => summary(&self.files, prefixed, limits, &mut Json::new(&mut output)),
+            Format::Parquet => summary(&self.files, prefixed, limits, &mut Parquet::new(&mut output)),
+        };
+        let result = result.and_then(|outcome| Ok(output.flush().map(|()| outcome)?));
+        match result {
+            Err(SummaryError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => Ok(Exit::Done),
+            Err(SummaryError::Output(error)) => Err(explain(self.output.as_deref(), error)),
+            other => Ok(report(&other?)),
+        }
+    }
+
+    fn format(&self) -> Result<Format, CliError> {
+        const FORMATS: [(&str, Format); 4] = [
+            ("txt", Format::Text),
+            ("csv", Format::Csv),
+            ("json", Format::Json),
+            ("parquet", Format::Parquet),
+        ];
+        match (self.format, &self.output) {
+            (Some(format), _) => Ok(format),
+            (None, Some(output)) => by_extension(output, &FORMATS, Some(Format::Text)),
+            (None, None) => Ok(Format::Text),
+        }
+    }
+}
+
+/// Says what was wrong with the recordings.
+fn report(outcome: &Outcome) -> Exit {
+    for (path, status) in &outcome.partial {
+        say(&format!("warning: `{}`: the run was not finished ({status})", path.display()));
+    }
+    if outcome.undecoded > 0 {
+        say(&format!("warning: {} messages do not fit their schema and are left out", outcome.undecoded));
+    }
+    let exit = losses(&outcome.damages);
+    if outcome.partial.is_empty() && outcome.undecoded == 0 { exit } else { Exit::Loss }
+}

@@ -1,0 +1,144 @@
+//! Prefixed units of a report: one for the time, one for every other axis. Dimensionless reports stay as they are.
+
+use serde_json::{Value, json};
+
+use super::curves::number;
+use crate::prefix::Prefixed;
+
+/// Puts the numbers of a report into the units in which they are best read.
+pub fn prefix(data: &mut Value) {
+    let charts = || data["charts"].as_array().into_iter().flatten();
+    let label = charts().next().map_or(Value::Null, |chart| chart["x"].clone());
+    let times = charts()
+        .flat_map(|chart| numbers(&chart["curves"], "x"))
+        .chain(numbers(&data["profiles"]["frames"], "time"));
+    if let Some(time) = chosen(&label, times.fold(0.0, f64::max)) {
+        scale(&mut data["events"], "time", &time);
+        // what is not recorded stays null
+        data.pointer_mut("/profiles/frames").into_iter().for_each(|frames| scale(frames, "time", &time));
+        data.pointer_mut("/field/times").into_iter().for_each(|times| scale_list(times, &time));
+        data["charts"]
+            .as_array_mut()
+            .into_iter()
+            .flatten()
+            .for_each(|chart| axis(chart, "curves", "x", Some(&time)));
+        data["time_unit"] = time.unit.into();
+    }
+    for chart in data["charts"].as_array_mut().into_iter().flatten() {
+        axis(chart, "curves", "y", None);
+    }
+    for coordinate in ["x", "y"] {
+        axis(&mut data["profiles"], "frames", coordinate, None);
+    }
+    field(&mut data["field"]);
+}
+
+/// The unit at the end of a label in brackets, with the prefix for its largest number.
+fn chosen(label: &Value, largest: f64) -> Option<Prefixed> {
+    let (_, unit) = label.as_str()?.strip_suffix(']')?.rsplit_once('[')?;
+    Prefixed::choose(unit, largest)
+}
+
+/// All numbers of a key of the objects in a list, by magnitude; lists of numbers are taken apart.
+fn numbers<'a>(list: &'a Value, key: &'a str) -> impl Iterator<Item = f64> + 'a {
+    let values = list.as_array().into_iter().flatten().map(move |object| &object[key]);
+    values
+        .flat_map(|value| value.as_array().map_or(std::slice::from_ref(value), Vec::as_slice))
+        .filter_map(|value| value.as_f64().map(f64::abs))
+}
+
+/// Scales an axis of a chart: its label, and the lists of that name. What is known of it by another axis comes as `unit`.
+fn axis(chart: &mut Value, curves: &str, coordinate: &str, unit: Option<&Prefixed>) {
+    let largest = numbers(&chart[curves], coordinate).fold(0.0, f64::max);
+    let Some(unit) = unit.cloned().or_else(|| chosen(&chart[coordinate], largest)) else { return };
+    scale(&mut chart[curves], coordinate, &unit);
+    let name =
+        chart[coordinate].as_str().and_then(|label| label.rsplit_once('[')).map_or("", |(name, _)| name);
+    chart[coordinate] = format!("{name}[{}]", unit.unit).into();
+    if coordinate == "y" {
+        chart["unit"] = unit.unit.into();
+    }
+}
+
+fn scale(list: &mut Value, key: &str, unit: &Prefixed) {
+    for object in list.as_array_mut().into_iter().flatten() {
+        match object.get_mut(key) {
+            Some(value) if value.is_array() => scale_list(value, unit),
+            Some(value) => scale_one(value, unit),
+            None => {}
+        }
+    }
+}
+
+fn scale_list(list: &mut Value, unit: &Prefixed) {
+    list.as_array_mut().into_iter().flatten().for_each(|value| scale_one(value, unit));
+}
+
+fn scale_one(value: &mut Value, unit: &Prefixed) {
+    if let Some(known) = value.as_f64() {
+        *value = number(unit.apply(known));
+    }
+}
+
+/// The range of the colours, and the size of the section.
+fn field(field: &mut Value) {
+    let number = |value: &Value| value.as_f64().unwrap_or_default();
+    let unit = |value: &Value, largest| Prefixed::choose(value.as_str()?, largest);
+    if let Some(unit) = unit(&field["unit"], number(&field["range"])) {
+        scale_one(&mut field["range"], &unit);
+        field["unit"] = json!(unit.unit);
+    }
+    let largest = number(&field["width"]).max(number(&field["depth"]));
+    if let Some(unit) = unit(&field["length_unit"], largest) {
+        ["width", "depth"].into_iter().for_each(|side| scale_one(&mut field[side], &unit));
+        field["length_unit"] = json!(unit.unit);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn data(time: &str, force: &str, length: &str) -> Value {
+        json!({
+            "charts": [
+                { "x": format!("time [{time}]"), "y": format!("force [{force}]"), "curves": [{ "x": [0.0, 2e-5], "y": [null, 1.5e6] }] },
+            ],
+            "events": [{ "time": 1e-5, "text": "" }],
+            "profiles": { "x": format!("r [{length}]"), "y": "stress", "frames": [{ "time": 2e-5, "x": [0.01], "y": [3.0] }] },
+            "field": { "unit": "Pa", "range": 2e9, "length_unit": length, "width": 0.05, "depth": 0.02, "times": [1e-5] },
+        })
+    }
+
+    #[test]
+    fn every_number_of_an_axis_is_scaled() {
+        let mut si = data("s", "N", "m");
+        prefix(&mut si);
+        let chart = &si["charts"][0];
+        assert_eq!(
+            (&chart["x"], &chart["y"], &chart["unit"]),
+            (&json!("time [µs]"), &json!("force [MN]"), &json!("MN"))
+        );
+        assert_eq!(chart["curves"], json!([{ "x": [0.0, 20.0], "y": [null, 1.5] }]));
+        assert_eq!(si["events"][0]["time"], 10.0);
+        assert_eq!(
+            si["profiles"],
+            json!({ "x": "r [mm]", "y": "stress", "frames": [{ "time": 20.0, "x": [10.0], "y": [3.0] }] })
+        );
+        assert_eq!(
+            [&si["field"]["unit"], &si["field"]["length_unit"], &si["time_unit"]],
+            ["GPa", "mm", "µs"]
+        );
+        assert_eq!([&si["field"]["range"], &si["field"]["width"], &si["field"]["depth"]], [2.0, 50.0, 20.0]);
+        assert_eq!(si["field"]["times"], json!([10.0]));
+    }
+
+    #[test]
+    fn dimensionless_reports_stay() {
+        let mut plain = data("R/c_p", "πR²γc_p²", "R");
+        plain["field"] = Value::Null;
+        let before = plain.clone();
+        prefix(&mut plain);
+        assert_eq!(plain, before);
+    }
+}

@@ -1,0 +1,259 @@
+//! `summary`: a row of measures per recording.
+
+mod measures;
+
+use std::{
+    collections::BTreeSet,
+    io,
+    path::{Path, PathBuf},
+};
+
+use toml::Value;
+
+pub use measures::{Measures, Reading, Units};
+
+use crate::{
+    convention::{RESOLVED_CASE, RUN},
+    messages::Recording,
+    prefixed::{InUnits, Largest},
+    recording::{Damage, Limits, OpenError},
+    scales::{Conversion, Scales},
+    table::{Cell, CellType, Heading, Sink},
+    toml_keys,
+};
+
+/// Why there is no summary.
+#[derive(Debug, thiserror::Error)]
+pub enum SummaryError {
+    /// A file cannot be read.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// Not a recording of a run.
+    #[error(
+        "`{}` is not a percuss recording: it has no metadata record percuss.run; `percuss-read trace` shows its fields",
+        .0.display()
+    )]
+    NotPercuss(PathBuf),
+    /// Columns in units that nothing leads between.
+    #[error(
+        "`{}` has {column} in {other} and `{}` in {first}, and no scale that leads from one to the other is recorded; \
+         summarise them one by one",
+        path.display(), reference.display()
+    )]
+    Units {
+        /// Recording with other units.
+        path: PathBuf,
+        /// First recording.
+        reference: PathBuf,
+        /// Column.
+        column: &'static str,
+        /// Its unit in the first recording.
+        first: String,
+        /// Its unit in the other.
+        other: String,
+    },
+    /// The output cannot be written.
+    #[error("cannot write the output: {0}")]
+    Output(#[from] io::Error),
+}
+
+/// What was wrong with the recordings; the summary says what is there nevertheless.
+#[derive(Debug, Default)]
+pub struct Outcome {
+    /// Damages by file.
+    pub damages: Vec<(PathBuf, Damage)>,
+    /// Messages that could not be decoded.
+    pub undecoded: u64,
+    /// Recordings of runs that did not come to a planned end, and what they say of it.
+    pub partial: Vec<(PathBuf, String)>,
+}
+
+/// What a column is, and with it the unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Quantity {
+    Number,
+    Time,
+    Length,
+    Speed,
+    Force,
+    Impulse,
+    Energy,
+}
+
+impl Quantity {
+    /// Units whose product is that of the quantity; `None` if one of them is not known.
+    fn factors(self, units: &Units) -> Option<Vec<&str>> {
+        let factors = match self {
+            Self::Number => vec![],
+            Self::Time => vec![&units.time],
+            Self::Length => vec![&units.length],
+            Self::Speed => vec![&units.speed],
+            Self::Force => vec![&units.force],
+            Self::Impulse => vec![&units.force, &units.time],
+            Self::Energy => vec![&units.energy],
+        };
+        factors.into_iter().map(Option::as_deref).collect()
+    }
+
+    fn unit(self, units: &Units) -> Option<String> {
+        let factors = self.factors(units)?;
+        match factors.as_slice() {
+            [] => None,
+            ["N", "s"] => Some("N s".into()),
+            ["N/m", "s"] => Some("N s/m".into()),
+            factors => Some(factors.join("·")),
+        }
+    }
+}
+
+type Measure = (&'static str, Quantity, fn(&Measures) -> Option<f64>);
+
+/// Columns: name, quantity, value.
+const COLUMNS: [Measure; 14] = [
+    ("peak_force", Quantity::Force, |measures| measures.peak_force),
+    ("peak_time", Quantity::Time, |measures| measures.peak_time),
+    ("impulse", Quantity::Impulse, |measures| measures.impulse),
+    ("contact_duration", Quantity::Time, |measures| measures.contact_duration),
+    ("contact_radius", Quantity::Length, |measures| measures.contact_radius),
+    ("depth", Quantity::Length, |measures| measures.depth),
+    ("rebound_velocity", Quantity::Speed, |measures| measures.rebound_velocity),
+    ("restitution", Quantity::Number, |measures| measures.restitution),
+    ("t_ext", Quantity::Time, |measures| measures.t_ext),
+    ("energy_left", Quantity::Energy, |measures| measures.energy_left),
+    ("largest_strain", Quantity::Number, |measures| measures.strain),
+    ("largest_strain_r", Quantity::Length, |measures| measures.strain_r),
+    ("largest_strain_z", Quantity::Length, |measures| measures.strain_z),
+    ("largest_strain_time", Quantity::Time, |measures| measures.strain_time),
+];
+
+/// A recording that has been read.
+struct Read {
+    path: PathBuf,
+    recording: Recording,
+    reading: Reading,
+    case: toml::map::Map<String, Value>,
+}
+
+impl Read {
+    fn open(path: &Path, limits: Limits) -> Result<Self, SummaryError> {
+        let recording = Recording::open(path, limits)?;
+        if !recording.is_percuss() {
+            return Err(SummaryError::NotPercuss(path.into()));
+        }
+        let reading = Reading::of(&recording)?;
+        let case = recording.attachment(RESOLVED_CASE)?;
+        let case = case.and_then(|case| toml_keys::entries(&case)).unwrap_or_default();
+        Ok(Self { path: path.into(), recording, reading, case: case.into_iter().collect() })
+    }
+
+    fn title(&self) -> Cell {
+        let title = self.recording.entries(RUN).and_then(|run| run.get("title"));
+        title.map_or(Cell::Empty, |title| Cell::Text(title.clone()))
+    }
+
+    /// The measures in the units of the first recording.
+    fn cells(&self, reference: &Self, scales: &Scales) -> Result<Vec<Cell>, SummaryError> {
+        let Reading { measures, units, .. } = &self.reading;
+        let cell = |&(column, quantity, value): &Measure| {
+            let Some(value) = value(measures) else { return Ok(Cell::Empty) };
+            let factors = quantity.factors(units).zip(quantity.factors(&reference.reading.units));
+            let pairs =
+                factors.map(|(from, to)| from.into_iter().zip(to).collect::<Vec<_>>()).unwrap_or_default();
+            let different = pairs.into_iter().filter(|(from, to)| from != to);
+            let conversions: Option<Vec<Conversion>> =
+                different.map(|(from, to)| scales.conversion(from, to)).collect();
+            let conversions = conversions.ok_or_else(|| SummaryError::Units {
+                path: self.path.clone(),
+                reference: reference.path.clone(),
+                column,
+                first: quantity.unit(&reference.reading.units).unwrap_or_default(),
+                other: quantity.unit(units).unwrap_or_default(),
+            })?;
+            Ok(Cell::Double(conversions.into_iter().fold(value, |value, by| by.apply(value))))
+        };
+        COLUMNS.iter().map(cell).collect()
+    }
+}
+
+/// Writes a table with a row per recording.
+///
+/// * `prefixed`: SI columns get the prefix that suits their largest number
+///
+/// # Errors
+///
+/// A file cannot be read or is no recording of percuss, the units do not go together, or the output cannot be written.
+pub fn summary(
+    paths: &[PathBuf],
+    prefixed: bool,
+    limits: Limits,
+    sink: &mut dyn Sink,
+) -> Result<Outcome, SummaryError> {
+    let mut files = paths.iter().map(|path| Read::open(path, limits)).collect::<Result<Vec<_>, _>>()?;
+    let Some(first) = files.first() else { return Ok(Outcome::default()) };
+    let parameters = parameters(&files);
+    let headings = headings(&parameters, &first.reading.units);
+    let mut rows = Vec::new();
+    for file in &files {
+        let scales = Scales::between(&file.recording, &first.recording);
+        let start = [Cell::Text(file.path.display().to_string()), file.title()];
+        let case = parameters.iter().map(|(key, is_number)| parameter(file.case.get(key), *is_number));
+        rows.push(start.into_iter().chain(case).chain(file.cells(first, &scales)?).collect::<Vec<Cell>>());
+    }
+    write(&headings, &rows, prefixed, sink)?;
+    let mut outcome = Outcome::default();
+    for file in &mut files {
+        outcome.undecoded += file.reading.undecoded;
+        outcome.damages.extend(file.reading.damages.drain(..).map(|damage| (file.path.clone(), damage)));
+        if file.recording.is_partial() {
+            let status = file.recording.status().unwrap_or("without a status");
+            outcome.partial.push((file.path.clone(), status.to_owned()));
+        }
+    }
+    Ok(outcome)
+}
+
+fn write(headings: &[Heading], rows: &[Vec<Cell>], prefixed: bool, sink: &mut dyn Sink) -> io::Result<()> {
+    let mut largest = Largest::default();
+    largest.begin(headings)?;
+    rows.iter().try_for_each(|row| largest.row(row))?;
+    let groups: Vec<String> = headings.iter().map(|heading| heading.name.clone()).collect();
+    let units = if prefixed { largest.units(headings, &groups) } else { vec![None; headings.len()] };
+    let mut sink = InUnits::new(sink, units);
+    sink.begin(headings)?;
+    rows.iter().try_for_each(|row| sink.row(row))?;
+    sink.end()
+}
+
+/// Parameters of the case that differ between the recordings, and whether all of their values are numbers.
+fn parameters(files: &[Read]) -> Vec<(String, bool)> {
+    let keys: BTreeSet<&String> = files.iter().flat_map(|file| file.case.keys()).collect();
+    let differs = |key: &&String| files.iter().any(|file| file.case.get(*key) != files[0].case.get(*key));
+    let is_number = |key: &String| {
+        let mut values = files.iter().filter_map(|file| file.case.get(key));
+        values.all(|value| matches!(value, Value::Integer(_) | Value::Float(_)))
+    };
+    // the title has a column of its own
+    let keys = keys.into_iter().filter(|key| *key != "title").filter(differs);
+    keys.map(|key| (key.clone(), is_number(key))).collect()
+}
+
+fn parameter(value: Option<&Value>, is_number: bool) -> Cell {
+    match value {
+        None => Cell::Empty,
+        Some(Value::Float(number)) if is_number => Cell::Double(*number),
+        Some(Value::Integer(number)) if is_number => Cell::Double(*number as f64),
+        Some(Value::String(text)) => Cell::Text(text.clone()),
+        Some(other) => Cell::Text(other.to_string()),
+    }
+}
+
+fn headings(parameters: &[(String, bool)], units: &Units) -> Vec<Heading> {
+    let heading = |name: &str, unit, kind| Heading { name: name.into(), unit, kind };
+    let mut headings = vec![heading("file", None, CellType::Text), heading("title", None, CellType::Text)];
+    headings.extend(parameters.iter().map(|(key, is_number)| {
+        heading(key, None, if *is_number { CellType::Double } else { CellType::Text })
+    }));
+    let measure = |(name, quantity, _): &Measure| heading(name, quantity.unit(units), CellType::Double);
+    headings.extend(COLUMNS.iter().map(measure));
+    headings
+}

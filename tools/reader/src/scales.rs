@@ -1,0 +1,81 @@
+//! Numbers of one recording in the units of another, where one is dimensionless and the other carries its scales.
+
+use std::collections::BTreeMap;
+
+use crate::{
+    convention::{RUN, UNITS},
+    messages::Recording,
+};
+
+/// How numbers of one unit become numbers of another: by one operation with the scale as it is recorded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Conversion {
+    /// Into SI.
+    Multiply(f64),
+    /// Out of SI.
+    Divide(f64),
+}
+
+impl Conversion {
+    /// The number in the other unit.
+    pub fn apply(self, number: f64) -> f64 {
+        match self {
+            Self::Multiply(scale) => number * scale,
+            Self::Divide(scale) => number / scale,
+        }
+    }
+}
+
+/// What leads from the units of one recording to those of another.
+#[derive(Clone, Debug, Default)]
+pub struct Scales {
+    from: BTreeMap<String, String>,
+    to: BTreeMap<String, String>,
+}
+
+impl Scales {
+    /// Between two recordings, by the scales of both.
+    pub fn between(from: &Recording, to: &Recording) -> Self {
+        let scales = |recording: &Recording| {
+            let run = recording.entries(RUN).into_iter().flatten();
+            let scales = run.filter(|(key, _)| UNITS.iter().any(|(_, _, scale)| scale == key));
+            scales.map(|(key, value)| (key.clone(), value.clone())).collect()
+        };
+        Self { from: scales(from), to: scales(to) }
+    }
+
+    /// The conversion from a unit of the first recording to one of the second; `None` if they are not the same quantity, one
+    /// dimensionless and one in SI, or if the recording in SI does not carry the scale.
+    pub fn conversion(&self, from: &str, to: &str) -> Option<Conversion> {
+        let scale = |scales: &BTreeMap<String, String>, key: &str| {
+            let scale = scales.get(key)?.parse::<f64>().ok()?;
+            (scale.is_finite() && scale > 0.0).then_some(scale)
+        };
+        UNITS.iter().find_map(|&(dimensionless, si, key)| match (from, to) {
+            _ if (from, to) == (si, dimensionless) => scale(&self.from, key).map(Conversion::Divide),
+            _ if (from, to) == (dimensionless, si) => scale(&self.to, key).map(Conversion::Multiply),
+            _ => None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_recording_in_si_says_its_scale() {
+        let scales = |length: &str| BTreeMap::from([("scale.length_m".to_owned(), length.to_owned())]);
+        let known = Scales { from: scales("0.02"), to: BTreeMap::new() };
+        assert_eq!(known.conversion("m", "R"), Some(Conversion::Divide(0.02)));
+        // the dimensionless one has none to say
+        assert_eq!(known.conversion("R", "m"), None);
+        assert_eq!(known.conversion("s", "R/c_p"), None);
+        assert_eq!(known.conversion("m", "R/c_p"), None);
+        let other = Scales { from: scales("0.5"), to: scales("0.02") };
+        assert_eq!(other.conversion("R", "m").map(|by| by.apply(3.0)), Some(0.06));
+        for wrong in ["0", "-1", "inf", "NaN", "a"] {
+            assert_eq!(Scales { from: scales(wrong), ..Scales::default() }.conversion("m", "R"), None);
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! `summary` against numbers computed from what `trace` says of the same recording.
+
+use std::fs;
+
+use serde_json::Value;
+
+mod desk;
+mod si;
+
+use desk::Desk;
+
+const FINITE_MASS: [&str; 2] = ["mesh.cells=20", "record.fields=[]"];
+
+/// Columns of a trace by name, empty cells left out.
+fn trace(desk: &Desk, file: &str, topic: &str) -> Vec<serde_json::Map<String, Value>> {
+    let lines = desk.lines(&["trace", file, "--topic", topic, "--format", "jsonl"]);
+    lines.iter().map(|line| serde_json::from_str(line).expect("an object")).collect()
+}
+
+fn column(rows: &[serde_json::Map<String, Value>], name: &str) -> Vec<f64> {
+    rows.iter().map(|row| row[name].as_f64().expect("a number")).collect()
+}
+
+/// The row of a recording, and the units.
+fn summary(desk: &Desk, arguments: &[&str]) -> (Vec<Value>, Value) {
+    let arguments = [&["summary", "--format", "json"], arguments].concat();
+    let document: Value = serde_json::from_str(&desk.text(0, &arguments)).expect("JSON");
+    (document["rows"].as_array().expect("rows").clone(), document["units"].clone())
+}
+
+fn near(value: &Value, expected: f64) {
+    let value = value.as_f64().unwrap_or_else(|| panic!("{value} is no number, expected {expected}"));
+    assert!((value - expected).abs() <= 1e-13 * expected.abs(), "{value}, expected {expected}");
+}
+
+fn linear(times: &[f64], values: &[f64], at: f64) -> f64 {
+    let next = times.iter().position(|time| *time >= at).expect("a later time");
+    if times[next] == at {
+        return values[next];
+    }
+    let share = (at - times[next - 1]) / (times[next] - times[next - 1]);
+    values[next - 1] * (1.0 - share) + values[next] * share
+}
+
+#[test]
+fn measures_of_a_rebound_are_those_of_the_messages() {
+    let desk = Desk::new(&[]);
+    si::record("fig9-m1", &FINITE_MASS, &desk.path("m1.mcap"));
+    let (rows, units) = summary(&desk, &["m1.mcap"]);
+    let row = &rows[0];
+    assert_eq!(rows.len(), 1);
+    assert_eq!(row["file"], "m1.mcap");
+    assert!(row.get("indenter.mass").is_none(), "nothing differs in one file");
+
+    let drag = trace(&desk, "m1.mcap", "/drag");
+    let (time, force) = (column(&drag, "time"), column(&drag, "force"));
+    let radius = column(&drag, "contact_radius");
+    let peak = force.iter().copied().fold(f64::MIN, f64::max);
+    near(&row["peak_force"], peak);
+    near(&row["peak_time"], time[force.iter().position(|force| *force == peak).expect("the peak")]);
+    let impulse = (1..time.len()).map(|i| (force[i] + force[i - 1]) / 2.0 * (time[i] - time[i - 1]));
+    near(&row["impulse"], impulse.sum());
+    let contact: Vec<f64> =
+        (0..time.len()).filter(|&i| force[i] != 0.0 || radius[i] > 0.0).map(|i| time[i]).collect();
+    near(&row["contact_duration"], contact[contact.len() - 1] - contact[0]);
+    assert!(contact[contact.len() - 1] < time[time.len() - 1], "the indenter leaves the target");
+    near(&row["contact_radius"], radius.iter().copied().fold(0.0, f64::max));
+
+    let motion = trace(&desk, "m1.mcap", "/velocity");
+    let velocity = column(&motion, "velocity");
+    near(&row["depth"], column(&motion, "displacement").into_iter().fold(f64::MIN, f64::max));
+    let events = trace(&desk, "m1.mcap", "/event");
+    let event = |kind: &str| events.iter().find(|event| event["kind"] == kind).expect("the event");
+    near(&row["t_ext"], event("EXTENSION")["time"].as_f64().expect("a time"));
+    let separation = event("SEPARATION")["since"].as_f64().expect("a time");
+    let rebound = linear(&time, &velocity, separation);
+    near(&row["rebound_velocity"], rebound);
+    near(&row["restitution"], -rebound / velocity[0]);
+    // nothing touches the indenter any more
+    near(&row["rebound_velocity"], velocity[velocity.len() - 1]);
+    let energy = trace(&desk, "m1.mcap", "/energy");
+    let target: Vec<f64> =
+        column(&energy, "kinetic").iter().zip(column(&energy, "strain")).map(|(a, b)| a + b).collect();
+    near(&row["energy_left"], linear(&column(&energy, "time"), &target, separation));
+
+    let validity = si::entries(&fs::read(desk.path("m1.mcap")).expect("a file"), "percuss.validity");
+    for (name, key) in [("", ""), ("_r", ".r"), ("_z", ".z"), ("_time", ".time")] {
+        let recorded = validity[&format!("largest_strain{key}")].parse().expect("a number");
+        near(&row[format!("largest_strain{name}")], recorded);
+    }
+    for (name, unit) in [
+        ("peak_force", "πR²γc_p²"),
+        ("impulse", "πR²γc_p²·R/c_p"),
+        ("depth", "R"),
+        ("rebound_velocity", "c_p"),
+        ("energy_left", "πR³γc_p²"),
+        ("t_ext", "R/c_p"),
+    ] {
+        assert_eq!(units[name], unit, "{name}");
+    }
+}
+
+#[test]
+fn a_rebound_gives_back_less_than_the_impact_had() {
+    let desk = Desk::new(&[]);
+    si::record("fig9-m1", &FINITE_MASS, &desk.path("m1.mcap"));
+    let (rows, _) = summary(&desk, &["m1.mcap"]);
+    let number = |name: &str| rows[0][name].as_f64().expect("a number");
+    let (restitution, rebound) = (number("restitution"), number("rebound_velocity"));
+    assert!(restitution > 0.0 && restitution < 1.0, "{restitution}");
+    // M = 1 in units of πγR³ and V0 = 1: M·(V0 − V) is Σ F·Δt, of which the trapezia take half of the first
+    let drag = trace(&desk, "m1.mcap", "/drag");
+    let (time, force) = (column(&drag, "time"), column(&drag, "force"));
+    let sum = number("impulse") + 0.5 * force[0] * (time[1] - time[0]);
+    assert!((sum / (1.0 - rebound) - 1.0).abs() < 1e-9, "{sum}");
+    let energy = trace(&desk, "m1.mcap", "/energy");
+    let last = |name: &str| *column(&energy, name).last().expect("a frame");
+    let sum = 0.5 * rebound * rebound + number("energy_left") + last("dissipated") + last("damped");
+    assert!((sum / 0.5 - 1.0).abs() < 0.01, "{sum}");
+}
+
+#[test]
+fn what_is_not_recorded_is_empty_and_what_differs_is_shown() {
+    let desk = Desk::new(&[]);
+    si::record("fig9-m1", &FINITE_MASS, &desk.path("a.mcap"));
+    si::record("fig9-m5", &["mesh.cells=20", "record.fields=[]", "run.end_time=1"], &desk.path("b.mcap"));
+    let (rows, _) = summary(&desk, &["a.mcap", "b.mcap"]);
+    assert_eq!([&rows[0]["indenter.mass"], &rows[1]["indenter.mass"]], [1.0, 5.0]);
+    assert_eq!([&rows[0]["run.end_time"], &rows[1]["run.end_time"]], [10.0, 1.0]);
+    assert!(rows[0].get("mesh.cells").is_none(), "the same in both");
+    for name in ["rebound_velocity", "restitution", "t_ext", "energy_left"] {
+        assert!(rows[0][name].is_number() && rows[1][name].is_null(), "{name}");
+    }
+    // contact lasts to the end
+    assert_eq!(rows[1]["contact_duration"], 1.0);
+    let text = desk.lines(&["summary", "a.mcap", "b.mcap"]);
+    assert_eq!(text.len(), 4);
+    assert!(text[0].starts_with("file") && text[1].contains("[πR²γc_p²·R/c_p]"), "{text:?}");
+    assert!(text[3].contains(" - "), "{text:?}");
+    desk.text(0, &["summary", "a.mcap", "b.mcap", "-o", "s.csv"]);
+    let csv = fs::read_to_string(desk.path("s.csv")).expect("a table");
+    assert!(csv.starts_with("file,title,indenter.mass,") && csv.contains("depth [R]"), "{csv}");
+    assert!(desk.error(1, &["summary", "a.mcap", "-o", "s.csv"]).contains("--force"));
+    desk.text(0, &["summary", "a.mcap", "-o", "s.parquet"]);
+    assert!(fs::read(desk.path("s.parquet")).expect("a table").starts_with(b"PAR1"));
+}
+
+#[test]
+fn units_are_those_of_the_first_recording() {
+    let desk = Desk::new(&[]);
+    si::record("fig9-m1", &FINITE_MASS, &desk.path("a.mcap"));
+    si::write_in_si(&desk.path("a.mcap"), &desk.path("si.mcap"), |_, scale| Some(scale));
+    let (plain, _) = summary(&desk, &["a.mcap"]);
+    for names in [["a.mcap", "si.mcap"], ["si.mcap", "a.mcap"]] {
+        let (rows, units) = summary(&desk, &names);
+        for (name, value) in rows[0].as_object().expect("an object") {
+            // the copy holds no record of the largest strain
+            if value.is_number() && rows[1][name].is_number() {
+                let ratio = value.as_f64().expect("a number") / rows[1][name].as_f64().expect("a number");
+                assert!((ratio - 1.0).abs() < 1e-12, "{name}: {} and {}", value, rows[1][name]);
+            }
+        }
+        assert_eq!(units["impulse"], if names[0] == "si.mcap" { "N s" } else { "πR²γc_p²·R/c_p" });
+    }
+    let (rows, _) = summary(&desk, &["si.mcap"]);
+    let scale = |key: &str| si::SCALES.iter().find(|scale| scale.2 == key).expect("a scale").3;
+    let impulse = plain[0]["impulse"].as_f64().expect("a number");
+    let expected = impulse * scale("scale.force_n") * scale("scale.time_s");
+    assert!((rows[0]["impulse"].as_f64().expect("a number") / expected - 1.0).abs() < 1e-12);
+    // prefixes where people read, in one row of units
+    let text = desk.lines(&["summary", "si.mcap"]);
+    assert!(text[1].contains("[MN]") && text[1].contains("[µs]") && text[1].contains("[mm]"), "{}", text[1]);
+    assert!(desk.lines(&["summary", "si.mcap", "--units", "base"])[1].contains("[N s]"));
+
+    si::write_in_si(&desk.path("a.mcap"), &desk.path("bare.mcap"), |_, _| None);
+    let error = desk.error(2, &["summary", "a.mcap", "bare.mcap"]);
+    assert!(error.contains("peak_force in N and `a.mcap` in πR²γc_p²"), "{error}");
+}
+
+#[test]
+fn partial_recordings_are_used_and_others_refused() {
+    let desk = Desk::new(&[]);
+    si::record("fig9-m1", &["mesh.cells=20"], &desk.path("a.mcap"));
+    let bytes = fs::read(desk.path("a.mcap")).expect("a file");
+    fs::write(desk.path("cut.mcap"), &bytes[..bytes.len() * 4 / 5]).expect("a file");
+    let (text, warnings) = desk.both(3, &["summary", "cut.mcap", "--format", "json"]);
+    let document: Value = serde_json::from_str(&text).expect("JSON");
+    assert!(document["rows"][0]["peak_force"].is_number(), "{text}");
+    assert!(document["rows"][0]["largest_strain"].is_null(), "{text}");
+    assert!(warnings.contains("not finished"), "{warnings}");
+    fs::write(desk.path("other.mcap"), mcap_of_another_program()).expect("a file");
+    assert!(desk.error(2, &["summary", "other.mcap"]).contains("is not a percuss recording"));
+}
+
+fn mcap_of_another_program() -> Vec<u8> {
+    let mut writer = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("a writer");
+    writer.finish().expect("an end");
+    writer.into_inner().into_inner()
+}

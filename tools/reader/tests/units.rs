@@ -1,0 +1,135 @@
+//! Recordings in SI: prefixes where people read, base units where scripts do, and comparison with dimensionless ones.
+
+use serde_json::Value;
+
+mod desk;
+mod si;
+
+use desk::Desk;
+
+/// A small dimensionless recording of Fig. 5, and its twin in SI.
+fn desk() -> Desk {
+    let desk = Desk::new(&[]);
+    let settings = ["mesh.cells=20", "run.end_time=2.5", "record.frames=10"];
+    si::record("fig5", &settings, &desk.path("plain.mcap"));
+    si::write_in_si(&desk.path("plain.mcap"), &desk.path("si.mcap"), |_, scale| Some(scale));
+    desk
+}
+
+#[test]
+fn csv_has_the_prefix_of_the_largest_number() {
+    let desk = desk();
+    let prefixed = desk.lines(&["trace", "si.mcap"]);
+    assert_eq!(prefixed[0], "time [µs],step,force [MN],contact_radius [mm]");
+    let base = desk.lines(&["trace", "si.mcap", "--units", "base"]);
+    assert_eq!(base[0], "time [s],step,force [N],contact_radius [m]");
+    assert_eq!(prefixed.len(), base.len());
+    let numbers =
+        |line: &str| line.split(',').map(|cell| cell.parse().expect("a number")).collect::<Vec<f64>>();
+    let mut largest = [0.0_f64; 4];
+    for (line, base) in prefixed.iter().zip(&base).skip(1) {
+        let (line, base) = (numbers(line), numbers(base));
+        for (i, factor) in [1e6, 1.0, 1e-6, 1e3].into_iter().enumerate() {
+            assert!((line[i] - base[i] * factor).abs() <= 1e-15 * line[i].abs(), "{line:?} {base:?}");
+            largest[i] = largest[i].max(line[i].abs());
+        }
+    }
+    assert!([0, 2, 3].iter().all(|&i| (1.0..1000.0).contains(&largest[i])), "{largest:?}");
+    // what of the rows is shown decides
+    assert!(desk.lines(&["trace", "si.mcap", "--to", "3e-7"])[0].starts_with("time [ns]"));
+    // the wire is left alone where scripts read
+    let row: Value =
+        serde_json::from_str(&desk.lines(&["trace", "si.mcap", "--format", "jsonl"])[1]).expect("an object");
+    assert_eq!(row["force"], numbers(&base[2])[2]);
+    // dimensionless tables have no prefixes
+    let plain = desk.text(0, &["trace", "plain.mcap"]);
+    assert_eq!(plain, desk.text(0, &["trace", "plain.mcap", "--units", "base"]));
+}
+
+#[test]
+fn columns_of_an_array_share_a_prefix() {
+    let desk = desk();
+    let header = desk.lines(&["trace", "si.mcap", "--topic", "/probes"]).remove(0);
+    let units: Vec<&str> =
+        header.split(',').filter_map(|name| name.split_once(" [")).map(|(_, unit)| unit).collect();
+    let stresses = units.iter().filter(|unit| unit.ends_with("Pa]")).count();
+    assert!(stresses > 3 && units.iter().filter(|unit| **unit == "TPa]").count() == stresses, "{header}");
+    let stacked = desk.lines(&["trace", "si.mcap", "si.mcap", "--stack"]).remove(0);
+    assert_eq!(stacked, "file,time [µs],step,force [MN],contact_radius [mm]");
+}
+
+#[test]
+fn the_report_has_prefixes() {
+    let desk = desk();
+    desk.text(0, &["report", "si.mcap"]);
+    let page = std::fs::read_to_string(desk.path("si.html")).expect("a page");
+    for text in ["time [µs]", "force [MN]", "\"time_unit\":\"µs\"", "\"length_unit\":\"mm\""] {
+        assert!(page.contains(text), "{text}");
+    }
+    desk.text(0, &["report", "plain.mcap"]);
+    let page = std::fs::read_to_string(desk.path("plain.html")).expect("a page");
+    assert!(page.contains("time [R/c_p]") && !page.contains("\"time_unit\""));
+}
+
+/// Topics of double precision, without the words in which an event gives its numbers.
+const TOPICS: &str = "/interface/stress,/drag,/velocity,/probes,/energy";
+
+#[test]
+fn recordings_in_other_units_are_converted_by_their_scales() {
+    let desk = desk();
+    for (names, text) in [
+        (["plain.mcap", "si.mcap"], "si.mcap is converted from SI by its scales"),
+        (["si.mcap", "plain.mcap"], "plain.mcap is converted to SI by the scales of si.mcap"),
+    ] {
+        let arguments = ["diff", names[0], names[1], "--topic", TOPICS, "--rel", "1e-12"];
+        let output = desk.text(0, &arguments);
+        assert!(output.contains(text), "{output}");
+        let json = desk.text(0, &[&arguments[..], &["--json"]].concat());
+        let json: Value = serde_json::from_str(&json).expect("JSON");
+        let comparison = &json["comparisons"][0];
+        assert_eq!(comparison["converted"], text);
+        assert_eq!(comparison["structure"], Value::Array(Vec::new()));
+        let channels = comparison["channels"].as_array().expect("channels");
+        assert_eq!(channels.len(), 5);
+        // single precision is rounded once more
+        let arguments = ["diff", names[0], names[1], "--topic", "/field/stress", "--rel", "1e-6"];
+        assert!(desk.text(0, &arguments).contains(text));
+    }
+    // in the same units nothing is converted
+    let same = desk.text(0, &["diff", "si.mcap", "si.mcap"]);
+    assert!(!same.contains("converted"), "{same}");
+    let between = ["diff", "plain.mcap", "si.mcap", "--topic", "/drag", "--align", "linear", "--rel", "1e-9"];
+    desk.text(0, &between);
+    let window = ["diff", "plain.mcap", "si.mcap", "--topic", "/drag", "--from", "1", "--rel", "1e-12"];
+    desk.text(0, &window);
+    let error =
+        desk.error(2, &["diff", "plain.mcap", "si.mcap", "--topic", "/drag", "--write-diff", "d.mcap"]);
+    assert!(error.contains("same units"), "{error}");
+}
+
+#[test]
+fn a_wrong_scale_is_a_difference() {
+    let desk = desk();
+    for (wrong, topic) in [
+        ("scale.force_n", "/drag"),
+        ("scale.length_m", "/velocity"),
+        ("scale.speed_m_per_s", "/velocity"),
+        ("scale.stress_pa", "/probes"),
+        ("scale.energy_j", "/energy"),
+        ("scale.time_s", "/drag"),
+    ] {
+        let off = |key: &str, scale: f64| Some(if key == wrong { scale * (1.0 + 1e-6) } else { scale });
+        let name = format!("{wrong}.mcap");
+        si::write_in_si(&desk.path("plain.mcap"), &desk.path(&name), off);
+        desk.text(1, &["diff", "plain.mcap", &name, "--topic", topic, "--rel", "1e-12"]);
+        desk.text(0, &["diff", "plain.mcap", &name, "--topic", topic, "--rel", "1e-5"]);
+    }
+}
+
+#[test]
+fn without_a_scale_the_units_differ() {
+    let desk = desk();
+    si::write_in_si(&desk.path("plain.mcap"), &desk.path("bare.mcap"), |_, _| None);
+    let text = desk.text(1, &["diff", "plain.mcap", "bare.mcap", "--topic", "/drag", "--rel", "1e-12"]);
+    assert!(text.contains("unit `πR²γc_p²` became `N`") && !text.contains("converted"), "{text}");
+}
