@@ -1,6 +1,16 @@
 //! The command line: arguments, commands, exit status.
 //!
 //! Data is written to stdout, remarks to stderr. Errors are printed once, by [`report`].
+//!
+//! # Exit status
+//!
+//! | Exit status | percuss | percuss-read |
+//! |---|---|---|
+//! | 0 | done | done |
+//! | 1 | failed | failed; `diff`: different; `verify`: not sound |
+//! | 2 | usage, invalid case, or no closed form | usage; `diff`: could not compare |
+//! | 3 | | done with loss: a file is damaged or truncated, its sound parts are read; `verify`: sound, but the run was not finished |
+//! | 130, 143 | interrupted, with a valid partial recording | |
 
 use std::{
     io::{self, IsTerminal, Write},

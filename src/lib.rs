@@ -126,7 +126,7 @@ mod cost;
 pub mod exact;
 pub mod grid;
 mod indenter;
-mod layout;
+pub mod layout;
 #[cfg(feature = "cli")]
 mod live;
 mod material;

@@ -6,6 +6,37 @@
 //! Batches are large, because each one costs a computing thread on the same core its caches.
 //!
 //! Chunks are closed at the end of the step that fills them and written whole: after a crash every closed chunk can be read.
+//!
+//! # Channels of a recording
+//!
+//! | Topic | Message | Rate | Fields |
+//! |---|---|---|---|
+//! | `/interface/stress` | `percuss.InterfaceStress` | `interface_every` | `r0`, `dr`, `stress[]` at r0 + i·dr, out to the largest radius ever in contact |
+//! | `/drag` | `percuss.Drag` | step | `force`, `contact_radius` |
+//! | `/velocity` | `percuss.Velocity` | step | `velocity`, `displacement` of the indenter |
+//! | `/probes` | `percuss.Probes` | step | `stress[]` at `record.probes` |
+//! | `/points` | `percuss.Points` | step | `displacement[]`, `velocity[]`, `stress[]` at `record.points` |
+//! | `/line/<n>` | `percuss.LineSlice` | `interface_every` | `stress[]` at s0 + i·ds along a line of `record.lines` |
+//! | `/field/…` | `percuss.FieldSlice` | frame | `values[]`, row-major `[z][r]`, with `r0 dr nr z0 dz nz`: the same in all frames |
+//! | `/energy` | `percuss.Energy` | frame | `kinetic`, `strain`, `indenter`, `dissipated`, `damped`, `work`, `residual` |
+//! | `/event` | `percuss.Event` | as it happens | `kind` (EXTENSION, REBOUND, SEPARATION, RECONTACT, STOPPED, WARNING), `text`, `r`, `since` |
+//! | `/log` | `foxglove.Log` | as it happens | messages of the run in text |
+//! | `/view/field` | `foxglove.Grid` | frame | the recorded fields as levels of one byte, mirrored to r < 0; their range is in the metadata |
+//! | `/view/image` | `foxglove.CompressedImage` | frame | the first recorded field as a PNG, the contact above it |
+//! | `/view/scene` | `foxglove.SceneUpdate` | frame | indenter, deformed surface, backing, contact radius, drag arrow |
+//! | `/view/fronts` | `foxglove.SceneUpdate` | frame | wave fronts of the edge by geometry |
+//! | `/view/tf` | `foxglove.FrameTransforms` | frame | frame `indenter` in `world` |
+//! | `/view/profile` | `percuss.SurfaceProfile` | frame | `r[]`, `stress[]`, `displacement[]`, `indenter[]`, downsampled, for x–y plots |
+//!
+//! Physical cases are recorded in SI (`N`, `m`, `m/s`, `Pa`, `s`, `J`; plane: `N/m`, `J/m`), with their scales in `percuss.run`, others without
+//! dimension. All recorded stress, fields included, is compressive positive, p = −σ_zz. Units and meanings of all fields are in the
+//! metadata of their channels. Metadata records describe the run (`percuss.run`; its `source` is `simulation` or `exact`, then with the
+//! `closed_form`), machine and time (`percuss.host`, the only part that differs between two runs of a case), the largest strain
+//! (`percuss.validity`), and the end of the run (`percuss.status`, written last). The attachment `case.resolved.toml`
+//! repeats the run; `layout.json` is the layout for viewers.
+//!
+//! Ctrl-C and SIGTERM end a run with a finished, readable recording of its steps; after a crash every closed chunk can be
+//! read. An existing file is never overwritten without `--force`.
 
 use std::{
     collections::BTreeMap,

@@ -9,6 +9,14 @@
 //! one for λV0. So the strains of one run give the velocity at which they reach the limit. At a sharp edge they depend on the
 //! mesh: the stress grows there as Δr^(−½), but not at probes beside it. Under any other head the contact spreads at a rate
 //! that depends on V0, strains are not proportional to V0, and their limit is found by trials ([`crate::admissible`]).
+//!
+//! # Admissible velocities
+//!
+//! Linear theory is trusted up to strains of 0.005. Under a flat face strains are proportional to the impact velocity, and
+//! `percuss.validity` has the velocity that reaches the limit: `admissible_velocity` for the whole mesh, whose largest strain is that
+//! of the sharp edge and grows as Δr^(−½), and `admissible_velocity_at_probes`. Under other heads strains decrease more slowly than
+//! the velocity, and one run does not give it; `percuss check CASE --admissible` finds it by trials on the mesh of the case, with
+//! the same geometry of the head, and fails where the head is too sharp for any velocity or the mesh too coarse.
 
 /// Largest axial strain at which linear theory is trusted; \[KA\], end of section 4.
 pub const STRAIN_LIMIT: f64 = 0.005;
