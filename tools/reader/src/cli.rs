@@ -91,7 +91,7 @@ enum Command {
     Info(InfoArguments),
     /// Fields against time: CSV, JSON lines, Parquet, NumPy
     Trace(TraceArguments),
-    /// Fields against time, arrays over their axis, matrices as images: SVG, PNG or in the terminal
+    /// Fields against time, arrays over their axis, matrices and arrays over time as images: SVG, PNG, PDF or in the terminal
     Plot(PlotArguments),
     /// Two recordings, or folders of them, number by number
     Diff(Box<DiffArguments>),
