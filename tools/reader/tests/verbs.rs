@@ -540,7 +540,7 @@ fn pictures_in_every_medium() {
     for part in ["p [Pa]", "r [mm]", "time 0.1", "time 0.5"] {
         assert!(svg("q.svg").contains(part), "{part}");
     }
-    assert!(svg("s.svg").contains("values [Pa]"));
+    assert!(svg("s.svg").contains("values [mPa]"));
     for name in ["r.png", "t.png"] {
         assert_eq!(fs::read(desk.path(name)).expect("a picture")[..4], *b"\x89PNG");
     }
