@@ -51,7 +51,7 @@ pub(super) struct StudyArguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Also draw errors against cell size, as .svg or .png
+    /// Also draw errors against cell size, as .svg, .png or .pdf; more than 24 curves have one colour and name per quantity
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
     /// Overwrite an existing picture
@@ -131,11 +131,11 @@ impl StudyArguments {
 }
 
 fn medium(path: &Path) -> Result<Medium, CliError> {
-    match path.extension().and_then(|extension| extension.to_str()) {
-        Some("svg") => Ok(Medium::Svg),
-        Some("png") => Ok(Medium::Png),
-        _ => Err(CliError::Usage(format!("--plot {}: name it .svg or .png", path.display()))),
-    }
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    let known = Medium::FILES.into_iter().find(|(name, _)| Some(*name) == extension);
+    known
+        .map(|(_, medium)| medium)
+        .ok_or_else(|| CliError::Usage(format!("--plot {}: name it .svg, .png or .pdf", path.display())))
 }
 
 fn json(case: &Case, study: &Study) -> String {
@@ -211,13 +211,50 @@ fn panel(case: &Case, study: &Study) -> Panel {
             .collect();
         (points.len() > 1).then(|| Curve { name: quantity.name.clone(), points, ..Curve::default() })
     };
+    let mut curves: Vec<Curve> = study.quantities.iter().filter_map(curve).collect();
+    if curves.len() > MAX_NAMED {
+        name_by_kind(&mut curves);
+    }
     Panel {
         title: case.title.clone(),
         x_label: format!("Δr [{}]", case.units().length.name),
         y_label: "relative difference from closed form or extrapolated value".into(),
-        curves: study.quantities.iter().filter_map(curve).collect(),
+        curves,
         log_x: true,
         log_y: true,
         ..Panel::default()
+    }
+}
+
+/// Curves beyond which a legend names what they are of, not every one.
+const MAX_NAMED: usize = 24;
+
+/// Gives curves of the same quantity, at whatever time and radius, one colour and one name in the legend.
+fn name_by_kind(curves: &mut [Curve]) {
+    let mut kinds: Vec<String> = Vec::new();
+    for curve in curves {
+        let end = [curve.name.find(" at "), curve.name.find(',')].into_iter().flatten().min();
+        let kind = curve.name[..end.unwrap_or(curve.name.len())].to_owned();
+        let known = kinds.iter().position(|known| *known == kind);
+        curve.colour = Some(known.unwrap_or(kinds.len()));
+        curve.name = if known.is_some() { String::new() } else { kind.clone() };
+        if known.is_none() {
+            kinds.push(kind);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_curves_are_named_by_quantity() {
+        let curve = |name: &str| Curve { name: name.into(), ..Curve::default() };
+        let mut curves =
+            ["drag, t = 1", "drag, t = 2", "stress at r = 0.1, t = 1", "stress at r = 1, t = 2"].map(curve);
+        name_by_kind(&mut curves);
+        let found = curves.each_ref().map(|curve| (curve.name.as_str(), curve.colour));
+        assert_eq!(found, [("drag", Some(0)), ("", Some(0)), ("stress", Some(1)), ("", Some(1))]);
     }
 }

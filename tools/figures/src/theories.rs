@@ -176,11 +176,13 @@ fn map(id: &str, what: &str, pairs: &[Pair], error: impl Fn(&Pair, f64) -> f64, 
         .collect();
     let image = Image {
         title: format!("Error of the simplified theory in %: {what}"),
+        value_label: "error [%]".into(),
         row_label: "β = c_s/c_p".into(),
         column_label: "t [R/c_p]".into(),
         rows: Side { start, step, length: pairs.len() },
         columns,
         values,
+        ..Image::default()
     };
     Figure {
         id: id.into(),

@@ -4,27 +4,56 @@ use std::sync::Arc;
 
 use kuva::{
     TickFormat,
-    plot::{ColorMap, Heatmap},
-    render::{layout::Layout, plots::Plot},
+    plot::{ColorMap, LinePlot},
+    render::{
+        color::Color,
+        layout::Layout,
+        plots::Plot,
+        render::{Primitive, Scene, TextAnchor},
+        render_utils::generate_ticks,
+    },
 };
 
-use crate::{LARGEST, Medium, base, output::render};
+use crate::{
+    LARGEST, Medium, SIZE,
+    curves::base,
+    output::render,
+    terminal::{self, Frame, shown},
+};
 
 /// A matrix, drawn as an image.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Image {
     /// Title.
     pub title: String,
+    /// Label of the colours.
+    pub value_label: String,
     /// Label of the vertical axis.
     pub row_label: String,
     /// Label of the horizontal axis.
     pub column_label: String,
-    /// Positions of rows, the first at the top.
+    /// Positions of rows.
     pub rows: Side,
     /// Positions of columns.
     pub columns: Side,
     /// Row-major.
     pub values: Vec<f64>,
+    /// The first row is at the bottom instead of the top.
+    pub upward: bool,
+    /// A distance is as long along rows as along columns, where the picture would not become a stripe.
+    pub is_equal: bool,
+    /// Colours of its values.
+    pub colours: Colours,
+}
+
+/// Colours of values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Colours {
+    /// From dark to light.
+    #[default]
+    Sequential,
+    /// Blue below 0, white at 0, red above: as strong at equal distances from 0.
+    Diverging,
 }
 
 impl Image {
@@ -34,10 +63,20 @@ impl Image {
         finite
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
     }
+
+    /// Ends of the colours where none are asked for: those of the values, as far from 0 on both sides if the colours diverge.
+    fn default_range(&self) -> (f64, f64) {
+        let (low, high) = self.range();
+        match self.colours {
+            Colours::Diverging if low < 0.0 && high > 0.0 => (low.min(-high), high.max(-low)),
+            Colours::Diverging if low <= high => (low.min(0.0), high.max(0.0)),
+            _ => (low, high),
+        }
+    }
 }
 
 /// One side of a matrix: positions `start + i·step`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Side {
     /// First position.
     pub start: f64,
@@ -60,17 +99,29 @@ impl Side {
         self.start.abs() < LARGEST && far < LARGEST && self.step > 0.0 && far - self.start > 0.0
     }
 
-    /// Ends of the cells in blocks of `per_block`.
-    fn ends(&self, per_block: usize) -> (f64, f64) {
-        let cells = self.length.div_ceil(per_block) * per_block;
-        (self.start - 0.5 * self.step, self.start + (cells as f64 - 0.5) * self.step)
+    /// Ends of the cells.
+    fn ends(&self) -> (f64, f64) {
+        (self.start - 0.5 * self.step, self.start + (self.length as f64 - 0.5) * self.step)
     }
 }
 
 /// Cells of an image along each side beyond which blocks of cells are averaged.
 const MAX_CELLS: (usize, usize) = (220, 320);
 
-/// Draws a matrix as an image with a colour bar, the first row at the top.
+/// Ratios of height to width of sections that are drawn with equal distances.
+const EQUAL: std::ops::RangeInclusive<f64> = 0.04..=25.0;
+
+/// Where an image, its axes and its colours are [units of the SVG].
+struct Place {
+    left: f64,
+    top: f64,
+    width: f64,
+    height: f64,
+    /// Size of the picture.
+    size: (f64, f64),
+}
+
+/// Draws a matrix as an image with a colour bar.
 ///
 /// * `range`: values of the ends of the colour scale, by default those of the matrix
 ///
@@ -81,65 +132,273 @@ pub fn draw_image(image: &Image, range: Option<(f64, f64)>, medium: Medium) -> R
     if image.rows.length == 0 || image.columns.length == 0 {
         return Err(format!("`{}` has no values to draw", image.title));
     }
-    let (low, high) = range.unwrap_or_else(|| image.range());
+    let (low, high) = range.unwrap_or_else(|| image.default_range());
     if !(low.abs() < LARGEST && high.abs() < LARGEST) {
         return Err(format!("`{}` holds no numbers that can be drawn", image.title));
     }
     if !image.rows.increases() || !image.columns.increases() {
         return Err(format!("the axes of `{}` do not increase", image.title));
     }
-    if let Medium::Terminal { columns, rows, colour: false } = medium {
-        return Ok(shades(image, low, high, columns, rows).into_bytes());
+    let scale = Scale { low, high, colours: image.colours };
+    match medium {
+        Medium::Terminal { columns, rows, colour: false } => {
+            Ok(shades(image, low, high, columns, rows).into_bytes())
+        }
+        Medium::Terminal { columns, rows, colour: true } => in_terminal(image, &scale, columns, rows),
+        Medium::Svg | Medium::Pdf | Medium::Png => {
+            let place = Place::on_paper(image);
+            let mut scene = axes(image, &place, true, None);
+            scene.elements.extend(cells(image, &scale, &place));
+            scene.elements.extend(bar(&scale, &place, &image.value_label));
+            render(scene, medium)
+        }
     }
-    let per_block = (image.rows.length.div_ceil(MAX_CELLS.0), image.columns.length.div_ceil(MAX_CELLS.1));
-    // the library draws the first row at the bottom: the rows are reversed and their positions negative
-    let (x, y) = (image.columns.ends(per_block.1), image.rows.ends(per_block.0));
-    let (bottom, top) = (-y.1, -y.0);
-    let mut data = block_means(image, per_block, low, high);
-    data.reverse();
-    let heatmap = Heatmap::new()
-        .with_color_map(colour_map(&data, low, high))
-        .with_data(data)
-        .with_cell_size(1.0)
-        .with_x_range(x.0, x.1)
-        .with_y_range(bottom, top);
-    let plots: Vec<Plot> = vec![heatmap.into()];
-    let layout = base(Layout::auto_from_plots(&plots), medium)
-        .with_title(image.title.as_str())
-        .with_title_wrap(90)
+}
+
+/// An image with terminal colours.
+fn in_terminal(image: &Image, scale: &Scale, columns: usize, rows: usize) -> Result<Vec<u8>, String> {
+    let frame = Frame {
+        title: &image.title,
+        left: &image.row_label,
+        right: &image.value_label,
+        legend: Vec::new(),
+        columns,
+        rows,
+        colour: true,
+    };
+    terminal::draw(frame, |rows| {
+        let place = Place::in_terminal(image, columns, rows);
+        let mut scene = axes(image, &place, false, Some(rows));
+        scene.elements.extend(cells(image, scale, &place));
+        scene.elements.extend(bar(scale, &place, ""));
+        scene
+    })
+}
+
+impl Place {
+    /// Margins of a picture: left, right with the colour bar, top, bottom.
+    const MARGINS: [f64; 4] = [78.0, 130.0, 44.0, 58.0];
+    /// Greatest height of the matrix.
+    const TALLEST: f64 = 620.0;
+
+    fn on_paper(image: &Image) -> Self {
+        let [left, right, top, bottom] = Self::MARGINS;
+        let (mut width, mut height) = (SIZE.0 - left - right, SIZE.1 - top - bottom);
+        if let Some(ratio) = ratio(image) {
+            height = width * ratio;
+            if height > Self::TALLEST {
+                (width, height) = (Self::TALLEST / ratio, Self::TALLEST);
+            }
+        }
+        // a narrow picture keeps room for its title
+        let whole = (left + width + right).max(SIZE.0 * 0.75);
+        Self { left, top, width, height, size: (whole, top + height + bottom) }
+    }
+
+    /// In a terminal a character is twice as high as wide.
+    fn in_terminal(image: &Image, columns: usize, rows: usize) -> Self {
+        /// Columns and rows of the margins.
+        const ASIDE: (f64, f64) = (9.0, 11.0);
+        const BELOW: f64 = 3.0;
+        /// Units of the SVG in a column.
+        const COLUMN: f64 = 10.0;
+        let (mut across, mut down) =
+            ((columns as f64 - ASIDE.0 - ASIDE.1).max(4.0), (rows as f64 - BELOW - 1.0).max(2.0));
+        if let Some(ratio) = ratio(image) {
+            (across, down) = (across.min(2.0 * down / ratio), down.min((0.5 * across * ratio).max(2.0)));
+        }
+        Self {
+            left: ASIDE.0 * COLUMN,
+            top: COLUMN,
+            width: across * COLUMN,
+            height: 2.0 * down * COLUMN,
+            size: (columns as f64 * COLUMN, 2.0 * rows as f64 * COLUMN),
+        }
+    }
+}
+
+/// Height of a matrix in its width where distances are equal along both.
+fn ratio(image: &Image) -> Option<f64> {
+    let length = |side: &Side| side.length as f64 * side.step;
+    Some(length(&image.rows) / length(&image.columns)).filter(|ratio| image.is_equal && EQUAL.contains(ratio))
+}
+
+/// The axes around a matrix.
+fn axes(image: &Image, place: &Place, with_labels: bool, rows: Option<usize>) -> Scene {
+    let (x, y) = (image.columns.ends(), image.rows.ends());
+    // the library draws upward: positions of rows that go down are negative
+    let (bottom, top) = if image.upward { y } else { (-y.1, -y.0) };
+    let corners = LinePlot::new().with_data([(x.0, bottom), (x.1, top)]);
+    let plots: Vec<Plot> = vec![corners.into()];
+    let mut layout = base(Layout::auto_from_plots(&plots))
+        .with_width(place.size.0)
+        .with_height(place.size.1)
+        .with_force_margins(place.left, place.size.0 - place.left - place.width)
+        .with_force_margins_y(place.top, place.size.1 - place.top - place.height)
+        .with_show_grid(false)
         .with_x_label(image.column_label.as_str())
-        .with_y_label(image.row_label.as_str())
         .with_x_axis_min(x.0)
         .with_x_axis_max(x.1)
         .with_y_axis_min(bottom)
-        .with_y_axis_max(top)
+        .with_y_axis_max(top);
+    if !image.upward {
         // 0 − v, not −v, which can be a negative zero
-        .with_y_tick_format(TickFormat::Custom(Arc::new(|v| TickFormat::Auto.format(0.0 - v))));
-    render(&kuva::render::render::render_multiple(plots, layout), medium)
+        layout =
+            layout.with_y_tick_format(TickFormat::Custom(Arc::new(|v| TickFormat::Auto.format(0.0 - v))));
+    }
+    if with_labels {
+        layout = layout
+            .with_title(image.title.as_str())
+            .with_title_wrap(90)
+            .with_y_label(image.row_label.as_str());
+    }
+    if let Some(rows) = rows {
+        layout = layout.with_term_rows(u32::try_from(rows).unwrap_or(u32::MAX));
+    }
+    let mut scene = kuva::render::render::render_multiple(plots, layout);
+    scene.elements.retain(|element| !matches!(element, Primitive::PolyLine { .. }));
+    scene
 }
 
-/// Means over blocks of cells, clamped to the range; NaN as the lowest value.
-fn block_means(image: &Image, (down, along): (usize, usize), low: f64, high: f64) -> Vec<Vec<f64>> {
+/// The cells of a matrix, neighbours of one colour as one.
+fn cells(image: &Image, scale: &Scale, place: &Place) -> [Primitive; 1] {
+    let per_block = (image.rows.length.div_ceil(MAX_CELLS.0), image.columns.length.div_ceil(MAX_CELLS.1));
+    let means = block_means(image, per_block);
+    // blocks reach beyond the last row and column if these do not fill them
+    let block = |per_block: usize, length: usize, whole: f64| per_block as f64 / length as f64 * whole;
+    let (width, height) = (
+        block(per_block.1, image.columns.length, place.width),
+        block(per_block.0, image.rows.length, place.height),
+    );
+    let (mut x, mut y, mut w, mut h, mut fills) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for (j, row) in means.iter().enumerate() {
+        let (from, to) = (j as f64 * height, ((j + 1) as f64 * height).min(place.height));
+        let top = if image.upward { place.height - to } else { from };
+        let mut start = 0;
+        for run in row.chunk_by(|a, b| scale.colour(*a) == scale.colour(*b)) {
+            let (from, end) = (start as f64 * width, (start + run.len()) as f64 * width);
+            // a little over the neighbours, so that no gaps show
+            let overlap = |from: f64, to: f64, whole: f64| (to + 0.5).min(whole) - from;
+            x.push(place.left + from);
+            y.push(place.top + top);
+            w.push(overlap(from, end, place.width));
+            h.push(overlap(top, top + height, place.height));
+            fills.push(scale.colour(run[0]));
+            start += run.len();
+        }
+    }
+    [Primitive::RectBatch { x, y, w, h, fills }]
+}
+
+/// Means over blocks of cells.
+fn block_means(image: &Image, (down, along): (usize, usize)) -> Vec<Vec<f64>> {
     let (rows, columns) = (image.rows.length, image.columns.length);
     let block = |j: usize, i: usize| {
         let cells = (j * down..((j + 1) * down).min(rows))
             .flat_map(|row| (i * along..((i + 1) * along).min(columns)).map(move |column| (row, column)));
         let values: Vec<f64> = cells.map(|(row, column)| image.values[row * columns + column]).collect();
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        if mean.is_nan() { low } else { mean.clamp(low, high) }
+        values.iter().sum::<f64>() / values.len() as f64
     };
     let row = |j: usize| (0..columns.div_ceil(along)).map(|i| block(j, i)).collect();
     (0..rows.div_ceil(down)).map(row).collect()
 }
 
-/// Colours over the range: the library passes shares of the range of the data.
-fn colour_map(data: &[Vec<f64>], low: f64, high: f64) -> ColorMap {
-    let all = || data.iter().flatten().copied();
-    let (least, most) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
-    let span = if high > low { high - low } else { 1.0 };
-    ColorMap::Custom(Arc::new(move |share: f64| {
-        ColorMap::Viridis.map(((least + share * (most - least) - low) / span).clamp(0.0, 1.0))
-    }))
+/// Values and their colours.
+struct Scale {
+    low: f64,
+    high: f64,
+    colours: Colours,
+}
+
+impl Scale {
+    /// Colour of a value; grey of what is no number.
+    fn colour(&self, value: f64) -> Color {
+        if value.is_nan() {
+            return Color::Rgb(160, 160, 160);
+        }
+        let value = value.clamp(self.low, self.high);
+        let (map, share) = match self.colours {
+            Colours::Sequential => {
+                let span = if self.high > self.low { self.high - self.low } else { 1.0 };
+                (ColorMap::Viridis, (value - self.low) / span)
+            }
+            Colours::Diverging => {
+                let largest = self.low.abs().max(self.high.abs());
+                // the library's scale goes from red to blue
+                (ColorMap::RedBlue, 0.5 - 0.5 * if largest > 0.0 { value / largest } else { 0.0 })
+            }
+        };
+        map.map_rgb(share).map_or(Color::None, |(r, g, b)| Color::Rgb(r, g, b))
+    }
+
+    /// Ticks, the ends among them; those too close to an end are left out.
+    fn ticks(&self, count: usize) -> Vec<f64> {
+        let (low, high) = (self.low, self.high);
+        if high <= low {
+            return vec![low];
+        }
+        let room = 0.6 * (high - low) / count as f64;
+        let inner =
+            generate_ticks(low, high, count).into_iter().filter(|t| t - low > room && high - t > room);
+        [low].into_iter().chain(inner).chain([high]).collect()
+    }
+}
+
+/// The colour bar at the right of a matrix, from the lower end of the scale to the upper.
+fn bar(scale: &Scale, place: &Place, label: &str) -> Vec<Primitive> {
+    /// Steps of the bar, its distance and width.
+    const STEPS: usize = 64;
+    const GAP: f64 = 18.0;
+    const WIDTH: f64 = 18.0;
+    let (x, step) = (place.left + place.width + GAP, place.height / STEPS as f64);
+    let rect = |y: f64, height: f64, fill: Color, stroke: Option<Color>| Primitive::Rect {
+        x,
+        y,
+        width: WIDTH,
+        height,
+        fill,
+        stroke_width: stroke.as_ref().map(|_| 1.0),
+        stroke,
+        opacity: None,
+    };
+    let text = |x: f64, y: f64, content: String, size: u32, anchor: TextAnchor, rotate: Option<f64>| {
+        Primitive::Text { x, y, content, size, anchor, rotate, bold: false, color: None }
+    };
+    let mut elements = Vec::new();
+    for i in 0..STEPS {
+        let share = 1.0 - (i as f64 + 0.5) / STEPS as f64;
+        let colour = scale.colour(scale.low + share * (scale.high - scale.low));
+        elements.push(rect(
+            place.top + i as f64 * step,
+            (step + 0.5).min(place.height - i as f64 * step),
+            colour,
+            None,
+        ));
+    }
+    elements.push(rect(place.top, place.height, Color::None, Some(Color::Rgb(0, 0, 0))));
+    let count = ((place.height / 40.0) as usize).clamp(1, 6);
+    let span = if scale.high > scale.low { scale.high - scale.low } else { 1.0 };
+    for tick in scale.ticks(count) {
+        let y = place.top + place.height * (1.0 - (tick - scale.low) / span);
+        let (x1, x2) = (x + WIDTH, x + WIDTH + 4.0);
+        let stroke = Color::Rgb(0, 0, 0);
+        elements.push(Primitive::Line {
+            x1,
+            y1: y,
+            x2,
+            y2: y,
+            stroke,
+            stroke_width: 1.0,
+            stroke_dasharray: None,
+        });
+        elements.push(text(x2 + 4.0, y + 4.0, TickFormat::Auto.format(tick), 11, TextAnchor::Start, None));
+    }
+    if !label.is_empty() {
+        let middle = place.top + 0.5 * place.height;
+        elements.push(text(x + WIDTH + 72.0, middle, label.into(), 14, TextAnchor::Middle, Some(-90.0)));
+    }
+    elements
 }
 
 /// A matrix as text in shades, for terminals without colours: from blank at the lower end to full at the upper.
@@ -148,12 +407,27 @@ fn shades(image: &Image, low: f64, high: f64, columns: usize, rows: usize) -> St
     /// Width of the positions at the left.
     const MARGIN: usize = 12;
     let (nz, nr) = (image.rows.length, image.columns.length);
-    let lines = rows.saturating_sub(4).clamp(1, nz);
-    let width = columns.saturating_sub(MARGIN + 2).clamp(1, nr);
+    let (mut lines, mut width) =
+        (rows.saturating_sub(5).clamp(1, nz), columns.saturating_sub(MARGIN + 2).clamp(1, nr));
+    if let Some(ratio) = ratio(image) {
+        // a character is twice as high as wide
+        width = width.min((2.0 * lines as f64 / ratio).ceil() as usize).max(1);
+        lines = lines.min((0.5 * width as f64 * ratio).ceil() as usize).max(1);
+    }
     let span = if high > low { high - low } else { 1.0 };
-    let mut text = format!("{}, {} {low} to {} {high}\n", image.title, SHADES[0], SHADES[4]);
+    let mut text = format!("{}\n", shown(&image.title));
+    let ends = (TickFormat::Auto.format(low), TickFormat::Auto.format(high));
+    text.push_str(&format!(
+        "{}: `{}` {} to `{}` {}\n",
+        shown(&image.value_label),
+        SHADES[0],
+        ends.0,
+        SHADES[4],
+        ends.1
+    ));
+    text.push_str(&format!("{:>MARGIN$}\n", shown(&image.row_label)));
     for line in 0..lines {
-        let j = line * nz / lines;
+        let j = (if image.upward { lines - 1 - line } else { line }) * nz / lines;
         let cell = |i: usize| {
             let share = (image.values[j * nr + i * nr / width] - low) / span;
             SHADES[((share.clamp(0.0, 1.0) * 4.0).round() as usize).min(4)]
@@ -162,7 +436,67 @@ fn shades(image: &Image, low: f64, high: f64, columns: usize, rows: usize) -> St
         text.push_str(&format!("{position:>MARGIN$} │{}│\n", (0..width).map(cell).collect::<String>()));
     }
     let (first, last) = (image.columns.at(0), image.columns.at((width - 1) * nr / width));
-    let ends = format!("{} {first:.4} to {last:.4}", image.column_label);
+    let ends = format!("{} {first:.4} to {last:.4}", shown(&image.column_label));
     text.push_str(&format!("{:>MARGIN$}  {ends}\n", ""));
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(rows: usize, columns: usize, is_equal: bool) -> Image {
+        let side = |length| Side { start: 0.0, step: 0.1, length };
+        let value = |i: usize| (i as f64 * 0.7).sin();
+        Image {
+            title: "a".into(),
+            value_label: "v [γc_p²]".into(),
+            rows: side(rows),
+            columns: side(columns),
+            values: (0..rows * columns).map(value).collect(),
+            is_equal,
+            colours: Colours::Diverging,
+            ..Image::default()
+        }
+    }
+
+    #[test]
+    fn distances_are_equal_where_that_is_asked_for() {
+        for (rows, columns) in [(10, 40), (40, 10), (300, 300)] {
+            let ratio = rows as f64 / columns as f64;
+            for place in [
+                Place::on_paper(&image(rows, columns, true)),
+                Place::in_terminal(&image(rows, columns, true), 100, 30),
+            ] {
+                assert!((place.height / place.width / ratio - 1.0).abs() < 1e-9, "{rows} {columns}");
+                assert!(place.left + place.width < place.size.0 && place.top + place.height < place.size.1);
+            }
+        }
+        // stripes stay legible
+        let (equal, free) = (Place::on_paper(&image(2, 400, true)), Place::on_paper(&image(2, 400, false)));
+        assert_eq!((equal.width, equal.height), (free.width, free.height));
+    }
+
+    #[test]
+    fn the_bar_ends_where_it_is_asked_to() {
+        let svg = draw_image(&image(4, 9, true), Some((-3.0, 5.0)), Medium::Svg).expect("a picture");
+        let svg = String::from_utf8(svg).expect("text");
+        for label in ["-3", "0", "5", "v [γc_p²]"] {
+            assert!(svg.contains(&format!("<title>{label}</title>")), "{label}");
+        }
+        // without a range as far on both sides
+        let (low, high) = image(4, 9, true).default_range();
+        assert!(low == -high && high > 0.9);
+        let above = Image { values: vec![0.5, 2.0], ..image(1, 2, false) };
+        assert_eq!(above.default_range(), (0.0, 2.0));
+    }
+
+    #[test]
+    fn diverging_colours_are_as_strong_on_both_sides() {
+        let scale = |low, high| Scale { low, high, colours: Colours::Diverging };
+        let one = scale(-2.0, 1.0);
+        assert!(one.colour(-1.0) == scale(-1.0, 2.0).colour(-1.0));
+        assert!(one.colour(0.0) == scale(0.0, 7.0).colour(0.0) && one.colour(1.0) != one.colour(-1.0));
+        assert!(one.colour(-9.0) == one.colour(-2.0), "beyond the end as the end");
+    }
 }

@@ -2,43 +2,65 @@
 
 use kuva::{
     TerminalBackend,
-    backend::{png::PngBackend, svg::SvgBackend},
-    render::render::Scene,
+    backend::{pdf::PdfBackend, png::PngBackend, svg::SvgBackend},
+    render::render::{Primitive, Scene},
 };
 
-use crate::Medium;
+use crate::{Medium, typeset};
 
 /// Renders a scene.
-pub fn render(scene: &Scene, medium: Medium) -> Result<Vec<u8>, String> {
+pub fn render(mut scene: Scene, medium: Medium) -> Result<Vec<u8>, String> {
+    scene.elements.iter_mut().for_each(simplify);
     match medium {
         Medium::Svg => {
-            let svg = SvgBackend::new().with_embedded_font(true).render_scene(scene);
-            Ok(with_own_numbers(&without_unused_fonts(&svg)).into_bytes())
+            typeset::outline(&mut scene);
+            Ok(with_own_numbers(&SvgBackend::new().render_scene(&scene)).into_bytes())
         }
-        Medium::Png => PngBackend::new().with_scale(2.0).render_scene(scene),
+        Medium::Png => {
+            typeset::split(&mut scene);
+            PngBackend::new().with_scale(2.0).render_scene(&scene)
+        }
+        Medium::Pdf => {
+            typeset::split(&mut scene);
+            PdfBackend::new().render_scene(&scene)
+        }
         Medium::Terminal { columns, rows, colour } => {
-            let text = TerminalBackend::new(columns, rows).render_scene(scene);
+            typeset::unicode(&mut scene);
+            let text = TerminalBackend::new(columns, rows).render_scene(&scene);
             Ok(if colour { text } else { without_colour(&text) }.into_bytes())
         }
     }
 }
 
-/// Removes unused embedded fonts of an SVG: each has half a megabyte and more.
-fn without_unused_fonts(svg: &str) -> String {
-    let Some((head, body)) = svg.split_once("</style>") else { return svg.to_owned() };
-    let mut faces = head.split("@font-face");
-    let mut kept = faces.next().unwrap_or_default().to_owned();
-    for face in faces {
-        let is_used = |style: &str, mark: &str| !face.contains(style) || body.contains(mark);
-        if is_used("font-weight:bold", "font-weight=\"bold\"")
-            && is_used("font-style:italic", "font-style=\"italic\"")
-            && is_used("Mono", "Mono")
-        {
-            kept.push_str("@font-face");
-            kept.push_str(face);
+/// Largest distance from a curve of the points that are left out of it \[units of the SVG\].
+const VISIBLE: f64 = 0.04;
+
+/// Leaves out points of a curve that lie on the line between their neighbours.
+fn simplify(element: &mut Primitive) {
+    let Primitive::PolyLine { points, .. } = element else { return };
+    let Some(last) = points.len().checked_sub(1).filter(|last| *last > 1) else { return };
+    let mut is_kept = vec![false; points.len()];
+    (is_kept[0], is_kept[last]) = (true, true);
+    let mut stretches = vec![(0, last)];
+    while let Some((start, end)) = stretches.pop() {
+        let off = |i: &usize| distance(points[*i], points[start], points[end]);
+        let farthest = (start + 1..end).max_by(|i, j| off(i).total_cmp(&off(j)));
+        if let Some(i) = farthest.filter(|i| off(i) > VISIBLE) {
+            is_kept[i] = true;
+            stretches.extend([(start, i), (i, end)]);
         }
     }
-    format!("{kept}</style>{body}")
+    let mut is_kept = is_kept.into_iter();
+    points.retain(|_| is_kept.next().unwrap_or(true));
+}
+
+/// Distance of a point from the stretch between two others.
+fn distance(point: (f64, f64), a: (f64, f64), b: (f64, f64)) -> f64 {
+    let (along, across) = ((b.0 - a.0, b.1 - a.1), (point.0 - a.0, point.1 - a.1));
+    let length = along.0 * along.0 + along.1 * along.1;
+    let share =
+        if length > 0.0 { ((along.0 * across.0 + along.1 * across.1) / length).clamp(0.0, 1.0) } else { 0.0 };
+    (across.0 - share * along.0).hypot(across.1 - share * along.1)
 }
 
 /// Numbers the clip paths of an SVG from 0: the library numbers them through all pictures of a process.
@@ -81,5 +103,30 @@ mod tests {
     #[test]
     fn text_without_colours() {
         assert_eq!(without_colour("\u{1b}[38;2;1;2;3ma\u{1b}[0mb  \nc"), "ab\nc\n");
+    }
+
+    #[test]
+    fn points_on_a_line_are_left_out() {
+        let line = |points: Vec<(f64, f64)>| Primitive::PolyLine {
+            points,
+            stroke: "black".into(),
+            stroke_width: 1.0,
+            stroke_dasharray: None,
+        };
+        let kept = |points: Vec<(f64, f64)>| {
+            let mut element = line(points);
+            simplify(&mut element);
+            let Primitive::PolyLine { points, .. } = element else { panic!("a curve") };
+            points
+        };
+        let mut straight: Vec<(f64, f64)> = (0..1000).map(|i| (f64::from(i), 0.5 * f64::from(i))).collect();
+        assert_eq!(kept(straight.clone()), [straight[0], straight[999]]);
+        straight[400].1 += 1.0;
+        assert_eq!(kept(straight.clone()).len(), 5);
+        // there and back is no single stretch
+        assert_eq!(kept(vec![(0.0, 0.0), (5.0, 0.0), (1.0, 0.0)]).len(), 3);
+        for points in [vec![], vec![(1.0, 1.0)], vec![(1.0, 1.0), (1.0, 1.0)]] {
+            assert_eq!(kept(points.clone()), points);
+        }
     }
 }

@@ -50,6 +50,11 @@ impl Channel {
         time.unwrap_or_else(|| seconds(log_time))
     }
 
+    /// Unit of [`time_of`](Self::time_of) a message.
+    pub fn time_unit(&self) -> Option<&str> {
+        if self.has_time() { self.unit(convention::TIME) } else { Some("s") }
+    }
+
     /// True if messages have a field `time`.
     pub fn has_time(&self) -> bool {
         self.time_leaf().is_some()

@@ -97,7 +97,7 @@ enum Command {
     Trace(TraceArguments),
     /// A row per recording: peak force, impulse, contact, rebound, energy left, largest strain
     Summary(SummaryArguments),
-    /// Fields against time, arrays over their axis, matrices as images: SVG, PNG or in the terminal
+    /// Fields against time, arrays over their axis, matrices and arrays over time as images: SVG, PNG, PDF or in the terminal
     Plot(PlotArguments),
     /// Two recordings, or folders of them, number by number
     Diff(Box<DiffArguments>),

@@ -14,8 +14,8 @@ use crate::{
     wire::{DecodeError, Values},
 };
 
-use percuss_picture::Image;
 pub use percuss_picture::Side;
+use percuss_picture::{Colours, Image};
 
 /// An array over its axis at one time.
 #[derive(Clone, Debug)]
@@ -72,10 +72,16 @@ impl Profile {
 }
 
 impl Slice {
-    /// Topic, unit and time in one line.
+    /// Name and unit of the field; `values` say no more than their topic does.
+    pub fn heading(&self) -> Heading {
+        let last = self.topic.rsplit('/').next().filter(|_| self.name == "values");
+        let name = last.unwrap_or(&self.name).to_owned();
+        Heading { name, unit: self.unit.clone(), ..Heading::default() }
+    }
+
+    /// Topic and time in one line.
     pub fn title(&self) -> String {
-        let unit = self.unit.as_ref().map_or(String::new(), |unit| format!(" [{unit}]"));
-        format!("{}{unit} at time {}", self.topic, self.time)
+        format!("{} at time {}", self.topic, self.time)
     }
 
     /// The matrix as a picture shows it.
@@ -86,11 +92,15 @@ impl Slice {
         };
         Image {
             title: self.title(),
+            value_label: self.heading().with_unit(),
             row_label: label(0),
             column_label: label(1),
             rows: self.rows,
             columns: self.columns,
             values: self.values.clone(),
+            is_equal: self.units[0] == self.units[1],
+            colours: Colours::Diverging,
+            ..Image::default()
         }
     }
 }

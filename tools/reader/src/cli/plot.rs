@@ -25,9 +25,17 @@ Examples:
   percuss-read plot fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 -o stress.svg
   percuss-read plot fig5.mcap --topic /interface/stress --at-time 1,2,3 -o profiles.png
   percuss-read plot fig5.mcap --topic /field/stress --at-time 2.5 --range 0,3 -o field.png
+  percuss-read plot fig5.mcap --right contact_radius --right /velocity.displacement -o drag.pdf  two axes
+  percuss-read plot fig5.mcap --topic /drag,/velocity --field force,velocity -o both.pdf         a diagram for each unit
   percuss-read plot fig4.mcap --topic /field/stress --at z=0.05,0.1 --at-time 1 -o rows.svg      lines over r
+  percuss-read plot fig4.mcap --topic /field/stress --at r=0 -o axis.svg                         over z, last frame
   percuss-read plot fig4.mcap --topic /field/stress --at r=0,z=0.1 -o point.svg                  a point over time
-  percuss-read plot old.mcap new.mcap --topic /velocity --log y -o velocity.svg";
+  percuss-read plot fig5.mcap --map -o r-t.png                                                   stress over r and time
+  percuss-read plot fig5.mcap --map --topic /field/stress --at r=0 --range=-3,3 -o z-t.png       over z and time
+  percuss-read plot old.mcap new.mcap --topic /velocity --log y -o velocity.svg
+
+Without --field, a topic shows the fields that have the unit of its first. Quantities in SI units are drawn with the prefix
+that fits (µs, kN, MPa); --at, --at-time, --from, --to, --range and --x-range are in the unit of the recording, without it.";
 
 #[derive(Debug, Args)]
 #[command(after_help = PLOT_EXAMPLES)]
@@ -42,7 +50,7 @@ pub(super) struct PlotArguments {
     /// Logarithmic axes: x, y or xy
     #[arg(long, value_name = "AXES", value_parser = ["x", "y", "xy"])]
     log: Option<String>,
-    /// Output file, .svg or .png [default: text on standard output]
+    /// Output file, .svg, .pdf or .png [default: text on standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Overwrite an existing output file
@@ -52,7 +60,7 @@ pub(super) struct PlotArguments {
 
 /// What a file of this name is drawn as.
 pub(super) fn medium(output: &Path) -> Result<Medium, CliError> {
-    by_extension(output, &[("svg", Medium::Svg), ("png", Medium::Png)], None)
+    by_extension(output, &Medium::FILES, None)
 }
 
 /// What is drawn on standard output.

@@ -1,12 +1,14 @@
-//! `plot`: fields against time, arrays over their axis at chosen times, matrices as images.
+//! `plot`: fields against time, arrays over their axis at chosen times, matrices as images, arrays over place and time.
 
+mod axes;
 mod curves;
 mod frames;
+mod map;
 mod request;
 
 use std::path::PathBuf;
 
-use percuss_picture::{Medium, draw};
+use percuss_picture::{Medium, Panel, draw};
 
 use crate::{
     axis::Axis,
@@ -14,10 +16,14 @@ use crate::{
     messages::Recording,
     recording::Limits,
     select,
+    table::Heading,
 };
 
+use axes::{Line, panel, units};
 pub(crate) use curves::traces;
+use curves::{Lines, sides};
 use frames::at_times;
+use map::over_time;
 pub use request::{Drawn, PlotError, Request};
 
 /// Draws a picture.
@@ -32,6 +38,9 @@ pub fn plot(
     medium: Medium,
 ) -> Result<Drawn, PlotError> {
     let title = request.title.clone().unwrap_or_else(|| names(paths).join(", "));
+    if request.map {
+        return over_time(paths, request, limits, medium);
+    }
     if let Some(times) = &request.at_times {
         return at_times(paths, request, times, &title, limits, medium);
     }
@@ -42,11 +51,41 @@ pub fn plot(
         }
         return at_times(paths, request, &[], &title, limits, medium);
     }
-    let (mut panel, outcome) = traces(paths, request, limits)?;
-    panel.title = title;
-    let picture = draw(&[panel], medium).map_err(PlotError::Draw)?;
+    let (Lines { time, lines, outcome }, right) = sides(paths, request, limits)?;
+    let panels = panels(&time, lines, right, request, title)?;
+    let picture = draw(&panels, medium).map_err(PlotError::Draw)?;
     let Outcome { damages, undecoded, left_out, .. } = outcome;
     Ok(Drawn { picture, damages, undecoded, left_out })
+}
+
+/// Largest number of diagrams in a picture.
+const MAX_PANELS: usize = 12;
+
+/// A diagram for every unit, one below the other; curves of an axis at the right go into the first.
+fn panels(
+    time: &Heading,
+    lines: Vec<Line>,
+    mut right: Vec<Line>,
+    request: &Request,
+    title: String,
+) -> Result<Vec<Panel>, PlotError> {
+    let units = units(&lines);
+    if units.len() > MAX_PANELS {
+        let text = format!("the curves have {} different units; choose fields with --field", units.len());
+        return Err(PlotError::Unfit(text));
+    }
+    let mut groups: Vec<Vec<Line>> = units.iter().map(|_| Vec::new()).collect();
+    for line in lines {
+        if let Some(i) = units.iter().position(|unit| *unit == line.heading.unit) {
+            groups[i].push(line);
+        }
+    }
+    let mut panels: Vec<Panel> =
+        groups.into_iter().map(|group| panel(time, group, std::mem::take(&mut right), request)).collect();
+    if let Some(first) = panels.first_mut() {
+        first.title = title;
+    }
+    Ok(panels)
 }
 
 /// True if what is asked for is a matrix, whole or along lines, without a time: that of the last message is drawn.

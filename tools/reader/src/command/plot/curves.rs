@@ -1,13 +1,18 @@
 //! Fields against time, as curves.
 
-use std::{collections::BTreeSet, io, path::PathBuf};
+use std::{io, path::PathBuf};
 
 use percuss_picture::{Curve, Panel};
 
-use super::request::{PlotError, Request};
+use super::{
+    axes::{Line, common_label, keep_first_units, place_and_field, units},
+    request::{PlotError, Request},
+};
 use crate::{
     command::trace::{Align, Outcome, Request as Traced, trace},
     convention,
+    field::Selection,
+    messages::Recording,
     recording::{Budget, Limits},
     table::{Cell, Heading, Sink},
 };
@@ -52,12 +57,37 @@ impl Sink for Curves {
     }
 }
 
-/// Fields against time, without those that only count.
+/// Curves over an axis, and how reading them went.
+pub(super) struct Lines {
+    pub(super) time: Heading,
+    pub(super) lines: Vec<Line>,
+    pub(super) outcome: Outcome,
+}
+
+/// Fields against time, without those that only count, in the units of the recording.
 pub(crate) fn traces(
     paths: &[PathBuf],
     request: &Request,
     limits: Limits,
 ) -> Result<(Panel, Outcome), PlotError> {
+    let Lines { time, lines, outcome } = lines(paths, request, limits)?;
+    let (curves, headings): (Vec<Curve>, Vec<Heading>) =
+        lines.into_iter().map(|line| (line.curve, line.heading)).unzip();
+    let panel = Panel {
+        x_label: time.with_unit(),
+        y_label: common_label(&headings),
+        curves,
+        log_x: request.log.0,
+        log_y: request.log.1,
+        x_range: request.x_range,
+        y_range: request.range,
+        ..Panel::default()
+    };
+    Ok((panel, outcome))
+}
+
+/// Fields against time, without those that only count.
+fn lines(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Lines, PlotError> {
     let traced = Traced {
         topics: request.topics.clone(),
         selection: request.selection.clone(),
@@ -74,45 +104,78 @@ pub(crate) fn traces(
         let name = heading.name.rsplit([':', '.']).next().unwrap_or_default();
         all_chosen && matches!(name, convention::STEP | "log_time")
     };
-    let (mut curves, mut headings) = (Vec::new(), Vec::new());
-    for (curve, heading) in table.curves.into_iter().zip(&table.headings[1.min(table.headings.len())..]) {
-        if !is_counter(heading) && !curve.points.is_empty() {
-            curves.push(curve);
-            headings.push(heading.clone());
-        }
-    }
-    if curves.is_empty() {
+    let time = table.headings.first().cloned().unwrap_or_default();
+    let named = table.curves.into_iter().zip(table.headings.into_iter().skip(1));
+    let lines: Vec<Line> = named
+        .filter(|(curve, heading)| !is_counter(heading) && !curve.points.is_empty())
+        .map(|(curve, heading)| Line { curve, heading })
+        .collect();
+    if lines.is_empty() {
         let left_out: Vec<String> = outcome.left_out.iter().map(|error| format!("; {error}")).collect();
         let text = format!("no field of these topics holds numbers in this time{}", left_out.concat());
         return Err(PlotError::Nothing(text));
     }
-    let panel = Panel {
-        x_label: table.headings.first().map_or_else(String::new, Heading::with_unit),
-        y_label: common_label(&headings),
-        curves,
-        log_x: request.log.0,
-        log_y: request.log.1,
-        x_range: request.x_range,
-        y_range: request.range,
-        ..Panel::default()
-    };
-    Ok((panel, outcome))
+    Ok(Lines { time, lines, outcome })
 }
 
-/// Name and unit that all columns share, as far as they do.
-pub(super) fn common_label(headings: &[Heading]) -> String {
-    let base = |heading: &Heading| {
-        let name = heading.name.rsplit(':').next().unwrap_or_default().to_owned();
-        let name = name.split(['@', '[']).next().unwrap_or_default().to_owned();
-        name.rsplit(['/', '.']).next().unwrap_or_default().to_owned()
-    };
-    let names: BTreeSet<String> = headings.iter().map(base).collect();
-    let units: BTreeSet<Option<&String>> = headings.iter().map(|heading| heading.unit.as_ref()).collect();
-    let name =
-        if names.len() <= 3 { names.into_iter().collect::<Vec<_>>().join(", ") } else { "value".into() };
-    let units: Vec<&str> = units.into_iter().map(|unit| unit.map_or("1", String::as_str)).collect();
-    match units.as_slice() {
-        ["1"] => name,
-        units => format!("{name} [{}]", units.join(", ")),
+/// The curves of a picture: those of the axis at the left, of one unit per topic unless fields are named, and those of the
+/// axis at the right.
+pub(super) fn sides(
+    paths: &[PathBuf],
+    request: &Request,
+    limits: Limits,
+) -> Result<(Lines, Vec<Line>), PlotError> {
+    let mut left = lines(paths, request, limits)?;
+    let mut right = Vec::new();
+    for name in &request.right {
+        let found = on_the_right(paths, name, request, limits)?;
+        if let (Some(left), Some(right)) = (&left.time.unit, &found.time.unit)
+            && left != right
+        {
+            let text = format!("times are in {left}, those of `{name}` in {right}; draw them one by one");
+            return Err(PlotError::Unfit(text));
+        }
+        left.outcome.damages.extend(found.outcome.damages);
+        left.outcome.damages.dedup();
+        left.outcome.undecoded += found.outcome.undecoded;
+        right.extend(found.lines);
     }
+    if request.selection.fields.is_empty() {
+        // what is at the right is not at the left too
+        left.lines
+            .retain(|line| !request.right.iter().any(|name| name == place_and_field(&line.heading.name).1));
+        keep_first_units(&mut left.lines);
+    }
+    if left.lines.is_empty() {
+        let text = "no curve is left for the axis at the left; name one with --field";
+        return Err(PlotError::Unfit(text.into()));
+    }
+    if units(&right).len() > 1 {
+        let text = "the fields on the axis at the right have different units; choose those of one unit";
+        return Err(PlotError::Unfit(text.into()));
+    }
+    Ok((left, right))
+}
+
+/// A field of the chosen topics, or `topic.field`, for the axis at the right.
+fn on_the_right(
+    paths: &[PathBuf],
+    name: &str,
+    request: &Request,
+    limits: Limits,
+) -> Result<Lines, PlotError> {
+    let mut topics = request.topics.clone();
+    let mut field = name;
+    if let Some(path) = paths.first() {
+        let recording = Recording::open(path, limits)?;
+        let topic =
+            |topic: &'_ String| Some((topic.clone(), name.strip_prefix(topic.as_str())?.strip_prefix('.')?));
+        let found = recording.channels.values().filter_map(|channel| topic(&channel.topic));
+        if let Some((topic, rest)) = found.max_by_key(|(topic, _)| topic.len()) {
+            topics = vec![topic.parse().map_err(PlotError::Nothing)?];
+            field = rest;
+        }
+    }
+    let selection = Selection { fields: vec![field.to_owned()], at: Vec::new() };
+    lines(paths, &Request { topics, selection, ..request.clone() }, limits)
 }

@@ -2,10 +2,10 @@
 
 use std::{collections::BTreeSet, path::PathBuf};
 
-use percuss_picture::{Curve, Medium, Panel, draw, draw_image};
+use percuss_picture::{Curve, Image, Medium, Panel, draw, draw_image};
 
 use super::{
-    curves::common_label,
+    axes::{Line, Quantities, labelled, panel, time_label},
     request::{Drawn, PlotError, Request},
 };
 use crate::{
@@ -24,9 +24,16 @@ use crate::{
 
 /// Profiles and images at some times.
 struct Frames {
-    profiles: Vec<(String, Profile)>,
-    images: Vec<Slice>,
+    profiles: Vec<Named>,
+    images: Vec<(Slice, String)>,
     used: Used,
+}
+
+/// A profile, its file if there are several, and its time in words.
+struct Named {
+    file: String,
+    time: String,
+    profile: Profile,
 }
 
 /// Profiles, or an image, at some times.
@@ -105,12 +112,12 @@ impl Frames {
                     )));
                 }
                 if let Some(profile) = profile(channel, *leaf, moment) {
-                    self.profiles.push((file.to_owned(), profile));
+                    self.profiles.push(Named::new(file, channel, profile));
                 } else if axis.is_matrix() {
                     let slice = slice(channel, *leaf, moment).ok_or_else(|| misshapen(channel, moment))?;
                     let extent = extents.of(id, *leaf);
                     let slice = slice.whole(&extent, recording.limits()).ok_or_else(too_large)?;
-                    self.matrix(file, slice, &extent, selection.at.is_empty(), &fitting)?;
+                    self.matrix(file, channel, slice, &extent, &fitting)?;
                 }
             }
         }
@@ -121,24 +128,25 @@ impl Frames {
     fn matrix(
         &mut self,
         file: &str,
+        channel: &Channel,
         slice: Slice,
         extent: &Extent,
-        is_image: bool,
         at: &[&Positions],
     ) -> Result<(), SelectionError> {
-        if is_image {
-            self.images.push(slice);
+        if at.is_empty() {
+            let time = time_label(slice.time, channel.time_unit());
+            self.images.push((slice, time));
             return Ok(());
         }
         for at in at {
             let lines = lines(&slice, at, extent)?;
-            self.profiles.extend(lines.into_iter().map(|line| (file.to_owned(), line)));
+            self.profiles.extend(lines.into_iter().map(|line| Named::new(file, channel, line)));
         }
         Ok(())
     }
 
     fn draw(&self, request: &Request, title: &str, medium: Medium) -> Result<Vec<u8>, PlotError> {
-        let coordinates: BTreeSet<_> = self.profiles.iter().map(|(_, profile)| &profile.coordinate).collect();
+        let coordinates: BTreeSet<_> = self.profiles.iter().map(|named| &named.profile.coordinate).collect();
         if coordinates.len() > 1 {
             let names: Vec<&str> = coordinates.into_iter().map(String::as_str).collect();
             let text =
@@ -146,17 +154,17 @@ impl Frames {
             return Err(PlotError::Unfit(text));
         }
         match (self.profiles.as_slice(), self.images.as_slice()) {
-            ([], [image]) => image_of(image, request, medium),
+            ([], [(image, time)]) => image_of(image, time, request, medium),
             ([], []) => {
                 let text = "no array or matrix of numbers in these topics; choose others with --topic";
                 Err(PlotError::Nothing(text.into()))
             }
             ([], _) => Err(PlotError::Unfit("one image at a time: give one time and one topic".into())),
             (profiles, []) => {
-                let panel = profiles_panel(profiles, request, title);
-                draw(&[panel], medium).map_err(PlotError::Draw)
+                let panel = profiles_panel(profiles, request);
+                draw(&[Panel { title: title.into(), ..panel }], medium).map_err(PlotError::Draw)
             }
-            (_, [image, ..]) => Err(PlotError::Unfit(format!(
+            (_, [(image, _), ..]) => Err(PlotError::Unfit(format!(
                 "profiles and the image of `{}` do not go into one picture; draw them one by one",
                 image.topic
             ))),
@@ -164,12 +172,12 @@ impl Frames {
     }
 }
 
-fn misshapen(channel: &Channel, moment: &Moment) -> PlotError {
+pub(super) fn misshapen(channel: &Channel, moment: &Moment) -> PlotError {
     let (topic, time) = (&channel.topic, moment.time);
     PlotError::Unfit(format!("`{topic}` at time {time} has not as many elements as its rows and columns say"))
 }
 
-fn too_large() -> PlotError {
+pub(super) fn too_large() -> PlotError {
     PlotError::Unfit("the matrix with all its rows and columns is larger than --max-memory allows".into())
 }
 
@@ -186,48 +194,38 @@ fn lines(slice: &Slice, at: &Positions, extent: &Extent) -> Result<Vec<Profile>,
     Ok(lines)
 }
 
-fn image_of(image: &Slice, request: &Request, medium: Medium) -> Result<Vec<u8>, PlotError> {
+fn image_of(slice: &Slice, time: &str, request: &Request, medium: Medium) -> Result<Vec<u8>, PlotError> {
     if request.log != (false, false) || request.x_range.is_some() {
         return Err(PlotError::Unfit("--log and --x-range are for curves, not for an image".into()));
     }
-    let mut image = image.image();
-    if let Some(title) = &request.title {
-        image.title.clone_from(title);
-    }
-    draw_image(&image, request.range, medium).map_err(PlotError::Draw)
-}
-
-fn profiles_panel(profiles: &[(String, Profile)], request: &Request, title: &str) -> Panel {
-    let names: BTreeSet<&str> = profiles.iter().map(|(_, profile)| profile.name.as_str()).collect();
-    let curve = |(file, profile): &(String, Profile)| {
-        let field = if names.len() > 1 { format!("{}, ", profile.name) } else { String::new() };
-        Curve {
-            name: format!("{file}{field}time {:.6}", Round(profile.time)),
-            points: profile.points.clone(),
-            dashed: false,
-            colour: None,
-        }
+    let title = request.title.clone().unwrap_or_else(|| format!("{} at {time}", slice.topic));
+    let coordinate = |i: usize| Heading {
+        name: slice.coordinates[i].clone(),
+        unit: slice.units[i].clone(),
+        ..Heading::default()
     };
-    let headings: Vec<Heading> = profiles.iter().map(|(_, profile)| profile.heading()).collect();
-    let x = profiles.first().map(|(_, profile)| profile.axis_heading().with_unit());
-    Panel {
-        title: title.into(),
-        x_label: x.unwrap_or_default(),
-        y_label: common_label(&headings),
-        curves: profiles.iter().map(curve).collect(),
-        log_x: request.log.0,
-        log_y: request.log.1,
-        x_range: request.x_range,
-        y_range: request.range,
+    let quantities = Quantities { rows: coordinate(0), columns: coordinate(1), values: slice.heading() };
+    let (image, range) = labelled(Image { title, ..slice.image() }, &quantities, request.range);
+    draw_image(&image, range, medium).map_err(PlotError::Draw)
+}
+
+impl Named {
+    fn new(file: &str, channel: &Channel, profile: Profile) -> Self {
+        Self { file: file.to_owned(), time: time_label(profile.time, channel.time_unit()), profile }
     }
 }
 
-/// A number to six digits, without the zeros at the end.
-struct Round(f64);
-
-impl std::fmt::Display for Round {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let text = format!("{:.6}", self.0);
-        f.write_str(if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text })
-    }
+fn profiles_panel(profiles: &[Named], request: &Request) -> Panel {
+    let names: BTreeSet<&str> = profiles.iter().map(|named| named.profile.name.as_str()).collect();
+    let line = |Named { file, time, profile }: &Named| {
+        let field = if names.len() > 1 { format!("{}, ", profile.name) } else { String::new() };
+        let curve = Curve {
+            name: format!("{file}{field}{time}"),
+            points: profile.points.clone(),
+            ..Curve::default()
+        };
+        Line { curve, heading: profile.heading() }
+    };
+    let x = profiles.first().map(|named| named.profile.axis_heading()).unwrap_or_default();
+    panel(&x, profiles.iter().map(line).collect(), Vec::new(), request)
 }

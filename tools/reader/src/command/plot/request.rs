@@ -21,7 +21,16 @@ pub struct Request {
     /// Fields and positions.
     #[arg(skip)]
     pub selection: Selection,
-    /// Times: arrays over their axis, or a matrix as an image, at the nearest messages
+    /// Fields on an axis at the right, of the chosen topics or of another: FIELD or TOPIC.FIELD; may be repeated
+    #[arg(long, value_name = "FIELD")]
+    #[arg(conflicts_with_all = ["at_times", "map"])]
+    pub right: Vec<String>,
+    /// An array over its axis and over time, as an image; a matrix along a line, --at r=0 or --at z=0.5. Of each cell the
+    /// nearest message and the nearest element are drawn, zero where a message leaves them out
+    #[arg(long, conflicts_with_all = ["at_times", "every"])]
+    pub map: bool,
+    /// Times: arrays over their axis, or a matrix as an image, at the nearest messages; in the unit of the recording,
+    /// whatever prefix the picture has
     #[arg(long = "at-time", value_name = "T", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite_time)]
     #[arg(conflicts_with_all = ["from", "to", "every"])]
     pub at_times: Option<Vec<f64>>,
@@ -31,10 +40,10 @@ pub struct Request {
     /// Logarithmic axes, horizontal and vertical.
     #[arg(skip)]
     pub log: (bool, bool),
-    /// Ends of the vertical axis, or of the colours of an image: LOW,HIGH
+    /// Ends of the vertical axis, or of the colours of an image, in the unit of the recording: LOW,HIGH
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     pub range: Option<(f64, f64)>,
-    /// Ends of the horizontal axis: LOW,HIGH
+    /// Ends of the horizontal axis, in the unit of the recording: LOW,HIGH
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     pub x_range: Option<(f64, f64)>,
     /// Title [default: the names of the files]

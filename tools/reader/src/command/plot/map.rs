@@ -1,0 +1,356 @@
+//! An array over its axis and over time, as an image.
+
+use std::path::PathBuf;
+
+use percuss_picture::{Colours, Image, Medium, Side, draw_image};
+
+use super::{
+    axes::{Quantities, labelled},
+    frames::{misshapen, too_large},
+    request::{Drawn, PlotError, Request},
+};
+use crate::{
+    axis::Axis,
+    channel::Channel,
+    convention,
+    extent::{Extent, Extents, Reach},
+    field::{Positions, SelectionError},
+    messages::Recording,
+    recording::{Budget, Damage, Limits, OpenError},
+    select,
+    slice::{Moment, profile, slice},
+    table::Heading,
+    wire::Layout,
+};
+
+/// Places and times of a map at most.
+const MAX_CELLS: (usize, usize) = (220, 320);
+
+/// An array over place and time.
+///
+/// Every cell shows the nearest message and its nearest element, none is averaged; what a message leaves out is zero.
+pub(super) fn over_time(
+    paths: &[PathBuf],
+    request: &Request,
+    limits: Limits,
+    medium: Medium,
+) -> Result<Drawn, PlotError> {
+    let [path] = paths else {
+        return Err(PlotError::Unfit("--map draws one recording; give one file".into()));
+    };
+    if request.log != (false, false) || request.x_range.is_some() {
+        let text = "--log and --x-range are for curves; --from and --to choose the times of a map";
+        return Err(PlotError::Unfit(text.into()));
+    }
+    let recording = Recording::open(path, limits)?;
+    let default = [convention::INTERFACE.parse().expect("a plain topic")];
+    let topics = if request.topics.is_empty() { &default[..] } else { &request.topics };
+    let [id] = select::channels(&recording, topics)?[..] else {
+        return Err(PlotError::Unfit("--map draws one topic; choose it with --topic".into()));
+    };
+    let channel = &recording.channels[&id];
+    let array = Array::choose(&recording, id, request)?;
+    let times = array.times(request)?;
+    let room = array.places.length.saturating_mul(times.len()).saturating_mul(size_of::<f64>());
+    if !Budget::new(limits.kept()).spend(room) {
+        return Err(too_large());
+    }
+    let taken = array.take(&times)?;
+    let (image, range) = array.image(channel, &times, taken.columns, request);
+    let picture = draw_image(&image, range, medium).map_err(PlotError::Draw)?;
+    let damages = taken.damages.into_iter().map(|damage| (path.clone(), damage)).collect();
+    Ok(Drawn { picture, damages, undecoded: taken.undecoded, left_out: Vec::new() })
+}
+
+/// The array that is drawn.
+struct Array<'a> {
+    recording: &'a Recording,
+    id: u16,
+    leaf: usize,
+    axis: Axis,
+    extent: Extent,
+    /// The line through a matrix: its coordinate and the position on that.
+    line: Option<(String, f64)>,
+    /// Name of the coordinate of its places.
+    coordinate: String,
+    /// Where it is drawn.
+    places: Side,
+}
+
+/// Columns of a map, one for every time, and how reading them went.
+struct Taken {
+    columns: Vec<Option<Vec<f64>>>,
+    damages: Vec<Damage>,
+    undecoded: u64,
+}
+
+impl<'a> Array<'a> {
+    fn choose(recording: &'a Recording, id: u16, request: &Request) -> Result<Self, PlotError> {
+        let channel = &recording.channels[&id];
+        let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::NotProtobuf {
+            topic: channel.topic.clone(),
+            encoding: channel.encoding.clone(),
+            schema: channel.schema.clone(),
+        })?;
+        let leaf = leaf(channel, layout, &request.selection.fields)?;
+        let axis = Axis::of(leaf, layout, channel);
+        let extent = Extents::read(recording, &[id])?.of(id, leaf);
+        let name = &layout.leaves[leaf].path;
+        let (line, along, coordinate) = match (&axis, request.selection.at.as_slice()) {
+            (Axis::Matrix { coordinates, .. }, at) => {
+                let (line, across) = line(name, coordinates, at)?;
+                if let Some(reach) = extent.reaches.get(across) {
+                    SelectionError::check(reach, &channel.topic, name, &line.0, &[line.1])?;
+                }
+                (Some(line), 1 - across, coordinates[1 - across].clone())
+            }
+            (axis, []) => (None, 0, axis.coordinate().to_owned()),
+            (_, [at, ..]) => {
+                let text =
+                    format!("`{name}` is drawn over its whole axis; leave out --at {at}, or leave out --map");
+                return Err(PlotError::Unfit(text));
+            }
+        };
+        let reach = match &axis {
+            Axis::Listed(positions) => Reach::listed(positions),
+            _ => extent.reaches.get(along).copied(),
+        };
+        let places = reach.and_then(places).ok_or_else(|| {
+            PlotError::Nothing(format!("`{name}` of `{}` has no places along its axis", channel.topic))
+        })?;
+        Ok(Self { recording, id, leaf, axis, extent, line, coordinate, places })
+    }
+
+    fn channel(&self) -> &'a Channel {
+        &self.recording.channels[&self.id]
+    }
+
+    /// Numbers of the messages nearest to times evenly between the first and the last, and those times.
+    fn times(&self, request: &Request) -> Result<Vec<(u64, f64)>, PlotError> {
+        let (channel, recording) = (self.channel(), self.recording);
+        let mut budget = Budget::new(recording.limits().kept());
+        let (mut known, mut number) = (Vec::<(f64, u64)>::new(), 0);
+        let mut messages = recording.messages([self.id], None)?;
+        messages.for_each(|message| {
+            let time = channel.time_of(message.data, message.log_time);
+            if request.window.holds(time) && time.is_finite() {
+                // a list grows to twice its length
+                if !budget.spend(2 * size_of::<(f64, u64)>()) {
+                    return Err(OpenError::Memory {
+                        path: recording.path.clone(),
+                        what: "the times of the messages",
+                    });
+                }
+                known.push((time, number));
+            }
+            number += 1;
+            Ok(())
+        })?;
+        known.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (Some(first), Some(last)) = (known.first(), known.last()) else {
+            let text = format!("`{}` has no messages in this time", channel.topic);
+            return Err(PlotError::Nothing(text));
+        };
+        let count = known.len().min(MAX_CELLS.1);
+        let step = (last.0 - first.0) / (count.max(2) - 1) as f64;
+        if step <= 0.0 {
+            let text = format!("`{}` has messages at one time only; draw them with --at-time", channel.topic);
+            return Err(PlotError::Unfit(text));
+        }
+        let nearest = |i: usize| {
+            let time = first.0 + i as f64 * step;
+            let next = known.partition_point(|(known, _)| *known < time).min(known.len() - 1);
+            let before = next.saturating_sub(1);
+            let is_nearer = (known[before].0 - time).abs() <= (known[next].0 - time).abs();
+            (known[if is_nearer { before } else { next }].1, time)
+        };
+        Ok((0..count).map(nearest).collect())
+    }
+
+    /// The columns of a map: messages by their numbers.
+    fn take(&self, times: &[(u64, f64)]) -> Result<Taken, PlotError> {
+        let channel = self.channel();
+        let layout = channel.layout.as_deref();
+        let mut messages = self.recording.messages([self.id], None)?;
+        let mut taken = Taken { columns: vec![None; times.len()], damages: Vec::new(), undecoded: 0 };
+        let mut number = 0;
+        messages.for_each(|message| -> Result<(), PlotError> {
+            number += 1;
+            let wanted: Vec<usize> = (0..times.len()).filter(|&i| times[i].0 == number - 1).collect();
+            let Some(layout) = layout.filter(|_| !wanted.is_empty()) else { return Ok(()) };
+            let mut values = layout.values();
+            if layout.decode(message.data, &mut values).is_err() {
+                taken.undecoded += 1;
+                return Ok(());
+            }
+            let time = channel.time_of(message.data, message.log_time);
+            let column = self.column(&Moment { time, values })?;
+            wanted.into_iter().for_each(|i| taken.columns[i] = Some(column.clone()));
+            Ok(())
+        })?;
+        taken.damages = messages.damages().to_vec();
+        Ok(taken)
+    }
+
+    /// The array at one time at all places.
+    fn column(&self, moment: &Moment) -> Result<Vec<f64>, PlotError> {
+        let channel = self.channel();
+        let points = match &self.line {
+            None => profile(channel, self.leaf, moment).map(|profile| profile.points),
+            Some((name, position)) => {
+                let slice = slice(channel, self.leaf, moment).ok_or_else(|| misshapen(channel, moment))?;
+                let whole = slice.whole(&self.extent, self.recording.limits()).ok_or_else(too_large)?;
+                whole.line(name, *position).map(|line| line.points)
+            }
+        };
+        let points = points.unwrap_or_default();
+        let step = match points.as_slice() {
+            [first, second, ..] => second.0 - first.0,
+            _ => self.extent.reaches.first().map_or(0.0, |reach| reach.side.step),
+        };
+        // of listed positions the outermost hold up to the ends
+        let reach =
+            if matches!(self.axis, Axis::Listed(_)) { f64::INFINITY } else { 0.5 * step * (1.0 + 1e-9) };
+        Ok((0..self.places.length).map(|i| nearest(&points, self.places.at(i), reach)).collect())
+    }
+
+    fn image(
+        &self,
+        channel: &Channel,
+        times: &[(u64, f64)],
+        columns: Vec<Option<Vec<f64>>>,
+        request: &Request,
+    ) -> (Image, Option<(f64, f64)>) {
+        let count = times.len();
+        let start = times.first().map_or(0.0, |(_, time)| *time);
+        let step = times.last().map_or(1.0, |(_, last)| (last - start) / (count.max(2) - 1) as f64);
+        let mut values = vec![f64::NAN; self.places.length * count];
+        for (i, column) in columns.into_iter().enumerate() {
+            for (j, value) in column.into_iter().flatten().enumerate() {
+                values[j * count + i] = value;
+            }
+        }
+        let path = channel.layout.as_deref().map_or("", |layout| &layout.leaves[self.leaf].path);
+        let place =
+            self.line.as_ref().map_or(String::new(), |(name, position)| format!(" at {name}={position}"));
+        let heading = |name: &str, unit: Option<&str>| Heading {
+            name: name.into(),
+            unit: unit.map(str::to_owned),
+            ..Heading::default()
+        };
+        // fields of matrices are called by their topic
+        let name = channel.topic.rsplit('/').next().filter(|_| path == "values").unwrap_or(path);
+        let unit = channel.unit(&format!("{}0", self.coordinate)).or_else(|| channel.unit(&self.coordinate));
+        let quantities = Quantities {
+            rows: heading(&self.coordinate, unit),
+            columns: heading(
+                if channel.has_time() { convention::TIME } else { "log_time" },
+                channel.time_unit(),
+            ),
+            values: heading(name, channel.unit(path)),
+        };
+        let image = Image {
+            title: request.title.clone().unwrap_or_else(|| format!("{}{place}", channel.topic)),
+            rows: self.places,
+            columns: Side { start, step, length: count },
+            values,
+            // as in a section, its rows go down
+            upward: !matches!(&self.axis, Axis::Matrix { coordinates, .. } if coordinates[0] == self.coordinate),
+            colours: Colours::Diverging,
+            ..Image::default()
+        };
+        labelled(image, &quantities, request.range)
+    }
+}
+
+/// The array of a channel that is drawn: the one that is named, or the first with an axis.
+fn leaf(channel: &Channel, layout: &Layout, fields: &[String]) -> Result<usize, PlotError> {
+    let has_axis = |leaf: &usize| {
+        let field = &layout.leaves[*leaf];
+        field.is_data() && field.kind.is_number() && Axis::of(*leaf, layout, channel) != Axis::Unknown
+    };
+    let topic = &channel.topic;
+    match fields {
+        [] => (0..layout.leaves.len()).find(has_axis).ok_or_else(|| {
+            PlotError::Nothing(format!(
+                "`{topic}` has no array with an axis; choose another topic with --topic"
+            ))
+        }),
+        [name] => {
+            let leaf = layout.find(name).filter(|&leaf| layout.leaves[leaf].is_data());
+            let leaf = leaf.ok_or_else(|| SelectionError::unknown_field(channel, name))?;
+            Some(leaf).filter(has_axis).ok_or_else(|| {
+                PlotError::Unfit(format!(
+                    "`{name}` of `{topic}` is no array with an axis; draw it without --map"
+                ))
+            })
+        }
+        _ => Err(PlotError::Unfit("--map draws one array; name one with --field".into())),
+    }
+}
+
+/// The one line through a matrix that is drawn, and the number of the coordinate that it fixes.
+fn line(
+    name: &str,
+    coordinates: &[String; 2],
+    at: &[Positions],
+) -> Result<((String, f64), usize), PlotError> {
+    if let [Positions { coordinates: chosen }] = at
+        && let [(coordinate, positions)] = chosen.as_slice()
+        && let ([position], Some(across)) =
+            (positions.as_slice(), coordinates.iter().position(|known| known == coordinate))
+    {
+        return Ok(((coordinate.clone(), *position), across));
+    }
+    let [rows, columns] = coordinates;
+    Err(PlotError::Unfit(format!(
+        "`{name}` is a matrix; choose one line of it, as in --at {columns}=0 or --at {rows}=0.5"
+    )))
+}
+
+/// The places where an array is drawn: all of its elements, or fewer evenly over its reach.
+fn places(reach: Reach) -> Option<Side> {
+    let length = reach.side.length.min(MAX_CELLS.0);
+    let step = (reach.high - reach.low) / length as f64;
+    (length > 0 && step > 0.0 && step.is_finite()).then(|| Side {
+        start: reach.low + 0.5 * step,
+        step,
+        length,
+    })
+}
+
+/// The value of the point nearest to a place; 0 if none is within reach.
+fn nearest(points: &[(f64, f64)], place: f64, reach: f64) -> f64 {
+    let next = points.partition_point(|point| point.0 < place);
+    let around = [next.checked_sub(1), Some(next)].into_iter().flatten().filter_map(|i| points.get(i));
+    let distance = |point: &&(f64, f64)| (point.0 - place).abs();
+    let found = around.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    found.filter(|point| distance(point) <= reach).map_or(0.0, |point| point.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_point_counts_and_none_is_zero() {
+        let points = [(0.5, 1.0), (1.5, 2.0), (2.5, 3.0)];
+        for (place, value) in [(0.0, 1.0), (0.9, 1.0), (1.1, 2.0), (3.0, 3.0), (3.1, 0.0), (-0.1, 0.0)] {
+            assert_eq!(nearest(&points, place, 0.5), value, "{place}");
+        }
+        assert_eq!(nearest(&[], 1.0, 0.5), 0.0);
+    }
+
+    #[test]
+    fn places_are_those_of_the_elements_unless_there_are_too_many() {
+        let side = Side { start: 0.05, step: 0.1, length: 10 };
+        let reach =
+            |length: usize| Reach { low: 0.0, high: 0.1 * length as f64, side: Side { length, ..side } };
+        let all = places(reach(10)).expect("places");
+        assert!((all.at(9) - side.at(9)).abs() < 1e-12 && all.length == 10);
+        let some = places(reach(1000)).expect("places");
+        assert_eq!(some.length, MAX_CELLS.0);
+        assert!((some.at(MAX_CELLS.0) - some.step / 2.0 - 100.0).abs() < 1e-9);
+        assert_eq!(places(reach(0)), None);
+    }
+}

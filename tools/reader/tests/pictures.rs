@@ -1,0 +1,150 @@
+//! Pictures: which quantities share an axis, units with prefixes, maps over place and time.
+
+mod desk;
+mod forge;
+
+use std::fs;
+
+use desk::Desk;
+use forge::{Forged, forge, plain};
+use prost_reflect::Value;
+
+/// A folder with a recording `a.mcap`.
+fn desk_of(recording: &Forged) -> Desk {
+    Desk::new(&[("a.mcap", recording.write(plain()))])
+}
+
+/// The texts of an SVG that a request draws.
+fn texts(desk: &Desk, more: &[&str]) -> Vec<String> {
+    desk.text(0, &[&["plot", "a.mcap", "-o", "p.svg", "--force"], more].concat());
+    let svg = fs::read_to_string(desk.path("p.svg")).expect("a picture");
+    svg.split("<title>").skip(1).filter_map(|rest| Some(rest.split_once("</title>")?.0.to_owned())).collect()
+}
+
+/// True if all of some texts are among others.
+fn have(texts: &[String], expected: &[&str]) -> bool {
+    expected.iter().all(|text| texts.iter().any(|known| known == text))
+}
+
+#[test]
+fn a_topic_shows_one_quantity_unless_more_are_named() {
+    let desk = desk_of(&forge(60, 1));
+    let bare = texts(&desk, &["--topic", "/scalar"]);
+    assert!(have(&bare, &["force [N]", "time [ms]"]) && !have(&bare, &["load"]), "{bare:?}");
+    let named = texts(&desk, &["--topic", "/scalar", "--field", "force,load"]);
+    assert!(have(&named, &["force [N]", "load"]), "{named:?}");
+    assert_eq!(named.iter().filter(|text| *text == "time [ms]").count(), 2, "two diagrams: {named:?}");
+}
+
+#[test]
+fn fields_of_any_topic_go_to_the_right() {
+    let desk = desk_of(&forge(60, 1));
+    let own = texts(&desk, &["--topic", "/scalar", "--right", "load"]);
+    assert!(have(&own, &["force [N]", "load", "force", "load (right)"]), "{own:?}");
+    let other = texts(&desk, &["--topic", "/scalar", "--right", "/profile.p@r=0.1,0.2"]);
+    assert!(have(&other, &["force [N]", "p [Pa]", "p@r=0.1 (right)", "p@r=0.2 (right)"]), "{other:?}");
+    let refused = |more: &[&str], part: &str| {
+        let error = desk.error(2, &[&["plot", "a.mcap", "--topic", "/scalar"], more].concat());
+        assert!(error.contains(part), "{error}");
+    };
+    refused(&["--right", "load", "--right", "/profile.p@r=0.1"], "different units");
+    refused(&["--right", "weight"], "`weight`");
+    refused(&["--right", "load", "--at-time", "0.1"], "--at-time");
+}
+
+/// The recording with forces of meganewtons and times of nanoseconds.
+fn physical() -> Forged {
+    let mut recording = forge(60, 1);
+    for (_, message) in &mut recording.channel("/scalar").messages {
+        for (field, factor) in [("force", 1e6), ("time", 1e-6)] {
+            let value = message.get_field_by_name(field).and_then(|value| value.as_f64()).expect("a number");
+            message.set_field_by_name(field, Value::F64(value * factor));
+        }
+    }
+    recording
+}
+
+#[test]
+fn axes_have_prefixes_and_arguments_have_none() {
+    let desk = desk_of(&physical());
+    let whole = texts(&desk, &["--topic", "/scalar"]);
+    assert!(have(&whole, &["force [MN]", "time [ns]"]), "{whole:?}");
+    let cut = texts(&desk, &["--topic", "/scalar", "--range", "0,5e3", "--x-range", "0,2e-9"]);
+    assert!(have(&cut, &["force [kN]", "time [ns]", "5", "2"]), "{cut:?}");
+    let drawn = desk.text(0, &["plot", "a.mcap", "--topic", "/scalar"]);
+    let labels: Vec<&str> = drawn.lines().skip(1).take(1).collect();
+    assert_eq!(labels, ["force [MN]"], "{drawn}");
+}
+
+/// A profile of ones that grows from 12 to 14 elements, and matrices of the numbers of their rows.
+fn plateau() -> Forged {
+    let mut recording = forge(60, 1);
+    for (step, (_, message)) in (0..).zip(&mut recording.channel("/profile").messages) {
+        let ones = (0..12 + step / 20).map(|_| Value::F64(1.0)).collect();
+        message.set_field_by_name("p", Value::List(ones));
+    }
+    for (_, message) in &mut recording.channel("/slice").messages {
+        let rows = (0..24_u8).map(|i| Value::F32(f32::from(i / 6))).collect();
+        message.set_field_by_name("values", Value::List(rows));
+    }
+    recording
+}
+
+#[test]
+fn a_map_shows_an_array_over_place_and_time() {
+    let desk = desk_of(&plateau());
+    let profile = texts(&desk, &["--topic", "/profile", "--map"]);
+    assert!(have(&profile, &["/profile", "r [mm]", "time", "p [Pa]", "1"]), "{profile:?}");
+    // what a message leaves out is zero: the two outermost places, at the top, begin later
+    let shades = |more: &[&str]| {
+        let drawn = desk.text(0, &[&["plot", "a.mcap", "--map", "--topic"], more].concat());
+        let row = |line: &str| Some(line.split_once('│')?.1.trim_end_matches('│').to_owned());
+        drawn.lines().filter_map(row).collect::<Vec<String>>()
+    };
+    let rows = shades(&["/profile"]);
+    let starts: Vec<Option<usize>> =
+        rows.iter().map(|row| row.chars().position(|shade| shade == '█')).collect();
+    let mut expected = vec![Some(40), Some(20)];
+    expected.extend([Some(0); 12]);
+    assert_eq!(starts, expected, "{rows:?}");
+    // rows of a matrix go down, as in a section
+    let slice = texts(&desk, &["--topic", "/slice", "--map", "--at", "r=0"]);
+    assert!(have(&slice, &["/slice at r=0", "z", "slice [Pa]", "3"]), "{slice:?}");
+    let rows = shades(&["/slice", "--at", "r=0"]);
+    let firsts: Vec<Option<char>> = rows.iter().map(|row| row.chars().next()).collect();
+    assert_eq!(firsts, [Some(' '), Some('░'), Some('▓'), Some('█')], "{rows:?}");
+}
+
+#[test]
+fn maps_that_cannot_be_drawn_are_refused() {
+    let desk = desk_of(&plateau());
+    for (more, part) in [
+        (&["--topic", "/slice"] as &[&str], "--at r=0"),
+        (&["--topic", "/slice", "--at", "r=0,1"], "--at r=0"),
+        (&["--topic", "/slice", "--at", "r=9"], "r=9"),
+        (&["--topic", "/profile", "--at", "r=0.1"], "leave out --at"),
+        (&["--topic", "/profile", "--from", "99"], "no messages"),
+        (&["--topic", "/profile", "--from", "0.1", "--to", "0.1"], "one time only"),
+        (&["--topic", "/profile", "--field", "weight"], "weight"),
+        (&["--topic", "/profile,/slice"], "one topic"),
+        (&["--topic", "/scalar"], "no array with an axis"),
+        (&["--topic", "/profile", "--at-time", "0.1"], "--at-time"),
+        (&["--topic", "/profile", "a.mcap"], "one recording"),
+    ] {
+        let error = desk.error(2, &[&["plot", "a.mcap", "--map", "-o", "p.svg"], more].concat());
+        assert!(error.contains(part), "{more:?}: {error}");
+    }
+    assert!(!desk.path("p.svg").exists());
+}
+
+#[test]
+fn documents_repeat_byte_for_byte() {
+    let desk = desk_of(&forge(60, 1));
+    for name in ["a.pdf", "b.pdf"] {
+        desk.text(0, &["plot", "a.mcap", "--topic", "/scalar", "-o", name]);
+    }
+    let [a, b] = ["a.pdf", "b.pdf"].map(|name| fs::read(desk.path(name)).expect("a document"));
+    assert!(a.starts_with(b"%PDF-") && a == b);
+    // without the whole font
+    assert!(a.len() < 100_000, "{}", a.len());
+}
