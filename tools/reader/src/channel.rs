@@ -18,7 +18,7 @@ pub struct Channel {
     pub encoding: String,
     /// Metadata: units, meanings, axes.
     pub metadata: BTreeMap<String, String>,
-    /// Type of the messages, if they are protobuf and the schema is sound.
+    /// Type of the messages, if they are protobuf with a sound schema, or JSON.
     pub layout: Option<Arc<Layout>>,
     /// Number of messages.
     pub count: u64,

@@ -3,6 +3,7 @@
 //! Where the file has a sound summary, [`Recording::open`] reads nothing else, and [`Recording::messages`] reads only
 //! the chunks that hold what is asked for. Otherwise both read the whole file.
 
+mod json;
 mod open;
 
 pub(crate) use open::widen;

@@ -199,7 +199,7 @@ pub enum SelectionError {
     },
     /// The messages cannot be decoded.
     #[error(
-        "messages of `{topic}` are {encoding} with schema `{schema}`; only protobuf with a sound schema is read"
+        "messages of `{topic}` are {encoding} with schema `{schema}`; only protobuf with a sound schema and JSON are read"
     )]
     NotProtobuf {
         /// Topic.
