@@ -5,7 +5,11 @@ use std::{
     sync::Arc,
 };
 
-use crate::{convention, recording::seconds, wire::Layout};
+use crate::{
+    convention,
+    recording::{seconds, seconds_since},
+    wire::Layout,
+};
 
 /// A channel.
 #[derive(Clone, Debug)]
@@ -20,6 +24,8 @@ pub struct Channel {
     pub metadata: BTreeMap<String, String>,
     /// Type of the messages, if they are protobuf with a sound schema, or JSON.
     pub layout: Option<Arc<Layout>>,
+    /// Log time that counts as 0 \[ns\]: the first of the recording where log times are dates, else 0.
+    pub origin: u64,
     /// Number of messages.
     pub count: u64,
     /// First and last log time \[ns\].
@@ -48,6 +54,12 @@ impl Channel {
     pub fn time_of(&self, bytes: &[u8], log_time: u64) -> f64 {
         let time = self.layout.as_ref().and_then(|layout| layout.peek(self.time_leaf()?, bytes));
         time.unwrap_or_else(|| seconds(log_time))
+    }
+
+    /// Time of a message: its field `time`, else the time from the origin to its log time in seconds.
+    pub fn time_since_origin(&self, bytes: &[u8], log_time: u64) -> f64 {
+        let time = self.layout.as_ref().and_then(|layout| layout.peek(self.time_leaf()?, bytes));
+        time.unwrap_or_else(|| seconds_since(log_time, self.origin))
     }
 
     /// True if messages have a field `time`.

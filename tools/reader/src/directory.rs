@@ -133,6 +133,7 @@ impl Directory {
             encoding: channel.message_encoding.clone(),
             metadata: channel.metadata.clone(),
             layout,
+            origin: 0,
             count: 0,
             span: None,
         };

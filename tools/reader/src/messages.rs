@@ -93,6 +93,20 @@ impl Recording {
         self.limits
     }
 
+    /// First log time \[ns\], where log times are dates: later than any recording that counts from 0 lasts.
+    pub fn start_date(&self) -> Option<u64> {
+        /// A year \[ns\].
+        const YEAR: u64 = 365 * 86_400 * 1_000_000_000;
+        self.span.map(|span| span.0).filter(|start| *start >= YEAR)
+    }
+
+    /// Lets the log times of channels whose messages have no time of their own count from an origin \[ns\].
+    pub fn count_from(&mut self, origin: u64) {
+        for channel in self.channels.values_mut().filter(|channel| !channel.has_time()) {
+            channel.origin = origin;
+        }
+    }
+
     /// Entries of a metadata record.
     pub fn entries(&self, name: &str) -> Option<&BTreeMap<String, String>> {
         self.metadata.iter().rev().find(|record| record.name == name).map(|record| &record.entries)

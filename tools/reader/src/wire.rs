@@ -21,6 +21,7 @@ pub(crate) mod json;
 mod layout;
 mod list;
 pub(crate) mod schema;
+mod stamp;
 
 use prost_reflect::{EnumDescriptor, Kind};
 

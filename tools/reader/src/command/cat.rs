@@ -24,7 +24,7 @@ pub struct Request {
     /// Topics, separated by commas; `*` stands for anything [default: all]
     #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
     pub topics: Vec<Pattern>,
-    /// Times, of the field `time` or the log time in seconds, and every n-th message of each topic.
+    /// Times, of the field `time`, or of the log time in seconds from the start of the recording, and every n-th message of each topic.
     #[command(flatten)]
     pub window: Window,
     /// Keep reading a recording that is still being written, until it is finished
@@ -74,7 +74,7 @@ pub fn cat(
     loop {
         messages.for_each(|message| {
             let channel = &recording.channels[&message.channel];
-            if !request.window.holds(channel.time_of(message.data, message.log_time)) {
+            if !request.window.holds(channel.time_since_origin(message.data, message.log_time)) {
                 return Ok(());
             }
             let count = seen.entry(message.channel).or_default();

@@ -60,6 +60,7 @@ impl Recording {
         let json = directory.take_json();
         recording.channels = directory.into_channels();
         recording.learn_json(json)?;
+        recording.count_from(recording.start_date().unwrap_or(0));
         recording.complete = scan.is_complete() && recording.refused.is_empty();
         recording.damages = [scan.damages(), &recording.refused].concat();
         Ok(recording)
@@ -114,6 +115,7 @@ impl Recording {
             .then_some((statistics.message_start_time, statistics.message_end_time));
         self.from_index = true;
         self.learn_json(json)?;
+        self.count_from(self.start_date().unwrap_or(0));
         self.damages.clone_from(&self.refused);
         Ok(Some(self))
     }

@@ -6,8 +6,9 @@ use percuss_picture::{Curve, Panel};
 
 use super::request::{PlotError, Request};
 use crate::{
-    command::trace::{Align, Outcome, Request as Traced, trace},
+    command::trace::{Outcome, Request as Traced, trace},
     convention,
+    field::Selection,
     recording::{Budget, Limits},
     table::{Cell, Heading, Sink},
 };
@@ -60,11 +61,10 @@ pub(crate) fn traces(
 ) -> Result<(Panel, Outcome), PlotError> {
     let traced = Traced {
         topics: request.topics.clone(),
-        selection: request.selection.clone(),
+        selection: Selection { for_curves: true, ..request.selection.clone() },
         window: request.window,
-        align: Align::Exact,
-        stack: false,
-        follow: false,
+        epoch: request.epoch,
+        ..Traced::default()
     };
     let budget = Budget::new(limits.kept());
     let mut table = Curves { headings: Vec::new(), curves: Vec::new(), budget };
