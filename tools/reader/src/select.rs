@@ -109,8 +109,8 @@ fn known(recording: &Recording) -> String {
 }
 
 /// Ids of the channels whose topics fit any of the patterns; if there are none, the channel that says most without being
-/// asked for: the drag of percuss, else the first in the order of the file with messages that hold numbers, apart from
-/// those that only say when, else the first that is decoded.
+/// asked for: the drag of percuss, else the first in the order of the file with messages that hold floating-point numbers,
+/// else other numbers, apart from those that only say when, else the first that is decoded.
 ///
 /// # Errors
 ///
@@ -125,19 +125,21 @@ pub fn channels_or_default(recording: &Recording, patterns: &[Pattern]) -> Resul
         return channels(recording, &[drag]);
     }
     let is_full = |(_, channel): &(&u16, &Channel)| channel.count > 0 || channel.span.is_some();
-    let found = all().filter(is_full).find(|(_, channel)| holds_numbers(channel));
+    let first = |fits: fn(&Type) -> bool| all().filter(is_full).find(|(_, channel)| holds(channel, fits));
+    let found = first(|kind| matches!(kind, Type::Double | Type::Float));
+    let found = found.or_else(|| first(|kind| kind.is_number() || matches!(kind, Type::Enum(_))));
     let found = found.or_else(|| all().find(is_full)).or_else(|| all().next());
     let nothing = || OpenError::NothingDecoded { path: recording.path.clone(), known: known(recording) };
     found.map(|(id, _)| vec![*id]).ok_or_else(nothing)
 }
 
-/// True if messages hold numbers that do not only say which message it is, when it was, and where its arrays are.
-fn holds_numbers(channel: &Channel) -> bool {
+/// True if messages hold values of some types that do not only say which message it is, when it was, and where its arrays
+/// are.
+fn holds(channel: &Channel, fits: fn(&Type) -> bool) -> bool {
     let Some(layout) = &channel.layout else { return false };
     let (axes, time) = (channel.axis_parts(), channel.time_leaf());
     layout.leaves.iter().enumerate().any(|(index, leaf)| {
-        let is_number = leaf.kind.is_number() || matches!(leaf.kind, Type::Enum(_));
         let is_plain = leaf.is_data() && leaf.path != convention::STEP && Some(index) != time;
-        is_number && is_plain && !axes.contains(leaf.path.as_str()) && !layout.says_when(index)
+        fits(&leaf.kind) && is_plain && !axes.contains(leaf.path.as_str()) && !layout.says_when(index)
     })
 }

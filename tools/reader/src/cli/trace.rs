@@ -29,7 +29,8 @@ Examples:
   percuss-read trace fig5.mcap --topic /probes --every 10 -o probes.csv
   percuss-read trace fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 --format jsonl
   percuss-read trace fig5.mcap --topic /field/stress --at r=0,z=0.5 --at r=1,z=0.2     points in the target
-  percuss-read trace fig5.mcap --topic /energy --field kinetic,strain,residual";
+  percuss-read trace fig5.mcap --topic /energy --field kinetic,strain,residual
+  percuss-read trace robot.mcap --topic /control --field gains[kd] --time iso      of another program, with dates";
 
 #[derive(Debug, Args)]
 #[command(after_help = TRACE_EXAMPLES)]

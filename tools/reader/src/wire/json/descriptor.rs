@@ -32,6 +32,7 @@ pub(super) fn message(shape: &Shape, name: &str) -> Option<(MessageDescriptor, N
     let name = if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { "Message".to_owned() };
     let names = match shape {
         Shape::Unknown => return None,
+        Shape::Object(fields) if fields.entries.is_empty() => return None,
         Shape::Object(fields) => builder.message(name.clone(), fields),
         other => {
             let mut fields = Fields::default();
