@@ -9,7 +9,7 @@ use crate::{
     channel::Channel,
     convention,
     extent::{Extent, Reach},
-    nest::{Counts, Element, Nest},
+    nest::{Counts, Element, Index, Nest},
     table::{CellType, Heading, MAX_COLUMNS, MAX_TABLE},
     wire::{Layout, Type},
 };
@@ -312,6 +312,11 @@ impl Picker<'_> {
         let name = Name::parse(text).ok_or_else(unknown)?;
         let found = name.leaf(self.layout).filter(|(leaf, _)| self.layout.leaves[*leaf].is_data());
         let (leaf, indices) = found.ok_or_else(unknown)?;
+        // a number where no key of a map can be
+        let is_sound = |index: &Index| index.is_key || index.text.parse::<usize>().is_ok();
+        if !indices.iter().flatten().all(is_sound) {
+            return Err(unknown());
+        }
         let nest = self.nest(leaf);
         let axis = Axis::of(leaf, self.layout, self.channel);
         let is_indexed = name.is_indexed();
