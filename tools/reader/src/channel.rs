@@ -5,7 +5,11 @@ use std::{
     sync::Arc,
 };
 
-use crate::{convention, recording::seconds, wire::Layout};
+use crate::{
+    convention,
+    recording::{seconds, seconds_since},
+    wire::Layout,
+};
 
 /// A channel.
 #[derive(Clone, Debug)]
@@ -18,8 +22,10 @@ pub struct Channel {
     pub encoding: String,
     /// Metadata: units, meanings, axes.
     pub metadata: BTreeMap<String, String>,
-    /// Type of the messages, if they are protobuf and the schema is sound.
+    /// Type of the messages, if they are protobuf with a sound schema, or JSON.
     pub layout: Option<Arc<Layout>>,
+    /// Log time that counts as 0 \[ns\]: the first of the recording where log times are dates, else 0.
+    pub origin: u64,
     /// Number of messages.
     pub count: u64,
     /// First and last log time \[ns\].
@@ -53,6 +59,12 @@ impl Channel {
     /// Unit of [`time_of`](Self::time_of) a message.
     pub fn time_unit(&self) -> Option<&str> {
         if self.has_time() { self.unit(convention::TIME) } else { Some("s") }
+    }
+
+    /// Time of a message: its field `time`, else the time from the origin to its log time in seconds.
+    pub fn time_since_origin(&self, bytes: &[u8], log_time: u64) -> f64 {
+        let time = self.layout.as_ref().and_then(|layout| layout.peek(self.time_leaf()?, bytes));
+        time.unwrap_or_else(|| seconds_since(log_time, self.origin))
     }
 
     /// True if messages have a field `time`.

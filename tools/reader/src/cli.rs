@@ -36,7 +36,7 @@ use summary::SummaryArguments;
 use trace::TraceArguments;
 use verify::VerifyArguments;
 
-/// Reads protobuf MCAP recordings: tables and pictures of any field, comparison number by number, verification, recovery.
+/// Reads MCAP recordings, protobuf or JSON: tables and pictures of any field, comparison number by number, verification, recovery.
 #[derive(Debug, Parser)]
 #[command(name = "percuss-read", version, about, long_about = None, arg_required_else_help = true, after_help = EXAMPLES)]
 pub struct Arguments {

@@ -1,7 +1,7 @@
 //! What the reader knows of percuss: names of metadata, fields, topics and attachments, and what they mean.
 //!
 //! All else is read from the descriptors and the metadata of a file, whatever program wrote it. Where a file has none of
-//! these names, the reader treats it like any other protobuf MCAP file. Versions of the format are shown and never
+//! these names, the reader treats it like any other MCAP file. Versions of the format are shown and never
 //! decide anything: the names below are the same in all of them.
 
 use std::collections::BTreeMap;

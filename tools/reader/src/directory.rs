@@ -14,6 +14,7 @@ use crate::{
     text::short,
     wire::{
         Layout, List,
+        json::{self, Shape},
         schema::{SchemaError, pool},
     },
 };
@@ -32,10 +33,18 @@ pub(crate) fn weight_of_entries(entries: &BTreeMap<String, String>) -> usize {
 pub struct Directory {
     schemas: HashMap<u16, Schema>,
     channels: BTreeMap<u16, Channel>,
+    /// What the schemas of channels with JSON messages say of these.
+    shapes: BTreeMap<u16, Shape>,
     budget: Budget,
     limits: Limits,
     overflowed: bool,
     refused: Vec<Damage>,
+}
+
+/// What is known of JSON messages before any is read, by channel, and the memory that is left for definitions.
+pub(crate) struct JsonShapes {
+    pub(crate) shapes: BTreeMap<u16, Shape>,
+    pub(crate) budget: Budget,
 }
 
 struct Schema {
@@ -43,7 +52,9 @@ struct Schema {
     encoding: String,
     pool: Option<DescriptorPool>,
     layout: Option<Arc<Layout>>,
-    /// Why a descriptor set is not used.
+    /// What a JSON schema says.
+    shape: Shape,
+    /// Why a schema is not used.
     reason: Option<String>,
 }
 
@@ -56,6 +67,7 @@ impl Directory {
         Self {
             schemas: HashMap::new(),
             channels: BTreeMap::new(),
+            shapes: BTreeMap::new(),
             budget: Budget::new(limits.directory()),
             limits,
             overflowed: false,
@@ -81,7 +93,15 @@ impl Directory {
             return;
         }
         let (name, encoding) = (header.name.clone(), header.encoding.clone());
-        let mut schema = Schema { name, encoding, pool: None, layout: None, reason: None };
+        let shape = Shape::default();
+        let mut schema = Schema { name, encoding, pool: None, layout: None, shape, reason: None };
+        if header.encoding == "jsonschema" {
+            // where it says nothing, the messages do
+            match json::shape(data, &mut self.budget) {
+                Ok(shape) => schema.shape = shape,
+                Err(error) => schema.reason = Some(short(&error).into_owned()),
+            }
+        }
         if header.encoding == "protobuf" {
             match pool(data, self.budget.left()) {
                 Ok((pool, weight)) => {
@@ -113,9 +133,17 @@ impl Directory {
             encoding: channel.message_encoding.clone(),
             metadata: channel.metadata.clone(),
             layout,
+            origin: 0,
             count: 0,
             span: None,
         };
+        if channel.message_encoding == "json" {
+            let shape = self.schemas.get(&channel.schema_id).map(|schema| &schema.shape);
+            let weight = shape.map_or(0, Shape::weight);
+            // a shape is kept for every channel
+            let shape = shape.filter(|_| self.budget.spend(weight)).cloned().unwrap_or_default();
+            self.shapes.insert(channel.id, shape);
+        }
         self.channels.insert(channel.id, known);
     }
 
@@ -168,6 +196,11 @@ impl Directory {
     /// True if there was no room for all schemas, channels and metadata: what follows of those is left out.
     pub fn has_overflowed(&self) -> bool {
         self.overflowed
+    }
+
+    /// Takes out what is known of JSON messages.
+    pub(crate) fn take_json(&mut self) -> JsonShapes {
+        JsonShapes { shapes: std::mem::take(&mut self.shapes), budget: self.budget }
     }
 
     /// The channels by their ids.

@@ -8,7 +8,7 @@ use crate::{
     axis::{Axis, Grid},
     channel::Channel,
     messages::Recording,
-    nest::{Counts, Nest},
+    nest::{Counts, Element, Nest},
     recording::OpenError,
     table::MAX_COLUMNS,
     wire::{Layout, Values},
@@ -68,8 +68,8 @@ impl Reach {
 pub struct Extent {
     /// Greatest number of elements of a list that is in no other.
     pub length: usize,
-    /// Elements of lists inside lists, one of each on the way, in their order; at most one more than columns are made.
-    pub places: BTreeSet<Vec<usize>>,
+    /// Elements of lists inside lists, and entries of maps, one of each on the way, in their order; at most one more than columns are made.
+    pub places: BTreeSet<Vec<Element>>,
     /// Along a uniform axis; rows and columns of a matrix.
     pub reaches: Vec<Reach>,
     /// True if a matrix has not the same shape in every message.
@@ -161,7 +161,7 @@ impl<'a> Survey<'a> {
 impl Array {
     fn take(&mut self, values: &Values) {
         let length = match self.nest.lists() {
-            1 => self.nest.spot(&[None]).length(values),
+            1 if !self.nest.has_keys() => self.nest.spot(&[None]).length(values),
             _ => {
                 self.nest.places(values, MAX_COLUMNS + 1, &mut self.extent.places);
                 0

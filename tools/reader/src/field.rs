@@ -9,7 +9,7 @@ use crate::{
     axis::{Axis, at_point, between},
     extent::Reach,
     nest::Spot,
-    recording::seconds,
+    recording::seconds_since,
     table::{Cell, Heading},
     wire::{List, Values},
 };
@@ -30,7 +30,10 @@ pub struct Column {
 
 #[derive(Clone, Debug)]
 enum Take {
-    LogTime,
+    /// From an origin on \[ns\].
+    LogTime {
+        origin: u64,
+    },
     Element {
         spot: Spot,
         enumeration: Option<EnumDescriptor>,
@@ -68,7 +71,8 @@ impl Column {
     pub fn cell(&self, values: &Values, log_time: u64) -> Cell {
         let list = self.leaf.map(|leaf| &values.lists[leaf]);
         match (&self.take, list) {
-            (Take::LogTime, _) | (_, None) => Cell::Double(seconds(log_time)),
+            (Take::LogTime { origin }, _) => Cell::Double(seconds_since(log_time, *origin)),
+            (_, None) => Cell::Empty,
             (Take::Element { spot, enumeration }, Some(list)) => {
                 spot.rank(values, 0).map_or(Cell::Empty, |rank| cell(list, rank, enumeration.as_ref()))
             }
@@ -101,7 +105,8 @@ fn cell(list: &List, index: usize, enumeration: Option<&EnumDescriptor>) -> Cell
         List::Bool(list) => list.get(index).map(|&value| Cell::Bool(value)),
         List::Text(list) => list.get(index).map(|value| Cell::Text(value.clone())),
         List::Enum(list) => list.get(index).map(|&number| {
-            let name = enumeration.and_then(|kind| kind.get_value(number));
+            let Some(kind) = enumeration else { return Cell::Int(number.into()) };
+            let name = kind.get_value(number);
             Cell::Text(name.map_or_else(|| number.to_string(), |value| value.name().to_owned()))
         }),
         List::Bytes(_) => None,

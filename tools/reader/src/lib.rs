@@ -1,8 +1,8 @@
-//! Reads MCAP recordings whose messages are protobuf: tables, pictures and comparisons of what is in them.
+//! Reads MCAP recordings whose messages are protobuf or JSON: tables, pictures and comparisons of what is in them.
 //!
 //! The reader knows nothing of the solver. It decodes messages through the descriptors that are embedded in the file,
 //! and takes units and axes from the metadata of the channels, so it reads recordings of any version of percuss and any
-//! other protobuf MCAP file. What it knows of percuss's conventions (names of metadata, topics, fields and attachments)
+//! other MCAP file with protobuf or JSON messages. What it knows of percuss's conventions (names of metadata, topics, fields and attachments)
 //! stands in one file, [`convention`], and nowhere else.
 //!
 //! ```text
@@ -53,6 +53,36 @@
 //!
 //! Memory does not depend on the length of a recording, with two exceptions: NumPy files begin with their lengths, so
 //! their columns are kept in memory, up to `--max-memory`; pictures keep the points of their curves, up to an eighth of it.
+//!
+//! # Recordings of other programs
+//!
+//! What is not said otherwise is guessed from what a file says, the same way by every verb:
+//!
+//! - **Topic.** Without `--topic`, `trace` and `plot` show the drag of a percuss recording, else the first topic in the order
+//!   of the file whose messages hold floating-point numbers, else other numbers, beside those that only say when; else the first that is
+//!   decoded.
+//! - **Time.** Messages without a field `time` are timed by their log time. Where log times are dates, the first being
+//!   later than 1970, times count in seconds from the first message of the recording: in the column `time`, in `--from`, `--to`
+//!   and `--at-time`, and in pictures. `--epoch` counts from 1970; `trace --time iso` and `--time ns` write dates of ISO 8601 and whole
+//!   nanoseconds. Of several files each counts from its own start, unless dates are written. The windows of `diff` and
+//!   `replay` are those of the log times themselves.
+//! - **Stamps.** What is in a `header`, a `stamp`, a `timestamp`, a `google.protobuf.Timestamp` or `Duration`, or in seconds
+//!   `sec` beside `nsec` or `nanosec`, is not drawn unless it is named. `trace` shows it.
+//! - **Maps.** `gains[kd]` is the value of a map at a key: a text, a whole number, `true` or `false`. A map without a key is a
+//!   column for every key in any message, up to 1000. `gains[0].key` and `gains[0].value` are the entries by number, in
+//!   the order of their bytes.
+//! - **Names of numbers.** Tables hold the names, and the number where it has none; curves are drawn of the numbers.
+//! - **JSON.** The type of every field is taken from the JSON schema of the channel (`type`, `properties`, `items`,
+//!   `prefixItems`, `allOf`, a single alternative to `null`, `$ref` inside the schema). Where it leaves any open, or there is none, the first 100
+//!   messages of the channel say what is there. Numbers are double-precision, or whole where the schema says
+//!   `integer` or where they are beyond 2⁵³; texts, also in base64, are texts; objects and arrays are fields and lists like those of
+//!   protobuf, arrays inside arrays one after the other; `null` is nothing, NaN in an array of numbers. A field
+//!   that is of several types, or nested deeper than 30, is a text, that of JSON where it is none. Fields that come up later are kept as
+//!   bytes. In the names of fields `.`, `[`, `]`, `@`, `,` and `;` are written `_`. A message that is no JSON (NaN without quotes is
+//!   none), has a field twice, is nested deeper than 127, or has another type than its field, does not fit its schema. The field `time`
+//!   of JSON messages is a field like others.
+//! - **Images.** `export --topic` writes messages with the fields of `foxglove.CompressedImage` as they are, those with the
+//!   fields of `foxglove.RawImage` as PNG.
 //!
 //! # Channel metadata
 //!

@@ -3,6 +3,7 @@
 //! Where the file has a sound summary, [`Recording::open`] reads nothing else, and [`Recording::messages`] reads only
 //! the chunks that hold what is asked for. Otherwise both read the whole file.
 
+mod json;
 mod open;
 
 pub(crate) use open::widen;
@@ -90,6 +91,20 @@ impl Recording {
     /// Memory that reading may take.
     pub fn limits(&self) -> Limits {
         self.limits
+    }
+
+    /// First log time \[ns\], where log times are dates: later than any recording that counts from 0 lasts.
+    pub fn start_date(&self) -> Option<u64> {
+        /// A year \[ns\].
+        const YEAR: u64 = 365 * 86_400 * 1_000_000_000;
+        self.span.map(|span| span.0).filter(|start| *start >= YEAR)
+    }
+
+    /// Lets the log times of channels whose messages have no time of their own count from an origin \[ns\].
+    pub fn count_from(&mut self, origin: u64) {
+        for channel in self.channels.values_mut().filter(|channel| !channel.has_time()) {
+            channel.origin = origin;
+        }
     }
 
     /// Entries of a metadata record.

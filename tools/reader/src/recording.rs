@@ -96,6 +96,26 @@ pub fn seconds(log_time: u64) -> f64 {
     }
 }
 
+/// The time from an origin to a log time in seconds; exact before it is rounded.
+///
+/// * `log_time`, `origin`: \[ns\]
+pub fn seconds_since(log_time: u64, origin: u64) -> f64 {
+    match log_time.checked_sub(origin) {
+        Some(since) => seconds(since),
+        None => -seconds(origin - log_time),
+    }
+}
+
+/// Log times of a window of seconds from an origin on, with a nanosecond of room for rounding \[ns\].
+///
+/// * `origin`: \[ns\]
+pub fn log_times_since(origin: u64, from: Option<f64>, to: Option<f64>) -> (u64, u64) {
+    let at = |time: f64| origin.saturating_add_signed(time as i64);
+    let low = from.map_or(0, |from| at((from * 1e9).floor()).saturating_sub(1));
+    let high = to.map_or(u64::MAX, |to| at((to * 1e9).ceil()).saturating_add(1));
+    (low, high)
+}
+
 /// Log times of a window of times, with a nanosecond of room for rounding \[ns\].
 ///
 /// * `rate`: log time that passes in a unit of these times \[s\]
@@ -126,6 +146,14 @@ pub enum OpenError {
         path: PathBuf,
         /// Topic or pattern asked for.
         topic: String,
+        /// Topics that exist.
+        known: String,
+    },
+    /// No topic has messages that are decoded.
+    #[error("`{}` has no topic whose messages can be decoded; it has {known}", path.display())]
+    NothingDecoded {
+        /// The file.
+        path: PathBuf,
         /// Topics that exist.
         known: String,
     },

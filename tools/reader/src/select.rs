@@ -3,7 +3,7 @@
 use clap::Args;
 use globset::{GlobBuilder, GlobMatcher};
 
-use crate::{messages::Recording, recording::OpenError};
+use crate::{channel::Channel, convention, messages::Recording, recording::OpenError, wire::Type};
 
 /// A pattern of topics or fields: `*` stands for anything, `?` for one character, `[ab]` for one of some.
 #[derive(Clone, Debug)]
@@ -50,10 +50,10 @@ pub(crate) fn finite_time(text: &str) -> Result<f64, String> {
 /// Which times, and which of many messages.
 #[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 pub struct Window {
-    /// First time, in the unit of the time column
+    /// First time, in the unit of the time column; of log times that are dates, seconds from the start of the recording
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
     pub from: Option<f64>,
-    /// Last time, in the unit of the time column
+    /// Last time, like the first
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
     pub to: Option<f64>,
     /// Every n-th message of that time
@@ -94,12 +94,52 @@ pub fn channels(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>,
             }
         }
         if !found {
-            let known: Vec<&str> =
-                recording.channels.values().map(|channel| channel.topic.as_str()).collect();
-            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            let known = known(recording);
             let (path, topic) = (recording.path.clone(), pattern.text.clone());
             return Err(OpenError::UnknownTopic { path, topic, known });
         }
     }
     Ok(ids)
+}
+
+/// Topics of a recording, in words.
+fn known(recording: &Recording) -> String {
+    let known: Vec<&str> = recording.channels.values().map(|channel| channel.topic.as_str()).collect();
+    if known.is_empty() { "none".to_owned() } else { known.join(", ") }
+}
+
+/// Ids of the channels whose topics fit any of the patterns; if there are none, the channel that says most without being
+/// asked for: the drag of percuss, else the first in the order of the file with messages that hold floating-point numbers,
+/// else other numbers, apart from those that only say when, else the first that is decoded.
+///
+/// # Errors
+///
+/// A pattern fits no topic, or nothing is decoded.
+pub fn channels_or_default(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>, OpenError> {
+    if !patterns.is_empty() {
+        return channels(recording, patterns);
+    }
+    let all = || recording.channels.iter().filter(|(_, channel)| channel.layout.is_some());
+    if recording.is_percuss() || all().any(|(_, channel)| channel.topic == convention::DRAG) {
+        let drag = Pattern { text: convention::DRAG.into(), matcher: None };
+        return channels(recording, &[drag]);
+    }
+    let is_full = |(_, channel): &(&u16, &Channel)| channel.count > 0 || channel.span.is_some();
+    let first = |fits: fn(&Type) -> bool| all().filter(is_full).find(|(_, channel)| holds(channel, fits));
+    let found = first(|kind| matches!(kind, Type::Double | Type::Float));
+    let found = found.or_else(|| first(|kind| kind.is_number() || matches!(kind, Type::Enum(_))));
+    let found = found.or_else(|| all().find(is_full)).or_else(|| all().next());
+    let nothing = || OpenError::NothingDecoded { path: recording.path.clone(), known: known(recording) };
+    found.map(|(id, _)| vec![*id]).ok_or_else(nothing)
+}
+
+/// True if messages hold values of some types that do not only say which message it is, when it was, and where its arrays
+/// are.
+fn holds(channel: &Channel, fits: fn(&Type) -> bool) -> bool {
+    let Some(layout) = &channel.layout else { return false };
+    let (axes, time) = (channel.axis_parts(), channel.time_leaf());
+    layout.leaves.iter().enumerate().any(|(index, leaf)| {
+        let is_plain = leaf.is_data() && leaf.path != convention::STEP && Some(index) != time;
+        fits(&leaf.kind) && is_plain && !axes.contains(leaf.path.as_str()) && !layout.says_when(index)
+    })
 }

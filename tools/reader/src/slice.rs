@@ -8,7 +8,7 @@ use crate::{
     convention,
     extent::Extent,
     messages::Recording,
-    nest::{Counts, Nest},
+    nest::{Counts, Element, Nest},
     recording::{Budget, Damage, Limits, OpenError},
     table::Heading,
     wire::{DecodeError, Values},
@@ -202,7 +202,7 @@ pub fn moments(
     let mut budget = Budget::new(recording.limits().kept());
     let memory = || OpenError::Memory { path: recording.path.clone(), what: "the messages at these times" };
     messages.for_each(|message| {
-        let time = channel.time_of(message.data, message.log_time);
+        let time = channel.time_since_origin(message.data, message.log_time);
         span.add(time);
         for (slot, &at) in nearest.iter_mut().zip(wanted) {
             let is_nearer = match slot {
@@ -257,7 +257,7 @@ pub fn visit(
         count += 1;
         let mut values = layout.values();
         if (count - 1).is_multiple_of(every) && layout.decode(message.data, &mut values).is_ok() {
-            take(Moment { time: channel.time_of(message.data, message.log_time), values });
+            take(Moment { time: channel.time_since_origin(message.data, message.log_time), values });
         }
         Ok(())
     })?;
@@ -292,8 +292,8 @@ pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profil
     } else {
         let mut places = BTreeSet::new();
         nest.places(&moment.values, MAX_POINTS, &mut places);
-        let value = |place: &Vec<usize>| {
-            let elements: Vec<Option<usize>> = place.iter().copied().map(Some).collect();
+        let value = |place: &Vec<Element>| {
+            let elements: Vec<Option<Element>> = place.iter().cloned().map(Some).collect();
             list.number(nest.spot(&elements).rank(&moment.values, 0)?)
         };
         places.iter().enumerate().filter_map(|(i, place)| Some((position(i), value(place)?))).collect()

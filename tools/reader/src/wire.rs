@@ -11,14 +11,17 @@
 //!
 //! A leaf that always holds exactly one value gets the default of its type where the wire has none, as proto3 asks.
 //! A type inside itself is not unfolded again but kept as bytes, so the number of leaves is finite; fields that the
-//! schema does not know are kept as bytes in the leaf [`UNKNOWN`]. Nothing that a message holds is lost.
+//! schema does not know are kept as bytes in the leaf [`UNKNOWN`]. Nothing that a message holds is lost. JSON messages have
+//! leaves of the same kinds.
 
 mod cursor;
 mod decode;
 mod dynamic;
+pub(crate) mod json;
 mod layout;
 mod list;
 pub(crate) mod schema;
+mod stamp;
 
 use prost_reflect::{EnumDescriptor, Kind};
 

@@ -10,10 +10,11 @@ use crate::{
 /// Which fields of which topics.
 #[derive(Clone, Debug, Args)]
 pub(super) struct Chosen {
-    /// Topics, separated by commas; `*` stands for anything [default: /drag; plot --at-time: /interface/stress]
+    /// Topics, separated by commas; `*` stands for anything [default: /drag of percuss, else the first with
+    /// numbers; plot --at-time: /interface/stress]
     #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
     pub(super) topics: Vec<Pattern>,
-    /// Fields, separated by commas: name, a.b.c, list[3].name, name@r=0.5, name@r=0,z=0.5 [default: all]
+    /// Fields, separated by commas: name, a.b.c, list[3].name, map[key], name@r=0.5, name@r=0,z=0.5 [default: all]
     #[arg(long = "field", value_name = "NAME")]
     fields: Vec<String>,
     /// Positions on the axis of arrays, r=0,0.5,0.9, or points of matrices, r=0,z=0.5, interpolated; may be repeated. One
@@ -44,6 +45,7 @@ impl Chosen {
         Selection {
             fields: self.fields.iter().flat_map(|text| split_fields(text)).collect(),
             at: self.at.clone(),
+            for_curves: false,
         }
     }
 }

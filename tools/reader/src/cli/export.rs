@@ -12,7 +12,7 @@ use super::{
     output::{by_extension, explain, is_same_file, print, refuse_inputs, write},
 };
 use crate::{
-    command::export::{FORMS, attachment, attachments, form, matrix},
+    command::export::{Camera, FORMS, attachment, attachments, form, matrix},
     recording::Limits,
     select::{Pattern, finite_time},
 };
@@ -23,7 +23,9 @@ Examples:
   percuss-read export fig5.mcap --attachments -o folder            all, into a folder
   percuss-read export fig5.mcap --topic /field/stress --at-time 2.5 -o field.npy
   percuss-read export fig5.mcap --topic /field/stress -o field.vti            the last, for ParaView
-  percuss-read export fig5.mcap --topic /field/stress --at-time 1 -o field.png";
+  percuss-read export fig5.mcap --topic /field/stress --at-time 1 -o field.png
+  percuss-read export robot.mcap --topic /camera --at-time 2.5 -o image.jpg    an image, 2.5 s after the start
+  percuss-read export robot.mcap --topic /camera -o images/                   all images, named by log time";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXPORT_EXAMPLES)]
@@ -37,13 +39,14 @@ pub(super) struct ExportArguments {
     /// All attachments
     #[arg(long)]
     attachments: bool,
-    /// Topic of a field with two axes
+    /// Topic of a field with two axes, or of images
     #[arg(long, value_name = "TOPIC")]
     topic: Option<Pattern>,
     /// Time of the field; the nearest message is taken [default: the last]
     #[arg(long, value_name = "T", requires = "topic", allow_negative_numbers = true, value_parser = finite_time)]
     at_time: Option<f64>,
-    /// Output: a folder with --attachments; .npy, .vti, .png or .svg with --topic
+    /// Output: a folder with --attachments; .npy, .vti, .png or .svg with --topic; of images .png, .jpg or .webp as they are
+    /// recorded (raw ones: .png), or a folder, with a slash at the end if it is new, for all of them
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Overwrite existing output files
@@ -65,6 +68,10 @@ impl ExportArguments {
         let usage = |text: &str| CliError::Usage(text.into());
         let output = self.output.as_deref().ok_or_else(|| usage("name the output with -o"))?;
         if let Some(topic) = &self.topic {
+            if let Some(camera) = Camera::find(&self.file, topic, limits)? {
+                let is_folder = output.is_dir() || output.as_os_str().as_encoded_bytes().ends_with(b"/");
+                return if is_folder { self.images(&camera, output) } else { self.image(&camera, output) };
+            }
             let kind = by_extension(output, &FORMS, None)?;
             let (slice, damages) = matrix(&self.file, topic, self.at_time, limits)?;
             write(Some(output), self.force, &form(&slice, kind)?)?;
@@ -72,6 +79,49 @@ impl ExportArguments {
             return Ok(loss(&self.file, &damages));
         }
         self.all(output, limits)
+    }
+
+    /// One image.
+    fn image(&self, camera: &Camera, output: &Path) -> Result<Exit, CliError> {
+        const EXTENSIONS: [(&str, &str); 4] =
+            [("png", "png"), ("jpg", "jpg"), ("jpeg", "jpg"), ("webp", "webp")];
+        let named = by_extension(output, &EXTENSIONS, None)?;
+        let (written, damages) = camera.image(self.at_time, |time, image| {
+            if image.extension != named {
+                let (path, extension) = (output.display(), image.extension);
+                return Err(CliError::Usage(format!(
+                    "`{path}`: the image is a .{extension}; name the output like that"
+                )));
+            }
+            write(Some(output), self.force, &image.bytes)?;
+            Ok(say(&format!("image at {time}")))
+        })?;
+        written?;
+        Ok(loss(&self.file, &damages))
+    }
+
+    /// All images into a folder, named by their log times.
+    fn images(&self, camera: &Camera, folder: &Path) -> Result<Exit, CliError> {
+        if self.at_time.is_some() {
+            return Err(CliError::Usage(
+                "name a file with -o for the image of one time, not a folder".into(),
+            ));
+        }
+        fs::create_dir_all(folder).map_err(|error| explain(Some(folder), error))?;
+        let mut last = None;
+        let damages = camera.images(|log_time, image| {
+            // several at a time are numbered
+            let number = match last {
+                Some((time, number)) if time == log_time => number + 1,
+                _ => 1_u64,
+            };
+            last = Some((log_time, number));
+            let number = if number > 1 { format!(".{number}") } else { String::new() };
+            let path = folder.join(format!("{log_time}{number}.{}", image.extension));
+            write(Some(&path), self.force, &image.bytes)?;
+            print(&format!("{}\n", path.display()))
+        })?;
+        Ok(loss(&self.file, &damages))
     }
 
     /// All attachments into a folder; nothing is written if any of the names is not safe.

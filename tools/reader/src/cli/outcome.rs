@@ -103,10 +103,11 @@ pub fn report(error: &CliError) -> ExitCode {
     let is_usage = |error: &TraceError| {
         matches!(
             error,
-            TraceError::Open(OpenError::UnknownTopic { .. })
+            TraceError::Open(OpenError::UnknownTopic { .. } | OpenError::NothingDecoded { .. })
                 | TraceError::Selection(_)
                 | TraceError::Columns { .. }
                 | TraceError::TimeUnits { .. }
+                | TraceError::OwnTime(_)
         )
     };
     let status = match error {
@@ -119,6 +120,7 @@ pub fn report(error: &CliError) -> ExitCode {
             | ExportError::NoAttachment { .. }
             | ExportError::NoMatrix(_)
             | ExportError::Several { .. }
+            | ExportError::SeveralCameras { .. }
             | ExportError::Moment(MomentError::Outside { .. }),
         )
         | CliError::Cat(CatError::Open(OpenError::UnknownTopic { .. }))

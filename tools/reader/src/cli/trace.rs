@@ -32,6 +32,7 @@ Examples:
   percuss-read trace fig5.mcap --topic /field/stress --at r=0,z=0.5 --at r=1,z=0.2     points in the target
   percuss-read trace fig5.mcap --topic /energy --field kinetic,strain,residual
   percuss-read trace steel.mcap --units base                       s and N, not µs and kN
+  percuss-read trace robot.mcap --topic /control --field gains[kd] --time iso      of another program, with dates
 
 --from, --to and positions of --at are always in the units that are recorded.";
 

@@ -8,6 +8,7 @@ use std::{
 
 use clap::Args;
 use prost_reflect::{MessageDescriptor, SerializeOptions};
+use serde_json::value::RawValue;
 
 use crate::{
     channel::Channel,
@@ -23,7 +24,7 @@ pub struct Request {
     /// Topics, separated by commas; `*` stands for anything [default: all]
     #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
     pub topics: Vec<Pattern>,
-    /// Times, of the field `time` or the log time in seconds, and every n-th message of each topic.
+    /// Times, of the field `time`, or of the log time in seconds from the start of the recording, and every n-th message of each topic.
     #[command(flatten)]
     pub window: Window,
     /// Keep reading a recording that is still being written, until it is finished
@@ -42,7 +43,8 @@ pub enum CatError {
     Output(#[from] io::Error),
 }
 
-/// Writes one JSON object per message: topic, log time, sequence, and the message in the JSON mapping of protobuf.
+/// Writes one JSON object per message: topic, log time, sequence, and the message, in the JSON mapping of protobuf
+/// where it is that.
 /// Messages that cannot be decoded, or unpack to more than there is memory for, come as the number of their bytes.
 ///
 /// # Errors
@@ -72,7 +74,7 @@ pub fn cat(
     loop {
         messages.for_each(|message| {
             let channel = &recording.channels[&message.channel];
-            if !request.window.holds(channel.time_of(message.data, message.log_time)) {
+            if !request.window.holds(channel.time_since_origin(message.data, message.log_time)) {
                 return Ok(());
             }
             let count = seen.entry(message.channel).or_default();
@@ -122,9 +124,11 @@ fn line(
     const KEPT: usize = 1 << 20;
     text.bytes.clear();
     text.bytes.shrink_to(KEPT);
-    let descriptor = channel.layout.as_ref().map(|layout| layout.descriptor());
-    let is_decoded =
-        descriptor.is_some_and(|descriptor| put(descriptor, message.data, limits, text).is_some());
+    let is_decoded = match &channel.layout {
+        _ if channel.encoding == "json" => put_json(message.data, text).is_some(),
+        Some(layout) => put(layout.descriptor(), message.data, limits, text).is_some(),
+        None => false,
+    };
     write!(output, "{{\"log_time\":{},\"message\":", message.log_time)?;
     if is_decoded {
         output.write_all(&text.bytes)?;
@@ -134,6 +138,14 @@ fn line(
     write!(output, ",\"sequence\":{},\"topic\":", message.sequence)?;
     serde_json::to_writer(&mut *output, &channel.topic)?;
     output.write_all(b"}\n")
+}
+
+/// Writes a message that is JSON, on one line; `None` if it is not sound.
+fn put_json(bytes: &[u8], text: &mut Text) -> Option<()> {
+    let value: &RawValue = serde_json::from_slice(bytes).ok()?;
+    // inside texts, JSON has no line breaks
+    let line = value.get().split(['\n', '\r']).map(str::as_bytes);
+    line.into_iter().try_for_each(|part| text.write_all(part)).ok()
 }
 
 /// Writes a message in the JSON mapping of protobuf; `None` if it cannot be decoded, or not written.

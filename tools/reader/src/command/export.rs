@@ -1,4 +1,6 @@
-//! `export`: attachments, and matrices at one time, as files of their own.
+//! `export`: attachments, matrices at one time, and images of cameras, as files of their own.
+
+mod image;
 
 use std::{
     collections::HashSet,
@@ -20,6 +22,8 @@ use crate::{
     slice::{MomentError, Slice, moments, slice},
 };
 
+pub use image::{Camera, Image};
+
 /// Why there is nothing to export.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
@@ -38,7 +42,7 @@ pub enum ExportError {
     #[error("the attachment `{0}` has a name that is a path; name the output with -o to write it")]
     UnsafeName(String),
     /// There is no matrix.
-    #[error("`{0}` holds no matrix (an array with two axes in its metadata)")]
+    #[error("`{0}` holds no matrix (an array with two axes in its metadata) and no images")]
     NoMatrix(String),
     /// There are several.
     #[error("`{topic}` names several matrices, {known}; choose one of them")]
@@ -47,6 +51,22 @@ pub enum ExportError {
         topic: String,
         /// Topics and fields.
         known: String,
+    },
+    /// There are several channels with images.
+    #[error("`{topic}` names several topics with images, {known}; choose one of them")]
+    SeveralCameras {
+        /// Pattern asked for.
+        topic: String,
+        /// Topics.
+        known: String,
+    },
+    /// A message holds no image that can be written.
+    #[error("an image of `{topic}` cannot be written: {why}")]
+    NoImage {
+        /// Topic.
+        topic: String,
+        /// What is wrong with it.
+        why: String,
     },
     /// The channel has no message that could be taken.
     #[error("`{0}` has no messages")]

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use crate::{
     channel::Channel,
+    command::trace::iso,
     convention::{RUN, STATUS},
     messages::Recording,
     recording::{Damage, Limits, OpenError, seconds},
@@ -98,6 +99,10 @@ fn to_text(path: &Path, size: u64, recording: &Recording) -> String {
     }
     if let Some((start, end)) = recording.span {
         line("log time", format!("{} s to {} s", seconds(start), seconds(end)));
+        if recording.start_date().is_some() {
+            line("start", iso(start));
+            line("duration", format!("{} s", seconds(end - start)));
+        }
     }
     for damage in &recording.damages {
         line("damage", format!("{} (at byte {}, {} bytes lost)", damage.reason, damage.offset, damage.bytes));
@@ -132,11 +137,28 @@ fn channels(recording: &Recording) -> String {
             None => format!("({} messages are not decoded)", short(&channel.encoding)),
         };
         let (topic, schema) = (printable(&channel.topic), printable(&channel.schema));
-        let row = format!("  {topic:<width$}  {:>8}  {schema:<24} {fields}", channel.count);
+        let count = match recording.start_date() {
+            Some(_) => format!("{:>8}  {:>9}", channel.count, rate(channel)),
+            None => format!("{:>8}", channel.count),
+        };
+        let encoding = match recording.is_percuss() {
+            true => String::new(),
+            false => format!("{:<8} ", short(&channel.encoding)),
+        };
+        let row = format!("  {topic:<width$}  {count}  {encoding}{schema:<24} {fields}");
         text.push_str(row.trim_end());
         text.push('\n');
     }
     text
+}
+
+/// Messages per second, to three digits; nothing of fewer than two.
+fn rate(channel: &Channel) -> String {
+    let span = channel.span.map(|(first, last)| seconds(last - first)).filter(|span| *span > 0.0);
+    let Some(span) = span else { return String::new() };
+    let rate = channel.count.saturating_sub(1) as f64 / span;
+    let rounded = format!("{rate:.2e}").parse().unwrap_or(rate);
+    format!("{rounded} Hz")
 }
 
 /// Complete or not, in words.

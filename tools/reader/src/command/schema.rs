@@ -33,6 +33,10 @@ pub fn schema(path: &Path, topics: &[Pattern], limits: Limits) -> Result<String,
         if !known.insert(Arc::as_ptr(layout)) {
             continue;
         }
+        if layout.is_json() {
+            let (topic, schema) = (short(&channel.topic), short(&channel.schema));
+            text.push_str(&format!("// {topic}: JSON {schema}, read as\n"));
+        }
         let file = layout.descriptor().parent_file();
         // the files it needs come before it
         for file in file.parent_pool().files() {

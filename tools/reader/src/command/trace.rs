@@ -1,5 +1,6 @@
 //! `trace`: fields of topics against time, from one recording or many.
 
+mod clock;
 mod join;
 mod request;
 mod source;
@@ -8,12 +9,15 @@ use std::{path::PathBuf, slice, thread};
 
 use crate::{
     field::Column,
-    messages::POLL,
+    messages::{POLL, Recording},
     prefixed::{InUnits, Largest, takes_prefix},
     recording::Limits,
     table::{Cell, CellType, Heading, Sink},
 };
 
+use clock::Clock;
+pub use clock::TimeForm;
+pub(crate) use clock::iso;
 pub use join::Align;
 use join::{Joiner, Rows};
 pub use request::{Outcome, Request, TraceError};
@@ -58,15 +62,17 @@ fn write_table(
 ) -> Result<Outcome, TraceError> {
     let mut outcome = Outcome::default();
     let mut files = Vec::new();
+    let origin = origin(paths, request, limits)?;
     for (path, name) in paths.iter().zip(names(paths)) {
-        files.push(Traced::open(path, name, request, limits, &mut outcome.left_out)?);
+        files.push(Traced::open(path, name, request, origin, limits, &mut outcome.left_out)?);
     }
     check_units(&files)?;
+    check_own_times(&files, request.time)?;
     let begun = if request.stack {
         let file_heading = Heading { name: "file".into(), unit: None, kind: CellType::Text };
-        [&[file_heading][..], &stacked_headings(&files, paths, request.align)?].concat()
+        [&[file_heading][..], &stacked_headings(&files, paths, request)?].concat()
     } else {
-        headings(&files, paths.len() > 1, request.align)
+        headings(&files, paths.len() > 1, request)
     };
     let mut scaled;
     let sink = if prefixed && begun.iter().any(takes_prefix) {
@@ -125,8 +131,12 @@ fn groups(files: &[Traced], stack: bool) -> Vec<String> {
 }
 
 /// Headings of files one after the other, which have to be the same.
-fn stacked_headings(files: &[Traced], paths: &[PathBuf], align: Align) -> Result<Vec<Heading>, TraceError> {
-    let headings = |file: &Traced| headings(slice::from_ref(file), false, align);
+fn stacked_headings(
+    files: &[Traced],
+    paths: &[PathBuf],
+    request: &Request,
+) -> Result<Vec<Heading>, TraceError> {
+    let headings = |file: &Traced| headings(slice::from_ref(file), false, request);
     let first = files.first().map(headings).unwrap_or_default();
     match files.iter().zip(paths).find(|(file, _)| headings(file) != first) {
         Some((_, other)) => Err(TraceError::Columns { first: paths[0].clone(), other: other.clone() }),
@@ -144,6 +154,31 @@ pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
     match stems.iter().all(is_unique) {
         true => stems,
         false => paths.iter().map(|path| path.display().to_string()).collect(),
+    }
+}
+
+/// Log time that counts as 0 in all files \[ns\]; `None` if each counts from its own start.
+fn origin(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Option<u64>, TraceError> {
+    if request.epoch {
+        return Ok(Some(0));
+    }
+    if request.time == TimeForm::Seconds || paths.len() < 2 {
+        return Ok(None);
+    }
+    // the rows of files side by side meet at the same date
+    let mut first = u64::MAX;
+    for path in paths {
+        first = first.min(Recording::open(path, limits)?.start_date().unwrap_or(0));
+    }
+    Ok(Some(first))
+}
+
+/// Refuses to write log times in another form where messages have times that are none.
+fn check_own_times(files: &[Traced], form: TimeForm) -> Result<(), TraceError> {
+    let mut slots = files.iter().flat_map(|file| &file.slots);
+    match slots.find(|slot| form != TimeForm::Seconds && slot.time.leaf.is_some()) {
+        Some(slot) => Err(TraceError::OwnTime(slot.topic.clone())),
+        None => Ok(()),
     }
 }
 
@@ -174,8 +209,9 @@ fn run(
     }
     let widths = files.iter().flat_map(|file| file.slots.iter().map(|slot| slot.columns.len())).collect();
     let limits = files.first().map_or_else(Limits::default, |file| file.recording.limits());
+    let clock = Clock { form: request.time, origin: files.first().map_or(0, Traced::origin) };
     let mut rows =
-        Rows { window: request.window, seen: 0, written: 0, label, sink, filled, cells: Vec::new() };
+        Rows { window: request.window, clock, seen: 0, written: 0, label, sink, filled, cells: Vec::new() };
     let mut joiner = Joiner::new(request.align, widths, limits.kept());
     loop {
         // the file that is behind goes first, so that rows of equal times meet
@@ -206,17 +242,18 @@ fn run(
 }
 
 /// Headings of files side by side, the time first.
-fn headings(files: &[Traced], many_files: bool, align: Align) -> Vec<Heading> {
+fn headings(files: &[Traced], many_files: bool, request: &Request) -> Vec<Heading> {
     let slots = || files.iter().flat_map(|file| &file.slots);
     let first = slots().next().map(|slot| slot.time.heading.clone());
     let same = |time: &Heading| slots().all(|slot| slot.time.heading == *time);
     let time = first.filter(same).unwrap_or(Heading { name: "time".into(), ..Heading::default() });
-    let interpolated = align == Align::Linear && slots().count() > 1;
+    let interpolated = request.align == Align::Linear && slots().count() > 1;
     let kind = |kind: CellType| match kind {
         CellType::Float | CellType::Int | CellType::UInt if interpolated => CellType::Double,
         kind => kind,
     };
-    let mut headings = vec![Heading { kind: CellType::Double, ..time }];
+    let clock = Clock { form: request.time, origin: 0 };
+    let mut headings = vec![clock.heading(Heading { kind: CellType::Double, ..time })];
     for file in files {
         for slot in &file.slots {
             let topic = if file.slots.len() > 1 { format!("{}.", slot.topic) } else { String::new() };

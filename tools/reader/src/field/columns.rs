@@ -9,13 +9,16 @@ use crate::{
     channel::Channel,
     convention,
     extent::{Extent, Reach},
-    nest::{Counts, Nest},
+    nest::{Counts, Element, Index, Nest},
     table::{CellType, Heading, MAX_COLUMNS, MAX_TABLE},
     wire::{Layout, Type},
 };
 
 /// Longest that the names of the columns of a topic may be together \[bytes\].
 const MAX_NAMES: usize = 32 << 20;
+
+/// Most entries of maps that become columns.
+const MAX_ENTRIES: usize = 1000;
 
 /// Columns of a channel.
 ///
@@ -36,7 +39,8 @@ pub fn columns(
         schema: channel.schema.clone(),
     })?;
     let (counts, at) = (Counts::of(layout), selection.at.as_slice());
-    let mut picker = Picker { channel, layout, counts, at, used: vec![false; at.len()], extent };
+    let (used, for_curves) = (vec![false; at.len()], selection.for_curves);
+    let mut picker = Picker { channel, layout, counts, at, used, for_curves, extent };
     let time = picker.time();
     let (mut fields, mut left_out) = (Vec::new(), Vec::new());
     if selection.fields.is_empty() {
@@ -58,6 +62,7 @@ struct Picker<'a> {
     at: &'a [Positions],
     /// Which of these have been of use.
     used: Vec<bool>,
+    for_curves: bool,
     extent: &'a mut dyn FnMut(usize) -> Extent,
 }
 
@@ -65,11 +70,14 @@ impl Picker<'_> {
     fn column(&self, leaf: usize, name: String, take: Take) -> Column {
         let unit = self.channel.unit(&self.layout.leaves[leaf].path).map(str::to_owned);
         let kind = match (&take, &self.layout.leaves[leaf].kind) {
-            (Take::At { .. } | Take::Point { .. } | Take::LogTime, _) | (_, Type::Double) => CellType::Double,
+            (Take::At { .. } | Take::Point { .. } | Take::LogTime { .. }, _) | (_, Type::Double) => {
+                CellType::Double
+            }
             (_, Type::Float) => CellType::Float,
             (_, Type::Int) => CellType::Int,
             (_, Type::UInt) => CellType::UInt,
             (_, Type::Bool) => CellType::Bool,
+            (Take::Element { enumeration: None, .. }, Type::Enum(_)) => CellType::Int,
             (_, Type::Enum(_) | Type::Text | Type::Bytes) => CellType::Text,
         };
         Column { heading: Heading { name, unit, kind }, leaf: Some(leaf), take }
@@ -79,8 +87,12 @@ impl Picker<'_> {
         if let Some(leaf) = self.channel.time_leaf() {
             return self.plain(leaf);
         }
-        let heading = Heading { name: "log_time".into(), unit: Some("s".into()), kind: CellType::Double };
-        Column { heading, leaf: None, take: Take::LogTime }
+        let origin = self.channel.origin;
+        // a field of this name is no time if it is in lists, or need not be there
+        let is_free = origin > 0 && self.layout.find(convention::TIME).is_none();
+        let name = if is_free { convention::TIME } else { "log_time" };
+        let heading = Heading { name: name.into(), unit: Some("s".into()), kind: CellType::Double };
+        Column { heading, leaf: None, take: Take::LogTime { origin } }
     }
 
     /// All fields but the time and what describes axes, and why others are left out.
@@ -88,6 +100,10 @@ impl Picker<'_> {
         let (hidden, time) = (self.channel.axis_parts(), self.channel.time_leaf());
         let (mut fields, mut left_out, mut names) = (Vec::new(), Vec::new(), 0);
         for (index, field) in self.layout.leaves.iter().enumerate() {
+            let is_not_drawn = self.for_curves && self.layout.says_when(index);
+            if is_not_drawn || self.is_key(index) {
+                continue;
+            }
             if Some(index) == time || hidden.contains(field.path.as_str()) || !field.is_data() {
                 continue;
             }
@@ -109,6 +125,11 @@ impl Picker<'_> {
         Ok((fields, left_out))
     }
 
+    /// True for the keys of a map, which stand in the names of its values.
+    fn is_key(&self, leaf: usize) -> bool {
+        self.layout.leaves[leaf].path.ends_with(".key") && self.nest(leaf).is_map_entry()
+    }
+
     fn nest(&self, leaf: usize) -> Nest {
         Nest::of(self.layout, &self.counts, leaf)
     }
@@ -118,9 +139,15 @@ impl Picker<'_> {
     }
 
     /// The column of an element, under its own name if no other is given.
-    fn element(&self, leaf: usize, nest: &Nest, elements: &[Option<usize>], name: Option<String>) -> Column {
+    fn element(
+        &self,
+        leaf: usize,
+        nest: &Nest,
+        elements: &[Option<Element>],
+        name: Option<String>,
+    ) -> Column {
         let enumeration = match &self.layout.leaves[leaf].kind {
-            Type::Enum(kind) => Some(kind.clone()),
+            Type::Enum(kind) if !self.for_curves => Some(kind.clone()),
             _ => None,
         };
         let name = name.unwrap_or_else(|| nest.name(elements));
@@ -132,8 +159,8 @@ impl Picker<'_> {
         SelectionError::NotACell { topic, field, what, hint: hint.into() }
     }
 
-    fn too_many(&self, field: String, example: String) -> SelectionError {
-        SelectionError::TooMany { topic: self.channel.topic.clone(), field, example }
+    fn too_many(&self, field: String, most: usize, example: String) -> SelectionError {
+        SelectionError::TooMany { topic: self.channel.topic.clone(), field, most, example }
     }
 
     /// All of a field: a scalar, or an array at the chosen positions, at its listed positions, or element by element.
@@ -157,11 +184,16 @@ impl Picker<'_> {
         }
         match &axis {
             Axis::Listed(positions) if positions.len() > MAX_COLUMNS => {
-                Err(self.too_many(field.path.clone(), nest.name(&[Some(0)])))
+                Err(self.too_many(field.path.clone(), MAX_COLUMNS, nest.example()))
             }
             Axis::Listed(positions) => {
                 let column = |(i, r): (usize, &f64)| {
-                    self.element(leaf, &nest, &[Some(i)], Some(format!("{}@r={r}", field.path)))
+                    self.element(
+                        leaf,
+                        &nest,
+                        &[Some(Element::Number(i))],
+                        Some(format!("{}@r={r}", field.path)),
+                    )
                 };
                 Ok(positions.iter().enumerate().map(column).collect())
             }
@@ -179,26 +211,32 @@ impl Picker<'_> {
         &mut self,
         leaf: usize,
         nest: &Nest,
-        chosen: &[Option<usize>],
+        chosen: &[Option<Element>],
     ) -> Result<Vec<Column>, SelectionError> {
         if chosen.iter().all(Option::is_some) {
             return Ok(vec![self.element(leaf, nest, chosen, None)]);
         }
+        if nest.numbers_entries(chosen) {
+            let hint = "choose them by their keys, map[key], or every element by its number";
+            return Err(self.refuse(&nest.name(chosen), "some entries of a map by number", hint));
+        }
         let extent = (self.extent)(leaf);
-        // their names are kept
-        let most = MAX_COLUMNS.min(MAX_NAMES / nest.name(chosen).len().max(1));
+        // their names are kept; entries are looked for by their keys, one after the other
+        let most = if nest.has_keys() { MAX_ENTRIES } else { MAX_COLUMNS };
+        let most = most.min(MAX_NAMES / nest.name(chosen).len().max(1));
         if extent.length.max(extent.places.len()) > most {
-            return Err(self.too_many(nest.name(chosen), nest.name(&vec![Some(0); chosen.len()])));
+            return Err(self.too_many(nest.name(chosen), most, nest.example()));
         }
-        let column = |elements: &[Option<usize>]| self.element(leaf, nest, elements, None);
-        if chosen.len() == 1 {
-            return Ok((0..extent.length).map(|element| column(&[Some(element)])).collect());
+        let column = |elements: &[Option<Element>]| self.element(leaf, nest, elements, None);
+        if chosen.len() == 1 && !nest.has_keys() {
+            return Ok((0..extent.length).map(|i| column(&[Some(Element::Number(i))])).collect());
         }
-        let fits = |place: &&Vec<usize>| {
-            place.iter().zip(chosen).all(|(element, chosen)| chosen.is_none_or(|chosen| chosen == *element))
+        let fits = |place: &&Vec<Element>| {
+            let mut pairs = place.iter().zip(chosen);
+            pairs.all(|(element, chosen)| chosen.as_ref().is_none_or(|chosen| chosen == element))
         };
         let places = extent.places.iter().filter(fits);
-        Ok(places.map(|place| column(&place.iter().copied().map(Some).collect::<Vec<_>>())).collect())
+        Ok(places.map(|place| column(&place.iter().cloned().map(Some).collect::<Vec<_>>())).collect())
     }
 
     /// Columns of an array at positions that fit its axis.
@@ -255,7 +293,7 @@ impl Picker<'_> {
         let [(first, outer), (second, inner)] = coordinates.as_slice() else { return Ok(Vec::new()) };
         if outer.len().saturating_mul(inner.len()) > MAX_COLUMNS {
             let example = format!("{path}@{}=0,{}=0", names[0], names[1]);
-            return Err(self.too_many(path.clone(), example));
+            return Err(self.too_many(path.clone(), MAX_COLUMNS, example));
         }
         let (whole, even) =
             (<[Reach; 2]>::try_from(reaches).ok(), convention::is_even(&self.channel.metadata, path));
@@ -268,15 +306,20 @@ impl Picker<'_> {
         Ok(columns.collect())
     }
 
-    /// A field asked for by name: `a.b.c`, `name[index]`, `list[index].name` or `name@r=position`.
+    /// A field asked for by name: `a.b.c`, `name[index]`, `list[index].name`, `map[key]` or `name@r=position`.
     fn named(&mut self, text: &str) -> Result<Vec<Column>, SelectionError> {
         let unknown = || SelectionError::unknown_field(self.channel, text);
         let name = Name::parse(text).ok_or_else(unknown)?;
-        let leaf = self.layout.find(&name.path).filter(|leaf| self.layout.leaves[*leaf].is_data());
-        let leaf = leaf.ok_or_else(unknown)?;
+        let found = name.leaf(self.layout).filter(|(leaf, _)| self.layout.leaves[*leaf].is_data());
+        let (leaf, indices) = found.ok_or_else(unknown)?;
+        // a number where no key of a map can be
+        let is_sound = |index: &Index| index.is_key || index.text.parse::<usize>().is_ok();
+        if !indices.iter().flatten().all(is_sound) {
+            return Err(unknown());
+        }
         let nest = self.nest(leaf);
         let axis = Axis::of(leaf, self.layout, self.channel);
-        let is_indexed = name.indices.iter().any(Option::is_some);
+        let is_indexed = name.is_indexed();
         if let Some(at) = name.at {
             let at: Positions =
                 at.parse().map_err(|error| SelectionError::Positions { field: text.into(), error })?;
@@ -291,11 +334,11 @@ impl Picker<'_> {
         if !is_indexed || self.layout.leaves[leaf].kind == Type::Bytes {
             return self.all(leaf);
         }
-        let Some(elements) = nest.elements(&name.indices) else {
+        let Some(elements) = nest.elements(&indices) else {
             return Err(match nest.lists() {
                 0 => self.refuse(text, "not an array", "leave out the index"),
-                lists => {
-                    let right = nest.name(&vec![Some(0); lists]);
+                _ => {
+                    let right = nest.example();
                     self.refuse(text, "an array at another part of its name", format!("write {right}"))
                 }
             });

@@ -1,14 +1,18 @@
 //! What is wanted of a topic: fields by name, positions on the axes of arrays; and why it cannot be had.
 
-use crate::{axis::Axis, channel::Channel, extent::Reach, table::MAX_COLUMNS};
+use prost_reflect::Kind;
+
+use crate::{axis::Axis, channel::Channel, extent::Reach, nest::Index, wire::Layout};
 
 /// Which fields of a topic are wanted.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
-    /// Fields: `a.b.c`, `list[index].name`, `name@r=position`; all plain fields and arrays if empty.
+    /// Fields: `a.b.c`, `list[index].name`, `map[key]`, `name@r=position`; all plain fields and arrays if empty.
     pub fields: Vec<String>,
     /// Positions on the axes of arrays, one after the other.
     pub at: Vec<Positions>,
+    /// For curves: names of numbers as these numbers, and of all fields those left out that only say when.
+    pub for_curves: bool,
 }
 
 /// Positions `r=0,0.5,0.9`, or points `r=0,z=0.5`: every combination of the positions of several coordinates.
@@ -179,9 +183,11 @@ pub enum SelectionError {
     },
     /// An array would take too many columns.
     #[error(
-        "`{field}` of `{topic}` has more than {MAX_COLUMNS} elements; choose some with --at or --field {example}"
+        "`{field}` of `{topic}` has more than {most} elements; choose some with --at or --field {example}"
     )]
     TooMany {
+        /// Most that become columns.
+        most: usize,
         /// Topic.
         topic: String,
         /// Field.
@@ -199,7 +205,7 @@ pub enum SelectionError {
     },
     /// The messages cannot be decoded.
     #[error(
-        "messages of `{topic}` are {encoding} with schema `{schema}`; only protobuf with a sound schema is read"
+        "messages of `{topic}` are {encoding} with schema `{schema}`; only protobuf with a sound schema and JSON are read"
     )]
     NotProtobuf {
         /// Topic.
@@ -268,28 +274,85 @@ impl SelectionError {
 
 /// A name of a field, `a.b[index].c@r=position`, in its parts.
 pub(super) struct Name<'a> {
-    pub(super) path: String,
-    /// Of every part of the path.
-    pub(super) indices: Vec<Option<usize>>,
+    parts: Vec<(&'a str, Option<&'a str>)>,
     pub(super) at: Option<&'a str>,
 }
 
 impl<'a> Name<'a> {
     pub(super) fn parse(text: &'a str) -> Option<Self> {
-        let (base, at) = text.split_once('@').map_or((text, None), |(base, at)| (base, Some(at)));
-        let part = |part: &'a str| match part.split_once('[') {
-            Some((name, index)) => Some((name, Some(index.strip_suffix(']')?.parse::<usize>().ok()?))),
-            None => Some((part, None)),
-        };
-        let parts: Vec<(&str, Option<usize>)> = base.split('.').map(part).collect::<Option<_>>()?;
-        let (names, indices): (Vec<&str>, Vec<Option<usize>>) = parts.into_iter().unzip();
-        Some(Self { path: names.join("."), indices, at })
+        // what is in brackets may be the key of a map: any text
+        let (mut parts, mut rest) = (Vec::new(), text);
+        loop {
+            let end = rest.find(['.', '[', '@']).unwrap_or(rest.len());
+            let (name, after) = rest.split_at(end);
+            let (index, after) = match after.strip_prefix('[') {
+                Some(after) => {
+                    let (index, after) = after.split_once(']')?;
+                    (Some(index), after)
+                }
+                None => (None, after),
+            };
+            parts.push((name, index));
+            if after.is_empty() {
+                return Some(Self { parts, at: None });
+            }
+            if let Some(at) = after.strip_prefix('@') {
+                return Some(Self { parts, at: Some(at) });
+            }
+            rest = after.strip_prefix('.')?;
+        }
+    }
+
+    /// True if any part has an index.
+    pub(super) fn is_indexed(&self) -> bool {
+        self.parts.iter().any(|(_, index)| index.is_some())
+    }
+
+    /// The leaf it names, and the indices of every part of its path: numbers where the path is written out, keys where
+    /// `map[key]` stands for `map.value`.
+    pub(super) fn leaf(&self, layout: &Layout) -> Option<(usize, Vec<Option<Index>>)> {
+        let index = |text: &str, is_key| Index { text: text.to_owned(), is_key };
+        let path: Vec<&str> = self.parts.iter().map(|(name, _)| *name).collect();
+        if let Some(leaf) = layout.find(&path.join(".")) {
+            return Some((
+                leaf,
+                self.parts.iter().map(|(_, text)| text.map(|text| index(text, false))).collect(),
+            ));
+        }
+        let mut message = layout.descriptor().clone();
+        let (mut path, mut indices) = (Vec::new(), Vec::new());
+        for (i, (name, text)) in self.parts.iter().enumerate() {
+            let mut field = message.get_field_by_name(name)?;
+            path.push(*name);
+            indices.push(text.map(|text| index(text, field.is_map())));
+            if let (true, Kind::Message(entry)) = (field.is_map(), field.kind()) {
+                path.push("value");
+                indices.push(None);
+                field = entry.map_entry_value_field();
+            }
+            match field.kind() {
+                Kind::Message(inner) => message = inner,
+                _ if i + 1 < self.parts.len() => return None,
+                _ => {}
+            }
+        }
+        Some((layout.find(&path.join("."))?, indices))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn keys_of_maps_may_be_any_text() {
+        let name = Name::parse("a.gains[joint.1@x].b[2]@r=0").expect("a name");
+        assert_eq!(name.parts, [("a", None), ("gains", Some("joint.1@x")), ("b", Some("2"))]);
+        assert_eq!(name.at, Some("r=0"));
+        for bad in ["a[1", "a[1]b", "a[1].[2", "a[1][2]"] {
+            assert!(Name::parse(bad).is_none(), "{bad}");
+        }
+    }
 
     #[test]
     fn positions_are_lists_or_points() {

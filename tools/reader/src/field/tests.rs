@@ -41,6 +41,7 @@ fn channel(metadata: &[(&str, &str)]) -> Channel {
         encoding: "protobuf".into(),
         metadata: metadata.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect::<BTreeMap<_, _>>(),
         layout: pool.expect("a sound schema").get_message_by_name("P").map(|p| Layout::of(&p).into()),
+        origin: 0,
         count: 0,
         span: None,
     }
@@ -108,7 +109,8 @@ fn refusals_are_explained() {
     let select = |field: &str, at: Option<&str>| {
         let fields = if field.is_empty() { Vec::new() } else { vec![field.to_owned()] };
         let at = at.map(|at| at.parse().expect("positions")).into_iter().collect();
-        let selected = columns(&channel, &Selection { fields, at }, &mut |_| array(20_000));
+        let selected =
+            columns(&channel, &Selection { fields, at, ..Selection::default() }, &mut |_| array(20_000));
         selected.expect_err("a refusal").to_string()
     };
     assert!(select("q", None).contains("time, r0, dr, p"));

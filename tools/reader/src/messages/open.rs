@@ -57,9 +57,12 @@ impl Recording {
         let (mut recording, mut directory) = (Self::empty(path, limits), Directory::new(limits));
         scan.for_each(|found| recording.take(found, &mut directory))?;
         recording.refused = directory.refused();
+        let json = directory.take_json();
+        recording.channels = directory.into_channels();
+        recording.learn_json(json)?;
+        recording.count_from(recording.start_date().unwrap_or(0));
         recording.complete = scan.is_complete() && recording.refused.is_empty();
         recording.damages = [scan.damages(), &recording.refused].concat();
-        recording.channels = directory.into_channels();
         Ok(recording)
     }
 
@@ -103,14 +106,18 @@ impl Recording {
             self.attachments.push(attachment);
         }
         self.refused = directory.refused();
-        self.damages.clone_from(&self.refused);
+        let json = directory.take_json();
         self.channels = directory.into_channels();
         for (id, channel) in &mut self.channels {
             channel.count = statistics.channel_message_counts.get(id).copied().unwrap_or(0);
         }
         self.span = (statistics.message_count > 0)
             .then_some((statistics.message_start_time, statistics.message_end_time));
-        Ok(Some(Self { from_index: true, ..self }))
+        self.from_index = true;
+        self.learn_json(json)?;
+        self.count_from(self.start_date().unwrap_or(0));
+        self.damages.clone_from(&self.refused);
+        Ok(Some(self))
     }
 
     fn take(&mut self, found: FileRecord<'_>, directory: &mut Directory) {

@@ -5,7 +5,7 @@ use prost_reflect::{Kind, prost::Message};
 use super::{
     DecodeError, Layout, List, Values,
     cursor::{Wire, spend},
-    dynamic,
+    dynamic, json,
     layout::{Content, Node, Scalar, Slot},
 };
 use crate::recording::Budget;
@@ -30,6 +30,10 @@ impl Layout {
     ///
     /// The bytes do not fit the type, or take more memory than the layout is for.
     pub fn decode(&self, bytes: &[u8], values: &mut Values) -> Result<(), DecodeError> {
+        if let Some(names) = &self.names {
+            values.lists.iter_mut().for_each(List::clear);
+            return json::decode(&self.root, names, bytes, &mut values.lists, &mut Budget::new(self.room));
+        }
         match self.attempt(bytes, values) {
             Ok(()) => Ok(()),
             Err(Stop::Error(error)) => Err(error),
@@ -45,9 +49,9 @@ impl Layout {
     }
 
     /// The plain number at the top of a message with a field number, without decoding the rest. The default if the
-    /// message does not hold it, `None` if the message does not fit.
+    /// message does not hold it, `None` if the message does not fit or is JSON.
     pub fn peek(&self, leaf: usize, bytes: &[u8]) -> Option<f64> {
-        let leaf = &self.leaves[leaf];
+        let leaf = self.leaves.get(leaf).filter(|_| !self.is_json())?;
         let &[wanted] = leaf.numbers.as_slice() else { return None };
         let slot = &self.root.slots[self.root.find(wanted)?];
         let Content::Scalar(scalar) = &slot.content else { return None };
@@ -72,7 +76,7 @@ impl Layout {
 }
 
 /// Memory of a text or byte string, besides its bytes: its place in a list and its block \[bytes\].
-const BLOCK: usize = 24 + 16;
+pub(super) const BLOCK: usize = 24 + 16;
 
 fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -> Result<(), Stop> {
     // also what takes no memory takes time
@@ -122,7 +126,7 @@ fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -
             message(inner, entry, lists, budget)?;
         }
     }
-    complete(node, &seen, lists, budget)
+    Ok(complete(node, &seen, lists, budget)?)
 }
 
 /// Keeps a field that the schema does not know.
@@ -135,7 +139,12 @@ fn keep(field: &[u8], lists: &mut [List], budget: &mut Budget) -> Result<(), Dec
 }
 
 /// Adds what follows from what the message holds: counts, and defaults of what it does not hold.
-fn complete(node: &Node, seen: &Seen, lists: &mut [List], budget: &mut Budget) -> Result<(), Stop> {
+pub(super) fn complete(
+    node: &Node,
+    seen: &Seen,
+    lists: &mut [List],
+    budget: &mut Budget,
+) -> Result<(), DecodeError> {
     for (index, slot) in node.slots.iter().enumerate() {
         let number = seen.count(index);
         if let Some(List::UInt(list)) = slot.count.map(|leaf| &mut lists[leaf]) {
@@ -162,20 +171,20 @@ fn others_seen(node: &Node, slot: &Slot, index: usize, seen: &Seen) -> bool {
 
 /// How many values each slot of a message has had.
 #[derive(Default)]
-struct Seen {
+pub(super) struct Seen {
     near: [u32; 16],
     far: Vec<u64>,
 }
 
 impl Seen {
-    fn count(&self, index: usize) -> u64 {
+    pub(super) fn count(&self, index: usize) -> u64 {
         match self.near.get(index) {
             Some(&count) => u64::from(count),
             None => self.far.get(index - self.near.len()).copied().unwrap_or(0),
         }
     }
 
-    fn add(&mut self, index: usize, more: u64, is_list: bool) {
+    pub(super) fn add(&mut self, index: usize, more: u64, is_list: bool) {
         let count = if is_list { self.count(index).saturating_add(more) } else { 1 };
         match self.near.get_mut(index) {
             Some(near) => *near = u32::try_from(count).unwrap_or(u32::MAX),
@@ -275,7 +284,7 @@ fn single(
 }
 
 /// Memory of a value \[bytes\]; of a text or byte string, what it takes besides its bytes.
-fn size(list: &List) -> usize {
+pub(super) fn size(list: &List) -> usize {
     match list {
         List::Text(_) | List::Bytes(_) => BLOCK,
         numbers => numbers.width(),

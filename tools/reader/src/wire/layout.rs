@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use prost_reflect::{FieldDescriptor, Kind, MessageDescriptor};
 
-use super::{COUNT, Leaf, List, MAX_LEAVES, Type, UNKNOWN, Values};
+use super::{COUNT, Leaf, List, MAX_LEAVES, Type, UNKNOWN, Values, json::Names};
 use crate::recording::Limits;
 
 /// Greatest total length of the paths of the leaves \[bytes\]; what lies beyond stays bytes.
@@ -20,6 +20,8 @@ pub struct Layout {
     pub leaves: Vec<Leaf>,
     pub(super) descriptor: MessageDescriptor,
     pub(super) root: Node,
+    /// Names in JSON, where messages are that.
+    pub(super) names: Option<Names>,
     /// Leaves in the order of their paths.
     by_path: Vec<u32>,
     /// Memory that a message may take \[bytes\].
@@ -88,7 +90,7 @@ impl Layout {
         let weight =
             paths + of_leaf * leaves.len() + 2 * size_of::<Slot>() * builder.slots + 512 * builder.nodes;
         let room = Limits::default().values();
-        Self { leaves, descriptor: descriptor.clone(), root, by_path, room, weight }
+        Self { leaves, descriptor: descriptor.clone(), root, names: None, by_path, room, weight }
     }
 
     /// The same for messages that take up to `room` bytes of memory.
@@ -101,7 +103,12 @@ impl Layout {
         self.weight
     }
 
-    /// The type it was made of.
+    /// True if messages are JSON.
+    pub fn is_json(&self) -> bool {
+        self.names.is_some()
+    }
+
+    /// The type it was made of; for JSON one that says the same.
     pub fn descriptor(&self) -> &MessageDescriptor {
         &self.descriptor
     }
@@ -116,6 +123,7 @@ impl Layout {
         let same = |(a, b): (&Leaf, &Leaf)| a.path == b.path && a.numbers == b.numbers && a.kind == b.kind;
         let same_file = self.descriptor.descriptor_proto() == other.descriptor.descriptor_proto();
         same_file
+            && self.is_json() == other.is_json()
             && self.leaves.len() == other.leaves.len()
             && self.leaves.iter().zip(&other.leaves).all(same)
     }

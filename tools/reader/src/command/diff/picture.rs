@@ -92,7 +92,8 @@ fn curve(
 ) -> Result<Option<(Panel, Curve)>, PlotError> {
     let request = Request {
         topics: vec![topic.parse().map_err(PlotError::Nothing)?],
-        selection: Selection { fields: vec![element.to_owned()], at: Vec::new() },
+        selection: Selection { fields: vec![element.to_owned()], ..Selection::default() },
+        epoch: true,
         ..Request::default()
     };
     match traces(&[PathBuf::from(path)], &request, limits) {

@@ -70,6 +70,9 @@ impl DiffWriter {
             else {
                 continue;
             };
+            if layout.is_json() || layout_b.is_json() {
+                continue;
+            }
             let descriptor = layout.descriptor();
             let pool = descriptor.parent_pool().encode_to_vec();
             let schema = writer.add_schema(descriptor.full_name(), "protobuf", &pool);

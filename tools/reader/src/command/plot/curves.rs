@@ -9,7 +9,7 @@ use super::{
     request::{PlotError, Request},
 };
 use crate::{
-    command::trace::{Align, Outcome, Request as Traced, trace},
+    command::trace::{Outcome, Request as Traced, trace},
     convention,
     field::Selection,
     messages::Recording,
@@ -90,11 +90,10 @@ pub(crate) fn traces(
 fn lines(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Lines, PlotError> {
     let traced = Traced {
         topics: request.topics.clone(),
-        selection: request.selection.clone(),
+        selection: Selection { for_curves: true, ..request.selection.clone() },
         window: request.window,
-        align: Align::Exact,
-        stack: false,
-        follow: false,
+        epoch: request.epoch,
+        ..Traced::default()
     };
     let budget = Budget::new(limits.kept());
     let mut table = Curves { headings: Vec::new(), curves: Vec::new(), budget };
@@ -176,6 +175,6 @@ fn on_the_right(
             field = rest;
         }
     }
-    let selection = Selection { fields: vec![field.to_owned()], at: Vec::new() };
+    let selection = Selection { fields: vec![field.to_owned()], ..Selection::default() };
     lines(paths, &Request { topics, selection, ..request.clone() }, limits)
 }

@@ -51,7 +51,10 @@ pub(super) fn at_times(
     let (mut frames, mut damages) = (Frames { profiles: Vec::new(), images: Vec::new(), used }, Vec::new());
     for (path, name) in paths.iter().zip(names(paths)) {
         let file = if paths.len() > 1 { format!("{name}: ") } else { String::new() };
-        let recording = Recording::open(path, limits)?;
+        let mut recording = Recording::open(path, limits)?;
+        if request.epoch {
+            recording.count_from(0);
+        }
         let ids = select::channels(&recording, topics)?;
         for &id in ids.iter().filter(|id| holds_arrays(&recording.channels[id])) {
             let (moments, damaged) = moments(&recording, id, times)?;

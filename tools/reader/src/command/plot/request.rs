@@ -15,7 +15,7 @@ use crate::{
 /// What to draw.
 #[derive(Args, Clone, Debug, Default)]
 pub struct Request {
-    /// Topics; the drag of percuss if none.
+    /// Topics; if none, that of [`select::channels_or_default`](crate::select::channels_or_default).
     #[arg(skip)]
     pub topics: Vec<Pattern>,
     /// Fields and positions.
@@ -37,6 +37,9 @@ pub struct Request {
     /// Times, and every n-th row.
     #[command(flatten)]
     pub window: Window,
+    /// Log times as seconds since 1970 instead of from the start of the recording
+    #[arg(long)]
+    pub epoch: bool,
     /// Logarithmic axes, horizontal and vertical.
     #[arg(skip)]
     pub log: (bool, bool),

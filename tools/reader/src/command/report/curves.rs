@@ -34,7 +34,10 @@ pub fn charts(path: &Path, recording: &Recording, limits: Limits) -> Result<Vec<
         let fields = fields.iter().filter(|field| layout.leaves.iter().any(|leaf| leaf.path == **field));
         let request = Request {
             topics: vec![topic.parse().expect("a plain topic")],
-            selection: Selection { fields: fields.map(|&field| field.to_owned()).collect(), at: Vec::new() },
+            selection: Selection {
+                fields: fields.map(|&field| field.to_owned()).collect(),
+                ..Selection::default()
+            },
             ..Request::default()
         };
         let (panel, _) = traces(&[path.to_owned()], &request, limits)?;

@@ -142,7 +142,7 @@ impl<'a> Source<'a> {
     fn open(recording: &'a Recording, topic: &str, fields: [&str; 2]) -> Option<Self> {
         let (&id, channel) = recording.channels.iter().find(|(_, channel)| channel.topic == topic)?;
         let chosen = |field: &str| {
-            let selection = Selection { fields: vec![field.to_owned()], at: Vec::new() };
+            let selection = Selection { fields: vec![field.to_owned()], ..Selection::default() };
             columns(channel, &selection, &mut |_| Extent::default()).ok()
         };
         let mut found = fields.map(chosen);

@@ -5,6 +5,7 @@ use std::{
     io,
 };
 
+use super::clock::Clock;
 use crate::{
     select::Window,
     table::{Cell, Sink},
@@ -38,6 +39,7 @@ pub enum Align {
 /// Takes finished rows.
 pub(super) struct Rows<'a> {
     pub(super) window: Window,
+    pub(super) clock: Clock,
     pub(super) seen: u64,
     pub(super) written: u64,
     pub(super) label: Option<Cell>,
@@ -55,7 +57,7 @@ impl Rows<'_> {
         }
         self.cells.clear();
         self.cells.extend(self.label.clone());
-        self.cells.push(Cell::Double(time));
+        self.cells.push(self.clock.cell(time));
         for (group, &width) in groups.into_iter().zip(widths) {
             self.cells.extend(group.unwrap_or_else(|| vec![Cell::Empty; width]));
         }

@@ -4,7 +4,7 @@ use std::{io, path::PathBuf};
 
 use clap::Args;
 
-use super::join::Align;
+use super::{clock::TimeForm, join::Align};
 use crate::{
     field::{Selection, SelectionError},
     recording::{Damage, OpenError},
@@ -14,7 +14,7 @@ use crate::{
 /// What to trace.
 #[derive(Args, Clone, Debug, Default)]
 pub struct Request {
-    /// Topics; [`DRAG`](crate::convention::DRAG) if none.
+    /// Topics; if none, that of [`select::channels_or_default`](crate::select::channels_or_default).
     #[arg(skip)]
     pub topics: Vec<Pattern>,
     /// Fields and positions.
@@ -29,6 +29,12 @@ pub struct Request {
     /// Files one after the other with their names in the first column, instead of side by side
     #[arg(long)]
     pub stack: bool,
+    /// Log times as seconds since 1970, in the table and in --from and --to, instead of from the start of the recording
+    #[arg(long, conflicts_with = "time")]
+    pub epoch: bool,
+    /// Form of log times in the table; --from and --to stay seconds from the start of the recording
+    #[arg(long, value_enum, value_name = "FORM", default_value = "seconds")]
+    pub time: TimeForm,
     /// Keep reading a recording that is still being written
     #[arg(long)]
     pub follow: bool,
@@ -68,6 +74,11 @@ pub enum TraceError {
         /// Unit that differs.
         other: String,
     },
+    /// Messages have a time that is no log time.
+    #[error(
+        "messages of `{0}` have a time of their own; --time is for topics that are timed by their log time"
+    )]
+    OwnTime(String),
     /// Files to be stacked have different columns.
     #[error("`{}` has other columns than `{}`; trace them side by side, or choose fields both have", other.display(), first.display())]
     Columns {

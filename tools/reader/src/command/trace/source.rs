@@ -5,11 +5,10 @@ use std::{ops::Range, path::Path, thread};
 use super::request::{Request, TraceError};
 use crate::{
     channel::Channel,
-    convention,
     extent::{Extent, Extents},
     field::{Column, Columns, Positions, Selection, SelectionError, Used, columns},
     messages::{Messages, POLL, Recording},
-    recording::{Limits, OpenError, log_times},
+    recording::{Limits, OpenError, log_times, log_times_since},
     select::{self, Window},
     table::{Cell, MAX_TABLE},
     wire::Values,
@@ -31,22 +30,25 @@ pub(super) struct Slot {
 }
 
 impl Traced {
+    /// * `origin`: log time that counts as 0, if it is not the start of the recording \[ns\]
     pub(super) fn open(
         path: &Path,
         name: String,
         request: &Request,
+        origin: Option<u64>,
         limits: Limits,
         all_left_out: &mut Vec<SelectionError>,
     ) -> Result<Self, TraceError> {
         let mut recording = Recording::open(path, limits)?;
-        let default = [convention::DRAG.parse().expect("a plain topic")];
-        let patterns = if request.topics.is_empty() { &default[..] } else { &request.topics };
         // of a file that is being written, the topics may still be to come
-        while request.follow && select::channels(&recording, patterns).is_err() {
+        while request.follow && select::channels_or_default(&recording, &request.topics).is_err() {
             thread::sleep(POLL);
             recording = Recording::open(path, limits)?;
         }
-        let ids = select::channels(&recording, patterns)?;
+        if let Some(origin) = origin {
+            recording.count_from(origin);
+        }
+        let ids = select::channels_or_default(&recording, &request.topics)?;
         let many = ids.len() > 1;
         let (mut slots, mut width) = (Vec::new(), 0);
         let mut extents: Option<Result<Extents, OpenError>> = None;
@@ -82,13 +84,22 @@ impl Traced {
         Ok(Self { recording, name, slots })
     }
 
+    /// Log time that counts as 0 \[ns\].
+    pub(super) fn origin(&self) -> u64 {
+        self.slots.iter().map(|slot| self.recording.channels[&slot.id].origin).max().unwrap_or(0)
+    }
+
     /// * `base`: number of its first slot among those of all files
     pub(super) fn stream(&self, request: &Request, base: usize) -> Result<Stream<'_>, OpenError> {
         let by_time = self.slots.iter().all(|slot| slot.time.leaf.is_some());
         let Window { from, to, .. } = request.window;
-        let window = match by_time {
-            true => self.recording.log_window(from, to),
-            false => Some(log_times(from, to, 1.0)),
+        let window = match (by_time, self.origin()) {
+            (true, _) => self.recording.log_window(from, to),
+            (false, 0) => Some(log_times(from, to, 1.0)),
+            (false, origin) => {
+                let by_log_time = self.slots.iter().all(|slot| slot.time.leaf.is_none());
+                by_log_time.then(|| log_times_since(origin, from, to))
+            }
         };
         let mut messages = self.recording.messages(self.slots.iter().map(|slot| slot.id), window)?;
         if request.follow {
@@ -106,8 +117,9 @@ impl Traced {
 /// What of a selection a channel has, where several are traced; `None` if it has nothing of it. What is there is marked as
 /// used.
 fn fitting(channel: &Channel, selection: &Selection, used: &mut Used) -> Option<Selection> {
+    let for_curves = selection.for_curves;
     let fits = |fields: &[String], at: &[Positions]| {
-        let selection = Selection { fields: fields.to_vec(), at: at.to_vec() };
+        let selection = Selection { fields: fields.to_vec(), at: at.to_vec(), for_curves };
         match columns(channel, &selection, &mut |_| Extent::default()) {
             Ok(_) => true,
             Err(SelectionError::UnknownField { .. } | SelectionError::NoAxis { .. }) => false,
@@ -132,7 +144,7 @@ fn fitting(channel: &Channel, selection: &Selection, used: &mut Used) -> Option<
             at.push(positions.clone());
         }
     }
-    fits(&fields, &at).then_some(Selection { fields, at })
+    fits(&fields, &at).then_some(Selection { fields, at, for_curves })
 }
 
 /// The samples of a file.

@@ -1,0 +1,114 @@
+//! A shape as a message type, every field of which is optional, and the names that its fields have in JSON.
+
+use std::collections::{HashMap, HashSet};
+
+use prost_reflect::{
+    DescriptorPool, MessageDescriptor,
+    prost_types::{
+        DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet,
+        field_descriptor_proto::{Label, Type},
+    },
+};
+
+use super::{Fields, Shape};
+use crate::wire::MAX_LEAVES;
+
+/// The fields of an object by their names in JSON.
+#[derive(Clone, Debug, Default)]
+pub(in crate::wire) struct Names {
+    /// Numbers of the fields.
+    pub(super) numbers: HashMap<String, u32>,
+    /// The fields of objects inside, by the numbers of the fields that hold them.
+    pub(super) inner: HashMap<u32, Names>,
+    /// True if a message is no object but the value of its only field.
+    pub(super) is_value: bool,
+}
+
+/// The message type of a shape; `None` if nothing is known of it.
+pub(super) fn message(shape: &Shape, name: &str) -> Option<(MessageDescriptor, Names)> {
+    let mut builder = Builder::default();
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    let name = name.rsplit(['.', '/']).next().unwrap_or_default().chars().map(plain).collect::<String>();
+    let name = if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { "Message".to_owned() };
+    let names = match shape {
+        Shape::Unknown => return None,
+        Shape::Object(fields) if fields.entries.is_empty() => return None,
+        Shape::Object(fields) => builder.message(name.clone(), fields),
+        other => {
+            let mut fields = Fields::default();
+            fields.index.insert("value".into(), 0);
+            fields.entries.push(("value".into(), other.clone()));
+            Names { is_value: true, ..builder.message(name.clone(), &fields) }
+        }
+    };
+    let file = FileDescriptorProto {
+        name: Some("json".into()),
+        message_type: builder.messages,
+        ..FileDescriptorProto::default()
+    };
+    let pool = DescriptorPool::from_file_descriptor_set(FileDescriptorSet { file: vec![file] }).ok()?;
+    Some((pool.get_message_by_name(&name)?, names))
+}
+
+#[derive(Default)]
+struct Builder {
+    messages: Vec<DescriptorProto>,
+    /// Types inside so far, and fields.
+    parts: usize,
+    fields: usize,
+}
+
+impl Builder {
+    fn message(&mut self, name: String, fields: &Fields) -> Names {
+        let (mut names, mut taken, mut protos) = (Names::default(), HashSet::new(), Vec::new());
+        for ((key, shape), number) in fields.entries.iter().zip(1_i32..) {
+            if self.fields == MAX_LEAVES {
+                // what has no leaf is kept like a field that is not known
+                break;
+            }
+            self.fields += 1;
+            let (label, shape) = match shape {
+                Shape::List(element) => (Label::Repeated, element.as_ref()),
+                shape => (Label::Optional, shape),
+            };
+            let (kind, type_name) = match shape {
+                Shape::Object(inner) => {
+                    self.parts += 1;
+                    let part = format!("{name}_Part{}", self.parts);
+                    let inner = self.message(part.clone(), inner);
+                    names.inner.insert(number.unsigned_abs(), inner);
+                    (Type::Message, Some(format!(".{part}")))
+                }
+                Shape::Bool => (Type::Bool, None),
+                Shape::Integer => (Type::Int64, None),
+                Shape::Number => (Type::Double, None),
+                Shape::Unknown | Shape::Text | Shape::List(_) => (Type::String, None),
+            };
+            let field = unique(key, &mut taken);
+            names.numbers.insert(key.clone(), number.unsigned_abs());
+            protos.push(FieldDescriptorProto {
+                json_name: Some(field.clone()),
+                name: Some(field),
+                number: Some(number),
+                label: Some(label.into()),
+                r#type: Some(kind.into()),
+                type_name,
+                ..FieldDescriptorProto::default()
+            });
+        }
+        self.messages.push(DescriptorProto { name: Some(name), field: protos, ..DescriptorProto::default() });
+        names
+    }
+}
+
+/// A name that no other field of the object has, without what has a meaning in the names of leaves.
+fn unique(key: &str, taken: &mut HashSet<String>) -> String {
+    let plain = |c: char| if c.is_control() || ".[]@,;".contains(c) { '_' } else { c };
+    let name: String = key.chars().map(plain).collect();
+    let name = if name.is_empty() { "_".to_owned() } else { name };
+    let numbered = (2_u32..).map(|number| format!("{name}_{number}"));
+    let free = std::iter::once(name.clone()).chain(numbered).find(|name| !taken.contains(name));
+    let name = free.unwrap_or(name);
+    taken.insert(name.clone());
+    name
+}

@@ -1,0 +1,156 @@
+//! Recordings as other programs write them: protobuf and JSON, on a wall clock.
+#![allow(dead_code, reason = "each test program uses some of it")]
+
+use std::{collections::BTreeMap, io::Cursor};
+
+use mcap::{Compression, WriteOptions, Writer, records::MessageHeader};
+use prost_reflect::{
+    DescriptorPool, DynamicMessage,
+    prost::Message,
+    prost_types::{
+        DescriptorProto, EnumDescriptorProto, EnumValueDescriptorProto, FileDescriptorProto, MessageOptions,
+        field_descriptor_proto::{Label, Type},
+    },
+};
+
+use crate::forge::field;
+
+/// Log time of the first messages: 2023-11-14T22:13:20Z \[ns\].
+pub const START: u64 = 1_700_000_000_000_000_000;
+
+/// Nanoseconds between messages.
+pub const STEP: u64 = 100_000_000;
+
+/// A field by its name and type: `double`, `[double]`, `map<string,double>`, `google.protobuf.Timestamp`, `=Mode` (an enum).
+fn add(message: &mut DescriptorProto, number: i32, name: &str, kind: &str) {
+    let (label, kind) = match kind.strip_prefix('[').and_then(|kind| kind.strip_suffix(']')) {
+        Some(kind) => (Label::Repeated, kind),
+        None => (Label::Optional, kind),
+    };
+    let scalar = |kind: &str| match kind {
+        "double" => Some(Type::Double),
+        "float" => Some(Type::Float),
+        "int32" => Some(Type::Int32),
+        "uint32" => Some(Type::Uint32),
+        "uint64" => Some(Type::Uint64),
+        "bool" => Some(Type::Bool),
+        "string" => Some(Type::String),
+        "bytes" => Some(Type::Bytes),
+        _ => None,
+    };
+    if let Some((key, value)) =
+        kind.strip_prefix("map<").and_then(|kind| kind.strip_suffix('>')?.split_once(','))
+    {
+        let mut entry =
+            DescriptorProto { name: Some(format!("Entry{number}")), ..DescriptorProto::default() };
+        add(&mut entry, 1, "key", key);
+        add(&mut entry, 2, "value", value);
+        entry.options = Some(MessageOptions { map_entry: Some(true), ..MessageOptions::default() });
+        message.nested_type.push(entry);
+        let entry = format!(".guest.{}.Entry{number}", message.name());
+        message.field.push(field(name, number, Label::Repeated, Type::Message, Some(&entry)));
+    } else if let Some(kind) = scalar(kind) {
+        message.field.push(field(name, number, label, kind, None));
+    } else if let Some(kind) = kind.strip_prefix('=') {
+        message.field.push(field(name, number, label, Type::Enum, Some(&format!(".guest.{kind}"))));
+    } else {
+        let full = if kind.contains('.') { format!(".{kind}") } else { format!(".guest.{kind}") };
+        message.field.push(field(name, number, label, Type::Message, Some(&full)));
+    }
+}
+
+/// Types of messages in the package `guest`, with an enum `Mode` of `IDLE` and `RUN`.
+pub fn types(messages: &[(&str, &[(&str, &str)])]) -> DescriptorPool {
+    let message = |(name, fields): &(&str, &[(&str, &str)])| {
+        let mut message = DescriptorProto { name: Some((*name).into()), ..DescriptorProto::default() };
+        for ((name, kind), number) in fields.iter().zip(1..) {
+            add(&mut message, number, name, kind);
+        }
+        message
+    };
+    let values = ["IDLE", "RUN"].iter().zip(0..).map(|(name, number)| EnumValueDescriptorProto {
+        name: Some((*name).into()),
+        number: Some(number),
+        ..EnumValueDescriptorProto::default()
+    });
+    let mode = EnumDescriptorProto {
+        name: Some("Mode".into()),
+        value: values.collect(),
+        ..EnumDescriptorProto::default()
+    };
+    let file = FileDescriptorProto {
+        name: Some("guest.proto".into()),
+        package: Some("guest".into()),
+        syntax: Some("proto3".into()),
+        dependency: ["timestamp", "duration"].map(|name| format!("google/protobuf/{name}.proto")).to_vec(),
+        message_type: messages.iter().map(message).collect(),
+        enum_type: vec![mode],
+        ..FileDescriptorProto::default()
+    };
+    let mut pool = DescriptorPool::global();
+    pool.add_file_descriptor_proto(file).expect("sound types");
+    pool
+}
+
+/// A channel of another program.
+pub struct Guest {
+    topic: String,
+    /// Name, encoding and text.
+    schema: Option<(String, &'static str, Vec<u8>)>,
+    encoding: &'static str,
+    /// Log times and content.
+    pub messages: Vec<(u64, Vec<u8>)>,
+}
+
+/// Every message a step after the one before.
+fn timed(messages: impl IntoIterator<Item = Vec<u8>>) -> Vec<(u64, Vec<u8>)> {
+    (0..).zip(messages).map(|(i, message)| (START + i * STEP, message)).collect()
+}
+
+impl Guest {
+    /// Protobuf messages, given in the JSON mapping.
+    pub fn protobuf(topic: &str, pool: &DescriptorPool, name: &str, messages: &[serde_json::Value]) -> Self {
+        let name = format!("guest.{name}");
+        let descriptor = pool.get_message_by_name(&name).expect("the type");
+        let message = |value: &serde_json::Value| {
+            DynamicMessage::deserialize(descriptor.clone(), value).expect("a message").encode_to_vec()
+        };
+        Self {
+            topic: topic.into(),
+            schema: Some((name, "protobuf", pool.encode_to_vec())),
+            encoding: "protobuf",
+            messages: timed(messages.iter().map(message)),
+        }
+    }
+
+    /// JSON messages, with a schema or without.
+    pub fn json(topic: &str, schema: Option<(&str, &str)>, messages: &[String]) -> Self {
+        Self {
+            topic: topic.into(),
+            schema: schema.map(|(name, text)| (name.into(), "jsonschema", text.as_bytes().to_vec())),
+            encoding: "json",
+            messages: timed(messages.iter().map(|message| message.as_bytes().to_vec())),
+        }
+    }
+}
+
+/// A recording of some channels; messages in the order of the channels, whatever their log times.
+pub fn write(channels: &[Guest], compression: Option<Compression>) -> Vec<u8> {
+    let options = WriteOptions::new().library("another program").compression(compression);
+    let mut writer: Writer<Cursor<Vec<u8>>> = options.create(Cursor::new(Vec::new())).expect("a writer");
+    for guest in channels {
+        let schema = match &guest.schema {
+            Some((name, encoding, text)) => writer.add_schema(name, encoding, text).expect("a schema"),
+            None => 0,
+        };
+        let id =
+            writer.add_channel(schema, &guest.topic, guest.encoding, &BTreeMap::new()).expect("a channel");
+        for (sequence, (log_time, data)) in (0..).zip(&guest.messages) {
+            let (log_time, publish_time) = (*log_time, *log_time);
+            let header = MessageHeader { channel_id: id, sequence, log_time, publish_time };
+            writer.write_to_known_channel(&header, data).expect("a message");
+        }
+    }
+    writer.finish().expect("the end");
+    writer.into_inner().into_inner()
+}
