@@ -12,6 +12,7 @@ use super::{
     ViewChannel,
     bounds::Bounds,
     document::{Document, Given, Section},
+    gauges,
     read_indenter::read_indenter,
     sizes::Plan,
 };
@@ -59,7 +60,8 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let c_s = target.as_ref().map(|(target, _)| target.material.shear_wave_speed);
     let mesh = read_mesh(&mut root, model, c_s);
     let (run, end_time) = read_run(&mut root);
-    let (record, field_every) = read_record(&mut root, run.end_time, model);
+    let thickness = target.as_ref().and_then(|(target, _)| target.thickness);
+    let (record, field_every) = read_record(&mut root, run.end_time, model, thickness);
     root.end();
 
     // sizes are derived from sound values only
@@ -270,7 +272,14 @@ fn read_run(root: &mut Section<'_>) -> (Run, Span) {
 }
 
 /// The `[record]` section, and its `field_every`, if given: its default depends on the sizes.
-fn read_record(root: &mut Section<'_>, end_time: f64, model: ModelKind) -> (Record, Option<usize>) {
+///
+/// * `thickness`: of a layer
+fn read_record(
+    root: &mut Section<'_>,
+    end_time: f64,
+    model: ModelKind,
+    thickness: Option<f64>,
+) -> (Record, Option<usize>) {
     let mut section = root.section("record");
     let interface_every = section.count("interface_every", 1..=1_000_000_000).map_or(1, value);
     let probes = section.get::<Vec<f64>>("probes", "a list of radii ≥ 0");
@@ -278,6 +287,8 @@ fn read_record(root: &mut Section<'_>, end_time: f64, model: ModelKind) -> (Reco
         check_list(&section, &given, ("probes", "radii"), Bounds::within(0.0, HUGE), "");
         given.value
     });
+    let points = gauges::read_points(&mut section, thickness);
+    let lines = gauges::read_lines(&mut section, thickness);
     let fields = read_fields(&mut section, model);
     let field_every = section.count("field_every", 1..=1_000_000).map(|given| given.value as usize);
     let views = read_names(&mut section, "views", "field, image, scene, fronts, tf, profile").map(value);
@@ -289,6 +300,8 @@ fn read_record(root: &mut Section<'_>, end_time: f64, model: ModelKind) -> (Reco
     let record = Record {
         interface_every,
         probes,
+        points,
+        lines,
         fields: fields.unwrap_or(vec![Field::Stress]),
         field_every: 1,
         views: views.unwrap_or(ViewChannel::ALL.to_vec()),

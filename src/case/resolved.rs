@@ -7,7 +7,7 @@ use crate::{
     grid::{Geometry, MeshKind},
     material::Elastic,
     model::scheme::Order,
-    model::{Field, ModelKind},
+    model::{Field, Line, ModelKind},
     recording::Compression,
 };
 
@@ -68,6 +68,10 @@ struct Mesh {
 struct Record<'a> {
     interface_every: u64,
     probes: &'a [f64],
+    #[serde(skip_serializing_if = "is_empty")]
+    points: &'a [[f64; 2]],
+    #[serde(skip_serializing_if = "is_empty")]
+    lines: &'a [Line],
     fields: &'a [Field],
     field_every: usize,
     views: &'a [ViewChannel],
@@ -77,6 +81,10 @@ struct Record<'a> {
     frame_times: Option<&'a [f64]>,
     compression: Compression,
     playback_rate: f64,
+}
+
+fn is_empty<T>(list: &&[T]) -> bool {
+    list.is_empty()
 }
 
 fn resolved(case: &Parameters) -> Resolved<'_> {
@@ -123,6 +131,8 @@ fn resolved(case: &Parameters) -> Resolved<'_> {
         record: Record {
             interface_every: record.interface_every,
             probes: &record.probes,
+            points: &record.points,
+            lines: &record.lines,
             fields: &record.fields,
             field_every: record.field_every,
             views: &record.views,
