@@ -1,0 +1,67 @@
+//! `/line/…`: stress along a line in the target, at the interval of the interface stress.
+
+use super::{Channel, FieldNote, Outlet};
+use crate::{case::Case, message::percuss, model::Line, view::View};
+
+/// The channel of one line.
+pub struct LineSlice {
+    topic: String,
+    number: usize,
+    line: Line,
+    /// Nodes that have been stressed so far.
+    reached: usize,
+    message: percuss::LineSlice,
+}
+
+impl LineSlice {
+    /// The channel of line number `number` of `case`.
+    pub fn new(case: &Case, number: usize, line: Line) -> Self {
+        let (s0, ds) = match line {
+            Line::R(_) => (0.0, case.sizes.dz),
+            Line::Z(_) => (case.grid().r0, case.sizes.dr),
+        };
+        let message = percuss::LineSlice { s0, ds, ..percuss::LineSlice::default() };
+        Self { topic: format!("/line/{number}"), number, line, reached: 0, message }
+    }
+}
+
+impl Channel for LineSlice {
+    fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    fn schema(&self) -> &'static str {
+        "percuss.LineSlice"
+    }
+
+    fn fields(&self) -> Vec<FieldNote> {
+        let meaning = "stress -sigma_zz, compression positive like the interface stress, at s0 + n ds";
+        let stress = FieldNote::new("stress", "γc_p²", meaning).along("s0,ds");
+        let (first, stress) = match self.line {
+            Line::R(_) => ("depth of the first node", stress),
+            Line::Z(_) => ("radius of the first node", stress.even()),
+        };
+        vec![FieldNote::new("s0", "R", first), FieldNote::new("ds", "R", "distance between nodes"), stress]
+    }
+
+    fn remarks(&self) -> Vec<(String, String)> {
+        let line = match self.line {
+            Line::R(r) => format!("r = {r}"),
+            Line::Z(z) => format!("z = {z}"),
+        };
+        vec![("line".into(), line)]
+    }
+
+    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
+        let Some(stress) = view.gauges.as_ref().and_then(|gauges| gauges.lines.get(self.number)) else {
+            return;
+        };
+        let reached = stress.iter().rposition(|stress| *stress != 0.0).map_or(0, |last| last + 1);
+        self.reached = self.reached.max(reached);
+        let message = &mut self.message;
+        (message.step, message.time) = (view.step, view.time);
+        message.stress.clear();
+        message.stress.extend_from_slice(&stress[..self.reached]);
+        outlet.put(message);
+    }
+}
