@@ -19,17 +19,21 @@ const ROUNDING: f64 = 1e-9;
 ///
 /// * `thickness`: of a layer
 pub(super) fn read_points(section: &mut Section<'_>, thickness: Option<f64>) -> Vec<[f64; 2]> {
-    let Some(given) = section.get::<Vec<[f64; 2]>>("points", "a list of points [r, z]") else {
+    // arrays of a fixed length would be read without what is too much
+    let Some(given) = section.get::<Vec<Vec<f64>>>("points", "a list of points [r, z]") else {
         return Vec::new();
     };
     let (radii, depths) = bounds(thickness);
-    let is_bad = |[r, z]: &&[f64; 2]| !radii.contain(*r) || !is_within(depths, *z);
-    if let Some(bad) = given.value.iter().find(is_bad) {
+    let place = |point: &Vec<f64>| match point[..] {
+        [r, z] if radii.contain(r) && is_within(depths, z) => Some([r, z]),
+        _ => None,
+    };
+    if let Some(bad) = given.value.iter().find(|point| place(point).is_none()) {
         let help = format!("allowed: [r, z] with {radii} for r, {depths} for z{}", remark(thickness));
         section.problem(given.span.clone(), format!("`record.points` contains {bad:?}"), help);
     }
     check_number(section, &given, ("points", "points"), MAX_POINTS);
-    given.value
+    given.value.iter().filter_map(place).collect()
 }
 
 /// `record.lines`.
@@ -161,9 +165,12 @@ mod tests {
         ]) {
             assert!(parts.iter().all(|part| text.contains(part)), "{text}");
         }
-        for bad in
-            ["record.lines=[{ x = 1.0 }]", "record.lines=[{ r = 1.0, z = 1.0 }]", "record.points=[[0.1]]"]
-        {
+        for bad in [
+            "record.lines=[{ x = 1.0 }]",
+            "record.lines=[{ r = 1.0, z = 1.0 }]",
+            "record.points=[[0.1]]",
+            "record.points=[[0.1, 0.2, 0.3]]",
+        ] {
             assert_eq!(load("fig5", &[bad]).expect_err("a bad value").problems.len(), 1, "{bad}");
         }
         let many = format!("record.points={:?}", vec![[0.0, 0.0]; MAX_POINTS + 1]);
