@@ -8,8 +8,6 @@ pub struct LineSlice {
     topic: String,
     number: usize,
     line: Line,
-    /// Nodes that have been stressed so far.
-    reached: usize,
     message: percuss::LineSlice,
 }
 
@@ -21,7 +19,7 @@ impl LineSlice {
             Line::Z(_) => (case.grid().r0, case.sizes.dr),
         };
         let message = percuss::LineSlice { s0, ds, ..percuss::LineSlice::default() };
-        Self { topic: format!("/line/{number}"), number, line, reached: 0, message }
+        Self { topic: format!("/line/{number}"), number, line, message }
     }
 }
 
@@ -56,12 +54,10 @@ impl Channel for LineSlice {
         let Some(stress) = view.gauges.as_ref().and_then(|gauges| gauges.lines.get(self.number)) else {
             return;
         };
-        let reached = stress.iter().rposition(|stress| *stress != 0.0).map_or(0, |last| last + 1);
-        self.reached = self.reached.max(reached);
         let message = &mut self.message;
         (message.step, message.time) = (view.step, view.time);
         message.stress.clear();
-        message.stress.extend_from_slice(&stress[..self.reached]);
+        message.stress.extend_from_slice(stress);
         outlet.put(message);
     }
 }
