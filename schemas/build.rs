@@ -9,7 +9,7 @@ use std::{env, error::Error, fs, path::PathBuf};
 use prost_build::Config;
 
 /// The message of every channel, relative to this folder; imports are added.
-const FILES: [&str; 13] = [
+const FILES: [&str; 15] = [
     "drag.proto",
     "energy.proto",
     "event.proto",
@@ -20,6 +20,8 @@ const FILES: [&str; 13] = [
     "foxglove/Log.proto",
     "foxglove/SceneUpdate.proto",
     "interface_stress.proto",
+    "line_slice.proto",
+    "points.proto",
     "probes.proto",
     "surface_profile.proto",
     "velocity.proto",

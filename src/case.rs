@@ -10,6 +10,7 @@
 //! * `read`, `read_target`, `read_indenter`: from a document to parameters, section by section
 //! * `system`, `quantity`: dimensionless and physical cases; numbers with a unit
 //! * `frames`, `density`: which steps are frames, and which nodes they show
+//! * `gauges`: points and lines in the target
 //! * `sizes`: derived sizes
 //! * `resolved`: from parameters back to TOML, with nothing left implicit
 //! * `builtin`: the cases of the paper
@@ -111,6 +112,7 @@ mod density;
 mod document;
 mod errors;
 mod frames;
+mod gauges;
 mod parameters;
 mod quantity;
 mod read;
@@ -208,9 +210,11 @@ impl Case {
         }
     }
 
-    /// Begins a variation without frames and fields.
+    /// Begins a variation without frames, fields, points and lines.
     pub(crate) fn vary_surface(&self) -> CaseBuilder {
-        self.vary_frames(0).set("record.fields", Vec::<Value>::new())
+        let nothing = Vec::<Value>::new;
+        let keys = ["record.fields", "record.points", "record.lines"];
+        keys.into_iter().fold(self.vary_frames(0), |case, key| case.set(key, nothing()))
     }
 
     /// The case file as it was given, without overrides; the settings of a case that has none.

@@ -24,7 +24,9 @@ mod energy;
 mod event;
 mod field;
 mod interface_stress;
+mod line;
 pub mod log;
+mod points;
 mod probes;
 mod velocity;
 pub mod view;
@@ -32,7 +34,7 @@ pub mod view;
 /// A recorded channel.
 pub trait Channel: Send {
     /// Topic.
-    fn topic(&self) -> &'static str;
+    fn topic(&self) -> &str;
 
     /// Full name of the message type.
     fn schema(&self) -> &'static str;
@@ -119,7 +121,7 @@ pub struct Catalogue {
 impl Catalogue {
     /// The channels that `case` records.
     pub fn new(case: &Case) -> Self {
-        let channels: Vec<Box<dyn Channel>> = vec![
+        let mut channels: Vec<Box<dyn Channel>> = vec![
             Box::new(interface_stress::InterfaceStress::new(case)),
             Box::new(drag::Drag::new(case)),
             Box::new(velocity::Velocity::new(case)),
@@ -128,6 +130,12 @@ impl Catalogue {
             Box::new(event::Event::new(case)),
             Box::new(log::Log),
         ];
+        if !case.record.points.is_empty() {
+            channels.push(Box::new(points::Points::new(case)));
+        }
+        for (number, line) in case.record.lines.iter().enumerate() {
+            channels.push(Box::new(line::LineSlice::new(case, number, *line)));
+        }
         let slice = |field: &Field| -> Box<dyn Channel> { Box::new(field::FieldSlice::new(case, *field)) };
         let slices = case.record.fields.iter().map(slice);
         Self::with(case, channels, slices.chain(view::channels(case)).collect())

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 
 use crate::{
     case::{Case, CaseErrors, Sizes},
-    model::ModelKind,
+    model::{GAUGES_UNDER_WAY, GaugePlan, ModelKind},
     session::{self, Flow, Observer, Outcome, Status},
     simulation::Simulation,
     validity::Validity,
@@ -95,9 +95,21 @@ impl Estimate {
         let Sizes { nr, nz, .. } = case.sizes;
         let numbers = case.model.numbers_per_node(case.corner().as_ref()) as u64;
         let memory = numbers * 8 * (nr as u64 + 1) * (nz as u64 + 1)
-            + FRAMES_IN_MEMORY.min(case.frames().count()) * case.frame_size() as u64;
+            + FRAMES_IN_MEMORY.min(case.frames().count()) * case.frame_size() as u64
+            + gauge_memory(case);
         Self { memory, run: run_trials(case) }
     }
+}
+
+/// Memory of points and lines of steps that are under way, at most \[bytes\].
+fn gauge_memory(case: &Case) -> u64 {
+    let gauges = case.gauges();
+    if gauges.is_empty() {
+        return 0;
+    }
+    let each = GaugePlan::new(&gauges, &case.grid()).size() as u64;
+    // the bound holds for the steps that wait; one more is being computed
+    (each * (case.sizes.steps + 1)).min((GAUGES_UNDER_WAY as u64).max(2 * each) + each)
 }
 
 /// Runs the trials; `None` if none is completed in time.
@@ -241,6 +253,25 @@ mod tests {
             let off = estimate.file as f64 / run.file.len() as f64 - 1.0;
             // measured: at most 0.075, in the full theory 0.17
             assert!(off.abs() < bytes_tolerance(case.model) / 1.5, "{name}: off by {off:.3}");
+        }
+    }
+
+    #[test]
+    fn points_and_lines_are_estimated_too() {
+        let settings = [
+            "record.frames=0",
+            "record.points=[[0.0, 0.5], [0.5, 0.3]]",
+            "record.lines=[{ r = 0.0 }, { z = 0.5 }]",
+        ];
+        let settings = settings.map(String::from);
+        for name in ["fig5", "fig8-m5"] {
+            let [with, without] = [&settings[..], &settings[..1]].map(|settings| load(name, settings));
+            let run = Trial::of(&with, 0.0, in_an_hour()).expect("a run");
+            let estimate =
+                trial(name, &settings, with.mesh.cells / 2).estimate(&with, 0.0).expect("a sound file");
+            let off = estimate.file as f64 / run.file.len() as f64 - 1.0;
+            assert!(off.abs() < bytes_tolerance(with.model), "{name}: off by {off:.3}");
+            assert!(gauge_memory(&with) > 0 && gauge_memory(&without) == 0);
         }
     }
 

@@ -84,7 +84,7 @@
 //! * No kernel asks for geometry or mesh: [`grid::Grid`] turns both into weights.
 //! * The numerics are in [`model::scheme`], [`model::cells`] and [`model::reference`]; the fast engine gives the same bits and is tested
 //!   against them. It skips nodes outside the light cone, and may run its interior behind the surface, many steps in one pass
-//!   and on other threads; frames are sampled in the pass, and steps are yielded in order.
+//!   and on other threads; frames, points and lines are sampled in the pass, and steps are yielded in order.
 //! * Vectors of any width give the same bits: no operation is fused, sums over a row are taken in blocks of one size.
 //! * `unsafe` stands only in `model::blocked`, each block with its proof.
 //! * A recording reproduces its run: `percuss run` on its attachment `case.resolved.toml` gives the same messages.

@@ -23,8 +23,10 @@
 //! levels     a field in memory
 //! domain     levels and weights                                 <- dispatch, levels
 //! active     light cone: active rows and columns per level
-//! sampler    frames and energies of a level, as tiles pass it   <- domain
-//! tiles      time-skewed tiling behind the near-surface band    <- sampler, active
+//! parts      numbers that several threads write
+//! sampler    frames and energies of a level, as tiles pass it   <- domain, parts
+//! gauge      points and lines of a level, as tiles pass it      <- domain, parts
+//! tiles      time-skewed tiling behind the near-surface band    <- sampler, gauge, active
 //! workers    threads that work on the tiles                     <- tiles
 //! ```
 //!
@@ -57,9 +59,13 @@ mod blocked;
 pub(crate) use blocked::CORNER_MARGIN;
 pub mod cells;
 pub mod elastic;
+mod gauge;
 pub mod rakhmatulin;
 pub mod reference;
 pub mod scheme;
+
+pub(crate) use gauge::{GaugePlan, UNDER_WAY as GAUGES_UNDER_WAY};
+pub use gauge::{GaugeValues, Gauges, Line, PointState};
 
 /// Theory of the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -254,6 +260,21 @@ pub struct FrameFields {
     pub every: usize,
 }
 
+/// What a model shows of the target: frames, and what is recorded in every step.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sampling {
+    /// What frames show.
+    pub frames: FrameFields,
+    /// Points and lines. Where there are any, the model must have [`Coverage::Field`] or more.
+    pub gauges: Gauges,
+}
+
+impl From<FrameFields> for Sampling {
+    fn from(frames: FrameFields) -> Self {
+        Self { frames, gauges: Gauges::default() }
+    }
+}
+
 /// A field as a frame shows it. All samples of a run have one shape; what is at rest is 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
@@ -295,11 +316,14 @@ impl Frame {
     }
 }
 
+/// A step as a model hands it out: what it was given with it, its frame, the values of its gauges.
+pub type Handed<T> = (T, Option<Frame>, Option<GaugeValues>);
+
 /// An elastic target, advanced explicitly in time.
 ///
 /// Levels: before [`Model::advance`] of step k the model stands between levels k−1 and k, after it between k
-/// and k+1. A model may run its interior behind the surface, so a frame may be complete only some steps later. The model
-/// therefore takes what else belongs to a step, a `T`, and hands it out in order, with the frame.
+/// and k+1. A model may run its interior behind the surface, so a frame and the values of gauges may be complete only some steps
+/// later. The model therefore takes what else belongs to a step, a `T`, and hands it out in order, with both.
 pub trait Model<T>: Send {
     /// Fills in the surface that would be free of stress during step k, and its compliance.
     fn predict(&mut self, surface: &mut Surface);
@@ -310,10 +334,11 @@ pub trait Model<T>: Send {
     /// * `is_frame`: true if level k shall be shown
     fn advance(&mut self, surface: &Surface, step: T, is_frame: bool);
 
-    /// The next step in order, with its frame if it is one; `None` while the frame is not complete, or when no step is left.
+    /// The next step in order, with its frame if it is one, and the values of gauges if there are any; `None` while they are not
+    /// complete, or when no step is left.
     ///
     /// * `finish`: complete it now; no step is to follow soon
-    fn next(&mut self, finish: bool) -> Option<(T, Option<Frame>)>;
+    fn next(&mut self, finish: bool) -> Option<Handed<T>>;
 
     /// Largest strain on the surface at level k by magnitude, between [`Model::predict`] and [`Model::advance`], and its column.
     ///

@@ -24,7 +24,7 @@ use crate::{
     grid::Grid,
     indenter::Indenter,
     model::{
-        self, Coverage, FrameFields, Model, ModelKind, TargetEnergy, elastic::Elastic,
+        self, Coverage, FrameFields, GaugeValues, Model, ModelKind, Sampling, TargetEnergy, elastic::Elastic,
         rakhmatulin::Rakhmatulin,
     },
     surface::Surface,
@@ -133,8 +133,8 @@ impl Simulation {
 
     /// Sets up a case under an engine.
     pub fn with_engine(case: &Case, engine: Engine) -> Self {
-        // frames show the interior, and the validity of a layer the strain at its backing
-        let needs_interior = case.sizes.layer || !case.record.frames.is_none();
+        // frames and gauges show the interior, and the validity of a layer the strain at its backing
+        let needs_interior = case.sizes.layer || !case.record.frames.is_none() || !case.gauges().is_empty();
         let coverage = if needs_interior {
             Coverage::Field
         } else {
@@ -195,8 +195,8 @@ impl Simulation {
     pub(crate) fn step(&mut self) -> Result<Option<View<'static>>, SimulationError> {
         loop {
             let is_over = self.ending.is_some() || self.failure.is_some() || self.is_interrupted;
-            if let Some((step, frame)) = self.model.next(is_over) {
-                return self.show(step, frame).map(Some);
+            if let Some((step, frame, gauges)) = self.model.next(is_over) {
+                return self.show(step, frame, gauges).map(Some);
             }
             if is_over {
                 return self.failure.take().map_or(Ok(None), Err);
@@ -292,15 +292,18 @@ impl Simulation {
             depth: state.depth,
             events: events.into(),
             frame: None,
+            gauges: None,
         }
     }
 
-    /// A step with its frame.
+    /// A step with its frame and gauges.
     fn show(
         &mut self,
         Step { view, ledgers }: Step,
         frame: Option<model::Frame>,
+        gauges: Option<GaugeValues>,
     ) -> Result<View<'static>, SimulationError> {
+        let view = View { gauges: gauges.map(Arc::new), ..view };
         let Some(fields) = frame else { return Ok(view) };
         let [before, after] = entries(ledgers, fields.energy);
         let energy = mean(before, after);
@@ -368,7 +371,8 @@ impl Simulation {
 
 /// The target of a case, at rest.
 fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>> {
-    let shown = FrameFields { fields: case.record.fields.clone(), every: case.record.field_every };
+    let frames = FrameFields { fields: case.record.fields.clone(), every: case.record.field_every };
+    let shown = Sampling { frames, gauges: case.gauges() };
     let c_s = case.target.material.shear_wave_speed;
     match case.model {
         ModelKind::Rakhmatulin => {
@@ -458,7 +462,7 @@ mod tests {
         let mut last: Option<Energy> = None;
         while simulation.ending.is_none() {
             simulation.compute().expect("a sound case");
-            let (step, frame) = simulation.model.next(true).expect("the step");
+            let (step, frame, _) = simulation.model.next(true).expect("the step");
             let target = frame.expect("every step is a frame").energy;
             let [before, after] = entries(step.ledgers, target);
             if let Some(Energy { kinetic, strain, .. }) = last {

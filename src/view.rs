@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 pub use crate::contact::event::{Event, EventKind};
-use crate::model;
+use crate::model::{self, GaugeValues};
 
 /// One step k of a simulation or of a closed form.
 #[derive(Clone)]
@@ -29,6 +29,8 @@ pub struct View<'a> {
     pub events: Arc<[Event]>,
     /// Fields and energy, on steps that are frames.
     pub frame: Option<Frame>,
+    /// Points and lines in the target, where a computed case records any.
+    pub gauges: Option<Arc<GaugeValues>>,
 }
 
 /// Interface stress at the nodes of the surface.
@@ -104,6 +106,7 @@ impl View<'_> {
             depth: self.depth,
             events: Arc::clone(&self.events),
             frame: self.frame.clone(),
+            gauges: self.gauges.clone(),
         }
     }
 }

@@ -78,6 +78,113 @@ fn downsampled_fields_are_nodes_of_whole_ones() {
     assert_eq!(forces(&whole), forces(&downsampled));
 }
 
+/// Value of a field at a place: linear along z, along r too, and inside the first node an even parabola.
+fn between(field: &message::FieldSlice, r: f64, z: f64) -> f64 {
+    let value = |j: usize, i: usize| f64::from(field.values[j * field.nr as usize + i]);
+    let (x, y) = ((r - field.r0) / field.dr, z / field.dz);
+    let (i, j) = (x.max(0.0) as usize, (y as usize).min(field.nz as usize - 2));
+    let share = if x < 0.0 { (r * r / (field.r0 * field.r0) - 1.0) / 8.0 } else { x - i as f64 };
+    let row = |j: usize| value(j, i) + share * (value(j, i + 1) - value(j, i));
+    row(j) + (y - j as f64) * (row(j + 1) - row(j))
+}
+
+#[test]
+fn points_and_lines_are_those_of_the_fields() {
+    let folder = folder();
+    let points = [[0.0, 0.0], [0.0, 0.5], [0.37, 0.21], [1.234, 0.77], [0.02, 1.0], [500.0, 0.5]];
+    for model in ["rakhmatulin", "elastic"] {
+        let case = case(
+            "fig5",
+            &[
+                &format!("model={model}"),
+                "mesh.cells=20",
+                "indenter.mass=2.0",
+                "run.end_time=3.0",
+                "record.frames=12",
+                "record.interface_every=3",
+                "record.fields=[\"displacement\", \"velocity\", \"stress\"]",
+                &format!("record.points={points:?}"),
+                "record.lines=[{ r = 0.37 }, { z = 0.21 }]",
+            ],
+        );
+        let bytes = record(&case, &folder.path().join(format!("{model}.mcap")));
+        let seen: Vec<(u64, message::Points)> = messages(&bytes, "/points");
+        assert_eq!(seen.len() as u64, case.sizes.steps + 1);
+        assert!(seen.iter().enumerate().all(|(k, (_, points))| points.step == k as u64));
+        let lines = ["/line/0", "/line/1"].map(|topic| messages::<message::LineSlice>(&bytes, topic));
+        assert!(lines.iter().all(|line| line.len() as u64 == case.sizes.steps / 3 + 1));
+        let mut compared = 0;
+        for name in ["displacement", "velocity", "stress"] {
+            let fields: Vec<(u64, message::FieldSlice)> = messages(&bytes, &format!("/field/{name}"));
+            let largest =
+                fields.iter().flat_map(|(_, field)| &field.values).fold(0.0f32, |a, b| a.max(b.abs()));
+            let tolerance = 1e-6 * f64::from(largest);
+            for (log_time, field) in &fields {
+                let (time, state) = &seen[field.step as usize];
+                assert_eq!((log_time, state.time), (time, field.time));
+                let values = match name {
+                    "displacement" => &state.displacement,
+                    "velocity" => &state.velocity,
+                    _ => &state.stress,
+                };
+                assert_eq!(values.len(), points.len());
+                assert_eq!(values[5], 0.0, "beyond the mesh");
+                for (value, [r, z]) in values.iter().zip(&points[..5]) {
+                    let expected = between(field, *r, *z);
+                    assert!((value - expected).abs() < tolerance, "{name} at ({r}, {z}): {value} {expected}");
+                }
+                if name != "stress" || !field.step.is_multiple_of(3) {
+                    continue;
+                }
+                for ((_, line), is_along_z) in
+                    lines.iter().map(|line| &line[field.step as usize / 3]).zip([true, false])
+                {
+                    let nodes = if is_along_z { field.nz } else { field.nr };
+                    assert!(line.step == field.step && line.stress.len() == nodes as usize);
+                    for n in 0..nodes as usize {
+                        let s = line.s0 + n as f64 * line.ds;
+                        let (r, z) = if is_along_z { (0.37, s) } else { (s, 0.21) };
+                        if !is_along_z && n + 1 == nodes as usize {
+                            continue;
+                        }
+                        let value = line.stress[n];
+                        assert!((value - between(field, r, z)).abs() < tolerance, "line at ({r}, {z})");
+                        compared += 1;
+                    }
+                }
+            }
+        }
+        assert!(compared > 100, "frames among the steps of lines");
+        let summary = Summary::read(&bytes).expect("a sound file").expect("a summary");
+        let metadata = |topic: &str| {
+            let channel = summary.channels.values().find(|channel| channel.topic == topic);
+            channel.expect("a channel").metadata.clone()
+        };
+        assert_eq!(metadata("/points")["r"], "0,0,0.37,1.234,0.02,500");
+        assert_eq!(metadata("/points")["z"], "0,0.5,0.21,0.77,1,0.5");
+        assert!(!metadata("/points").contains_key("axis.stress"), "radii do not tell these points apart");
+        assert_eq!(
+            (metadata("/line/0")["line"].as_str(), metadata("/line/1")["line"].as_str()),
+            ("r = 0.37", "z = 0.21")
+        );
+        assert_eq!(metadata("/line/0")["axis.stress"], "s0,ds");
+    }
+}
+
+#[test]
+fn points_at_one_depth_have_an_axis() {
+    let folder = folder();
+    let case =
+        case("fig8-m5", &["mesh.cells=20", "record.frames=0", "record.points=[[0.0, 0.5], [0.4, 0.5]]"]);
+    let bytes = record(&case, &folder.path().join("a.mcap"));
+    let summary = Summary::read(&bytes).expect("a sound file").expect("a summary");
+    let channel = summary.channels.values().find(|channel| channel.topic == "/points").expect("a channel");
+    assert_eq!(channel.metadata["axis.stress"], "0,0.4");
+    assert!(!summary.channels.values().any(|channel| channel.topic.starts_with("/line")));
+    let seen: Vec<(u64, message::Points)> = messages(&bytes, "/points");
+    assert!(seen.iter().any(|(_, points)| points.stress[1] > 0.1));
+}
+
 #[test]
 fn everything_the_contract_promises_is_there() {
     let folder = folder();

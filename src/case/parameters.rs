@@ -12,7 +12,7 @@ use crate::{
     grid::{Geometry, Grid, MeshKind, Spacing},
     material::Material,
     model::{
-        Field, ModelKind,
+        Field, Gauges, Line, ModelKind,
         scheme::{Corner, Order},
     },
     recording::Compression,
@@ -95,6 +95,12 @@ impl Parameters {
     /// The steps that are frames.
     pub fn frames(&self) -> FrameSteps {
         self.record.frames.of(self.sizes.steps, self.sizes.dt)
+    }
+
+    /// Points and lines in the target that are recorded.
+    pub fn gauges(&self) -> Gauges {
+        let Record { points, lines, interface_every, .. } = &self.record;
+        Gauges { points: points.clone(), lines: lines.clone(), lines_every: *interface_every }
     }
 
     /// Units of what is recorded.
@@ -231,6 +237,10 @@ pub struct Record {
     pub interface_every: u64,
     /// Radii of the probes \[R\].
     pub probes: Vec<f64>,
+    /// Points `[r, z]` in the target, recorded in every step \[R\].
+    pub points: Vec<[f64; 2]>,
+    /// Lines in the target, recorded with the interface stress.
+    pub lines: Vec<Line>,
     /// Fields recorded in frames.
     pub fields: Vec<Field>,
     /// Distance of the nodes that fields show, along r and z \[nodes\].

@@ -11,6 +11,7 @@ use super::{
     Case, CaseBuilder, CaseErrors, Frames, Impact, Mesh, Parameters, Record, Run, Stop, ViewChannel,
     bounds::Bounds,
     document::{Document, Given, Section},
+    gauges,
     read_indenter::{IndenterParts, read_indenter},
     read_target::{read_material, read_system, read_target},
     sizes::Plan,
@@ -74,7 +75,8 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let c_s = target.as_ref().map(|(target, _)| target.material.shear_wave_speed);
     let mesh = read_mesh(mesh, model, c_s, &system);
     let (run, end_time) = read_run(run, &system);
-    let (record, field_every) = read_record(record, run.end_time, model, &system);
+    let thickness = target.as_ref().and_then(|(target, _)| target.thickness);
+    let (record, field_every) = read_record(record, run.end_time, model, thickness, &system);
 
     // sizes are derived from sound values only
     let parts = target.zip(indenter).filter(|_| document.is_sound());
@@ -233,16 +235,21 @@ fn read_run(mut section: Section<'_>, system: &System) -> (Run, Span) {
 }
 
 /// The `[record]` section, and its `field_every`, if given: its default depends on the sizes.
+///
+/// * `thickness`: of a layer
 fn read_record(
     mut section: Section<'_>,
     end_time: f64,
     model: ModelKind,
+    thickness: Option<f64>,
     system: &System,
 ) -> (Record, Option<usize>) {
     let interface_every = section.count("interface_every", 1..=1_000_000_000).map_or(1, value);
     let radii = (Dimension::Length, Bounds::within(0.0, HUGE));
     let default = || DEFAULT_PROBES.map(|r| system.default(Dimension::Length, r)).to_vec();
     let probes = section.quantities("probes", "radii", radii, system).map_or_else(default, value);
+    let points = gauges::read_points(&mut section, thickness, system);
+    let lines = gauges::read_lines(&mut section, thickness, system);
     let fields = read_fields(&mut section, model);
     let field_every = section.count("field_every", 1..=1_000_000).map(|given| given.value as usize);
     let views = read_names(&mut section, "views", "field, image, scene, fronts, tf, profile").map(value);
@@ -254,6 +261,8 @@ fn read_record(
     let record = Record {
         interface_every,
         probes,
+        points,
+        lines,
         fields: fields.unwrap_or(vec![Field::Stress]),
         field_every: 1,
         views: views.unwrap_or(ViewChannel::ALL.to_vec()),

@@ -1,12 +1,14 @@
 //! From a case back to a case file with every default and derived choice explicit.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::{Frames, HeadKind, Parameters, Stop, Value, ViewChannel, quantity::si_unit};
 use crate::{
     contact::Rule,
     grid::{Geometry, MeshKind},
-    model::{Field, ModelKind, scheme::Order},
+    model::{Field, Line, ModelKind, scheme::Order},
     recording::Compression,
     units::Dimension,
 };
@@ -92,6 +94,10 @@ struct Mesh {
 struct Record<'a> {
     interface_every: u64,
     probes: Vec<Value>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    points: Vec<[Value; 2]>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    lines: Vec<BTreeMap<&'static str, Value>>,
     fields: &'a [Field],
     field_every: usize,
     views: &'a [ViewChannel],
@@ -106,6 +112,11 @@ struct Record<'a> {
 fn resolved(case: &Parameters) -> Resolved<'_> {
     let record = &case.record;
     let list = |dimension, numbers: &[f64]| numbers.iter().map(|x| case.written(dimension, *x)).collect();
+    let length = |x: f64| case.written(Dimension::Length, x);
+    let line = |line: &Line| match *line {
+        Line::R(r) => BTreeMap::from([("r", length(r))]),
+        Line::Z(z) => BTreeMap::from([("z", length(z))]),
+    };
     let (frames, frame_times) = match &record.frames {
         Frames::Spread(frames) => (Some(*frames), None),
         Frames::At(times) => (None, Some(list(Dimension::Time, times))),
@@ -132,6 +143,8 @@ fn resolved(case: &Parameters) -> Resolved<'_> {
         record: Record {
             interface_every: record.interface_every,
             probes: list(Dimension::Length, &record.probes),
+            points: record.points.iter().map(|point| point.map(length)).collect(),
+            lines: record.lines.iter().map(line).collect(),
             fields: &record.fields,
             field_every: record.field_every,
             views: &record.views,

@@ -59,9 +59,10 @@ impl Plan<'_> {
         let ahead = corner.map_or(2.0, |_| CORNER_MARGIN as f64);
         let nz = match spacing.layer_rows {
             Some(rows) => rows as f64,
-            // the wave travels one row per step; if only the surface is observed, half as deep is enough
+            // the wave travels one row per step; where only the surface is observed, half as deep is enough, and for points the
+            // mean of both
             None if !self.record.frames.is_none() => steps + ahead,
-            None => (steps / 2.0).ceil() + ahead,
+            None => ((steps + self.record.deepest(spacing.dz)) / 2.0).ceil().min(steps) + ahead,
         };
         let most = (MAX_NUMBERS / self.model.numbers_per_node(corner.as_ref()) as f64).min(MAX_NODES);
         if nr * nz > most {
@@ -160,11 +161,12 @@ impl Plan<'_> {
         (shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + spacing.dr).min(shape.radius())
     }
 
-    /// Outer radius of the mesh \[R\]: so large that no wave returns from it to the contact, or, where fields are recorded,
-    /// that no wave arrives there.
+    /// Outer radius of the mesh \[R\]: so large that no wave returns from it to the contact and to what is recorded at a radius
+    /// beyond it, or, where fields or lines along r are recorded, that no wave arrives there.
     ///
     /// ```text
     /// r_max = r_contact + c·t_end/2 + margin      with fields: r_contact + c·t_end + margin
+    ///                                             with points: r_contact + (c·t_end + r_point − r_contact)/2 + margin
     /// ```
     ///
     /// with `c = c_s` (model `elastic`: 1) and the width of the precursor as margin.
@@ -176,10 +178,15 @@ impl Plan<'_> {
         steps: f64,
         contact_reach: f64,
     ) -> Option<f64> {
+        let speed = self.model.lateral_speed(self.target.material.shear_wave_speed);
+        let run = speed * steps * spacing.dz;
+        let margin = (PRECURSOR * steps.cbrt() + 2.0).ceil() * spacing.dr;
         if let Some(given) = &mesh.outer_radius {
             // nodes beside the contact on any mesh
             let least = contact_reach + 2.0 * spacing.dr;
             if given.value >= least {
+                let reach = contact_reach + run + margin;
+                self.record.check_radii(doc, given, reach)?;
                 return Some(given.value);
             }
             let message =
@@ -190,10 +197,9 @@ impl Plan<'_> {
             doc.problem(given.span.clone(), message, help);
             return None;
         }
-        let speed = self.model.lateral_speed(self.target.material.shear_wave_speed);
         let fields = !self.record.frames.is_none() && !self.record.fields.is_empty();
-        let run = speed * steps * spacing.dz * if fields { 1.0 } else { 0.5 };
-        let margin = (PRECURSOR * steps.cbrt() + 2.0).ceil() * spacing.dr;
-        Some(contact_reach + run + margin)
+        let widest = if fields { f64::INFINITY } else { self.record.widest() };
+        let beside = (widest - contact_reach).clamp(0.0, run);
+        Some(contact_reach + 0.5 * (run + beside) + margin)
     }
 }

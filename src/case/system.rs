@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     grid::Geometry,
-    units::{Dimension, Scales},
+    units::{Dimension, Scales, Units},
 };
 
 /// System of the numbers of a case.
@@ -50,6 +50,11 @@ impl System {
     /// repeats it to the last bit.
     pub fn default(&self, dimension: Dimension, x: f64) -> f64 {
         self.scales().map_or(x, |scales| scales.reduce(dimension, x * scales.of(dimension)))
+    }
+
+    /// A dimensionless length for people.
+    pub fn length_text(&self, length: f64) -> String {
+        Units::new(Geometry::Axisymmetric, self.scales()).length.full_text(length)
     }
 
     /// What can be written for a number of a dimension.
@@ -210,8 +215,12 @@ impl Section<'_> {
     ) -> Option<Given<Vec<[f64; 2]>>> {
         let allowed =
             format!("a list of pairs, [[…, …], …], each {}", system.allowed(Dimension::Length, bounds));
-        let Given { value, span } = self.get::<Vec<[Value; 2]>>(key, &allowed)?;
+        let Given { value, span } = self.get::<Vec<Vec<Value>>>(key, &allowed)?;
         self.check_length(key, noun, value.len(), &span)?;
+        if let Some(bad) = value.iter().find(|pair| pair.len() != 2) {
+            let message = format!("`{}` has {} numbers instead of a pair", self.name(key), bad.len());
+            return self.refuse(key, span, message, &allowed);
+        }
         let list: Vec<Value> = value.into_iter().flatten().collect();
         let numbers = self.read_list(key, &list, &span, (Dimension::Length, bounds), system)?;
         let pairs = numbers.as_chunks::<2>().0.to_vec();

@@ -24,7 +24,7 @@ enum Law {
     Once,
     /// A message every step.
     Steps,
-    /// A number for every column under the indenter, every step.
+    /// A number for every column under the indenter or every node along a line, every step.
     Columns,
     /// A message every frame.
     Frames,
@@ -42,6 +42,7 @@ impl Law {
             "/energy" => Self::Frames,
             "/interface/stress" => Self::Columns,
             "/view/field" | "/view/image" => Self::Pixels,
+            _ if topic.starts_with("/line/") => Self::Columns,
             _ if topic.starts_with("/field/") => Self::Nodes,
             _ if topic.starts_with(view::TOPICS) => Self::Frames,
             _ => Self::Steps,

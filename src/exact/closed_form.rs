@@ -243,6 +243,7 @@ impl ClosedForm {
             depth: self.velocity * time,
             events: Arc::default(),
             frame: None,
+            gauges: None,
         }
     }
 

@@ -2,15 +2,15 @@
 //!
 //! Two levels of a displacement are kept, with the corner term and in the full theory three, rows 0 (the surface) to nz (the backing), in the order of radii; the next level overwrites
 //! the oldest. A band near the surface goes step by step; the interior follows behind it in passes over many
-//! levels ([`tiles`], [`workers`]). Frames are sampled on the way ([`sampler`]), and steps wait in the engine until theirs is
-//! complete.
+//! levels ([`tiles`], [`workers`]). Frames, points and lines are sampled on the way ([`sampler`], [`gauge`]), and steps wait in the engine
+//! until theirs are complete.
 //!
 //! Work is limited to the active region ([`active`]): what has moved and can still be seen.
 
 use std::{collections::VecDeque, sync::Arc};
 
 use super::{
-    BackingPeak, Coverage, Frame, FrameFields, Model,
+    BackingPeak, Coverage, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Handed, Model, Sampling,
     elastic::Elastic,
     larger_strain, scheme,
     scheme::{Corner, RadialWeights},
@@ -24,8 +24,10 @@ mod damping;
 mod dispatch;
 mod domain;
 mod energy;
+mod gauge;
 mod kernel;
 mod levels;
+mod parts;
 mod patch;
 mod sampler;
 #[cfg(test)]
@@ -40,6 +42,7 @@ pub use dispatch::Instructions;
 use active::LightCone;
 use corner::add_corner;
 use domain::{Domain, Weighted};
+use gauge::Gauge;
 use kernel::free_surface;
 use sampler::{Sampler, SurfaceMotion};
 use tiles::{LevelTask, RowPeak};
@@ -59,12 +62,14 @@ pub struct Engine<T> {
     /// Levels that no pass over the interior has begun yet.
     behind: Vec<LevelTask>,
     shown: FrameFields,
-    /// Steps that have not been handed out, with the samplers of frames.
-    steps: VecDeque<(T, Option<Arc<Sampler>>)>,
+    gauges: Arc<GaugePlan>,
+    /// Steps that have not been handed out.
+    steps: VecDeque<Waiting<T>>,
     /// Level that the interior has reached, passes that are over.
     reached: usize,
-    /// Frames that may be under way.
+    /// Frames that may be under way, and steps with gauges.
     most_frames: usize,
+    most_gauges: usize,
     /// Largest peak of the row before the backing so far, and that of the newest level.
     peaks: [RowPeak; 2],
     /// Room for sums over z on the surface.
@@ -73,20 +78,38 @@ pub struct Engine<T> {
     free: [Vec<f64>; 2],
 }
 
+/// A step that has not been handed out.
+struct Waiting<T> {
+    step: T,
+    /// What samples it, if it is a frame.
+    sampler: Option<Arc<Sampler>>,
+    /// What records its points and lines, if there are any.
+    gauge: Option<Arc<Gauge>>,
+}
+
+impl<T> Waiting<T> {
+    /// True once the interior has reached what the step waits for.
+    fn is_complete(&self, reached: usize) -> bool {
+        let sampled = self.sampler.as_ref().map(|sampler| sampler.level());
+        let gauged = self.gauge.as_ref().map(|gauge| gauge.level());
+        sampled.max(gauged).is_none_or(|level| level <= reached)
+    }
+}
+
 impl<T> Engine<T> {
     /// A target at rest.
     ///
     /// * `weights`: radial weights of the scheme, by column
     /// * `corner`: the corner term with its radial weights, if there is one
     /// * `courant`: radial Courant number, at most 1
-    /// * `shown`: what frames show
+    /// * `shown`: what is shown
     pub fn new(
         grid: Grid,
         weights: &[RadialWeights],
         corner: Option<(Corner, &[RadialWeights])>,
         courant: f64,
         coverage: Coverage,
-        shown: FrameFields,
+        shown: Sampling,
         instructions: Instructions,
     ) -> Self {
         let domain = Domain::new(&grid, weights, corner, instructions);
@@ -96,11 +119,11 @@ impl<T> Engine<T> {
 
     /// A target of the full theory at rest.
     ///
-    /// * `shown`: what frames show
+    /// * `shown`: what is shown
     pub fn with_cells(
         theory: Elastic,
         coverage: Coverage,
-        shown: FrameFields,
+        shown: Sampling,
         instructions: Instructions,
     ) -> Self {
         let grid = theory.grid().clone();
@@ -109,7 +132,9 @@ impl<T> Engine<T> {
         Self::of(grid, Domain::with_cells(theory, instructions), cone, shown)
     }
 
-    fn of(grid: Grid, domain: Domain, cone: LightCone, shown: FrameFields) -> Self {
+    fn of(grid: Grid, domain: Domain, cone: LightCone, shown: Sampling) -> Self {
+        let Sampling { frames: shown, gauges } = shown;
+        let gauges = Arc::new(GaugePlan::new(&gauges, &grid));
         let extent = super::Extent::of(&grid, shown.every.max(1));
         let frame_size = size_of::<f32>() * extent.nr * extent.nz * shown.fields.len();
         Self {
@@ -120,8 +145,10 @@ impl<T> Engine<T> {
             steps: VecDeque::new(),
             reached: 0,
             most_frames: (FRAMES_UNDER_WAY / frame_size.max(1)).max(2),
+            most_gauges: (GAUGES_UNDER_WAY / gauges.size()).max(2),
             peaks: Default::default(),
             shown,
+            gauges,
             sums: Vec::new(),
             free: Default::default(),
             grid,
@@ -135,7 +162,8 @@ impl<T> Engine<T> {
             let surface = self.field.row(self.level - 1, 0)[..self.cone.active_columns()].to_vec();
             Arc::new(Sampler::new(self.level, self.field.domain(), active.rows, &self.shown, surface))
         };
-        LevelTask { active, sampler: is_frame.then(sampler) }
+        let gauge = || Arc::new(Gauge::new(self.level, &self.gauges));
+        LevelTask { active, sampler: is_frame.then(sampler), gauge: (!self.gauges.is_empty()).then(gauge) }
     }
 
     /// Lets the interior follow up to the level of the surface.
@@ -196,16 +224,16 @@ impl<T> Engine<T> {
         }
     }
 
-    /// True if the frame of the next step is complete, or it is none.
+    /// True if what the next step shows is complete.
     fn is_complete(&self) -> bool {
-        self.steps.front().is_some_and(|(_, sampler)| {
-            sampler.as_ref().is_none_or(|sampler| sampler.level() <= self.reached)
-        })
+        self.steps.front().is_some_and(|waiting| waiting.is_complete(self.reached))
     }
 
-    /// True if more frames are under way than memory is meant for.
+    /// True if more frames or gauges are under way than memory is meant for.
     fn is_crowded(&self) -> bool {
-        self.steps.iter().filter(|(_, sampler)| sampler.is_some()).count() > self.most_frames
+        let has_gauges = !self.gauges.is_empty();
+        let frames = || self.steps.iter().filter(|waiting| waiting.sampler.is_some()).count();
+        (has_gauges && self.steps.len() > self.most_gauges) || frames() > self.most_frames
     }
 }
 
@@ -244,7 +272,7 @@ impl<T: Send> Model<T> for Engine<T> {
         self.level += 1;
         self.cone.advance(self.level, surface.loaded);
         let task = self.task(is_frame);
-        self.steps.push_back((step, task.sampler.clone()));
+        self.steps.push_back(Waiting { step, sampler: task.sampler.clone(), gauge: task.gauge.clone() });
         let (reach, band_rows) = (self.field.domain().reach(), self.field.band_rows());
         // the rows below the lowest one are read
         self.field.open(task.active.rows.max(band_rows) + reach);
@@ -265,7 +293,7 @@ impl<T: Send> Model<T> for Engine<T> {
         self.note_peak_in_band(rows);
     }
 
-    fn next(&mut self, finish: bool) -> Option<(T, Option<Frame>)> {
+    fn next(&mut self, finish: bool) -> Option<Handed<T>> {
         if !self.is_complete() {
             self.note_passes();
         }
@@ -275,13 +303,15 @@ impl<T: Send> Model<T> for Engine<T> {
         if !self.is_complete() {
             return None;
         }
-        let (step, sampler) = self.steps.pop_front()?;
+        let Waiting { step, sampler, gauge } = self.steps.pop_front()?;
         #[expect(unsafe_code, reason = "a sampler that threads have shared")]
-        // SAFETY: the level of the sampler has been reached: the near-surface band was advanced by this thread, and the passes
-        // up to that level are over, which their threads have said with a release that `Pass::is_over` has acquired; a
-        // sampler leaves the queue once
+        // SAFETY, here and below: the level of sampler and gauge has been reached: the near-surface band was advanced by this thread, and the passes
+        // up to that level are over, which their threads have said with a release that `Pass::is_over` has acquired; both
+        // leave the queue once
         let frame = sampler.map(|sampler| unsafe { sampler.finish(self.field.domain()) });
-        Some((step, frame))
+        #[expect(unsafe_code, reason = "a recorder that threads have shared")]
+        let gauges = gauge.map(|gauge| unsafe { gauge.finish() });
+        Some((step, frame, gauges))
     }
 
     fn surface_strain(&self, pressure: &[f64]) -> (f64, usize) {

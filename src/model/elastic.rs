@@ -9,7 +9,7 @@
 //! the fast engine shows.
 
 use super::{
-    Coverage, Field, FrameFields, Model, TargetEnergy,
+    Coverage, Field, Model, Sampling, TargetEnergy,
     blocked::{Engine, Instructions},
     cells::{self, Cell, CellStrains, Column, ColumnWeights, Medium, Row, Strain},
     reference::{Level, Levels, Reference, Scheme},
@@ -77,8 +77,8 @@ impl Elastic {
 
     /// A target at rest under the plain stepper.
     ///
-    /// * `shown`: what frames show
-    pub fn reference<T>(self, shown: FrameFields) -> Reference<T, Self, 2> {
+    /// * `shown`: what is shown
+    pub fn reference<T>(self, shown: impl Into<Sampling>) -> Reference<T, Self, 2> {
         Reference::new(self.grid.clone(), self, shown)
     }
 
@@ -208,15 +208,19 @@ impl Elastic {
     /// A target at rest under the fast engine.
     ///
     /// * `coverage`: what must be computed
-    /// * `shown`: what frames show
-    pub fn blocked<T: Send + 'static>(self, coverage: Coverage, shown: FrameFields) -> Box<dyn Model<T>> {
-        Box::new(self.engine(coverage, shown, Instructions::detect()))
+    /// * `shown`: what is shown
+    pub fn blocked<T: Send + 'static>(
+        self,
+        coverage: Coverage,
+        shown: impl Into<Sampling>,
+    ) -> Box<dyn Model<T>> {
+        Box::new(self.engine(coverage, shown.into(), Instructions::detect()))
     }
 
     pub(super) fn engine<T>(
         self,
         coverage: Coverage,
-        shown: FrameFields,
+        shown: Sampling,
         instructions: Instructions,
     ) -> Engine<T> {
         Engine::with_cells(self, coverage, shown, instructions)

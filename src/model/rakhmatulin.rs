@@ -8,7 +8,7 @@
 //! and its weights, column by column, for the fast engine.
 
 use super::{
-    Coverage, Field, FrameFields, Model, TargetEnergy,
+    Coverage, Field, Model, Sampling, TargetEnergy,
     blocked::{Engine, Instructions},
     reference::{Level, Levels, Reference, Scheme},
     scheme::{self, Corner, RadialWeights},
@@ -51,15 +51,19 @@ impl Rakhmatulin {
     /// A target at rest under the fast engine.
     ///
     /// * `coverage`: what must be computed
-    /// * `shown`: what frames show
-    pub fn blocked<T: Send + 'static>(self, coverage: Coverage, shown: FrameFields) -> Box<dyn Model<T>> {
-        Box::new(self.engine(coverage, shown, Instructions::detect()))
+    /// * `shown`: what is shown
+    pub fn blocked<T: Send + 'static>(
+        self,
+        coverage: Coverage,
+        shown: impl Into<Sampling>,
+    ) -> Box<dyn Model<T>> {
+        Box::new(self.engine(coverage, shown.into(), Instructions::detect()))
     }
 
     pub(super) fn engine<T>(
         self,
         coverage: Coverage,
-        shown: FrameFields,
+        shown: Sampling,
         instructions: Instructions,
     ) -> Engine<T> {
         let corner = self.corner.as_ref().map(|(corner, weights)| (*corner, &weights[..]));
@@ -69,8 +73,8 @@ impl Rakhmatulin {
 
     /// A target at rest under the plain stepper.
     ///
-    /// * `shown`: what frames show
-    pub fn reference<T>(self, shown: FrameFields) -> Reference<T, Self, 1> {
+    /// * `shown`: what is shown
+    pub fn reference<T>(self, shown: impl Into<Sampling>) -> Reference<T, Self, 1> {
         Reference::new(self.grid.clone(), self, shown)
     }
 

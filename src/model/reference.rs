@@ -8,7 +8,10 @@ use std::collections::VecDeque;
 
 use ndarray::{Array2, ArrayView1};
 
-use super::{BackingPeak, Field, Frame, FrameFields, Lattice, Model, Sample, TargetEnergy};
+use super::{
+    BackingPeak, Field, Frame, FrameFields, GaugePlan, GaugeValues, Handed, Lattice, Model, PointState,
+    Sample, Sampling, TargetEnergy,
+};
 use crate::{grid::Grid, surface::Surface};
 
 /// The displacements of a level over the whole section, each of shape `(nz + 1, nr)` \[R\]. The first one is u_z.
@@ -49,13 +52,14 @@ pub struct Reference<T, S, const FIELDS: usize> {
     grid: Grid,
     scheme: S,
     shown: FrameFields,
+    gauges: GaugePlan,
     /// Levels k−1 and k, and room for k+1.
     before: Level<FIELDS>,
     now: Level<FIELDS>,
     next: Level<FIELDS>,
     level: u64,
     peak: BackingPeak,
-    steps: VecDeque<(T, Option<Frame>)>,
+    steps: VecDeque<Handed<T>>,
     /// Rows and columns beyond these are held at rest.
     rows: usize,
     columns: usize,
@@ -64,12 +68,14 @@ pub struct Reference<T, S, const FIELDS: usize> {
 impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
     /// A target at rest.
     ///
-    /// * `shown`: what frames show
-    pub fn new(grid: Grid, scheme: S, shown: FrameFields) -> Self {
+    /// * `shown`: what is shown
+    pub fn new(grid: Grid, scheme: S, shown: impl Into<Sampling>) -> Self {
+        let Sampling { frames, gauges } = shown.into();
         let rest = || [(); FIELDS].map(|()| Array2::zeros((grid.nz + 1, grid.nr())));
         Self {
             scheme,
-            shown,
+            shown: frames,
+            gauges: GaugePlan::new(&gauges, &grid),
             before: rest(),
             now: rest(),
             next: rest(),
@@ -126,6 +132,34 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
             surface: self.now[0].row(0).to_vec(),
         }
     }
+
+    /// What the gauges show of level k, with k+1 computed, if there are any.
+    fn gauge(&self, pressure: &[f64]) -> Option<GaugeValues> {
+        let GaugePlan { point_nodes, line_nodes, .. } = &self.gauges;
+        let levels = [&self.before, &self.now, &self.next];
+        let all = (0..self.grid.nz + 1, 0..self.columns);
+        let show = |field: Field, j: usize, i: usize| self.scheme.show(field, levels, pressure, j, i);
+        let mut points = vec![PointState::default(); point_nodes.len()];
+        for (j, numbers) in point_nodes.within(all.0.clone(), all.1.clone()) {
+            for (state, &i) in points[numbers.clone()].iter_mut().zip(point_nodes.columns(&numbers)) {
+                *state = PointState {
+                    displacement: show(Field::Displacement, j, i),
+                    velocity: show(Field::Velocity, j, i),
+                    stress: show(Field::Stress, j, i),
+                };
+            }
+        }
+        let lines = self.gauges.shows_lines(self.level).then(|| {
+            let mut lines = vec![0.0; line_nodes.len()];
+            for (j, numbers) in line_nodes.within(all.0, all.1) {
+                for (stress, &i) in lines[numbers.clone()].iter_mut().zip(line_nodes.columns(&numbers)) {
+                    *stress = show(Field::Stress, j, i);
+                }
+            }
+            lines
+        });
+        (!self.gauges.is_empty()).then(|| self.gauges.values(&points, lines.as_deref()))
+    }
 }
 
 impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, S, FIELDS> {
@@ -150,13 +184,14 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         }
         self.note_strain();
         let frame = is_frame.then(|| self.frame(&surface.pressure));
-        self.steps.push_back((step, frame));
+        let gauges = self.gauge(&surface.pressure);
+        self.steps.push_back((step, frame, gauges));
         std::mem::swap(&mut self.before, &mut self.now);
         std::mem::swap(&mut self.now, &mut self.next);
         self.level += 1;
     }
 
-    fn next(&mut self, _finish: bool) -> Option<(T, Option<Frame>)> {
+    fn next(&mut self, _finish: bool) -> Option<Handed<T>> {
         self.steps.pop_front()
     }
 

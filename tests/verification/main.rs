@@ -30,6 +30,7 @@ mod fig6_cones;
 mod fig8_finite_mass;
 mod one_dimensional;
 mod plane_flat_punch;
+mod points;
 mod separation;
 mod stability;
 

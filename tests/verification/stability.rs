@@ -45,7 +45,7 @@ fn frames(geometry: Geometry, cells: usize, courant: f64, corner: Option<Corner>
         }
         let is_frame = step >= pushes && (step - pushes).is_multiple_of(STEPS / FRAMES);
         target.advance(&surface, (), is_frame);
-        while let Some(((), frame)) = target.next(step + 1 == pushes + STEPS) {
+        while let Some(((), frame, _)) = target.next(step + 1 == pushes + STEPS) {
             if let Some(frame) = frame {
                 let [_, after] = frame.energy;
                 let largest = frame.samples[0].values.iter().fold(0.0f32, |most, u| most.max(u.abs()));

@@ -5,76 +5,17 @@
 //! level k still stands around them, and the sampler takes its fields node by node, from memory that is at hand anyway. Which
 //! thread does it when changes no number: fields are taken one by one, and sums over a row go on from tile to tile.
 
-use std::{
-    ops::Range,
-    sync::atomic::{AtomicPtr, Ordering},
-};
+use std::ops::Range;
 
 use super::{
     corner::add_corner,
     domain::{AxialWeights, Domain, Weighted},
     energy::EnergySum,
+    parts::Parts,
 };
 use crate::model::{Extent, Field, Frame, FrameFields, Sample, TargetEnergy, scheme};
 
 mod section;
-
-/// Numbers that several threads write, each its own part. They can be taken out once, when all parts are written.
-struct Parts<T> {
-    /// The first number; null once they have been taken.
-    first: AtomicPtr<T>,
-    length: usize,
-}
-
-#[expect(unsafe_code, reason = "several threads fill one sampler")]
-impl<T: Default + Clone> Parts<T> {
-    /// `length` zeros; large untouched ones take no memory.
-    fn new(length: usize) -> Self {
-        let numbers = vec![T::default(); length].into_boxed_slice();
-        Self { first: AtomicPtr::new(Box::into_raw(numbers).cast()), length }
-    }
-
-    /// Some of the numbers.
-    ///
-    /// # Safety
-    ///
-    /// No other thread reaches these while the slice lives, nor is there another slice of them.
-    #[expect(clippy::mut_from_ref, reason = "the caller promises that there is no other")]
-    unsafe fn part(&self, range: Range<usize>) -> &mut [T] {
-        let first = self.first.load(Ordering::Relaxed);
-        assert!(!first.is_null() && range.start <= range.end && range.end <= self.length);
-        // SAFETY: the range lies inside the numbers, which have not been taken; the caller promises the rest
-        unsafe { std::slice::from_raw_parts_mut(first.add(range.start), range.len()) }
-    }
-
-    /// Takes all numbers out.
-    ///
-    /// # Safety
-    ///
-    /// All writing to them has happened before, and none follows.
-    ///
-    /// # Panics
-    ///
-    /// If they have been taken before.
-    unsafe fn take(&self) -> Vec<T> {
-        let first = self.first.swap(std::ptr::null_mut(), Ordering::AcqRel);
-        assert!(!first.is_null(), "numbers are taken once");
-        // SAFETY: the pointer comes from a box of this length, and was swapped out, so no other call has it; the caller
-        // promises that no slice of it is alive
-        unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(first, self.length)) }.into_vec()
-    }
-}
-
-impl<T> Drop for Parts<T> {
-    fn drop(&mut self) {
-        let first = *self.first.get_mut();
-        if !first.is_null() {
-            // SAFETY: the pointer comes from a box of this length; slices of it borrow `self`, so none is alive
-            #[expect(unsafe_code, reason = "numbers that were never taken")]
-            drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(first, self.length)) });
-        }
-    }
-}
 
 /// What the contact has settled for row 0.
 #[derive(Clone, Copy)]

@@ -6,7 +6,7 @@ use super::*;
 use crate::{
     grid::{Geometry, MeshKind, Spacing},
     model::{
-        Field, Sample, TargetEnergy,
+        Field, Frame, GaugeValues, Gauges, Line, Sample, TargetEnergy,
         rakhmatulin::Rakhmatulin,
         reference::{Reference, Scheme},
         scheme::{Corner, Order},
@@ -20,6 +20,29 @@ impl Noise {
     fn next(&mut self, below: usize) -> usize {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((self.0 >> 33) as usize) % below
+    }
+}
+
+/// Random points and lines, at nodes, between them and a little beyond the mesh; none now and then.
+fn gauges(noise: &mut Noise, grid: &Grid) -> Gauges {
+    let radius = |noise: &mut Noise| match noise.next(3) {
+        0 => grid.r(noise.next(grid.nr())),
+        _ => 1.05 * grid.nr() as f64 * grid.dr * noise.next(1000) as f64 / 1000.0,
+    };
+    let depth = |noise: &mut Noise| match noise.next(4) {
+        0 => grid.dz * noise.next(grid.nz + 1) as f64,
+        1 => grid.dz * [0, grid.nz][noise.next(2)] as f64,
+        _ => 1.05 * grid.nz as f64 * grid.dz * noise.next(1000) as f64 / 1000.0,
+    };
+    let (points, lines) = (noise.next(4) * noise.next(20), noise.next(4));
+    let line = |noise: &mut Noise| match noise.next(2) {
+        0 => Line::R(radius(noise)),
+        _ => Line::Z(depth(noise)),
+    };
+    Gauges {
+        points: (0..points).map(|_| [radius(noise), depth(noise)]).collect(),
+        lines: (0..lines).map(|_| line(noise)).collect(),
+        lines_every: 1 + noise.next(3) as u64,
     }
 }
 
@@ -49,7 +72,8 @@ impl Twins<Elastic, 2> {
         let coverage = [Coverage::Field, Coverage::Everything][noise.next(3) / 2];
         let every = 1 + noise.next(2) * noise.next(5);
         let threads = 1 + seed as usize % 3;
-        let shown = FrameFields { every, fields: Field::ALL.to_vec() };
+        let frames = FrameFields { every, fields: Field::ALL.to_vec() };
+        let shown = Sampling { frames, gauges: gauges(noise, &grid) };
         Self {
             engine: theory.clone().engine(coverage, shown.clone(), instructions),
             reference: theory.reference(shown),
@@ -82,7 +106,7 @@ impl Twins<Rakhmatulin, 1> {
         let coverage = [Coverage::Field, Coverage::Everything][noise.next(3) / 2];
         let every = 1 + noise.next(2) * noise.next(5);
         let threads = 1 + seed as usize % 3;
-        let shown = FrameFields { every, ..all_fields() };
+        let shown = Sampling { frames: FrameFields { every, ..all_fields() }, gauges: gauges(noise, &grid) };
         Self {
             engine: theory.clone().engine(coverage, shown.clone(), instructions),
             reference: theory.reference(shown),
@@ -142,6 +166,11 @@ impl<S: Scheme<FIELDS>, const FIELDS: usize> Twins<S, FIELDS> {
         }
     }
 
+    /// Compares points and lines, bit by bit.
+    fn compare_gauges(&self, expected: &Option<GaugeValues>, found: &Option<GaugeValues>, step: usize) {
+        assert_eq!(expected, found, "{}, step {step}", self.name);
+    }
+
     /// Compares frames: fields number by number, energies but for rounding, because they are other sums.
     fn compare_frames(&self, expected: &Frame, found: &Frame) {
         let moved = found.surface.len();
@@ -191,8 +220,9 @@ fn compare<S: Scheme<FIELDS>, const FIELDS: usize>(
         shown.push(step);
     }
     assert_eq!(shown.len(), steps, "{}", twins.name);
-    for (number, (step, found)) in shown.into_iter().enumerate() {
-        let (expected_step, expected) = twins.reference.next(true).expect("as many steps");
+    for (number, (step, found, values)) in shown.into_iter().enumerate() {
+        let (expected_step, expected, expected_values) = twins.reference.next(true).expect("as many steps");
+        twins.compare_gauges(&expected_values, &values, step);
         assert_eq!((number, step), (expected_step, expected_step), "{}", twins.name);
         assert_eq!(expected.is_some(), found.is_some(), "{}", twins.name);
         if let (Some(expected), Some(found)) = (expected, found) {
@@ -227,7 +257,7 @@ fn the_engine_is_the_plain_stepper_of_the_full_theory() {
 }
 
 fn engine(grid: &Grid, c_s: f64, coverage: Coverage, shown: FrameFields) -> Engine<()> {
-    Rakhmatulin::new(grid.clone(), c_s, None).engine(coverage, shown, Instructions::detect())
+    Rakhmatulin::new(grid.clone(), c_s, None).engine(coverage, shown.into(), Instructions::detect())
 }
 
 /// Surface, energies and the last field of a run under a hard push.
@@ -245,7 +275,7 @@ fn run_with(coverage: Coverage, c_s: f64, steps: usize) -> (Vec<f64>, Vec<Target
         surface.displacement.copy_from_slice(&surface.free);
         surface.displacement[..surface.loaded].fill((step + 1) as f64 * 0.01);
         model.advance(&surface, (), step % 50 == 49);
-        while let Some(((), frame)) = model.next(step + 1 == steps) {
+        while let Some(((), frame, _)) = model.next(step + 1 == steps) {
             if let Some(mut frame) = frame {
                 energy.extend(frame.energy);
                 last = frame.samples.pop();
@@ -339,7 +369,33 @@ fn a_run_without_frames_keeps_no_passes() {
         surface.displacement.copy_from_slice(&surface.free);
         surface.displacement[..20].fill(1.0);
         model.advance(&surface, (), false);
-        assert_eq!(model.next(false), Some(((), None)));
+        assert_eq!(model.next(false), Some(((), None, None)));
         assert!(model.field.passes() <= 2, "{} passes", model.field.passes());
     }
+}
+
+#[test]
+fn steps_with_gauges_wait_for_no_more_than_memory_allows() {
+    let spacing = Spacing { dr: 0.1, dz: 0.2, layer_rows: Some(400) };
+    let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, 50, 400);
+    let gauges = Gauges { points: vec![[0.0, 20.0]], ..Gauges::default() };
+    let shown = Sampling { frames: nothing(), gauges };
+    let mut model: Engine<usize> =
+        Rakhmatulin::new(grid, 0.4, None).engine(Coverage::Field, shown, Instructions::detect());
+    model.most_gauges = 5;
+    let mut surface = Surface::new(50);
+    surface.loaded = 20;
+    let mut seen = 0;
+    for step in 0..300 {
+        model.predict(&mut surface);
+        surface.displacement.copy_from_slice(&surface.free);
+        surface.displacement[..20].fill(1.0);
+        model.advance(&surface, step, false);
+        while let Some((number, _, gauges)) = model.next(false) {
+            assert_eq!((number, gauges.map(|values| values.points.len())), (seen, Some(1)));
+            seen += 1;
+        }
+        assert!(model.steps.len() <= 5, "{} steps", model.steps.len());
+    }
+    assert!(seen >= 295);
 }

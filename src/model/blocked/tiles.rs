@@ -34,6 +34,7 @@ use std::{
 use super::{
     active::ActiveRegion,
     domain::{Domain, Weighted},
+    gauge::Gauge,
     sampler::{Sampler, SurfaceMotion},
     vector::BLOCK,
 };
@@ -97,10 +98,12 @@ pub struct LevelTask {
     pub active: ActiveRegion,
     /// What samples the level before, if that is a frame.
     pub sampler: Option<Arc<Sampler>>,
+    /// What records points and lines at the level before, if there are any.
+    pub gauge: Option<Arc<Gauge>>,
 }
 
 impl LevelTask {
-    /// Advances `rows` of `columns`, whole vectors, to `level`, and samples them.
+    /// Advances `rows` of `columns`, whole vectors, to `level`, and samples them, points and lines among them.
     ///
     /// * `motion`: of row 0, if it is among the rows
     ///
@@ -122,6 +125,10 @@ impl LevelTask {
         unsafe {
             let sampler = self.sampler.as_deref();
             let before = sampler.map(|sampler| sampler.before(domain, &rows, &columns, motion));
+            let gauge = self.gauge.as_deref();
+            if let Some(gauge) = gauge {
+                gauge.before(domain, &rows, &columns);
+            }
             if let Some(SurfaceMotion { displacement, lateral, .. }) = motion {
                 domain.levels.part_mut(level, 0, displacement.len()).copy_from_slice(displacement);
                 if !lateral.is_empty() {
@@ -133,6 +140,9 @@ impl LevelTask {
             domain.reflect(level, &rows, &columns);
             if let (Some(sampler), Some(before)) = (sampler, before) {
                 sampler.after(domain, &rows, &columns, &before, motion);
+            }
+            if let Some(gauge) = gauge {
+                gauge.after(domain, &rows, &columns, motion);
             }
         }
     }
@@ -285,7 +295,7 @@ impl Pass {
             //   there are three levels) t + 2, which start after this one has ended; those of earlier levels around this tile
             //   were written by tiles above and to the left, which have ended, and are overwritten at level t + 1 (three
             //   levels: t + 2) only by tiles that are shifted R rows and [`Domain::shift`] columns farther per level, which is past them;
-            // - a sampler reads what the step reads, of level t − 1, and the nodes themselves; and all tiles that sample a
+            // - a sampler and a gauge read what the step reads, of level t − 1, and the nodes themselves; and all tiles that sample a
             //   row at one level belong to one tile row;
             // - in the pass before, this tile row, those above and the one below are done. If that one's rows end at row f
             //   before any shift, this tile row writes up to row f − R − 1 and reads up to f − 1; what is farther down

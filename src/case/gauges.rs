@@ -1,0 +1,229 @@
+//! Points and lines in the target: `record.points`, `record.lines`.
+
+use std::collections::BTreeMap;
+
+use toml::Value;
+
+use super::{
+    Record,
+    bounds::Bounds,
+    document::{Document, Given, Section},
+    read::{HUGE, Span},
+    system::System,
+};
+use crate::{model::Line, units::Dimension};
+
+/// Largest number of points.
+const MAX_POINTS: usize = 10_000;
+/// Largest number of lines.
+const MAX_LINES: usize = 100;
+/// Places this little beyond the backing, relative to the thickness, are on it.
+const ROUNDING: f64 = 1e-9;
+
+/// `record.points`.
+///
+/// * `thickness`: of a layer
+pub(super) fn read_points(
+    section: &mut Section<'_>,
+    thickness: Option<f64>,
+    system: &System,
+) -> Vec<[f64; 2]> {
+    let Some(given) = section.places("points", "points", PLACES, system) else { return Vec::new() };
+    let (key, depths) = ("points", given.value.iter().map(|[_, z]| *z));
+    check_depths(section, key, &given.span, depths, thickness, system);
+    check_number(section, key, &given.span, given.value.len(), MAX_POINTS);
+    given.value
+}
+
+/// `record.lines`.
+///
+/// * `thickness`: of a layer
+pub(super) fn read_lines(section: &mut Section<'_>, thickness: Option<f64>, system: &System) -> Vec<Line> {
+    let allowed = "a list of lines, { r = a radius } along z or { z = a depth } along r";
+    let Some(Given { value, span }) = section.get::<Vec<BTreeMap<String, Value>>>("lines", allowed) else {
+        return Vec::new();
+    };
+    let mut lines = Vec::new();
+    for entries in &value {
+        let mut entries = entries.iter();
+        let (Some((key, place)), None) = (entries.next(), entries.next()) else {
+            section.problem(span, "`record.lines` has a line without exactly one of r and z", allowed);
+            return Vec::new();
+        };
+        let number = std::slice::from_ref(place);
+        let Some(read) = section.read_list("lines", number, &span, (Dimension::Length, PLACES), system)
+        else {
+            return Vec::new();
+        };
+        match key.as_str() {
+            "r" => lines.push(Line::R(read[0])),
+            "z" => lines.push(Line::Z(read[0])),
+            _ => section.problem(span.clone(), format!("`record.lines` has a line at `{key}`"), allowed),
+        }
+    }
+    let depths = lines.iter().filter_map(|line| match line {
+        Line::Z(z) => Some(*z),
+        Line::R(_) => None,
+    });
+    check_depths(section, "lines", &span, depths, thickness, system);
+    check_number(section, "lines", &span, lines.len(), MAX_LINES);
+    lines
+}
+
+/// Radii and depths.
+const PLACES: Bounds = Bounds::within(0.0, HUGE);
+
+/// Notes a depth that lies behind the layer.
+fn check_depths(
+    section: &Section<'_>,
+    key: &str,
+    span: &Span,
+    mut depths: impl Iterator<Item = f64>,
+    thickness: Option<f64>,
+    system: &System,
+) {
+    let Some(thickness) = thickness else { return };
+    if let Some(z) = depths.find(|z| z * (1.0 - ROUNDING) > thickness) {
+        let [z, thickness] = [z, thickness].map(|length| system.length_text(length));
+        let message = format!("`record.{key}` has z = {z}, behind the layer");
+        section.problem(
+            span.clone(),
+            message,
+            format!("allowed: z from 0 to target.thickness = {thickness}"),
+        );
+    }
+}
+
+fn check_number(section: &Section<'_>, key: &str, span: &Span, number: usize, most: usize) {
+    if number > most {
+        let message = format!("`record.{key}` has {number} {key}");
+        section.problem(span.clone(), message, format!("allowed: at most {most}"));
+    }
+}
+
+impl Record {
+    /// Depth of the deepest point or line along r, in whole rows; infinite with lines along z.
+    ///
+    /// * `dz`: distance of rows \[R\]
+    pub(super) fn deepest(&self, dz: f64) -> f64 {
+        let lines = self.lines.iter().map(|line| match line {
+            Line::R(_) => f64::INFINITY,
+            Line::Z(z) => *z,
+        });
+        let deepest = self.points.iter().map(|[_, z]| *z).chain(lines).fold(0.0, f64::max);
+        (deepest / dz).ceil()
+    }
+
+    /// Radius of the outermost point or line along z \[R\]; infinite with lines along r.
+    pub(super) fn widest(&self) -> f64 {
+        let lines = self.lines.iter().map(|line| match line {
+            Line::R(r) => *r,
+            Line::Z(_) => f64::INFINITY,
+        });
+        self.points.iter().map(|[r, _]| *r).chain(lines).fold(0.0, f64::max)
+    }
+
+    /// Notes points and lines along z that lie beyond a mesh and would see waves there.
+    ///
+    /// * `outer_radius`: of the mesh, as it is given \[R\]
+    /// * `reach`: radius that waves do not pass during the run \[R\]
+    pub(super) fn check_radii(&self, doc: &Document, outer_radius: &Given<f64>, reach: f64) -> Option<()> {
+        let outer = outer_radius.value;
+        let lines = self.lines.iter().filter_map(|line| match line {
+            Line::R(r) => Some((*r, "lines")),
+            Line::Z(_) => None,
+        });
+        let radii = self.points.iter().map(|[r, _]| (*r, "points")).chain(lines);
+        let lost = radii.filter(|(r, _)| *r > outer && *r < reach).max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((r, key)) = lost else { return Some(()) };
+        let message = format!("`mesh.outer_radius` = {outer:?} leaves out r = {r:?} of record.{key}");
+        let help = format!("allowed: at least {r:?}, or leave the key out to have it derived");
+        doc.problem(outer_radius.span.clone(), message, help);
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::case::{Case, CaseErrors};
+
+    fn load(name: &str, settings: &[&str]) -> Result<Case, CaseErrors> {
+        let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+        Case::load(name, &settings)
+    }
+
+    #[test]
+    fn points_and_lines_are_read_and_resolved() {
+        let settings = ["record.points=[[0, 0.25], [0.5, 1.0]]", "record.lines=[{ r = 0 }, { z = 0.5 }]"];
+        let case = load("fig5", &settings).expect("a case");
+        assert_eq!(case.record.points, [[0.0, 0.25], [0.5, 1.0]]);
+        assert_eq!(case.record.lines, [Line::R(0.0), Line::Z(0.5)]);
+        let again = Case::parse("again", &case.resolved_toml(), &[], Path::new("")).expect("a case");
+        assert_eq!((&again.record, again.sizes), (&case.record, case.sizes));
+        let plain = load("fig5", &[]).expect("a case").resolved_toml();
+        assert!(!plain.contains("points") && !plain.contains("lines"), "{plain}");
+    }
+
+    #[test]
+    fn all_places_outside_the_target_are_reported() {
+        let settings = [
+            "record.points=[[0.1, 0.2], [0.3, 1.5]]",
+            "record.lines=[{ r = -1.0 }, { z = 2.0 }]",
+            "target.thickness=1.0",
+        ];
+        let problems = load("fig5", &settings).expect_err("places outside the layer").problems;
+        let all: Vec<String> =
+            problems.iter().map(|problem| format!("{}; {:?}", problem.message, problem.help)).collect();
+        assert_eq!(all.len(), 2, "{all:?}");
+        for (text, parts) in all.iter().zip([
+            ["record.points", "z = 1.5, behind the layer", "target.thickness = 1"],
+            ["record.lines", "= -1.0", "≥ 0"],
+        ]) {
+            assert!(parts.iter().all(|part| text.contains(part)), "{text}");
+        }
+        for bad in [
+            "record.lines=[{ z = 2.0 }]",
+            "record.lines=[{ x = 1.0 }]",
+            "record.lines=[{ r = 1.0, z = 1.0 }]",
+            "record.points=[[0.1]]",
+            "record.points=[[0.1, 0.2, 0.3]]",
+        ] {
+            assert_eq!(load("fig5", &[bad]).expect_err("a bad value").problems.len(), 1, "{bad}");
+        }
+        let many = format!("record.points={:?}", vec![[0.0, 0.0]; MAX_POINTS + 1]);
+        let problems = load("fig5", &[&many]).expect_err("too many").problems;
+        assert_eq!((problems.len(), problems[0].message.contains("10001")), (1, true));
+    }
+
+    #[test]
+    fn the_mesh_is_as_large_as_points_need() {
+        let sizes = |settings: &[&str]| {
+            let settings = [&["record.frames=0", "record.fields=[]", "mesh.cells=40"][..], settings].concat();
+            load("fig8-m5", &settings).expect("a case").sizes
+        };
+        let (none, frames) = (sizes(&[]), sizes(&["record.frames=2", "record.fields=[\"stress\"]"]));
+        let (shallow, deep) =
+            (sizes(&["record.points=[[0.0, 1.0]]"]), sizes(&["record.points=[[0.0, 900.0]]"]));
+        assert!(none.nz < shallow.nz && shallow.nz < deep.nz && deep.nz == frames.nz);
+        let (near, far) = (sizes(&["record.points=[[0.5, 0.0]]"]), sizes(&["record.points=[[900.0, 0.0]]"]));
+        assert_eq!((near.nr, far.nr), (none.nr, frames.nr));
+        // waves that the backing or the outer radius return come too late
+        let rows = 1.0 / none.dz;
+        assert!(2.0 * shallow.nz as f64 - rows > none.steps as f64);
+        let line = sizes(&["record.lines=[{ r = 0.0 }]"]);
+        assert_eq!((line.nz, line.nr), (frames.nz, none.nr));
+    }
+
+    #[test]
+    fn a_given_mesh_holds_the_points_that_waves_reach() {
+        let settings = ["mesh.outer_radius=2.0", "record.points=[[3.0, 0.0]]"];
+        let message =
+            load("fig5", &settings).expect_err("a point beyond the mesh").problems[0].message.clone();
+        assert!(message.contains("mesh.outer_radius") && message.contains("r = 3.0"), "{message}");
+        // no wave gets there
+        assert!(load("fig5", &["mesh.outer_radius=2.0", "record.points=[[300.0, 0.0]]"]).is_ok());
+    }
+}
