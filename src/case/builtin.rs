@@ -1,8 +1,8 @@
-//! The built-in cases: every figure of \[KA\], and some of them in the full theory, as case files like any other.
+//! The built-in cases: every figure of \[KA\], and some of them in the full theory, and a physical case, as case files like any other.
 
 macro_rules! cases {
     ($($name:literal),* $(,)?) => {
-        /// Name and text of every built-in case, in the order of the paper, those of the full theory last.
+        /// Name and text of every built-in case, in the order of the paper, those of the full theory and in SI units last.
         const CASES: &[(&str, &str)] = &[$(($name, include_str!(concat!("builtin/", $name, ".toml")))),*];
     };
 }
@@ -41,6 +41,7 @@ cases!(
     "elastic-fig8-m2.5",
     "elastic-fig8-m5",
     "elastic-fig8-m10",
+    "ball",
 );
 
 /// Names of the built-in cases.
