@@ -130,8 +130,13 @@ impl Unit {
 
     /// A dimensionless number for people: plain with four decimals, or in SI with its unit.
     pub fn text(self, x: f64) -> String {
+        self.text_to(4, x)
+    }
+
+    /// A dimensionless number for people: plain with so many decimals, or in SI with four digits and its unit.
+    pub fn text_to(self, decimals: usize, x: f64) -> String {
         if DIMENSIONLESS.contains(&self.name) {
-            format!("{x:.4}")
+            format!("{x:.decimals$}")
         } else {
             engineering(self.of(x), self.name)
         }
