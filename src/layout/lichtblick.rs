@@ -88,7 +88,7 @@ fn motion(builder: &LayoutBuilder<'_>, time: &(String, f64), panels: &mut Panels
     let drag = drag.map(|drag| ("drag", "Drag against time", drag, drag_label));
     let plots = drag.into_iter().chain([("velocity", "Velocity against time", velocity, velocity_label)]);
     let add = |(name, title, curve, label): (&str, &str, Value, String)| {
-        panels.add("Plot", name, title, plot(&[curve], time, &label))
+        panels.add("Plot", name, title, without_legend(plot(&[curve], time, &label)))
     };
     plots.map(add).collect()
 }
@@ -121,8 +121,9 @@ fn profiles(builder: &LayoutBuilder<'_>, panels: &mut Panels) -> Vec<Value> {
         let plot = profile(builder, &[pressed, surface, indenter], &label);
         return vec![panels.add("Plot", "profile", &title, plot)];
     }
+    let pressed = without_legend(profile(builder, &[pressed], &stress_label));
     vec![
-        panels.add("Plot", "profile", &title, profile(builder, &[pressed], &stress_label)),
+        panels.add("Plot", "profile", &title, pressed),
         panels.add("Plot", "surface", &title, profile(builder, &[surface, indenter], &displacements)),
     ]
 }
@@ -136,6 +137,12 @@ fn profile(builder: &LayoutBuilder<'_>, curves: &[Value], label: &str) -> Value 
     settings["xAxisPath"] = json!({ "value": "/view/profile.r[:]", "enabled": true });
     settings["isSynced"] = false.into();
     settings
+}
+
+/// A plot of one curve: the axis names it, and the legend would cover it.
+fn without_legend(mut plot: Value) -> Value {
+    plot["showLegend"] = false.into();
+    plot
 }
 
 /// Panels side by side or one above the other, of equal size; nothing if there are none.
