@@ -5,7 +5,10 @@ use serde_json::{Map, Value, json};
 
 use super::LayoutBuilder;
 use crate::{
-    channels::view::{INDENTER, PROFILE_MARGIN, WORLD, level_range},
+    channels::{
+        log_time,
+        view::{INDENTER, PROFILE_MARGIN, WORLD, level_range},
+    },
     units::{self, Units},
 };
 
@@ -62,15 +65,14 @@ pub fn layout(builder: &LayoutBuilder<'_>) -> Value {
 /// says what a second is.
 fn time_axis(builder: &LayoutBuilder<'_>) -> (String, f64) {
     let (case, rate) = (builder.case, builder.case.record.playback_rate);
-    let seconds = builder.units.time.of(case.sizes.steps as f64 * case.sizes.dt) * rate;
-    let label = if builder.is_physical() {
-        format!("log time [s], 1 s = {}", units::short(1.0 / rate, builder.units.time.name))
-    } else if rate == 1.0 {
-        "t [R/c_p]".into()
-    } else {
-        "log time [s]".into()
-    };
-    (label, seconds)
+    let end = builder.units.time.of(case.sizes.steps as f64 * case.sizes.dt);
+    if builder.is_physical() {
+        let second = units::short(1.0 / rate, builder.units.time.name);
+        // whole nanoseconds: viewers print all digits of an end
+        return (format!("log time [s], 1 s = {second}"), log_time(end, rate) as f64 / 1e9);
+    }
+    let label = if rate == 1.0 { "t [R/c_p]" } else { "log time [s]" };
+    (label.into(), end * rate)
 }
 
 /// Drag and velocity against time.

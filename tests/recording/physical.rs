@@ -216,7 +216,7 @@ fn the_camera_of_the_layout_sees_the_section() {
     }
     let end = panels["Plot!drag"]["maxXValue"].as_f64().expect("a time");
     let log_time = messages::<message::Drag>(&ball.bytes, "/drag").pop().expect("a message").0;
-    assert!((1e9 * end - log_time as f64).abs() < 2.0, "{end} s, {log_time} ns");
+    assert_eq!(end, log_time as f64 / 1e9);
     let reach = panels["Plot!profile"]["maxXValue"].as_f64().expect("a radius");
     let profile: message::SurfaceProfile = ball.last("/view/profile");
     let last = f64::from(*profile.r.last().expect("points"));
