@@ -50,7 +50,7 @@
 //! `tests/viewers/run` checks this with other programs: the Python libraries of MCAP, Rerun, a WebSocket client, Chromium. The
 //! layout is checked against the recording, path by path, not in Lichtblick itself.
 
-use crate::{case::Case, channels::view::Viewport};
+use crate::{case::Case, channels::view::Viewport, units::Units};
 
 mod lichtblick;
 #[cfg(feature = "cli")]
@@ -68,12 +68,13 @@ pub struct LayoutBuilder<'a> {
     case: &'a Case,
     topics: &'a [String],
     viewport: Viewport,
+    units: Units,
 }
 
 impl<'a> LayoutBuilder<'a> {
     /// A builder for a recording of `case` with these topics.
     pub fn new(case: &'a Case, topics: &'a [String]) -> Self {
-        Self { case, topics, viewport: Viewport::new(case) }
+        Self { case, topics, viewport: Viewport::new(case), units: case.units() }
     }
 
     /// Layout for Lichtblick and Foxglove, as JSON text.
@@ -89,6 +90,11 @@ impl<'a> LayoutBuilder<'a> {
 
     fn has(&self, topic: &str) -> bool {
         self.topics.iter().any(|known| known == topic)
+    }
+
+    /// True if the recording is in SI: numbers of different units then differ by powers of ten, and have panels of their own.
+    fn is_physical(&self) -> bool {
+        self.case.scales.is_some()
     }
 
     /// Numbers and radii of the probes in a panel.

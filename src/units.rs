@@ -135,7 +135,12 @@ impl Unit {
 
     /// A dimensionless number for people: plain with four decimals, or in SI with its unit.
     pub fn text(self, x: f64) -> String {
-        if self.is_dimensionless() { format!("{x:.4}") } else { engineering(self.of(x), self.name) }
+        self.text_to(4, x)
+    }
+
+    /// A dimensionless number for people: plain with so many decimals, or in SI with four digits and its unit.
+    pub fn text_to(self, decimals: usize, x: f64) -> String {
+        if self.is_dimensionless() { format!("{x:.decimals$}") } else { engineering(self.of(x), self.name) }
     }
 
     /// The same, with all digits of a plain number.
@@ -203,6 +208,17 @@ pub fn engineering(si: f64, unit: &str) -> String {
     let fits = |&&(scale, _): &&(f64, &str)| si.abs() >= 0.999_95 * scale;
     let (scale, prefix) = PREFIXES.iter().find(fits).unwrap_or(&PREFIXES[7]);
     format!("{} {prefix}{unit}", digits(si / scale))
+}
+
+/// The same without the zeros at the end of its digits: `10 µs`, `4.5 mm`.
+pub fn short(si: f64, unit: &str) -> String {
+    let text = engineering(si, unit);
+    match text.split_once(' ') {
+        Some((digits, unit)) if digits.contains('.') => {
+            format!("{} {unit}", digits.trim_end_matches('0').trim_end_matches('.'))
+        }
+        _ => text,
+    }
 }
 
 /// Name of the unit of a dimension.
@@ -274,8 +290,13 @@ mod tests {
         ] {
             assert_eq!(engineering(si, unit), text);
         }
+        for (si, unit, text) in
+            [(1e-5, "s", "10 µs"), (4.5e-3, "m", "4.5 mm"), (0.0, "m", "0 m"), (2680.0, "m/s", "2680 m/s")]
+        {
+            assert_eq!(short(si, unit), text);
+        }
         let units = Units::new(Geometry::Axisymmetric, None);
-        assert_eq!(units.time.text(1.25), "1.2500");
+        assert_eq!((units.time.text(1.25), units.force.text_to(3, 0.5)), ("1.2500".into(), "0.500".into()));
     }
 
     #[test]

@@ -19,6 +19,9 @@ use percuss::{
 };
 use prost::Message;
 
+#[path = "recording/physical.rs"]
+mod physical;
+
 fn case(name: &str, overrides: &[&str]) -> Case {
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     let text = builtin::find(name).expect("a built-in case");

@@ -3,10 +3,10 @@
 //! They show the same run as the other channels: downsampled, rounded, mirrored to r < 0, with displacements exaggerated.
 //! The exact numbers are in the other channels.
 //!
-//! World frame of all pictures: x = r, y up (depth is −y), z towards the viewer, unit R. The frame `indenter` moves
-//! with the indenter; displacements are drawn [`Viewport::exaggeration`] times their size, which the metadata of the
-//! channels state. Overlapping parts lie on [`Sheet`]s one above the other, the field lowest, so that no two surfaces
-//! coincide and every viewer shows the same one.
+//! World frame of all pictures: x = r, y up (depth is −y), z towards the viewer, in the unit of length of the recording.
+//! The frame `indenter` moves with the indenter; displacements are drawn [`Viewport::exaggeration`] times their size,
+//! which the metadata of the channels state. Overlapping parts lie on [`Sheet`]s one above the other, the field lowest,
+//! so that no two surfaces coincide and every viewer shows the same one.
 
 use std::sync::{Arc, Mutex};
 
@@ -27,6 +27,7 @@ mod scene;
 mod section;
 mod tf;
 mod viewport;
+mod world;
 
 pub use profile::MARGIN as PROFILE_MARGIN;
 pub use section::level_range;
@@ -66,37 +67,6 @@ pub(super) fn channels(case: &Case) -> Vec<Box<dyn Channel>> {
 /// Timestamp of a message.
 fn timestamp(outlet: &Outlet<'_>) -> Timestamp {
     super::log::timestamp(outlet.log_time())
-}
-
-fn vector(x: f64, y: f64) -> foxglove::Vector3 {
-    foxglove::Vector3 { x, y, z: 0.0 }
-}
-
-fn point(x: f64, y: f64) -> foxglove::Point3 {
-    foxglove::Point3 { x, y, z: 0.0 }
-}
-
-/// No rotation.
-fn upright() -> foxglove::Quaternion {
-    foxglove::Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }
-}
-
-/// A pose without rotation at a height above the plane of the field.
-fn at(x: f64, y: f64, z: f64) -> foxglove::Pose {
-    foxglove::Pose { position: Some(foxglove::Vector3 { x, y, z }), orientation: Some(upright()) }
-}
-
-/// A line two pixels thick through points, at a height above the plane of the field.
-fn line(points: Vec<foxglove::Point3>, z: f64, colour: foxglove::Color) -> foxglove::LinePrimitive {
-    foxglove::LinePrimitive {
-        r#type: foxglove::line_primitive::Type::LineStrip.into(),
-        pose: Some(at(0.0, 0.0, z)),
-        thickness: 2.0,
-        scale_invariant: true,
-        points,
-        color: Some(colour),
-        ..foxglove::LinePrimitive::default()
-    }
 }
 
 /// An empty entity of a scene.

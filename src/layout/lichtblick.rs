@@ -4,7 +4,13 @@
 use serde_json::{Map, Value, json};
 
 use super::LayoutBuilder;
-use crate::channels::view::{INDENTER, PROFILE_MARGIN, WORLD, level_range};
+use crate::{
+    channels::{
+        log_time,
+        view::{INDENTER, PROFILE_MARGIN, WORLD, level_range},
+    },
+    units::{self, Units},
+};
 
 /// Panels by their names, and how they share the window.
 #[derive(Default)]
@@ -25,39 +31,20 @@ impl Panels {
 /// The layout.
 pub fn layout(builder: &LayoutBuilder<'_>) -> Value {
     let mut panels = Panels::default();
-    let case = builder.case;
-    // viewers count the seconds of log time
-    let seconds = case.sizes.steps as f64 * case.sizes.dt * case.record.playback_rate;
     let views = ["/view/field", "/view/scene", "/view/fronts"].iter().any(|topic| builder.has(topic));
-    let section = views.then(|| panels.add("3D", "section", &case.title, section(builder)));
-    let mut motion = Vec::new();
-    if builder.has("/drag") {
-        motion.push(path("/drag.force", &format!("drag F [{}]", case.units().force.name)));
-    }
-    motion.push(path("/velocity.velocity", "velocity V [c_p]"));
-    let time = (if case.record.playback_rate == 1.0 { "t [R/c_p]" } else { "log time [s]" }, seconds);
-    let motion = panels.add(
-        "Plot",
-        "motion",
-        "Drag and velocity against time",
-        plot(&motion, time, &format!("F [{}], V [c_p]", case.units().force.name)),
-    );
-    let probes: Vec<Value> =
-        builder.probes().map(|(i, r)| path(&format!("/probes.stress[{i}]"), &format!("r = {r}"))).collect();
-    let probes = (!probes.is_empty()).then(|| {
-        let plot = plot(&probes, time, "stress [γc_p²]");
-        panels.add("Plot", "probes", "Interface stress [γc_p²] against time", plot)
-    });
-    let profile = builder.has("/view/profile").then(|| {
-        let title = "Along the surface at the current time, against r [R]";
-        panels.add("Plot", "profile", title, profile(PROFILE_MARGIN * case.sizes.contact_reach))
-    });
+    let section = views.then(|| panels.add("3D", "section", &builder.case.title, section(builder)));
+    let time = time_axis(builder);
+    let motion = motion(builder, &time, &mut panels);
+    let probes = probes(builder, &time, &mut panels);
+    let profiles = if builder.has("/view/profile") { profiles(builder, &mut panels) } else { Vec::new() };
     let log = panels.add("RosOut", "log", "Log", json!({ "searchTerms": [], "minLogLevel": 1 }));
 
-    let left = split("column", motion, log, 70);
-    let plots =
-        [probes, profile].into_iter().flatten().rev().reduce(|right, left| split("row", left, right, 50));
-    let lower = match plots {
+    let left = match stack("column", motion) {
+        Some(motion) => split("column", motion, log, 70),
+        None => log,
+    };
+    let plots = [probes, stack("column", profiles)].into_iter().flatten().collect();
+    let lower = match stack("row", plots) {
         Some(plots) => split("row", left, plots, 33),
         None => left,
     };
@@ -74,6 +61,99 @@ pub fn layout(builder: &LayoutBuilder<'_>) -> Value {
     })
 }
 
+/// Label and right end of the time axis. Viewers count the seconds of log time, and cannot scale what they plot: a label
+/// says what a second is.
+fn time_axis(builder: &LayoutBuilder<'_>) -> (String, f64) {
+    let (case, rate) = (builder.case, builder.case.record.playback_rate);
+    let end = builder.units.time.of(case.sizes.steps as f64 * case.sizes.dt);
+    if builder.is_physical() {
+        let second = units::short(1.0 / rate, builder.units.time.name);
+        // whole nanoseconds: viewers print all digits of an end
+        return (format!("log time [s], 1 s = {second}"), log_time(end, rate) as f64 / 1e9);
+    }
+    let label = if rate == 1.0 { "t [R/c_p]" } else { "log time [s]" };
+    (label.into(), end * rate)
+}
+
+/// Drag and velocity against time.
+fn motion(builder: &LayoutBuilder<'_>, time: &(String, f64), panels: &mut Panels) -> Vec<Value> {
+    let Units { force, speed, .. } = builder.units;
+    let drag = builder.has("/drag").then(|| path("/drag.force", &format!("drag F [{}]", force.name)));
+    let velocity = path("/velocity.velocity", &format!("velocity V [{}]", speed.name));
+    let (drag_label, velocity_label) = (format!("F [{}]", force.name), format!("V [{}]", speed.name));
+    if !builder.is_physical() {
+        let label = format!("{drag_label}, {velocity_label}");
+        let curves: Vec<Value> = drag.into_iter().chain([velocity]).collect();
+        let plot = plot(&curves, time, &label);
+        return vec![panels.add("Plot", "motion", "Drag and velocity against time", plot)];
+    }
+    let drag = drag.map(|drag| ("drag", "Drag against time", drag, drag_label));
+    let plots = drag.into_iter().chain([("velocity", "Velocity against time", velocity, velocity_label)]);
+    let add = |(name, title, curve, label): (&str, &str, Value, String)| {
+        panels.add("Plot", name, title, without_legend(plot(&[curve], time, &label)))
+    };
+    plots.map(add).collect()
+}
+
+/// Stress at the probes against time.
+fn probes(builder: &LayoutBuilder<'_>, time: &(String, f64), panels: &mut Panels) -> Option<Value> {
+    let Units { length, stress, .. } = builder.units;
+    let radius =
+        |r: f64| if builder.is_physical() { units::short(length.of(r), length.name) } else { r.to_string() };
+    let curve = |(i, r)| path(&format!("/probes.stress[{i}]"), &format!("r = {}", radius(r)));
+    let curves: Vec<Value> = builder.probes().map(curve).collect();
+    (!curves.is_empty()).then(|| {
+        let plot = plot(&curves, time, &format!("stress [{}]", stress.name));
+        panels.add("Plot", "probes", &format!("Interface stress [{}] against time", stress.name), plot)
+    })
+}
+
+/// Stress and displacements along the surface.
+fn profiles(builder: &LayoutBuilder<'_>, panels: &mut Panels) -> Vec<Value> {
+    let (length, stress) = (builder.units.length.name, builder.units.stress.name);
+    let stress_label = format!("stress [{stress}]");
+    let curve = |field: &str, label: &str| path(&format!("/view/profile.{field}[:]"), label);
+    let pressed = curve("stress", &stress_label);
+    let surface = curve("displacement", &format!("surface [{length}]"));
+    let indenter = curve("indenter", &format!("indenter [{length}]"));
+    let displacements = format!("surface and indenter [{length}]");
+    let title = format!("Along the surface at the current time, against r [{length}]");
+    if !builder.is_physical() {
+        let label = format!("{stress_label}, {displacements}");
+        let plot = profile(builder, &[pressed, surface, indenter], &label);
+        return vec![panels.add("Plot", "profile", &title, plot)];
+    }
+    let pressed = without_legend(profile(builder, &[pressed], &stress_label));
+    vec![
+        panels.add("Plot", "profile", &title, pressed),
+        panels.add("Plot", "surface", &title, profile(builder, &[surface, indenter], &displacements)),
+    ]
+}
+
+/// Curves along the surface, out to the radius of the profile.
+fn profile(builder: &LayoutBuilder<'_>, curves: &[Value], label: &str) -> Value {
+    let length = builder.units.length;
+    let outer_radius = length.of(PROFILE_MARGIN * builder.case.sizes.contact_reach);
+    let mut settings = plot(curves, &(format!("r [{}]", length.name), outer_radius), label);
+    settings["xAxisVal"] = "currentCustom".into();
+    settings["xAxisPath"] = json!({ "value": "/view/profile.r[:]", "enabled": true });
+    settings["isSynced"] = false.into();
+    settings
+}
+
+/// A plot of one curve: the axis names it, and the legend would cover it.
+fn without_legend(mut plot: Value) -> Value {
+    plot["showLegend"] = false.into();
+    plot
+}
+
+/// Panels side by side or one above the other, of equal size; nothing if there are none.
+fn stack(direction: &str, panels: Vec<Value>) -> Option<Value> {
+    let mut panels = panels.into_iter().rev();
+    let last = panels.next()?;
+    Some((2..).zip(panels).fold(last, |rest, (count, panel)| split(direction, panel, rest, 100 / count)))
+}
+
 fn split(direction: &str, first: Value, second: Value, percentage: u32) -> Value {
     json!({ "direction": direction, "first": first, "second": second, "splitPercentage": percentage })
 }
@@ -83,7 +163,7 @@ fn path(value: &str, label: &str) -> Value {
 }
 
 /// * `(x_label, end)`: label and right end of the horizontal axis, which begins at 0
-fn plot(paths: &[Value], (x_label, end): (&str, f64), y_label: &str) -> Value {
+fn plot(paths: &[Value], (x_label, end): &(String, f64), y_label: &str) -> Value {
     json!({
         "paths": paths,
         "xAxisVal": "timestamp",
@@ -101,25 +181,14 @@ fn plot(paths: &[Value], (x_label, end): (&str, f64), y_label: &str) -> Value {
     })
 }
 
-/// Stress and displacements along the surface, out to a radius.
-fn profile(outer_radius: f64) -> Value {
-    let curves =
-        [("stress", "stress [γc_p²]"), ("displacement", "surface [R]"), ("indenter", "indenter [R]")];
-    let curves = curves.map(|(field, label)| path(&format!("/view/profile.{field}[:]"), label));
-    let mut settings = plot(&curves, ("r [R]", outer_radius), "stress [γc_p²], surface and indenter [R]");
-    settings["xAxisVal"] = "currentCustom".into();
-    settings["xAxisPath"] = json!({ "value": "/view/profile.r[:]", "enabled": true });
-    settings["isSynced"] = false.into();
-    settings
-}
-
 /// The section from the front, without perspective, all of it in view.
 fn section(builder: &LayoutBuilder<'_>) -> Value {
     let viewport = &builder.viewport;
     // such a panel is two to three times as wide as it is high
     let width = 2.0 * viewport.half_width;
     let height = viewport.depth + 2.0 * viewport.top;
-    let distance = 1.1 * height.max(width / 2.5);
+    let length = |length| builder.units.length.of(length);
+    let distance = length(1.1 * height.max(width / 2.5));
     json!({
         "cameraState": {
             "perspective": false,
@@ -127,7 +196,7 @@ fn section(builder: &LayoutBuilder<'_>) -> Value {
             "phi": 0,
             "thetaOffset": 0,
             "target": [0, 0, 0],
-            "targetOffset": [0, 0.5 * (1.5 * viewport.top - viewport.depth), 0],
+            "targetOffset": [0, length(0.5 * (1.5 * viewport.top - viewport.depth)), 0],
             "targetOrientation": [0, 0, 0, 1],
             "fovy": 45,
             // close enough to each other for viewers to resolve the sheets of the scene

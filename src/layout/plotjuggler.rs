@@ -3,20 +3,26 @@
 use std::fmt::Write;
 
 use super::LayoutBuilder;
+use crate::units::{Unit, Units};
 
 /// Colours of Okabe and Ito, in the order of their use.
 const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#e69f00", "#cc79a7", "#56b4e9", "#000000"];
 
 /// The layout: one tab, the plots one above the other.
 pub fn layout(builder: &LayoutBuilder<'_>) -> String {
-    let mut plots: Vec<(&str, Vec<String>)> = Vec::new();
+    let Units { force, speed, stress, .. } = builder.units;
+    // numbers in SI need their unit
+    let name = |name: &str, unit: Unit| {
+        if builder.is_physical() { format!("{name} [{}]", unit.name) } else { name.to_owned() }
+    };
+    let mut plots: Vec<(String, Vec<String>)> = Vec::new();
     if builder.has("/drag") {
-        plots.push(("drag", vec!["/drag/force".into()]));
+        plots.push((name("drag", force), vec!["/drag/force".into()]));
     }
-    plots.push(("velocity", vec!["/velocity/velocity".into()]));
+    plots.push((name("velocity", speed), vec!["/velocity/velocity".into()]));
     let probes: Vec<String> = builder.probes().map(|(i, _)| format!("/probes/stress[{i}]")).collect();
     if !probes.is_empty() {
-        plots.push(("interface stress", probes));
+        plots.push((name("interface stress", stress), probes));
     }
     let share = 1.0 / plots.len() as f64;
     let shares = vec![format!("{share:.6}"); plots.len()].join(";");

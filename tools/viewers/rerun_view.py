@@ -45,11 +45,14 @@ def main():
         summary = make_reader(file).get_summary()
     channels = {channel.topic: channel for channel in summary.channels.values()}
 
+    def unit(topic, field):
+        return channels[topic].metadata[f"unit.{field}"]
+
     plots = []
     if "/drag" in channels:
-        plots.append(plot(f"Drag F [{channels['/drag'].metadata['unit.force']}]", "/drag", [line("percuss.Drag", ".force", "F", COLOURS[0])]))
+        plots.append(plot(f"Drag F [{unit('/drag', 'force')}]", "/drag", [line("percuss.Drag", ".force", "F", COLOURS[0])]))
     plots.append(
-        plot("Velocity V [c_p]", "/velocity", [line("percuss.Velocity", ".velocity", "V", COLOURS[1])])
+        plot(f"Velocity V [{unit('/velocity', 'velocity')}]", "/velocity", [line("percuss.Velocity", ".velocity", "V", COLOURS[1])])
     )
     if "/probes" in channels:
         radii = channels["/probes"].metadata["axis.stress"].split(",")
@@ -57,7 +60,7 @@ def main():
             line("percuss.Probes", f".stress[{i}]", f"r = {r}", COLOURS[i % len(COLOURS)])
             for i, r in enumerate(radii)
         ]
-        plots.append(plot("Interface stress [γc_p²]", "/probes", lines))
+        plots.append(plot(f"Interface stress [{unit('/probes', 'stress')}]", "/probes", lines))
     views = [rrb.Horizontal(*plots), rrb.TextLogView(name="Log", origin="/log")]
     shares = [4, 2]
     if "/view/image" in channels:

@@ -6,12 +6,13 @@
 
 use std::sync::Arc;
 
-use super::{Sheet, Viewport, WORLD, colours, entity, line, point, viewport::EdgeWave};
+use super::{Sheet, Viewport, WORLD, colours, entity, viewport::EdgeWave};
 use crate::{
     case::Case,
     channels::{Channel, FieldNote, Outlet},
     message::foxglove::{LinePrimitive, Point3, SceneUpdate},
     model::ModelKind,
+    units::Unit,
     view::View,
 };
 
@@ -25,6 +26,7 @@ pub struct Fronts {
     viewport: Arc<Viewport>,
     is_flat: bool,
     model: ModelKind,
+    time: Unit,
     /// Unit half circle, `(cos, sin)` from r = 1 over z = 1 to r = −1.
     circle: Vec<(f64, f64)>,
 }
@@ -36,6 +38,7 @@ impl Fronts {
             viewport: Arc::clone(viewport),
             is_flat: case.indenter.head.is_flat(),
             model: case.model,
+            time: case.units().time,
             circle: (0..=POINTS)
                 .map(|part| on_circle(2.0 * f64::from(part) / f64::from(POINTS) - 1.0))
                 .collect(),
@@ -43,6 +46,7 @@ impl Fronts {
     }
 
     fn lines(&self, time: f64) -> Vec<LinePrimitive> {
+        let world = self.viewport.world;
         let mut lines = Vec::new();
         for (number, wave) in self.viewport.waves.iter().enumerate() {
             let age = time - wave.time;
@@ -50,16 +54,18 @@ impl Fronts {
                 continue;
             }
             for side in [-1.0, 1.0] {
-                let run = self.arc(wave, age).into_iter().map(|(r, z)| point(side * r, -self.folded(z)));
+                let run =
+                    self.arc(wave, age).into_iter().map(|(r, z)| world.point(side * r, -self.folded(z)));
                 lines.push(run.collect());
             }
             if self.is_flat && number == 0 {
                 let depth = self.folded(age);
-                lines.push(vec![point(-wave.r, -depth), point(wave.r, -depth)]);
+                lines.push([-wave.r, wave.r].map(|r| world.point(r, -depth)).to_vec());
             }
         }
         let z = self.viewport.height_of(Sheet::Fronts);
-        let thin = |points: Vec<Point3>| LinePrimitive { thickness: 1.0, ..line(points, z, colours::FRONT) };
+        let thin =
+            |points: Vec<Point3>| LinePrimitive { thickness: 1.0, ..world.line(points, z, colours::FRONT) };
         lines.into_iter().filter(|points: &Vec<_>| points.len() > 1).map(thin).collect()
     }
 
@@ -108,14 +114,15 @@ impl Channel for Fronts {
                 "wave fronts from the edge of the contact by geometry: (r - r_e)² + z² = c²(t - t_e)² with c_p and c_s"
             }
         };
-        vec![FieldNote::new("entities", "R", meaning)]
+        vec![FieldNote::new("entities", self.viewport.world.unit.name, meaning)]
     }
 
     fn remarks(&self) -> Vec<(String, String)> {
         match self.viewport.waves.first() {
-            Some(edge) => {
-                vec![("edge.r".into(), edge.r.to_string()), ("edge.time".into(), edge.time.to_string())]
-            }
+            Some(edge) => vec![
+                ("edge.r".into(), self.viewport.world.length(edge.r).to_string()),
+                ("edge.time".into(), self.time.of(edge.time).to_string()),
+            ],
             None => Vec::new(),
         }
     }
@@ -152,6 +159,7 @@ mod tests {
         // t = 1.5: the plane front is on its way back at z = 0.5, the ellipse is 2 · 0.75 wide at the surface
         let lines = fronts.lines(1.5);
         assert_eq!(lines.len(), 3);
+        let point = |x, y| fronts.viewport.world.point(x, y);
         assert_eq!(lines[2].points, [point(-1.0, -0.5), point(1.0, -0.5)]);
         assert_eq!(lines[1].points[0], point(1.75, 0.0));
         assert!(fronts.lines(0.0).is_empty() && fronts.lines(4.5).is_empty());

@@ -5,7 +5,7 @@
 use std::sync::{Arc, Mutex};
 
 use super::{
-    Sheet, Viewport, WORLD, at,
+    Sheet, Viewport, WORLD,
     section::{Section, ZERO, level_step},
     timestamp,
     viewport::range,
@@ -21,7 +21,9 @@ use crate::{
 /// The channel.
 pub struct Grid {
     section: Arc<Mutex<Section>>,
+    /// Half of the colour range of every field, in its unit.
     ranges: Vec<(Field, f64)>,
+    length: &'static str,
     message: foxglove::Grid,
 }
 
@@ -34,24 +36,25 @@ impl Grid {
             offset: offset as u32,
             r#type: NumericType::Uint8.into(),
         };
+        let world = viewport.world;
         let message = foxglove::Grid {
             timestamp: None,
             frame_id: WORLD.into(),
             // the lower left corner of the section
-            pose: Some(at(
+            pose: Some(world.at(
                 -(viewport.columns as f64) * viewport.pixel,
                 -(viewport.rows as f64) * viewport.pixel,
                 viewport.height_of(Sheet::Field),
             )),
             column_count: 2 * viewport.columns as u32,
-            cell_size: Some(foxglove::Vector2 { x: viewport.pixel, y: viewport.pixel }),
+            cell_size: Some(world.square(viewport.pixel)),
             row_stride: 2 * viewport.columns as u32 * fields,
             cell_stride: fields,
             fields: case.record.fields.iter().enumerate().map(packed).collect(),
             data: Vec::new(),
         };
         let ranges = case.record.fields.iter().map(|field| (*field, range(case, *field))).collect();
-        Self { section: Arc::clone(section), ranges, message }
+        Self { section: Arc::clone(section), ranges, length: world.unit.name, message }
     }
 }
 
@@ -69,7 +72,7 @@ impl Channel for Grid {
             FieldNote::new("column_count", "1", "cells of a row, r < 0 and r > 0"),
             FieldNote::new("row_stride", "bytes", "from row to row"),
             FieldNote::new("cell_stride", "bytes", "from cell to cell"),
-            FieldNote::new("cell_size", "R", "size of a cell"),
+            FieldNote::new("cell_size", self.length, "size of a cell"),
             FieldNote::new(
                 "data",
                 "1",

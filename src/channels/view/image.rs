@@ -27,6 +27,7 @@ pub struct Image {
     margin: usize,
     pixel: f64,
     shown: Field,
+    /// Half of the colour range, in the unit of the field.
     range: f64,
     palette: Vec<u8>,
     pixels: Vec<u8>,

@@ -5,6 +5,7 @@ use crate::{
     channels::{Channel, FieldNote, Outlet},
     message::percuss,
     shape::Shape,
+    units::Units,
     view::View,
 };
 
@@ -20,6 +21,7 @@ pub struct Profile {
     every: usize,
     /// Number of nodes up to the outer radius.
     nodes: usize,
+    units: Units,
     message: percuss::SurfaceProfile,
 }
 
@@ -32,6 +34,7 @@ impl Profile {
             shape: case.shape(),
             every: (nodes / POINTS).ceil() as usize,
             nodes: nodes as usize,
+            units: case.units(),
             message: percuss::SurfaceProfile::default(),
         }
     }
@@ -47,30 +50,32 @@ impl Channel for Profile {
     }
 
     fn fields(&self) -> Vec<FieldNote> {
+        let (length, stress) = (self.units.length.name, self.units.stress.name);
         vec![
-            FieldNote::new("r", "R", "radii of the points"),
-            FieldNote::new("stress", "γc_p²", "interface stress, compression positive"),
-            FieldNote::new("displacement", "R", "displacement of the surface into the target"),
-            FieldNote::new("indenter", "R", "face of the indenter, w - f(r); 0 beside the indenter"),
+            FieldNote::new("r", length, "radii of the points"),
+            FieldNote::new("stress", stress, "interface stress, compression positive"),
+            FieldNote::new("displacement", length, "displacement of the surface into the target"),
+            FieldNote::new("indenter", length, "face of the indenter, w - f(r); 0 beside the indenter"),
         ]
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
         let Some(frame) = &view.frame else { return };
         let displacement = &frame.fields.surface;
+        let Units { length, time, stress, .. } = self.units;
         let message = &mut self.message;
-        (message.step, message.time) = (view.step, view.time);
+        (message.step, message.time) = (view.step, time.of(view.time));
         for array in [&mut message.r, &mut message.stress, &mut message.displacement, &mut message.indenter] {
             array.clear();
         }
-        let at = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(0.0) as f32;
+        let at = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(0.0);
         for i in (0..self.nodes).step_by(self.every) {
             let r = view.interface.r0 + i as f64 * view.interface.dr;
             let face = view.depth - self.shape.profile(r);
-            message.r.push(r as f32);
-            message.stress.push(at(&view.interface.pressure, i));
-            message.displacement.push(at(displacement, i));
-            message.indenter.push(if face.is_finite() { face as f32 } else { 0.0 });
+            message.r.push(length.of(r) as f32);
+            message.stress.push(stress.of(at(&view.interface.pressure, i)) as f32);
+            message.displacement.push(length.of(at(displacement, i)) as f32);
+            message.indenter.push(if face.is_finite() { length.of(face) as f32 } else { 0.0 });
         }
         outlet.put(message);
     }

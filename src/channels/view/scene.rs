@@ -2,16 +2,17 @@
 
 use std::sync::Arc;
 
-use super::{INDENTER, Sheet, Viewport, WORLD, at, colours, entity, line, point, viewport::range};
+use super::{INDENTER, Sheet, Viewport, WORLD, colours, entity, viewport::range, world::World};
 use crate::{
     case::Case,
     channels::{Channel, FieldNote, Outlet},
     grid::Geometry,
     message::foxglove::{
         ArrowPrimitive, Color, LinePrimitive, Point3, Pose, Quaternion, SceneEntity, SceneUpdate,
-        TextPrimitive, TriangleListPrimitive, Vector3, line_primitive,
+        TextPrimitive, TriangleListPrimitive, line_primitive,
     },
     model::Field,
+    units::Units,
     view::View,
 };
 
@@ -21,8 +22,9 @@ const SURFACE_POINTS: f64 = 100.0;
 /// The channel.
 pub struct Scene {
     viewport: Arc<Viewport>,
-    /// Length of the arrow per unit of drag.
+    /// Length of the arrow per unit of drag, dimensionless.
     drag_scale: f64,
+    units: Units,
     /// Shown nodes of the surface, and every how many of them.
     nodes: usize,
     every: usize,
@@ -42,12 +44,16 @@ impl Scene {
             Geometry::Plane => reach,
         };
         let full = 0.5 * viewport.depth.min(viewport.half_width);
+        let units = case.units();
+        let largest = range(case, Field::Stress) / units.stress.scale;
+        let world = viewport.world;
         let backing = viewport.thickness.map(|thickness| {
-            let ends = [-viewport.half_width, viewport.half_width].map(|x| point(x, -thickness));
-            line(ends.to_vec(), viewport.height_of(Sheet::Backing), colours::OUTLINE)
+            let ends = [-viewport.half_width, viewport.half_width].map(|x| world.point(x, -thickness));
+            world.line(ends.to_vec(), viewport.height_of(Sheet::Backing), colours::OUTLINE)
         });
         Self {
-            drag_scale: full / (range(case, Field::Stress) * area),
+            drag_scale: full / (largest * area),
+            units,
             nodes: nodes as usize,
             every: ((nodes / SURFACE_POINTS).ceil() as usize).max(1),
             body: body(viewport),
@@ -68,11 +74,12 @@ impl Scene {
             right.extend([(rest, 0.0), (self.viewport.half_width, 0.0)]);
         }
         let left = right.iter().rev().map(|(x, y)| (-x, *y));
-        left.chain(right.iter().copied()).map(|(x, y)| rounded(x, y)).collect()
+        left.chain(right.iter().copied()).map(|(x, y)| self.viewport.world.rounded(x, y)).collect()
     }
 
     fn entities(&mut self, view: &View<'_>, outlet: &Outlet<'_>) -> Vec<SceneEntity> {
         let viewport = Arc::clone(&self.viewport);
+        let world = viewport.world;
         let new = |id: &str, frame: &str| entity(id, frame, outlet);
         let lines = |lines: Vec<LinePrimitive>, entity: SceneEntity| SceneEntity { lines, ..entity };
         let mut entities = vec![
@@ -82,7 +89,7 @@ impl Scene {
                 ..new("indenter", INDENTER)
             },
             lines(
-                vec![line(self.surface(view), viewport.height_of(Sheet::Surface), colours::SURFACE)],
+                vec![world.line(self.surface(view), viewport.height_of(Sheet::Surface), colours::SURFACE)],
                 new("surface", WORLD),
             ),
         ];
@@ -92,34 +99,31 @@ impl Scene {
         let tick = 0.05 * viewport.depth;
         let foot = viewport.height(view.depth);
         let contact = [-1.0, 1.0].map(|side| side * view.contact_radius);
-        let points = contact.iter().flat_map(|x| [rounded(*x, foot), rounded(*x, foot - tick)]).collect();
+        let points =
+            contact.iter().flat_map(|x| [world.rounded(*x, foot), world.rounded(*x, foot - tick)]).collect();
         entities.push(lines(
             vec![LinePrimitive {
                 r#type: line_primitive::Type::LineList.into(),
-                ..line(points, viewport.height_of(Sheet::Marks), colours::CONTACT)
+                ..world.line(points, viewport.height_of(Sheet::Marks), colours::CONTACT)
             }],
             new("contact", WORLD),
         ));
         let tail = foot + viewport.top;
+        let marks = viewport.height_of(Sheet::Marks);
+        let [time, drag] = [self.units.time.text_to(3, view.time), self.units.force.text_to(3, view.drag)];
         entities.push(SceneEntity {
-            arrows: arrow((tail, viewport.height_of(Sheet::Marks)), self.drag_scale * view.drag, tick),
-            texts: vec![label(
-                format!("t = {:.3}   F = {:.3}", view.time, view.drag),
-                at(0.0, tail - 1.5 * tick, viewport.height_of(Sheet::Marks)),
-            )],
+            arrows: arrow(world, (tail, marks), self.drag_scale * view.drag, tick),
+            texts: vec![label(format!("t = {time}   F = {drag}"), world.at(0.0, tail - 1.5 * tick, marks))],
             ..new("drag", WORLD)
         });
         entities
     }
 }
 
-/// A point rounded to single precision: half of its bytes are zeros, which compress well.
-fn rounded(x: f64, y: f64) -> Point3 {
-    point(f64::from(x as f32), f64::from(y as f32))
-}
-
 /// Outline and filling of the indenter in its own frame.
 fn body(viewport: &Viewport) -> (LinePrimitive, TriangleListPrimitive) {
+    let world = viewport.world;
+    let point = |x, y| world.point(x, y);
     let mirror = |[x, y]: [f64; 2]| [-x, y];
     let face: Vec<[f64; 2]> =
         viewport.face.iter().skip(1).rev().map(|p| mirror(*p)).chain(viewport.face.iter().copied()).collect();
@@ -133,10 +137,10 @@ fn body(viewport: &Viewport) -> (LinePrimitive, TriangleListPrimitive) {
     };
     let outline = LinePrimitive {
         r#type: line_primitive::Type::LineLoop.into(),
-        ..line(outline, viewport.height_of(Sheet::Outline), colours::OUTLINE)
+        ..world.line(outline, viewport.height_of(Sheet::Outline), colours::OUTLINE)
     };
     let filling = TriangleListPrimitive {
-        pose: Some(at(0.0, 0.0, viewport.height_of(Sheet::Body))),
+        pose: Some(world.at(0.0, 0.0, viewport.height_of(Sheet::Body))),
         points: face.windows(2).flat_map(corners).collect(),
         color: Some(colours::BODY),
         ..TriangleListPrimitive::default()
@@ -145,7 +149,7 @@ fn body(viewport: &Viewport) -> (LinePrimitive, TriangleListPrimitive) {
 }
 
 /// The drag: up from the indenter where the target pushes, down where it pulls, no arrow without drag.
-fn arrow((tail, z): (f64, f64), length: f64, width: f64) -> Vec<ArrowPrimitive> {
+fn arrow(world: World, (tail, z): (f64, f64), length: f64, width: f64) -> Vec<ArrowPrimitive> {
     if !length.is_finite() || length.abs() < 1e-3 * width {
         return Vec::new();
     }
@@ -154,11 +158,11 @@ fn arrow((tail, z): (f64, f64), length: f64, width: f64) -> Vec<ArrowPrimitive> 
     let half = 0.5_f64.sqrt();
     let turn = Quaternion { x: 0.0, y: 0.0, z: half * length.signum(), w: half };
     vec![ArrowPrimitive {
-        pose: Some(Pose { position: Some(Vector3 { x: 0.0, y: tail, z }), orientation: Some(turn) }),
-        shaft_length: length.abs() - head,
-        shaft_diameter: 0.5 * width,
-        head_length: head,
-        head_diameter: width,
+        pose: Some(world.turned(0.0, tail, z, turn)),
+        shaft_length: world.length(length.abs() - head),
+        shaft_diameter: world.length(0.5 * width),
+        head_length: world.length(head),
+        head_diameter: world.length(width),
         color: Some(colours::DRAG),
     }]
 }
@@ -186,13 +190,15 @@ impl Channel for Scene {
     fn fields(&self) -> Vec<FieldNote> {
         vec![FieldNote::new(
             "entities",
-            "R",
+            self.units.length.name,
             "indenter, deformed surface, backing, contact radius, drag; x = r, y up, displacements times exaggeration, z only for what covers what",
         )]
     }
 
     fn remarks(&self) -> Vec<(String, String)> {
-        vec![self.viewport.remark(), ("arrow_length_per_drag".into(), self.drag_scale.to_string())]
+        let Units { length, force, .. } = self.units;
+        let per_drag = length.of(self.drag_scale) / force.scale;
+        vec![self.viewport.remark(), ("arrow_length_per_drag".into(), per_drag.to_string())]
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {

@@ -26,7 +26,7 @@ pub fn level_step(range: f64) -> f64 {
 /// The raster of a frame, shape `(rows, columns, fields)`: rows from the deepest up, columns from the left.
 pub struct Section {
     fields: Vec<Field>,
-    /// 1 / value of a level.
+    /// Levels of a dimensionless 1.
     scales: Vec<f32>,
     /// Node of the field for every row from the deepest up, and for every column from the axis outwards.
     nodes: Nodes,
@@ -46,9 +46,10 @@ impl Section {
         let every = case.record.field_every as f64;
         let middle = |pixel: usize| (pixel as f64 + 0.5) * viewport.pixel;
         let nearest = |x: f64| x.round().max(0.0) as usize;
-        let fields = case.record.fields.iter();
+        let units = case.units();
+        let levels = |field: &Field| field.unit(&units).scale / level_step(range(case, *field));
         Self {
-            scales: fields.map(|field| (1.0 / level_step(range(case, *field))) as f32).collect(),
+            scales: case.record.fields.iter().map(|field| levels(field) as f32).collect(),
             fields: case.record.fields.clone(),
             nodes: Nodes {
                 rows: (0..viewport.rows).rev().map(|row| nearest(middle(row) / (every * grid.dz))).collect(),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{INDENTER, Viewport, WORLD, timestamp, upright, vector};
+use super::{INDENTER, Viewport, WORLD, timestamp, world::UPRIGHT};
 use crate::{
     channels::{Channel, FieldNote, Outlet},
     message::foxglove::{self, FrameTransform},
@@ -33,7 +33,7 @@ impl Channel for Transforms {
     fn fields(&self) -> Vec<FieldNote> {
         vec![FieldNote::new(
             "transforms",
-            "R",
+            self.viewport.world.unit.name,
             "place of the indenter: y = -exaggeration * displacement w, y up",
         )]
     }
@@ -50,8 +50,8 @@ impl Channel for Transforms {
             timestamp: Some(timestamp(outlet)),
             parent_frame_id: WORLD.into(),
             child_frame_id: INDENTER.into(),
-            translation: Some(vector(0.0, self.viewport.height(view.depth))),
-            rotation: Some(upright()),
+            translation: Some(self.viewport.world.vector(0.0, self.viewport.height(view.depth))),
+            rotation: Some(UPRIGHT),
         };
         outlet.put(&foxglove::FrameTransforms { transforms: vec![transform] });
     }

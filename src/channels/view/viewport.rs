@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use super::world::World;
 use crate::{
     case::{Case, HeadKind, Sizes},
     grid::Geometry,
@@ -62,6 +63,8 @@ pub struct Viewport {
     pub waves: Vec<EdgeWave>,
     /// Thickness of the layer \[R\]; `None` for a half-space.
     pub thickness: Option<f64>,
+    /// Makes the geometry of pictures from these lengths.
+    pub world: World,
 }
 
 /// Waves that the edge of the contact emits from the point on at which it no longer outruns them.
@@ -104,6 +107,7 @@ impl Viewport {
             reach,
             waves: waves(case, &shape),
             thickness: case.target.thickness,
+            world: World { unit: case.units().length },
         }
     }
 
@@ -123,7 +127,8 @@ impl Viewport {
     }
 }
 
-/// Half of the colour range of every picture of a run, the report's included: estimated from the case and rounded up to 1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten.
+/// Half of the colour range of every picture of a run, the report's included, in the unit of the field in the recording:
+/// estimated from the case and rounded up to 1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten.
 ///
 /// *Velocity* is 1.25·V0. *Displacement* is that of the indenter, V0·T under constant velocity, about `V0·T·M/(T + M)` under a
 /// mass. *Stress* is `1.25·V0 + p`: a front has V0, plus peaks at tips and edges; behind it the stress rises by p
@@ -142,11 +147,12 @@ impl Viewport {
 /// mostly under edges, where the stress is unbounded.
 pub fn range(case: &Case, field: Field) -> f64 {
     let velocity = case.impact.velocity;
-    round_up(match field {
+    let largest = match field {
         Field::Velocity | Field::VelocityR => HEADROOM * velocity,
         Field::Displacement | Field::DisplacementR => largest_displacement(case),
         _ => velocity * (HEADROOM + rise(case)),
-    })
+    };
+    round_up(field.unit(&case.units()).of(largest))
 }
 
 /// p/V0 of [`range`].

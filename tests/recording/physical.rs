@@ -1,0 +1,224 @@
+//! Recordings of physical cases: everything in SI, pictures and layout included.
+
+use std::{collections::BTreeMap, path::Path};
+
+use mcap::Summary;
+use percuss::{
+    case::Case,
+    message::{foxglove, percuss as message},
+};
+
+use super::{folder, messages, metadata, record};
+
+/// A steel ball that strikes a layer.
+const BALL: &str = "model = \"elastic\"\n\
+    [target]\nthickness = \"8 mm\"\nmaterial = \"pmma\"\n\
+    [indenter]\nshape = \"sphere\"\nnose_radius = \"10 mm\"\nmaterial = \"steel\"\n\
+    [impact]\nvelocity = \"5 m/s\"\n[mesh]\ncells = 40\n[run]\nend_time = \"12 us\"\n\
+    [record]\nframes = 5\nfields = [\"stress\", \"velocity\", \"displacement\"]\n";
+
+/// The recording of a case.
+struct Recorded {
+    bytes: Vec<u8>,
+    /// Metadata of the channels by topic.
+    channels: BTreeMap<String, BTreeMap<String, String>>,
+    layout: serde_json::Value,
+}
+
+impl Recorded {
+    fn new(text: &str, overrides: &[&str], path: &Path) -> Self {
+        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        let case =
+            Case::parse("ball", text, &overrides, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let bytes = record(&case, path);
+        let summary = Summary::read(&bytes).expect("a sound file").expect("a summary");
+        let index = summary.attachment_indexes.iter().find(|index| index.name == "layout.json");
+        let layout = mcap::read::attachment(&bytes, index.expect("a layout")).expect("an attachment").data;
+        let layout = serde_json::from_slice(&layout).expect("JSON");
+        let channels = summary.channels.values();
+        let channels = channels.map(|channel| (channel.topic.clone(), channel.metadata.clone())).collect();
+        Self { bytes, channels, layout }
+    }
+
+    fn number(&self, topic: &str, key: &str) -> f64 {
+        self.channels[topic][key].parse().expect("a number")
+    }
+
+    /// The last message of a topic.
+    fn last<M: prost::Message + Default>(&self, topic: &str) -> M {
+        messages(&self.bytes, topic).pop().expect("a message").1
+    }
+}
+
+fn near(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-14 * b.abs()
+}
+
+#[test]
+fn no_channel_has_a_dimensionless_unit() {
+    let folder = folder();
+    let units = |text: &str, overrides: &[&str], name: &str| {
+        let recorded = Recorded::new(text, overrides, &folder.path().join(name));
+        let mut units = BTreeMap::new();
+        for (topic, metadata) in recorded.channels {
+            let found = metadata.into_iter().filter(|(key, _)| key.starts_with("unit."));
+            units.extend(found.map(|(key, unit)| ((topic.clone(), key), unit)));
+        }
+        (units, recorded.layout.to_string())
+    };
+    for (geometry, force, energy) in [("axisymmetric", "N", "J"), ("plane", "N/m", "J/m")] {
+        let mass = if geometry == "plane" { "indenter.mass=\"2 kg/m\"" } else { "indenter.mass=\"30 g\"" };
+        let overrides = [&format!("geometry={geometry}")[..], mass, "mesh.cells=10"];
+        let (units, layout) = units(BALL, &overrides, geometry);
+        let si = ["1", "bytes", "s", "m", "m/s", "Pa", force, energy];
+        for ((topic, key), unit) in &units {
+            assert!(si.contains(&unit.as_str()), "{topic}: {key} is {unit}");
+        }
+        for unit in &si[1..] {
+            assert!(units.values().any(|known| known == unit), "nothing has the unit {unit}");
+        }
+        for (topic, field, unit) in [
+            ("/view/field", "cell_size", "m"),
+            ("/view/scene", "entities", "m"),
+            ("/view/fronts", "entities", "m"),
+            ("/view/tf", "transforms", "m"),
+            ("/view/profile", "r", "m"),
+            ("/view/profile", "stress", "Pa"),
+            ("/view/profile", "time", "s"),
+        ] {
+            assert_eq!(units[&(topic.to_owned(), format!("unit.{field}"))], unit, "{topic}");
+        }
+        assert!(!["[R]", "R/c_p", "[c_p]", "γ"].iter().any(|unit| layout.contains(unit)), "{layout}");
+        for label in [&format!("F [{force}]")[..], "V [m/s]", "stress [Pa]", "r [m]", "1 s = 1 µs"] {
+            assert!(layout.contains(label), "{label} is not in {layout}");
+        }
+    }
+}
+
+#[test]
+fn pictures_are_in_metres() {
+    let folder = folder();
+    let ball = Recorded::new(BALL, &["mesh.cells=80"], &folder.path().join("a.mcap"));
+    let message::Drag { time, force: drag, .. } = ball.last("/drag");
+    let motion: message::Velocity = ball.last("/velocity");
+
+    // the profile has the numbers of the interface
+    let profile: message::SurfaceProfile = ball.last("/view/profile");
+    let interface: message::InterfaceStress = ball.last("/interface/stress");
+    assert_eq!((profile.step, profile.time), (interface.step, time));
+    let mut pressed = 0;
+    for (r, p) in profile.r.iter().zip(&profile.stress) {
+        let place = ((f64::from(*r) - interface.r0) / interface.dr).round() as usize;
+        assert_eq!(*p, interface.stress.get(place).copied().unwrap_or(0.0) as f32);
+        pressed += usize::from(*p > 1e6);
+    }
+    assert!(pressed > 5);
+    let tip = f64::from(profile.indenter[0]);
+    assert!((tip / motion.displacement - 1.0).abs() < 0.01, "{tip}, {}", motion.displacement);
+
+    // the indenter is where the exaggerated displacement puts it
+    let transforms: foxglove::FrameTransforms = ball.last("/view/tf");
+    let translation = transforms.transforms[0].translation.expect("always set");
+    let exaggerated = -ball.number("/view/tf", "exaggeration") * motion.displacement;
+    assert!(near(translation.y, exaggerated), "{translation:?}");
+
+    // the drag is an arrow of its length, and the label has units
+    let scene: foxglove::SceneUpdate = ball.last("/view/scene");
+    let entity = scene.entities.iter().find(|entity| entity.id == "drag").expect("the drag");
+    let length = entity.arrows[0].shaft_length + entity.arrows[0].head_length;
+    assert!(near(length, ball.number("/view/scene", "arrow_length_per_drag") * drag), "{length} m, {drag} N");
+    let words: Vec<&str> = entity.texts[0].text.split_whitespace().collect();
+    let [_, _, microseconds, "µs", _, _, force, unit] = words[..] else { panic!("{words:?}") };
+    let number = |text: &str| text.parse::<f64>().expect("a number");
+    assert!((number(microseconds) / (1e6 * time) - 1.0).abs() < 1e-3, "{words:?}");
+    let factor = [("N", 1.0), ("kN", 1e3)].iter().find(|(name, _)| *name == unit).expect("newtons").1;
+    assert!((factor * number(force) / drag - 1.0).abs() < 1e-3, "{words:?}: {drag} N");
+    // the backing is 8 mm down, and fronts are in the section
+    let backing = scene.entities.iter().find(|entity| entity.id == "backing").expect("the backing");
+    assert!(near(backing.lines[0].points[0].y, -0.008));
+    let fronts: foxglove::SceneUpdate = ball.last("/view/fronts");
+    let points: Vec<f64> =
+        fronts.entities[0].lines.iter().flat_map(|line| &line.points).map(|point| point.y).collect();
+    assert!(points.iter().all(|y| (-0.008..=0.0).contains(y)) && points.iter().any(|y| *y < -0.001));
+}
+
+#[test]
+fn the_edge_of_a_fast_ball_emits_waves_where_it_slows_down_to_c_p() {
+    let folder = folder();
+    let settings = ["impact.velocity=\"500 m/s\"", "run.end_time=\"1 us\"", "record.fields=[]"];
+    let ball = Recorded::new(BALL, &settings, &folder.path().join("a.mcap"));
+    let run = &metadata(&ball.bytes)["percuss.run"];
+    let [c_p, dt] = ["scale.speed_m_per_s", "dt"].map(|key| run[key].parse::<f64>().expect("a number"));
+    // a paraboloid: r*² = 2ρVt, dr*/dt = c_p at r* = ρV/c_p; the sphere lies a little above it
+    let (r, time) = (0.01 * 500.0 / c_p, 0.5 * 0.01 * 500.0 / (c_p * c_p));
+    let [edge_r, edge_time] = ["edge.r", "edge.time"].map(|key| ball.number("/view/fronts", key));
+    assert!((edge_time - time).abs() < 2.0 * dt, "{edge_time} s, {time} s");
+    assert!((edge_r - r).abs() < 2.0 * c_p * dt, "{edge_r} m, {r} m");
+}
+
+#[test]
+fn levels_are_steps_of_recorded_values() {
+    let folder = folder();
+    let ball = Recorded::new(BALL, &[], &folder.path().join("a.mcap"));
+    let grid: foxglove::Grid = ball.last("/view/field");
+    let corner = grid.pose.as_ref().and_then(|pose| pose.position).expect("a corner");
+    let size = grid.cell_size.expect("a size");
+    let rows = grid.data.len() / grid.row_stride as usize;
+    assert!(near(corner.y, -(rows as f64) * size.y) && (-0.0085..-0.008).contains(&corner.y), "{corner:?}");
+    for (number, name) in ["stress", "velocity", "displacement"].iter().enumerate() {
+        let field: message::FieldSlice = ball.last(&format!("/field/{name}"));
+        let step = ball.number("/view/field", &format!("level.step.{name}"));
+        let range = 126.0 * step;
+        let (_, high) =
+            ball.channels["/view/field"][&format!("colour_range.{name}")].split_once(',').expect("two ends");
+        assert!(near(range, high.parse().expect("a number")) && high.len() <= 10, "a round number: {high}");
+        let mut seen = 0;
+        for (row, cells) in grid.data.chunks_exact(grid.row_stride as usize).enumerate() {
+            for (column, cell) in cells.chunks_exact(grid.cell_stride as usize).enumerate() {
+                let x = corner.x + (column as f64 + 0.5) * size.x;
+                let z = -(corner.y + (row as f64 + 0.5) * size.y);
+                let places = [(x.abs() - field.r0) / field.dr, z / field.dz];
+                // halfway between nodes, rounding in metres and in R may differ
+                if places.iter().any(|place| (place.fract().abs() - 0.5).abs() < 1e-6) {
+                    continue;
+                }
+                let [i, j] = places.map(|place| place.round().max(0.0) as usize);
+                let inside = i < field.nr as usize && j < field.nz as usize;
+                let value = if inside { f64::from(field.values[j * field.nr as usize + i]) } else { 0.0 };
+                let shown = (f64::from(cell[number]) - 128.0) * step;
+                assert!(
+                    (shown - value.clamp(-range, range)).abs() <= 0.51 * step,
+                    "{name} at {x}, {z}: {value}"
+                );
+                seen += usize::from(value.abs() > step);
+            }
+        }
+        assert!(seen > 100, "{name}: there is something to see");
+    }
+}
+
+#[test]
+fn the_camera_of_the_layout_sees_the_section() {
+    let folder = folder();
+    let ball = Recorded::new(BALL, &["mesh.cells=20"], &folder.path().join("a.mcap"));
+    let camera = &ball.layout["configById"]["3D!section"]["cameraState"];
+    let distance = camera["distance"].as_f64().expect("a distance");
+    let grid: foxglove::Grid = ball.last("/view/field");
+    let size = grid.cell_size.expect("a size");
+    let width = f64::from(grid.column_count) * size.x;
+    assert!(distance > 0.4 * width && distance < 4.0 * width, "{distance} m for {width} m");
+    let target = camera["targetOffset"][1].as_f64().expect("a height");
+    assert!((-0.008..0.008).contains(&target), "{target}");
+    // numbers of different units have panels of their own, over the seconds of log time
+    let panels = &ball.layout["configById"];
+    for name in ["drag", "velocity", "probes", "profile", "surface"] {
+        assert!(panels.get(format!("Plot!{name}")).is_some(), "{name}");
+    }
+    let end = panels["Plot!drag"]["maxXValue"].as_f64().expect("a time");
+    let log_time = messages::<message::Drag>(&ball.bytes, "/drag").pop().expect("a message").0;
+    assert_eq!(end, log_time as f64 / 1e9);
+    let reach = panels["Plot!profile"]["maxXValue"].as_f64().expect("a radius");
+    let profile: message::SurfaceProfile = ball.last("/view/profile");
+    let last = f64::from(*profile.r.last().expect("points"));
+    assert!((last / reach - 1.0).abs() < 0.05, "{last} m, {reach} m");
+}
