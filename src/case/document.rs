@@ -82,6 +82,12 @@ impl Document {
         Section::new(self, String::new(), table, 0..0)
     }
 
+    /// The text at a place.
+    pub fn written(&self, span: &Range<usize>) -> &str {
+        let source = self.sources.iter().rev().find(|source| source.start <= span.start);
+        source.and_then(|source| source.text.get(span.clone())).unwrap_or_default()
+    }
+
     /// Notes a problem.
     pub fn problem(&self, span: Range<usize>, message: impl Into<String>, help: impl Into<String>) {
         let note = Note { span, message: message.into(), help: Some(help.into()) };
@@ -173,6 +179,19 @@ impl<'t> Section<'t> {
         !self.refused.is_empty()
     }
 
+    /// A sub-table that is there and not read yet.
+    pub fn table(&self, key: &str) -> Option<&DeTable<'t>> {
+        match self.table.get(key)?.get_ref() {
+            DeValue::Table(table) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// Notes that a key belongs to the section though it is not read.
+    pub fn know(&mut self, key: &'static str) {
+        self.keys.push(key);
+    }
+
     /// True if the key is there and not read yet.
     pub fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
@@ -203,10 +222,25 @@ impl<'t> Section<'t> {
             Ok(value) => Some(Given { value, span }),
             Err(error) => {
                 let place = error.span().filter(|place| !place.is_empty()).unwrap_or(span);
-                let message = format!("`{}`: {}", self.name(key), error.message().trim_end());
-                self.refuse(key, place, message, allowed)
+                let (message, remark) = self.misfit(key, &place, error.message().trim_end());
+                self.refuse(key, place, message, &format!("{allowed}{remark}"))
             }
         }
+    }
+
+    /// What is said of a value that does not fit, and a remark on what is allowed.
+    ///
+    /// * `error`: the reader's own words, which for other types are those of the program
+    fn misfit(&self, key: &str, place: &Range<usize>, error: &str) -> (String, &'static str) {
+        let name = self.name(key);
+        if !error.starts_with("invalid ") {
+            let error = error.split(", expected").next().unwrap_or(error);
+            return (format!("`{name}`: {error}"), "");
+        }
+        let written = self.document.written(place);
+        let is_text = written.starts_with('"') && error.ends_with(['4', '8']);
+        let remark = if is_text { ", without quotes and unit" } else { "" };
+        (format!("`{name}` = {written} is not possible"), remark)
     }
 
     /// A required value.
