@@ -180,3 +180,16 @@ fn physical_cases_of_any_scale_repeat_themselves() {
         }
     }
 }
+
+#[test]
+fn huge_lists_are_refused() {
+    let lists = [
+        ("record.probes", "radii", "[0.5, ".to_owned() + &"0.5, ".repeat(100_000) + "]"),
+        ("record.frame_times", "times", "[0.5, ".to_owned() + &"0.5, ".repeat(100_000) + "]"),
+    ];
+    for (key, noun, list) in lists {
+        let errors = Case::load("fig5", &[format!("{key}={list}")]).expect_err("a huge list");
+        let messages: Vec<&str> = errors.problems.iter().map(|problem| problem.message.as_str()).collect();
+        assert_eq!(messages, [format!("`{key}` has 100001 {noun}")]);
+    }
+}

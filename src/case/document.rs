@@ -74,8 +74,14 @@ impl Document {
             let (part, errors) = DeTable::parse_recoverable(&source.text);
             for error in errors {
                 let span = error.span().unwrap_or(source.start..source.start);
-                let message = error.message().trim_end().to_owned();
-                self.problems.borrow_mut().push(Note { span, message, help: None });
+                let (message, help) = match error.message().trim_end() {
+                    "duplicate key" => {
+                        let message = format!("`{}` is given twice", self.written(&span));
+                        (message, Some("keep one of them".into()))
+                    }
+                    message => (message.to_owned(), None),
+                };
+                self.problems.borrow_mut().push(Note { span, message, help });
             }
             merge(&mut table, part.into_inner());
         }
@@ -157,7 +163,7 @@ impl<'t> Section<'t> {
     }
 
     fn remove(&mut self, key: &'static str) -> Option<Spanned<DeValue<'t>>> {
-        self.keys.push(key);
+        self.know(key);
         self.table.remove(key)
     }
 
@@ -189,7 +195,9 @@ impl<'t> Section<'t> {
 
     /// Notes that a key belongs to the section though it is not read.
     pub fn know(&mut self, key: &'static str) {
-        self.keys.push(key);
+        if !self.keys.contains(&key) {
+            self.keys.push(key);
+        }
     }
 
     /// True if the key is there and not read yet.
@@ -235,7 +243,7 @@ impl<'t> Section<'t> {
         let name = self.name(key);
         if !error.starts_with("invalid ") {
             let error = error.split(", expected").next().unwrap_or(error);
-            return (format!("`{name}`: {error}"), "");
+            return (format!("`{name}`: {}", error.replace("unknown variant", "unknown value")), "");
         }
         let written = self.document.written(place);
         let is_text = written.starts_with('"') && error.ends_with(['4', '8']);

@@ -55,7 +55,10 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let [mut target, indenter, impact, mesh, run, record] =
         ["target", "indenter", "impact", "mesh", "run", "record"].map(|name| root.section(name));
     let has_quantities =
-        impact.text("velocity").or(run.text("end_time")).or(indenter.text("radius")).is_some();
+        [(&impact, "velocity"), (&run, "end_time"), (&indenter, "radius"), (&indenter, "nose_radius")]
+            .into_iter()
+            .any(|(section, key)| section.text(key).is_some())
+            || root.has("length_unit");
     let material = read_material(&mut target, geometry, model, has_quantities);
     let (system, has_length_unit) = read_system(&mut root, &indenter, geometry, &material);
     root.end();

@@ -183,13 +183,14 @@ fn read_density(
     has_mass: bool,
     system: &System,
 ) -> Option<(&'static str, Given<f64>)> {
+    section.know("density");
+    section.know("material");
     let given = ["density", "material"].into_iter().filter(|key| section.has(key));
     let given: Vec<&'static str> = has_mass.then_some("mass").into_iter().chain(given).collect();
     let span = section.place(given.last()?);
     let bounds = Bounds::within(TINY, HUGE);
     let density = section.quantity("density", Dimension::Density, bounds, system);
     let of_material = if section.has("material") { read_body_material(section, system) } else { None };
-    section.know("material");
     if let [first, .., last] = given[..] {
         let message = format!("`indenter.{first}` and `indenter.{last}` are both given");
         section.problem(span, message, "keep one of them: mass, density or material gives the mass");

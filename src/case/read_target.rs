@@ -68,7 +68,10 @@ pub(super) fn read_material(
         }
         (false, false) => {
             let (key, meaning) = if has_quantities {
-                ("material", "the material of the target by name or with its constants as quantities")
+                (
+                    "material",
+                    "the material of the target by name (`percuss materials` lists them) or with its constants as quantities",
+                )
             } else {
                 let meaning = "the number c_s/c_p, for a dimensionless case; or material, the material of the target by name or \
                                with its constants, for a physical one";
@@ -119,7 +122,8 @@ fn read_ratio(section: &Section<'_>, ratio: Given<f64>, model: ModelKind) -> Giv
         return GivenMaterial::Ratio(ratio.value);
     }
     let message = format!("`target.shear_wave_speed` = {:?} is not possible", ratio.value);
-    let least = if ratio.value > 0.0 { format!(", at least {TINY}") } else { String::new() };
+    let least =
+        if ratio.value > 0.0 && ratio.value < TINY { format!(", at least {TINY}") } else { String::new() };
     section.problem(ratio.span, message, format!("allowed: {bounds}, in units of c_p{least}"));
     GivenMaterial::BadRatio
 }
@@ -183,8 +187,8 @@ fn check_speeds(section: &Section<'_>, span: Span, (c_p, c_s): (f64, f64), model
     let (ratio, largest) = (c_s / c_p, fastest(model));
     let is_allowed = ratio < largest && ratio >= TINY;
     if !is_allowed {
-        let message = format!("`target.material` has c_s/c_p = {ratio:.6}, which the theory does not allow");
-        section.problem(span, message, format!("allowed: c_s/c_p ≥ {TINY} and < {largest:.6}"));
+        let message = format!("`target.material` has c_s/c_p = {ratio:?}, which the theory does not allow");
+        section.problem(span, message, format!("allowed: c_s/c_p ≥ {TINY} and < {largest:?}"));
     }
     is_allowed
 }
@@ -210,7 +214,8 @@ pub(super) fn read_preset(section: &mut Section<'_>) -> Option<&'static Preset> 
         let message =
             format!("`{}` = \"{}\" is no material known here", section.name("material"), name.value);
         let names: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
-        section.refuse::<()>("material", name.span, message, &names.join(", "));
+        let allowed = format!("{}; `percuss materials` lists their constants", names.join(", "));
+        section.refuse::<()>("material", name.span, message, &allowed);
     }
     found
 }

@@ -65,7 +65,11 @@ impl Plan<'_> {
         };
         let most = (MAX_NUMBERS / self.model.numbers_per_node(corner.as_ref()) as f64).min(MAX_NODES);
         if nr * nz > most {
-            let message = format!("the mesh has {:.3e} nodes ({nr} along r, {nz} along z)", nr * nz);
+            let message = format!(
+                "`mesh.cells` = {} makes a mesh of {:.3e} nodes, {nr} along r, {nz} along z",
+                mesh.cells.value,
+                nr * nz
+            );
             let help = format!("allowed: at most {most:e}; make mesh.cells or run.end_time smaller");
             doc.problem(mesh.cells.span.clone(), message, help);
             return None;
@@ -108,7 +112,8 @@ impl Plan<'_> {
         };
         if spacing.is_none() {
             let message = format!(
-                "the paper mesh needs a whole number of cells through the layer, but thickness·cells = {}",
+                "`target.thickness` = {}: the paper mesh needs a whole number of cells through the layer, not thickness·cells = {}",
+                doc.written(&thickness),
                 self.target.thickness.unwrap_or_default() * cells as f64
             );
             doc.problem(thickness, message, "change target.thickness or mesh.cells");
@@ -122,7 +127,10 @@ impl Plan<'_> {
     fn check_rows(&self, doc: &Document, spacing: Spacing, thickness: Span) -> Option<Spacing> {
         match spacing.layer_rows {
             Some(rows) if self.model == ModelKind::Elastic && rows < FEWEST_ROWS => {
-                let message = format!("the layer has {rows} rows of cells, too few for model = \"elastic\"");
+                let message = format!(
+                    "`target.thickness` = {}: the layer has {rows} rows of cells, too few for model = \"elastic\"",
+                    doc.written(&thickness)
+                );
                 let help =
                     format!("allowed: at least {FEWEST_ROWS}; make mesh.cells or target.thickness larger");
                 doc.problem(thickness, message, help);

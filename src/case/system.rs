@@ -183,7 +183,9 @@ fn mixed_in(name: &str, text: &str, bounds: Bounds) -> Refusal {
     } else {
         format!("`{name}` = \"{text}\" is no number")
     };
-    let help = format!("allowed: {bounds}; or give target.material, and every quantity with its unit");
+    let help = format!(
+        "a physical case has target.material, and every quantity with its unit; allowed here: {bounds}"
+    );
     Refusal { message, help }
 }
 
