@@ -167,7 +167,7 @@ impl OldKey {
                 let velocity = system.quoted(Dimension::Speed, velocity);
                 format!("write {name} = {}, the same shape at V0 = {velocity}", write(new))
             }
-            _ => format!("write {name} = …, the value of {formula}"),
+            _ => format!("write {name} = …, the value of {formula} in units of R and c_p"),
         };
         // what is missing because of it is no problem of its own
         section.mark_refused(name);

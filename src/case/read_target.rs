@@ -280,7 +280,7 @@ fn read_length_unit(
             let text = indenter.text(own)?;
             let length = read(text)?;
             if !LENGTH_UNIT.contain(length) {
-                let message = format!("`indenter.{own}` = \"{text}\" is no unit of length");
+                let message = format!("`indenter.{own}` = \"{text}\" cannot be the unit of length");
                 root.problem(indenter.place(own), message, format!("allowed: {allowed}"));
             }
             Some(length).filter(|length| LENGTH_UNIT.contain(*length))
