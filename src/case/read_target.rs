@@ -61,7 +61,7 @@ pub(super) fn read_material(
             GivenMaterial::Unclear
         }
         (true, false) => ratio.map_or(GivenMaterial::BadRatio, |ratio| read_ratio(section, ratio, model)),
-        (false, true) if has_plain_constants(section) => refuse_plain_constants(section),
+        (false, true) if has_plain_constants(section) => refuse_plain_constants(section, has_quantities),
         (false, true) => {
             let elastic = read_elastic(section, geometry, model);
             elastic.map_or(GivenMaterial::BadConstants, GivenMaterial::Physical)
@@ -96,7 +96,9 @@ fn has_plain_constants(section: &Section<'_>) -> bool {
 }
 
 /// Refuses a table of format 1, which stood for its c_s/c_p.
-fn refuse_plain_constants(section: &mut Section<'_>) -> GivenMaterial {
+///
+/// * `has_quantities`: true if other sections have quantities, as no case of format 1 has
+fn refuse_plain_constants(section: &mut Section<'_>, has_quantities: bool) -> GivenMaterial {
     let mut table = section.section("material");
     let span = table.span();
     let mut number = |key| table.get::<f64>(key, "a number").map(value);
@@ -113,7 +115,7 @@ fn refuse_plain_constants(section: &mut Section<'_>) -> GivenMaterial {
          \"210 GPa\", and all other quantities too"
     );
     section.problem(span, "`target.material` has plain numbers, as in format 1", help);
-    GivenMaterial::Unclear
+    if has_quantities { GivenMaterial::Unclear } else { GivenMaterial::BadRatio }
 }
 
 fn read_ratio(section: &Section<'_>, ratio: Given<f64>, model: ModelKind) -> GivenMaterial {
