@@ -7,7 +7,7 @@
 //! * `builder`: cases from keys and values, files and `--set` included
 //! * `parameters`: the data of a case
 //! * `errors`, `bounds`, `document`: problems and their places; bounds of numbers; TOML text with spans, one section at a time
-//! * `read`, `read_target`, `read_indenter`: from a document to parameters, section by section
+//! * `read`, `read_target`, `read_indenter`, `read_profile`: from a document to parameters, section by section
 //! * `system`, `quantity`: dimensionless and physical cases; numbers with a unit
 //! * `frames`, `density`: which steps are frames, and which nodes they show
 //! * `gauges`: points and lines in the target
@@ -117,6 +117,7 @@ mod parameters;
 mod quantity;
 mod read;
 mod read_indenter;
+mod read_profile;
 mod read_target;
 mod resolved;
 mod sizes;

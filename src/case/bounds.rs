@@ -37,7 +37,10 @@ impl Bounds {
     ///
     /// * `scale`: value of the unit of these bounds in that unit
     pub fn in_unit(&self, scale: f64, unit: &str) -> String {
-        let rounded = |x: f64| format!("{:.4e}", x * scale).replace(".0000e", "e");
+        let rounded = |x: f64| match format!("{:.4e}", x * scale).replace(".0000e", "e") {
+            zero if zero == "0e0" => "0".into(),
+            text => text.strip_suffix("e0").map_or(text.clone(), str::to_owned),
+        };
         let (low, high) = (if self.low_open { ">" } else { "≥" }, if self.high_open { "<" } else { "≤" });
         let end = if self.or_infinite { ", or inf" } else { "" };
         format!("{low} {} {unit} and {high} {} {unit}{end}", rounded(self.low), rounded(self.high))

@@ -74,12 +74,24 @@ impl Document {
             let (part, errors) = DeTable::parse_recoverable(&source.text);
             for error in errors {
                 let span = error.span().unwrap_or(source.start..source.start);
-                let message = error.message().trim_end().to_owned();
-                self.problems.borrow_mut().push(Note { span, message, help: None });
+                let (message, help) = match error.message().trim_end() {
+                    "duplicate key" => {
+                        let message = format!("`{}` is given twice", self.written(&span));
+                        (message, Some("keep one of them".into()))
+                    }
+                    message => (message.to_owned(), None),
+                };
+                self.problems.borrow_mut().push(Note { span, message, help });
             }
             merge(&mut table, part.into_inner());
         }
         Section::new(self, String::new(), table, 0..0)
+    }
+
+    /// The text at a place.
+    pub fn written(&self, span: &Range<usize>) -> &str {
+        let source = self.sources.iter().rev().find(|source| source.start <= span.start);
+        source.and_then(|source| source.text.get(span.clone())).unwrap_or_default()
     }
 
     /// Notes a problem.
@@ -151,7 +163,7 @@ impl<'t> Section<'t> {
     }
 
     fn remove(&mut self, key: &'static str) -> Option<Spanned<DeValue<'t>>> {
-        self.keys.push(key);
+        self.know(key);
         self.table.remove(key)
     }
 
@@ -171,6 +183,21 @@ impl<'t> Section<'t> {
     /// True if the value of any key was refused.
     pub fn has_refused(&self) -> bool {
         !self.refused.is_empty()
+    }
+
+    /// A sub-table that is there and not read yet.
+    pub fn table(&self, key: &str) -> Option<&DeTable<'t>> {
+        match self.table.get(key)?.get_ref() {
+            DeValue::Table(table) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// Notes that a key belongs to the section though it is not read.
+    pub fn know(&mut self, key: &'static str) {
+        if !self.keys.contains(&key) {
+            self.keys.push(key);
+        }
     }
 
     /// True if the key is there and not read yet.
@@ -203,10 +230,25 @@ impl<'t> Section<'t> {
             Ok(value) => Some(Given { value, span }),
             Err(error) => {
                 let place = error.span().filter(|place| !place.is_empty()).unwrap_or(span);
-                let message = format!("`{}`: {}", self.name(key), error.message().trim_end());
-                self.refuse(key, place, message, allowed)
+                let (message, remark) = self.misfit(key, &place, error.message().trim_end());
+                self.refuse(key, place, message, &format!("{allowed}{remark}"))
             }
         }
+    }
+
+    /// What is said of a value that does not fit, and a remark on what is allowed.
+    ///
+    /// * `error`: the reader's own words, which for other types are those of the program
+    fn misfit(&self, key: &str, place: &Range<usize>, error: &str) -> (String, &'static str) {
+        let name = self.name(key);
+        if !error.starts_with("invalid ") {
+            let error = error.split(", expected").next().unwrap_or(error);
+            return (format!("`{name}`: {}", error.replace("unknown variant", "unknown value")), "");
+        }
+        let written = self.document.written(place);
+        let is_text = written.starts_with('"') && error.ends_with(['4', '8']);
+        let remark = if is_text { ", without quotes and unit" } else { "" };
+        (format!("`{name}` = {written} is not possible"), remark)
     }
 
     /// A required value.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use toml::Value;
+use toml::{Spanned, Value};
 
 use super::{
     Record,
@@ -40,19 +40,19 @@ pub(super) fn read_points(
 /// * `thickness`: of a layer
 pub(super) fn read_lines(section: &mut Section<'_>, thickness: Option<f64>, system: &System) -> Vec<Line> {
     let allowed = "a list of lines, { r = a radius } along z or { z = a depth } along r";
-    let Some(Given { value, span }) = section.get::<Vec<BTreeMap<String, Value>>>("lines", allowed) else {
+    let Some(Given { value, span }) = section.get::<Vec<BTreeMap<String, Spanned<Value>>>>("lines", allowed)
+    else {
         return Vec::new();
     };
     let mut lines = Vec::new();
-    for entries in &value {
+    for (i, entries) in value.iter().enumerate() {
         let mut entries = entries.iter();
         let (Some((key, place)), None) = (entries.next(), entries.next()) else {
             section.problem(span, "`record.lines` has a line without exactly one of r and z", allowed);
             return Vec::new();
         };
-        let number = std::slice::from_ref(place);
-        let Some(read) = section.read_list("lines", number, &span, (Dimension::Length, PLACES), system)
-        else {
+        let named = [(format!("record.lines[{i}].{key}"), place)].into_iter();
+        let Some(read) = section.read_list("lines", named, (Dimension::Length, PLACES), system) else {
             return Vec::new();
         };
         match key.as_str() {

@@ -49,8 +49,13 @@ pub(super) fn example(dimension: Dimension, geometry: Geometry) -> (&'static str
 /// The SI unit, and what can be written, for messages.
 pub(super) fn allowed(dimension: Dimension, geometry: Geometry) -> String {
     let (noun, example) = example(dimension, geometry);
+    format!("a {noun} such as \"{example}\", in {}", unit_names(dimension, geometry))
+}
+
+/// Names of the units of a dimension, for messages.
+pub(super) fn unit_names(dimension: Dimension, geometry: Geometry) -> String {
     let names: Vec<&str> = units(dimension, geometry).iter().map(|(name, _)| *name).collect();
-    format!("a {noun} such as \"{example}\", in {}", names.join(", "))
+    names.join(", ")
 }
 
 /// The SI unit of a dimension.
@@ -61,15 +66,22 @@ pub(super) fn si_unit(dimension: Dimension, geometry: Geometry) -> &'static str 
 /// Why a text is no quantity.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum QuantityError {
-    /// No number, or nothing behind it.
-    NoNumberWithUnit,
+    /// The text does not begin with a number.
+    NoNumber,
+    /// Nothing stands behind the number.
+    NoUnit,
+    /// No double is as large.
+    TooLarge,
     /// The unit is not one of the dimension.
     Unit(String),
 }
 
 /// Reads a quantity, in SI units.
 pub(super) fn parse(text: &str, dimension: Dimension, geometry: Geometry) -> Result<f64, QuantityError> {
-    let (number, unit) = split(text.trim()).ok_or(QuantityError::NoNumberWithUnit)?;
+    let (number, unit) = split(text.trim()).ok_or(QuantityError::NoNumber)?;
+    if unit.is_empty() {
+        return Err(QuantityError::NoUnit);
+    }
     with_unit(number, unit, dimension, geometry)
 }
 
@@ -85,20 +97,20 @@ pub(super) fn with_unit(
     let known = units(dimension, geometry).iter().find(|(name, _)| *name == unit);
     let Some((_, power)) = known else { return Err(QuantityError::Unit(unit)) };
     let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
-    let exponent: i32 = exponent.parse().map_err(|_| QuantityError::NoNumberWithUnit)?;
+    let exponent: i32 = exponent.parse().map_err(|_| QuantityError::TooLarge)?;
     format!("{mantissa}e{}", exponent.saturating_add(*power))
         .parse()
         .ok()
         .filter(|si: &f64| si.is_finite())
-        .ok_or(QuantityError::NoNumberWithUnit)
+        .ok_or(QuantityError::TooLarge)
 }
 
 /// The number at the beginning of a text, and the rest.
 fn split(text: &str) -> Option<(&str, &str)> {
-    let is_number = |end: &usize| text[..*end].parse::<f64>().is_ok_and(f64::is_finite);
-    let ends = text.char_indices().map(|(at, _)| at).chain([text.len()]).filter(|at| *at > 0);
-    let end = ends.filter(is_number).last().filter(|end| *end < text.len())?;
-    Some((text[..end].trim(), &text[end..]))
+    let is_part = |c: char| c.is_ascii_digit() || "+-.eE".contains(c);
+    let longest = text.find(|c| !is_part(c)).unwrap_or(text.len());
+    let end = (1..=longest).rev().find(|end| text[..*end].parse::<f64>().is_ok())?;
+    Some((&text[..end], &text[end..]))
 }
 
 #[cfg(test)]
@@ -136,7 +148,13 @@ mod tests {
         for text in ["", "mm", "10", "ten mm", "inf mm", "nan mm", "1e999 m", "1e m", "1e308 km"] {
             assert!(read(text, Dimension::Length).is_err(), "{text}");
         }
-        assert_eq!(read("10", Dimension::Length), Err(QuantityError::NoNumberWithUnit));
+        assert_eq!(read("10", Dimension::Length), Err(QuantityError::NoUnit));
+        for text in ["", "mm", "inf mm", "nan mm"] {
+            assert_eq!(read(text, Dimension::Length), Err(QuantityError::NoNumber), "{text}");
+        }
+        for text in ["1e999 m", "1e99999999999 m", "1e308 km"] {
+            assert_eq!(read(text, Dimension::Length), Err(QuantityError::TooLarge), "{text}");
+        }
         for text in ["10 inch", "10 MM", "10 m/s", "10 m m", "10 µ", "1 é"] {
             assert!(matches!(read(text, Dimension::Length), Err(QuantityError::Unit(_))), "{text}");
         }

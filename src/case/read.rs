@@ -56,11 +56,14 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let [mut target, indenter, impact, mesh, run, record] =
         ["target", "indenter", "impact", "mesh", "run", "record"].map(|name| root.section(name));
     let has_quantities =
-        impact.text("velocity").or(run.text("end_time")).or(indenter.text("radius")).is_some();
+        [(&impact, "velocity"), (&run, "end_time"), (&indenter, "radius"), (&indenter, "nose_radius")]
+            .into_iter()
+            .any(|(section, key)| section.text(key).is_some())
+            || root.has("length_unit");
     let material = read_material(&mut target, geometry, model, has_quantities);
     let (system, has_length_unit) = read_system(&mut root, &indenter, geometry, &material);
     root.end();
-    let target = read_target(target, &material, model, &system);
+    let target = read_target(target, &material, &system);
     let impact = read_impact(impact, &system);
     let parts = IndenterParts {
         folder: &given.folder,
@@ -70,8 +73,10 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
         contact: impact.contact.as_ref(),
     };
     let indenter = read_indenter(indenter, &parts);
-    let impact =
-        Impact { velocity: impact.velocity, contact: impact.contact.map_or(Rule::Unilateral, value) };
+    let impact = Impact {
+        velocity: impact.velocity.unwrap_or(1.0),
+        contact: impact.contact.map_or(Rule::Unilateral, value),
+    };
     let c_s = target.as_ref().map(|(target, _)| target.material.shear_wave_speed);
     let mesh = read_mesh(mesh, model, c_s, &system);
     let (run, end_time) = read_run(run, &system);
@@ -128,20 +133,25 @@ fn default_title(name: &str) -> String {
 pub(super) type Span = std::ops::Range<usize>;
 
 struct GivenImpact {
-    velocity: f64,
+    /// V0, or its default; `None` if it is missing or refused.
+    velocity: Option<f64>,
     contact: Option<Given<Rule>>,
 }
 
 fn read_impact(mut section: Section<'_>, system: &System) -> GivenImpact {
     let bounds = Bounds::within(TINY, HUGE);
     let velocity = match system {
-        System::Dimensionless => section.quantity("velocity", Dimension::Speed, bounds, system),
+        System::Dimensionless | System::Unclear { .. } => {
+            section.quantity("velocity", Dimension::Speed, bounds, system)
+        }
         // c_p is no velocity that anybody means
         System::Physical { .. } => section.require_quantity("velocity", Dimension::Speed, bounds, system),
     };
+    let is_default = matches!(system, System::Dimensionless) && !section.is_refused("velocity");
+    let velocity = velocity.map(value).or(is_default.then_some(1.0));
     let contact = section.get("contact", "unilateral, bilateral, prescribed");
     section.end();
-    GivenImpact { velocity: velocity.map_or(1.0, value), contact }
+    GivenImpact { velocity, contact }
 }
 
 /// The `[mesh]` section.

@@ -1,4 +1,4 @@
-//! The `[indenter]` section: shapes, profiles from files, and contact rules that only some shapes allow.
+//! The `[indenter]` section: shapes, masses, and contact rules that only some shapes allow.
 
 use std::{f64::consts::PI, path::Path};
 
@@ -9,11 +9,16 @@ use super::{
     Body, HeadKind,
     bounds::Bounds,
     document::{Given, Section},
-    read::{HUGE, MAX_LIST, Span, TINY, span_of, value},
+    read::{HUGE, Span, TINY, span_of, value},
+    read_profile::GivenProfile,
     read_target::read_preset,
     system::System,
 };
-use crate::{contact::Rule, grid::Geometry, shape::Profile, units::Dimension};
+use crate::{
+    contact::Rule,
+    grid::Geometry,
+    units::{Dimension, Scales},
+};
 
 /// Name of a shape in a case file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -41,8 +46,8 @@ pub(super) struct IndenterParts<'a> {
     pub geometry: Geometry,
     /// System of the numbers.
     pub system: &'a System,
-    /// V0, if it is given \[c_p\].
-    pub velocity: f64,
+    /// V0, or its default; `None` if it is missing or refused \[c_p\].
+    pub velocity: Option<f64>,
     /// Contact rule, if it is given.
     pub contact: Option<&'a Given<Rule>>,
 }
@@ -80,10 +85,11 @@ pub(super) fn read_indenter(mut section: Section<'_>, parts: &IndenterParts<'_>)
     let shape: Option<Given<ShapeName>> = section.require("shape", names);
     let shape = shape.map(value);
     let given = GivenHead::read(&mut section, parts.system);
-    refuse_old_keys(&mut section, parts);
+    refuse_old_keys(&mut section, shape, parts);
+    let has_mass = section.has("mass");
     let mass =
         section.quantity("mass", Dimension::Mass, Bounds::within(TINY, 1e12).or_infinite(), parts.system);
-    let density = read_density(&mut section, parts.system);
+    let density = read_density(&mut section, has_mass, parts.system);
     check_rule(&section, parts.contact, shape, mass.as_ref(), given.edge_radius.as_ref());
     let radius = given.radius.clone();
     let head = shape.and_then(|shape| given.head(&mut section, shape, parts));
@@ -99,53 +105,113 @@ pub(super) fn read_indenter(mut section: Section<'_>, parts: &IndenterParts<'_>)
     Some(Body { head, radius, mass: mass.unwrap_or(f64::INFINITY) })
 }
 
-/// Keys of format 1, which named a shape by how fast its contact spread at V0.
-fn refuse_old_keys(section: &mut Section<'_>, parts: &IndenterParts<'_>) {
-    let velocity = parts.velocity;
-    let mut refuse = |key: &'static str, new: &dyn Fn(f64) -> (&'static str, f64)| {
-        let Some(given) = section.get::<f64>(key, "a number") else { return };
-        let (name, value) = new(given.value);
-        let message = format!("`indenter.{key}` = {:?} is a key of format 1", given.value);
-        section.mark_refused(name);
-        section.problem(
-            given.span,
-            message,
-            format!("write {name} = {value:?}, the same shape at V0 = {velocity:?}"),
-        );
-    };
-    refuse("curvature", &|k| ("nose_radius", k / (2.0 * velocity)));
-    refuse("spread_rate", &|rate| ("slope", velocity / rate));
+/// A key of format 1, which named a shape by how fast its contact spread at V0.
+struct OldKey {
+    key: &'static str,
+    shape: ShapeName,
+    /// Key of the shape itself, its dimension if it has one, and how it follows.
+    new: (&'static str, Option<Dimension>, &'static str),
+    /// The new value from the old one and V0.
+    convert: fn(f64, f64) -> f64,
+}
+
+const OLD_KEYS: [OldKey; 2] = [
+    OldKey {
+        key: "curvature",
+        shape: ShapeName::Paraboloid,
+        new: ("nose_radius", Some(Dimension::Length), "curvature/(2 V0)"),
+        convert: |curvature, velocity| curvature / (2.0 * velocity),
+    },
+    OldKey {
+        key: "spread_rate",
+        shape: ShapeName::Cone,
+        new: ("slope", None, "V0/spread_rate"),
+        convert: |rate, velocity| velocity / rate,
+    },
+];
+
+/// Refuses the keys of format 1.
+fn refuse_old_keys(section: &mut Section<'_>, shape: Option<ShapeName>, parts: &IndenterParts<'_>) {
+    for old in OLD_KEYS {
+        if section.has(old.key) {
+            old.refuse(section, shape, parts);
+        }
+    }
     if section.has("scale") {
         let span = section.get::<Value>("scale", "").map_or(section.span(), |given| given.span);
-        let help =
-            "a case in SI units has target.material, and every quantity with its unit: radius = \"10 mm\"";
+        let help = "leave it out; a case in SI units has target.material, and every quantity with its unit: \
+                    radius = \"10 mm\"";
         section.problem(span, "`indenter.scale` is a key of format 1", help);
     }
 }
 
-/// Density of the indenter \[γ\].
-fn read_density(section: &mut Section<'_>, system: &System) -> Option<Given<f64>> {
+impl OldKey {
+    /// Refuses the key, and names the new one with its value where it is known.
+    fn refuse(&self, section: &mut Section<'_>, shape: Option<ShapeName>, parts: &IndenterParts<'_>) {
+        let span = section.place(self.key);
+        let message =
+            format!("`indenter.{}` = {} is a key of format 1", self.key, section.document.written(&span));
+        let old = section.get::<Value>(self.key, "").map(|given| given.value);
+        let old = old.and_then(|old| old.as_float().or(old.as_integer().map(|old| old as f64)));
+        let (name, dimension, formula) = self.new;
+        let system = parts.system;
+        let write = |x| dimension.map_or(format!("{x:?}"), |dimension| system.quoted(dimension, x));
+        let new = old.zip(parts.velocity).map(|(old, velocity)| (self.convert)(old, velocity));
+        let new = new.filter(|new| Bounds::within(TINY, HUGE).contain(*new));
+        let is_written = dimension.is_none() || system.can_write();
+        let help = match (new.filter(|_| is_written), parts.velocity) {
+            _ if shape.is_some_and(|shape| shape != self.shape) => {
+                format!("leave it out; it belongs to shape = \"{}\"", self.shape.name())
+            }
+            (Some(new), Some(velocity)) => {
+                let velocity = system.quoted(Dimension::Speed, velocity);
+                format!("write {name} = {}, the same shape at V0 = {velocity}", write(new))
+            }
+            _ => format!("write {name} = …, the value of {formula} in units of R and c_p"),
+        };
+        // what is missing because of it is no problem of its own
+        section.mark_refused(name);
+        section.problem(span, message, help);
+    }
+}
+
+/// Density of the indenter \[γ\], with its key.
+///
+/// * `has_mass`: true if the mass is given, which leaves no place for a density
+fn read_density(
+    section: &mut Section<'_>,
+    has_mass: bool,
+    system: &System,
+) -> Option<(&'static str, Given<f64>)> {
+    section.know("density");
+    section.know("material");
+    let given = ["density", "material"].into_iter().filter(|key| section.has(key));
+    let given: Vec<&'static str> = has_mass.then_some("mass").into_iter().chain(given).collect();
+    let span = section.place(given.last()?);
     let bounds = Bounds::within(TINY, HUGE);
     let density = section.quantity("density", Dimension::Density, bounds, system);
-    if !section.has("material") {
-        return density;
-    }
-    let span = section.place("material");
-    let preset = read_preset(section)?;
-    if density.is_some() {
-        let message = "`indenter.material` and `indenter.density` are both given";
-        section.problem(span, message, "keep one of them");
+    let of_material = if section.has("material") { read_body_material(section, system) } else { None };
+    if let [first, .., last] = given[..] {
+        let message = format!("`indenter.{first}` and `indenter.{last}` are both given");
+        section.problem(span, message, "keep one of them: mass, density or material gives the mass");
         return None;
     }
+    density.map(|density| ("density", density)).or(of_material.map(|density| ("material", density)))
+}
+
+/// Density of the material of the indenter \[γ\].
+fn read_body_material(section: &mut Section<'_>, system: &System) -> Option<Given<f64>> {
+    let span = section.place("material");
+    let preset = read_preset(section)?;
     match system {
         System::Dimensionless => {
             let message = "`indenter.material` needs a physical case, and this one is dimensionless";
             section.problem(span, message, "give indenter.density in units of γ, or target.material");
             None
         }
-        System::Physical { scales, .. } => {
-            let value = scales.map_or(1.0, |scales| scales.reduce(Dimension::Density, preset.density));
-            Some(Given { value, span })
+        System::Physical { .. } | System::Unclear { .. } => {
+            let reduce = |scales: Scales| scales.reduce(Dimension::Density, preset.density);
+            Some(Given { value: system.scales().map_or(preset.density, reduce), span })
         }
     }
 }
@@ -159,7 +225,7 @@ fn mass_of(
     section: &Section<'_>,
     head: &HeadKind,
     radius: Option<&Given<f64>>,
-    density: Given<f64>,
+    (key, density): (&str, Given<f64>),
     parts: &IndenterParts<'_>,
 ) -> Option<f64> {
     match head {
@@ -170,9 +236,11 @@ fn mass_of(
             })
         }
         _ => {
-            let message =
-                "the density gives a mass only to a whole sphere: the length of other bodies is not known";
-            section.problem(density.span, message, "give indenter.mass");
+            let message = format!(
+                "`indenter.{key}` = {} gives a mass only to a whole sphere: the length of other bodies is not known",
+                section.document.written(&density.span)
+            );
+            section.problem(density.span, message, "leave it out and give indenter.mass");
             None
         }
     }
@@ -192,11 +260,15 @@ impl GivenHead {
                 section.need("radius", self.radius.is_some(), "a flat punch has a radius");
                 let (radius, edge) = (self.radius?.value, self.edge_radius.as_ref());
                 if let Some(edge) = edge.filter(|edge| edge.value > radius) {
-                    let message = "`indenter.edge_radius` is larger than indenter.radius";
+                    let message = format!(
+                        "`indenter.edge_radius` = {} is larger than indenter.radius",
+                        section.document.written(&edge.span)
+                    );
+                    let radius = parts.system.quoted(Dimension::Length, radius);
                     section.problem(
                         edge.span.clone(),
                         message,
-                        "make it smaller; equal radii make a whole corner",
+                        format!("allowed: at most {radius}, the radius"),
                     );
                 }
                 Some(HeadKind::Flat { edge_radius: self.edge_radius.map_or(0.0, value) })
@@ -206,9 +278,12 @@ impl GivenHead {
                 section.need("nose_radius", self.nose_radius.is_some(), meaning);
                 self.nose_radius.map(|rho| HeadKind::Paraboloid { nose_radius: rho.value })
             }
-            ShapeName::Sphere => self.sphere(section),
+            ShapeName::Sphere => self.sphere(section, parts.system),
             ShapeName::Cone => self.cone(section),
-            ShapeName::Profile => self.profile(section, parts),
+            ShapeName::Profile => {
+                let given = GivenProfile { radius: self.radius, file: self.file, points: self.points };
+                given.head(section, parts)
+            }
         }
     }
 
@@ -219,7 +294,7 @@ impl GivenHead {
             let Some(span) = span.filter(|_| !owners.contains(&shape)) else { return };
             let names: Vec<String> = owners.iter().map(|owner| format!("\"{}\"", owner.name())).collect();
             let names = names.join(" or ");
-            let message = format!("`indenter.{key}` belongs to shape = {names}");
+            let message = format!("`indenter.{key}` belongs to shape = {names}, not to \"{}\"", shape.name());
             section.problem(span, message, format!("remove it, or set indenter.shape = {names}"));
         };
         only("edge_radius", span_of(&self.edge_radius), &[Flat]);
@@ -230,12 +305,15 @@ impl GivenHead {
         only("points", span_of(&self.points), &[Profile]);
     }
 
-    fn sphere(self, section: &Section<'_>) -> Option<HeadKind> {
+    fn sphere(self, section: &Section<'_>, system: &System) -> Option<HeadKind> {
         section.need("nose_radius", self.nose_radius.is_some(), "radius ρ of the sphere");
         let nose_radius = self.nose_radius?.value;
         if let Some(radius) = self.radius.filter(|radius| radius.value > nose_radius) {
-            let message = "`indenter.radius` is larger than the sphere, indenter.nose_radius";
-            section.problem(radius.span, message, "make it smaller, or leave it out for the whole sphere");
+            let given = section.document.written(&radius.span);
+            let message = format!("`indenter.radius` = {given} is larger than indenter.nose_radius");
+            let rho = system.quoted(Dimension::Length, nose_radius);
+            let help = format!("allowed: at most {rho}, or leave it out for the whole sphere");
+            section.problem(radius.span, message, help);
             return None;
         }
         Some(HeadKind::Sphere { nose_radius })
@@ -245,7 +323,7 @@ impl GivenHead {
         let slope = match (self.slope, self.half_angle) {
             (Some(_), Some(angle)) => {
                 let message = "`indenter.slope` and `indenter.half_angle` are both given";
-                section.problem(angle.span, message, "keep one of them");
+                section.problem(angle.span, message, "keep one of them, as each gives the other");
                 return None;
             }
             (Some(slope), None) => slope.value,
@@ -258,68 +336,22 @@ impl GivenHead {
                         "half_angle",
                         span,
                         message,
-                        "an angle from the axis whose slope is from 1e-6 to 1e6",
+                        "degrees from the axis, so that the slope, its cotangent, is from 1e-6 to 1e6",
                     );
                 }
                 slope
             }
             (None, None) => {
                 let is_refused = section.is_refused("half_angle");
-                section.need("slope", is_refused, "df/dr; or half_angle, in degrees from the axis");
-                return None;
-            }
-        };
-        Some(HeadKind::Cone { slope })
-    }
-
-    fn profile(self, section: &mut Section<'_>, parts: &IndenterParts<'_>) -> Option<HeadKind> {
-        let radius = self.radius;
-        let (points, span) = match (self.file, self.points) {
-            (None, Some(points)) => (Ok(points.value), points.span),
-            (Some(file), None) => {
-                let points = read_points(&parts.folder.join(&file.value), parts.system);
-                (points.map_err(|error| format!("profile `{}`: {error}", file.value)), file.span)
-            }
-            (Some(file), Some(_)) => {
-                section.problem(file.span, "the profile is given twice", "keep `file` or `points`");
-                return None;
-            }
-            (None, None) => {
                 section.need(
-                    "file",
-                    section.is_refused("points"),
-                    "a CSV file with the points r, f of the profile",
+                    "slope",
+                    is_refused,
+                    "the number df/dr; or half_angle, in degrees from the axis",
                 );
                 return None;
             }
         };
-        let found = points.and_then(|points| {
-            if points.len() > MAX_LIST {
-                return Err(format!(
-                    "the profile has {} points, at most {MAX_LIST} are allowed",
-                    points.len()
-                ));
-            }
-            let curve = Profile::new(&points).map_err(|error| format!("profile: {error}"))?;
-            Ok((points, curve))
-        });
-        let (points, curve) = match found {
-            Ok(found) => found,
-            Err(message) => {
-                let help = "points (r, f) from the tip outwards: r = 0, f = 0 first, r increasing, f ≥ 0; a file is CSV with columns r and f";
-                section.problem(span, message, help);
-                return None;
-            }
-        };
-        if let Some(radius) = radius.filter(|radius| radius.value > curve.last_radius()) {
-            let (radius, last, span) = (radius.value, curve.last_radius(), radius.span);
-            let message = format!(
-                "`indenter.radius` = {radius:?} is larger than the last point of the profile, r = {last:?}"
-            );
-            section.problem(span, message, "add points, or leave the radius out");
-            return None;
-        }
-        Some(HeadKind::Profile { points, curve })
+        Some(HeadKind::Cone { slope })
     }
 }
 
@@ -335,57 +367,13 @@ fn check_rule(
     let has_corner = edge_radius.is_some_and(|edge| edge.value > 0.0);
     if contact.value == Rule::Bilateral && (has_corner || shape.is_some_and(|shape| shape != ShapeName::Flat))
     {
-        let message =
-            "contact = \"bilateral\" glues a fixed zone and needs shape = \"flat\" with a sharp edge";
+        let message = "`impact.contact` = \"bilateral\" glues a fixed zone and needs shape = \"flat\" with a sharp edge";
         let help = "use contact = \"unilateral\" for heads that touch gradually";
         section.problem(contact.span.clone(), message, help);
     }
     if let Some(mass) = mass.filter(|mass| mass.value.is_finite() && contact.value == Rule::Prescribed) {
-        let message =
-            format!("`indenter.mass` = {:?}, but contact = \"prescribed\" gives the motion", mass.value);
+        let given = section.document.written(&mass.span);
+        let message = format!("`indenter.mass` = {given}, but contact = \"prescribed\" gives the motion");
         section.problem(mass.span.clone(), message, "set mass = inf, or another contact rule");
     }
-}
-
-/// Reads `r,f` rows; a first row without numbers is a header, which may carry units, `r [mm],f [mm]`; `#` starts a comment.
-fn read_points(path: &Path, system: &System) -> Result<Vec<[f64; 2]>, String> {
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_path(path)
-        .map_err(|error| error.to_string())?;
-    let mut points = Vec::new();
-    let mut units: Option<[String; 2]> = None;
-    for (index, record) in reader.records().enumerate() {
-        let record = record.map_err(|error| error.to_string())?;
-        let line = record.position().map_or(0, csv::Position::line);
-        if record.len() != 2 {
-            return Err(format!("line {line} has {} columns instead of 2", record.len()));
-        }
-        let is_number = |text: &str| text.parse::<f64>().is_ok();
-        if is_number(&record[0]) && is_number(&record[1]) {
-            points.push([0, 1].map(|i| (record[i].to_owned(), line)));
-        } else if index == 0 {
-            units = unit_of(&record[0]).zip(unit_of(&record[1])).map(|(r, f)| [r, f]);
-        } else {
-            return Err(format!("line {line}: `{},{}` are not two numbers", &record[0], &record[1]));
-        }
-    }
-    let point = |point: [(String, u64); 2]| -> Result<[f64; 2], String> {
-        let mut numbers = [0.0; 2];
-        for (i, (text, line)) in point.into_iter().enumerate() {
-            let unit = units.as_ref().map(|units| units[i].as_str());
-            numbers[i] = system.length(&text, unit).map_err(|error| format!("line {line}: {error}"))?;
-        }
-        Ok(numbers)
-    };
-    points.into_iter().map(point).collect()
-}
-
-/// The unit in a heading, `r [mm]`.
-fn unit_of(heading: &str) -> Option<String> {
-    let (_, unit) = heading.strip_suffix(']')?.split_once('[')?;
-    Some(unit.trim().to_owned())
 }

@@ -1,6 +1,6 @@
 //! The `[target]` section, and the system of the numbers of a case, which follows from its material.
 
-use toml::Value;
+use toml::{Value, de::DeValue};
 
 use super::{
     Target,
@@ -20,17 +20,23 @@ use crate::{
 /// Bounds of SI values that scales are made of.
 const POSITIVE: Bounds = Bounds::above(0.0, 1e30);
 
+/// Keys of elastic constants.
+const CONSTANTS: [&str; 4] = ["youngs_modulus", "poisson_ratio", "bulk_modulus", "shear_modulus"];
+/// Bounds of a unit of length \[m\]: scales that follow from it are far from overflow.
+const LENGTH_UNIT: Bounds = Bounds::within(1e-12, 1e9);
+
 /// The material of the target, or why there is none.
 pub(super) enum GivenMaterial {
     /// c_s/c_p alone: the case is dimensionless.
     Ratio(f64),
     /// In SI units: the case is physical.
     Physical(Elastic),
-    /// Missing or refused.
-    Bad {
-        /// True if the case is meant to be physical.
-        is_physical: bool,
-    },
+    /// Refused, in a case that is meant to be dimensionless.
+    BadRatio,
+    /// Refused, in a case that is meant to be physical.
+    BadConstants,
+    /// Missing, or given in two ways.
+    Unclear,
 }
 
 /// Reads the material.
@@ -43,25 +49,73 @@ pub(super) fn read_material(
     has_quantities: bool,
 ) -> GivenMaterial {
     let (has_ratio, has_material) = (section.has("shear_wave_speed"), section.has("material"));
+    let place = section.place("shear_wave_speed");
     let ratio = section.get::<f64>("shear_wave_speed", "a number, c_s/c_p");
-    let elastic = if has_material { read_elastic(section, geometry) } else { None };
-    match (ratio, elastic) {
-        (Some(ratio), _) if has_material => {
+    section.know("material");
+    match (has_ratio, has_material) {
+        (true, true) => {
             let message = "`target.shear_wave_speed` and `target.material` are both given";
-            section.problem(ratio.span, message, "keep one of them");
-            GivenMaterial::Bad { is_physical: true }
+            let help = "keep shear_wave_speed for a dimensionless case, material for a physical one";
+            section.problem(place, message, help);
+            drop(section.get::<Value>("material", ""));
+            GivenMaterial::Unclear
         }
-        (Some(ratio), _) => read_ratio(section, ratio, model),
-        (None, Some(elastic)) => GivenMaterial::Physical(elastic),
-        (None, None) => {
-            let is_physical = has_material || (has_quantities && !has_ratio);
-            let key = if is_physical { "material" } else { "shear_wave_speed" };
-            let meaning = "the material of the target with its constants as quantities or by name (`percuss materials` lists \
-                           them), for a physical case; or shear_wave_speed = c_s/c_p, for a dimensionless one";
-            section.need(key, has_material || has_ratio, meaning);
-            GivenMaterial::Bad { is_physical }
+        (true, false) => ratio.map_or(GivenMaterial::BadRatio, |ratio| read_ratio(section, ratio, model)),
+        (false, true) if has_plain_constants(section) => refuse_plain_constants(section, has_quantities),
+        (false, true) => {
+            let elastic = read_elastic(section, geometry, model);
+            elastic.map_or(GivenMaterial::BadConstants, GivenMaterial::Physical)
+        }
+        (false, false) => {
+            let (key, meaning) = if has_quantities {
+                (
+                    "material",
+                    "the material of the target by name (`percuss materials` lists them) or with its constants as quantities",
+                )
+            } else {
+                let meaning = "the number c_s/c_p, for a dimensionless case; or material, the material of the target by name or \
+                               with its constants, for a physical one";
+                ("shear_wave_speed", meaning)
+            };
+            section.need(key, false, meaning);
+            GivenMaterial::Unclear
         }
     }
+}
+
+/// True for a table of format 1, whose constants are plain SI numbers.
+fn has_plain_constants(section: &Section<'_>) -> bool {
+    section.table("material").is_some_and(|table| {
+        let is_number = |key: &str| {
+            table
+                .get(key)
+                .is_none_or(|value| matches!(value.get_ref(), DeValue::Integer(_) | DeValue::Float(_)))
+        };
+        table.contains_key("density") && CONSTANTS.iter().chain(&["density"]).all(|key| is_number(key))
+    })
+}
+
+/// Refuses a table of format 1, which stood for its c_s/c_p.
+///
+/// * `has_quantities`: true if other sections have quantities, as no case of format 1 has
+fn refuse_plain_constants(section: &mut Section<'_>, has_quantities: bool) -> GivenMaterial {
+    let mut table = section.section("material");
+    let span = table.span();
+    let mut number = |key| table.get::<f64>(key, "a number").map(value);
+    let density = number("density").unwrap_or_default();
+    let [youngs_modulus, poisson_ratio, bulk_modulus, shear_modulus] = CONSTANTS.map(&mut number);
+    table.end();
+    let elastic = Elastic { youngs_modulus, poisson_ratio, bulk_modulus, shear_modulus, density };
+    let ratio = elastic.wave_speeds().map_or_else(
+        |_| "shear_wave_speed".to_owned(),
+        |(c_p, c_s)| format!("shear_wave_speed = {:?}", c_s / c_p),
+    );
+    let help = format!(
+        "write {ratio}, the same case without dimensions; or, for a physical case, each constant with its unit, such as \
+         \"210 GPa\", and all other quantities too"
+    );
+    section.problem(span, "`target.material` has plain numbers, as in format 1", help);
+    if has_quantities { GivenMaterial::Unclear } else { GivenMaterial::BadRatio }
 }
 
 fn read_ratio(section: &Section<'_>, ratio: Given<f64>, model: ModelKind) -> GivenMaterial {
@@ -70,8 +124,10 @@ fn read_ratio(section: &Section<'_>, ratio: Given<f64>, model: ModelKind) -> Giv
         return GivenMaterial::Ratio(ratio.value);
     }
     let message = format!("`target.shear_wave_speed` = {:?} is not possible", ratio.value);
-    section.problem(ratio.span, message, format!("allowed: {bounds}, in units of c_p"));
-    GivenMaterial::Bad { is_physical: false }
+    let least =
+        if ratio.value > 0.0 && ratio.value < TINY { format!(", at least {TINY}") } else { String::new() };
+    section.problem(ratio.span, message, format!("allowed: {bounds}, in units of c_p{least}"));
+    GivenMaterial::BadRatio
 }
 
 /// Bound of c_s/c_p: in the full theory the bulk modulus is positive, c_s²/c_p² < 3/4.
@@ -80,9 +136,19 @@ fn fastest(model: ModelKind) -> f64 {
 }
 
 /// A preset, or a table of constants.
-fn read_elastic(section: &mut Section<'_>, geometry: Geometry) -> Option<Elastic> {
+fn read_elastic(section: &mut Section<'_>, geometry: Geometry, model: ModelKind) -> Option<Elastic> {
     if section.text("material").is_some() {
         return read_preset(section).map(|preset| preset.elastic());
+    }
+    if section.table("material").is_none() {
+        let given = section.get::<Value>("material", "")?;
+        let message = format!("`target.material` = {} is not possible", given.value);
+        return section.refuse(
+            "material",
+            given.span,
+            message,
+            "the name of a material, or a table of constants",
+        );
     }
     let mut table = section.section("material");
     let system = System::Physical {
@@ -98,17 +164,47 @@ fn read_elastic(section: &mut Section<'_>, geometry: Geometry) -> Option<Elastic
     let is_refused = table.has_refused();
     let span = table.span();
     table.end();
-    let elastic = Elastic { youngs_modulus, poisson_ratio, bulk_modulus, shear_modulus, density: density? };
+    // constants that are missing are reported with the density
+    let elastic = Elastic {
+        youngs_modulus,
+        poisson_ratio,
+        bulk_modulus,
+        shear_modulus,
+        density: density.unwrap_or(1.0),
+    };
     match elastic.wave_speeds() {
-        Ok(_) => Some(elastic),
+        Ok(speeds) => density.and_then(|_| check_speeds(section, span, speeds, model).then_some(elastic)),
         // the reason is a constant that was refused
         Err(_) if is_refused => None,
-        Err(error) => {
-            let help =
-                "give youngs_modulus and poisson_ratio, or bulk_modulus and shear_modulus, and density";
-            section.problem(span, format!("`target.material`: {error}"), help);
+        Err(_) => {
+            let help = "give two: youngs_modulus and poisson_ratio, or bulk_modulus and shear_modulus";
+            section.problem(span, format!("`target.material` has {}", constants(&elastic)), help);
             None
         }
+    }
+}
+
+/// True if the theory allows wave speeds; those near ν = −1 and ν = 1/2 it may not.
+fn check_speeds(section: &Section<'_>, span: Span, (c_p, c_s): (f64, f64), model: ModelKind) -> bool {
+    let (ratio, largest) = (c_s / c_p, fastest(model));
+    let is_allowed = ratio < largest && ratio >= TINY;
+    if !is_allowed {
+        let message = format!("`target.material` has c_s/c_p = {ratio:?}, which the theory does not allow");
+        section.problem(span, message, format!("allowed: c_s/c_p ≥ {TINY} and < {largest:?}"));
+    }
+    is_allowed
+}
+
+/// The elastic constants that are given, in words.
+fn constants(elastic: &Elastic) -> String {
+    let Elastic { youngs_modulus, poisson_ratio, bulk_modulus, shear_modulus, .. } = elastic;
+    let values = [youngs_modulus, poisson_ratio, bulk_modulus, shear_modulus];
+    let given = CONSTANTS.iter().zip(values).filter(|(_, value)| value.is_some());
+    let names: Vec<&str> = given.map(|(name, _)| *name).collect();
+    match names.split_last() {
+        None => "no elastic constants".into(),
+        Some((name, [])) => format!("the elastic constant {name} alone"),
+        Some((last, others)) => format!("the elastic constants {} and {last}", others.join(", ")),
     }
 }
 
@@ -120,7 +216,8 @@ pub(super) fn read_preset(section: &mut Section<'_>) -> Option<&'static Preset> 
         let message =
             format!("`{}` = \"{}\" is no material known here", section.name("material"), name.value);
         let names: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
-        section.refuse::<()>("material", name.span, message, &names.join(", "));
+        let allowed = format!("{}; `percuss materials` lists their constants", names.join(", "));
+        section.refuse::<()>("material", name.span, message, &allowed);
     }
     found
 }
@@ -135,7 +232,7 @@ pub(super) fn read_system(
     material: &GivenMaterial,
 ) -> (System, bool) {
     let elastic = match material {
-        GivenMaterial::Ratio(_) | GivenMaterial::Bad { is_physical: false } => {
+        GivenMaterial::Ratio(_) | GivenMaterial::BadRatio => {
             if let Some(unit) = root.get::<Value>("length_unit", "a length in a physical case") {
                 let message = "`length_unit` needs a physical case, and this one is dimensionless";
                 root.problem(unit.span, message, "give target.material, or leave length_unit out");
@@ -143,7 +240,11 @@ pub(super) fn read_system(
             return (System::Dimensionless, false);
         }
         GivenMaterial::Physical(elastic) => Some(elastic),
-        GivenMaterial::Bad { is_physical: true } => None,
+        GivenMaterial::BadConstants => None,
+        GivenMaterial::Unclear => {
+            drop(root.get::<Value>("length_unit", ""));
+            return (System::Unclear { geometry }, false);
+        }
     };
     let own = ["radius", "nose_radius"].into_iter().find(|key| indenter.has(key));
     let unit = read_length_unit(root, indenter, geometry, own);
@@ -168,23 +269,35 @@ fn read_length_unit(
 ) -> Option<f64> {
     let given = root.get::<Value>("length_unit", &quantity::allowed(Dimension::Length, geometry));
     let read = |text: &str| quantity::parse(text, Dimension::Length, geometry).ok().filter(|si| *si > 0.0);
+    let allowed = LENGTH_UNIT.in_unit(1.0, "m");
     match (own, given) {
         (Some(own), Some(given)) => {
-            let message = format!("`length_unit` is given, but indenter.{own} is the unit of length");
+            let message =
+                format!("`length_unit` = {} is given, but indenter.{own} is the unit of length", given.value);
             root.problem(given.span, message, "leave length_unit out");
             None
         }
         // what is wrong with it is reported where it is read
-        (Some(own), None) => read(indenter.text(own)?),
+        (Some(own), None) => {
+            let text = indenter.text(own)?;
+            let length = read(text)?;
+            if !LENGTH_UNIT.contain(length) {
+                let message = format!("`indenter.{own}` = \"{text}\" cannot be the unit of length");
+                root.problem(indenter.place(own), message, format!("allowed: {allowed}"));
+            }
+            Some(length).filter(|length| LENGTH_UNIT.contain(*length))
+        }
         (None, Some(given)) => {
-            let found = given.value.as_str().and_then(read);
+            let found = given.value.as_str().and_then(read).filter(|length| LENGTH_UNIT.contain(*length));
             if found.is_none() {
                 let message = format!("`length_unit` = {} is not possible", given.value);
-                let allowed = quantity::allowed(Dimension::Length, geometry);
-                root.problem(given.span, message, format!("allowed: {allowed}, > 0"));
+                let lengths = quantity::allowed(Dimension::Length, geometry);
+                root.problem(given.span, message, format!("allowed: {lengths}, {allowed}"));
             }
             found
         }
+        // another shape lacks its radius, which is the unit
+        (None, None) if !["cone", "profile"].contains(&indenter.text("shape")?) => None,
         (None, None) => {
             let meaning =
                 "the unit of length, such as \"10 mm\", as the indenter has no radius or nose_radius";
@@ -198,7 +311,6 @@ fn read_length_unit(
 pub(super) fn read_target(
     mut section: Section<'_>,
     material: &GivenMaterial,
-    model: ModelKind,
     system: &System,
 ) -> Option<(Target, Span)> {
     let thickness = read_thickness(&mut section, system);
@@ -208,16 +320,9 @@ pub(super) fn read_target(
         }
         GivenMaterial::Physical(elastic) => {
             let ratio = elastic.wave_speeds().ok().map(|(c_p, c_s)| c_s / c_p);
-            // ν = −1 and what is near it
-            let ratio = ratio.filter(|ratio| *ratio < fastest(model) && *ratio >= TINY);
-            if ratio.is_none() {
-                let message = "`target.material` has a c_s/c_p that the theory does not allow";
-                let help = format!("allowed: c_s/c_p from {TINY} to {:.4}", fastest(model));
-                section.problem(section.span(), message, help);
-            }
             ratio.map(|shear_wave_speed| Material { shear_wave_speed, si: Some(*elastic) })
         }
-        GivenMaterial::Bad { .. } => None,
+        GivenMaterial::BadRatio | GivenMaterial::BadConstants | GivenMaterial::Unclear => None,
     };
     section.end();
     let (thickness, span) = thickness?;
@@ -231,7 +336,8 @@ fn read_thickness(section: &mut Section<'_>, system: &System) -> Option<(Option<
         return Some((None, given.span));
     }
     let bounds = Bounds::within(TINY, HUGE);
-    let given = section.quantity("thickness", Dimension::Length, bounds, system);
+    let lengths = (Dimension::Length, bounds);
+    let given = section.quantity_or("thickness", lengths, ", or \"half-space\"", system);
     let allowed = format!("{}, or \"half-space\"", system.allowed(Dimension::Length, bounds));
     section.need("thickness", given.is_some(), &allowed);
     given.map(|Given { value, span }| (Some(value), span))

@@ -13,7 +13,7 @@ use crate::{
         elastic::FEWEST_ROWS,
         scheme::{Corner, Order},
     },
-    units::{Dimension, Scales},
+    units::{Dimension, Scales, Units},
 };
 
 /// Largest number of steps of a run.
@@ -66,7 +66,11 @@ impl Plan<'_> {
         };
         let most = (MAX_NUMBERS / self.model.numbers_per_node(corner.as_ref()) as f64).min(MAX_NODES);
         if nr * nz > most {
-            let message = format!("the mesh has {:.3e} nodes ({nr} along r, {nz} along z)", nr * nz);
+            let message = format!(
+                "`mesh.cells` = {} makes a mesh of {:.3e} nodes, {nr} along r, {nz} along z",
+                mesh.cells.value,
+                nr * nz
+            );
             let help = format!("allowed: at most {most:e}; make mesh.cells or run.end_time smaller");
             doc.problem(mesh.cells.span.clone(), message, help);
             return None;
@@ -83,6 +87,11 @@ impl Plan<'_> {
             contact_reach,
             layer: spacing.layer_rows.is_some(),
         })
+    }
+
+    /// Units of a physical case.
+    fn units(&self) -> Option<Units> {
+        self.scales.map(|scales| Units::new(scales.geometry, Some(scales)))
     }
 
     fn spacing(&self, doc: &Document, mesh: &GivenMesh, thickness: Span) -> Option<Spacing> {
@@ -104,7 +113,8 @@ impl Plan<'_> {
         };
         if spacing.is_none() {
             let message = format!(
-                "the paper mesh needs a whole number of cells through the layer, but thickness·cells = {}",
+                "`target.thickness` = {}: the paper mesh needs a whole number of cells through the layer, not thickness·cells = {}",
+                doc.written(&thickness),
                 self.target.thickness.unwrap_or_default() * cells as f64
             );
             doc.problem(thickness, message, "change target.thickness or mesh.cells");
@@ -118,7 +128,10 @@ impl Plan<'_> {
     fn check_rows(&self, doc: &Document, spacing: Spacing, thickness: Span) -> Option<Spacing> {
         match spacing.layer_rows {
             Some(rows) if self.model == ModelKind::Elastic && rows < FEWEST_ROWS => {
-                let message = format!("the layer has {rows} rows of cells, too few for model = \"elastic\"");
+                let message = format!(
+                    "`target.thickness` = {}: the layer has {rows} rows of cells, too few for model = \"elastic\"",
+                    doc.written(&thickness)
+                );
                 let help =
                     format!("allowed: at least {FEWEST_ROWS}; make mesh.cells or target.thickness larger");
                 doc.problem(thickness, message, help);
@@ -132,9 +145,18 @@ impl Plan<'_> {
     fn steps(&self, doc: &Document, dt: f64, end_time: Span) -> Option<f64> {
         let steps = (self.run.end_time / dt).round();
         if !(1.0..=MAX_STEPS).contains(&steps) {
-            let message =
-                format!("`run.end_time` = {:?} takes {steps:.4e} steps of {dt:.4e}", self.run.end_time);
-            let help = format!("allowed: 1 to {MAX_STEPS:e} steps; change run.end_time or mesh.cells");
+            let units = self.units();
+            let [step, least, most] = [dt, 0.501 * dt, 0.999 * MAX_STEPS * dt]
+                .map(|time| units.map_or_else(|| format!("{time:.4e}"), |units| units.time.text(time)));
+            let given = doc.written(&end_time);
+            let message = if steps < 1.0 {
+                format!("`run.end_time` = {given} is shorter than half a step of {step}")
+            } else {
+                format!("`run.end_time` = {given} takes {steps:.4e} steps of {step}")
+            };
+            let help = format!(
+                "allowed: 1 to {MAX_STEPS:e} steps, from {least} to {most}; mesh.cells changes the step"
+            );
             doc.problem(end_time, message, help);
             return None;
         }
@@ -142,7 +164,10 @@ impl Plan<'_> {
         let rate = self.record.playback_rate;
         let seconds = self.scales.map_or(1.0, |scales| scales.of(Dimension::Time)) * self.run.end_time;
         if 1e9 * rate * seconds > i64::MAX as f64 {
-            let message = format!("`record.playback_rate` = {rate:?} puts the end of the run 292 years away");
+            let message = format!(
+                "`run.end_time` = {} with `record.playback_rate` = {rate:?} puts the end of the run more than 292 years away",
+                doc.written(&end_time)
+            );
             doc.problem(end_time, message, "make record.playback_rate or run.end_time smaller");
             return None;
         }
@@ -189,10 +214,16 @@ impl Plan<'_> {
                 self.record.check_radii(doc, given, reach)?;
                 return Some(given.value);
             }
-            let message =
-                format!("`mesh.outer_radius` = {:?} leaves no nodes beside the contact", given.value);
+            let message = format!(
+                "`mesh.outer_radius` = {} leaves no nodes beside the contact",
+                doc.written(&given.span)
+            );
+            let units = self.units();
+            // no number that is refused is offered
+            let [reach, least] = [contact_reach, 1.001 * least]
+                .map(|r| units.map_or_else(|| format!("{r:.4}"), |units| units.length.text(r)));
             let help = format!(
-                "contact reaches r = {contact_reach:.4}; allowed: at least {least:.4}, or leave the key out to have it derived"
+                "contact reaches r = {reach}; allowed: at least {least}, or leave the key out to have it derived"
             );
             doc.problem(given.span.clone(), message, help);
             return None;

@@ -4,7 +4,9 @@
 //! is divided by the scales of the case. A number without a unit in a physical case, or one with a unit in a dimensionless one, is an
 //! error: nothing is guessed.
 
-use toml::Value;
+use std::fmt;
+
+use toml::{Spanned, Value};
 
 use super::{
     bounds::Bounds,
@@ -29,6 +31,11 @@ pub(super) enum System {
         /// The scales; `None` if they cannot be read, which is a problem of its own: numbers are placeholders then.
         scales: Option<Scales>,
     },
+    /// Not known, which is a problem of its own: plain numbers and quantities are placeholders, and neither is mixed in.
+    Unclear {
+        /// Symmetry, which some units depend on.
+        geometry: Geometry,
+    },
 }
 
 /// Why a value is refused, and what is allowed.
@@ -41,7 +48,7 @@ impl System {
     /// The scales of a physical case.
     pub fn scales(&self) -> Option<Scales> {
         match self {
-            Self::Dimensionless => None,
+            Self::Dimensionless | Self::Unclear { .. } => None,
             Self::Physical { scales, .. } => *scales,
         }
     }
@@ -60,30 +67,55 @@ impl System {
     /// What can be written for a number of a dimension.
     pub fn allowed(&self, dimension: Dimension, bounds: Bounds) -> String {
         match self {
-            Self::Dimensionless => bounds.to_string(),
+            Self::Dimensionless | Self::Unclear { .. } => bounds.to_string(),
             Self::Physical { geometry, .. } => quantity::allowed(dimension, *geometry),
         }
     }
 
-    /// The dimensionless length of a number in a table whose heading may have a unit.
+    /// True if dimensionless numbers can be written as in the case.
+    pub fn can_write(&self) -> bool {
+        matches!(self, Self::Dimensionless | Self::Physical { scales: Some(_), .. })
+    }
+
+    /// A dimensionless number as the case has it.
+    pub fn quoted(&self, dimension: Dimension, x: f64) -> String {
+        match self {
+            Self::Physical { geometry, scales: Some(scales) } => {
+                format!("\"{:?} {}\"", scales.expand(dimension, x), quantity::si_unit(dimension, *geometry))
+            }
+            _ => format!("{x:?}"),
+        }
+    }
+
+    /// Checks the units in the heading of a table of lengths.
+    pub fn check_heading(&self, units: Option<&[String; 2]>) -> Result<(), String> {
+        match (self, units) {
+            (Self::Dimensionless, Some([unit, _])) => Err(format!(
+                "its heading has the unit `{unit}`, but target.shear_wave_speed makes the case dimensionless"
+            )),
+            (Self::Physical { .. }, None) => {
+                Err("it has no units, but target.material makes the case physical".into())
+            }
+            (Self::Physical { geometry, .. } | Self::Unclear { geometry }, Some(units)) => {
+                let is_known =
+                    |unit: &str| quantity::with_unit("0", unit, Dimension::Length, *geometry).is_ok();
+                let Some(unit) = units.iter().find(|unit| !is_known(unit)) else { return Ok(()) };
+                let names = quantity::unit_names(Dimension::Length, *geometry);
+                Err(format!("`{unit}` is no unit of length; allowed: {names}"))
+            }
+            (_, None) => Ok(()),
+        }
+    }
+
+    /// The dimensionless length of a number in a table whose heading has been checked.
     pub fn length(&self, number: &str, unit: Option<&str>) -> Result<f64, String> {
         match (self, unit) {
-            (Self::Dimensionless, None) => number.parse().map_err(|_| format!("`{number}` is no number")),
-            (Self::Dimensionless, Some(unit)) => {
-                Err(format!("the heading has the unit `{unit}`, but the case is dimensionless"))
-            }
-            (Self::Physical { geometry, .. }, None) => {
-                let (_, example) = quantity::example(Dimension::Length, *geometry);
-                let unit = example.rsplit(' ').next().unwrap_or_default();
-                Err(format!(
-                    "no unit, but target.material makes the case physical: write the heading as r [{unit}],f [{unit}]"
-                ))
-            }
-            (Self::Physical { geometry, scales }, Some(unit)) => {
+            (Self::Physical { geometry, .. } | Self::Unclear { geometry }, Some(unit)) => {
                 let si = quantity::with_unit(number, unit, Dimension::Length, *geometry)
                     .map_err(|_| format!("`{number}` [{unit}] is no length"))?;
-                Ok(scales.map_or(1.0, |scales| scales.reduce(Dimension::Length, si)))
+                Ok(self.scales().map_or(si, |scales| scales.reduce(Dimension::Length, si)))
             }
+            _ => number.parse().map_err(|_| format!("`{number}` is no number")),
         }
     }
 
@@ -91,56 +123,74 @@ impl System {
     ///
     /// * `name`: full name of its key
     fn read(&self, name: &str, value: &Value, dimension: Dimension, bounds: Bounds) -> Result<f64, Refusal> {
+        let impossible = |value: &dyn fmt::Display| {
+            let message = format!("`{name}` = {value} is not possible");
+            Refusal { message, help: format!("allowed: {}", self.allowed(dimension, bounds)) }
+        };
         let number = match value {
-            Value::Integer(value) => Some(*value as f64),
-            Value::Float(value) => Some(*value),
-            _ => None,
+            Value::Integer(value) => *value as f64,
+            Value::Float(value) => *value,
+            Value::String(text) => return self.read_text(name, text, dimension, bounds),
+            _ => return Err(impossible(value)),
         };
-        let impossible = |help: String| {
-            let value = number.map_or_else(|| value.to_string(), |number| format!("{number:?}"));
-            Refusal { message: format!("`{name}` = {value} is not possible"), help }
-        };
-        match (self, value, number) {
-            (Self::Dimensionless, _, Some(x)) if bounds.contain(x) => Ok(x),
-            (Self::Dimensionless, _, Some(_)) => Err(impossible(format!("allowed: {bounds}"))),
-            (Self::Dimensionless, Value::String(text), None) => Err(mixed_in(name, text, bounds)),
-            (Self::Physical { .. }, _, Some(x)) if x.is_infinite() && bounds.contain(x) => Ok(x),
-            (Self::Physical { geometry, .. }, _, Some(x)) => {
+        match self {
+            Self::Physical { geometry, .. } if number.is_finite() => {
                 let (noun, example) = quantity::example(dimension, *geometry);
                 Err(Refusal {
                     message: format!(
-                        "`{name}` = {x:?} has no unit, but target.material makes the case physical"
+                        "`{name}` = {number:?} has no unit, but target.material makes the case physical"
                     ),
                     help: format!("write a {noun} with its unit, such as \"{example}\""),
                 })
             }
-            (Self::Physical { geometry, scales }, Value::String(text), None) => {
-                let si = quantity::parse(text, dimension, *geometry)
-                    .map_err(|error| unreadable(name, text, &error, dimension, *geometry))?;
-                let Some(scales) = scales else { return Ok(1.0) };
-                let x = scales.reduce(dimension, si);
-                if bounds.contain(x) {
-                    return Ok(x);
-                }
-                let unit = quantity::si_unit(dimension, *geometry);
-                Err(impossible(format!("allowed: {}", bounds.in_unit(scales.of(dimension), unit))))
-            }
-            (_, _, None) => Err(Refusal {
-                message: format!("`{name}` = {value} is not possible"),
-                help: format!("allowed: {}", self.allowed(dimension, bounds)),
-            }),
+            _ if bounds.contain(number) => Ok(number),
+            _ => Err(impossible(&format!("{number:?}"))),
         }
+    }
+
+    /// The dimensionless number of a text.
+    fn read_text(
+        &self,
+        name: &str,
+        text: &str,
+        dimension: Dimension,
+        bounds: Bounds,
+    ) -> Result<f64, Refusal> {
+        let (geometry, scales) = match self {
+            Self::Dimensionless => return Err(mixed_in(name, text, bounds)),
+            Self::Physical { geometry, scales } => (*geometry, *scales),
+            Self::Unclear { geometry } => (*geometry, None),
+        };
+        let si = quantity::parse(text, dimension, geometry)
+            .map_err(|error| unreadable(name, text, &error, (dimension, bounds), geometry))?;
+        let allowed = match scales {
+            Some(scales) if bounds.contain(scales.reduce(dimension, si)) => {
+                return Ok(scales.reduce(dimension, si));
+            }
+            Some(scales) => bounds.in_unit(scales.of(dimension), quantity::si_unit(dimension, geometry)),
+            // without scales only the sign is known to be wrong
+            None if bounds.contain(if si == 0.0 { 0.0 } else { si.signum() }) => return Ok(si),
+            None => format!("{}, > 0", quantity::allowed(dimension, geometry)),
+        };
+        let message = format!("`{name}` = \"{text}\" is not possible");
+        Err(Refusal { message, help: format!("allowed: {allowed}") })
     }
 }
 
 /// A quantity in a dimensionless case, or no number at all.
 fn mixed_in(name: &str, text: &str, bounds: Bounds) -> Refusal {
-    let message = if text.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first)) {
+    if text.trim().parse::<f64>().is_ok() {
+        let message = format!("`{name}` = \"{text}\" is a text");
+        return Refusal { message, help: format!("write {}, without quotes", text.trim()) };
+    }
+    let message = if text.trim().starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first)) {
         format!("`{name}` = \"{text}\" has a unit, but target.shear_wave_speed makes the case dimensionless")
     } else {
         format!("`{name}` = \"{text}\" is no number")
     };
-    let help = format!("allowed: {bounds}; or give target.material, and every quantity with its unit");
+    let help = format!(
+        "a physical case has target.material, and every quantity with its unit; allowed here: {bounds}"
+    );
     Refusal { message, help }
 }
 
@@ -148,15 +198,25 @@ fn unreadable(
     name: &str,
     text: &str,
     error: &QuantityError,
-    dimension: Dimension,
+    (dimension, bounds): (Dimension, Bounds),
     geometry: Geometry,
 ) -> Refusal {
     let (noun, _) = quantity::example(dimension, geometry);
-    let message = match error {
-        QuantityError::NoNumberWithUnit => format!("`{name}` = \"{text}\" is no number with a unit"),
-        QuantityError::Unit(unit) => format!("`{name}` = \"{text}\": `{unit}` is no unit of {noun}"),
+    let given = format!("`{name}` = \"{text}\"");
+    let allowed = format!("allowed: {}", quantity::allowed(dimension, geometry));
+    let (message, help) = match error {
+        QuantityError::NoNumber if text.trim() == "inf" && bounds.contain(f64::INFINITY) => {
+            (format!("{given} is a text"), "write inf, without quotes".into())
+        }
+        QuantityError::NoNumber => (format!("{given} is no number with a unit"), allowed),
+        QuantityError::NoUnit => (format!("{given} has no unit"), allowed),
+        QuantityError::TooLarge => (format!("{given} is too large for a number"), allowed),
+        QuantityError::Unit(unit) if unit.starts_with(',') => {
+            (format!("{given} has a comma in its number"), format!("write a decimal point; {allowed}"))
+        }
+        QuantityError::Unit(unit) => (format!("{given}: `{unit}` is no unit of {noun}"), allowed),
     };
-    Refusal { message, help: format!("allowed: {}", quantity::allowed(dimension, geometry)) }
+    Refusal { message, help }
 }
 
 impl Section<'_> {
@@ -168,10 +228,25 @@ impl Section<'_> {
         bounds: Bounds,
         system: &System,
     ) -> Option<Given<f64>> {
+        self.quantity_or(key, (dimension, bounds), "", system)
+    }
+
+    /// A number of a dimension within dimensionless bounds, if the key is there.
+    ///
+    /// * `other`: what else is allowed, for the message
+    pub fn quantity_or(
+        &mut self,
+        key: &'static str,
+        (dimension, bounds): (Dimension, Bounds),
+        other: &str,
+        system: &System,
+    ) -> Option<Given<f64>> {
         let Given { value, span } = self.get::<Value>(key, "")?;
         match system.read(&self.name(key), &value, dimension, bounds) {
             Ok(value) => Some(Given { value, span }),
-            Err(refusal) => self.refuse_quantity(key, span, refusal),
+            Err(Refusal { message, help }) => {
+                self.refuse_quantity(key, span, Refusal { message, help: help + other })
+            }
         }
     }
 
@@ -199,10 +274,11 @@ impl Section<'_> {
         system: &System,
     ) -> Option<Given<Vec<f64>>> {
         let allowed = format!("a list of {noun}, each {}", system.allowed(dimension, bounds));
-        let given = self.get::<Vec<Value>>(key, &allowed)?;
-        self.check_length(key, noun, given.value.len(), &given.span)?;
-        self.read_list(key, &given.value, &given.span, (dimension, bounds), system)
-            .map(|value| Given { value, span: given.span })
+        let Given { value, span } = self.get::<Vec<Spanned<Value>>>(key, &allowed)?;
+        self.check_length(key, noun, value.len(), &span)?;
+        let name = self.name(key);
+        let named = value.iter().enumerate().map(|(i, value)| (format!("{name}[{i}]"), value));
+        self.read_list(key, named, (dimension, bounds), system).map(|value| Given { value, span })
     }
 
     /// A list of pairs of lengths within dimensionless bounds, if the key is there.
@@ -215,32 +291,38 @@ impl Section<'_> {
     ) -> Option<Given<Vec<[f64; 2]>>> {
         let allowed =
             format!("a list of pairs, [[…, …], …], each {}", system.allowed(Dimension::Length, bounds));
-        let Given { value, span } = self.get::<Vec<Vec<Value>>>(key, &allowed)?;
+        let Given { value, span } = self.get::<Vec<Spanned<Vec<Spanned<Value>>>>>(key, &allowed)?;
         self.check_length(key, noun, value.len(), &span)?;
-        if let Some(bad) = value.iter().find(|pair| pair.len() != 2) {
-            let message = format!("`{}` has {} numbers instead of a pair", self.name(key), bad.len());
-            return self.refuse(key, span, message, &allowed);
+        let name = self.name(key);
+        if let Some((i, pair)) = value.iter().enumerate().find(|(_, pair)| pair.get_ref().len() != 2) {
+            let message = format!("`{name}[{i}]` has {} elements instead of 2", pair.get_ref().len());
+            return self.refuse(key, pair.span(), message, &allowed);
         }
-        let list: Vec<Value> = value.into_iter().flatten().collect();
-        let numbers = self.read_list(key, &list, &span, (Dimension::Length, bounds), system)?;
+        let places = value.iter().enumerate().flat_map(|(i, pair)| {
+            let named = move |(j, value)| (i, j, value);
+            pair.get_ref().iter().enumerate().map(named)
+        });
+        let named = places.map(|(i, j, value)| (format!("{name}[{i}][{j}]"), value));
+        let numbers = self.read_list(key, named, (Dimension::Length, bounds), system)?;
         let pairs = numbers.as_chunks::<2>().0.to_vec();
         Some(Given { value: pairs, span })
     }
 
-    /// Reads the elements of a list; the first that is refused is noted.
-    pub fn read_list(
+    /// Reads the elements of a list, with their names; the first that is refused is noted.
+    pub fn read_list<'v>(
         &mut self,
         key: &'static str,
-        list: &[Value],
-        span: &Span,
+        list: impl Iterator<Item = (String, &'v Spanned<Value>)>,
         (dimension, bounds): (Dimension, Bounds),
         system: &System,
     ) -> Option<Vec<f64>> {
-        let name = self.name(key);
-        let read = |(i, value)| system.read(&format!("{name}[{i}]"), value, dimension, bounds);
-        match list.iter().enumerate().map(read).collect::<Result<Vec<f64>, _>>() {
+        let read = |(name, value): (String, &Spanned<Value>)| {
+            let number = system.read(&name, value.get_ref(), dimension, bounds);
+            number.map_err(|refusal| (value.span(), refusal))
+        };
+        match list.map(read).collect::<Result<Vec<f64>, _>>() {
             Ok(numbers) => Some(numbers),
-            Err(refusal) => self.refuse_quantity(key, span.clone(), refusal),
+            Err((span, refusal)) => self.refuse_quantity(key, span, refusal),
         }
     }
 

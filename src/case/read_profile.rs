@@ -1,0 +1,148 @@
+//! Profiles: points in a case, or in a file beside it.
+
+use std::path::Path;
+
+use super::{
+    HeadKind,
+    document::{Given, Section},
+    read::MAX_LIST,
+    read_indenter::IndenterParts,
+    system::System,
+};
+use crate::{shape::Profile, units::Dimension};
+
+/// What a file must look like.
+const FILE_HELP: &str = "a profile is a CSV file with two columns, headed r,f or in a physical case r [mm],f [mm], from the tip \
+                         at 0,0 outwards; its path counts from the folder of the case";
+/// What points must look like.
+const POINTS_HELP: &str = "points go from the tip outwards: 0, 0 first, then r increasing and f ≥ 0";
+
+/// The keys of a profile.
+pub(super) struct GivenProfile {
+    pub radius: Option<Given<f64>>,
+    pub file: Option<Given<String>>,
+    pub points: Option<Given<Vec<[f64; 2]>>>,
+}
+
+impl GivenProfile {
+    /// The head, or the problems with it.
+    pub fn head(self, section: &Section<'_>, parts: &IndenterParts<'_>) -> Option<HeadKind> {
+        let (points, span, name) = match (self.file, self.points) {
+            (None, Some(points)) => (points.value, points.span, "`indenter.points`".to_owned()),
+            (Some(file), None) => {
+                let name = format!("`indenter.file` = \"{}\"", file.value);
+                match read_points(&parts.folder.join(&file.value), parts.system) {
+                    Ok(points) => (points, file.span, name),
+                    Err(error) => {
+                        section.problem(file.span, format!("{name}: {error}"), FILE_HELP);
+                        return None;
+                    }
+                }
+            }
+            (Some(file), Some(_)) => {
+                let message = "`indenter.file` and `indenter.points` are both given";
+                section.problem(file.span, message, "keep one of them");
+                return None;
+            }
+            (None, None) => {
+                let meaning =
+                    "a CSV file with the points r, f of the profile; or points, a list of pairs [r, f]";
+                section.need("file", section.is_refused("points"), meaning);
+                return None;
+            }
+        };
+        let curve = match curve(&points, parts.system) {
+            Ok(curve) => curve,
+            Err(error) => {
+                section.problem(span, format!("{name}: {error}"), POINTS_HELP);
+                return None;
+            }
+        };
+        check_radius(section, self.radius.as_ref(), curve.last_radius(), parts.system)?;
+        Some(HeadKind::Profile { points, curve })
+    }
+}
+
+/// The curve through points.
+fn curve(points: &[[f64; 2]], system: &System) -> Result<Profile, String> {
+    if points.len() > MAX_LIST {
+        return Err(format!("there are {} points, at most {MAX_LIST} are allowed", points.len()));
+    }
+    Profile::new(points).map_err(|error| {
+        let Some(scales) = system.scales() else { return error.to_string() };
+        // the same error with the numbers of a physical case
+        let in_si = points.iter().map(|point| point.map(|x| scales.expand(Dimension::Length, x)));
+        let in_si = Profile::new(&in_si.collect::<Vec<_>>()).err().unwrap_or(error);
+        format!("{in_si} (in m)")
+    })
+}
+
+/// Notes a radius beyond the last point.
+fn check_radius(
+    section: &Section<'_>,
+    radius: Option<&Given<f64>>,
+    last: f64,
+    system: &System,
+) -> Option<()> {
+    let Some(radius) = radius.filter(|radius| radius.value > last) else { return Some(()) };
+    let (given, last) = (section.document.written(&radius.span), system.quoted(Dimension::Length, last));
+    let message =
+        format!("`indenter.radius` = {given} is larger than the last point of the profile, r = {last}");
+    section.problem(radius.span.clone(), message, "add points, or leave the radius out");
+    None
+}
+
+/// Reads `r,f` rows; a first row without numbers is a heading, which may carry units, `r [mm],f [mm]`; `#` starts a comment.
+fn read_points(path: &Path, system: &System) -> Result<Vec<[f64; 2]>, String> {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_path(path)
+        .map_err(|error| error.to_string())?;
+    let mut points = Vec::new();
+    let mut units: Option<[String; 2]> = None;
+    for (index, record) in reader.records().enumerate() {
+        let record = record.map_err(|error| error.to_string())?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let cells: [&str; 2] =
+            record.iter().collect::<Vec<_>>().try_into().map_err(|cells: Vec<_>| {
+                format!("line {line} does not have 2 columns, but {}", cells.len())
+            })?;
+        let is_heading = index == 0 && cells.iter().any(|cell| cell.parse::<f64>().is_err());
+        if is_heading {
+            units = read_heading(cells)?;
+        }
+        if index == 0 {
+            system.check_heading(units.as_ref())?;
+        }
+        if !is_heading {
+            points.push(
+                read_point(cells, units.as_ref(), system).map_err(|error| format!("line {line}: {error}"))?,
+            );
+        }
+    }
+    Ok(points)
+}
+
+fn read_point(cells: [&str; 2], units: Option<&[String; 2]>, system: &System) -> Result<[f64; 2], String> {
+    let length = |i: usize| system.length(cells[i], units.map(|units| units[i].as_str()));
+    Ok([length(0)?, length(1)?])
+}
+
+/// The units of a heading, if it has any: `r [mm],f [mm]`.
+fn read_heading(cells: [&str; 2]) -> Result<Option<[String; 2]>, String> {
+    let unit = |cell: &str| {
+        let (_, unit) = cell.strip_suffix(']')?.split_once('[')?;
+        Some(unit.trim().to_owned())
+    };
+    match cells.map(unit) {
+        [Some(r), Some(f)] => Ok(Some([r, f])),
+        [None, None] => Ok(None),
+        _ => Err(format!(
+            "its heading `{},{}` has one unit: write none, or one to each column",
+            cells[0], cells[1]
+        )),
+    }
+}
