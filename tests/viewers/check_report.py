@@ -65,6 +65,7 @@ try:
 
     badges = [badge.text for badge in driver.find_elements(By.CSS_SELECTOR, "#verdict li")]
     assert any(badge.startswith("completed") for badge in badges) and "recording sound" in badges, badges
+    assert any(badge.startswith("warning: ") and "sharp edge" in badge for badge in badges), badges
     for id in ["run", "validity", "ledger"]:
         assert len(driver.find_elements(By.CSS_SELECTOR, f"#{id} tr")) > 3, id
     assert "shear_wave_speed" in driver.find_element(By.ID, "case").get_attribute("textContent")

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::{
     command::plot::{PlotError, Request, traces},
-    convention::{self, CHARTS, EVENT},
+    convention::{self, CHARTS, EVENT, WARNING},
     field::Selection,
     messages::Recording,
     recording::{Damage, Limits, OpenError},
@@ -136,7 +136,8 @@ pub fn events(recording: &Recording, damages: &mut Vec<Damage>) -> Result<Vec<Va
             count += 1;
             if count <= EVENTS {
                 let text = list.first().map(|text| text.chars().take(CHARACTERS).collect::<String>());
-                events.push(json!({ "time": moment.time, "text": text }));
+                let warns = text.as_ref().is_some_and(|text| text.starts_with(WARNING));
+                events.push(json!({ "time": moment.time, "text": text, "warns": warns }));
             } else if count == EVENTS + 1 {
                 next = moment.time;
             }

@@ -209,6 +209,7 @@
     const whole = Math.max(...parts.slice(0, 6).map(([, value]) => Math.abs(value ?? 0)));
     badge(`energy balance to ${Math.abs(residual / (whole || 1)).toExponential(0)}`, Math.abs(residual) <= 1e-9 * whole);
   }
+  for (const event of data.events.filter((entry) => entry.warns)) badge(event.text, false);
   rows("run", Object.entries(data.run));
   const legible = (text) => (text.length > 10 && Number.isFinite(Number(text)) ? short(Number(text)) : text);
   rows("validity", Object.entries(data.validity || {}).map(([key, value]) => [key, legible(value)]));
