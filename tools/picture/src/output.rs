@@ -2,8 +2,13 @@
 
 use kuva::{
     TerminalBackend,
-    backend::{pdf::PdfBackend, png::PngBackend, svg::SvgBackend},
+    backend::{pdf::PdfBackend, svg::SvgBackend},
     render::render::{Primitive, Scene},
+};
+
+use resvg::{
+    tiny_skia::{Pixmap, Transform},
+    usvg::{Options, Tree},
 };
 
 use crate::{Medium, typeset};
@@ -12,14 +17,8 @@ use crate::{Medium, typeset};
 pub fn render(mut scene: Scene, medium: Medium) -> Result<Vec<u8>, String> {
     scene.elements.iter_mut().for_each(simplify);
     match medium {
-        Medium::Svg => {
-            typeset::outline(&mut scene);
-            Ok(with_own_numbers(&SvgBackend::new().render_scene(&scene)).into_bytes())
-        }
-        Medium::Png => {
-            typeset::split(&mut scene);
-            PngBackend::new().with_scale(2.0).render_scene(&scene)
-        }
+        Medium::Svg => Ok(svg(scene).into_bytes()),
+        Medium::Png => png(&svg(scene)),
         Medium::Pdf => {
             typeset::split(&mut scene);
             PdfBackend::new().render_scene(&scene)
@@ -30,6 +29,22 @@ pub fn render(mut scene: Scene, medium: Medium) -> Result<Vec<u8>, String> {
             Ok(if colour { text } else { without_colour(&text) }.into_bytes())
         }
     }
+}
+
+/// A scene as SVG with its texts as outlines.
+fn svg(mut scene: Scene) -> String {
+    typeset::outline(&mut scene);
+    with_own_numbers(&SvgBackend::new().render_scene(&scene))
+}
+
+/// An SVG without texts as PNG, two pixels per unit.
+fn png(svg: &str) -> Result<Vec<u8>, String> {
+    const SCALE: f32 = 2.0;
+    let tree = Tree::from_str(svg, &Options::default()).map_err(|error| error.to_string())?;
+    let size = tree.size().to_int_size().scale_by(SCALE).ok_or("the picture has no size")?;
+    let mut pixels = Pixmap::new(size.width(), size.height()).ok_or("the picture is too large")?;
+    resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
+    pixels.encode_png().map_err(|error| error.to_string())
 }
 
 /// Largest distance from a curve of the points that are left out of it \[units of the SVG\].

@@ -44,6 +44,8 @@ pub const FIELDS: &str = "/field/";
 /// Put before the topics of a recording of differences.
 pub const DIFFERENCES: &str = "/diff";
 
+/// Key of the metadata of a channel that has values along a line in the target: `r = 0`, `z = 0.5`.
+pub const LINE: &str = "line";
 /// Beginning of the texts of events that warn of results that mislead.
 pub const WARNING: &str = "warning: ";
 /// Kinds of events, as [`EVENT`] names them: the interface first needs tension, contact ends, contact comes back.

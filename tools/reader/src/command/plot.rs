@@ -2,6 +2,7 @@
 
 mod axes;
 mod curves;
+mod cut;
 mod frames;
 mod map;
 mod request;
@@ -51,6 +52,7 @@ pub fn plot(
         }
         return at_times(paths, request, &[], &title, limits, medium);
     }
+    request.check_curves()?;
     let (Lines { time, lines, outcome }, right) = sides(paths, request, limits)?;
     let panels = panels(&time, lines, right, request, title)?;
     let picture = draw(&panels, medium).map_err(PlotError::Draw)?;

@@ -6,6 +6,7 @@ use percuss_picture::{Curve, Image, Medium, Panel, draw, draw_image};
 
 use super::{
     axes::{Line, Quantities, labelled, panel, time_label},
+    cut::cut,
     request::{Drawn, PlotError, Request},
 };
 use crate::{
@@ -164,6 +165,7 @@ impl Frames {
             }
             ([], _) => Err(PlotError::Unfit("one image at a time: give one time and one topic".into())),
             (profiles, []) => {
+                request.check_curves()?;
                 let panel = profiles_panel(profiles, request);
                 draw(&[Panel { title: title.into(), ..panel }], medium).map_err(PlotError::Draw)
             }
@@ -198,8 +200,8 @@ fn lines(slice: &Slice, at: &Positions, extent: &Extent) -> Result<Vec<Profile>,
 }
 
 fn image_of(slice: &Slice, time: &str, request: &Request, medium: Medium) -> Result<Vec<u8>, PlotError> {
-    if request.log != (false, false) || request.x_range.is_some() {
-        return Err(PlotError::Unfit("--log and --x-range are for curves, not for an image".into()));
+    if request.log != (false, false) {
+        return Err(PlotError::Unfit("--log is for curves, not for an image".into()));
     }
     let title = request.title.clone().unwrap_or_else(|| format!("{} at {time}", slice.topic));
     let coordinate = |i: usize| Heading {
@@ -208,7 +210,11 @@ fn image_of(slice: &Slice, time: &str, request: &Request, medium: Medium) -> Res
         ..Heading::default()
     };
     let quantities = Quantities { rows: coordinate(0), columns: coordinate(1), values: slice.heading() };
-    let (image, range) = labelled(Image { title, ..slice.image() }, &quantities, request.range);
+    let (image, range) = labelled(
+        Image { title, ..cut(slice.image(), request.x_range, request.y_range)? },
+        &quantities,
+        request.range,
+    );
     draw_image(&image, range, medium).map_err(PlotError::Draw)
 }
 

@@ -6,6 +6,7 @@ use percuss_picture::{Colours, Image, Medium, Side, draw_image};
 
 use super::{
     axes::{Quantities, labelled},
+    cut::cut,
     frames::{misshapen, too_large},
     request::{Drawn, PlotError, Request},
 };
@@ -56,7 +57,7 @@ pub(super) fn over_time(
         return Err(too_large());
     }
     let taken = array.take(&times)?;
-    let (image, range) = array.image(channel, &times, taken.columns, request);
+    let (image, range) = array.image(channel, &times, taken.columns, request)?;
     let picture = draw_image(&image, range, medium).map_err(PlotError::Draw)?;
     let damages = taken.damages.into_iter().map(|damage| (path.clone(), damage)).collect();
     Ok(Drawn { picture, damages, undecoded: taken.undecoded, left_out: Vec::new() })
@@ -119,6 +120,21 @@ impl<'a> Array<'a> {
             PlotError::Nothing(format!("`{name}` of `{}` has no places along its axis", channel.topic))
         })?;
         Ok(Self { recording, id, leaf, axis, extent, line, coordinate, places })
+    }
+
+    /// What its places are called: those of a line in a target by the coordinate along it.
+    fn label(&self) -> &str {
+        match self.channel().metadata.get(convention::LINE).map(String::as_str) {
+            Some(line) if line.starts_with("r =") => "z",
+            Some(line) if line.starts_with("z =") => "r",
+            _ => &self.coordinate,
+        }
+    }
+
+    /// True if its places are depths: they go down, as in a section.
+    fn goes_down(&self) -> bool {
+        let is_row = |axis: &Axis| matches!(axis, Axis::Matrix { coordinates, .. } if coordinates[0] == self.coordinate);
+        is_row(&self.axis) || (self.channel().metadata.contains_key(convention::LINE) && self.label() == "z")
     }
 
     fn channel(&self) -> &'a Channel {
@@ -220,7 +236,7 @@ impl<'a> Array<'a> {
         times: &[(u64, f64)],
         columns: Vec<Option<Vec<f64>>>,
         request: &Request,
-    ) -> (Image, Option<(f64, f64)>) {
+    ) -> Result<(Image, Option<(f64, f64)>), PlotError> {
         let count = times.len();
         let start = times.first().map_or(0.0, |(_, time)| *time);
         let step = times.last().map_or(1.0, |(_, last)| (last - start) / (count.max(2) - 1) as f64);
@@ -242,7 +258,7 @@ impl<'a> Array<'a> {
         let name = channel.topic.rsplit('/').next().filter(|_| path == "values").unwrap_or(path);
         let unit = channel.unit(&format!("{}0", self.coordinate)).or_else(|| channel.unit(&self.coordinate));
         let quantities = Quantities {
-            rows: heading(&self.coordinate, unit),
+            rows: heading(self.label(), unit),
             columns: heading(
                 if channel.has_time() { convention::TIME } else { "log_time" },
                 channel.time_unit(),
@@ -255,11 +271,11 @@ impl<'a> Array<'a> {
             columns: Side { start, step, length: count },
             values,
             // as in a section, its rows go down
-            upward: !matches!(&self.axis, Axis::Matrix { coordinates, .. } if coordinates[0] == self.coordinate),
+            upward: !self.goes_down(),
             colours: Colours::Diverging,
             ..Image::default()
         };
-        labelled(image, &quantities, request.range)
+        Ok(labelled(cut(image, None, request.y_range)?, &quantities, request.range))
     }
 }
 

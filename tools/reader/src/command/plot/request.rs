@@ -49,9 +49,24 @@ pub struct Request {
     /// Ends of the horizontal axis, in the unit of the recording: LOW,HIGH
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     pub x_range: Option<(f64, f64)>,
+    /// Ends of the vertical axis of an image, in the unit of the recording: LOW,HIGH
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    pub y_range: Option<(f64, f64)>,
     /// Title [default: the names of the files]
     #[arg(long)]
     pub title: Option<String>,
+}
+
+impl Request {
+    /// Refuses what only images have.
+    pub(super) fn check_curves(&self) -> Result<(), PlotError> {
+        match self.y_range {
+            Some(_) => Err(PlotError::Unfit(
+                "--y-range is for images; --range is the vertical axis of curves".into(),
+            )),
+            None => Ok(()),
+        }
+    }
 }
 
 /// Two numbers, the lower first.
