@@ -166,7 +166,7 @@ mod tests {
         let found = of_run(&ball);
         assert_eq!(abouts(&found), ["strain"]);
         assert!(found[0].text.contains("µs") && found[0].text.contains("--admissible"), "{found:?}");
-        let slow = case(BALL, &["impact.velocity=1 mm/s", "mesh.cells=20"]);
+        let slow = case(BALL, &["impact.velocity=5 mm/s", "mesh.cells=20"]);
         assert_eq!(abouts(&of_run(&slow)), ["cells"]);
         let simple = ["model=rakhmatulin", "impact.velocity=300 m/s", "target.thickness=half-space"];
         assert_eq!(abouts(&of_case(&case(BALL, &simple))), ["velocity", "theory"]);

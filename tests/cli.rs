@@ -462,6 +462,7 @@ fn built_in_cases_are_listed_and_valid() {
     expected.extend(["1", "2.5", "5", "10", "100", "inf"].map(|mass| format!("fig9-m{mass}")));
     let full = ["2", "2-prescribed", "3", "4", "5", "5-plane", "6a", "7b", "8-m2.5", "8-m5", "8-m10"];
     expected.extend(full.map(|figure| format!("elastic-fig{figure}")));
+    expected.push("ball".into());
     assert_eq!(names, expected);
     for name in names {
         assert!(percuss(folder.path(), &["check", name, "--resolved"]).status.success(), "{name}");
@@ -474,16 +475,16 @@ fn errors_of_the_simplified_theory_are_noted() {
     let coarse = ["--set", "mesh.cells=20", "--set", "record.frames=0"];
     let run =
         |verb: &str, more: &[&str]| percuss(folder.path(), &[&[verb, "fig5"], &coarse[..], more].concat());
-    let note = "note: for c_s/c_p = 0.5 the simplified theory errs by about 40 % in the drag at t = 6; model = \"elastic\"";
+    let note = "warning: for c_s/c_p = 0.5 the simplified theory errs by about 40 % in the drag at t = 6; model = \"elastic\"";
     let output = run("run", &[]);
     assert!(output.status.success() && output.stdout.is_empty());
-    assert_eq!(stderr(&output).matches("note:").count(), 1);
+    assert_eq!(stderr(&output).matches("simplified theory").count(), 1);
     assert!(stderr(&output).contains(note), "{}", stderr(&output));
     let output = run("check", &[]);
-    assert!(stderr(&output).contains(note) && !String::from_utf8_lossy(&output.stdout).contains("note"));
+    assert!(stderr(&output).contains(note) && !String::from_utf8_lossy(&output.stdout).contains("warning"));
     // not where it is small, nor in the full theory
     for more in [["--set", "run.end_time=0.5"], ["--set", "model=elastic"]] {
-        assert!(!stderr(&run("check", &more)).contains("note"), "{more:?}");
+        assert!(!stderr(&run("check", &more)).contains("theory"), "{more:?}");
     }
     assert!(run("run", &["--quiet", "--force"]).stderr.is_empty());
     let error = |more: &[&str]| {
@@ -554,7 +555,7 @@ fn a_study_reports_orders_and_error_bars() {
     for (more, reason) in [
         (&["--refine", "3"][..], "power of two"),
         (&["--times", "99"], "the run is from 0"),
-        (&["--plot", "order.pdf"], ".svg or .png"),
+        (&["--plot", "order.jpg"], ".svg"),
         (&["--plot", "order.svg"], "--force"),
     ] {
         // an option given twice is an error of its own

@@ -93,8 +93,10 @@ pub(super) fn read_indenter(mut section: Section<'_>, parts: &IndenterParts<'_>)
     check_rule(&section, parts.contact, shape, mass.as_ref(), given.edge_radius.as_ref());
     let radius = given.radius.clone();
     let head = shape.and_then(|shape| given.head(&mut section, shape, parts));
-    let mass =
-        mass.map(value).or_else(|| mass_of(&section, head.as_ref()?, radius.as_ref(), density?, parts));
+    let mass = mass.map(value).or_else(|| {
+        let mass = mass_of(&section, head.as_ref()?, radius.as_ref(), density?, parts)?;
+        Some(parts.system.default(Dimension::Mass, mass))
+    });
     section.end();
     let head = head?;
     let radius = match &head {

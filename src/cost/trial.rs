@@ -157,7 +157,7 @@ impl Trial {
         let end = case.sizes.steps as f64 * case.sizes.dt;
         Ok(RunEstimate {
             messages: self.message_bytes(case) as u64,
-            file: (beside + together * there) as u64,
+            file: (beside + together * there).round() as u64,
             seconds,
             stops_at: (self.part < 1.0).then_some(self.part * end),
             trial_cells: self.case.mesh.cells,

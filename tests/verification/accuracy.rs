@@ -1,12 +1,12 @@
-//! The table under "How right it is" in the README: the tests allow the errors that it states.
+//! The table of errors in the documentation of `percuss::exact`: the tests allow the errors that it states.
 //!
 //! Its numbers stand nowhere else. A test reads those of its case and compares its measured errors with them, so neither
 //! the table nor the program can change alone.
 
-const README: &str = include_str!("../../README.md");
+const DOCUMENTATION: &str = include_str!("../../src/exact.rs");
 
 /// Heading of the columns of the table.
-const HEADING: &str = "| Case | Compared with | Error |";
+const HEADING: &str = "//! | Case | Compared with | Error |";
 
 /// Measured errors are those stated within this factor, either way: the table rounds to one or two digits, and a
 /// pessimistic one is wrong too.
@@ -25,8 +25,8 @@ const TESTS: [&str; 7] = [
 
 /// First and last cell of every row: what is computed, and its error.
 fn rows() -> Vec<(&'static str, &'static str)> {
-    let body = README.lines().skip_while(|line| *line != HEADING).skip(2);
-    let rows = body.take_while(|line| line.starts_with('|'));
+    let body = DOCUMENTATION.lines().skip_while(|line| *line != HEADING).skip(2);
+    let rows = body.map_while(|line| line.strip_prefix("//! ").filter(|row| row.starts_with('|')));
     let cells = |line: &'static str| -> Vec<_> { line.trim_matches('|').split('|').map(str::trim).collect() };
     rows.map(|line| match cells(line)[..] {
         [case, _, error] => (case, error),
@@ -56,13 +56,16 @@ pub fn stated<const N: usize>(case: &str) -> [f64; N] {
 pub fn assert_stated(what: &str, measured: f64, stated: f64) {
     assert!(
         stated / FACTOR <= measured && measured <= stated * FACTOR,
-        "{what}: the error is {measured:e}, the README states {stated:e}"
+        "{what}: the error is {measured:e}, the documentation states {stated:e}"
     );
 }
 
 /// Compares a rounding error, which may be smaller by chance, with the stated one.
 pub fn assert_rounding(what: &str, measured: f64, stated: f64) {
-    assert!(measured <= stated * FACTOR, "{what}: the error is {measured:e}, the README states {stated:e}");
+    assert!(
+        measured <= stated * FACTOR,
+        "{what}: the error is {measured:e}, the documentation states {stated:e}"
+    );
 }
 
 #[test]

@@ -39,7 +39,7 @@ fn slopes(geometry: &str, h: f64, c_s: f64) -> (f64, [(f64, f64); 6]) {
 fn drag_and_stress_grow_as_under_the_static_disc() {
     // what is left of the steps of the reflections after averaging; the mesh counts for a quarter of it
     let disc = DiscStiffness::new(1.0, 0.5).expect("parameters");
-    assert!((disc.drag_slope() - 1.48377).abs() < 5e-6, "as the README gives it");
+    assert!((disc.drag_slope() - 1.48377).abs() < 5e-6, "as the documentation gives it");
     let (drag, stress) = slopes("axisymmetric", 1.0, 0.5);
     let [bound] = stated("flat punch on a layer, slope of the drag, 20 < t < 40, 100 cells");
     assert_stated("slope of the drag", (drag - disc.drag_slope()).abs(), bound);

@@ -1,6 +1,6 @@
 //! Computed cases against published numbers and closed forms: one file per figure or closed form.
 //!
-//! \[KA\] is the paper the scheme and the figures come from, see the crate documentation. Errors that the README states are
+//! \[KA\] is the paper the scheme and the figures come from, see the crate documentation. Errors that the documentation states are
 //! asserted as it states them, see [`accuracy`]. Every other tolerance says why it is what it is; measured errors are
 //! given beside it. Where there is no closed form, the reference is the scheme itself on finer meshes, extrapolated.
 

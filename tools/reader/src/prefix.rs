@@ -28,8 +28,10 @@ impl Prefixed {
         if unit == "m/s" || largest == 0.0 || !largest.is_finite() {
             return Some(Self { factor: 1.0, unit: unit.into() });
         }
-        // 1000 is the next prefix, also where the logarithm rounds
-        let fits = |&&(power, _): &&(i32, &str)| largest >= 10f64.powi(power) * (1.0 - 1e-12);
+        // 1000 is the next prefix, also where the logarithm rounds; long times stay in seconds
+        let fits = |&&(power, _): &&(i32, &str)| {
+            largest >= 10f64.powi(power) * (1.0 - 1e-12) && (unit != "s" || power <= 0)
+        };
         let (power, prefix) = PREFIXES.iter().rev().find(fits).unwrap_or(&PREFIXES[0]);
         Some(Self { factor: 10f64.powi(-power), unit: format!("{prefix}{unit}") })
     }
@@ -57,6 +59,7 @@ mod tests {
     fn the_largest_number_has_one_to_three_digits() {
         for (unit, largest, factor, expected) in [
             ("s", 2.5e-4, 1e6, "µs"),
+            ("s", 3600.0, 1.0, "s"),
             ("N", 1234.0, 1e-3, "kN"),
             ("N", 1000.0, 1e-3, "kN"),
             ("N", 999.0, 1.0, "N"),

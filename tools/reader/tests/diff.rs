@@ -761,7 +761,7 @@ fn bytes_are_compared_or_unmatched() {
     let desk = Desk::new();
     let plain_text = |times: &[u64], content: &str| {
         let mut writer = plain().library("x").create(std::io::Cursor::new(Vec::new())).expect("a writer");
-        let id = writer.add_channel(0, "/text", "json", &Default::default()).expect("a channel");
+        let id = writer.add_channel(0, "/text", "text", &Default::default()).expect("a channel");
         for &log_time in times {
             let header = mcap::records::MessageHeader {
                 channel_id: id,

@@ -50,8 +50,9 @@ pub(super) struct TraceArguments {
     #[arg(long, value_enum)]
     format: Option<Format>,
     /// Units of SI columns in CSV, except with --follow; the other formats keep those that are recorded, as scripts read them
-    #[arg(long, value_enum, default_value = "prefixed")]
-    units: UnitChoice,
+    /// [default: prefixed for recordings of percuss, base for others]
+    #[arg(long, value_enum)]
+    units: Option<UnitChoice>,
     /// Output file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -85,8 +86,9 @@ impl TraceArguments {
         let format = self.format()?;
         let mut output = BufWriter::new(Output::new(self.output.as_deref(), self.force));
         let result = match format {
-            Format::Csv if self.units == UnitChoice::Prefixed => {
-                trace_prefixed(&self.files, &request, limits, &mut Csv::new(&mut output))
+            Format::Csv if self.units != Some(UnitChoice::Base) => {
+                let in_any_case = self.units.is_some();
+                trace_prefixed(&self.files, &request, limits, &mut Csv::new(&mut output), in_any_case)
             }
             Format::Csv => trace(&self.files, &request, limits, &mut Csv::new(&mut output)),
             Format::Jsonl => trace(&self.files, &request, limits, &mut JsonLines::new(&mut output)),

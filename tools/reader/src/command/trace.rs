@@ -8,6 +8,7 @@ mod source;
 use std::{path::PathBuf, slice, thread};
 
 use crate::{
+    convention,
     field::Column,
     messages::{POLL, Recording},
     prefixed::{InUnits, Largest, takes_prefix},
@@ -35,10 +36,10 @@ pub fn trace(
     limits: Limits,
     sink: &mut dyn Sink,
 ) -> Result<Outcome, TraceError> {
-    write_table(paths, request, limits, sink, false)
+    write_table(paths, request, limits, sink, Prefixes::Never)
 }
 
-/// The same in prefixed units: SI columns get the prefix that suits their largest number, those of one array the same. That
+/// The same in prefixed units if the recordings are of percuss, or in any case: SI columns get the prefix that suits their largest number, those of one array the same. That
 /// takes a first pass over the messages, if there are such columns; what is still being written keeps its units.
 ///
 /// # Errors
@@ -49,8 +50,19 @@ pub fn trace_prefixed(
     request: &Request,
     limits: Limits,
     sink: &mut dyn Sink,
+    in_any_case: bool,
 ) -> Result<Outcome, TraceError> {
-    write_table(paths, request, limits, sink, !request.follow)
+    let prefixes = if in_any_case { Prefixes::Always } else { Prefixes::OfPercuss };
+    write_table(paths, request, limits, sink, if request.follow { Prefixes::Never } else { prefixes })
+}
+
+/// When SI columns get prefixes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Prefixes {
+    Never,
+    /// If all recordings are of percuss.
+    OfPercuss,
+    Always,
 }
 
 fn write_table(
@@ -58,7 +70,7 @@ fn write_table(
     request: &Request,
     limits: Limits,
     sink: &mut dyn Sink,
-    prefixed: bool,
+    prefixes: Prefixes,
 ) -> Result<Outcome, TraceError> {
     let mut outcome = Outcome::default();
     let mut files = Vec::new();
@@ -73,6 +85,12 @@ fn write_table(
         [&[file_heading][..], &stacked_headings(&files, paths, request)?].concat()
     } else {
         headings(&files, paths.len() > 1, request)
+    };
+    let is_percuss = |file: &Traced| file.recording.entries(convention::RUN).is_some();
+    let prefixed = match prefixes {
+        Prefixes::Never => false,
+        Prefixes::OfPercuss => files.iter().all(is_percuss),
+        Prefixes::Always => true,
     };
     let mut scaled;
     let sink = if prefixed && begun.iter().any(takes_prefix) {
