@@ -15,7 +15,10 @@ use crate::{Medium, typeset};
 
 /// Renders a scene.
 pub fn render(mut scene: Scene, medium: Medium) -> Result<Vec<u8>, String> {
-    scene.elements.iter_mut().for_each(simplify);
+    if !matches!(medium, Medium::Terminal { .. }) {
+        // a terminal joins near points only
+        scene.elements.iter_mut().for_each(simplify);
+    }
     match medium {
         Medium::Svg => Ok(svg(scene).into_bytes()),
         Medium::Png => png(&svg(scene)),

@@ -327,7 +327,7 @@ fn several_topics_out_of_order_under_lz4() {
     // texts say less than numbers: the first topic with numbers
     assert_eq!(trace[..2], ["time [s],x,y", "0.7,5.0,50.0"]);
     assert_eq!(trace[6], "0.2,0.0,0.0");
-    holds(&plot, &["time [s]", "x", "y"]);
+    holds(&plot, &["time [ms]", "x", "y"]);
     let both = desk.lines(&["trace", "a.mcap", "--topic", "/a,/b"]);
     assert_eq!(both[..3], ["time [s],/a.v,/b.x,/b.y", "0.0,1.0,,", "0.2,,0.0,0.0"]);
 }

@@ -94,7 +94,8 @@ impl ExportArguments {
                 )));
             }
             write(Some(output), self.force, &image.bytes)?;
-            Ok(say(&format!("image at {time}")))
+            say(&format!("image at {time}"));
+            Ok(())
         })?;
         written?;
         Ok(loss(&self.file, &damages))

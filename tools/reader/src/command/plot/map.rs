@@ -328,11 +328,8 @@ fn line(
 fn places(reach: Reach) -> Option<Side> {
     let length = reach.side.length.min(MAX_CELLS.0);
     let step = (reach.high - reach.low) / length as f64;
-    (length > 0 && step > 0.0 && step.is_finite()).then(|| Side {
-        start: reach.low + 0.5 * step,
-        step,
-        length,
-    })
+    let is_sound = length > 0 && step > 0.0 && step.is_finite();
+    is_sound.then_some(Side { start: reach.low + 0.5 * step, step, length })
 }
 
 /// The value of the point nearest to a place; 0 if none is within reach.

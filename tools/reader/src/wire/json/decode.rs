@@ -189,7 +189,11 @@ impl Value<'_, '_> {
         } else {
             value.to_owned()
         };
-        self.push(|list| if let List::Text(list) = list { Some(list.push(text)) } else { None })
+        self.push(|list| {
+            let List::Text(list) = list else { return None };
+            list.push(text);
+            Some(())
+        })
     }
 
     /// One more value of a leaf.
@@ -204,13 +208,16 @@ impl Value<'_, '_> {
     }
 
     fn number<E: Error>(self, value: f64, whole: Option<i64>) -> Result<u64, E> {
-        self.push(|list| match list {
-            List::Double(list) => Some(list.push(value)),
-            List::Int(list) => whole.map(|whole| list.push(whole)),
-            List::Text(list) => {
-                Some(list.push(whole.map_or_else(|| value.to_string(), |whole| whole.to_string())))
+        self.push(|list| {
+            match list {
+                List::Double(list) => list.push(value),
+                List::Int(list) => list.push(whole?),
+                List::Text(list) => {
+                    list.push(whole.map_or_else(|| value.to_string(), |whole| whole.to_string()));
+                }
+                _ => return None,
             }
-            _ => None,
+            Some(())
         })
     }
 }
@@ -223,7 +230,11 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
     }
 
     fn visit_bool<E: Error>(self, value: bool) -> Result<u64, E> {
-        self.push(|list| if let List::Bool(list) = list { Some(list.push(value)) } else { None })
+        self.push(|list| {
+            let List::Bool(list) = list else { return None };
+            list.push(value);
+            Some(())
+        })
     }
 
     fn visit_i64<E: Error>(self, value: i64) -> Result<u64, E> {
@@ -243,10 +254,13 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
 
     fn visit_str<E: Error>(self, value: &str) -> Result<u64, E> {
         self.walk.spend(value.len())?;
-        self.push(|list| match list {
-            List::Text(list) => Some(list.push(value.to_owned())),
-            List::Double(list) => special(value).map(|value| list.push(value)),
-            _ => None,
+        self.push(|list| {
+            match list {
+                List::Text(list) => list.push(value.to_owned()),
+                List::Double(list) => list.push(special(value)?),
+                _ => return None,
+            }
+            Some(())
         })
     }
 
