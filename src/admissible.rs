@@ -47,7 +47,7 @@ pub enum SearchError {
     Run(#[from] RunError),
     /// There is no such velocity, or the mesh is too coarse to find it.
     #[error(
-        "no impact velocity is found that keeps the strain within {STRAIN_LIMIT}: at V0 = {:e} it is {:e}, with {} nodes in contact (at least {FEWEST_NODES} are needed); make mesh.cells larger, or the head is too sharp for any velocity",
+        "no impact velocity is found that keeps the strain within {STRAIN_LIMIT}: at V0/c_p = {:e} it is {:e}, with {} nodes in contact (at least {FEWEST_NODES} are needed); make mesh.cells larger, or the head is too sharp for any velocity",
         .0.velocity, .0.strain, .0.nodes
     )]
     NotFound(Trial),

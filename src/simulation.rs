@@ -44,25 +44,25 @@ pub enum SimulationError {
         step: u64,
         /// What is not finite.
         quantity: &'static str,
-        /// Radius and depth, for quantities that have a place \[R\].
-        place: Option<(f64, f64)>,
+        /// Radius and depth as texts, for quantities that have a place.
+        place: Option<(String, String)>,
     },
     /// The contact has come to the outer boundary of the mesh, which would hold it back.
     #[error(
-        "step {step}: the contact touches the outermost nodes of the mesh, r = {r:.4}; make mesh.outer_radius = {outer_radius} larger"
+        "step {step}: the contact touches the outermost nodes of the mesh, r = {r}; make mesh.outer_radius = {outer_radius} larger"
     )]
     ContactLeavesMesh {
         /// Step at which it was seen.
         step: u64,
-        /// Radius of the outermost nodes \[R\].
-        r: f64,
-        /// Outer radius of the mesh \[R\].
-        outer_radius: f64,
+        /// Radius of the outermost nodes.
+        r: String,
+        /// Outer radius of the mesh.
+        outer_radius: String,
     },
 }
 
-fn describe(place: &Option<(f64, f64)>) -> String {
-    place.map_or_else(String::new, |(r, z)| format!(" at r = {r:.4}, z = {z:.4}"))
+fn describe(place: &Option<(String, String)>) -> String {
+    place.as_ref().map_or_else(String::new, |(r, z)| format!(" at r = {r}, z = {z}"))
 }
 
 /// How a run has ended.
@@ -226,7 +226,8 @@ impl Simulation {
         let nr = self.grid.nr();
         if self.surface.loaded == nr {
             let outer_radius = nr as f64 * self.grid.dr;
-            return Err(SimulationError::ContactLeavesMesh { step, r: self.grid.r(nr - 1), outer_radius });
+            let [r, outer_radius] = [self.grid.r(nr - 1), outer_radius].map(|r| self.units.length.text(r));
+            return Err(SimulationError::ContactLeavesMesh { step, r, outer_radius });
         }
         let on_target = self.work_on_target();
         self.ledger.add(&state, on_target);
@@ -339,6 +340,7 @@ impl Simulation {
             (None, Some(place)) => ("displacement", Some(place)),
             (None, None) => ("energy", None),
         };
+        let place = place.map(|(r, z)| (self.units.length.text(r), self.units.length.text(z)));
         SimulationError::NotFinite { step, quantity, place }
     }
 

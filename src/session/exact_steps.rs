@@ -70,7 +70,8 @@ impl Steps for ExactSteps<'_> {
         Some(if last == self.case.sizes.steps {
             Status::Completed
         } else {
-            Status::Stopped(format!("the closed form holds until t = {}", self.form.end_time()))
+            let end = self.case.units().time.full_text(self.form.end_time());
+            Status::Stopped(format!("the closed form holds until t = {end}"))
         })
     }
 
