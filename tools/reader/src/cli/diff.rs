@@ -87,7 +87,7 @@ pub(super) struct DiffArguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Draw the fields that differ most, both curves and their difference (SVG or PNG)
+    /// Draw the fields that differ most, both curves and their difference (SVG, PNG or PDF)
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
     /// Write the difference, new minus reference, as a recording

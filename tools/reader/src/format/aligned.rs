@@ -93,7 +93,7 @@ mod tests {
         table.row(&[Cell::Text("c\u{1b}".into()), Cell::Double(12.0)]).expect("row");
         table.end().expect("end");
         let text = String::from_utf8(output).expect("text");
-        let expected = "file         force\n              [µN]\na         0.666667\nb.mcap           -\nc\\u{1b}         12\n";
+        let expected = "file        force\n             [µN]\na        0.666667\nb.mcap          -\nc\\u{1b}        12\n";
         assert_eq!(text, expected);
     }
 }
