@@ -1,7 +1,7 @@
 //! Warnings: where the results of a case mislead, in words.
 //!
 //! Some follow from the case, others only from its run. `percuss check` and `percuss run` print them, and recordings have them as
-//! events, so that whoever reads one later is warned too.
+//! events, so that later readers are warned too.
 
 use crate::{
     case::{Case, HeadKind},
