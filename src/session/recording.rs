@@ -123,18 +123,16 @@ impl Recording {
     fn validity_record(&self, validity: &Validity) -> BTreeMap<String, String> {
         let Units { length, time, speed, stress, .. } = self.units;
         let mut map = BTreeMap::new();
-        let mut peak = |name: &str, peak: &Peak| {
+        let mut peak = |name: &str, peak: &Peak, value: f64| {
+            map.insert(name.to_owned(), value.to_string());
             map.insert(format!("{name}.step"), peak.step.to_string());
             map.insert(format!("{name}.time"), time.of(peak.time).to_string());
             map.insert(format!("{name}.r"), length.of(peak.r).to_string());
             map.insert(format!("{name}.z"), length.of(peak.z).to_string());
         };
-        peak("largest_pressure", &validity.pressure);
-        peak("largest_strain", &validity.strain);
-        peak("largest_strain_at_probes", &validity.probes);
-        map.insert("largest_pressure".into(), stress.of(validity.pressure.value).to_string());
-        map.insert("largest_strain".into(), validity.strain.value.to_string());
-        map.insert("largest_strain_at_probes".into(), validity.probes.value.to_string());
+        peak("largest_pressure", &validity.pressure, stress.of(validity.pressure.value));
+        peak("largest_strain", &validity.strain, validity.strain.value);
+        peak("largest_strain_at_probes", &validity.probes, validity.probes.value);
         map.insert("strain_limit".into(), STRAIN_LIMIT.to_string());
         let velocities = [
             ("admissible_velocity", validity.admissible_velocity()),

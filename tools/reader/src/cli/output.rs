@@ -88,6 +88,22 @@ pub(super) fn by_extension<T: Copy>(
     })
 }
 
+/// The format that is given, else that of the output's name; `plain` for standard output and names without an extension.
+///
+/// * `known`: extensions and what they stand for
+pub(super) fn chosen_format<T: Copy>(
+    given: Option<T>,
+    output: Option<&Path>,
+    known: &[(&str, T)],
+    plain: T,
+) -> Result<T, CliError> {
+    match (given, output) {
+        (Some(format), _) => Ok(format),
+        (None, Some(output)) => by_extension(output, known, Some(plain)),
+        (None, None) => Ok(plain),
+    }
+}
+
 /// Writes a text to standard output, without what a file could command a terminal in it; a reader of it that has had
 /// enough is no error.
 pub(super) fn print(text: &str) -> Result<(), CliError> {

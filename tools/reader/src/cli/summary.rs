@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 
 use super::{
     outcome::{CliError, Exit, losses, say},
-    output::{Output, by_extension, explain, refuse_inputs},
+    output::{Output, chosen_format, explain, refuse_inputs},
     units::UnitChoice,
 };
 use crate::{
@@ -106,11 +106,7 @@ impl SummaryArguments {
             ("json", Format::Json),
             ("parquet", Format::Parquet),
         ];
-        match (self.format, &self.output) {
-            (Some(format), _) => Ok(format),
-            (None, Some(output)) => by_extension(output, &FORMATS, Some(Format::Text)),
-            (None, None) => Ok(Format::Text),
-        }
+        chosen_format(self.format, self.output.as_deref(), &FORMATS, Format::Text)
     }
 }
 

@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use super::{
     chosen::Chosen,
     outcome::{CliError, Exit, losses, say, say_left_out},
-    output::{Output, by_extension, explain, refuse_inputs},
+    output::{Output, chosen_format, explain, refuse_inputs},
     units::UnitChoice,
 };
 use crate::{
@@ -133,11 +133,7 @@ impl TraceArguments {
             ("npy", Format::Npy),
             ("npz", Format::Npz),
         ];
-        match (self.format, &self.output) {
-            (Some(format), _) => Ok(format),
-            (None, Some(output)) => by_extension(output, &FORMATS, Some(Format::Csv)),
-            (None, None) => Ok(Format::Csv),
-        }
+        chosen_format(self.format, self.output.as_deref(), &FORMATS, Format::Csv)
     }
 
     /// Says what came out empty.
