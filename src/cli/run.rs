@@ -6,7 +6,7 @@ use std::{
 };
 
 use clap::Args;
-use percuss_serve::{Address, seconds, speed};
+use percuss_serve::{Access, Address, AllowedOrigin, VIEWERS, seconds, speed};
 
 use super::{
     CaseArguments, CliError, Exit,
@@ -28,7 +28,8 @@ Examples:
   percuss run fig8-m5                                        a built-in case, into fig8-m5.mcap
   percuss run my.toml -o runs/first.mcap --threads 2
   percuss run fig5 --set mesh.cells=400 --set run.end_time=12 --force
-  percuss run fig5 --live --pace --wait     watch it: connect a viewer to ws://127.0.0.1:8765";
+  percuss run fig5 --live --pace --wait     watch it: connect a viewer to ws://127.0.0.1:8765
+  percuss run fig5 --live --wait --allow-origin https://app.foxglove.dev     with a viewer on a web site";
 
 /// Computes a case and records it.
 #[derive(Debug, Args)]
@@ -42,12 +43,16 @@ pub(super) struct Run {
     /// only, at 127.0.0.1:8765
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
     live: Option<Address>,
+    /// With --live, let pages of this origin connect, for example https://app.foxglove.dev: the site of a viewer in a browser;
+    /// * for all sites. Desktop viewers, programs and pages served by this machine need none. Repeatable
+    #[arg(long, value_name = "ORIGIN", requires = "live")]
+    allow_origin: Vec<AllowedOrigin>,
     /// Slow the run down to so many seconds of log time per second; 1 without SPEED
     #[arg(long, value_name = "SPEED", num_args = 0..=1, default_missing_value = "1", value_parser = speed)]
     pace: Option<f64>,
     /// Begin when this many viewers have subscribed and 1.5 s have passed without a subscription, as viewers subscribe panel by
     /// panel; 1 without N
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", requires = "live")]
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", requires = "live", value_parser = viewers)]
     wait: Option<usize>,
     /// After the run, serve viewers until they have left, so many seconds at most; Ctrl-C ends it
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, requires = "live")]
@@ -66,10 +71,10 @@ impl Run {
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;
         let is_over = || signal.load(Ordering::Relaxed) != 0;
-        let live = self.live.as_ref().map(|address| self.open(address, &case)).transpose()?;
+        let mut progress = Progress::new(&case, case.sizes.steps, self.output.quiet);
+        let live = self.live.as_ref().map(|address| self.open(address, &case, &progress)).transpose()?;
         let recording = pool.install(|| Recording::create(&destination, &case, Source::Simulation));
         let mut recording = recording.map_err(RunError::from)?;
-        let mut progress = Progress::new(&case, case.sizes.steps, self.output.quiet);
         progress.say(&self.heading(&case));
         if let Some(live) = &live {
             recording.tap(live.tap()).map_err(RunError::from)?;
@@ -138,11 +143,16 @@ impl Run {
     }
 
     /// Opens the server of a live run and prints its address.
-    fn open(&self, address: &Address, case: &Case) -> Result<Live, CliError> {
-        let live = Live::open(address, &case.title, Catalogue::new(case).specs())?;
-        if !self.output.quiet {
-            eprintln!("live at {} for {}", live.url(), address.reach());
-        }
+    fn open(&self, address: &Address, case: &Case, progress: &Progress) -> Result<Live, CliError> {
+        let access = Access { origins: self.allow_origin.clone(), report: progress.speaker() };
+        let live = Live::open(address, &case.title, Catalogue::new(case).specs(), access)?;
+        progress.say(&format!("live at {} for {}", live.url(), address.reach()));
         Ok(live)
     }
+}
+
+/// Parses a number of viewers.
+fn viewers(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok().filter(|number| *number <= VIEWERS);
+    number.ok_or_else(|| format!("viewers are a number from 0 to {VIEWERS}"))
 }

@@ -18,7 +18,8 @@ viewer that comes later gets what has been played so far. Interrupt it with Ctrl
 Examples:
   percuss-read replay fig5.mcap                       at ws://127.0.0.1:8765, a unit of time per second
   percuss-read replay fig5.mcap --speed 0.25 --loop
-  percuss-read replay fig5.mcap --from 1 --to 3 --addr 0.0.0.0:9000";
+  percuss-read replay fig5.mcap --from 1 --to 3 --addr 0.0.0.0:9000
+  percuss-read replay fig5.mcap --allow-origin https://app.foxglove.dev     for the viewer of that site";
 
 #[derive(Debug, Args)]
 #[command(after_help = REPLAY_EXAMPLES)]
@@ -31,7 +32,7 @@ pub(super) struct ReplayArguments {
 
 impl ReplayArguments {
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
-        let damages = replay(&self.file, &self.request, limits, &mut say)?;
+        let damages = replay(&self.file, &self.request, limits, say)?;
         Ok(loss(&self.file, &damages))
     }
 }

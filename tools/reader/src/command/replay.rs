@@ -5,11 +5,12 @@ use std::{
     fs::File,
     io,
     path::Path,
+    sync::Arc,
     time::{Duration, Instant},
 };
 
 use clap::Args;
-use percuss_serve::{Address, Channel, Playback, Playing, ServeError, Server, speed};
+use percuss_serve::{Access, Address, AllowedOrigin, Channel, Playback, Playing, ServeError, Server, speed};
 
 use crate::{
     command::recover::{RecoverError, recover},
@@ -27,6 +28,10 @@ pub struct Request {
     /// Where to serve: HOST:PORT, HOST or PORT; port 0 for any that is free [default: 127.0.0.1:8765, this machine only]
     #[arg(long = "addr", value_name = "ADDR")]
     pub address: Option<Address>,
+    /// Let pages of this origin connect, for example https://app.foxglove.dev: the site of a viewer in a browser; * for all
+    /// sites. Desktop viewers, programs and pages served by this machine need none. Repeatable
+    #[arg(long, value_name = "ORIGIN")]
+    pub allow_origin: Vec<AllowedOrigin>,
     /// Log time that passes in a second
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = speed)]
     pub speed: f64,
@@ -86,7 +91,7 @@ pub fn replay(
     path: &Path,
     request: &Request,
     limits: Limits,
-    say: &mut dyn FnMut(&str),
+    say: fn(&str),
 ) -> Result<Vec<Damage>, ReplayError> {
     let recording = Recording::open(path, limits)?;
     let (timeline, lost) = open(path, limits, say)?;
@@ -104,7 +109,8 @@ pub fn replay(
     let channels: Vec<Channel> = timeline.channels().values().cloned().collect();
     let numbers = timeline.channels().keys().enumerate().map(|(number, id)| (*id, number)).collect();
     let address = request.address.clone().unwrap_or_default();
-    let server = Server::open(&address, &name, &channels, Some(span))?;
+    let access = Access { origins: request.allow_origin.clone(), report: Arc::new(say) };
+    let server = Server::open(&address, &name, &channels, Some(span), access)?;
     say(&format!("{name}: at {} for {}; plays when viewers have subscribed", server.url(), address.reach()));
     let mut player = Player {
         server,
@@ -125,11 +131,7 @@ pub fn replay(
 }
 
 /// The recording by log time; one without a sound index is made whole in a temporary file first.
-fn open(
-    path: &Path,
-    limits: Limits,
-    say: &mut dyn FnMut(&str),
-) -> Result<(Timeline, Vec<Damage>), ReplayError> {
+fn open(path: &Path, limits: Limits, say: fn(&str)) -> Result<(Timeline, Vec<Damage>), ReplayError> {
     let file = File::open(path).map_err(|error| OpenError::Io { path: path.into(), error })?;
     if let Some(timeline) = Timeline::open(Box::new(file), path, limits)? {
         return Ok((timeline, Vec::new()));
@@ -165,9 +167,11 @@ struct Player {
 impl Player {
     fn run(&mut self, request: &Request) -> Result<(), ReplayError> {
         loop {
+            // requests do not keep it from playing, however many there are
             if let Some(asked) = self.server.request(self.wait()) {
                 self.obey(asked)?;
-            } else if self.is_waiting {
+            }
+            if self.is_waiting {
                 if self.server.is_ready(1) {
                     self.start()?;
                 }
