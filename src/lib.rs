@@ -136,6 +136,7 @@ pub mod recording;
 pub mod session;
 mod shape;
 pub mod simulation;
+pub mod state;
 pub mod study;
 pub mod surface;
 mod table;
