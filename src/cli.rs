@@ -10,7 +10,7 @@
 //! | 1 | failed | failed; `diff`: different; `verify`: not sound |
 //! | 2 | usage, invalid case, or no closed form | usage; `diff`: could not compare |
 //! | 3 | | done with loss: a file is damaged or truncated, its sound parts are read; `verify`: sound, but the run was not finished |
-//! | 130, 143 | interrupted, with a valid partial recording | |
+//! | 130, 143, 129 | interrupted by SIGINT, SIGTERM, SIGHUP, with a valid partial recording, `NAME.mcap.part` | |
 
 use std::{
     io::{self, IsTerminal, Write},
@@ -57,7 +57,8 @@ Examples:
   percuss check my.toml --resolved > full.toml  the case with every default written out
   percuss-read trace fig5.mcap                  the drag against time
 
-Exit status: 0 done, 1 failed, 2 usage or invalid case, 130 or 143 interrupted with a valid partial recording.";
+Exit status: 0 done, 1 failed, 2 usage or invalid case; 130, 143 or 129 interrupted by SIGINT, SIGTERM or SIGHUP,
+with a valid partial recording, NAME.mcap.part.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -120,6 +121,12 @@ pub enum CliError {
     /// The arguments are invalid.
     #[error("{0}")]
     Usage(String),
+    /// The output exists.
+    #[error("`{}` exists; choose another output with -o, or overwrite it with --force", .0.display())]
+    Exists(PathBuf),
+    /// The disk has no room for the output.
+    #[error("{0}")]
+    Full(String),
     /// The case has no closed form.
     #[error(transparent)]
     NoClosedForm(#[from] NoClosedForm),

@@ -49,6 +49,10 @@ const FRACTIONS: [usize; 6] = [32, 16, 8, 4, 2, 1];
 /// Cells of a trial, at least: fewer show nothing of a case.
 const FEWEST_CELLS: usize = 20;
 
+/// Size of the messages of a step that are small, and of the picture, the scenes and the texts of a frame, at most \[bytes\].
+const SMALL_MESSAGES: u64 = 2 << 10;
+const LARGEST_PICTURE: u64 = 4 << 20;
+
 /// Estimated number of frames in memory if they are computed faster than written: sampled, and in the queue of the recorder.
 const FRAMES_IN_MEMORY: u64 = 9;
 
@@ -99,6 +103,17 @@ impl Estimate {
             + gauge_memory(case);
         Self { memory, run: run_trials(case) }
     }
+}
+
+/// Size that the recording of a case certainly does not have, at a glance \[bytes\].
+pub fn most_bytes(case: &Case) -> u64 {
+    let Sizes { nr, steps, .. } = case.sizes;
+    let gauges = GaugePlan::new(&case.gauges(), &case.grid()).size() as u64;
+    let rows = (steps + 1) * (SMALL_MESSAGES + gauges)
+        + (steps / case.record.interface_every as u64 + 1) * 8 * nr as u64;
+    // fields, their levels, pictures of a bounded size, the surface
+    let frame = 3 * case.frame_size() as u64 + 64 * nr as u64 + LARGEST_PICTURE;
+    rows + (case.frames().count() + 1) * frame + LARGEST_PICTURE
 }
 
 /// Memory of points and lines of steps that are under way, at most \[bytes\].

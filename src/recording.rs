@@ -35,19 +35,26 @@
 //! (`percuss.validity`), and the end of the run (`percuss.status`, written last). The attachment `case.resolved.toml`
 //! repeats the run; `layout.json` is the layout for viewers.
 //!
-//! Ctrl-C and SIGTERM end a run with a finished, readable recording of its steps; after a crash every closed chunk can be
-//! read. An existing file is never overwritten without `--force`.
+//! # What holds when something fails
+//!
+//! A recording is written as `NAME.mcap.part` and gets its name when the run is complete, or was stopped as the case asks. That of a
+//! run that was interrupted or has failed is readable to its end too and keeps the name of the part, as do those that a crash or a full disk
+//! has cut off, of which every closed chunk can be read. So the name asked for never stands for less than a whole run, and an existing file is
+//! never overwritten without `--force`, nor before the new one is whole.
+//!
+//! With `--sync end` (the default) the file is on the disk before it gets its name; with `--sync chunk` every chunk is before the next
+//! one is begun, so that a power failure loses no more than a crash; with `--sync never` both is left to the system.
 
 use std::{
     collections::BTreeMap,
-    fs::{File, OpenOptions},
-    io,
-    path::{Path, PathBuf},
+    error::Error,
+    path::PathBuf,
     sync::mpsc::{Receiver, SyncSender, sync_channel},
     thread::JoinHandle,
 };
 
 use mcap::{Attachment, McapError, records::Metadata};
+use percuss_output::{Part, PartError};
 use prost::Message;
 use serde::{Deserialize, Serialize};
 
@@ -85,28 +92,60 @@ pub enum Compression {
     Zstd,
 }
 
+/// When a recording is synchronised with the disk.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+pub enum Synchronise {
+    /// Every chunk before the next one: a power failure loses the open chunk only
+    Chunk,
+    /// The whole file before it gets its name
+    #[default]
+    End,
+    /// Whenever the system does it
+    Never,
+}
+
+/// Where a recording goes, and how.
+#[derive(Clone, Debug)]
+pub struct Destination {
+    /// The file.
+    pub path: PathBuf,
+    /// Replace a file of this name, and what an earlier run has left of one.
+    pub overwrite: bool,
+    /// When it is synchronised with the disk.
+    pub synchronise: Synchronise,
+}
+
+impl Destination {
+    /// A new file, synchronised at its end.
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        Self { path: path.into(), overwrite: false, synchronise: Synchronise::default() }
+    }
+}
+
 /// Why a recording failed.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
-    /// The file exists and is not to be overwritten.
-    #[error("`{}` exists; choose another output with -o, or overwrite it with --force", .0.display())]
-    Exists(PathBuf),
-    /// The file cannot be created.
-    #[error("cannot create `{}`: {error}", path.display())]
-    Create {
-        /// The file.
-        path: PathBuf,
-        /// Cause.
-        error: io::Error,
-    },
+    /// The file cannot be begun.
+    #[error(transparent)]
+    Begin(#[from] PartError),
     /// Writing failed; the file is incomplete and lacks its end.
-    #[error("cannot write `{}`: {error}; the file is incomplete", path.display())]
+    #[error("cannot write `{}`: {}; the file is incomplete, its closed chunks can be read", path.display(), cause(error))]
     Write {
         /// The file.
         path: PathBuf,
         /// Cause.
         error: Box<McapError>,
     },
+}
+
+/// The innermost cause of an error: the library says only that there is one.
+fn cause(error: &McapError) -> String {
+    let mut inner: &dyn Error = error;
+    while let Some(source) = inner.source() {
+        inner = source;
+    }
+    inner.to_string()
 }
 
 /// One channel of a recording.
@@ -157,7 +196,7 @@ enum Job {
     Metadata(Metadata),
     Channels(Vec<ChannelSpec>),
     Tap(Box<dyn Tap>),
-    Finish,
+    Finish { is_whole: bool },
 }
 
 /// Receiver of every message that is written, on the writer thread.
@@ -169,20 +208,9 @@ pub trait Tap: Send {
     fn message(&mut self, channel: usize, log_time: u64, bytes: &[u8]);
 }
 
-/// Creates a file; an existing one is an error unless `overwrite`.
-pub(crate) fn create_file(path: &Path, overwrite: bool) -> io::Result<File> {
-    let mut options = OpenOptions::new();
-    options.write(true);
-    if overwrite {
-        options.create(true).truncate(true)
-    } else {
-        options.create_new(true)
-    };
-    options.open(path)
-}
-
 /// An MCAP file being written.
 pub struct Recorder {
+    /// Name of the file as long as it is being written.
     path: PathBuf,
     queue: Option<SyncSender<Job>>,
     /// Empty batches for reuse.
@@ -192,31 +220,22 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Creates the file.
-    ///
-    /// * `overwrite`: replace an existing file
+    /// Begins the file.
     ///
     /// # Errors
     ///
-    /// The file exists, or cannot be created.
-    pub fn create(path: &Path, overwrite: bool, compression: Compression) -> Result<Self, RecordingError> {
-        let file = create_file(path, overwrite).map_err(|error| match error.kind() {
-            io::ErrorKind::AlreadyExists => RecordingError::Exists(path.into()),
-            _ => RecordingError::Create { path: path.into(), error },
-        })?;
+    /// The file exists, is being written by another process, or cannot be created.
+    pub fn create(destination: &Destination, compression: Compression) -> Result<Self, RecordingError> {
+        let Destination { path, overwrite, synchronise } = destination;
+        let file = Part::create(path, *overwrite)?;
         let (queue, jobs) = sync_channel(QUEUE_LENGTH);
         let (spent, spare) = sync_channel(QUEUE_LENGTH);
+        let (path, synchronise) = (file.path().unwrap_or(path).to_owned(), *synchronise);
         let writer = std::thread::Builder::new()
             .name("recording".into())
-            .spawn(move || writer::run(file, compression, &jobs, &spent))
-            .map_err(|error| RecordingError::Create { path: path.into(), error })?;
-        Ok(Self {
-            path: path.into(),
-            queue: Some(queue),
-            spare,
-            writer: Some(writer),
-            batch: Batch::default(),
-        })
+            .spawn(move || writer::run(file, compression, synchronise, &jobs, &spent))
+            .map_err(|error| PartError::System { path: path.clone(), error })?;
+        Ok(Self { path, queue: Some(queue), spare, writer: Some(writer), batch: Batch::default() })
     }
 
     /// Declares the channels, numbered from 0 in this order.
@@ -285,10 +304,12 @@ impl Recorder {
         self.send(Job::Metadata(Metadata { name: name.into(), metadata: entries }))
     }
 
-    /// Writes the summary and waits until the file is complete.
-    pub fn finish(&mut self) -> Result<(), RecordingError> {
+    /// Writes the summary and waits until it is on the disk.
+    ///
+    /// * `is_whole`: the file gets its name; else it keeps that of a part
+    pub fn finish(&mut self, is_whole: bool) -> Result<(), RecordingError> {
         self.hand_over()?;
-        self.send(Job::Finish)?;
+        self.send(Job::Finish { is_whole })?;
         self.queue = None;
         self.join()
     }

@@ -51,6 +51,11 @@ impl Status {
         }
     }
 
+    /// True if the run has come to its end: nothing is left to be computed.
+    pub fn is_whole(&self) -> bool {
+        matches!(self, Self::Completed | Self::Stopped(_))
+    }
+
     /// Message of the status record.
     pub fn message(&self) -> &str {
         match self {
@@ -225,18 +230,22 @@ pub fn run(steps: &mut impl Steps, observers: &mut [&mut dyn Observer]) -> Resul
 
 #[cfg(test)]
 mod tests {
+    use percuss_output::part_of;
+
     use super::*;
-    use crate::case::Case;
+    use crate::{case::Case, recording::Destination};
 
     /// Error of an unchecked case, and the last step in the status of its recording.
     fn failure(case: &Case) -> (SimulationError, String) {
-        let path = tempfile::NamedTempFile::new().expect("a file").into_temp_path();
-        let mut recording = Recording::create(&path, true, case, Source::Simulation).expect("a file");
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.mcap");
+        let destination = Destination::new(&path);
+        let mut recording = Recording::create(&destination, case, Source::Simulation).expect("a file");
         let mut simulation = Simulation::new(case);
         let Err(RunError::Simulation(error)) = run(&mut simulation, &mut [&mut recording]) else {
             panic!("the run fails");
         };
-        let bytes = std::fs::read(&path).expect("the recording");
+        let bytes = std::fs::read(part_of(&path)).expect("the recording");
         let summary = mcap::Summary::read(&bytes).expect("a sound file").expect("a summary");
         let index = summary.metadata_indexes.iter().find(|index| index.name == "percuss.status");
         let status = mcap::read::metadata(&bytes, index.expect("a status")).expect("a record").metadata;

@@ -294,9 +294,12 @@ fn outputs_that_cannot_be_written() {
 
 #[test]
 fn interrupted_runs_leave_a_finished_recording() {
-    for (signal, name, status) in [("-INT", "SIGINT", 130), ("-TERM", "SIGTERM", 143)] {
+    for (signal, name, status) in
+        [("-INT", "SIGINT", 130), ("-TERM", "SIGTERM", 143), ("-HUP", "SIGHUP", 129)]
+    {
         let folder = folder();
-        let path = folder.path().join("long.mcap");
+        // the name asked for is that of a whole run
+        let path = folder.path().join("long.mcap.part");
         let long =
             ["run", "fig5", "--set", "mesh.cells=400", "--set", "run.end_time=2000", "-o", "long.mcap"];
         let small = ["mesh.outer_radius=2", "record.frames=10", "record.interface_every=100"];
@@ -315,6 +318,7 @@ fn interrupted_runs_leave_a_finished_recording() {
         assert!(kill.expect("kill").success());
         assert_eq!(child.wait().expect("it ends").code(), Some(status), "{name}");
 
+        assert!(!folder.path().join("long.mcap").exists());
         let bytes = fs::read(&path).expect("the recording");
         let summary = mcap::Summary::read(&bytes).expect("a finished file").expect("a summary");
         let index = summary.metadata_indexes.iter().find(|index| index.name == "percuss.status");

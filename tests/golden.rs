@@ -18,6 +18,7 @@ use mcap::MessageStream;
 use percuss::{
     case::Case,
     message::percuss::{Drag, Energy, Event, FieldSlice, InterfaceStress, Probes, Velocity},
+    recording::Destination,
     session::{self, Recording, Source},
     simulation::Simulation,
 };
@@ -196,7 +197,8 @@ fn record(golden: &Golden, threads: usize) -> Vec<u8> {
     let path = folder.path().join("run.mcap");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
-        let mut recording = Recording::create(&path, false, &case, Source::Simulation).expect("a new file");
+        let mut recording =
+            Recording::create(&Destination::new(&path), &case, Source::Simulation).expect("a new file");
         let mut simulation = Simulation::new(&case);
         session::run(&mut simulation, &mut [&mut recording]).expect("a sound case");
     });

@@ -11,12 +11,13 @@ use mcap::{MessageStream, Summary};
 use percuss::{
     case::{Case, builtin},
     message::{foxglove, percuss as message},
-    recording::{FORMAT_VERSION, RecordingError, Tap},
+    recording::{Destination, FORMAT_VERSION, RecordingError, Tap},
     session::{self, ExactSteps, Flow, Observer, Recording, RunError, Source, Status, Steps},
     simulation::Simulation,
     validity::Validity,
     view::View,
 };
+use percuss_output::{PartError, part_of};
 use prost::Message;
 
 #[path = "recording/physical.rs"]
@@ -30,7 +31,8 @@ fn case(name: &str, overrides: &[&str]) -> Case {
 
 /// Runs a case into a file and returns its bytes.
 fn record(case: &Case, path: &Path) -> Vec<u8> {
-    let mut recording = Recording::create(path, false, case, Source::Simulation).expect("a new file");
+    let mut recording =
+        Recording::create(&Destination::new(path), case, Source::Simulation).expect("a new file");
     session::run(&mut Simulation::new(case), &mut [&mut recording]).expect("a sound run");
     fs::read(path).expect("the recording")
 }
@@ -679,7 +681,8 @@ fn a_recording_ends_with_a_status_when_another_observer_fails() {
     // before and after the recording in the order of observers
     for is_first in [true, false] {
         let path = folder.path().join(format!("{is_first}.mcap"));
-        let mut recording = Recording::create(&path, false, &case, Source::Simulation).expect("a new file");
+        let mut recording =
+            Recording::create(&Destination::new(&path), &case, Source::Simulation).expect("a new file");
         let mut failing = Failing(7);
         let mut observers: [&mut dyn Observer; 2] = [&mut recording, &mut failing];
         if is_first {
@@ -687,7 +690,7 @@ fn a_recording_ends_with_a_status_when_another_observer_fails() {
         }
         let error = session::run(&mut Simulation::new(&case), &mut observers);
         assert!(matches!(error, Err(RunError::Observer(_))), "{error:?}");
-        let bytes = fs::read(&path).expect("the recording");
+        let bytes = fs::read(part_of(&path)).expect("the recording");
         let status = &metadata(&bytes)["percuss.status"];
         assert_eq!((status["status"].as_str(), status["message"].as_str()), ("failed", "no more paper"));
         // what was computed is recorded
@@ -712,7 +715,8 @@ fn a_recording_given_up_has_no_end() {
     let path = folder.path().join("a.mcap");
     let case = case("fig5", &["mesh.cells=20"]);
     let mut simulation = Simulation::new(&case);
-    let mut recording = Recording::create(&path, false, &case, Source::Simulation).expect("a new file");
+    let mut recording =
+        Recording::create(&Destination::new(&path), &case, Source::Simulation).expect("a new file");
     let (witness, seen) = mpsc::channel();
     recording.tap(Box::new(Witness(witness))).expect("room on the disk");
     for _ in 0..10 {
@@ -722,7 +726,7 @@ fn a_recording_given_up_has_no_end() {
     drop(recording);
     // ends with the writer thread: then the file does not change any more
     assert!(seen.iter().count() >= 10 * 4, "stress, drag, velocity and probes of every step were written");
-    let bytes = fs::read(&path).expect("the recording");
+    let bytes = fs::read(part_of(&path)).expect("the recording");
     assert!(bytes.starts_with(mcap::MAGIC) && !bytes.ends_with(mcap::MAGIC), "begun, not ended");
     assert!(Summary::read(&bytes).is_err(), "the file must not look complete");
 }
@@ -732,15 +736,15 @@ fn an_existing_file_is_left_alone() {
     let folder = folder();
     let path: PathBuf = folder.path().join("a.mcap");
     fs::write(&path, "precious").expect("a file");
-    let result = Recording::create(&path, false, &case("fig5", &[]), Source::Simulation);
-    assert!(matches!(result.err(), Some(RecordingError::Exists(_))));
+    let result = Recording::create(&Destination::new(&path), &case("fig5", &[]), Source::Simulation);
+    assert!(matches!(result.err(), Some(RecordingError::Begin(PartError::Exists(_)))));
     assert_eq!(fs::read(&path).expect("the file"), b"precious");
 }
 
 /// Records the closed form of a case and returns the bytes.
 fn record_exact(case: &Case, path: &Path) -> Vec<u8> {
     let mut steps = ExactSteps::new(case).expect("a closed form");
-    let mut recording = Recording::create(path, false, case, steps.source()).expect("a new file");
+    let mut recording = Recording::create(&Destination::new(path), case, steps.source()).expect("a new file");
     session::run(&mut steps, &mut [&mut recording]).expect("room on the disk");
     fs::read(path).expect("the recording")
 }

@@ -4,7 +4,7 @@ use clap::Args;
 
 use super::{
     CaseArguments, CliError, Exit,
-    output::{OutputArguments, exit, flow, watch_signals, written},
+    output::{OutputArguments, check_room, exit, flow, watch_signals, written},
     progress::Progress,
 };
 use crate::{
@@ -35,11 +35,12 @@ impl Exact {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
         let mut steps = ExactSteps::new(&case)?;
-        let path = self.output.path(&self.case.case, "-exact")?;
+        let destination = self.output.destination(&self.case.case, "-exact")?;
+        check_room(&destination.path, &case)?;
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;
         let source = steps.source();
-        let recording = pool.install(|| Recording::create(&path, self.output.force, &case, source));
+        let recording = pool.install(|| Recording::create(&destination, &case, source));
         let mut recording = recording.map_err(RunError::from)?;
         let mut progress = Progress::new(&case, steps.form().last_step(), self.output.quiet);
         progress.say(&format!("{}: {}", self.case.case, steps.form()));
@@ -50,7 +51,7 @@ impl Exact {
         let outcome = pool.install(|| session::run(&mut steps, &mut [&mut recording, &mut watch]));
         progress.end();
         let status = outcome?.status;
-        progress.say(&written(&path, &status));
+        progress.say(&written(&destination.path, &status));
         Ok(exit(&status, &signal))
     }
 }

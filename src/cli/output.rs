@@ -1,8 +1,7 @@
 //! What commands that write a recording share: output path, threads, signals.
 
 use std::{
-    fs,
-    io::Write,
+    fs, io,
     num::NonZeroUsize,
     path::{Path, PathBuf},
     sync::{
@@ -13,15 +12,18 @@ use std::{
 
 use clap::Args;
 use indicatif::BinaryBytes;
+use percuss_output::{available, part_of};
 use rayon::ThreadPool;
 use signal_hook::{
-    consts::{SIGINT, SIGTERM},
+    consts::{SIGHUP, SIGINT, SIGTERM},
     flag,
 };
 
 use super::{CliError, Exit, default_output};
 use crate::{
-    recording::create_file,
+    case::Case,
+    cost::{Estimate, bytes_tolerance, most_bytes},
+    recording::{Destination, Synchronise},
     session::{Flow, Status},
 };
 
@@ -33,9 +35,12 @@ pub(super) struct OutputArguments {
     output: Option<PathBuf>,
     #[command(flatten)]
     pub(super) threads: ThreadArguments,
-    /// Overwrite an existing recording
+    /// Overwrite an existing recording, and what an earlier run has left of one
     #[arg(long)]
-    pub(super) force: bool,
+    force: bool,
+    /// When the recording is synchronised with the disk: what has been is there after a power failure too
+    #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
+    sync: Synchronise,
     /// Print errors only
     #[arg(short, long)]
     pub(super) quiet: bool,
@@ -53,14 +58,19 @@ pub(super) struct ThreadArguments {
 const MAX_THREADS: usize = 1024;
 
 impl OutputArguments {
-    /// Path of the recording of `case`.
+    /// Where the recording of `case` goes.
     ///
     /// * `suffix`: what the default name adds to that of the case
     ///
     /// # Errors
     ///
     /// It is the case file itself, or has the extension of another format.
-    pub(super) fn path(&self, case: &str, suffix: &str) -> Result<PathBuf, CliError> {
+    pub(super) fn destination(&self, case: &str, suffix: &str) -> Result<Destination, CliError> {
+        let path = self.path(case, suffix)?;
+        Ok(Destination { path, overwrite: self.force, synchronise: self.sync })
+    }
+
+    fn path(&self, case: &str, suffix: &str) -> Result<PathBuf, CliError> {
         let path = self.output.clone().unwrap_or_else(|| default_output(case, suffix));
         if is_same_file(&path, Path::new(case)) {
             let text = format!("`{}` is the case file itself; choose another output with -o", path.display());
@@ -94,11 +104,37 @@ impl ThreadArguments {
     }
 }
 
-/// Catches SIGINT and SIGTERM: the value is the signal, 0 for none. A second signal ends the process at once.
+/// Refuses a run whose recording is larger than what is free. Only where it may be is the size estimated, which takes a second.
+///
+/// # Errors
+///
+/// There is too little room.
+pub(super) fn check_room(path: &Path, case: &Case) -> Result<(), CliError> {
+    // where the system does not say what is free, writing will
+    let Some(free) = available(path).ok().flatten().filter(|free| *free < most_bytes(case)) else {
+        return Ok(());
+    };
+    let Some(estimate) = Estimate::new(case).run else { return Ok(()) };
+    let least = estimate.file as f64 * (1.0 - bytes_tolerance(case.model));
+    if least <= free as f64 {
+        return Ok(());
+    }
+    let (needed, free) = (BinaryBytes(estimate.file), BinaryBytes(free));
+    let text = format!(
+        "`{}` would take about {needed}, and {free} are free there; choose another output with -o, or record less (record.frames, record.field_every, record.interface_every)",
+        path.display()
+    );
+    Err(CliError::Full(text))
+}
+
+/// Catches SIGINT, SIGTERM and SIGHUP: the value is the signal, 0 for none. A second signal ends the process at once.
+/// A SIGHUP that is ignored, as under `nohup`, stays so.
 pub(super) fn watch_signals() -> Result<Arc<AtomicUsize>, CliError> {
     let seen = Arc::new(AtomicUsize::new(0));
     let armed = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
+    for signal in
+        [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| *signal != SIGHUP || !ignores_hangup())
+    {
         let fail = |error| CliError::system("cannot watch for signals", error);
         flag::register_conditional_default(signal, armed.clone()).map_err(fail)?;
         flag::register(signal, armed.clone()).map_err(fail)?;
@@ -112,6 +148,7 @@ pub(super) fn flow(signal: &AtomicUsize) -> Flow {
     match signal.load(Ordering::Relaxed) as i32 {
         0 => Flow::Continue,
         SIGINT => Flow::Interrupt("interrupted by SIGINT".into()),
+        SIGHUP => Flow::Interrupt("interrupted by SIGHUP".into()),
         _ => Flow::Interrupt("interrupted by SIGTERM".into()),
     }
 }
@@ -126,6 +163,8 @@ pub(super) fn exit(status: &Status, signal: &AtomicUsize) -> Exit {
 
 /// Name, status and size of a recording.
 pub(super) fn written(path: &Path, status: &Status) -> String {
+    let part = part_of(path);
+    let path = if status.is_whole() { path } else { &part };
     let size = fs::metadata(path).map_or(0, |metadata| metadata.len());
     format!("{}: {}, {}", path.display(), status.name(), BinaryBytes(size))
 }
@@ -137,10 +176,22 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// Writes a small file.
+/// True if the process was started with SIGHUP ignored. The system's answer is the mask of ignored signals.
+fn ignores_hangup() -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    mask & (1 << (SIGHUP - 1)) != 0
+}
+
+/// Writes a small file, whole or not at all.
 ///
 /// * `overwrite`: replace what is at `path`
 pub(super) fn write_file(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
-    let written = create_file(path, overwrite).and_then(|mut file| file.write_all(bytes));
-    written.map_err(|error| CliError::system(format!("cannot write `{}`", path.display()), error))
+    percuss_output::write(path, bytes, overwrite).map_err(|error| {
+        if error.kind() == io::ErrorKind::AlreadyExists {
+            return CliError::Exists(path.into());
+        }
+        CliError::system(format!("cannot write `{}`", path.display()), error)
+    })
 }

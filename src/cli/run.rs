@@ -10,7 +10,7 @@ use percuss_serve::{Address, seconds, speed};
 
 use super::{
     CaseArguments, CliError, Exit,
-    output::{OutputArguments, exit, flow, watch_signals, written},
+    output::{OutputArguments, check_room, exit, flow, watch_signals, written},
     progress::Progress,
     scales,
 };
@@ -61,13 +61,13 @@ impl Run {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
         let mut simulation = Simulation::with_engine(&case, self.engine);
-        let path = self.output.path(&self.case.case, "")?;
+        let destination = self.output.destination(&self.case.case, "")?;
+        check_room(&destination.path, &case)?;
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;
         let is_over = || signal.load(Ordering::Relaxed) != 0;
         let live = self.live.as_ref().map(|address| self.open(address, &case)).transpose()?;
-        let recording =
-            pool.install(|| Recording::create(&path, self.output.force, &case, Source::Simulation));
+        let recording = pool.install(|| Recording::create(&destination, &case, Source::Simulation));
         let mut recording = recording.map_err(RunError::from)?;
         let mut progress = Progress::new(&case, case.sizes.steps, self.output.quiet);
         progress.say(&self.heading(&case));
@@ -96,7 +96,10 @@ impl Run {
                 None => format!("{:.4e}", sizes.dt),
             };
             let planned = format!("{} steps of {dt} planned", sizes.steps);
-            progress.say(&format!("{} in {seconds:.2} s; {planned}", written(&path, &outcome.status)));
+            progress.say(&format!(
+                "{} in {seconds:.2} s; {planned}",
+                written(&destination.path, &outcome.status)
+            ));
         }
         if let Some(live) = live {
             self.hold(&live, &signal);

@@ -73,9 +73,7 @@ impl StudyArguments {
             && path.exists()
             && !self.force
         {
-            let text =
-                format!("`{}` exists; choose another name, or overwrite it with --force", path.display());
-            return Err(CliError::Usage(text));
+            return Err(CliError::Exists(path.into()));
         }
         let cases = self.cases()?;
         let plan = self.plan(&cases[0])?;

@@ -9,7 +9,7 @@ use crate::{
     case::Case,
     channels::view::{self, Viewport},
     model::CORNER_MARGIN,
-    recording::{CHUNK_TARGET, Compression, MESSAGE_HEADER, writer::write_options},
+    recording::{CHUNK_TARGET, Compression, Destination, MESSAGE_HEADER, Synchronise, writer::write_options},
     session::{Recording, Source},
     validity::Validity,
 };
@@ -113,9 +113,11 @@ impl Trial {
     ///
     /// * `computing`: time of computing it without its frames \[s\]
     pub(super) fn of(case: &Case, computing: f64, deadline: Instant) -> Option<Self> {
-        let path = tempfile::NamedTempFile::new().ok()?.into_temp_path();
+        let folder = tempfile::tempdir().ok()?;
+        let path = folder.path().join("trial.mcap");
         let start = Instant::now();
-        let mut recording = Recording::create(&path, true, case, Source::Simulation).ok()?;
+        let destination = Destination { synchronise: Synchronise::Never, ..Destination::new(&path) };
+        let mut recording = Recording::create(&destination, case, Source::Simulation).ok()?;
         let outcome = run(case, &mut [&mut recording, &mut until(deadline)])?;
         let recording = (start.elapsed().as_secs_f64() - computing).max(0.0);
         let part = outcome.last_step as f64 / case.sizes.steps as f64;

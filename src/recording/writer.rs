@@ -1,14 +1,15 @@
 //! The writer thread: compresses chunks and writes the file. Every option that reaches the bytes of the file is set here.
 
 use std::{
-    fs::File,
-    io::{self, BufWriter, Write},
+    io::{self, BufWriter},
     sync::mpsc::{Receiver, SyncSender, sync_channel},
+    thread::JoinHandle,
 };
 
 use mcap::{McapError, WriteOptions, Writer, records::MessageHeader, write::NoSeek};
+use percuss_output::{Counted, Part};
 
-use super::{Batch, CHUNK_TARGET, ChannelSpec, Compression, Entry, Job, MESSAGE_HEADER, Tap};
+use super::{Batch, CHUNK_TARGET, ChannelSpec, Compression, Entry, Job, MESSAGE_HEADER, Synchronise, Tap};
 
 /// Zstandard's fast level. Level 3 makes files 0.4 to 1 % smaller and takes longer: the last bits of waves are noise. They
 /// stay, because a recording has the computed numbers in a form that standard tools read.
@@ -38,56 +39,92 @@ pub(crate) fn write_options(compression: Compression) -> WriteOptions {
         .calculate_attachment_crcs(true)
 }
 
-/// Handles jobs until the queue ends, then completes the file on the disk.
+/// Handles jobs until the queue ends, then completes the file.
 ///
 /// * `spent`: takes back empty batches for reuse
 pub(super) fn run(
-    file: File,
+    file: Part,
     compression: Compression,
+    synchronise: Synchronise,
     jobs: &Receiver<Job>,
     spent: &SyncSender<Batch>,
 ) -> Result<(), McapError> {
-    let (synchronise, closed_chunks) = sync_channel(1);
-    let same_file = file.try_clone()?;
-    let synchroniser = std::thread::Builder::new()
-        .name("disk".into())
-        .spawn(move || closed_chunks.iter().try_for_each(|()| synchronised(same_file.sync_data())))?;
+    let disk = Disk::new(file.handle(), synchronise)?;
     let mut thread = WriterThread {
         writer: write_options(compression).create(NoSeek::new(BufWriter::new(file)))?,
         spent,
-        synchronise,
+        disk,
         sequences: Vec::new(),
         deferred: Batch::default(),
         chunk: 0,
         tap: None,
+        is_whole: false,
     };
     let result = jobs.iter().try_for_each(|job| thread.handle(job));
     // without its stream the writer does not finish a file that has failed or was abandoned
-    let WriterThread { writer, synchronise, .. } = thread;
-    let mut output = writer.into_inner().into_inner();
-    drop(synchronise);
-    let earlier = synchroniser.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+    let WriterThread { writer, disk, is_whole, .. } = thread;
+    let output = writer.into_inner().into_inner();
+    let earlier = disk.end();
     result?;
     // the system reports an error of the disk only once
     earlier?;
-    output.flush()?;
-    Ok(synchronised(output.get_ref().sync_all())?)
+    let file = output.into_inner().map_err(|error| error.into_error())?;
+    let is_lasting = synchronise != Synchronise::Never;
+    Ok(match (is_whole, is_lasting) {
+        (true, _) => file.commit(is_lasting)?,
+        (false, true) => file.synchronise()?,
+        (false, false) => {}
+    })
 }
 
-/// Ignores that pipes and devices cannot be synchronised.
-fn synchronised(result: io::Result<()>) -> io::Result<()> {
-    match result {
-        Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
-        result => result,
+/// Synchronises closed chunks with the disk.
+enum Disk {
+    /// On this thread, before the next chunk.
+    Here(Counted),
+    /// On a thread of its own, while others are written: the end of a run waits less.
+    Beside(SyncSender<()>, JoinHandle<io::Result<()>>),
+    /// Not at all.
+    Nowhere,
+}
+
+impl Disk {
+    fn new(file: Counted, synchronise: Synchronise) -> io::Result<Self> {
+        Ok(match synchronise {
+            Synchronise::Chunk => Self::Here(file),
+            Synchronise::End => {
+                let (wake, closed_chunks) = sync_channel(1);
+                let work = move || closed_chunks.iter().try_for_each(|()| file.synchronise());
+                Self::Beside(wake, std::thread::Builder::new().name("disk".into()).spawn(work)?)
+            }
+            Synchronise::Never => Self::Nowhere,
+        })
+    }
+
+    /// Takes note of a closed chunk.
+    fn chunk(&self) -> io::Result<()> {
+        match self {
+            Self::Here(file) => file.synchronise(),
+            Self::Beside(wake, _) => {
+                // while it is busy with an earlier chunk, the next request covers this one too
+                _ = wake.try_send(());
+                Ok(())
+            }
+            Self::Nowhere => Ok(()),
+        }
+    }
+
+    /// Waits for what is under way.
+    fn end(self) -> io::Result<()> {
+        let Self::Beside(wake, thread) = self else { return Ok(()) };
+        drop(wake);
+        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 }
 
 struct WriterThread<'a> {
-    writer: Writer<NoSeek<BufWriter<File>>>,
+    writer: Writer<NoSeek<BufWriter<Part>>>,
     spent: &'a SyncSender<Batch>,
-    /// Wakes the thread that synchronises closed chunks with the disk while others are written: the end of a run waits less,
-    /// and a power failure loses little.
-    synchronise: SyncSender<()>,
+    disk: Disk,
     /// Number of the next message of every channel.
     sequences: Vec<u32>,
     /// Batch for deferred messages, reused.
@@ -95,6 +132,8 @@ struct WriterThread<'a> {
     /// Size of the messages in the open chunk \[bytes\].
     chunk: u64,
     tap: Option<Box<dyn Tap>>,
+    /// True if the file gets its name.
+    is_whole: bool,
 }
 
 impl WriterThread<'_> {
@@ -112,7 +151,10 @@ impl WriterThread<'_> {
             }
             Job::Attachment(attachment) => self.writer.attach(&attachment),
             Job::Metadata(metadata) => self.writer.write_metadata(&metadata),
-            Job::Finish => self.writer.finish().map(drop),
+            Job::Finish { is_whole } => {
+                self.is_whole = is_whole;
+                self.writer.finish().map(drop)
+            }
             Job::Channels(channels) => self.declare(channels),
         }
     }
@@ -143,8 +185,7 @@ impl WriterThread<'_> {
                 Entry::EndOfStep if self.chunk >= CHUNK_TARGET => {
                     self.writer.flush()?;
                     self.chunk = 0;
-                    // while it is busy with an earlier chunk, the next request covers this one too
-                    _ = self.synchronise.try_send(());
+                    self.disk.chunk()?;
                 }
                 Entry::EndOfStep => {}
             }

@@ -4,14 +4,14 @@
 //! complete. Nothing from clock, host or thread count enters the file outside `percuss.host`, and that record always
 //! has the same length, so that all offsets in the file repeat too.
 
-use std::{collections::BTreeMap, path::Path, time::SystemTime};
+use std::{collections::BTreeMap, time::SystemTime};
 
 use super::{Flow, Observer, RunError, Status};
 use crate::{
     case::Case,
     channels::{Catalogue, log::Level},
     layout::{self, LayoutBuilder},
-    recording::{FORMAT_VERSION, Recorder, RecordingError, Tap},
+    recording::{Destination, FORMAT_VERSION, Recorder, RecordingError, Tap},
     units::Units,
     validity::{Peak, STRAIN_LIMIT, Validity},
     view::View,
@@ -78,15 +78,13 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Begins a recording of `case` at `path`, with the case and its layout attached.
-    ///
-    /// * `overwrite`: replace what is at `path`
+    /// Begins a recording of `case`, with the case and its layout attached.
     ///
     /// # Errors
     ///
     /// The file exists, or cannot be written.
-    pub fn create(path: &Path, overwrite: bool, case: &Case, source: Source) -> Result<Self, RecordingError> {
-        let mut recorder = Recorder::create(path, overwrite, case.record.compression)?;
+    pub fn create(destination: &Destination, case: &Case, source: Source) -> Result<Self, RecordingError> {
+        let mut recorder = Recorder::create(destination, case.record.compression)?;
         let mut run = run_record(case);
         run.extend(source.entries());
         recorder.metadata("percuss.run", run)?;
@@ -186,7 +184,7 @@ impl Observer for Recording {
             ("steps", self.steps.to_string()),
         ];
         self.recorder.metadata("percuss.status", to_map(entries))?;
-        Ok(self.recorder.finish()?)
+        Ok(self.recorder.finish(status.is_whole())?)
     }
 }
 

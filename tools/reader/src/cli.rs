@@ -84,7 +84,7 @@ Examples:
   percuss-read export fig5.mcap --topic /field/stress --at-time 2.5 -o field.vti
   percuss-read replay fig5.mcap                                    to viewers that connect
   percuss-read report fig5.mcap                                    into fig5.html
-  percuss-read cat running.mcap --topic /drag --follow
+  percuss-read cat running.mcap.part --topic /drag --follow
 
 Exit status: 0 done, 1 failed, 2 usage, 3 done with loss: a file is damaged or cut off, what is sound is read. diff: 0 equal
 within tolerance, 1 different, 2 could not compare. verify: 1 not sound, 3 sound, but the run was not finished.";

@@ -4,6 +4,7 @@ use std::{fs, path::Path};
 
 use percuss::{
     case::{Case, builtin},
+    recording::Destination,
     session::{self, ExactSteps, Recording},
 };
 use percuss_reader::{
@@ -19,7 +20,8 @@ fn record(name: &str, path: &Path) -> bool {
     let text = builtin::find(name).expect("a built-in case");
     let case = Case::parse(name, text, &overrides, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
     let Ok(mut steps) = ExactSteps::new(&case) else { return false };
-    let mut recording = Recording::create(path, false, &case, steps.source()).expect("a new file");
+    let mut recording =
+        Recording::create(&Destination::new(path), &case, steps.source()).expect("a new file");
     session::run(&mut steps, &mut [&mut recording]).expect("room on the disk");
     true
 }

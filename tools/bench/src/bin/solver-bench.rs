@@ -23,6 +23,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 use percuss::{
     case::Case,
     model::Coverage,
+    recording::Destination,
     session::{Recording, Source, run as run_steps},
     simulation::Simulation,
 };
@@ -239,7 +240,11 @@ fn computed(case: &Case, coverage: Option<Coverage>) -> Result<f64> {
 /// Time of a run with its recording \[s\].
 fn recorded(case: &Case, file: &Path) -> Result<f64> {
     let start = Instant::now();
-    let mut recording = Recording::create(file, true, case, Source::Simulation)?;
+    let mut recording = Recording::create(
+        &Destination { overwrite: true, ..Destination::new(file) },
+        case,
+        Source::Simulation,
+    )?;
     run_steps(&mut Simulation::new(case), &mut [&mut recording])?;
     Ok(start.elapsed().as_secs_f64())
 }

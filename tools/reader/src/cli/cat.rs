@@ -20,7 +20,7 @@ const CAT_EXAMPLES: &str = "\
 Examples:
   percuss-read cat fig5.mcap --topic '/event,/log'
   percuss-read cat fig5.mcap --topic /drag --from 1 --to 1.1
-  percuss-read cat running.mcap --topic /drag --every 100 --follow";
+  percuss-read cat running.mcap.part --topic /drag --every 100 --follow";
 
 #[derive(Debug, Args)]
 #[command(after_help = CAT_EXAMPLES)]

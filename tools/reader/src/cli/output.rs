@@ -1,21 +1,32 @@
 //! Where output goes: standard output, or a file that is never overwritten unasked.
 
 use std::{
-    io::{self, Write},
+    io::{self, BufWriter, Write},
     path::{Path, PathBuf},
 };
 
 use super::outcome::CliError;
-use crate::{
-    command::create,
-    text::{document, lines},
-};
+use crate::text::{document, lines};
 
-/// Standard output, or a file that is created when the first byte is written: a request that fails leaves none.
+/// Standard output, or a file that is begun with the first byte and gets its name at the end: a request that fails leaves none.
 pub(super) struct Output {
     path: Option<PathBuf>,
     overwrite: bool,
-    opened: Option<Box<dyn Write + Send>>,
+    opened: Option<Opened>,
+}
+
+enum Opened {
+    Stdout(io::Stdout),
+    File(percuss_output::Output),
+}
+
+impl Opened {
+    fn writer(&mut self) -> &mut dyn Write {
+        match self {
+            Self::Stdout(stdout) => stdout,
+            Self::File(file) => file,
+        }
+    }
 }
 
 impl Output {
@@ -23,25 +34,39 @@ impl Output {
         Self { path: path.map(Path::to_owned), overwrite, opened: None }
     }
 
-    /// The output, which is created if that is still to be done.
-    fn open(&mut self) -> io::Result<&mut (dyn Write + Send)> {
-        let opened: Box<dyn Write + Send> = match (self.opened.take(), &self.path) {
+    /// The output, which is begun if that is still to be done.
+    fn open(&mut self) -> io::Result<&mut Opened> {
+        let opened = match (self.opened.take(), &self.path) {
             (Some(opened), _) => opened,
-            (None, Some(path)) => Box::new(create(path, self.overwrite)?),
-            (None, None) => Box::new(io::stdout()),
+            (None, Some(path)) => Opened::File(percuss_output::Output::create(path, self.overwrite)?),
+            (None, None) => Opened::Stdout(io::stdout()),
         };
-        Ok(self.opened.insert(opened).as_mut())
+        Ok(self.opened.insert(opened))
+    }
+
+    /// Completes the output.
+    fn commit(self) -> io::Result<()> {
+        match self.opened {
+            Some(Opened::File(file)) => file.commit(),
+            Some(Opened::Stdout(mut stdout)) => stdout.flush(),
+            None => Ok(()),
+        }
     }
 }
 
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.open()?.write(bytes)
+        self.open()?.writer().write(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.opened.as_mut().map_or(Ok(()), |opened| opened.flush())
+        self.opened.as_mut().map_or(Ok(()), |opened| opened.writer().flush())
     }
+}
+
+/// Completes an output that was written through a buffer.
+pub(super) fn commit(output: BufWriter<Output>) -> io::Result<()> {
+    output.into_inner().map_err(io::IntoInnerError::into_error)?.commit()
 }
 
 /// True if two names are the same file.
@@ -129,7 +154,7 @@ pub(super) fn print_painted(text: &str) -> Result<(), CliError> {
 pub(super) fn write(path: Option<&Path>, overwrite: bool, bytes: &[u8]) -> Result<(), CliError> {
     let mut output = Output::new(path, overwrite);
     // even if there are no bytes
-    match output.open().and_then(|output| output.write_all(bytes)).and_then(|()| output.flush()) {
+    match output.open().and_then(|output| output.writer().write_all(bytes)).and_then(|()| output.commit()) {
         Err(error) if path.is_some() || error.kind() != io::ErrorKind::BrokenPipe => {
             Err(explain(path, error))
         }

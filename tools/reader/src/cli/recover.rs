@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use percuss_output::Output;
 use serde_json::json;
 
 use super::{
@@ -10,7 +11,7 @@ use super::{
     output::{by_extension, explain, print, print_document, refuse_inputs},
 };
 use crate::{
-    command::{create, recover::recover},
+    command::recover::recover,
     recording::{Limits, Scan},
 };
 
@@ -48,8 +49,10 @@ impl RecoverArguments {
         by_extension(&self.output, &[("mcap", ())], Some(()))?;
         // what is no recording leaves no new file
         drop(Scan::open(&self.file, limits)?);
-        let output = create(&self.output, self.force).map_err(|error| explain(Some(&self.output), error))?;
-        let recovered = recover(&self.file, output, limits)?;
+        let fail = |error| explain(Some(&self.output), error);
+        let mut output = Output::create(&self.output, self.force).map_err(fail)?;
+        let recovered = recover(&self.file, &mut output, limits)?;
+        output.commit().map_err(fail)?;
         if self.json {
             let document = json!({
                 "version": RECOVER_VERSION,

@@ -1,7 +1,7 @@
 //! Arguments of `summary`.
 
 use std::{
-    io::{self, BufWriter, Write},
+    io::{self, BufWriter},
     path::PathBuf,
 };
 
@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 
 use super::{
     outcome::{CliError, Exit, losses, say},
-    output::{Output, chosen_format, explain, refuse_inputs},
+    output::{Output, chosen_format, commit, explain, refuse_inputs},
     units::UnitChoice,
 };
 use crate::{
@@ -91,7 +91,7 @@ impl SummaryArguments {
             Format::Json => summary(&self.files, prefixed, limits, &mut Json::new(&mut output)),
             Format::Parquet => summary(&self.files, prefixed, limits, &mut Parquet::new(&mut output)),
         };
-        let result = result.and_then(|outcome| Ok(output.flush().map(|()| outcome)?));
+        let result = result.and_then(|outcome| Ok(commit(output).map(|()| outcome)?));
         match result {
             Err(SummaryError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => Ok(Exit::Done),
             Err(SummaryError::Output(error)) => Err(explain(self.output.as_deref(), error)),

@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use super::{
     chosen::Chosen,
     outcome::{CliError, Exit, losses, say, say_left_out},
-    output::{Output, chosen_format, explain, refuse_inputs},
+    output::{Output, chosen_format, commit, explain, refuse_inputs},
     units::UnitChoice,
 };
 use crate::{
@@ -103,6 +103,7 @@ impl TraceArguments {
                 &mut Npy::new(&mut output, Shape::Archive, limits.memory),
             ),
         };
+        let result = result.and_then(|outcome| Ok(commit(output).map(|()| outcome)?));
         let outcome = match result {
             Err(TraceError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
                 return Ok(Exit::Done);

@@ -12,6 +12,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use percuss_output::Output;
+
 pub use json::JSON_VERSION;
 pub use json::to_json;
 pub use picture::picture;
@@ -161,10 +163,7 @@ pub fn bless(reference: &Path, new: &Path) -> io::Result<()> {
     if let Some(folder) = reference.parent() {
         fs::create_dir_all(folder)?;
     }
-    let name = reference.file_name().unwrap_or_default().to_string_lossy();
-    let beside = reference.with_file_name(format!(".{name}.blessed-{}", std::process::id()));
-    fs::copy(new, &beside).and_then(|_| fs::rename(&beside, reference)).inspect_err(|_| {
-        // the first error is the one to report
-        drop(fs::remove_file(&beside));
-    })
+    let mut output = Output::create(reference, true)?;
+    io::copy(&mut fs::File::open(new)?, &mut output)?;
+    output.commit()
 }

@@ -2,8 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs::File,
-    io::BufWriter,
+    io::{BufWriter, Write},
     path::Path,
     sync::Arc,
 };
@@ -11,12 +10,13 @@ use std::{
 use mcap::{
     Attachment, Compression, McapError, WriteOptions, Writer,
     records::{Metadata, Record},
+    write::NoSeek,
 };
 
 use crate::{
     convention,
     recording::{Budget, Damage, FileRecord, Limits, OpenError, Scan, seconds},
-    text::short,
+    text::{cause, short},
 };
 
 /// Lost definitions that are reported one by one.
@@ -48,7 +48,7 @@ pub enum RecoverError {
     #[error(transparent)]
     Open(#[from] OpenError),
     /// The new file cannot be written.
-    #[error("cannot write the recovered file: {0}")]
+    #[error("cannot write the recovered file: {}", cause(.0))]
     Write(#[from] McapError),
 }
 
@@ -57,7 +57,7 @@ pub enum RecoverError {
 /// # Errors
 ///
 /// The file cannot be read or the new one not written.
-pub fn recover(path: &Path, output: File, limits: Limits) -> Result<Recovered, RecoverError> {
+pub fn recover(path: &Path, output: impl Write, limits: Limits) -> Result<Recovered, RecoverError> {
     let (profile, library, compression) = look_ahead(path, limits)?;
     let options = WriteOptions::new()
         .profile(profile)
@@ -67,7 +67,7 @@ pub fn recover(path: &Path, output: File, limits: Limits) -> Result<Recovered, R
         .compression_threads(0)
         .chunk_size(Some(CHUNK))
         .disable_seeking(true);
-    let writer = options.create(BufWriter::new(output))?;
+    let writer = options.create(NoSeek::new(BufWriter::new(output)))?;
     let mut scan = Scan::open(path, limits)?;
     let mut copy = Copy::new(writer, limits);
     // the summary may name what the damaged part defined
@@ -107,8 +107,8 @@ fn look_ahead(path: &Path, limits: Limits) -> Result<(String, String, Option<Com
     Ok((profile, library, compression))
 }
 
-struct Copy {
-    writer: Writer<BufWriter<File>>,
+struct Copy<W: Write> {
+    writer: Writer<NoSeek<BufWriter<W>>>,
     /// Memory for definitions and places, which the writer keeps until it writes the summary.
     budget: Budget,
     result: Recovered,
@@ -128,8 +128,8 @@ struct Lost {
     indexed: BTreeMap<u16, u64>,
 }
 
-impl Copy {
-    fn new(writer: Writer<BufWriter<File>>, limits: Limits) -> Self {
+impl<W: Write> Copy<W> {
+    fn new(writer: Writer<NoSeek<BufWriter<W>>>, limits: Limits) -> Self {
         Self {
             writer,
             budget: Budget::new(limits.directory()),
@@ -302,7 +302,7 @@ impl Copy {
             self.writer.write_metadata(&Metadata { name: convention::RECOVERED.into(), metadata })?;
         }
         self.writer.finish()?;
-        let file = self.writer.into_inner();
+        let file = self.writer.into_inner().into_inner();
         file.into_inner().map_err(|error| McapError::Io(error.into_error()))?;
         Ok(self.result)
     }

@@ -14,6 +14,7 @@ use mcap::{
 };
 use percuss::{
     case::{Case, builtin},
+    recording::Destination,
     session::{self, Recording, Source},
     simulation::Simulation,
 };
@@ -34,7 +35,8 @@ pub fn record(name: &str, settings: &[&str], path: &Path) {
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
     let text = builtin::find(name).expect("a built-in case");
     let case = Case::parse(name, text, &settings, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
-    let mut recording = Recording::create(path, false, &case, Source::Simulation).expect("a new file");
+    let mut recording =
+        Recording::create(&Destination::new(path), &case, Source::Simulation).expect("a new file");
     session::run(&mut Simulation::new(&case), &mut [&mut recording]).expect("room on the disk");
 }
 

@@ -2,7 +2,7 @@
 
 use std::{
     collections::{BTreeMap, HashMap},
-    fs::File,
+    error::Error,
     io::BufWriter,
     path::{Path, PathBuf},
 };
@@ -10,10 +10,12 @@ use std::{
 use mcap::{
     WriteOptions, Writer,
     records::{MessageHeader, Metadata},
+    write::NoSeek,
 };
+use percuss_output::Output;
 use prost_reflect::{DynamicMessage, MessageDescriptor, ReflectMessage, Value, prost::Message};
 
-use crate::{channel::Channel, command::create, compare::Matched, convention, messages::Recording};
+use crate::{channel::Channel, compare::Matched, convention, messages::Recording, text::cause};
 
 /// Writes differences: on `/diff/TOPIC`, in the message type of the topic, every floating-point number but times and
 /// axes is b − a, all else is that of the reference. Viewers show such a file like a recording.
@@ -24,7 +26,7 @@ pub struct DiffWriter {
 }
 
 struct Open {
-    writer: Writer<BufWriter<File>>,
+    writer: Writer<NoSeek<BufWriter<Output>>>,
     channels: HashMap<u16, Target>,
     sequence: u32,
 }
@@ -44,9 +46,9 @@ impl DiffWriter {
         Self { path: path.into(), overwrite, open: None }
     }
 
-    fn fail(&self) -> impl Fn(&dyn std::fmt::Display) -> String + use<> {
+    fn fail(&self) -> impl Fn(&(dyn Error + 'static)) -> String + use<> {
         let path = self.path.clone();
-        move |error| format!("cannot write `{}`: {error}", path.display())
+        move |error| format!("cannot write `{}`: {}", path.display(), cause(error))
     }
 
     /// Creates the file with a channel for every topic that both recordings have.
@@ -56,12 +58,12 @@ impl DiffWriter {
     /// The file cannot be written.
     pub(super) fn begin(&mut self, a: &Recording, b: &Recording) -> Result<(), String> {
         let fail = self.fail();
-        let file = create(&self.path, self.overwrite).map_err(|error| fail(&error))?;
+        let file = Output::create(&self.path, self.overwrite).map_err(|error| fail(&error))?;
         let options = WriteOptions::new()
             .library(concat!("percuss-read/", env!("CARGO_PKG_VERSION")))
             .compression_threads(0)
             .disable_seeking(true);
-        let mut writer = options.create(BufWriter::new(file)).map_err(|error| fail(&error))?;
+        let mut writer = options.create(NoSeek::new(BufWriter::new(file))).map_err(|error| fail(&error))?;
         let mut channels = HashMap::new();
         for (&id, channel) in &a.channels {
             let other = b.channels.values().find(|other| other.topic == channel.topic);
@@ -130,8 +132,9 @@ impl DiffWriter {
         let fail = self.fail();
         let Some(mut open) = self.open.take() else { return Ok(()) };
         open.writer.finish().map_err(|error| fail(&error))?;
-        open.writer.into_inner().into_inner().map_err(|error| fail(&error.into_error()))?;
-        Ok(())
+        let buffer = open.writer.into_inner().into_inner();
+        let output = buffer.into_inner().map_err(|error| fail(error.error()))?;
+        output.commit().map_err(|error| fail(&error))
     }
 }
 

@@ -1,0 +1,98 @@
+//! Output files that are whole or not there, for the programs of percuss.
+//!
+//! A file is written under another name beside the one asked for, synchronised with the disk and renamed; then its folder is
+//! synchronised. So whatever happens, a crash or a full disk, the name asked for stands for what was there before or for the whole new
+//! file, never for a half one.
+//!
+//! | Type | Written as | What a failure leaves |
+//! |---|---|---|
+//! | [`Output`] | `NAME.XXXXXX.part` | nothing; kill −9 leaves the file of that name |
+//! | [`Part`] | `NAME.part`, locked | that file: what is in it may be worth keeping |
+//!
+//! Pipes and devices, `/dev/stdout` for example, are written to as they are. A symbolic link is followed: what it points to is replaced.
+//!
+//! Errors of the system are reported with the number of bytes that were written before; interrupted calls are repeated, short writes
+//! are continued.
+
+use std::{
+    fs::{self, File, OpenOptions},
+    io,
+    path::{Path, PathBuf},
+};
+
+mod counted;
+mod output;
+mod part;
+
+pub use counted::Counted;
+pub use output::{Output, write};
+pub use part::{Part, PartError, part_of};
+
+/// Room for a new file \[bytes\]; `None` for a device.
+///
+/// # Errors
+///
+/// The system does not say.
+pub fn available(path: &Path) -> io::Result<Option<u64>> {
+    match fs::metadata(path) {
+        Ok(metadata) if !metadata.is_file() => Ok(None),
+        _ => fs4::available_space(folder(path)).map(Some),
+    }
+}
+
+/// Where an output goes.
+enum Place {
+    /// A regular file, there or not yet.
+    File(PathBuf),
+    /// A pipe, a device: opened as it is.
+    Device(File),
+}
+
+impl Place {
+    /// What a path stands for.
+    fn of(path: &Path) -> io::Result<Self> {
+        let is_link = path.is_symlink();
+        match fs::metadata(path) {
+            Ok(metadata) if metadata.is_file() && is_link => fs::canonicalize(path).map(Self::File),
+            Ok(metadata) if metadata.is_file() => Ok(Self::File(path.to_owned())),
+            Ok(metadata) if metadata.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+            Ok(_) => OpenOptions::new().write(true).open(path).map(Self::Device),
+            // a link to nothing: the name is taken, and what it stands for cannot be created beside it
+            Err(error) if is_link => Err(error),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::File(path.to_owned())),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// Folder of a file.
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Synchronises a folder with the disk, so that a new name in it lasts. Folders that cannot be opened or synchronised, as
+/// of some network file systems, are left to the system.
+fn synchronise_folder(path: &Path) -> io::Result<()> {
+    let Ok(folder) = File::open(folder(path)) else { return Ok(()) };
+    ignore_unfit(folder.sync_all())
+}
+
+/// Ignores that pipes, devices and some folders cannot be synchronised.
+fn ignore_unfit(result: io::Result<()>) -> io::Result<()> {
+    match result {
+        Err(error) if matches!(error.kind(), io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported) => {
+            Ok(())
+        }
+        result => result,
+    }
+}
+
+/// Repeats a call that a signal has interrupted.
+fn repeated<T>(mut call: impl FnMut() -> io::Result<T>) -> io::Result<T> {
+    loop {
+        match call() {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            result => return result,
+        }
+    }
+}

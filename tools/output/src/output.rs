@@ -1,0 +1,110 @@
+//! Files that leave nothing when they fail.
+
+use std::{
+    ffi::OsString,
+    fs::OpenOptions,
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
+
+use tempfile::{Builder, TempPath};
+
+use crate::{Place, counted::Counted, folder, repeated, synchronise_folder};
+
+/// Longest part of the name of a file in that of its temporary file \[bytes\]: file systems allow 255 in all.
+const LONGEST_NAME: usize = 200;
+
+/// A file that gets its name when it is complete. Dropped before, it leaves nothing.
+///
+/// Writes are not buffered.
+#[derive(Debug)]
+pub struct Output {
+    file: Counted,
+    /// Temporary name, and the name asked for; none for a device.
+    names: Option<(TempPath, PathBuf)>,
+    overwrite: bool,
+}
+
+impl Output {
+    /// Begins the file `path`.
+    ///
+    /// * `overwrite`: replace a file of this name
+    ///
+    /// # Errors
+    ///
+    /// [`io::ErrorKind::AlreadyExists`] if it is not to be replaced; else what the system says.
+    pub fn create(path: &Path, overwrite: bool) -> io::Result<Self> {
+        let path = match Place::of(path)? {
+            Place::Device(file) => return Ok(Self { file: Counted::new(file), names: None, overwrite }),
+            Place::File(path) => path,
+        };
+        if !overwrite && path.exists() {
+            return Err(io::ErrorKind::AlreadyExists.into());
+        }
+        let create = |path: &Path| OpenOptions::new().write(true).create_new(true).open(path);
+        let named = Builder::new().prefix(&prefix(&path)).suffix(".part").make_in(folder(&path), create)?;
+        let (file, temporary) = named.into_parts();
+        Ok(Self { file: Counted::new(file), names: Some((temporary, path)), overwrite })
+    }
+
+    /// Synchronises the file with the disk and gives it its name.
+    ///
+    /// # Errors
+    ///
+    /// [`io::ErrorKind::AlreadyExists`] if there is one by now that is not to be replaced; else what the system says. In either
+    /// case nothing new is left.
+    pub fn commit(self) -> io::Result<()> {
+        self.file.synchronise()?;
+        let Some((temporary, path)) = self.names else { return Ok(()) };
+        rename(temporary, &path, self.overwrite).map_err(|(error, _)| error)?;
+        synchronise_folder(&path)
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// Writes a whole file, see [`Output`].
+///
+/// # Errors
+///
+/// Those of [`Output::create`] and [`Output::commit`].
+pub fn write(path: &Path, bytes: &[u8], overwrite: bool) -> io::Result<()> {
+    let mut output = Output::create(path, overwrite)?;
+    output.write_all(bytes)?;
+    output.commit()
+}
+
+/// Beginning of the temporary name of a file.
+fn prefix(path: &Path) -> OsString {
+    let name = path.file_name().unwrap_or_default();
+    if name.len() <= LONGEST_NAME {
+        let mut prefix = name.to_owned();
+        prefix.push(".");
+        return prefix;
+    }
+    let name = name.to_string_lossy();
+    let end = (0..=LONGEST_NAME).rev().find(|&end| name.is_char_boundary(end));
+    format!("{}.", &name[..end.unwrap_or_default()]).into()
+}
+
+/// Gives a file its name; an existing one is an error unless `overwrite`.
+pub fn rename(temporary: TempPath, path: &Path, overwrite: bool) -> Result<(), (io::Error, TempPath)> {
+    let mut temporary = Some(temporary);
+    let renamed = repeated(|| {
+        let from = temporary.take().expect("a failed renaming gives the name back");
+        let result = if overwrite { from.persist(path) } else { from.persist_noclobber(path) };
+        result.map_err(|failure| {
+            temporary = Some(failure.path);
+            failure.error
+        })
+    });
+    renamed.map_err(|error| (error, temporary.expect("a failed renaming gives the name back")))
+}
