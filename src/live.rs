@@ -86,7 +86,8 @@ impl Live {
 pub struct Pace {
     /// Log time per second.
     speed: f64,
-    start: Option<Instant>,
+    /// When the clock was started, and the log time then \[ns\].
+    start: Option<(Instant, u64)>,
 }
 
 impl Pace {
@@ -95,9 +96,11 @@ impl Pace {
         Self { speed, start: None }
     }
 
-    /// Sleeps until it is time for a log time \[ns\], or `is_over`. The first call starts the clock.
+    /// Sleeps until it is time for a log time \[ns\], or `is_over`. The first call starts the clock at its log time, which is not 0 where a
+    /// run continues.
     pub fn keep(&mut self, log_time: u64, is_over: impl Fn() -> bool) {
-        let start = *self.start.get_or_insert_with(Instant::now);
+        let (start, first) = *self.start.get_or_insert_with(|| (Instant::now(), log_time));
+        let log_time = log_time.saturating_sub(first);
         let due = Duration::try_from_secs_f64(log_time as f64 * 1e-9 / self.speed).unwrap_or(Duration::MAX);
         while !is_over() {
             match due.checked_sub(start.elapsed()) {

@@ -1,11 +1,13 @@
 //! `percuss run`: compute a case and record it.
 
 use std::{
+    path::Path,
     sync::atomic::{AtomicUsize, Ordering},
     time::{Duration, Instant},
 };
 
 use clap::Args;
+use percuss_output::{file_of, part_of};
 use percuss_serve::{Access, Address, AllowedOrigin, VIEWERS, seconds, speed};
 
 use super::{
@@ -17,8 +19,9 @@ use super::{
 use crate::{
     case::Case,
     channels::{Catalogue, log_time},
+    checkpoint::{self, Checkpoint, Head, checkpoint_of},
     live::{Live, Pace},
-    session::{self, Recording, RunError, Source},
+    session::{self, Checkpoints, Recording, RunError, Source, Status},
     simulation::{Engine, Simulation},
     view::View,
 };
@@ -28,6 +31,7 @@ Examples:
   percuss run fig8-m5                                        a built-in case, into fig8-m5.mcap
   percuss run my.toml -o runs/first.mcap --threads 2
   percuss run fig5 --set mesh.cells=400 --set run.end_time=12 --force
+  percuss run my.toml --resume                               continue a run that was interrupted or has crashed
   percuss run fig5 --live --pace --wait     watch it: connect a viewer to ws://127.0.0.1:8765
   percuss run fig5 --live --wait --allow-origin https://app.foxglove.dev     with a viewer on a web site";
 
@@ -39,6 +43,11 @@ pub(super) struct Run {
     case: CaseArguments,
     #[command(flatten)]
     output: OutputArguments,
+    /// Continue a run that was interrupted or has crashed, with any number of threads, from its checkpoint,
+    /// OUT.mcap.checkpoint, and what it has recorded, OUT.mcap.part. The messages are those of a run that was not interrupted.
+    /// A checkpoint is written at an interruption and every run.checkpoint_every seconds (default: 600)
+    #[arg(long)]
+    resume: bool,
     /// Serve the run to viewers over the Foxglove WebSocket protocol while it is recorded; without ADDR to this machine
     /// only, at 127.0.0.1:8765
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
@@ -67,21 +76,45 @@ impl Run {
         let case = self.case.load()?;
         let mut simulation = Simulation::with_engine(&case, self.engine);
         let destination = self.output.destination(&self.case.case, "")?;
+        let file = file_of(&destination.path).map_err(|error| {
+            CliError::system(format!("cannot write `{}`", destination.path.display()), error)
+        })?;
+        let checkpoint = file.as_deref().map(checkpoint_of);
+        if self.resume && is_whole(file.as_deref()) {
+            // of a run that was killed at its very end
+            checkpoint.as_deref().map_or(Ok(()), checkpoint::remove)?;
+            self.remark(&format!("`{}` is complete: nothing is left to resume", destination.path.display()));
+            return Ok(Exit::Done);
+        }
         check_room(&destination.path, &case)?;
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;
         let is_over = || signal.load(Ordering::Relaxed) != 0;
         let mut progress = Progress::new(&case, case.sizes.steps, self.output.quiet);
         let live = self.live.as_ref().map(|address| self.open(address, &case, &progress)).transpose()?;
-        let recording = pool.install(|| Recording::create(&destination, &case, Source::Simulation));
-        let mut recording = recording.map_err(RunError::from)?;
+        let mut recording = if self.resume {
+            let head = self.load(file.as_deref(), &case, &mut simulation)?;
+            pool.install(|| Recording::resume(&destination, &case, &head)).map_err(RunError::from)?
+        } else {
+            let recording = pool.install(|| Recording::create(&destination, &case, Source::Simulation));
+            let recording = recording.map_err(RunError::from)?;
+            // of an earlier run
+            checkpoint.as_deref().map_or(Ok(()), checkpoint::remove)?;
+            recording
+        };
         progress.say(&self.heading(&case));
+        if self.resume {
+            progress.say(&format!("continues at step {} of {}", simulation.next_step(), case.sizes.steps));
+        }
         if let Some(live) = &live {
             recording.tap(live.tap()).map_err(RunError::from)?;
             live.wait_for(self.wait.unwrap_or(0), is_over);
         }
         let mut pace = self.pace.map(Pace::new);
         let start = Instant::now();
+        let say = progress.speaker();
+        let mut recording =
+            Checkpoints::new(recording, &case, self.engine, checkpoint.clone(), move |text| say(text));
         let mut watch = |view: &View<'_>| {
             for event in &*view.events {
                 progress.say(&event.text);
@@ -101,15 +134,47 @@ impl Run {
                 None => format!("{:.4e}", sizes.dt),
             };
             let planned = format!("{} steps of {dt} planned", sizes.steps);
-            progress.say(&format!(
-                "{} in {seconds:.2} s; {planned}",
-                written(&destination.path, &outcome.status)
-            ));
+            let written = written(&destination.path, &outcome.status);
+            progress.say(&format!("{written} in {seconds:.2} s; {planned}"));
+            if matches!(outcome.status, Status::Interrupted(_))
+                && checkpoint.is_some_and(|checkpoint| checkpoint.exists())
+            {
+                progress.say("the same command with --resume continues the run");
+            }
         }
         if let Some(live) = live {
             self.hold(&live, &signal);
         }
         Ok(exit(&outcome?.status, &signal))
+    }
+
+    /// Puts a simulation into the state of the checkpoint beside a recording.
+    ///
+    /// * `file`: the recording
+    fn load(&self, file: Option<&Path>, case: &Case, simulation: &mut Simulation) -> Result<Head, CliError> {
+        let Some(file) = file else {
+            return Err(CliError::Usage("a recording that goes to a device has no checkpoint".into()));
+        };
+        let (part, checkpoint) = (part_of(file), checkpoint_of(file));
+        if !part.exists() {
+            let text = format!("there is no `{}` to resume; leave out --resume", part.display());
+            return Err(CliError::Usage(text));
+        }
+        if !checkpoint.exists() {
+            let text = format!(
+                "`{}` has no checkpoint, `{}`; begin the run anew with --force in place of --resume",
+                part.display(),
+                checkpoint.display()
+            );
+            return Err(CliError::Usage(text));
+        }
+        Ok(Checkpoint::open(&checkpoint, case, self.engine)?.load(simulation)?)
+    }
+
+    fn remark(&self, text: &str) {
+        if !self.output.quiet {
+            eprintln!("{text}");
+        }
     }
 
     /// The case, and how dense its fields are unless it says so itself.
@@ -155,4 +220,9 @@ impl Run {
 fn viewers(text: &str) -> Result<usize, String> {
     let number = text.parse().ok().filter(|number| *number <= VIEWERS);
     number.ok_or_else(|| format!("viewers are a number from 0 to {VIEWERS}"))
+}
+
+/// True if a recording has its name and nothing is left that could continue.
+fn is_whole(file: Option<&Path>) -> bool {
+    file.is_some_and(|file| file.exists() && !part_of(file).exists())
 }

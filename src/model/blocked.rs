@@ -7,7 +7,7 @@
 //!
 //! Work is limited to the active region ([`active`]): what has moved and can still be seen.
 
-use std::{collections::VecDeque, sync::Arc};
+use std::{collections::VecDeque, io, sync::Arc};
 
 use super::{
     BackingPeak, Coverage, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Handed, Model, Sampling,
@@ -15,7 +15,11 @@ use super::{
     larger_strain, scheme,
     scheme::{Corner, RadialWeights},
 };
-use crate::{grid::Grid, surface::Surface};
+use crate::{
+    grid::Grid,
+    state::{StateError, StateReader, StateWriter},
+    surface::Surface,
+};
 
 mod active;
 mod cells;
@@ -30,6 +34,7 @@ mod levels;
 mod parts;
 mod patch;
 mod sampler;
+mod state;
 #[cfg(test)]
 mod tests;
 mod tiles;
@@ -356,5 +361,13 @@ impl<T: Send> Model<T> for Engine<T> {
             let bad = row.iter().position(|u| !u.is_finite())?;
             Some((self.grid.r(bad), j as f64 * self.grid.dz))
         })
+    }
+
+    fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
+        self.write_state(out)
+    }
+
+    fn load(&mut self, step: u64, from: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.read_state(step as usize, from)
     }
 }

@@ -31,6 +31,8 @@ use std::{
     },
 };
 
+use serde::{Deserialize, Serialize};
+
 use super::{
     active::ActiveRegion,
     domain::{Domain, Weighted},
@@ -68,7 +70,7 @@ const _: () = assert!(TILE_ROWS >= MAX_LAG);
 
 /// Largest |u| in the row before the backing, in the full theory largest strain on the backing, with its level and column: where
 /// there are several, the earliest and innermost.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RowPeak {
     /// |u| \[R\], or strain.
     pub value: f64,

@@ -26,6 +26,8 @@ use super::{
     vector::BLOCK,
 };
 
+mod state;
+
 /// Nodes in a pass below which a second thread is not worth waking.
 const NODES_PER_THREAD: usize = 100_000;
 
