@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::outcome::{CliError, Exit, loss, say};
 use crate::{
-    command::replay::{Request, replay},
+    command::replay::{News, Request, replay},
     recording::Limits,
 };
 
@@ -30,8 +30,18 @@ pub(super) struct ReplayArguments {
 }
 
 impl ReplayArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
-        let damages = replay(&self.file, &self.request, limits, &mut say)?;
-        Ok(loss(&self.file, &damages))
+        let mut exit = Exit::Done;
+        let mut tell = |news: News<'_>| match news {
+            News::Line(line) => say(line),
+            News::Loss(damage) => exit = loss(&self.file, std::slice::from_ref(damage)),
+        };
+        replay(&self.file, &self.request, limits, &mut tell)?;
+        Ok(exit)
     }
 }
