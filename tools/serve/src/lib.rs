@@ -51,7 +51,7 @@ mod protocol;
 mod stream;
 mod viewers;
 
-pub use access::Access;
+pub use access::{Access, Report};
 pub use address::{Address, AddressError};
 pub use origin::{AllowedOrigin, Origin, OriginError};
 pub use viewers::VIEWERS;

@@ -1,12 +1,12 @@
 //! Arguments of `replay`.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 use clap::Args;
 
 use super::outcome::{CliError, Exit, loss, say};
 use crate::{
-    command::replay::{Request, replay},
+    command::replay::{News, Request, replay},
     recording::Limits,
 };
 
@@ -31,8 +31,18 @@ pub(super) struct ReplayArguments {
 }
 
 impl ReplayArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
-        let damages = replay(&self.file, &self.request, limits, say)?;
-        Ok(loss(&self.file, &damages))
+        let mut exit = Exit::Done;
+        let mut tell = |news: News<'_>| match news {
+            News::Line(line) => say(line),
+            News::Loss(damage) => exit = loss(&self.file, std::slice::from_ref(damage)),
+        };
+        replay(&self.file, &self.request, limits, Arc::new(say), &mut tell)?;
+        Ok(exit)
     }
 }
