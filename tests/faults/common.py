@@ -216,4 +216,4 @@ def part_of(path):
 
 def leftovers(folder):
     """Names of unfinished files in a folder."""
-    return sorted(name for name in os.listdir(folder) if name.endswith((".part", ".tmp")))
+    return sorted(name for name in os.listdir(folder) if name.endswith((".part", ".new", ".checkpoint")))

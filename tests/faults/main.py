@@ -14,14 +14,17 @@ import calls
 import kill
 import power
 import races
+import resume
 import room
 import same
 import short
 import signals
 from common import Part, Programs, Skipped
 
-PARTS = {module.__name__: module for module in (kill, calls, short, room, races, same, signals, power)}
+PARTS = {module.__name__: module for module in (kill, calls, resume, short, room, races, same, signals, power)}
 RELEASE = Path(__file__).resolve().parents[2] / "target" / "release"
+# failures of a part that are printed
+MOST_FAILURES = 20
 
 
 def main():
@@ -52,8 +55,10 @@ def run(part):
         text = f"SKIPPED: {reason}"
     seconds = time.monotonic() - start
     print(f"{part.name:8} {text}; {part.checks} checks, {len(part.failures)} failures, {seconds:.0f} s", flush=True)
-    for failure in part.failures:
-        print(f"         FAILED {failure}", flush=True)
+    for failure in part.failures[:MOST_FAILURES]:
+        print(f"         FAILED {' '.join(failure.split())}", flush=True)
+    if len(part.failures) > MOST_FAILURES:
+        print(f"         and {len(part.failures) - MOST_FAILURES} more", flush=True)
     return len(part.failures)
 
 
