@@ -8,7 +8,9 @@ use std::{
 };
 
 use clap::Args;
-use percuss_serve::{Access, Address, AllowedOrigin, Channel, Playback, Playing, Report, ServeError, Server, speed};
+use percuss_serve::{
+    Access, Address, AllowedOrigin, Channel, Playback, Playing, Report, ServeError, Server, speed,
+};
 
 use crate::{
     command::recover::{RecoverError, recover},
