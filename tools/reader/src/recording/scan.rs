@@ -73,6 +73,8 @@ struct Open {
     end: u64,
     inside: u64,
     is_large: bool,
+    /// Why it is not unpacked.
+    refusal: Option<String>,
 }
 
 /// Part of the file that is being read.
@@ -254,6 +256,12 @@ impl Scan {
 
     /// Hands the next record of the open chunk to `take`; the chunk is closed where there is none.
     fn next_in_chunk<T, F: FnOnce(FileRecord<'_>) -> T>(&mut self, take: &mut Option<F>) -> Option<T> {
+        if let Some((reason, open)) = self.open.as_mut().and_then(|open| Some((open.refusal.take()?, open))) {
+            let (offset, bytes) = (open.offset, open.end - open.offset);
+            self.open = None;
+            self.damage(offset, bytes, reason);
+            return None;
+        }
         let (Some(open), Some(unpacker)) = (&mut self.open, &mut self.unpacker) else { return None };
         let (offset, start) = (open.offset, open.inside);
         let reason = match unpacker.next_event() {

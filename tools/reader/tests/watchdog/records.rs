@@ -62,7 +62,7 @@ pub const CASES: &[Case] = &[
         whole(&[metadata("m", &[])], &[index, counts].concat())
     }),
     ("attachments and as many entries", || {
-        let (count, one) = (15_000, attachment("a", &[]).len() as u64);
+        let (count, one) = (8_000, attachment("a", &[]).len() as u64);
         let entry = |i: u32| attachment_index(first_offset() + one * u64::from(i), one, 0, "a");
         let counts = statistics(&Counts { attachments: count, ..Counts::default() });
         let (records, entries) = (many(count, |_| attachment("a", &[])), many(count, entry));
