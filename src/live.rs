@@ -9,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use percuss_serve::{Address, Channel, ServeError, Server};
+use percuss_serve::{Access, Address, Channel, ServeError, Server};
 
 use crate::recording::{ChannelSpec, Tap};
 
@@ -30,10 +30,17 @@ impl Tap for Arc<Server> {
 impl Live {
     /// Opens a server of `channels`.
     ///
+    /// * `access`: who may connect
+    ///
     /// # Errors
     ///
     /// The address is not available.
-    pub fn open(address: &Address, title: &str, channels: Vec<ChannelSpec>) -> Result<Self, ServeError> {
+    pub fn open(
+        address: &Address,
+        title: &str,
+        channels: Vec<ChannelSpec>,
+        access: Access,
+    ) -> Result<Self, ServeError> {
         let channel = |spec: ChannelSpec| Channel {
             topic: spec.topic,
             encoding: "protobuf".into(),
@@ -41,7 +48,7 @@ impl Live {
             metadata: spec.metadata,
         };
         let channels: Vec<Channel> = channels.into_iter().map(channel).collect();
-        let server = Server::open(address, &format!("percuss: {title}"), &channels, None)?;
+        let server = Server::open(address, &format!("percuss: {title}"), &channels, None, access)?;
         Ok(Self { server: Arc::new(server) })
     }
 

@@ -2,16 +2,13 @@
 
 use std::{
     path::Path,
-    sync::{
-        Mutex, PoisonError,
-        atomic::{AtomicUsize, Ordering},
-    },
+    sync::atomic::{AtomicUsize, Ordering},
     time::{Duration, Instant},
 };
 
 use clap::Args;
 use percuss_output::{file_of, part_of};
-use percuss_serve::{Address, seconds, speed};
+use percuss_serve::{Access, Address, AllowedOrigin, VIEWERS, seconds, speed};
 use rayon::ThreadPool;
 
 use super::{
@@ -37,7 +34,8 @@ Examples:
   percuss run my.toml -o runs/first.mcap --threads 2
   percuss run fig5 --set mesh.cells=400 --set run.end_time=12 --force
   percuss run my.toml --resume                               continue a run that was interrupted or has crashed
-  percuss run fig5 --live --pace --wait     watch it: connect a viewer to ws://127.0.0.1:8765";
+  percuss run fig5 --live --pace --wait     watch it: connect a viewer to ws://127.0.0.1:8765
+  percuss run fig5 --live --wait --allow-origin https://app.foxglove.dev     with a viewer on a web site";
 
 /// Computes a case and records it.
 #[derive(Debug, Args)]
@@ -56,12 +54,16 @@ pub(super) struct Run {
     /// only, at 127.0.0.1:8765
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
     live: Option<Address>,
+    /// With --live, let pages of this origin connect, for example https://app.foxglove.dev: the site of a viewer in a browser;
+    /// * for all sites. Desktop viewers, programs and pages served by this machine need none. Repeatable
+    #[arg(long, value_name = "ORIGIN", requires = "live")]
+    allow_origin: Vec<AllowedOrigin>,
     /// Slow the run down to so many seconds of log time per second; 1 without SPEED
     #[arg(long, value_name = "SPEED", num_args = 0..=1, default_missing_value = "1", value_parser = speed)]
     pace: Option<f64>,
     /// Begin when this many viewers have subscribed and 1.5 s have passed without a subscription, as viewers subscribe panel by
     /// panel; 1 without N
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", requires = "live")]
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", requires = "live", value_parser = viewers)]
     wait: Option<usize>,
     /// After the run, serve viewers until they have left, so many seconds at most; Ctrl-C ends it
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, requires = "live")]
@@ -90,13 +92,12 @@ impl Run {
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;
         let is_over = || signal.load(Ordering::Relaxed) != 0;
-        let live = self.live.as_ref().map(|address| self.open(address, &case)).transpose()?;
+        let mut progress = Progress::new(&case, case.sizes.steps, self.output.quiet);
+        let live = self.live.as_ref().map(|address| self.open(address, &case, &progress)).transpose()?;
         let mut recording = self.recording(&destination, file.as_deref(), &case, &mut simulation, &pool)?;
-        let progress = Mutex::new(Progress::new(&case, case.sizes.steps, self.output.quiet));
-        let progress = || progress.lock().unwrap_or_else(PoisonError::into_inner);
-        progress().say(&self.heading(&case));
+        progress.say(&self.heading(&case));
         if self.resume {
-            progress().say(&format!("continues at step {} of {}", simulation.next_step(), case.sizes.steps));
+            progress.say(&format!("continues at step {} of {}", simulation.next_step(), case.sizes.steps));
         }
         if let Some(live) = &live {
             recording.tap(live.tap()).map_err(RunError::from)?;
@@ -104,20 +105,21 @@ impl Run {
         }
         let mut pace = self.pace.map(Pace::new);
         let start = Instant::now();
+        let say = progress.speaker();
         let mut recording =
-            Checkpoints::new(recording, &case, self.engine, checkpoint.clone(), |text| progress().say(text));
+            Checkpoints::new(recording, &case, self.engine, checkpoint.clone(), move |text| say(text));
         let mut watch = |view: &View<'_>| {
             for event in &*view.events {
-                progress().say(&event.text);
+                progress.say(&event.text);
             }
             if let Some(pace) = &mut pace {
                 pace.keep(log_time(case.units().time.of(view.time), case.record.playback_rate), is_over);
             }
-            progress().advance(view.step);
+            progress.advance(view.step);
             flow(&signal)
         };
         let outcome = pool.install(|| session::run(&mut simulation, &mut [&mut recording, &mut watch]));
-        progress().end();
+        progress.end();
         if let Ok(outcome) = &outcome {
             let (seconds, sizes) = (start.elapsed().as_secs_f64(), &case.sizes);
             let dt = match case.scales {
@@ -126,11 +128,11 @@ impl Run {
             };
             let planned = format!("{} steps of {dt} planned", sizes.steps);
             let written = written(&destination.path, &outcome.status);
-            progress().say(&format!("{written} in {seconds:.2} s; {planned}"));
+            progress.say(&format!("{written} in {seconds:.2} s; {planned}"));
             if matches!(outcome.status, Status::Interrupted(_))
                 && checkpoint.is_some_and(|checkpoint| checkpoint.exists())
             {
-                progress().say("the same command with --resume continues the run");
+                progress.say("the same command with --resume continues the run");
             }
         }
         if let Some(live) = live {
@@ -222,13 +224,18 @@ impl Run {
     }
 
     /// Opens the server of a live run and prints its address.
-    fn open(&self, address: &Address, case: &Case) -> Result<Live, CliError> {
-        let live = Live::open(address, &case.title, Catalogue::new(case).specs())?;
-        if !self.output.quiet {
-            eprintln!("live at {} for {}", live.url(), address.reach());
-        }
+    fn open(&self, address: &Address, case: &Case, progress: &Progress) -> Result<Live, CliError> {
+        let access = Access { origins: self.allow_origin.clone(), report: progress.speaker() };
+        let live = Live::open(address, &case.title, Catalogue::new(case).specs(), access)?;
+        progress.say(&format!("live at {} for {}", live.url(), address.reach()));
         Ok(live)
     }
+}
+
+/// Parses a number of viewers.
+fn viewers(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok().filter(|number| *number <= VIEWERS);
+    number.ok_or_else(|| format!("viewers are a number from 0 to {VIEWERS}"))
 }
 
 /// True if a recording has its name and nothing is left that could continue.

@@ -29,15 +29,21 @@ mod dispatch;
 mod domain;
 mod energy;
 mod gauge;
+mod handover;
 mod kernel;
 mod levels;
+#[cfg(all(test, loom))]
+mod models;
 mod parts;
 mod patch;
+mod progress;
 mod sampler;
 mod state;
+mod sync;
 #[cfg(test)]
 mod tests;
 mod tiles;
+mod tiling;
 mod vector;
 mod workers;
 
@@ -51,6 +57,7 @@ use gauge::Gauge;
 use kernel::free_surface;
 use sampler::{Sampler, SurfaceMotion};
 use tiles::{LevelTask, RowPeak};
+use tiling::Sizes;
 use vector::BLOCK;
 use workers::{Ended, Workers};
 
@@ -144,7 +151,7 @@ impl<T> Engine<T> {
         let frame_size = size_of::<f32>() * extent.nr * extent.nz * shown.fields.len();
         Self {
             cone,
-            field: Workers::new(domain),
+            field: Workers::new(domain, Sizes::TUNED),
             level: 0,
             behind: Vec::new(),
             steps: VecDeque::new(),
