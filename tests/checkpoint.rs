@@ -42,8 +42,8 @@ fn folder() -> TempDir {
 /// `percuss run` of a case with settings, into `a.mcap`.
 fn command(folder: &Path, case: &[&str], arguments: &[&str]) -> Command {
     let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss"));
-    command.current_dir(folder).args(["run", case[0], "-o", "a.mcap"]).args(arguments);
-    command.args(case[1..].iter().flat_map(|setting| ["--set", setting]));
+    command.current_dir(folder).args(["run", case[0], "-o", "a.mcap"]);
+    command.args(case[1..].iter().flat_map(|setting| ["--set", setting])).args(arguments);
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
     command
 }

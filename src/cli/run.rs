@@ -9,6 +9,7 @@ use std::{
 use clap::Args;
 use percuss_output::{file_of, part_of};
 use percuss_serve::{Access, Address, AllowedOrigin, VIEWERS, seconds, speed};
+use rayon::ThreadPool;
 
 use super::{
     CaseArguments, CliError, Exit,
@@ -21,6 +22,7 @@ use crate::{
     channels::{Catalogue, log_time},
     checkpoint::{self, Checkpoint, Head, checkpoint_of},
     live::{Live, Pace},
+    recording::Destination,
     session::{self, Checkpoints, Recording, RunError, Source, Status},
     simulation::{Engine, Simulation},
     view::View,
@@ -92,16 +94,7 @@ impl Run {
         let is_over = || signal.load(Ordering::Relaxed) != 0;
         let mut progress = Progress::new(&case, case.sizes.steps, self.output.quiet);
         let live = self.live.as_ref().map(|address| self.open(address, &case, &progress)).transpose()?;
-        let mut recording = if self.resume {
-            let head = self.load(file.as_deref(), &case, &mut simulation)?;
-            pool.install(|| Recording::resume(&destination, &case, &head)).map_err(RunError::from)?
-        } else {
-            let recording = pool.install(|| Recording::create(&destination, &case, Source::Simulation));
-            let recording = recording.map_err(RunError::from)?;
-            // of an earlier run
-            checkpoint.as_deref().map_or(Ok(()), checkpoint::remove)?;
-            recording
-        };
+        let mut recording = self.recording(&destination, file.as_deref(), &case, &mut simulation, &pool)?;
         progress.say(&self.heading(&case));
         if self.resume {
             progress.say(&format!("continues at step {} of {}", simulation.next_step(), case.sizes.steps));
@@ -146,6 +139,29 @@ impl Run {
             self.hold(&live, &signal);
         }
         Ok(exit(&outcome?.status, &signal))
+    }
+
+    /// Begins the recording, or the rest of one; then the simulation is put into its state.
+    ///
+    /// * `file`: of the recording; none for a device
+    fn recording(
+        &self,
+        destination: &Destination,
+        file: Option<&Path>,
+        case: &Case,
+        simulation: &mut Simulation,
+        pool: &ThreadPool,
+    ) -> Result<Recording, CliError> {
+        if self.resume {
+            let head = self.load(file, case, simulation)?;
+            let recording = pool.install(|| Recording::resume(destination, case, &head));
+            return Ok(recording.map_err(RunError::from)?);
+        }
+        let recording = pool.install(|| Recording::create(destination, case, Source::Simulation));
+        let recording = recording.map_err(RunError::from)?;
+        // of an earlier run
+        file.map_or(Ok(()), |file| checkpoint::remove(&checkpoint_of(file)))?;
+        Ok(recording)
     }
 
     /// Puts a simulation into the state of the checkpoint beside a recording.

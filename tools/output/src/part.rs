@@ -18,7 +18,10 @@ pub enum PartError {
     #[error("`{}` exists; choose another output with -o, or overwrite it with --force", .0.display())]
     Exists(PathBuf),
     /// An earlier attempt has left this, and it is not to be replaced.
-    #[error("`{}` is left of an earlier run that did not end; overwrite it with --force", .0.display())]
+    #[error(
+        "`{}` is left of an earlier run that did not end; `percuss run` continues it with --resume, --force overwrites it",
+        .0.display()
+    )]
     Left(PathBuf),
     /// There is nothing of an earlier attempt.
     #[error("`{}` does not exist: nothing is left of an earlier run", .0.display())]
