@@ -20,7 +20,7 @@ use mcap::{
 };
 
 use super::{
-    Damage, Index, Limits, OpenError,
+    Damage, Index, Limits, OpenError, checksum,
     index::PREFIX,
     parse::{explain, parse},
 };
