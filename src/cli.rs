@@ -25,6 +25,7 @@ use percuss_serve::ServeError;
 use crate::{
     admissible::SearchError,
     case::{Case, CaseErrors},
+    checkpoint::CheckpointError,
     exact::closed_form::NoClosedForm,
     session::RunError,
 };
@@ -133,6 +134,9 @@ pub enum CliError {
     /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// A checkpoint cannot be taken up.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
     /// No admissible velocity is found.
     #[error("{0}")]
     NotAdmissible(String),

@@ -11,12 +11,15 @@
 //! same step, `w^{k+1} = w_free^{k+1} − (Δt²/M)·F^k` with `F^k = Σ a_i p_i^k`; both are solved together, not lagged.
 //! The contact knows nothing of what lies behind the surface.
 
+use std::io;
+
 use serde::{Deserialize, Serialize};
 
 use crate::{
     grid::{Geometry, Grid},
     indenter::Indenter,
     shape::Shape,
+    state::{StateError, StateReader, StateWriter},
     surface::Surface,
 };
 
@@ -138,6 +141,35 @@ impl Contact {
             Rule::Unilateral | Rule::Bilateral => self.step_body(surface, indenter),
             Rule::Prescribed => self.step_prescribed(surface, indenter),
         }
+    }
+
+    /// Writes what changes from step to step.
+    ///
+    /// # Errors
+    ///
+    /// The stream cannot be written.
+    pub fn save(&self, out: &mut StateWriter<'_>) -> io::Result<()> {
+        let in_contact: Vec<f64> = self.in_contact.iter().map(|is| f64::from(u8::from(*is))).collect();
+        let [before, now]: [Vec<f64>; 2] = self.prescribed.iter().copied().unzip().into();
+        [&self.gap_before, &self.gap, &in_contact, &before, &now]
+            .into_iter()
+            .try_for_each(|array| out.numbers(array))
+    }
+
+    /// Takes up what [`Contact::save`] has written.
+    ///
+    /// # Errors
+    ///
+    /// The stream cannot be read, or is that of another contact.
+    pub fn load(&mut self, from: &mut StateReader<'_>) -> Result<(), StateError> {
+        let mut in_contact = vec![0.0; self.in_contact.len()];
+        let [mut before, mut now] = [(); 2].map(|()| vec![0.0; self.prescribed.len()]);
+        for array in [&mut self.gap_before, &mut self.gap, &mut in_contact, &mut before, &mut now] {
+            from.numbers(array)?;
+        }
+        self.in_contact = in_contact.into_iter().map(|is| is != 0.0).collect();
+        self.prescribed = before.into_iter().zip(now).collect();
+        Ok(())
     }
 
     fn step_body(&mut self, surface: &mut Surface, indenter: &mut Indenter) -> ContactState {

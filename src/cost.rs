@@ -96,9 +96,7 @@ impl RunEstimate {
 impl Estimate {
     /// Estimates a run of `case`.
     pub fn new(case: &Case) -> Self {
-        let Sizes { nr, nz, .. } = case.sizes;
-        let numbers = case.model.numbers_per_node(case.corner().as_ref()) as u64;
-        let memory = numbers * 8 * (nr as u64 + 1) * (nz as u64 + 1)
+        let memory = case.field_memory()
             + FRAMES_IN_MEMORY.min(case.frames().count()) * case.frame_size() as u64
             + gauge_memory(case);
         Self { memory, run: run_trials(case) }

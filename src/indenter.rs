@@ -1,5 +1,11 @@
 //! The rigid body: mass, displacement and velocity. It knows nothing of shapes, contact or the target.
 
+use std::io;
+
+use serde::{Deserialize, Serialize};
+
+use crate::state::{StateError, StateReader, StateWriter};
+
 /// A rigid indenter moving along z, advanced with the drag on it by the leapfrog scheme
 ///
 /// ```text
@@ -12,6 +18,12 @@ pub struct Indenter {
     mass: f64,
     initial_velocity: f64,
     dt: f64,
+    motion: Motion,
+}
+
+/// What changes from step to step.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Motion {
     step: u64,
     depth: f64,
     half_velocity: f64,
@@ -24,21 +36,22 @@ impl Indenter {
     /// * `velocity`: V0 \[c_p\]
     /// * `dt`: time step \[R/c_p\]
     pub fn new(mass: f64, velocity: f64, dt: f64) -> Self {
-        Self { mass, initial_velocity: velocity, dt, step: 0, depth: 0.0, half_velocity: velocity }
+        let motion = Motion { step: 0, depth: 0.0, half_velocity: velocity };
+        Self { mass, initial_velocity: velocity, dt, motion }
     }
 
     /// Displacement w^k \[R\].
     pub fn depth(&self) -> f64 {
-        self.depth
+        self.motion.depth
     }
 
     /// Displacement w^{k+1} \[R\] if no force acted during this step.
     pub fn free_depth(&self) -> f64 {
         if self.is_driven() {
             // without the rounding of a sum: V0·(k+1)·Δt
-            self.initial_velocity * ((self.step + 1) as f64 * self.dt)
+            self.initial_velocity * ((self.motion.step + 1) as f64 * self.dt)
         } else {
-            self.depth + self.dt * self.half_velocity
+            self.motion.depth + self.dt * self.motion.half_velocity
         }
     }
 
@@ -55,21 +68,44 @@ impl Indenter {
     /// Advances by one step under the drag F^k \[πR²γc_p²; plane Rγc_p²\] and returns the velocity V^k, the mean of
     /// the velocities before and after it \[c_p\].
     pub fn advance(&mut self, drag: f64) -> f64 {
-        let before = self.half_velocity;
-        self.depth = if self.is_driven() {
+        let before = self.motion.half_velocity;
+        self.motion.depth = if self.is_driven() {
             self.free_depth()
         } else {
-            self.half_velocity -= self.dt * drag / self.mass;
-            self.depth + self.dt * self.half_velocity
+            self.motion.half_velocity -= self.dt * drag / self.mass;
+            self.motion.depth + self.dt * self.motion.half_velocity
         };
-        self.step += 1;
-        0.5 * (before + self.half_velocity)
+        self.motion.step += 1;
+        0.5 * (before + self.motion.half_velocity)
+    }
+
+    /// Writes what changes from step to step.
+    ///
+    /// # Errors
+    ///
+    /// The stream cannot be written.
+    pub fn save(&self, out: &mut StateWriter<'_>) -> io::Result<()> {
+        out.put(&self.motion)
+    }
+
+    /// Takes up what [`Indenter::save`] has written.
+    ///
+    /// # Errors
+    ///
+    /// The stream cannot be read.
+    pub fn load(&mut self, from: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.motion = from.get()?;
+        Ok(())
     }
 
     /// Kinetic energy ½M v² at the current half step \[πR³γc_p²; plane R²γc_p²\]; 0 for a driven indenter, whose
     /// energy is constant.
     pub fn kinetic_energy(&self) -> f64 {
-        if self.is_driven() { 0.0 } else { 0.5 * self.mass * self.half_velocity * self.half_velocity }
+        if self.is_driven() {
+            0.0
+        } else {
+            0.5 * self.mass * self.motion.half_velocity * self.motion.half_velocity
+        }
     }
 }
 
@@ -94,6 +130,6 @@ mod tests {
     fn momentum_is_the_impulse() {
         let mut body = Indenter::new(3.0, 1.0, 0.1);
         let impulse: f64 = [0.5, 0.2, -0.1].iter().map(|&f| (body.advance(f), 0.1 * f).1).sum();
-        assert!((3.0 * (1.0 - body.half_velocity) - impulse).abs() < 1e-15);
+        assert!((3.0 * (1.0 - body.motion.half_velocity) - impulse).abs() < 1e-15);
     }
 }

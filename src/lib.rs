@@ -39,6 +39,8 @@
 //! | [`contact`] | contact rules, active set, drag, events |
 //! | [`model`] | the target behind the surface: the trait, [`model::scheme`] and its plain stepper [`model::reference`], one file per model, and the fast engine, private to it |
 //! | [`simulation`] | the order of one step |
+//! | [`mod@state`] | the state of a run as a stream of bytes |
+//! | [`checkpoint`] | the file around a state, from which a run continues |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
 //! | [`admissible`] | the impact velocity that keeps the strain within the limit, by trials |
 //! | [`trust`] | estimated error of the simplified theory against the full one |
@@ -66,6 +68,9 @@
 //! `case, exact`, never the solver; `warnings` uses `trust, validity`. `study` and `admissible`
 //! record nothing; `cost` records coarser cases and reads them back.
 //!
+//! Whatever has state writes it through `state`, which knows none of them; `checkpoint` uses `case, simulation`, and of the modules
+//! above only `session` uses it.
+//!
 //! [`cli`], [`live`] and [`cost`] belong to the program and its default feature `cli`.
 //!
 //! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader, by
@@ -87,6 +92,7 @@
 //!   and on other threads; frames, points and lines are sampled in the pass, and steps are yielded in order.
 //! * Vectors of any width give the same bits: no operation is fused, sums over a row are taken in blocks of one size.
 //! * `unsafe` stands only in `model::blocked`, each block with its proof.
+//! * A run that is interrupted and continues, on any number of threads, gives the same messages as one that is not.
 //! * A recording reproduces its run: `percuss run` on its attachment `case.resolved.toml` gives the same messages.
 //!
 //! | To add | Touch |
@@ -118,6 +124,7 @@
 pub mod admissible;
 pub mod case;
 mod channels;
+pub mod checkpoint;
 #[cfg(feature = "cli")]
 pub mod cli;
 mod contact;
@@ -136,6 +143,7 @@ pub mod recording;
 pub mod session;
 mod shape;
 pub mod simulation;
+pub mod state;
 pub mod study;
 pub mod surface;
 mod table;

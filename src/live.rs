@@ -9,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use percuss_serve::{Address, Channel, ServeError, Server};
+use percuss_serve::{Access, Address, Channel, ServeError, Server};
 
 use crate::recording::{ChannelSpec, Tap};
 
@@ -30,10 +30,17 @@ impl Tap for Arc<Server> {
 impl Live {
     /// Opens a server of `channels`.
     ///
+    /// * `access`: who may connect
+    ///
     /// # Errors
     ///
     /// The address is not available.
-    pub fn open(address: &Address, title: &str, channels: Vec<ChannelSpec>) -> Result<Self, ServeError> {
+    pub fn open(
+        address: &Address,
+        title: &str,
+        channels: Vec<ChannelSpec>,
+        access: Access,
+    ) -> Result<Self, ServeError> {
         let channel = |spec: ChannelSpec| Channel {
             topic: spec.topic,
             encoding: "protobuf".into(),
@@ -41,7 +48,7 @@ impl Live {
             metadata: spec.metadata,
         };
         let channels: Vec<Channel> = channels.into_iter().map(channel).collect();
-        let server = Server::open(address, &format!("percuss: {title}"), &channels, None)?;
+        let server = Server::open(address, &format!("percuss: {title}"), &channels, None, access)?;
         Ok(Self { server: Arc::new(server) })
     }
 
@@ -79,7 +86,8 @@ impl Live {
 pub struct Pace {
     /// Log time per second.
     speed: f64,
-    start: Option<Instant>,
+    /// When the clock was started, and the log time then \[ns\].
+    start: Option<(Instant, u64)>,
 }
 
 impl Pace {
@@ -88,9 +96,11 @@ impl Pace {
         Self { speed, start: None }
     }
 
-    /// Sleeps until it is time for a log time \[ns\], or `is_over`. The first call starts the clock.
+    /// Sleeps until it is time for a log time \[ns\], or `is_over`. The first call starts the clock at its log time, which is not 0 where a
+    /// run continues.
     pub fn keep(&mut self, log_time: u64, is_over: impl Fn() -> bool) {
-        let start = *self.start.get_or_insert_with(Instant::now);
+        let (start, first) = *self.start.get_or_insert_with(|| (Instant::now(), log_time));
+        let log_time = log_time.saturating_sub(first);
         let due = Duration::try_from_secs_f64(log_time as f64 * 1e-9 / self.speed).unwrap_or(Duration::MAX);
         while !is_over() {
             match due.checked_sub(start.elapsed()) {

@@ -28,6 +28,7 @@
 //! gauge      points and lines of a level, as tiles pass it      <- domain, parts
 //! tiles      time-skewed tiling behind the near-surface band    <- sampler, gauge, active
 //! workers    threads that work on the tiles                     <- tiles
+//! state      the engine as a stream of bytes                    <- workers
 //! ```
 //!
 //! # Mesh noise
@@ -47,10 +48,13 @@
 //! mesh, some remain: the reflection of a cone overshoots by 1.1 %, p(0, t) of Figs. 3 and 7b carries 2e-4 of them. `mesh.order = 2` with `mesh.damping = 0.0` is the scheme of
 //! the paper; on its mesh (`mesh.kind = "paper"`) nodes are points, and all three sources are there.
 
+use std::io;
+
 use serde::{Deserialize, Serialize};
 
 use crate::{
     grid::Grid,
+    state::{StateError, StateReader, StateWriter},
     surface::Surface,
     units::{Unit, Units},
 };
@@ -202,7 +206,7 @@ pub struct TargetEnergy {
 }
 
 /// Largest strain on the backing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BackingPeak {
     /// |∂u_z/∂z|, in the full theory the largest principal strain by magnitude.
     pub strain: f64,
@@ -355,4 +359,24 @@ pub trait Model<T>: Send {
 
     /// First place `(r, z)` where the displacement is not finite, if any \[R\].
     fn find_non_finite(&mut self) -> Option<(f64, f64)>;
+
+    /// Writes the target between two steps, all of which have been handed out, and goes on as if nothing had been.
+    ///
+    /// # Errors
+    ///
+    /// The stream cannot be written.
+    ///
+    /// # Panics
+    ///
+    /// If a step has not been handed out, see [`Model::next`].
+    fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()>;
+
+    /// Takes up what [`Model::save`] has written, in place of a target at rest.
+    ///
+    /// * `step`: the next one, before which it was written
+    ///
+    /// # Errors
+    ///
+    /// The stream cannot be read, or is that of another target.
+    fn load(&mut self, step: u64, from: &mut StateReader<'_>) -> Result<(), StateError>;
 }

@@ -42,6 +42,10 @@
 //! has cut off, of which every closed chunk can be read. So the name asked for never stands for less than a whole run, and an existing file is
 //! never overwritten without `--force`, nor before the new one is whole.
 //!
+//! A run that is interrupted leaves its state beside that, `NAME.mcap.checkpoint`, and every ten minutes of wall time
+//! (`run.checkpoint_every`) every run does, for the case that it is killed: `percuss run --resume` continues from there, and the recording gets the same
+//! messages as without, see [`crate::checkpoint`].
+//!
 //! With `--sync end` (the default) the file is on the disk before it gets its name; with `--sync chunk` every chunk is before the next
 //! one is begun, so that a power failure loses no more than a crash; with `--sync never` both is left to the system.
 
@@ -54,10 +58,11 @@ use std::{
 };
 
 use mcap::{Attachment, McapError, records::Metadata};
-use percuss_output::{Part, PartError};
+use percuss_output::{Left, Part, PartError};
 use prost::Message;
 use serde::{Deserialize, Serialize};
 
+mod copy;
 pub(crate) mod writer;
 
 /// Version of the recording format, `major.minor`: readers of the same major version understand it.
@@ -137,6 +142,14 @@ pub enum RecordingError {
         /// Cause.
         error: Box<McapError>,
     },
+    /// What an earlier run has recorded cannot be read up to its checkpoint.
+    #[error("cannot continue `{}`: {what}; begin the run anew with --force in place of --resume", path.display())]
+    Continue {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
 }
 
 /// The innermost cause of an error: the library says only that there is one.
@@ -196,7 +209,19 @@ enum Job {
     Metadata(Metadata),
     Channels(Vec<ChannelSpec>),
     Tap(Box<dyn Tap>),
-    Finish { is_whole: bool },
+    /// Copies messages, so many of every channel, of what an earlier run has left.
+    Copy {
+        left: Left,
+        messages: Vec<u64>,
+        answer: SyncSender<Result<(), String>>,
+    },
+    /// Brings all messages onto the disk and answers how many there are of every channel.
+    Seal {
+        answer: SyncSender<Vec<u64>>,
+    },
+    Finish {
+        is_whole: bool,
+    },
 }
 
 /// Receiver of every message that is written, on the writer thread.
@@ -226,8 +251,28 @@ impl Recorder {
     ///
     /// The file exists, is being written by another process, or cannot be created.
     pub fn create(destination: &Destination, compression: Compression) -> Result<Self, RecordingError> {
-        let Destination { path, overwrite, synchronise } = destination;
-        let file = Part::create(path, *overwrite)?;
+        Self::with_file(Part::create(&destination.path, destination.overwrite)?, destination, compression)
+    }
+
+    /// Begins the file anew, beside what an earlier run has left of it, for [`Recorder::copy`].
+    ///
+    /// # Errors
+    ///
+    /// There is nothing left, the file exists, is being written by another process, or cannot be created.
+    pub fn resume(
+        destination: &Destination,
+        compression: Compression,
+    ) -> Result<(Self, Left), RecordingError> {
+        let (file, left) = Part::resume(&destination.path, destination.overwrite)?;
+        Ok((Self::with_file(file, destination, compression)?, left))
+    }
+
+    fn with_file(
+        file: Part,
+        destination: &Destination,
+        compression: Compression,
+    ) -> Result<Self, RecordingError> {
+        let Destination { path, synchronise, .. } = destination;
         let (queue, jobs) = sync_channel(QUEUE_LENGTH);
         let (spent, spare) = sync_channel(QUEUE_LENGTH);
         let (path, synchronise) = (file.path().unwrap_or(path).to_owned(), *synchronise);
@@ -289,6 +334,35 @@ impl Recorder {
     /// Ends a step, where a chunk that holds [`CHUNK_TARGET`] is closed.
     pub fn end_step(&mut self) {
         self.batch.entries.push(Entry::EndOfStep);
+    }
+
+    /// Copies the first messages of what an earlier run has left, in their order, and takes its place once they are on the
+    /// disk. Until then it stays.
+    ///
+    /// * `messages`: so many of every channel
+    ///
+    /// # Errors
+    ///
+    /// It does not have them, or what it has is damaged.
+    pub fn copy(&mut self, left: Left, messages: Vec<u64>) -> Result<(), RecordingError> {
+        self.hand_over()?;
+        let (answer, copied) = sync_channel(1);
+        self.send(Job::Copy { left, messages, answer })?;
+        match copied.recv() {
+            Ok(result) => result.map_err(|what| RecordingError::Continue { path: self.path.clone(), what }),
+            Err(_) => self.join(),
+        }
+    }
+
+    /// Closes the open chunk, waits until all messages are on the disk, and returns how many there are of every channel.
+    pub fn seal(&mut self) -> Result<Vec<u64>, RecordingError> {
+        self.hand_over()?;
+        let (answer, sealed) = sync_channel(1);
+        self.send(Job::Seal { answer })?;
+        match sealed.recv() {
+            Ok(messages) => Ok(messages),
+            Err(_) => Err(self.join().expect_err("a writer that ends without an answer has failed")),
+        }
     }
 
     /// Attaches a file; create and log time are 0.

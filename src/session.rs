@@ -12,9 +12,11 @@ use crate::{
     view::View,
 };
 
+mod checkpoints;
 mod exact_steps;
 mod recording;
 
+pub use checkpoints::{Checkpoints, DEFAULT_INTERVAL};
 pub use exact_steps::ExactSteps;
 pub use recording::{Recording, Source};
 
@@ -77,6 +79,15 @@ pub trait Steps {
     /// Computes no further step; those that are computed are still yielded.
     fn interrupt(&mut self);
 
+    /// Goes on after [`Steps::interrupt`], once the steps that are computed have been yielded, as if it had not been.
+    fn proceed(&mut self);
+
+    /// The computation, if it has further steps and all that are computed have been yielded after [`Steps::interrupt`]: then
+    /// its state can be written. `None` also for sources without one.
+    fn at_rest(&mut self) -> Option<&mut Simulation> {
+        None
+    }
+
     /// How the source has ended; `None` if it has further steps.
     fn ending(&self) -> Option<Status>;
 
@@ -91,6 +102,14 @@ impl Steps for Simulation {
 
     fn interrupt(&mut self) {
         self.interrupt();
+    }
+
+    fn proceed(&mut self) {
+        self.proceed();
+    }
+
+    fn at_rest(&mut self) -> Option<&mut Simulation> {
+        self.is_at_rest().then_some(self)
     }
 
     fn ending(&self) -> Option<Status> {
@@ -110,6 +129,15 @@ pub trait Observer {
     ///
     /// The observer has failed: it is not called again, and the run fails.
     fn observe(&mut self, view: &View<'_>) -> Result<Flow, RunError>;
+
+    /// Writes the state of a computation of which every step has been observed; it changes nothing.
+    ///
+    /// # Errors
+    ///
+    /// The observer has failed: it is not called again, and the run fails.
+    fn keep(&mut self, _simulation: &mut Simulation) -> Result<(), RunError> {
+        Ok(())
+    }
 
     /// Takes note of the end of the run, however it has ended.
     ///
@@ -133,6 +161,8 @@ pub enum Flow {
     /// The run continues.
     #[default]
     Continue,
+    /// The run continues, after observers have written its state.
+    Checkpoint,
     /// No further step is computed, for this reason.
     Interrupt(String),
 }
@@ -140,7 +170,7 @@ pub enum Flow {
 impl Flow {
     fn reason(self) -> Option<String> {
         match self {
-            Self::Continue => None,
+            Self::Continue | Self::Checkpoint => None,
             Self::Interrupt(reason) => Some(reason),
         }
     }
@@ -180,29 +210,37 @@ pub enum RunError {
 /// Shows all steps to all observers, in their order, until the run ends, an observer interrupts it, or source or observer fail.
 ///
 /// [`Observer::end`] is called on every path, except for an observer that has failed. After an interruption, or the failure of
-/// an observer, the steps that are already computed are shown to the others.
+/// an observer, the steps that are already computed are shown to the others. When an observer asks for a checkpoint, and at an
+/// interruption, no further step is computed until those that are have been shown and observers have written the state.
 ///
 /// # Errors
 ///
 /// The first error of the computation or of an observer.
 pub fn run(steps: &mut impl Steps, observers: &mut [&mut dyn Observer]) -> Result<Outcome, RunError> {
-    let mut observers: Vec<&mut dyn Observer> =
-        observers.iter_mut().map(|observer| &mut **observer).collect();
+    let mut observers: Vec<_> = observers.iter_mut().map(|observer| &mut **observer).collect();
     let (mut failure, mut interruption, mut last_step) = (None, None, 0);
+    let mut pauses = false;
     loop {
         match steps.step() {
-            Ok(None) => break,
+            Ok(None) => {
+                if failure.is_none()
+                    && let Some(simulation) = steps.at_rest()
+                {
+                    retain(&mut observers, &mut failure, |observer| observer.keep(simulation));
+                }
+                if !pauses || failure.is_some() || interruption.is_some() || steps.ending().is_some() {
+                    break;
+                }
+                pauses = false;
+                steps.proceed();
+            }
             Ok(Some(view)) => {
                 last_step = view.step;
-                observers.retain_mut(|observer| match observer.observe(&view) {
-                    Ok(flow) => {
-                        interruption = interruption.take().or(flow.reason());
-                        true
-                    }
-                    Err(error) => {
-                        failure.get_or_insert(error);
-                        false
-                    }
+                retain(&mut observers, &mut failure, |observer| {
+                    let flow = observer.observe(&view)?;
+                    pauses |= flow == Flow::Checkpoint;
+                    interruption = interruption.take().or(flow.reason());
+                    Ok(())
                 });
             }
             Err(error) => {
@@ -210,7 +248,7 @@ pub fn run(steps: &mut impl Steps, observers: &mut [&mut dyn Observer]) -> Resul
                 break;
             }
         }
-        if interruption.is_some() || failure.is_some() {
+        if pauses || interruption.is_some() || failure.is_some() {
             steps.interrupt();
         }
     }
@@ -226,6 +264,21 @@ pub fn run(steps: &mut impl Steps, observers: &mut [&mut dyn Observer]) -> Resul
         }
     }
     failure.map_or(Ok(Outcome { status, last_step, validity }), Err)
+}
+
+/// Calls `f` on all observers; those that fail are not called again.
+fn retain<'a>(
+    observers: &mut Vec<&mut (dyn Observer + 'a)>,
+    failure: &mut Option<RunError>,
+    mut f: impl FnMut(&mut (dyn Observer + 'a)) -> Result<(), RunError>,
+) {
+    observers.retain_mut(|observer| match f(*observer) {
+        Ok(()) => true,
+        Err(error) => {
+            failure.get_or_insert(error);
+            false
+        }
+    });
 }
 
 #[cfg(test)]

@@ -15,6 +15,8 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{
     case::{Case, FrameSteps, Stop},
     contact::{
@@ -33,6 +35,8 @@ use crate::{
     view::{Energy, Frame, Interface, View},
     warnings::{self, RunWarnings, Warning},
 };
+
+mod state;
 
 /// Why a run cannot go on, or not begin.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -118,6 +122,16 @@ pub enum Engine {
     Blocked,
     /// Every node of every level, one by one, on one thread
     Reference,
+}
+
+impl Engine {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Blocked => "blocked",
+            Self::Reference => "reference",
+        }
+    }
 }
 
 impl Simulation {
@@ -210,6 +224,11 @@ impl Simulation {
     /// Computes no further step; those that have been computed are still shown.
     pub(crate) fn interrupt(&mut self) {
         self.is_interrupted = true;
+    }
+
+    /// Goes on after [`Simulation::interrupt`], as if it had not been.
+    pub(crate) fn proceed(&mut self) {
+        self.is_interrupted = false;
     }
 
     /// Computes the next step.
@@ -395,7 +414,7 @@ fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>
 }
 
 /// Running sums of the energy ledger.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Ledger {
     initial: f64,
     work: f64,

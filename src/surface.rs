@@ -3,6 +3,10 @@
 //! In step k the model predicts the displacement of its surface nodes at level k+1 without pressure, and the compliance of
 //! each; the contact returns the pressure and the resulting displacement.
 
+use std::io;
+
+use crate::state::{StateError, StateReader, StateWriter};
+
 /// The surface nodes during one step. All arrays have the shape `(nr,)`.
 #[derive(Clone, Debug)]
 pub struct Surface {
@@ -23,5 +27,28 @@ impl Surface {
     pub fn new(nr: usize) -> Self {
         let zeros = || vec![0.0; nr];
         Self { free: zeros(), compliance: zeros(), pressure: zeros(), displacement: zeros(), loaded: 0 }
+    }
+
+    /// Writes the surface.
+    ///
+    /// # Errors
+    ///
+    /// The stream cannot be written.
+    pub fn save(&self, out: &mut StateWriter<'_>) -> io::Result<()> {
+        let Self { free, compliance, pressure, displacement, loaded } = self;
+        out.put(loaded)?;
+        [free, compliance, pressure, displacement].into_iter().try_for_each(|array| out.numbers(array))
+    }
+
+    /// Takes up what [`Surface::save`] has written.
+    ///
+    /// # Errors
+    ///
+    /// The stream cannot be read, or is that of another surface.
+    pub fn load(&mut self, from: &mut StateReader<'_>) -> Result<(), StateError> {
+        let Self { free, compliance, pressure, displacement, loaded } = self;
+        *loaded = from.get()?;
+        StateError::unless(*loaded <= free.len(), "number of loaded nodes", *loaded)?;
+        [free, compliance, pressure, displacement].into_iter().try_for_each(|array| from.numbers(array))
     }
 }

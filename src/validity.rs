@@ -18,11 +18,13 @@
 //! the velocity, and one run does not give it; `percuss check CASE --admissible` finds it by trials on the mesh of the case, with
 //! the same geometry of the head, and fails where the head is too sharp for any velocity or the mesh too coarse.
 
+use serde::{Deserialize, Serialize};
+
 /// Largest axial strain at which linear theory is trusted; \[KA\], end of section 4.
 pub const STRAIN_LIMIT: f64 = 0.005;
 
 /// A largest value, with its place and time.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Peak {
     /// The value.
     pub value: f64,
@@ -45,7 +47,7 @@ impl Peak {
 }
 
 /// Largest interface stress and axial strain so far.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Validity {
     velocity: f64,
     is_flat: bool,

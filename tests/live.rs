@@ -1,9 +1,10 @@
 //! Live runs as viewers see them. The viewer puts messages at the time it received last, as Lichtblick does.
 
 use std::{
+    io::{BufRead, BufReader, Read, Write},
     net::TcpStream,
     path::Path,
-    process::{Child, Command},
+    process::{Child, Command, Stdio},
     time::{Duration, Instant},
 };
 
@@ -92,12 +93,58 @@ fn late_viewers_and_panels_receive_the_beginning() {
 }
 
 #[test]
-fn a_silent_connection_does_not_hold_the_end() {
+fn idle_connections_do_not_hold_the_end() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (mut child, url) = live(folder.path(), &["--set", "mesh.cells=10", "--pace", "6"]);
     let silent = TcpStream::connect(url.trim_start_matches("ws://")).expect("it listens");
+    let mut half = TcpStream::connect(url.trim_start_matches("ws://")).expect("it listens");
+    half.write_all(b"GET / HTTP/1.1\r\nHost: localhost\r\n").expect("it reads");
+    let unsubscribed = Viewer::connect(&url);
     let start = Instant::now();
     assert!(child.wait().expect("it ends").success());
     assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
-    drop(silent);
+    drop((silent, half, unsubscribed));
+}
+
+#[test]
+fn a_foreign_page_is_refused_and_the_option_that_allows_it_named() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (allowed, status) in [(&[][..], "403"), (&["--allow-origin", "https://viewer.example"], "101")] {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss"));
+        command.args([
+            "run",
+            "fig5",
+            "-o",
+            "run.mcap",
+            "--force",
+            "--live",
+            "0",
+            "--wait",
+            "--set",
+            "mesh.cells=10",
+        ]);
+        let mut child = command
+            .args(allowed)
+            .current_dir(folder.path())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let mut lines =
+            BufReader::new(child.stderr.take().expect("stderr is taken")).lines().map_while(Result::ok);
+        let at = lines.find_map(|line| Some(line.split_once("ws://")?.1.split(' ').next()?.to_owned()));
+        let mut stream = TcpStream::connect(at.expect("an address")).expect("it listens");
+        let request = "GET / HTTP/1.1\r\nHost: localhost\r\nOrigin: https://viewer.example\r\nConnection: Upgrade\r\n\
+            Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\
+            Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n";
+        stream.write_all(request.as_bytes()).expect("it reads");
+        let mut answer = [0; 12];
+        stream.read_exact(&mut answer).expect("an answer");
+        assert_eq!(answer, format!("HTTP/1.1 {status}").as_bytes());
+        if status == "403" {
+            let line = lines.find(|line| line.contains("refused")).expect("a line on standard error");
+            assert!(line.contains("--allow-origin https://viewer.example"), "{line}");
+        }
+        child.kill().expect("it waits for a viewer");
+        child.wait().expect("it ends");
+    }
 }

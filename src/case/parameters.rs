@@ -92,6 +92,12 @@ impl Parameters {
         Corner::new(self.mesh.order?, self.mesh.damping)
     }
 
+    /// Memory of the displacements at all levels that are kept \[bytes\].
+    pub(crate) fn field_memory(&self) -> u64 {
+        let numbers = self.model.numbers_per_node(self.corner().as_ref()) as u64;
+        numbers * 8 * (self.sizes.nr as u64 + 1) * (self.sizes.nz as u64 + 1)
+    }
+
     /// The steps that are frames.
     pub fn frames(&self) -> FrameSteps {
         self.record.frames.of(self.sizes.steps, self.sizes.dt)
@@ -216,6 +222,8 @@ pub struct Run {
     pub end_time: f64,
     /// Event that ends the run earlier.
     pub stop: Stop,
+    /// Wall time from one checkpoint to the next, if given; 0 for none. It changes no result \[s\].
+    pub checkpoint_every: Option<f64>,
 }
 
 /// Event that ends a run.

@@ -239,9 +239,10 @@ fn read_elastic_scheme(section: &mut Section<'_>, c_s: Option<f64>) -> (Option<O
 fn read_run(mut section: Section<'_>, system: &System) -> (Run, Span) {
     let end_time = section.require_quantity("end_time", Dimension::Time, Bounds::above(0.0, 1e12), system);
     let stop = section.get("stop", "never, extension, separation").map_or(Stop::Never, value);
+    let checkpoint_every = section.number("checkpoint_every", Bounds::within(0.0, 1e9)).map(value);
     let span = span_of(&end_time).unwrap_or(section.span());
     section.end();
-    (Run { end_time: end_time.map_or(1.0, value), stop }, span)
+    (Run { end_time: end_time.map_or(1.0, value), stop, checkpoint_every }, span)
 }
 
 /// The `[record]` section, and its `field_every`, if given: its default depends on the sizes.

@@ -78,6 +78,8 @@ struct Impact {
 struct Run {
     end_time: Value,
     stop: Stop,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    checkpoint_every: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -139,7 +141,11 @@ fn resolved(case: &Parameters) -> Resolved<'_> {
             damping: case.mesh.damping,
             outer_radius: case.written(Dimension::Length, case.sizes.outer_radius),
         },
-        run: Run { end_time: case.written(Dimension::Time, case.run.end_time), stop: case.run.stop },
+        run: Run {
+            end_time: case.written(Dimension::Time, case.run.end_time),
+            stop: case.run.stop,
+            checkpoint_every: case.run.checkpoint_every,
+        },
         record: Record {
             interface_every: record.interface_every,
             probes: list(Dimension::Length, &record.probes),

@@ -2,6 +2,7 @@
 
 use std::{
     io::{self, IsTerminal, Write},
+    sync::Arc,
     time::{Duration, Instant},
 };
 
@@ -92,6 +93,18 @@ impl Progress {
             Self::Bar(bar, _) => bar.suspend(|| say(text)),
             Self::Lines(_) => say(text),
             Self::Quiet => {}
+        }
+    }
+
+    /// Prints lines above the bar from any thread.
+    pub(super) fn speaker(&self) -> Arc<dyn Fn(&str) + Send + Sync> {
+        match self {
+            Self::Bar(bar, _) => {
+                let bar = bar.clone();
+                Arc::new(move |text| bar.suspend(|| say(text)))
+            }
+            Self::Lines(_) => Arc::new(say),
+            Self::Quiet => Arc::new(|_| {}),
         }
     }
 

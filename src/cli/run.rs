@@ -1,12 +1,15 @@
 //! `percuss run`: compute a case and record it.
 
 use std::{
+    path::Path,
     sync::atomic::{AtomicUsize, Ordering},
     time::{Duration, Instant},
 };
 
 use clap::Args;
-use percuss_serve::{Address, seconds, speed};
+use percuss_output::{file_of, part_of};
+use percuss_serve::{Access, Address, AllowedOrigin, VIEWERS, seconds, speed};
+use rayon::ThreadPool;
 
 use super::{
     CaseArguments, CliError, Exit,
@@ -17,8 +20,10 @@ use super::{
 use crate::{
     case::Case,
     channels::{Catalogue, log_time},
+    checkpoint::{self, Checkpoint, Head, checkpoint_of},
     live::{Live, Pace},
-    session::{self, Recording, RunError, Source},
+    recording::Destination,
+    session::{self, Checkpoints, Recording, RunError, Source, Status},
     simulation::{Engine, Simulation},
     view::View,
 };
@@ -28,7 +33,9 @@ Examples:
   percuss run fig8-m5                                        a built-in case, into fig8-m5.mcap
   percuss run my.toml -o runs/first.mcap --threads 2
   percuss run fig5 --set mesh.cells=400 --set run.end_time=12 --force
-  percuss run fig5 --live --pace --wait     watch it: connect a viewer to ws://127.0.0.1:8765";
+  percuss run my.toml --resume                               continue a run that was interrupted or has crashed
+  percuss run fig5 --live --pace --wait     watch it: connect a viewer to ws://127.0.0.1:8765
+  percuss run fig5 --live --wait --allow-origin https://app.foxglove.dev     with a viewer on a web site";
 
 /// Computes a case and records it.
 #[derive(Debug, Args)]
@@ -38,16 +45,25 @@ pub(super) struct Run {
     case: CaseArguments,
     #[command(flatten)]
     output: OutputArguments,
+    /// Continue a run that was interrupted or has crashed, with any number of threads, from its checkpoint,
+    /// OUT.mcap.checkpoint, and what it has recorded, OUT.mcap.part. The messages are those of a run that was not interrupted.
+    /// A checkpoint is written at an interruption and every run.checkpoint_every seconds (default: 600)
+    #[arg(long)]
+    resume: bool,
     /// Serve the run to viewers over the Foxglove WebSocket protocol while it is recorded; without ADDR to this machine
     /// only, at 127.0.0.1:8765
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
     live: Option<Address>,
+    /// With --live, let pages of this origin connect, for example https://app.foxglove.dev: the site of a viewer in a browser;
+    /// * for all sites. Desktop viewers, programs and pages served by this machine need none. Repeatable
+    #[arg(long, value_name = "ORIGIN", requires = "live")]
+    allow_origin: Vec<AllowedOrigin>,
     /// Slow the run down to so many seconds of log time per second; 1 without SPEED
     #[arg(long, value_name = "SPEED", num_args = 0..=1, default_missing_value = "1", value_parser = speed)]
     pace: Option<f64>,
     /// Begin when this many viewers have subscribed and 1.5 s have passed without a subscription, as viewers subscribe panel by
     /// panel; 1 without N
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", requires = "live")]
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", requires = "live", value_parser = viewers)]
     wait: Option<usize>,
     /// After the run, serve viewers until they have left, so many seconds at most; Ctrl-C ends it
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, requires = "live")]
@@ -62,21 +78,36 @@ impl Run {
         let case = self.case.load()?;
         let mut simulation = Simulation::with_engine(&case, self.engine);
         let destination = self.output.destination(&self.case.case, "")?;
+        let file = file_of(&destination.path).map_err(|error| {
+            CliError::system(format!("cannot write `{}`", destination.path.display()), error)
+        })?;
+        let checkpoint = file.as_deref().map(checkpoint_of);
+        if self.resume && is_whole(file.as_deref()) {
+            // of a run that was killed at its very end
+            checkpoint.as_deref().map_or(Ok(()), checkpoint::remove)?;
+            self.remark(&format!("`{}` is complete: nothing is left to resume", destination.path.display()));
+            return Ok(Exit::Done);
+        }
         check_room(&destination.path, &case)?;
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;
         let is_over = || signal.load(Ordering::Relaxed) != 0;
-        let live = self.live.as_ref().map(|address| self.open(address, &case)).transpose()?;
-        let recording = pool.install(|| Recording::create(&destination, &case, Source::Simulation));
-        let mut recording = recording.map_err(RunError::from)?;
         let mut progress = Progress::new(&case, case.sizes.steps, self.output.quiet);
+        let live = self.live.as_ref().map(|address| self.open(address, &case, &progress)).transpose()?;
+        let mut recording = self.recording(&destination, file.as_deref(), &case, &mut simulation, &pool)?;
         progress.say(&self.heading(&case));
+        if self.resume {
+            progress.say(&format!("continues at step {} of {}", simulation.next_step(), case.sizes.steps));
+        }
         if let Some(live) = &live {
             recording.tap(live.tap()).map_err(RunError::from)?;
             live.wait_for(self.wait.unwrap_or(0), is_over);
         }
         let mut pace = self.pace.map(Pace::new);
         let start = Instant::now();
+        let say = progress.speaker();
+        let mut recording =
+            Checkpoints::new(recording, &case, self.engine, checkpoint.clone(), move |text| say(text));
         let mut watch = |view: &View<'_>| {
             for event in &*view.events {
                 progress.say(&event.text);
@@ -96,15 +127,70 @@ impl Run {
                 None => format!("{:.4e}", sizes.dt),
             };
             let planned = format!("{} steps of {dt} planned", sizes.steps);
-            progress.say(&format!(
-                "{} in {seconds:.2} s; {planned}",
-                written(&destination.path, &outcome.status)
-            ));
+            let written = written(&destination.path, &outcome.status);
+            progress.say(&format!("{written} in {seconds:.2} s; {planned}"));
+            if matches!(outcome.status, Status::Interrupted(_))
+                && checkpoint.is_some_and(|checkpoint| checkpoint.exists())
+            {
+                progress.say("the same command with --resume continues the run");
+            }
         }
         if let Some(live) = live {
             self.hold(&live, &signal);
         }
         Ok(exit(&outcome?.status, &signal))
+    }
+
+    /// Begins the recording, or the rest of one; then the simulation is put into its state.
+    ///
+    /// * `file`: of the recording; none for a device
+    fn recording(
+        &self,
+        destination: &Destination,
+        file: Option<&Path>,
+        case: &Case,
+        simulation: &mut Simulation,
+        pool: &ThreadPool,
+    ) -> Result<Recording, CliError> {
+        if self.resume {
+            let head = self.load(file, case, simulation)?;
+            let recording = pool.install(|| Recording::resume(destination, case, &head));
+            return Ok(recording.map_err(RunError::from)?);
+        }
+        let recording = pool.install(|| Recording::create(destination, case, Source::Simulation));
+        let recording = recording.map_err(RunError::from)?;
+        // of an earlier run
+        file.map_or(Ok(()), |file| checkpoint::remove(&checkpoint_of(file)))?;
+        Ok(recording)
+    }
+
+    /// Puts a simulation into the state of the checkpoint beside a recording.
+    ///
+    /// * `file`: the recording
+    fn load(&self, file: Option<&Path>, case: &Case, simulation: &mut Simulation) -> Result<Head, CliError> {
+        let Some(file) = file else {
+            return Err(CliError::Usage("a recording that goes to a device has no checkpoint".into()));
+        };
+        let (part, checkpoint) = (part_of(file), checkpoint_of(file));
+        if !part.exists() {
+            let text = format!("there is no `{}` to resume; leave out --resume", part.display());
+            return Err(CliError::Usage(text));
+        }
+        if !checkpoint.exists() {
+            let text = format!(
+                "`{}` has no checkpoint, `{}`; begin the run anew with --force in place of --resume",
+                part.display(),
+                checkpoint.display()
+            );
+            return Err(CliError::Usage(text));
+        }
+        Ok(Checkpoint::open(&checkpoint, case, self.engine)?.load(simulation)?)
+    }
+
+    fn remark(&self, text: &str) {
+        if !self.output.quiet {
+            eprintln!("{text}");
+        }
     }
 
     /// The case, and how dense its fields are unless it says so itself.
@@ -138,11 +224,21 @@ impl Run {
     }
 
     /// Opens the server of a live run and prints its address.
-    fn open(&self, address: &Address, case: &Case) -> Result<Live, CliError> {
-        let live = Live::open(address, &case.title, Catalogue::new(case).specs())?;
-        if !self.output.quiet {
-            eprintln!("live at {} for {}", live.url(), address.reach());
-        }
+    fn open(&self, address: &Address, case: &Case, progress: &Progress) -> Result<Live, CliError> {
+        let access = Access { origins: self.allow_origin.clone(), report: progress.speaker() };
+        let live = Live::open(address, &case.title, Catalogue::new(case).specs(), access)?;
+        progress.say(&format!("live at {} for {}", live.url(), address.reach()));
         Ok(live)
     }
+}
+
+/// Parses a number of viewers.
+fn viewers(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok().filter(|number| *number <= VIEWERS);
+    number.ok_or_else(|| format!("viewers are a number from 0 to {VIEWERS}"))
+}
+
+/// True if a recording has its name and nothing is left that could continue.
+fn is_whole(file: Option<&Path>) -> bool {
+    file.is_some_and(|file| file.exists() && !part_of(file).exists())
 }

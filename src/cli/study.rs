@@ -73,7 +73,9 @@ impl StudyArguments {
             && path.exists()
             && !self.force
         {
-            return Err(CliError::Exists(path.into()));
+            let text =
+                format!("`{}` exists; choose another name, or overwrite it with --force", path.display());
+            return Err(CliError::Usage(text));
         }
         let cases = self.cases()?;
         let plan = self.plan(&cases[0])?;

@@ -4,8 +4,16 @@
 //! target reaches it again. So a separation needs an indenter that does not move inwards and no node in contact for the time
 //! `Δr/c_s` in which a wave along r passes a node; the event is reported then, with the time at which contact was lost.
 
+use std::io;
+
+use serde::{Deserialize, Serialize};
+
 use super::ContactState;
-use crate::{units::Units, warnings::Warning};
+use crate::{
+    state::{StateError, StateReader, StateWriter},
+    units::Units,
+    warnings::Warning,
+};
 
 /// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,6 +58,12 @@ impl Event {
 pub struct Watch {
     hold: f64,
     units: Units,
+    seen: Seen,
+}
+
+/// What has happened so far.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct Seen {
     extended: bool,
     rebounded: bool,
     had_contact: bool,
@@ -67,7 +81,7 @@ impl Watch {
     /// * `hold`: time without contact that makes a separation, Δr/c_s \[R/c_p\]
     /// * `units`: of the numbers in the texts
     pub fn new(hold: f64, units: Units) -> Self {
-        Self { hold, units, extended: false, rebounded: false, had_contact: false, lost: None, apart: false }
+        Self { hold, units, seen: Seen::default() }
     }
 
     /// Events of one step.
@@ -78,8 +92,8 @@ impl Watch {
         let mut events = Vec::new();
         let at = self.units.time.text(time);
         let mut report = |kind, r, text: String| events.push(Event { kind, text, r, since: None });
-        if let Some(i) = state.extended.filter(|_| !self.extended) {
-            self.extended = true;
+        if let Some(i) = state.extended.filter(|_| !self.seen.extended) {
+            self.seen.extended = true;
             let r = r(i);
             let text = format!(
                 "extension: the interface first needs tension at r = {}, t = {at}",
@@ -87,30 +101,49 @@ impl Watch {
             );
             report(EventKind::Extension, Some(r), text);
         }
-        if state.velocity <= 0.0 && !self.rebounded {
-            self.rebounded = true;
+        if state.velocity <= 0.0 && !self.seen.rebounded {
+            self.seen.rebounded = true;
             let text = format!("rebound: the indenter stops and turns back at t = {at}");
             report(EventKind::Rebound, None, text);
         }
         if state.nodes > 0 {
-            self.lost = None;
-            if self.apart {
-                self.apart = false;
+            self.seen.lost = None;
+            if self.seen.apart {
+                self.seen.apart = false;
                 let text = format!("recontact: the target meets the indenter again at t = {at}");
                 report(EventKind::Recontact, None, text);
             }
-        } else if self.had_contact {
-            let lost = *self.lost.get_or_insert(time);
+        } else if self.seen.had_contact {
+            let lost = *self.seen.lost.get_or_insert(time);
             let is_held = time - lost >= self.hold * (1.0 - SLIVER);
-            if !self.apart && is_held && state.velocity <= 0.0 {
-                self.apart = true;
+            if !self.seen.apart && is_held && state.velocity <= 0.0 {
+                self.seen.apart = true;
                 let since = self.units.time.text(lost);
                 let text = format!("separation: the last node has left the indenter at t = {since}");
                 events.push(Event { kind: EventKind::Separation, text, r: None, since: Some(lost) });
             }
         }
-        self.had_contact |= state.nodes > 0;
+        self.seen.had_contact |= state.nodes > 0;
         events
+    }
+
+    /// Writes what has happened so far.
+    ///
+    /// # Errors
+    ///
+    /// The stream cannot be written.
+    pub fn save(&self, out: &mut StateWriter<'_>) -> io::Result<()> {
+        out.put(&self.seen)
+    }
+
+    /// Takes up what [`Watch::save`] has written.
+    ///
+    /// # Errors
+    ///
+    /// The stream cannot be read.
+    pub fn load(&mut self, from: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.seen = from.get()?;
+        Ok(())
     }
 }
 

@@ -7,7 +7,7 @@
 //!
 //! Work is limited to the active region ([`active`]): what has moved and can still be seen.
 
-use std::{collections::VecDeque, sync::Arc};
+use std::{collections::VecDeque, io, sync::Arc};
 
 use super::{
     BackingPeak, Coverage, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Handed, Model, Sampling,
@@ -15,7 +15,11 @@ use super::{
     larger_strain, scheme,
     scheme::{Corner, RadialWeights},
 };
-use crate::{grid::Grid, surface::Surface};
+use crate::{
+    grid::Grid,
+    state::{StateError, StateReader, StateWriter},
+    surface::Surface,
+};
 
 mod active;
 mod cells;
@@ -25,14 +29,21 @@ mod dispatch;
 mod domain;
 mod energy;
 mod gauge;
+mod handover;
 mod kernel;
 mod levels;
+#[cfg(all(test, loom))]
+mod models;
 mod parts;
 mod patch;
+mod progress;
 mod sampler;
+mod state;
+mod sync;
 #[cfg(test)]
 mod tests;
 mod tiles;
+mod tiling;
 mod vector;
 mod workers;
 
@@ -46,6 +57,7 @@ use gauge::Gauge;
 use kernel::free_surface;
 use sampler::{Sampler, SurfaceMotion};
 use tiles::{LevelTask, RowPeak};
+use tiling::Sizes;
 use vector::BLOCK;
 use workers::{Ended, Workers};
 
@@ -139,7 +151,7 @@ impl<T> Engine<T> {
         let frame_size = size_of::<f32>() * extent.nr * extent.nz * shown.fields.len();
         Self {
             cone,
-            field: Workers::new(domain),
+            field: Workers::new(domain, Sizes::TUNED),
             level: 0,
             behind: Vec::new(),
             steps: VecDeque::new(),
@@ -356,5 +368,13 @@ impl<T: Send> Model<T> for Engine<T> {
             let bad = row.iter().position(|u| !u.is_finite())?;
             Some((self.grid.r(bad), j as f64 * self.grid.dz))
         })
+    }
+
+    fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
+        self.write_state(out)
+    }
+
+    fn load(&mut self, step: u64, from: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.read_state(step as usize, from)
     }
 }

@@ -4,7 +4,7 @@
 //! threads. New physics starts here: a [`Scheme`] is enough to run whole cases,
 //! `percuss run --engine reference`. The fast engine is proved against it.
 
-use std::collections::VecDeque;
+use std::{collections::VecDeque, io};
 
 use ndarray::{Array2, ArrayView1};
 
@@ -12,7 +12,11 @@ use super::{
     BackingPeak, Field, Frame, FrameFields, GaugePlan, GaugeValues, Handed, Lattice, Model, PointState,
     Sample, Sampling, TargetEnergy,
 };
-use crate::{grid::Grid, surface::Surface};
+use crate::{
+    grid::Grid,
+    state::{StateError, StateReader, StateWriter},
+    surface::Surface,
+};
 
 /// The displacements of a level over the whole section, each of shape `(nz + 1, nr)` \[R\]. The first one is u_z.
 pub type Level<const FIELDS: usize> = [Array2<f64>; FIELDS];
@@ -214,5 +218,27 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
             bad.map(|((j, i), _)| (self.grid.r(i), j as f64 * self.grid.dz))
         };
         self.now.iter().find_map(find)
+    }
+
+    fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
+        assert!(self.steps.is_empty(), "{} steps have not been handed out", self.steps.len());
+        out.put(&self.peak)?;
+        for level in [&self.before, &self.now] {
+            level
+                .iter()
+                .flat_map(|field| field.rows())
+                .try_for_each(|row| out.numbers(row.as_slice().expect("a row is contiguous")))?;
+        }
+        Ok(())
+    }
+
+    fn load(&mut self, step: u64, from: &mut StateReader<'_>) -> Result<(), StateError> {
+        (self.level, self.peak) = (step, from.get()?);
+        for level in [&mut self.before, &mut self.now] {
+            for mut row in level.iter_mut().flat_map(|field| field.rows_mut()) {
+                from.numbers(row.as_slice_mut().expect("a row is contiguous"))?;
+            }
+        }
+        Ok(())
     }
 }

@@ -7,9 +7,12 @@ use std::{
 };
 
 use mcap::{McapError, WriteOptions, Writer, records::MessageHeader, write::NoSeek};
-use percuss_output::{Counted, Part};
+use percuss_output::{Counted, Left, Part};
 
-use super::{Batch, CHUNK_TARGET, ChannelSpec, Compression, Entry, Job, MESSAGE_HEADER, Synchronise, Tap};
+use super::{
+    Batch, CHUNK_TARGET, ChannelSpec, Compression, Entry, Job, MESSAGE_HEADER, Synchronise, Tap,
+    copy::{CopyError, for_each_chunk},
+};
 
 /// Zstandard's fast level. Level 3 makes files 0.4 to 1 % smaller and takes longer: the last bits of waves are noise. They
 /// stay, because a recording has the computed numbers in a form that standard tools read.
@@ -49,12 +52,14 @@ pub(super) fn run(
     jobs: &Receiver<Job>,
     spent: &SyncSender<Batch>,
 ) -> Result<(), McapError> {
-    let disk = Disk::new(file.handle(), synchronise)?;
+    let handle = file.handle();
+    let disk = Disk::new(handle.clone(), synchronise)?;
     let mut thread = WriterThread {
         writer: write_options(compression).create(NoSeek::new(BufWriter::new(file)))?,
         spent,
         disk,
-        sequences: Vec::new(),
+        file: handle,
+        messages: Vec::new(),
         deferred: Batch::default(),
         chunk: 0,
         tap: None,
@@ -125,8 +130,10 @@ struct WriterThread<'a> {
     writer: Writer<NoSeek<BufWriter<Part>>>,
     spent: &'a SyncSender<Batch>,
     disk: Disk,
-    /// Number of the next message of every channel.
-    sequences: Vec<u32>,
+    /// The same file, to synchronise it.
+    file: Counted,
+    /// Number of messages of every channel.
+    messages: Vec<u64>,
     /// Batch for deferred messages, reused.
     deferred: Batch,
     /// Size of the messages in the open chunk \[bytes\].
@@ -156,6 +163,23 @@ impl WriterThread<'_> {
                 self.writer.finish().map(drop)
             }
             Job::Channels(channels) => self.declare(channels),
+            Job::Seal { answer } => {
+                self.close_chunk()?;
+                if !matches!(self.disk, Disk::Nowhere) {
+                    self.file.synchronise()?;
+                }
+                drop(answer.send(self.messages.clone()));
+                Ok(())
+            }
+            Job::Copy { left, messages, answer } => {
+                let result = match self.copy(left, &messages) {
+                    Ok(()) => Ok(()),
+                    Err(CopyError::Read(what)) => Err(what),
+                    Err(CopyError::Write(error)) => return Err(error),
+                };
+                drop(answer.send(result));
+                Ok(())
+            }
         }
     }
 
@@ -165,8 +189,9 @@ impl WriterThread<'_> {
         for entry in batch.entries.drain(..) {
             match entry {
                 Entry::Message { channel, log_time, end } => {
-                    let (bytes, sequence) = (&batch.bytes[start..end], self.sequences[channel]);
-                    self.sequences[channel] = sequence.wrapping_add(1);
+                    let bytes = &batch.bytes[start..end];
+                    let sequence = sequence(self.messages[channel]);
+                    self.messages[channel] += 1;
                     let header =
                         MessageHeader { channel_id: id(channel), sequence, log_time, publish_time: log_time };
                     self.writer.write_to_known_channel(&header, bytes)?;
@@ -183,8 +208,7 @@ impl WriterThread<'_> {
                     self.deferred = deferred;
                 }
                 Entry::EndOfStep if self.chunk >= CHUNK_TARGET => {
-                    self.writer.flush()?;
-                    self.chunk = 0;
+                    self.close_chunk()?;
                     self.disk.chunk()?;
                 }
                 Entry::EndOfStep => {}
@@ -195,14 +219,53 @@ impl WriterThread<'_> {
         Ok(())
     }
 
+    /// Ends the open chunk, if there is one, and hands all to the system.
+    fn close_chunk(&mut self) -> Result<(), McapError> {
+        self.chunk = 0;
+        self.writer.flush()
+    }
+
+    /// Copies messages, so many of every channel, of what an earlier run has left, and takes its place. Chunks end where they did.
+    fn copy(&mut self, mut left: Left, messages: &[u64]) -> Result<(), CopyError> {
+        let read = |what: String| CopyError::Read(what);
+        if messages.len() != self.messages.len() {
+            let (found, expected) = (messages.len(), self.messages.len());
+            return Err(read(format!("its checkpoint counts {found} channels, the case has {expected}")));
+        }
+        for_each_chunk(left.file(), |chunk| {
+            for message in chunk {
+                let (header, bytes) = message?;
+                let channel = usize::from(header.channel_id).wrapping_sub(1);
+                let expected = self.messages.get(channel).filter(|count| **count < messages[channel]);
+                if expected.is_none_or(|count| sequence(*count) != header.sequence) {
+                    let (sequence, id) = (header.sequence, header.channel_id);
+                    return Err(read(format!(
+                        "message {sequence} of channel {id} is not the next one that its checkpoint counts"
+                    )));
+                }
+                self.messages[channel] += 1;
+                self.writer.write_to_known_channel(&header, &bytes)?;
+            }
+            self.close_chunk()?;
+            Ok(self.messages != messages)
+        })?;
+        left.replace().map_err(|error| CopyError::Write(error.into()))
+    }
+
     fn declare(&mut self, channels: Vec<ChannelSpec>) -> Result<(), McapError> {
-        self.sequences = vec![0; channels.len()];
+        self.messages = vec![0; channels.len()];
         channels.into_iter().enumerate().try_for_each(|(channel, spec)| {
             let schema = self.writer.add_schema(&spec.schema, "protobuf", &spec.descriptors)?;
             self.writer.add_channel_with_id(id(channel), schema, &spec.topic, "protobuf", &spec.metadata)?;
             Ok(())
         })
     }
+}
+
+/// Number in the file of the message that follows `messages` others of its channel.
+fn sequence(messages: u64) -> u32 {
+    // it wraps
+    messages as u32
 }
 
 /// Id of a channel in the file, counted from 1.

@@ -62,6 +62,10 @@ impl Steps for ExactSteps<'_> {
         self.is_interrupted = true;
     }
 
+    fn proceed(&mut self) {
+        self.is_interrupted = false;
+    }
+
     fn ending(&self) -> Option<Status> {
         let last = self.form.last_step();
         if self.next_step <= last {

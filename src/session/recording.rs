@@ -10,6 +10,7 @@ use super::{Flow, Observer, RunError, Status};
 use crate::{
     case::Case,
     channels::{Catalogue, log::Level},
+    checkpoint::Head,
     layout::{self, LayoutBuilder},
     recording::{Destination, FORMAT_VERSION, Recorder, RecordingError, Tap},
     units::Units,
@@ -84,11 +85,35 @@ impl Recording {
     ///
     /// The file exists, or cannot be written.
     pub fn create(destination: &Destination, case: &Case, source: Source) -> Result<Self, RecordingError> {
-        let mut recorder = Recorder::create(destination, case.record.compression)?;
+        let recorder = Recorder::create(destination, case.record.compression)?;
+        Self::begin(recorder, case, source, None)
+    }
+
+    /// Begins the recording of a run of `case` that continues at a checkpoint: with the same head, and the messages up to the
+    /// checkpoint of what that run has recorded.
+    ///
+    /// # Errors
+    ///
+    /// Nothing is left of that run, its messages are not whole, or the file cannot be written. What is left stays as it is.
+    pub fn resume(destination: &Destination, case: &Case, head: &Head) -> Result<Self, RecordingError> {
+        let (recorder, left) = Recorder::resume(destination, case.record.compression)?;
+        let mut recording = Self::begin(recorder, case, Source::Simulation, Some(head.step))?;
+        recording.recorder.copy(left, head.messages.clone())?;
+        recording.last = Some((head.step, head.time));
+        Ok(recording)
+    }
+
+    /// * `resumed`: step after which the run was taken up
+    fn begin(
+        mut recorder: Recorder,
+        case: &Case,
+        source: Source,
+        resumed: Option<u64>,
+    ) -> Result<Self, RecordingError> {
         let mut run = run_record(case);
         run.extend(source.entries());
         recorder.metadata("percuss.run", run)?;
-        recorder.metadata("percuss.host", host_record())?;
+        recorder.metadata("percuss.host", host_record(resumed))?;
         recorder.attach("case.toml", "application/toml", case.text().into_bytes())?;
         let resolved = case.resolved_toml().into_bytes();
         recorder.attach("case.resolved.toml", "application/toml", resolved)?;
@@ -116,6 +141,17 @@ impl Recording {
     pub fn tap(&mut self, tap: Box<dyn Tap>) -> Result<(), RecordingError> {
         self.is_live = true;
         self.recorder.tap(tap)
+    }
+
+    /// Brings all messages so far onto the disk.
+    ///
+    /// Returns the last step with its time, and the number of messages of every channel.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the recorder.
+    pub(super) fn seal(&mut self) -> Result<((u64, f64), Vec<u64>), RecordingError> {
+        Ok((self.last.unwrap_or_default(), self.recorder.seal()?))
     }
 
     fn validity_record(&self, validity: &Validity) -> BTreeMap<String, String> {
@@ -222,7 +258,9 @@ fn run_record(case: &Case) -> BTreeMap<String, String> {
 }
 
 /// Place, time and program of the computation, padded to a fixed length.
-fn host_record() -> BTreeMap<String, String> {
+///
+/// * `resumed`: step after which it was taken up
+fn host_record(resumed: Option<u64>) -> BTreeMap<String, String> {
     let clip = |text: String| text.chars().take(100).collect::<String>();
     let build = if cfg!(debug_assertions) { "debug" } else { "release" };
     let mut map = to_map([
@@ -231,6 +269,7 @@ fn host_record() -> BTreeMap<String, String> {
         ("threads", rayon::current_num_threads().to_string()),
         ("build", format!("{build} {} {}", std::env::consts::ARCH, std::env::consts::OS)),
     ]);
+    map.extend(resumed.map(|step| ("resumed_after_step".to_owned(), step.to_string())));
     let used: usize = map.iter().map(|(key, value)| key.len() + value.len()).sum();
     let padding = HOST_LENGTH.saturating_sub(used + "padding".len());
     map.insert("padding".into(), " ".repeat(padding));

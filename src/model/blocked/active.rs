@@ -35,8 +35,10 @@
 //! *From below.* Where nothing but the surface is looked at, what lies deeper than the steps that are left can no
 //! longer be seen there.
 
+use serde::{Deserialize, Serialize};
+
 use super::vector::BLOCK;
-use crate::model::Coverage;
+use crate::{model::Coverage, state::StateError};
 
 /// What of a level is to be computed: the rows and columns that may differ from 0 and can still be seen.
 #[derive(Clone, Copy, Debug, Default)]
@@ -53,6 +55,20 @@ const NOTHING: f64 = 1e-20;
 /// Rows and columns ahead of the wave front that the corner term moves.
 pub const CORNER_MARGIN: usize = 24;
 
+/// How far the light cone is at its level.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct ConeState {
+    /// Columns that the scheme has reached.
+    reached: usize,
+    /// Column of the wave front.
+    front: f64,
+    /// Columns ahead of it that are not at rest.
+    margin: usize,
+}
+
+/// More than the margin ahead of a front ever is: it grows as the cube root of time.
+const WIDEST_MARGIN: usize = 1 << 24;
+
 /// The light cone of a surface load, level by level.
 #[derive(Clone, Debug)]
 pub struct LightCone {
@@ -64,12 +80,7 @@ pub struct LightCone {
     /// Row of the backing, number of columns.
     nz: usize,
     nr: usize,
-    /// Columns that the scheme has reached.
-    reached: usize,
-    /// Column of the wave front.
-    front: f64,
-    /// Columns ahead of it that are not at rest.
-    margin: usize,
+    state: ConeState,
     /// Pairs of κ and growth per step of waves `exp(κx)` along r under lateral damping, see [`damped_growth`]; none without.
     growth: Vec<[f64; 2]>,
 }
@@ -81,7 +92,7 @@ impl LightCone {
     /// * `reach`: rows and columns that the scheme passes on per step
     /// * `nz`, `nr`: row of the backing, number of columns
     pub fn new(coverage: Coverage, courant: f64, reach: usize, nz: usize, nr: usize) -> Self {
-        Self { coverage, courant, reach, nz, nr, reached: 0, front: 0.0, margin: 0, growth: Vec::new() }
+        Self { coverage, courant, reach, nz, nr, state: ConeState::default(), growth: Vec::new() }
     }
 
     /// A target of the full theory at rest at level 0: the scheme passes on one row and four columns per step.
@@ -99,13 +110,32 @@ impl LightCone {
 
     /// Goes on to `level`, the next one, `loaded` columns of the surface being loaded on the way.
     pub fn advance(&mut self, level: usize, loaded: usize) {
-        self.front = (self.front + self.courant).max(loaded as f64);
-        while self.decay(level as f64, self.margin as f64) < -libm::log(NOTHING) {
-            self.margin += 1;
+        self.state.front = (self.state.front + self.courant).max(loaded as f64);
+        while self.decay(level as f64, self.state.margin as f64) < -libm::log(NOTHING) {
+            self.state.margin += 1;
         }
-        let seen = libm::ceil(self.front) as usize + self.margin.max(self.corner_margin());
+        let seen = libm::ceil(self.state.front) as usize + self.state.margin.max(self.corner_margin());
         let reach = if self.growth.is_empty() { self.reach } else { 4 };
-        self.reached = (self.reached + reach).min(seen).max(loaded).min(self.nr);
+        self.state.reached = (self.state.reached + reach).min(seen).max(loaded).min(self.nr);
+    }
+
+    /// How far the cone is.
+    pub fn state(&self) -> ConeState {
+        self.state
+    }
+
+    /// Puts the cone to where another one of this target stood at `level`.
+    ///
+    /// # Errors
+    ///
+    /// No cone of this target is there at that level.
+    pub fn set(&mut self, level: usize, state: ConeState) -> Result<(), StateError> {
+        let ConeState { reached, front, margin } = state;
+        StateError::unless(reached <= self.nr, "number of columns reached", reached)?;
+        StateError::unless((0.0..=(self.nr + level) as f64).contains(&front), "wave front", front)?;
+        StateError::unless(margin <= WIDEST_MARGIN, "margin of the wave front", margin)?;
+        self.state = state;
+        Ok(())
     }
 
     /// How far a wave has fallen off `ahead` nodes ahead of its front after t steps, see [`decay`]; with lateral damping the best of
@@ -124,7 +154,7 @@ impl LightCone {
 
     /// Number of columns that have moved; those beyond are at rest.
     pub fn active_columns(&self) -> usize {
-        if self.coverage == Coverage::Everything { self.nr } else { self.reached }
+        if self.coverage == Coverage::Everything { self.nr } else { self.state.reached }
     }
 
     /// What is to be computed of `level`, the one the cone stands at.
@@ -207,7 +237,7 @@ mod tests {
         for step in 1..=8000 {
             cone.advance(step, 10);
             if [1000, 8000].contains(&step) {
-                margins.push(cone.margin as f64);
+                margins.push(cone.state.margin as f64);
             }
         }
         assert!((margins[1] / margins[0] - 2.0).abs() < 0.1, "{margins:?}");

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+#[cfg(test)]
+use super::vector::Plain;
 use super::{
     cells::{CellPatch, cell_march},
     energy::EnergySum,
@@ -24,11 +26,20 @@ enum Set {
     /// 512-bit vectors.
     #[cfg(target_arch = "x86_64")]
     Avx512,
+    /// 4 and 8 numbers, one by one.
+    #[cfg(test)]
+    Plain4,
+    #[cfg(test)]
+    Plain8,
 }
 
 impl Instructions {
     /// What every machine has.
     pub const BASELINE: Self = Self(Set::Baseline);
+
+    /// Vectors of any width, whose loads and stores are of single numbers.
+    #[cfg(test)]
+    pub const PLAIN: [Self; 3] = [Self(Set::Baseline), Self(Set::Plain4), Self(Set::Plain8)];
 
     /// The best this machine has.
     pub fn detect() -> Self {
@@ -57,6 +68,10 @@ impl Instructions {
             Set::Avx2 => std::arch::x86_64::__m256d::WIDTH,
             #[cfg(target_arch = "x86_64")]
             Set::Avx512 => std::arch::x86_64::__m512d::WIDTH,
+            #[cfg(test)]
+            Set::Plain4 => Plain::<4>::WIDTH,
+            #[cfg(test)]
+            Set::Plain8 => Plain::<8>::WIDTH,
         }
     }
 
@@ -86,6 +101,12 @@ impl Instructions {
             // SAFETY: likewise
             #[cfg(target_arch = "x86_64")]
             Set::Avx512 => unsafe { x86::advance_avx512::<COUNTS>(patch, rows, columns, area, sums) },
+            // SAFETY: as for the baseline
+            #[cfg(test)]
+            Set::Plain4 => unsafe { advance::<Plain<4>, COUNTS>(patch, rows, columns, area, sums) },
+            // SAFETY: likewise
+            #[cfg(test)]
+            Set::Plain8 => unsafe { advance::<Plain<8>, COUNTS>(patch, rows, columns, area, sums) },
         }
     }
 
@@ -111,6 +132,12 @@ impl Instructions {
             // SAFETY: likewise
             #[cfg(target_arch = "x86_64")]
             Set::Avx512 => unsafe { x86::cells_avx512::<ROW, COUNTS>(patch, j, columns, energy) },
+            // SAFETY: as for the baseline
+            #[cfg(test)]
+            Set::Plain4 => unsafe { cell_march::<Plain<4>, ROW, COUNTS>(patch, j, columns, energy) },
+            // SAFETY: likewise
+            #[cfg(test)]
+            Set::Plain8 => unsafe { cell_march::<Plain<8>, ROW, COUNTS>(patch, j, columns, energy) },
         }
     }
 }
@@ -269,7 +296,7 @@ mod tests {
             let surface = EnergySum::of_surface(&area, [&before, &now, &next], &next).total();
             assert_eq!(*energy, surface);
         }
-        for instructions in Instructions::all() {
+        for instructions in Instructions::all().into_iter().chain(Instructions::PLAIN) {
             let w = instructions.width();
             for cuts in [vec![0, columns], vec![0, w, columns], vec![0, 3 * w, 4 * w, columns - w, columns]] {
                 assert_eq!(advanced(instructions, &cuts), baseline, "{instructions:?}, {cuts:?}");

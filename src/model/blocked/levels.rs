@@ -11,6 +11,9 @@ use super::vector::BLOCK;
 /// Numbers in a line of the cache.
 const LINE: usize = 8;
 
+/// Images about the axis that schemes read.
+pub const IMAGES: usize = 2;
+
 /// Some levels of a field, row by row. Level k is in the array `k % arrays`. Every row has a block before its first column and
 /// a block of zeros after its last one, two in the full theory, and begins at a line of the cache; in the full theory the same again follows for u_r.
 /// A row stands above row 0. The row above, the block before the first column and the row below the backing are zeros, or hold the
@@ -165,8 +168,12 @@ impl Levels {
     ///
     /// As [`Levels::part`].
     pub unsafe fn lateral_part(&self, level: usize, j: usize) -> &[f64] {
-        // SAFETY: the caller's promise
-        unsafe { self.lateral_mut(level, j, self.columns) }
+        assert!(self.lateral < self.stride - self.columns && j < self.rows);
+        // SAFETY: columns of a row lie inside the array; the caller promises the rest
+        unsafe {
+            let first = self.origin(level).add(j * self.stride + self.lateral);
+            std::slice::from_raw_parts(first, self.columns)
+        }
     }
 
     /// The first columns of u_r in row `j` at a level, to be changed.
@@ -213,6 +220,30 @@ impl Levels {
             for i in 0..columns.len() + images {
                 *to.add(i) = sign * *from.add(i);
             }
+        }
+    }
+
+    /// Number of levels that are kept.
+    pub fn count(&self) -> usize {
+        self.arrays.len()
+    }
+
+    /// A row at a level with the images before its first column, of which schemes read [`IMAGES`].
+    ///
+    /// * `j`: −1 is the row above the surface, which holds images
+    /// * `offset`: of the displacement, 0 or [`Levels::lateral`]
+    ///
+    /// # Safety
+    ///
+    /// As [`Levels::part_mut`].
+    #[expect(clippy::mut_from_ref, reason = "the caller promises that there is no other")]
+    pub unsafe fn with_images(&self, level: usize, j: isize, offset: usize, columns: usize) -> &mut [f64] {
+        assert!((-1..self.rows as isize).contains(&j) && columns <= self.columns);
+        assert!(offset + self.columns + BLOCK <= self.stride);
+        // SAFETY: a row stands above row 0 and a block before the first column; the caller promises the rest
+        unsafe {
+            let first = self.origin(level).offset(j * self.stride as isize).add(offset).sub(IMAGES);
+            std::slice::from_raw_parts_mut(first, IMAGES + columns)
         }
     }
 }

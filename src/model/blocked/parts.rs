@@ -1,15 +1,16 @@
 //! Numbers that several threads write.
 
-use std::{
-    ops::Range,
-    sync::atomic::{AtomicPtr, Ordering},
-};
+use std::{marker::PhantomData, ops::Range, sync::Mutex};
+
+use super::sync::{AtomicPtr, Ordering};
 
 /// Numbers that several threads write, each its own part. They can be taken out once, when all parts are written.
 pub struct Parts<T> {
     /// The first number; null once they have been taken.
     first: AtomicPtr<T>,
     length: usize,
+    /// One thread at a time reaches each of them, as if under a lock: so they may be shared if they may be sent.
+    numbers: PhantomData<Mutex<T>>,
 }
 
 #[expect(unsafe_code, reason = "several threads fill one sampler")]
@@ -17,7 +18,7 @@ impl<T: Default + Clone> Parts<T> {
     /// `length` zeros; large untouched ones take no memory.
     pub fn new(length: usize) -> Self {
         let numbers = vec![T::default(); length].into_boxed_slice();
-        Self { first: AtomicPtr::new(Box::into_raw(numbers).cast()), length }
+        Self { first: AtomicPtr::new(Box::into_raw(numbers).cast()), length, numbers: PhantomData }
     }
 
     /// Some of the numbers.
@@ -27,6 +28,7 @@ impl<T: Default + Clone> Parts<T> {
     /// No other thread reaches these while the slice lives, nor is there another slice of them.
     #[expect(clippy::mut_from_ref, reason = "the caller promises that there is no other")]
     pub unsafe fn part(&self, range: Range<usize>) -> &mut [T] {
+        // relaxed: the pointer is changed by `take` alone, which by the caller's promise has not been called
         let first = self.first.load(Ordering::Relaxed);
         assert!(!first.is_null() && range.start <= range.end && range.end <= self.length);
         // SAFETY: the range lies inside the numbers, which have not been taken; the caller promises the rest
@@ -43,7 +45,8 @@ impl<T: Default + Clone> Parts<T> {
     ///
     /// If they have been taken before.
     pub unsafe fn take(&self) -> Vec<T> {
-        let first = self.first.swap(std::ptr::null_mut(), Ordering::AcqRel);
+        // relaxed: it only decides which call has the numbers; that they are written is the caller's promise
+        let first = self.first.swap(std::ptr::null_mut(), Ordering::Relaxed);
         assert!(!first.is_null(), "numbers are taken once");
         // SAFETY: the pointer comes from a box of this length, and was swapped out, so no other call has it; the caller
         // promises that no slice of it is alive
@@ -53,7 +56,8 @@ impl<T: Default + Clone> Parts<T> {
 
 impl<T> Drop for Parts<T> {
     fn drop(&mut self) {
-        let first = *self.first.get_mut();
+        // relaxed: what `&mut self` excludes needs no order
+        let first = self.first.load(Ordering::Relaxed);
         if !first.is_null() {
             // SAFETY: the pointer comes from a box of this length; slices of it borrow `self`, so none is alive
             #[expect(unsafe_code, reason = "numbers that were never taken")]

@@ -25,50 +25,25 @@
 
 use std::{
     ops::Range,
-    sync::{
-        Arc, Mutex, PoisonError,
-        atomic::{AtomicUsize, Ordering},
-    },
+    sync::{Arc, Mutex, PoisonError},
 };
+
+use serde::{Deserialize, Serialize};
 
 use super::{
     active::ActiveRegion,
     domain::{Domain, Weighted},
     gauge::Gauge,
+    handover::TileRows,
+    progress::Order,
     sampler::{Sampler, SurfaceMotion},
+    tiling::{Sizes, Tiling},
     vector::BLOCK,
 };
 
-/// Largest number of levels that the interior may lag behind the surface.
-const MAX_LAG: usize = 32;
-
-/// Number of levels that the interior may lag behind the surface over `nz` rows: the more, the less often memory is gone
-/// through; but the near-surface band, which one thread does, should stay a small part of the whole.
-///
-/// * `reach`: see [`Domain::reach`]
-pub fn lag(nz: usize, reach: usize) -> usize {
-    (nz / 16).clamp(8, MAX_LAG) / reach
-}
-
-/// Rows of the near-surface band: rows 0 to `reach` must be up to date when the interior lags by `lag`.
-pub fn band_rows(lag: usize, reach: usize) -> usize {
-    lag * reach + reach + 1
-}
-
-/// Rows and columns of a tile: one level of it is two arrays of 96 KiB that stream from the second cache row after row, and
-/// what the next levels add to them fits in there too. Half as many rows or columns cost some percent.
-const TILE_ROWS: usize = MAX_LAG;
-const TILE_COLUMNS: usize = 48 * BLOCK;
-
-/// Fewest columns of a tile, where a mesh is so narrow that threads would wait for each other.
-const NARROW_COLUMNS: usize = 8 * BLOCK;
-
-// or tile rows would touch those of the pass before, see `Pass::tile`
-const _: () = assert!(TILE_ROWS >= MAX_LAG);
-
 /// Largest |u| in the row before the backing, in the full theory largest strain on the backing, with its level and column: where
 /// there are several, the earliest and innermost.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RowPeak {
     /// |u| \[R\], or strain.
     pub value: f64,
@@ -148,28 +123,6 @@ impl LevelTask {
     }
 }
 
-/// How far the tile rows of a pass are: the number of column bands that each has done.
-struct Progress {
-    bands: usize,
-    done: Vec<AtomicUsize>,
-}
-
-impl Progress {
-    /// True if all bands of a tile row are done; what was done has happened before.
-    fn is_done(&self, tile_row: usize) -> bool {
-        self.done.get(tile_row).is_none_or(|done| done.load(Ordering::Acquire) == self.bands)
-    }
-}
-
-/// Waits for something another thread is about to do: it needs microseconds, unless it has lost its core.
-pub fn wait_until(happened: impl Fn() -> bool) {
-    let mut patience = 0;
-    while !happened() {
-        patience += 1;
-        if patience < 1000 { std::hint::spin_loop() } else { std::thread::yield_now() }
-    }
-}
-
 /// One pass over the interior.
 pub struct Pass {
     domain: Arc<Domain>,
@@ -177,13 +130,8 @@ pub struct Pass {
     base: usize,
     /// Levels to do, from `base + 1` on.
     tasks: Vec<LevelTask>,
-    /// Largest number of levels of a pass.
-    lag: usize,
-    /// Columns of a tile.
-    tile_columns: usize,
-    progress: Arc<Progress>,
-    /// The pass before this one.
-    earlier: Option<Arc<Progress>>,
+    tiling: Tiling,
+    order: Order,
     /// Peaks of the row before the backing: of all levels but the last, and of the last.
     peaks: Mutex<[RowPeak; 2]>,
 }
@@ -199,32 +147,18 @@ impl Pass {
         domain: Arc<Domain>,
         base: usize,
         tasks: Vec<LevelTask>,
-        lag: usize,
+        (sizes, lag): (&Sizes, usize),
         threads: usize,
         earlier: Option<&Self>,
     ) -> Self {
-        let levels = tasks.len();
-        let reach = domain.reach();
-        assert!(levels <= lag && lag * reach <= MAX_LAG, "the near-surface band is not deep enough");
+        assert!(tasks.len() <= lag, "the near-surface band is not deep enough");
         let rows = tasks.iter().map(|task| task.active.rows).max().unwrap_or(0);
         let columns = tasks.iter().map(|task| task.active.columns).max().unwrap_or(0);
         assert!(rows < domain.levels.rows() && columns <= domain.levels.columns());
-        let tile_rows = (rows + reach * levels).saturating_sub(band_rows(lag, reach)).div_ceil(TILE_ROWS);
-        // a band for every thread at least
-        let tile_columns =
-            columns.div_ceil(threads).next_multiple_of(BLOCK).clamp(NARROW_COLUMNS, TILE_COLUMNS);
-        let bands = (columns + levels.saturating_sub(1) * domain.shift()).div_ceil(tile_columns);
-        let done = (0..tile_rows).map(|_| AtomicUsize::new(0)).collect();
-        Self {
-            domain,
-            base,
-            tasks,
-            lag,
-            tile_columns,
-            progress: Arc::new(Progress { bands, done }),
-            earlier: earlier.map(|pass| Arc::clone(&pass.progress)),
-            peaks: Mutex::default(),
-        }
+        let tiling = Tiling::new(sizes, lag, domain.reach(), domain.shift(), columns, threads);
+        let [tile_rows, bands] = tiling.count(rows, columns, tasks.len());
+        let order = Order::new(tile_rows, bands, earlier.map(|pass| &pass.order));
+        Self { domain, base, tasks, tiling, order, peaks: Mutex::default() }
     }
 
     /// Level that the interior has reached when the pass is over.
@@ -232,65 +166,23 @@ impl Pass {
         self.base + self.tasks.len()
     }
 
-    /// Number of tile rows; they must be begun in order, by any threads.
-    pub fn tile_rows(&self) -> usize {
-        self.progress.done.len()
-    }
-
-    /// True if a tile row is done, or there is none.
-    pub fn is_done(&self, tile_row: usize) -> bool {
-        self.progress.is_done(tile_row)
-    }
-
-    /// True if all tile rows are done; all that was computed and sampled has happened before.
-    pub fn is_over(&self) -> bool {
-        (0..self.tile_rows()).all(|tile_row| self.is_done(tile_row))
-    }
-
-    /// True if the pass before is past a tile row.
-    pub fn may_begin(&self, tile_row: usize) -> bool {
-        self.earlier.as_ref().is_none_or(|earlier| {
-            let below = (tile_row + 1).min(earlier.done.len().saturating_sub(1));
-            earlier.is_done(below)
-        })
-    }
-
     /// Peaks of the row before the backing, of all levels but the last one, and of the last one, once the pass is over.
     pub fn peaks(&self) -> [RowPeak; 2] {
         *self.peaks.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does the bands of a tile row from left to right, behind the tile row above.
-    pub fn advance(&self, tile_row: usize) {
-        let Progress { bands, done } = &*self.progress;
-        wait_until(|| self.may_begin(tile_row));
-        for band in 0..*bands {
-            if let Some(above) = tile_row.checked_sub(1) {
-                wait_until(|| done[above].load(Ordering::Acquire) > band);
-            }
-            self.tile(tile_row, band);
-            done[tile_row].store(band + 1, Ordering::Release);
-        }
-    }
-
     /// All levels of a tile.
     fn tile(&self, tile_row: usize, band: usize) {
         let domain = &*self.domain;
-        let reach = domain.reach();
         for (t, task) in (1..).zip(&self.tasks) {
-            let ActiveRegion { rows, columns } = task.active;
-            let first = band_rows(self.lag, reach) + tile_row * TILE_ROWS - reach * t;
-            let rows = first..(first + TILE_ROWS).min(rows);
-            let shift = (t - 1) * domain.shift();
-            let columns = (band * self.tile_columns).saturating_sub(shift)
-                ..((band + 1) * self.tile_columns).saturating_sub(shift).min(columns);
+            let (rows, columns) = self.tiling.tile(tile_row, band, t, task.active);
             if rows.is_empty() || columns.is_empty() {
                 continue;
             }
             let has_last = rows.contains(&domain.last_row());
             // SAFETY: rows lie in 1 ≤ j ≤ nz − 1 and columns in 0 ≤ i < nr (the active region stays below both), so with a
             // block and `reach` rows or images around them they are inside the arrays. No other thread writes to what is
-            // read here or touches what is written here. Let R be the reach, 1 or 2; images belong to the row they are of:
+            // read here or touches what is written here. Let R be the reach, 1 or 2, and T the rows of a tile; images belong to the row they are of:
             // - in this pass, the nodes of a tile at level t are read by tiles to the right and below at levels t + 1 and (where
             //   there are three levels) t + 2, which start after this one has ended; those of earlier levels around this tile
             //   were written by tiles above and to the left, which have ended, and are overwritten at level t + 1 (three
@@ -299,11 +191,11 @@ impl Pass {
             //   row at one level belong to one tile row;
             // - in the pass before, this tile row, those above and the one below are done. If that one's rows end at row f
             //   before any shift, this tile row writes up to row f − R − 1 and reads up to f − 1; what is farther down
-            //   begins at f + TILE_ROWS and is shifted up by R·lag ≤ TILE_ROWS at most: it writes from f on and reads from
+            //   begins at f + T and is shifted up by R·lag ≤ T at most: it writes from f on and reads from
             //   f − R on;
             // - the near-surface band goes on when the first tile row is done. It has B = R·lag + R + 1 rows, R less in every
             //   level, so it writes up to row B − R − 1 and reads up to B − 1; the second tile row begins at row
-            //   B + TILE_ROWS before any shift, so it writes from B on and reads from B − R on.
+            //   B + T before any shift, so it writes from B on and reads from B − R on.
             #[expect(unsafe_code, reason = "tiles of one array are updated in place by several threads")]
             unsafe {
                 task.advance(domain, self.base + t, rows, columns.clone(), None);
@@ -340,5 +232,15 @@ impl Pass {
         {
             *peak = peak.with(largest, self.base + t, first + place);
         }
+    }
+}
+
+impl TileRows for Pass {
+    fn order(&self) -> &Order {
+        &self.order
+    }
+
+    fn advance(&self, tile_row: usize) {
+        self.order.advance(tile_row, |band| self.tile(tile_row, band));
     }
 }

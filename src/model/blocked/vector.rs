@@ -97,6 +97,76 @@ impl Vector for Pair {
     }
 }
 
+/// Numbers one by one, as many as any vector has: interpreters and sanitizers look at each of them, and not at what wide
+/// instructions load and store.
+#[cfg(test)]
+#[derive(Clone, Copy)]
+pub struct Plain<const N: usize>([f64; N]);
+
+#[cfg(test)]
+impl<const N: usize> Plain<N> {
+    fn of(number: impl Fn(usize) -> f64) -> Self {
+        Self(std::array::from_fn(number))
+    }
+
+    /// Number i of `before` and then `after`.
+    fn across(before: Self, after: Self, i: usize) -> f64 {
+        if i < N { before.0[i] } else { after.0[i - N] }
+    }
+}
+
+#[cfg(test)]
+#[expect(unsafe_code, reason = "loads and stores; the rest is safe")]
+impl<const N: usize> Vector for Plain<N> {
+    const WIDTH: usize = N;
+
+    unsafe fn load(from: *const f64) -> Self {
+        // SAFETY: N numbers may be read there
+        Self::of(|i| unsafe { *from.add(i) })
+    }
+
+    unsafe fn store(self, to: *mut f64) {
+        for (i, number) in self.0.into_iter().enumerate() {
+            // SAFETY: N numbers may be written there
+            unsafe { *to.add(i) = number };
+        }
+    }
+
+    unsafe fn add(self, other: Self) -> Self {
+        Self::of(|i| self.0[i] + other.0[i])
+    }
+
+    unsafe fn sub(self, other: Self) -> Self {
+        Self::of(|i| self.0[i] - other.0[i])
+    }
+
+    unsafe fn mul(self, other: Self) -> Self {
+        Self::of(|i| self.0[i] * other.0[i])
+    }
+
+    unsafe fn add_twice(self, other: Self) -> Self {
+        Self::of(|i| self.0[i] + 2.0 * other.0[i])
+    }
+
+    unsafe fn twice_less(self, other: Self) -> Self {
+        Self::of(|i| 2.0 * self.0[i] - other.0[i])
+    }
+
+    unsafe fn splat(number: f64) -> Self {
+        Self([number; N])
+    }
+
+    unsafe fn seam(before: Self, after: Self) -> (Self, Self) {
+        let across = |from: usize| Self::of(|i| Self::across(before, after, from + i));
+        (across(1), across(N - 1))
+    }
+
+    unsafe fn wide_seam(before: Self, after: Self) -> (Self, Self) {
+        let across = |from: usize| Self::of(|i| Self::across(before, after, from + i));
+        (across(2), across(N - 2))
+    }
+}
+
 #[cfg(target_arch = "x86_64")]
 #[expect(unsafe_code, reason = "instructions that not every machine has")]
 mod x86 {

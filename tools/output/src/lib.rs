@@ -26,7 +26,7 @@ mod part;
 
 pub use counted::Counted;
 pub use output::{Output, write};
-pub use part::{Part, PartError, part_of};
+pub use part::{Left, Part, PartError, part_of};
 
 /// Room for a new file \[bytes\]; `None` for a device.
 ///
@@ -38,6 +38,18 @@ pub fn available(path: &Path) -> io::Result<Option<u64>> {
         Ok(metadata) if !metadata.is_file() => Ok(None),
         _ => fs4::available_space(folder(path)).map(Some),
     }
+}
+
+/// The file that a path stands for, its own or that of a symbolic link; `None` for a device.
+///
+/// # Errors
+///
+/// It is a folder, or the system does not say.
+pub fn file_of(path: &Path) -> io::Result<Option<PathBuf>> {
+    Ok(match Place::of(path)? {
+        Place::File(path) => Some(path),
+        Place::Device(_) => None,
+    })
 }
 
 /// Where an output goes.

@@ -18,8 +18,14 @@ pub enum PartError {
     #[error("`{}` exists; choose another output with -o, or overwrite it with --force", .0.display())]
     Exists(PathBuf),
     /// An earlier attempt has left this, and it is not to be replaced.
-    #[error("`{}` is left of an earlier run that did not end; overwrite it with --force", .0.display())]
+    #[error(
+        "`{}` is left of an earlier run that did not end; `percuss run` continues it with --resume, --force overwrites it",
+        .0.display()
+    )]
     Left(PathBuf),
+    /// There is nothing of an earlier attempt.
+    #[error("`{}` does not exist: nothing is left of an earlier run", .0.display())]
+    Nothing(PathBuf),
     /// Another process is writing the same file.
     #[error("`{}` is being written by another process", .0.display())]
     Busy(PathBuf),
@@ -78,6 +84,46 @@ impl Part {
         Ok(Self { file: Counted::new(file), names: Some((part, path)), overwrite })
     }
 
+    /// Begins the file `path` anew, in place of the part that an earlier attempt has left. That one stays until
+    /// [`Left::replace`].
+    ///
+    /// * `overwrite`: replace a file of this name
+    ///
+    /// # Errors
+    ///
+    /// See [`PartError`].
+    pub fn resume(path: &Path, overwrite: bool) -> Result<(Self, Left), PartError> {
+        let system = |path: &Path, error| PartError::System { path: path.into(), error };
+        let path = match Place::of(path).map_err(|error| system(path, error))? {
+            Place::Device(_) => return Err(PartError::Nothing(part_of(path))),
+            Place::File(path) => path,
+        };
+        if !overwrite && path.exists() {
+            return Err(PartError::Exists(path));
+        }
+        let part = part_of(&path);
+        let left = match OpenOptions::new().read(true).write(true).open(&part) {
+            Ok(left) => left,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Err(PartError::Nothing(part)),
+            Err(error) => return Err(system(&part, error)),
+        };
+        lock(&left, &part)?;
+        if !is_same(&left, &part).map_err(|error| system(&part, error))? {
+            return Err(PartError::Busy(part));
+        }
+        // one name: what an attempt leaves of it, which was killed here, the next one replaces; who has the lock above is alone
+        let mut new = part.clone().into_os_string();
+        new.push(".new");
+        let new = PathBuf::from(new);
+        let file = OpenOptions::new().write(true).create(true).truncate(true).open(&new);
+        let file = file.map_err(|error| system(&new, error))?;
+        lock(&file, &new)?;
+        let file = Counted::new(file);
+        let temporary = TempPath::try_from_path(&new).map_err(|error| system(&new, error))?;
+        let left = Left { file: left, new: file.clone(), temporary, part: part.clone() };
+        Ok((Self { file, names: Some((part, path)), overwrite }, left))
+    }
+
     /// Name of the file as long as it is written; none for a device.
     pub fn path(&self) -> Option<&Path> {
         self.names.as_ref().map(|(part, _)| part.as_path())
@@ -119,6 +165,35 @@ impl Part {
     }
 }
 
+/// What an earlier attempt has left of a file, while another one is written that is to take its place.
+#[derive(Debug)]
+pub struct Left {
+    /// The part that was left, locked.
+    file: File,
+    new: Counted,
+    /// Name of the new file until it takes the place of the part. Dropped before, it is removed.
+    temporary: TempPath,
+    part: PathBuf,
+}
+
+impl Left {
+    /// The part that was left.
+    pub fn file(&mut self) -> &mut File {
+        &mut self.file
+    }
+
+    /// Puts what has been written of the new file in its place.
+    ///
+    /// # Errors
+    ///
+    /// What the system says; the part stays.
+    pub fn replace(self) -> io::Result<()> {
+        self.new.synchronise()?;
+        rename(self.temporary, &self.part, true).map_err(|(error, _)| error)?;
+        synchronise_folder(&self.part)
+    }
+}
+
 impl Write for Part {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.file.write(bytes)
@@ -146,17 +221,7 @@ fn open_locked(part: &Path, overwrite: bool) -> Result<File, PartError> {
             },
             Err(error) => return Err(system(error)),
         };
-        match repeated(|| match file.try_lock() {
-            Ok(()) => Ok(true),
-            Err(TryLockError::WouldBlock) => Ok(false),
-            Err(TryLockError::Error(error)) => Err(error),
-        }) {
-            Ok(true) => {}
-            Ok(false) => return Err(PartError::Busy(part.into())),
-            // a file system without locks
-            Err(error) if error.kind() == io::ErrorKind::Unsupported => {}
-            Err(error) => return Err(system(error)),
-        }
+        lock(&file, part)?;
         if !is_same(&file, part).map_err(system)? {
             continue;
         }
@@ -166,6 +231,21 @@ fn open_locked(part: &Path, overwrite: bool) -> Result<File, PartError> {
         }
         file.set_len(0).map_err(system)?;
         return Ok(file);
+    }
+}
+
+/// Locks a file as long as it is open.
+fn lock(file: &File, path: &Path) -> Result<(), PartError> {
+    match repeated(|| match file.try_lock() {
+        Ok(()) => Ok(true),
+        Err(TryLockError::WouldBlock) => Ok(false),
+        Err(TryLockError::Error(error)) => Err(error),
+    }) {
+        Ok(true) => Ok(()),
+        Ok(false) => Err(PartError::Busy(path.into())),
+        // a file system without locks
+        Err(error) if error.kind() == io::ErrorKind::Unsupported => Ok(()),
+        Err(error) => Err(PartError::System { path: path.into(), error }),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::{
     fs,
-    io::{ErrorKind, Write},
+    io::{ErrorKind, Read, Write},
     path::Path,
     process::Command,
 };
@@ -133,4 +133,39 @@ fn errors_say_how_much_was_written() {
     let error = write(Path::new("/dev/full"), b"x", false).expect_err("it is full");
     assert_eq!(error.kind(), ErrorKind::StorageFull);
     assert_eq!(error.to_string(), "writing after 0 bytes: No space left on device (os error 28)");
+}
+
+#[test]
+fn what_was_left_stays_until_it_is_replaced() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.mcap");
+    assert!(matches!(Part::resume(&path, false), Err(PartError::Nothing(_))));
+    let mut part = Part::create(&path, false).expect("a file");
+    part.write_all(b"left").expect("room");
+    assert!(matches!(Part::resume(&path, false), Err(PartError::Busy(_))));
+    drop(part);
+
+    // given up
+    let (mut new, left) = Part::resume(&path, false).expect("a part");
+    assert!(matches!(Part::resume(&path, false), Err(PartError::Busy(_))));
+    new.write_all(b"half").expect("room");
+    drop((new, left));
+    assert_eq!(names(folder.path()), ["a.mcap.part"]);
+    assert_eq!(fs::read(part_of(&path)).expect("a part"), b"left");
+
+    // killed, then complete
+    fs::write(folder.path().join("a.mcap.part.new"), b"of one that was killed").expect("room");
+    let (mut new, mut left) = Part::resume(&path, false).expect("a part");
+    let mut text = String::new();
+    left.file().read_to_string(&mut text).expect("a part");
+    assert_eq!(text, "left");
+    new.write_all(b"left and").expect("room");
+    left.replace().expect("a name");
+    assert_eq!(names(folder.path()), ["a.mcap.part"]);
+    assert!(matches!(Part::create(&path, true), Err(PartError::Busy(_))));
+    new.write_all(b" more").expect("room");
+    new.commit(true).expect("a name");
+    assert_eq!(names(folder.path()), ["a.mcap"]);
+    assert_eq!(fs::read(&path).expect("a file"), b"left and more");
+    assert!(matches!(Part::resume(&path, false), Err(PartError::Exists(_))));
 }

@@ -6,6 +6,9 @@
 
 use std::collections::BTreeMap;
 
+/// Extension that a recording has until it is complete: `run.mcap.part`.
+pub const PART: &str = "part";
+
 /// Metadata records: what a run is, where and when it ran, what its numbers are good for, and how it ended.
 pub const RUN: &str = "percuss.run";
 /// Record of where and when a run took place; never compared.

@@ -9,7 +9,7 @@ use crate::{
     channel::Channel,
     messages::Recording,
     nest::{Counts, Element, Nest},
-    recording::OpenError,
+    recording::{Budget, OpenError},
     table::MAX_COLUMNS,
     wire::{Layout, Values},
 };
@@ -66,7 +66,8 @@ impl Reach {
 /// How far an array reaches over all messages.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Extent {
-    /// Greatest number of elements of a list that is in no other.
+    /// Greatest number of elements of a list that is in no other; the greatest of all numbers where there was no room for the
+    /// places.
     pub length: usize,
     /// Elements of lists inside lists, and entries of maps, one of each on the way, in their order; at most one more than columns are made.
     pub places: BTreeSet<Vec<Element>>,
@@ -96,9 +97,10 @@ impl Extents {
             }
         }
         let mut messages = recording.messages(ids.iter().copied(), None)?;
+        let mut budget = Budget::new(recording.limits().kept());
         messages.for_each(|message| -> Result<(), OpenError> {
             if let Some(survey) = surveys.get_mut(&message.channel) {
-                survey.take(message.data);
+                survey.take(message.data, &mut budget);
             }
             Ok(())
         })?;
@@ -122,6 +124,8 @@ struct Array {
     extent: Extent,
     along: [Option<Reach>; 2],
     grid: Option<Grid>,
+    /// Memory of the places \[bytes\].
+    weight: usize,
 }
 
 /// The arrays of a channel, message by message.
@@ -141,6 +145,7 @@ impl<'a> Survey<'a> {
             extent: Extent::default(),
             along: [None; 2],
             grid: None,
+            weight: 0,
         };
         let is_array = |&leaf: &usize| {
             let leaf = &layout.leaves[leaf];
@@ -150,20 +155,39 @@ impl<'a> Survey<'a> {
         Self { layout, values: layout.values(), arrays: arrays.collect() }
     }
 
-    fn take(&mut self, bytes: &[u8]) {
+    fn take(&mut self, bytes: &[u8], budget: &mut Budget) {
         if self.layout.decode(bytes, &mut self.values).is_ok() {
-            self.arrays.iter_mut().for_each(|array| array.take(&self.values));
+            self.arrays.iter_mut().for_each(|array| array.take(&self.values, budget));
         }
         self.values.release();
     }
 }
 
 impl Array {
-    fn take(&mut self, values: &Values) {
+    /// Adds the places of a message; where there is no room for them, none are kept.
+    fn add_places(&mut self, values: &Values, budget: &mut Budget) {
+        if self.extent.length == usize::MAX {
+            return;
+        }
+        let places = &mut self.extent.places;
+        let before = places.len();
+        self.nest.places(values, MAX_COLUMNS + 1, places);
+        if places.len() == before {
+            return;
+        }
+        let weight = places.iter().flatten().map(Element::weight).sum::<usize>();
+        let more = weight.saturating_sub(std::mem::replace(&mut self.weight, weight));
+        if !budget.spend(more) {
+            budget.give_back(weight - more);
+            (self.extent.places, self.extent.length) = (BTreeSet::new(), usize::MAX);
+        }
+    }
+
+    fn take(&mut self, values: &Values, budget: &mut Budget) {
         let length = match self.nest.lists() {
             1 if !self.nest.has_keys() => self.nest.spot(&[None]).length(values),
             _ => {
-                self.nest.places(values, MAX_COLUMNS + 1, &mut self.extent.places);
+                self.add_places(values, budget);
                 0
             }
         };

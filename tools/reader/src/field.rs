@@ -65,6 +65,14 @@ pub struct Columns {
 }
 
 impl Column {
+    /// Memory that it takes where it is traced: with its heading, its steps and a cell \[bytes\].
+    pub(crate) fn weight(&self) -> usize {
+        /// Blocks of its texts and of its steps \[bytes\].
+        const BLOCKS: usize = 256;
+        let unit = self.heading.unit.as_ref().map_or(0, String::len);
+        size_of::<Self>() + BLOCKS + 3 * (self.heading.name.len() + unit)
+    }
+
     /// The cell of this column for a message.
     ///
     /// * `log_time`: log time of the message \[ns\]

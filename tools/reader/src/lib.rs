@@ -46,13 +46,20 @@
 //! or a comparison for which too much would have to wait is not made (status 1; `diff`: 2). Of several files side by side
 //! in a table or picture, each may take as much.
 //!
+//! A recording is a regular file: folders, pipes, sockets and devices are refused before they are opened. Errors of the system
+//! name the file, the place in it and the cause. A name that ends in `.part` is that of a recording that is still being written,
+//! or was interrupted: it is read like any file without an end, which is said once. A file that grows while it is read is
+//! read as far as it was at first; one that becomes shorter is an error. `replay` reports what is lost as it comes up, and ends at once where nothing
+//! can be played.
+//!
 //! Lengths inside a record are checked before it is parsed. Descriptor sets are filtered before they are parsed: those
 //! of another syntax than proto2 and proto3, with public imports in circles, or with more than 65 536 elements are not
 //! sound. A type inside itself, nested deeper than 32, or beyond 10 000 fields is kept as bytes. Names from a file are shown with
 //! terminal escapes made visible.
 //!
-//! Memory does not depend on the length of a recording, with two exceptions: NumPy files begin with their lengths, so
-//! their columns are kept in memory, up to `--max-memory`; pictures keep the points of their curves, up to an eighth of it.
+//! Memory does not depend on the length of a recording, with three exceptions, all within `--max-memory`: NumPy files begin with
+//! their lengths, so their columns are kept; Parquet files end with a place for every column of every group of
+//! rows; pictures keep the points of their curves. What has no room is refused.
 //!
 //! # Recordings of other programs
 //!

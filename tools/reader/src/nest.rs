@@ -25,6 +25,14 @@ pub enum Element {
     Key(Key),
 }
 
+impl Element {
+    /// Memory that it takes in a list of places \[bytes\].
+    pub(crate) fn weight(&self) -> usize {
+        let text = if let Self::Key(Key::Text(key)) = self { 16 + key.len() } else { 0 };
+        2 * size_of::<Self>() + 48 + text
+    }
+}
+
 impl fmt::Display for Element {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

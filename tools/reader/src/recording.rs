@@ -6,6 +6,7 @@
 //! [`Index`] at the end of a file, chunks that hold nothing of interest are not even read.
 
 mod budget;
+mod file;
 mod index;
 mod parse;
 mod scan;
@@ -16,6 +17,7 @@ use std::{
 };
 
 pub(crate) use budget::Budget;
+pub use file::{is_part, open_file, without_part};
 pub use index::Index;
 pub use scan::{FileRecord, Scan, Source};
 
@@ -136,6 +138,26 @@ pub enum OpenError {
         /// Why.
         error: io::Error,
     },
+    /// It is no file that can be read from any place on.
+    #[error("cannot read `{}`: it is {what}; a recording is a regular file", path.display())]
+    NoFile {
+        /// Its name.
+        path: PathBuf,
+        /// What it is.
+        what: &'static str,
+    },
+    /// There is no such recording, but one of that name that is not complete.
+    #[error(
+        "`{}` does not exist; there is `{}`, a recording that is not complete; read that, or continue the run with \
+         `percuss run --resume`",
+        path.display(), part.display()
+    )]
+    NotComplete {
+        /// The recording asked for.
+        path: PathBuf,
+        /// What there is.
+        part: PathBuf,
+    },
     /// The file does not begin like an MCAP file.
     #[error("`{}` is not an MCAP file: it does not begin with the MCAP magic bytes", .0.display())]
     NotMcap(PathBuf),
@@ -170,7 +192,10 @@ pub enum OpenError {
 impl OpenError {
     fn io(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
-        |error| Self::Io { path, error }
+        |error| match file::part_of(&path, &error) {
+            Some(part) => Self::NotComplete { path, part },
+            None => Self::Io { path, error },
+        }
     }
 }
 

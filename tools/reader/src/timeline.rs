@@ -88,10 +88,10 @@ impl Timeline {
         let Some(statistics) = &index.statistics else { return Ok(None) };
         let channels =
             definitions(&index.directory, limits).ok_or_else(|| memory("its channels with their schemas"))?;
-        let listed: u64 = statistics.channel_message_counts.values().sum();
+        let is_empty = statistics.channel_message_counts.values().all(|count| *count == 0);
         let is_whole = channels.len() == statistics.channel_count as usize
             && index.chunks.len() == statistics.chunk_count as usize
-            && (listed == 0 || !index.chunks.is_empty());
+            && (is_empty || !index.chunks.is_empty());
         if !is_whole {
             return Ok(None);
         }

@@ -2,9 +2,8 @@
 
 use std::{
     error::Error,
-    io::{self, Read, Write},
-    net::{Shutdown, TcpStream},
-    sync::Arc,
+    net::{IpAddr, Shutdown, TcpStream},
+    sync::{Arc, atomic::Ordering},
     thread,
     time::{Duration, Instant},
 };
@@ -12,106 +11,145 @@ use std::{
 use tungstenite::{
     Message, WebSocket, accept_hdr_with_config,
     handshake::server::{self, ErrorResponse, Response},
-    http::{HeaderValue, StatusCode, header::SEC_WEBSOCKET_PROTOCOL},
+    http::{
+        HeaderValue, StatusCode,
+        header::{CONNECTION, CONTENT_LENGTH, CONTENT_TYPE, SEC_WEBSOCKET_PROTOCOL},
+    },
     protocol::{Role, WebSocketConfig},
 };
 
 use crate::{
     Answer, Request,
+    access::Doorkeeper,
     protocol::{self, ClientMessage, SUBPROTOCOLS},
+    stream::{Allowance, HANDSHAKE_TIME, Phases, ReadHalf},
     viewers::{Next, Viewers},
 };
 
-/// Largest request \[bytes\].
-const MAX_REQUEST: usize = 1 << 20;
-/// Longest silence of a connection during the handshake.
-const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
+/// Largest request, and largest frame of one \[bytes\].
+const MAX_REQUEST: usize = 256 << 10;
+/// Requests of a connection: per second, and at once.
+const REQUESTS: (f64, f64) = (250.0, 1000.0);
+/// Longest time in which a viewer reads nothing of what is sent to it.
+const STALL: Duration = Duration::from_secs(30);
 /// Longest wait for the writer of a viewer that has left.
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// The reading end. Replies of the library, pongs for example, must not go between the frames of the writing thread: after
-/// the handshake they are discarded here and sent there.
-struct ReadHalf {
-    stream: TcpStream,
-    discards_writes: bool,
+/// What connections have in common.
+pub struct Hall {
+    /// Who may connect.
+    pub doorkeeper: Doorkeeper,
+    /// The viewers.
+    pub viewers: Arc<Viewers>,
+    /// First messages to a viewer.
+    pub greeting: Vec<Message>,
 }
 
-impl Read for ReadHalf {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        self.stream.read(buffer)
-    }
+/// A place among the viewers, until it is dropped.
+struct Seat {
+    viewers: Arc<Viewers>,
+    id: u64,
 }
 
-impl Write for ReadHalf {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.discards_writes { Ok(bytes.len()) } else { self.stream.write(bytes) }
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        if self.discards_writes { Ok(()) } else { self.stream.flush() }
+impl Drop for Seat {
+    fn drop(&mut self) {
+        self.viewers.leave(self.id);
+        self.viewers.free();
     }
 }
 
 /// Serves a connection until it ends.
 ///
-/// * `greeting`: first messages to a viewer
-pub fn serve(stream: TcpStream, viewers: &Arc<Viewers>, greeting: &[Message]) {
+/// * `phases`: how far it is
+pub fn serve(stream: TcpStream, hall: &Arc<Hall>, phases: &Arc<Phases>) {
     // an error ends this connection only
-    let Ok((mut reader, socket)) = handshake(stream) else { return };
-    let id = viewers.enter();
+    let Ok((mut reader, socket, seat)) = handshake(stream, hall, phases) else { return };
+    let id = seat.id;
     let writer = {
-        let (viewers, greeting) = (Arc::clone(viewers), greeting.to_vec());
-        thread::spawn(move || write(socket, &viewers, id, greeting))
+        let (hall, phases) = (Arc::clone(hall), Arc::clone(phases));
+        thread::Builder::new().spawn(move || write(socket, &hall, id, &phases))
     };
+    let Ok(writer) = writer else { return };
+    let mut allowance = Allowance::new(REQUESTS);
     while let Ok(message) = reader.read() {
         match message {
-            Message::Text(text) => handle(protocol::text(&text), viewers, id),
-            Message::Binary(data) => handle(protocol::binary(&data), viewers, id),
-            Message::Ping(data) => viewers.answer(id, Message::Pong(data)),
+            Message::Text(text) => handle(protocol::text(&text), &hall.viewers, id),
+            Message::Binary(data) => handle(protocol::binary(&data), &hall.viewers, id),
+            Message::Ping(data) => hall.viewers.answer(id, Message::Pong(data)),
             Message::Close(_) => break,
             Message::Pong(_) | Message::Frame(_) => {}
         }
+        allowance.spend(1.0);
     }
-    viewers.leave(id);
+    hall.viewers.leave(id);
     // the writer may wait for a viewer that no longer reads
     let start = Instant::now();
     while !writer.is_finished() && start.elapsed() < CLOSE_TIMEOUT {
         thread::sleep(PAUSE);
     }
-    drop(reader.get_ref().stream.shutdown(Shutdown::Both));
+    drop(reader.get_ref().stream().shutdown(Shutdown::Both));
     drop(writer.join());
 }
 
-fn handshake(stream: TcpStream) -> Result<(WebSocket<ReadHalf>, WebSocket<TcpStream>), Box<dyn Error>> {
+type Opened = (WebSocket<ReadHalf>, WebSocket<TcpStream>, Seat);
+
+fn handshake(stream: TcpStream, hall: &Hall, phases: &Arc<Phases>) -> Result<Opened, Box<dyn Error>> {
     stream.set_nonblocking(false)?;
     stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(HANDSHAKE_TIMEOUT))?;
+    stream.set_write_timeout(Some(HANDSHAKE_TIME))?;
+    let local = stream.local_addr()?.ip();
     let write_half = stream.try_clone()?;
     let config = WebSocketConfig::default()
         .max_message_size(Some(MAX_REQUEST))
         .max_frame_size(Some(MAX_REQUEST))
         .read_buffer_size(4096);
-    let read_half = ReadHalf { stream, discards_writes: false };
-    let mut reader = accept_hdr_with_config(read_half, choose_subprotocol, Some(config))
+    let mut seat = None;
+    let answer = |request: &server::Request, response| answer(request, response, hall, local, &mut seat);
+    let mut reader = accept_hdr_with_config(ReadHalf::new(stream, phases), answer, Some(config))
         .map_err(|error| error.to_string())?;
-    reader.get_mut().discards_writes = true;
-    reader.get_ref().stream.set_read_timeout(None)?;
-    Ok((reader, WebSocket::from_raw_socket(write_half, Role::Server, None)))
+    reader.get_mut().open()?;
+    write_half.set_write_timeout(Some(STALL))?;
+    let seat = seat.ok_or("the request was not answered")?;
+    Ok((reader, WebSocket::from_raw_socket(write_half, Role::Server, None), seat))
 }
 
+/// Answers the request of a handshake: with a seat, or a refusal.
 #[expect(clippy::result_large_err, reason = "the signature is the library's")]
-fn choose_subprotocol(request: &server::Request, mut response: Response) -> Result<Response, ErrorResponse> {
-    let offered = request.headers().get_all(SEC_WEBSOCKET_PROTOCOL).iter();
+fn answer(
+    request: &server::Request,
+    mut response: Response,
+    hall: &Hall,
+    local: IpAddr,
+    seat: &mut Option<Seat>,
+) -> Result<Response, ErrorResponse> {
+    let headers = request.headers();
+    hall.doorkeeper.admit(headers, local).map_err(|text| refusal(StatusCode::FORBIDDEN, &text))?;
+    let offered = headers.get_all(SEC_WEBSOCKET_PROTOCOL).iter();
     let offered: Vec<&str> =
         offered.flat_map(|header| header.to_str().unwrap_or_default().split(',')).map(str::trim).collect();
     let Some(chosen) = SUBPROTOCOLS.into_iter().find(|known| offered.contains(known)) else {
-        let mut refusal = ErrorResponse::new(Some(format!("offer one of {}\n", SUBPROTOCOLS.join(", "))));
-        *refusal.status_mut() = StatusCode::BAD_REQUEST;
-        return Err(refusal);
+        let text = format!("offer one of {}", SUBPROTOCOLS.join(", "));
+        return Err(refusal(StatusCode::BAD_REQUEST, &text));
     };
+    let Some(id) = hall.viewers.enter() else {
+        return Err(refusal(StatusCode::SERVICE_UNAVAILABLE, "all places for viewers are taken"));
+    };
+    *seat = Some(Seat { viewers: Arc::clone(&hall.viewers), id });
     response.headers_mut().insert(SEC_WEBSOCKET_PROTOCOL, HeaderValue::from_static(chosen));
     Ok(response)
+}
+
+fn refusal(status: StatusCode, text: &str) -> ErrorResponse {
+    let body = format!("{text}\n");
+    let mut refusal = ErrorResponse::new(None);
+    *refusal.status_mut() = status;
+    let headers = refusal.headers_mut();
+    headers.insert(CONNECTION, HeaderValue::from_static("close"));
+    headers.insert(CONTENT_TYPE, HeaderValue::from_static("text/plain; charset=utf-8"));
+    headers.insert(CONTENT_LENGTH, body.len().into());
+    *refusal.body_mut() = Some(body);
+    refusal
 }
 
 fn handle(message: Result<ClientMessage, String>, viewers: &Viewers, id: u64) {
@@ -122,8 +160,7 @@ fn handle(message: Result<ClientMessage, String>, viewers: &Viewers, id: u64) {
             Ok(())
         }
         Ok(ClientMessage::Playback { play, speed, seek, request }) => {
-            viewers.request(Request { play, speed, seek, answer: Answer { viewer: id, request } });
-            Ok(())
+            viewers.request(Request { play, speed, seek, answer: Answer { viewer: id, request } })
         }
         Ok(ClientMessage::Other) => Ok(()),
         Err(text) => Err(text),
@@ -134,25 +171,21 @@ fn handle(message: Result<ClientMessage, String>, viewers: &Viewers, id: u64) {
 }
 
 /// Writes frames until the viewer leaves or the server ends; then closes the connection.
-fn write(mut socket: WebSocket<TcpStream>, viewers: &Viewers, id: u64, greeting: Vec<Message>) {
-    let outcome = write_all(&mut socket, viewers, id, greeting);
+fn write(mut socket: WebSocket<TcpStream>, hall: &Hall, id: u64, phases: &Phases) {
+    let outcome = write_all(&mut socket, hall, id);
     if outcome.and_then(|()| socket.close(None)).and_then(|()| socket.flush()).is_err() {
         // the connection is broken: ends the reading thread too
+        phases.is_over.store(true, Ordering::Relaxed);
         drop(socket.get_ref().shutdown(Shutdown::Both));
     }
 }
 
-fn write_all(
-    socket: &mut WebSocket<TcpStream>,
-    viewers: &Viewers,
-    id: u64,
-    greeting: Vec<Message>,
-) -> tungstenite::Result<()> {
-    greeting.into_iter().try_for_each(|message| socket.write(message))?;
+fn write_all(socket: &mut WebSocket<TcpStream>, hall: &Hall, id: u64) -> tungstenite::Result<()> {
+    hall.greeting.iter().try_for_each(|message| socket.write(message.clone()))?;
     socket.flush()?;
     let mut frames = Vec::new();
     loop {
-        match viewers.next(id, &mut frames) {
+        match hall.viewers.next(id, &mut frames) {
             Next::Answers(messages) => messages.into_iter().try_for_each(|message| socket.write(message))?,
             Next::Frames => frames.drain(..).try_for_each(|frame| socket.write(frame.encode()))?,
             Next::End => return Ok(()),

@@ -55,7 +55,10 @@ impl Entry {
     fn cost(&self) -> usize {
         match self {
             Self::Message { bytes, .. } => bytes.len() + ENTRY_OVERHEAD,
-            Self::Time(_) | Self::Playback { .. } => ENTRY_OVERHEAD,
+            Self::Time(_) => ENTRY_OVERHEAD,
+            Self::Playback { answers, .. } => {
+                ENTRY_OVERHEAD + answers.as_ref().map_or(0, |answer| answer.request.len())
+            }
         }
     }
 }

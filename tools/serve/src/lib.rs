@@ -4,31 +4,61 @@
 //! Knows topics, schemas and bytes, nothing of physics or files. Sending never waits: messages go into one [`history`] from which
 //! every viewer reads at its own speed, each message after its own time. A later viewer gets the messages sent so far: all of
 //! series, the last of pictures. A viewer that is too slow loses pictures, then the oldest of the rest.
+//!
+//! # Who is served
+//!
+//! By default whoever is at this machine ([`Address`]), and no page of a foreign site in a browser at this machine: see
+//! [`access`]. Nothing that a client sends is written or shown anywhere, with two exceptions: a report of a refusal names a
+//! well-formed origin or host, and an error goes back to its sender, short and without control characters.
+//!
+//! # Limits
+//!
+//! | of | limit | beyond it |
+//! | --- | --- | --- |
+//! | connections in the handshake | 64 | the oldest is closed |
+//! | viewers | 16 | the next is refused (503) |
+//! | a handshake | 10 s in all, 16 KiB | the connection is closed |
+//! | a request, or a frame of one | 256 KiB | the connection is closed |
+//! | requests | 250 a second after the first 1000 | the client waits |
+//! | bytes from a client | 1 MiB a second after the first 2 MiB | the client waits |
+//! | subscriptions of a viewer | one to each channel | an error is answered |
+//! | answers that wait for a viewer | 64 of 200 characters | further requests get none |
+//! | requests that wait for a player | 64, with names of 256 bytes | an error is answered |
+//! | messages that wait for viewers | [`history`] | the oldest are lost |
+//! | a viewer that reads nothing of what is sent | 30 s | the connection is closed |
+//! | the end of the server | 2 s | all connections are closed |
 
 use std::{
     collections::BTreeMap,
     io,
-    net::{Shutdown, TcpListener, TcpStream},
+    net::TcpListener,
     process,
     sync::{
         Arc, Mutex, PoisonError,
-        atomic::{AtomicBool, Ordering},
-        mpsc::{Receiver, channel},
+        mpsc::{Receiver, sync_channel},
     },
-    thread::{self, JoinHandle},
+    thread,
     time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
 
-use tungstenite::Message;
-
+mod acceptor;
+pub mod access;
 mod address;
 mod connection;
 mod history;
+mod origin;
 mod protocol;
+mod stream;
 mod viewers;
 
+pub use access::{Access, Report};
 pub use address::{Address, AddressError};
+pub use origin::{AllowedOrigin, Origin, OriginError};
+pub use viewers::VIEWERS;
 
+use acceptor::Acceptor;
+use access::Doorkeeper;
+use connection::Hall;
 use history::History;
 use viewers::Viewers;
 
@@ -36,10 +66,10 @@ use viewers::Viewers;
 /// without another.
 pub const QUIET: Duration = Duration::from_millis(1500);
 /// Longest wait at the end for viewers to read everything.
-const LINGER: Duration = Duration::from_secs(3);
+const LINGER: Duration = Duration::from_secs(1);
 const PAUSE: Duration = Duration::from_millis(20);
-/// Largest number of connections; more are refused.
-const CONNECTIONS: usize = 64;
+/// Largest number of requests that wait for a player.
+const WAITING_REQUESTS: usize = 64;
 
 /// Parses a speed: log time per second.
 ///
@@ -132,14 +162,7 @@ pub struct Server {
     port: u16,
     viewers: Arc<Viewers>,
     requests: Mutex<Receiver<Request>>,
-    is_closed: Arc<AtomicBool>,
-    acceptor: Option<JoinHandle<Vec<Connection>>>,
-}
-
-/// A connection and its thread.
-struct Connection {
-    stream: TcpStream,
-    thread: JoinHandle<()>,
+    acceptor: Acceptor,
 }
 
 impl Server {
@@ -147,6 +170,7 @@ impl Server {
     ///
     /// * `name`: title in viewers
     /// * `range`: first and last time \[ns\] of a recording that viewers can play
+    /// * `access`: who may connect
     ///
     /// # Errors
     ///
@@ -156,30 +180,25 @@ impl Server {
         name: &str,
         channels: &[Channel],
         range: Option<(u64, u64)>,
+        access: Access,
     ) -> Result<Self, ServeError> {
         let failed = |error| ServeError { address: address.clone(), error };
         let listener = TcpListener::bind((address.host.as_str(), address.port)).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let port = listener.local_addr().map_err(failed)?.port();
-        let (sender, requests) = channel();
-        let viewers = Arc::new(Viewers::new(channels.len(), sender));
-        let is_closed = Arc::new(AtomicBool::new(false));
+        let (sender, requests) = sync_channel(WAITING_REQUESTS);
+        let viewers = Arc::new(Viewers::new(channels.len(), range.map(|_| sender)));
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
         let session = format!("{}-{since}", process::id());
         let mut greeting = vec![protocol::server_info(name, &session, range)];
         greeting.extend(protocol::advertise(channels));
-        let acceptor = {
-            let (viewers, is_closed) = (Arc::clone(&viewers), Arc::clone(&is_closed));
-            thread::spawn(move || accept(&listener, &viewers, &is_closed, greeting.into()))
+        let hall = Hall {
+            doorkeeper: Doorkeeper::new(&address.host, access),
+            viewers: Arc::clone(&viewers),
+            greeting,
         };
-        Ok(Self {
-            host: address.host.clone(),
-            port,
-            viewers,
-            requests: Mutex::new(requests),
-            is_closed,
-            acceptor: Some(acceptor),
-        })
+        let acceptor = Acceptor::start(listener, hall).map_err(failed)?;
+        Ok(Self { host: address.host.clone(), port, viewers, requests: Mutex::new(requests), acceptor })
     }
 
     /// The address for viewers.
@@ -243,43 +262,13 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        self.is_closed.store(true, Ordering::Relaxed);
-        let connections = self.acceptor.take().and_then(|acceptor| acceptor.join().ok()).unwrap_or_default();
         self.viewers.end();
+        let connections = self.acceptor.end();
         let start = Instant::now();
         while !self.viewers.is_empty() && start.elapsed() < LINGER {
             thread::sleep(PAUSE);
         }
         // slow or silent connections are closed
-        for connection in connections {
-            drop(connection.stream.shutdown(Shutdown::Both));
-            drop(connection.thread.join());
-        }
+        connections.close();
     }
-}
-
-/// Accepts connections until the server is closed; returns the open ones.
-fn accept(
-    listener: &TcpListener,
-    viewers: &Arc<Viewers>,
-    is_closed: &AtomicBool,
-    greeting: Arc<[Message]>,
-) -> Vec<Connection> {
-    let mut connections: Vec<Connection> = Vec::new();
-    while !is_closed.load(Ordering::Relaxed) {
-        // errors concern single connections, or are temporary
-        let Ok((stream, _)) = listener.accept() else {
-            thread::sleep(PAUSE);
-            continue;
-        };
-        connections.retain(|connection| !connection.thread.is_finished());
-        let Ok(copy) = stream.try_clone() else { continue };
-        if connections.len() >= CONNECTIONS {
-            continue;
-        }
-        let (viewers, greeting) = (Arc::clone(viewers), Arc::clone(&greeting));
-        let thread = thread::spawn(move || connection::serve(stream, &viewers, &greeting));
-        connections.push(Connection { stream: copy, thread });
-    }
-    connections
 }

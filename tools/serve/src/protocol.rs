@@ -3,7 +3,7 @@
 //!
 //! Messages carry their log time, but viewers place them at the time of the last *time* frame before them.
 
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde::Deserialize;
@@ -20,6 +20,10 @@ const TIME: u8 = 2;
 const PLAYBACK_STATE: u8 = 5;
 /// The only binary request.
 const PLAYBACK_CONTROL: u8 = 3;
+/// Longest name of a request of playback control \[bytes\].
+const REQUEST_NAME: usize = 256;
+/// Longest text of an error \[characters\].
+const ERROR_LENGTH: usize = 200;
 /// Level of an error status.
 const ERROR: u8 = 2;
 
@@ -130,8 +134,10 @@ pub fn advertise(channels: &[Channel]) -> impl Iterator<Item = Message> + '_ {
     })
 }
 
-/// Reports an error in a request to a viewer.
+/// Reports an error in a request to its viewer, in a short text of printable characters: it may quote the request.
 pub fn error(message: &str) -> Message {
+    let printable = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+    let message: String = message.chars().take(ERROR_LENGTH).map(printable).collect();
     Message::text(json!({ "op": "status", "level": ERROR, "message": message }).to_string())
 }
 
@@ -141,7 +147,7 @@ pub enum ClientMessage {
     /// Messages of channels: pairs of a number of a channel and an id for it.
     Subscribe(Vec<(usize, u32)>),
     /// No more messages for these ids.
-    Unsubscribe(Vec<u32>),
+    Unsubscribe(BTreeSet<u32>),
     /// Playback control.
     Playback {
         /// Play, or pause.
@@ -164,7 +170,7 @@ enum Operation {
         subscriptions: Vec<Subscription>,
     },
     Unsubscribe {
-        subscription_ids: Vec<u32>,
+        subscription_ids: BTreeSet<u32>,
     },
     #[serde(other)]
     Other,
@@ -214,6 +220,9 @@ fn playback_control(mut data: &[u8]) -> Option<ClientMessage> {
     let has_seek = take::<1>(&mut data)?[0] != 0;
     let seek = u64::from_le_bytes(take(&mut data)?);
     let length = u32::from_le_bytes(take(&mut data)?) as usize;
+    if length > REQUEST_NAME {
+        return None;
+    }
     let request = std::str::from_utf8(data.get(..length)?).ok()?;
     Some(ClientMessage::Playback {
         play: match command {
@@ -256,7 +265,7 @@ mod tests {
         assert_eq!(text(subscribe), Ok(ClientMessage::Subscribe(vec![(0, 3), (8, 4)])));
         assert_eq!(
             text(r#"{"op":"unsubscribe","subscriptionIds":[3]}"#),
-            Ok(ClientMessage::Unsubscribe(vec![3]))
+            Ok(ClientMessage::Unsubscribe(BTreeSet::from([3])))
         );
         assert_eq!(text(r#"{"op":"getParameters","parameterNames":[]}"#), Ok(ClientMessage::Other));
         for bad in [
@@ -284,5 +293,22 @@ mod tests {
             assert!(binary(&data[..length]).is_err(), "{length} bytes");
         }
         assert_eq!(binary(&[1, 0, 0]), Ok(ClientMessage::Other));
+        let start = data.len() - 6;
+        data[start..start + 4].copy_from_slice(&(REQUEST_NAME as u32 + 1).to_le_bytes());
+        data.extend([b'x'; REQUEST_NAME]);
+        assert!(binary(&data).is_err(), "a long name");
+    }
+
+    #[test]
+    fn errors_are_short_and_printable() {
+        let message = error(&format!("\u{1b}[2J\u{9b}31m{}", "x".repeat(100_000)));
+        let text = message.into_text().expect("a text");
+        let content: Value = serde_json::from_str(&text).expect("JSON");
+        let message = content["message"].as_str().expect("a message");
+        assert!(message.starts_with("\u{fffd}[2J\u{fffd}31mx") && message.chars().count() == ERROR_LENGTH);
+        // quoted by the library
+        let quoted = format!(r#"{{"op":"subscribe","subscriptions":"\u001b[2J{}"}}"#, "x".repeat(100_000));
+        let Err(quoted) = super::text(&quoted) else { panic!("it is no list") };
+        assert!(error(&quoted).into_data().len() < 2 * ERROR_LENGTH);
     }
 }

@@ -1,8 +1,11 @@
 //! The viewers of a server: their subscriptions and next frames.
 
 use std::{
-    collections::{HashMap, VecDeque},
-    sync::{Condvar, Mutex, MutexGuard, PoisonError, mpsc::Sender},
+    collections::{BTreeSet, HashMap, VecDeque},
+    sync::{
+        Condvar, Mutex, MutexGuard, PoisonError,
+        mpsc::{SyncSender, TrySendError},
+    },
     time::{Duration, Instant},
 };
 
@@ -18,19 +21,23 @@ use crate::{
 const BURST: Duration = Duration::from_millis(100);
 /// Largest number of waiting answers to a viewer; further requests get none.
 const ANSWERS: usize = 64;
+/// Largest number of viewers.
+pub const VIEWERS: usize = 16;
 
 /// All viewers.
 pub struct Viewers {
     state: Mutex<State>,
     /// Signals an entry or a request.
     changed: Condvar,
-    requests: Mutex<Sender<Request>>,
+    requests: Option<SyncSender<Request>>,
 }
 
 struct State {
     history: History,
     channels: usize,
     viewers: HashMap<u64, Viewer>,
+    /// Places taken: by viewers, and by connections that are about to close.
+    places: usize,
     /// Id of the next viewer.
     next: u64,
     /// Time of the last subscription.
@@ -64,38 +71,48 @@ impl Viewers {
     /// No viewers yet.
     ///
     /// * `channels`: number of channels
-    /// * `requests`: where requests to the player go
-    pub fn new(channels: usize, requests: Sender<Request>) -> Self {
+    /// * `requests`: where requests to the player go, if there is one
+    pub fn new(channels: usize, requests: Option<SyncSender<Request>>) -> Self {
         Self {
             state: Mutex::new(State {
                 history: History::new(channels),
                 channels,
                 viewers: HashMap::new(),
+                places: 0,
                 next: 0,
                 subscribed: None,
                 is_ending: false,
             }),
             changed: Condvar::new(),
-            requests: Mutex::new(requests),
+            requests,
         }
     }
 
-    /// Adds a viewer and returns its id.
-    pub fn enter(&self) -> u64 {
+    /// Adds a viewer and returns its id, unless all [`VIEWERS`] places are taken.
+    pub fn enter(&self) -> Option<u64> {
         let mut state = lock(&self.state);
+        if state.places >= VIEWERS || state.is_ending {
+            return None;
+        }
+        state.places += 1;
         let id = state.next;
         state.next += 1;
         let cursor = state.history.cursor(id);
         let viewer =
             Viewer { cursor, wanted: Vec::new(), wanted_at: Instant::now(), answers: VecDeque::new() };
         state.viewers.insert(id, viewer);
-        id
+        Some(id)
     }
 
     /// Removes a viewer.
     pub fn leave(&self, id: u64) {
         lock(&self.state).viewers.remove(&id);
         self.changed.notify_all();
+    }
+
+    /// Gives back the place of a viewer that has left.
+    pub fn free(&self) {
+        lock(&self.state).places -= 1;
     }
 
     /// Subscribes a viewer: pairs of the number of a channel and an id for it.
@@ -109,16 +126,19 @@ impl Viewers {
         state.subscribed = Some(Instant::now());
         let Some(viewer) = state.viewers.get_mut(&id) else { return Ok(()) };
         let mut outcome = Ok(());
+        let known = viewer.cursor.subscriptions().chain(viewer.wanted.iter().copied());
+        let (mut used, mut names): (BTreeSet<usize>, BTreeSet<u32>) = known.unzip();
         for (channel, subscription) in wanted {
-            let mut known = viewer.cursor.subscriptions().chain(viewer.wanted.iter().copied());
             if channel >= channels {
                 outcome = Err(format!("there is no channel {}", channel + 1));
-            } else if known.any(|(other, name)| other == channel || name == subscription) {
+            } else if used.contains(&channel) || names.contains(&subscription) {
                 outcome = Err(format!(
                     "subscription {subscription} to channel {}: one of the two is in use already",
                     channel + 1
                 ));
             } else {
+                used.insert(channel);
+                names.insert(subscription);
                 viewer.wanted.push((channel, subscription));
                 viewer.wanted_at = Instant::now();
             }
@@ -128,12 +148,10 @@ impl Viewers {
     }
 
     /// Ends subscriptions of a viewer.
-    pub fn unsubscribe(&self, id: u64, subscriptions: &[u32]) {
+    pub fn unsubscribe(&self, id: u64, subscriptions: &BTreeSet<u32>) {
         if let Some(viewer) = lock(&self.state).viewers.get_mut(&id) {
             viewer.wanted.retain(|(_, name)| !subscriptions.contains(name));
-            for subscription in subscriptions {
-                viewer.cursor.unsubscribe(*subscription);
-            }
+            viewer.cursor.unsubscribe(subscriptions);
         }
     }
 
@@ -148,9 +166,16 @@ impl Viewers {
     }
 
     /// Passes the request of a viewer to the player.
-    pub fn request(&self, request: Request) {
-        // without a player there is no receiver
-        drop(lock(&self.requests).send(request));
+    ///
+    /// # Errors
+    ///
+    /// There is no player, or too many requests wait for it.
+    pub fn request(&self, request: Request) -> Result<(), String> {
+        let Some(requests) = &self.requests else { return Err("this server has no playback control".into()) };
+        match requests.try_send(request) {
+            Err(TrySendError::Full(_)) => Err("too many requests of playback control at once".into()),
+            Ok(()) | Err(TrySendError::Disconnected(_)) => Ok(()),
+        }
     }
 
     /// Number of viewers with a subscription.

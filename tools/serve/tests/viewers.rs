@@ -7,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use percuss_serve::{Address, Channel, QUIET, Server};
+use percuss_serve::{Access, Address, Channel, QUIET, Server};
 
 mod viewer;
 
@@ -25,7 +25,7 @@ fn server() -> Server {
         metadata: BTreeMap::from([("unit.force".into(), "N".into())]),
     };
     let address = Address { port: 0, ..Address::default() };
-    Server::open(&address, "a test", &TOPICS.map(channel), None).expect("a free port")
+    Server::open(&address, "a test", &TOPICS.map(channel), None, Access::default()).expect("a free port")
 }
 
 /// Sends steps of a run of 300: numbers at every step, a picture at every tenth, a line at the first and the last.

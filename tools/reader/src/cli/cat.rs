@@ -32,6 +32,11 @@ pub(super) struct CatArguments {
 }
 
 impl CatArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         let mut output = BufWriter::new(io::stdout());
         let result = cat(&self.file, &self.request, limits, &mut output);

@@ -111,6 +111,11 @@ struct Outcome {
 }
 
 impl DiffArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         let options = self.options()?;
         let jobs = jobs(&self.files).map_err(|error| CliError::Usage(error.to_string()))?;

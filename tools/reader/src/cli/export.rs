@@ -55,6 +55,11 @@ pub(super) struct ExportArguments {
 }
 
 impl ExportArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         refuse_inputs(self.output.as_deref(), std::iter::once(&self.file))?;
         if let Some(name) = &self.attachment {

@@ -20,6 +20,11 @@ pub(super) struct InfoArguments {
 }
 
 impl InfoArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         let (text, recording) = info(&self.file, self.json, limits)?;
         if self.json {

@@ -1,6 +1,7 @@
 //! How a command has ended: its exit status, errors, and what goes to standard error.
 
 use std::{
+    collections::BTreeSet,
     io::{self, IsTerminal, Write},
     path::{Path, PathBuf},
     process::ExitCode,
@@ -13,7 +14,7 @@ use crate::{
     },
     compare::CompareError,
     field::SelectionError,
-    recording::{Damage, OpenError},
+    recording::{Damage, OpenError, is_part},
     slice::MomentError,
     text::lines,
 };
@@ -125,7 +126,7 @@ pub fn report(error: &CliError) -> ExitCode {
         )
         | CliError::Cat(CatError::Open(OpenError::UnknownTopic { .. }))
         | CliError::Open(OpenError::UnknownTopic { .. })
-        | CliError::Replay(ReplayError::Empty { .. })
+        | CliError::Replay(ReplayError::Empty { .. } | ReplayError::Nothing)
         | CliError::Report(ReportError::NotPercuss(_))
         | CliError::Summary(SummaryError::NotPercuss(_) | SummaryError::Units { .. })
         | CliError::SameFile(_)
@@ -140,6 +141,16 @@ pub fn report(error: &CliError) -> ExitCode {
 pub(super) fn say_left_out(left_out: &[SelectionError]) {
     for error in left_out {
         say(&format!("note: left out: {error}"));
+    }
+}
+
+/// Says once of every recording that is not complete that it is not.
+pub(super) fn say_parts(files: &[PathBuf]) {
+    for file in files.iter().filter(|file| is_part(file) && file.is_file()).collect::<BTreeSet<_>>() {
+        say(&format!(
+            "note: `{}` is a recording that is not complete: still being written, or interrupted",
+            file.display()
+        ));
     }
 }
 

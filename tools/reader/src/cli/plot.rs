@@ -77,6 +77,11 @@ fn terminal() -> Medium {
 }
 
 impl PlotArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         refuse_inputs(self.output.as_deref(), self.files.iter())?;
         let medium = self.output.as_deref().map_or(Ok(terminal()), medium)?;

@@ -45,6 +45,11 @@ pub(super) struct RecoverArguments {
 const RECOVER_VERSION: u32 = 1;
 
 impl RecoverArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         refuse_inputs(Some(&self.output), std::iter::once(&self.file))?;
         by_extension(&self.output, &[("mcap", ())], Some(()))?;

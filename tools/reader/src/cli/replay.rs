@@ -1,12 +1,12 @@
 //! Arguments of `replay`.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 use clap::Args;
 
 use super::outcome::{CliError, Exit, loss, say};
 use crate::{
-    command::replay::{Request, replay},
+    command::replay::{News, Request, replay},
     recording::Limits,
 };
 
@@ -18,7 +18,8 @@ viewer that comes later gets what has been played so far. Interrupt it with Ctrl
 Examples:
   percuss-read replay fig5.mcap                       at ws://127.0.0.1:8765, a unit of time per second
   percuss-read replay fig5.mcap --speed 0.25 --loop
-  percuss-read replay fig5.mcap --from 1 --to 3 --addr 0.0.0.0:9000";
+  percuss-read replay fig5.mcap --from 1 --to 3 --addr 0.0.0.0:9000
+  percuss-read replay fig5.mcap --allow-origin https://app.foxglove.dev     for the viewer of that site";
 
 #[derive(Debug, Args)]
 #[command(after_help = REPLAY_EXAMPLES)]
@@ -30,8 +31,18 @@ pub(super) struct ReplayArguments {
 }
 
 impl ReplayArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
-        let damages = replay(&self.file, &self.request, limits, &mut say)?;
-        Ok(loss(&self.file, &damages))
+        let mut exit = Exit::Done;
+        let mut tell = |news: News<'_>| match news {
+            News::Line(line) => say(line),
+            News::Loss(damage) => exit = loss(&self.file, std::slice::from_ref(damage)),
+        };
+        replay(&self.file, &self.request, limits, Arc::new(say), &mut tell)?;
+        Ok(exit)
     }
 }

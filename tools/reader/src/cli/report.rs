@@ -8,7 +8,10 @@ use super::{
     outcome::{CliError, Exit, loss, say},
     output::{by_extension, refuse_inputs, write},
 };
-use crate::{command::report::report, recording::Limits};
+use crate::{
+    command::report::report,
+    recording::{Limits, without_part},
+};
 
 const REPORT_EXAMPLES: &str = "\
 The page needs nothing else and fetches nothing: it can be mailed, and opened by any browser.
@@ -31,8 +34,14 @@ pub(super) struct ReportArguments {
 }
 
 impl ReportArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
-        let default = || PathBuf::from(self.file.with_extension("html").file_name().unwrap_or_default());
+        let default =
+            || PathBuf::from(without_part(&self.file).with_extension("html").file_name().unwrap_or_default());
         let output = self.output.clone().unwrap_or_else(default);
         refuse_inputs(Some(&output), std::iter::once(&self.file))?;
         by_extension(&output, &[("html", ()), ("htm", ())], Some(()))?;

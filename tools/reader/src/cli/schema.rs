@@ -26,6 +26,11 @@ pub(super) struct SchemaArguments {
 }
 
 impl SchemaArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         print(&schema(&self.file, &self.topics, limits)?)?;
         Ok(Exit::Done)

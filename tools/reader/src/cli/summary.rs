@@ -80,6 +80,11 @@ enum Format {
 }
 
 impl SummaryArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         refuse_inputs(self.output.as_deref(), self.files.iter())?;
         let format = self.format()?;
@@ -89,7 +94,7 @@ impl SummaryArguments {
             Format::Text => summary(&self.files, prefixed, limits, &mut Aligned::new(&mut output)),
             Format::Csv => summary(&self.files, prefixed, limits, &mut Csv::new(&mut output)),
             Format::Json => summary(&self.files, prefixed, limits, &mut Json::new(&mut output)),
-            Format::Parquet => summary(&self.files, prefixed, limits, &mut Parquet::new(&mut output)),
+            Format::Parquet => summary(&self.files, prefixed, limits, &mut Parquet::new(&mut output, limits)),
         };
         let result = result.and_then(|outcome| Ok(commit(output).map(|()| outcome)?));
         match result {

@@ -76,6 +76,11 @@ enum Format {
 }
 
 impl TraceArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         let request = Request {
             topics: self.chosen.topics.clone(),
@@ -92,7 +97,7 @@ impl TraceArguments {
             }
             Format::Csv => trace(&self.files, &request, limits, &mut Csv::new(&mut output)),
             Format::Jsonl => trace(&self.files, &request, limits, &mut JsonLines::new(&mut output)),
-            Format::Parquet => trace(&self.files, &request, limits, &mut Parquet::new(&mut output)),
+            Format::Parquet => trace(&self.files, &request, limits, &mut Parquet::new(&mut output, limits)),
             Format::Npy => {
                 trace(&self.files, &request, limits, &mut Npy::new(&mut output, Shape::Matrix, limits.memory))
             }

@@ -32,6 +32,11 @@ pub(super) struct VerifyArguments {
 }
 
 impl VerifyArguments {
+    /// What is read.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         let mut exit = Exit::Done;
         for file in &self.files {

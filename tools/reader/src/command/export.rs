@@ -3,7 +3,7 @@
 mod image;
 
 use std::{
-    collections::HashSet,
+    collections::{HashMap, HashSet},
     path::{Component, Path},
 };
 
@@ -157,28 +157,39 @@ pub fn attachments<E: From<ExportError>>(
         safe_name(&attachment.name)?;
         names.insert(attachment.name.clone());
     }
-    let mut written = HashSet::new();
+    // by the name of an attachment, the number that the next of this name may have
+    let mut written = HashMap::<String, u64>::new();
     let failed = recording.find_attachment(|name, content| {
-        let file = if written.contains(name) { numbered(name, &names) } else { name.to_owned() };
+        let file = match written.get_mut(name) {
+            Some(next) => numbered(name, &names, next),
+            None => name.to_owned(),
+        };
         let result = match safe_name(&file) {
             Ok(path) => write(name, path, content).err(),
             Err(error) => Some(error.into()),
         };
         names.insert(file);
-        written.insert(name.to_owned());
+        written.entry(name.to_owned()).or_insert(2);
         result
     });
     failed.map_err(ExportError::Open)?.map_or(Ok(recording.damages), Err)
 }
 
-/// A name with the first number that makes it another than all `known`.
-fn numbered(name: &str, known: &HashSet<String>) -> String {
+/// A name with a number that makes it another than all `known`.
+///
+/// * `next`: least number that may be free
+fn numbered(name: &str, known: &HashSet<String>, next: &mut u64) -> String {
     let (stem, extension) = match name.rsplit_once('.') {
         Some((stem, extension)) if !stem.is_empty() => (stem, format!(".{extension}")),
         _ => (name, String::new()),
     };
-    let mut names = (2_u64..).map(|number| format!("{stem}.{number}{extension}"));
-    names.find(|name| !known.contains(name)).unwrap_or_else(|| name.to_owned())
+    loop {
+        let numbered = format!("{stem}.{next}{extension}");
+        *next += 1;
+        if !known.contains(&numbered) {
+            return numbered;
+        }
+    }
 }
 
 /// The matrix of a topic at the time nearest to `time`, or of its last message, with all rows and columns that it has in

@@ -2,19 +2,20 @@
 
 use std::{
     collections::HashMap,
-    fs::File,
     io,
     path::Path,
     time::{Duration, Instant},
 };
 
 use clap::Args;
-use percuss_serve::{Address, Channel, Playback, Playing, ServeError, Server, speed};
+use percuss_serve::{
+    Access, Address, AllowedOrigin, Channel, Playback, Playing, Report, ServeError, Server, speed,
+};
 
 use crate::{
     command::recover::{RecoverError, recover},
     messages::Recording,
-    recording::{Damage, Limits, OpenError, log_times, seconds},
+    recording::{Damage, Limits, OpenError, log_times, open_file, seconds},
     timeline::{Event, Timeline, TimelineError},
 };
 
@@ -27,6 +28,10 @@ pub struct Request {
     /// Where to serve: HOST:PORT, HOST or PORT; port 0 for any that is free [default: 127.0.0.1:8765, this machine only]
     #[arg(long = "addr", value_name = "ADDR")]
     pub address: Option<Address>,
+    /// Let pages of this origin connect, for example https://app.foxglove.dev: the site of a viewer in a browser; * for all
+    /// sites. Desktop viewers, programs and pages served by this machine need none. Repeatable
+    #[arg(long, value_name = "ORIGIN")]
+    pub allow_origin: Vec<AllowedOrigin>,
     /// Log time that passes in a second
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = speed)]
     pub speed: f64,
@@ -65,6 +70,9 @@ pub enum ReplayError {
     /// The address cannot be used.
     #[error(transparent)]
     Serve(#[from] ServeError),
+    /// There is no message that can be read.
+    #[error("nothing can be replayed: no message of it can be read")]
+    Nothing,
     /// There are no messages.
     #[error("no messages from {from} to {to}")]
     Empty {
@@ -75,9 +83,18 @@ pub enum ReplayError {
     },
 }
 
-/// Serves a recording until the end if that is asked for, else for good. Returns what of the file was lost.
+/// What is shown to the user while a recording is replayed.
+pub enum News<'a> {
+    /// A line.
+    Line(&'a str),
+    /// Something of the file was lost.
+    Loss(&'a Damage),
+}
+
+/// Serves a recording until the end if that is asked for, else for good.
 ///
-/// * `say`: shows a line to the user
+/// * `report`: shows who was refused, from other threads
+/// * `say`: shows what else there is to say, as soon as it is known
 ///
 /// # Errors
 ///
@@ -86,10 +103,11 @@ pub fn replay(
     path: &Path,
     request: &Request,
     limits: Limits,
-    say: &mut dyn FnMut(&str),
-) -> Result<Vec<Damage>, ReplayError> {
+    report: Report,
+    say: &mut dyn FnMut(News<'_>),
+) -> Result<(), ReplayError> {
     let recording = Recording::open(path, limits)?;
-    let (timeline, lost) = open(path, limits, say)?;
+    let mut timeline = open(path, limits, say)?;
     let span = timeline.span().and_then(|(first, last)| {
         let window = recording.log_window(request.from, request.to);
         let (low, high) = window.unwrap_or_else(|| log_times(request.from, request.to, 1.0));
@@ -100,14 +118,25 @@ pub fn replay(
         let (from, to) = (request.from.unwrap_or(0.0), request.to.unwrap_or(f64::INFINITY));
         return Err(ReplayError::Empty { from, to });
     };
+    // nobody need wait for a file of which nothing can be played
+    timeline.go_to(span.0);
+    let first = timeline.next_event()?;
+    timeline.damages().iter().for_each(|damage| say(News::Loss(damage)));
+    if first.is_none() {
+        return Err(ReplayError::Nothing);
+    }
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     let channels: Vec<Channel> = timeline.channels().values().cloned().collect();
     let numbers = timeline.channels().keys().enumerate().map(|(number, id)| (*id, number)).collect();
     let address = request.address.clone().unwrap_or_default();
-    let server = Server::open(&address, &name, &channels, Some(span))?;
-    say(&format!("{name}: at {} for {}; plays when viewers have subscribed", server.url(), address.reach()));
+    let access = Access { origins: request.allow_origin.clone(), report };
+    let server = Server::open(&address, &name, &channels, Some(span), access)?;
+    let place =
+        format!("{name}: at {} for {}; plays when viewers have subscribed", server.url(), address.reach());
+    say(News::Line(&place));
     let mut player = Player {
         server,
+        said: timeline.damages().len(),
         timeline,
         numbers,
         span,
@@ -117,38 +146,32 @@ pub fn replay(
         head: None,
         clock: (Instant::now(), span.0),
     };
-    player.run(request)?;
+    player.run(request, say)?;
     player.server.hold(request.hold, || false);
-    let mut damages = player.timeline.damages().to_vec();
-    damages.extend(lost);
-    Ok(damages)
+    Ok(())
 }
 
 /// The recording by log time; one without a sound index is made whole in a temporary file first.
-fn open(
-    path: &Path,
-    limits: Limits,
-    say: &mut dyn FnMut(&str),
-) -> Result<(Timeline, Vec<Damage>), ReplayError> {
-    let file = File::open(path).map_err(|error| OpenError::Io { path: path.into(), error })?;
-    if let Some(timeline) = Timeline::open(Box::new(file), path, limits)? {
-        return Ok((timeline, Vec::new()));
+fn open(path: &Path, limits: Limits, say: &mut dyn FnMut(News<'_>)) -> Result<Timeline, ReplayError> {
+    if let Some(timeline) = Timeline::open(Box::new(open_file(path)?), path, limits)? {
+        return Ok(timeline);
     }
-    say("it has no sound index: reading all of it first");
+    say(News::Line("it has no sound index: reading all of it first"));
     let temporary = tempfile::tempfile().map_err(ReplayError::Temporary)?;
     let copy = temporary.try_clone().map_err(ReplayError::Temporary)?;
     let recovered = recover(path, copy, limits)?;
-    let damages = recovered.lost.into_iter().map(|reason| Damage { offset: 0, bytes: 0, reason });
-    match Timeline::open(Box::new(temporary), path, limits)? {
-        Some(timeline) => Ok((timeline, damages.collect())),
-        None => Err(ReplayError::Empty { from: 0.0, to: f64::INFINITY }),
+    for reason in recovered.lost {
+        say(News::Loss(&Damage { offset: 0, bytes: 0, reason }));
     }
+    Timeline::open(Box::new(temporary), path, limits)?.ok_or(ReplayError::Nothing)
 }
 
 /// Plays a recording to a server.
 struct Player {
     server: Server,
     timeline: Timeline,
+    /// Damages of it that have been reported.
+    said: usize,
     /// Numbers of channels at the server by their ids.
     numbers: HashMap<u16, usize>,
     span: (u64, u64),
@@ -163,11 +186,14 @@ struct Player {
 }
 
 impl Player {
-    fn run(&mut self, request: &Request) -> Result<(), ReplayError> {
+    fn run(&mut self, request: &Request, say: &mut dyn FnMut(News<'_>)) -> Result<(), ReplayError> {
         loop {
+            self.tell(say);
+            // requests do not keep it from playing, however many there are
             if let Some(asked) = self.server.request(self.wait()) {
                 self.obey(asked)?;
-            } else if self.is_waiting {
+            }
+            if self.is_waiting {
                 if self.server.is_ready(1) {
                     self.start()?;
                 }
@@ -175,6 +201,7 @@ impl Player {
                 self.play()?;
                 if self.head.is_none() {
                     if request.once {
+                        self.tell(say);
                         return Ok(());
                     }
                     self.end(request.repeat)?;
@@ -186,6 +213,13 @@ impl Player {
                 self.clock = (Instant::now(), self.span.0);
             }
         }
+    }
+
+    /// Reports what has been found to be lost since the last time.
+    fn tell(&mut self, say: &mut dyn FnMut(News<'_>)) {
+        let damages = self.timeline.damages();
+        damages.iter().skip(self.said).for_each(|damage| say(News::Loss(damage)));
+        self.said = damages.len();
     }
 
     /// Time until there is something to do, unless a viewer asks for something.

@@ -16,7 +16,7 @@ use crate::{
     convention::{RESOLVED_CASE, RUN},
     messages::Recording,
     prefixed::{InUnits, Largest},
-    recording::{Damage, Limits, OpenError},
+    recording::{Budget, Damage, Limits, OpenError},
     scales::{Conversion, Scales},
     table::{Cell, CellType, Heading, Sink},
     toml_keys,
@@ -142,7 +142,9 @@ impl Read {
         }
         let reading = Reading::of(&recording)?;
         let case = recording.attachment(RESOLVED_CASE)?;
-        let case = case.and_then(|case| toml_keys::entries(&case)).unwrap_or_default();
+        let case = case
+            .and_then(|case| toml_keys::entries(&case, &mut Budget::new(limits.kept())))
+            .unwrap_or_default();
         Ok(Self { path: path.into(), recording, reading, case: case.into_iter().collect() })
     }
 

@@ -12,7 +12,7 @@ use crate::{
     field::Column,
     messages::{POLL, Recording},
     prefixed::{InUnits, Largest, takes_prefix},
-    recording::Limits,
+    recording::{Limits, without_part},
     table::{Cell, CellType, Heading, Sink},
 };
 
@@ -165,7 +165,8 @@ fn stacked_headings(
 /// Names of files in headings: without folder and extension where that distinguishes them.
 pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
     let stem = |path: &PathBuf| {
-        path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
+        let whole = without_part(path);
+        whole.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
     };
     let stems: Vec<String> = paths.iter().map(stem).collect();
     let is_unique = |name: &String| stems.iter().filter(|other| *other == name).count() == 1;

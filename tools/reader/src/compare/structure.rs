@@ -17,7 +17,7 @@ use crate::{
     channel::Channel,
     convention,
     messages::Recording,
-    recording::OpenError,
+    recording::{Budget, OpenError},
     scales::Scales,
     toml_keys,
     wire::{Layout, Leaf},
@@ -340,8 +340,10 @@ fn digests(recording: &Recording) -> Result<BTreeMap<String, Digest>, OpenError>
     let mut digests = BTreeMap::new();
     // as many as the recording has room for in its own list
     let room = recording.attachments.len();
+    let mut budget = Budget::new(recording.limits().kept());
     recording.find_attachment(|name, content| {
-        let table = Some(content).filter(|_| name.ends_with(".toml")).and_then(toml_keys::entries);
+        let is_toml = name.ends_with(".toml");
+        let table = if is_toml { toml_keys::entries(content, &mut budget) } else { None };
         let table =
             table.map(|table| table.into_iter().map(|(key, value)| (key, value.to_string())).collect());
         let mut hasher = DefaultHasher::new();

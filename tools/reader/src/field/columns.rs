@@ -98,7 +98,7 @@ impl Picker<'_> {
     /// All fields but the time and what describes axes, and why others are left out.
     fn every(&mut self) -> Result<(Vec<Column>, Vec<SelectionError>), SelectionError> {
         let (hidden, time) = (self.channel.axis_parts(), self.channel.time_leaf());
-        let (mut fields, mut left_out, mut names) = (Vec::new(), Vec::new(), 0);
+        let (mut fields, mut left_out, mut names, mut weight) = (Vec::new(), Vec::new(), 0, 0);
         for (index, field) in self.layout.leaves.iter().enumerate() {
             let is_not_drawn = self.for_curves && self.layout.says_when(index);
             if is_not_drawn || self.is_key(index) {
@@ -110,6 +110,7 @@ impl Picker<'_> {
             match self.all(index) {
                 Ok(columns) => {
                     names += columns.iter().map(|column| column.heading.name.len()).sum::<usize>();
+                    weight += columns.iter().map(Column::weight).sum::<usize>();
                     fields.extend(columns);
                 }
                 Err(error @ (SelectionError::NotACell { .. } | SelectionError::TooMany { .. })) => {
@@ -117,7 +118,8 @@ impl Picker<'_> {
                 }
                 Err(error) => return Err(error),
             }
-            if fields.len() > MAX_TABLE || names > MAX_NAMES {
+            // as much as four messages may take is a quarter of all memory
+            if fields.len() > MAX_TABLE || names > MAX_NAMES || weight > self.layout.room.saturating_mul(4) {
                 let (topic, columns) = (self.channel.topic.clone(), fields.len());
                 return Err(SelectionError::TooWide { topic, columns });
             }

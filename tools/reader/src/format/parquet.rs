@@ -17,16 +17,23 @@ use parquet::{
     schema::types::Type,
 };
 
-use crate::table::{Cell, CellType, Heading, Sink};
+use crate::{
+    recording::{Budget, Limits},
+    table::{Cell, CellType, Heading, Sink},
+};
 
 /// Rows after which a row group is written.
 const GROUP: usize = 1 << 16;
 
-/// Cells after which a row group is written, whatever the number of rows.
+/// Cells after which a row group is written, whatever the number of rows, and bytes of text.
 const GROUP_CELLS: usize = 1 << 22;
-
-/// Bytes of text after which a row group is written.
 const GROUP_TEXT: usize = 16 << 20;
+
+/// Memory of a column, besides its name: its type, in every form that is kept of it \[bytes\].
+const COLUMN: usize = 2048;
+
+/// Memory of a column in a row group that has been written: its place, which stands at the end of the file \[bytes\].
+const PLACE: usize = 512;
 
 /// Writes Parquet. Units are in the key-value metadata of the file as `unit.<column>`.
 pub struct Parquet<W: Write + Send> {
@@ -34,22 +41,45 @@ pub struct Parquet<W: Write + Send> {
     writer: Option<SerializedFileWriter<W>>,
     headings: Vec<Heading>,
     columns: Vec<Vec<Cell>>,
-    /// Text of the rows since the last group [bytes].
+    /// Text of the rows since the last group \[bytes\].
     text: usize,
+    /// Memory for the rows of a group, and what is left for columns and their places \[bytes\].
+    room: usize,
+    budget: Budget,
 }
 
 impl<W: Write + Send> Parquet<W> {
     /// Writes to `output`.
-    pub fn new(output: W) -> Self {
-        Self { output: Some(output), writer: None, headings: Vec::new(), columns: Vec::new(), text: 0 }
+    pub fn new(output: W, limits: Limits) -> Self {
+        let room = limits.kept();
+        let (headings, columns, budget) = (Vec::new(), Vec::new(), Budget::new(room));
+        Self { output: Some(output), writer: None, headings, columns, text: 0, room, budget }
+    }
+
+    /// Spends memory for what is kept until the end of the file.
+    fn spend(&mut self, bytes: usize) -> io::Result<()> {
+        if self.budget.spend(bytes) {
+            return Ok(());
+        }
+        let text = "a Parquet file keeps a place for every column of every group of rows: these take more memory than \
+                    --max-memory allows; choose fewer fields, write another format, or raise it";
+        Err(io::Error::new(io::ErrorKind::OutOfMemory, text))
+    }
+
+    /// True if the rows since the last group are as many as a group has, or as there is memory for.
+    fn is_full(&self) -> bool {
+        let rows = self.columns.first().map_or(0, Vec::len);
+        let cells = GROUP_CELLS.min(self.room / size_of::<Cell>());
+        rows >= GROUP || rows * self.columns.len() >= cells || self.text >= GROUP_TEXT.min(self.room / 2)
     }
 
     fn write_group(&mut self) -> Result<(), ParquetError> {
         self.text = 0;
-        let Some(writer) = &mut self.writer else { return Ok(()) };
         if self.columns.first().is_none_or(Vec::is_empty) {
             return Ok(());
         }
+        self.spend(PLACE * self.columns.len()).map_err(|error| ParquetError::External(Box::new(error)))?;
+        let Some(writer) = &mut self.writer else { return Ok(()) };
         let mut group = writer.next_row_group()?;
         for (heading, cells) in self.headings.iter().zip(&mut self.columns) {
             let mut column = group.next_column()?.expect("a column for every heading");
@@ -130,6 +160,7 @@ fn fail(error: ParquetError) -> io::Error {
 
 impl<W: Write + Send> Sink for Parquet<W> {
     fn begin(&mut self, headings: &[Heading]) -> io::Result<()> {
+        self.spend(headings.iter().map(|heading| COLUMN + 4 * heading.name.len()).sum())?;
         let fields = headings.iter().map(|heading| column_type(heading).map(Arc::new));
         let fields = fields.collect::<Result<Vec<_>, _>>().map_err(fail)?;
         let schema = Type::group_type_builder("trace").with_fields(fields).build().map_err(fail)?;
@@ -158,8 +189,7 @@ impl<W: Write + Send> Sink for Parquet<W> {
             }
             column.push(cell.clone());
         }
-        let rows = self.columns.first().map_or(0, Vec::len);
-        if rows >= GROUP || rows * self.columns.len() >= GROUP_CELLS || self.text >= GROUP_TEXT {
+        if self.is_full() {
             return self.write_group().map_err(fail);
         }
         Ok(())

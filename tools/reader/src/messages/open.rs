@@ -152,8 +152,8 @@ impl Recording {
             Record::ChunkIndex(index) => {
                 let chunks = &mut self.chunks;
                 chunks.count += 1;
-                chunks.compressed += index.compressed_size;
-                chunks.uncompressed += index.uncompressed_size;
+                chunks.compressed = chunks.compressed.saturating_add(index.compressed_size);
+                chunks.uncompressed = chunks.uncompressed.saturating_add(index.uncompressed_size);
                 let names = &mut chunks.compression;
                 let is_new = !names.contains(&index.compression) && names.len() < MAX_COMPRESSIONS;
                 if is_new && directory.has_room(SHOWN * index.compression.len()) {

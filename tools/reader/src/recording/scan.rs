@@ -7,7 +7,6 @@ mod search;
 use std::{
     borrow::Cow,
     collections::HashSet,
-    fs::File,
     io::{self, BufReader, Read, Seek, SeekFrom},
     path::{Path, PathBuf},
     sync::Arc,
@@ -21,6 +20,7 @@ use mcap::{
 
 use super::{
     Damage, Index, Limits, OpenError,
+    file::open_file,
     index::PREFIX,
     parse::{explain, parse},
 };
@@ -73,6 +73,8 @@ struct Open {
     end: u64,
     inside: u64,
     is_large: bool,
+    /// Why it is not unpacked.
+    refusal: Option<String>,
 }
 
 /// Part of the file that is being read.
@@ -90,8 +92,7 @@ impl Scan {
     ///
     /// The file cannot be read, or is something else.
     pub fn open(path: &Path, limits: Limits) -> Result<Self, OpenError> {
-        let file = File::open(path).map_err(OpenError::io(path))?;
-        Self::of(Box::new(file), path, limits)
+        Self::of(Box::new(open_file(path)?), path, limits)
     }
 
     /// Reads from any source of bytes; `path` is its name in errors.
@@ -166,7 +167,8 @@ impl Scan {
     ///
     /// The system fails to read.
     pub fn go_to(&mut self, offset: u64) -> Result<(), OpenError> {
-        self.seek(offset).map_err(OpenError::io(&self.path))?;
+        // the index may say anything
+        self.seek(offset.min(self.length)).map_err(OpenError::io(&self.path))?;
         (self.open, self.crc, self.part) = (None, None, Part::Data);
         Ok(())
     }
@@ -211,7 +213,7 @@ impl Scan {
             if self.is_over() {
                 return Ok(None);
             }
-            let next = self.outer().map_err(|error| OpenError::Io { path: self.path.clone(), error })?;
+            let next = self.outer().map_err(|error| self.explain(&error))?;
             match next {
                 Outer::Again => {}
                 Outer::Pending => return Ok(None),
@@ -254,6 +256,12 @@ impl Scan {
 
     /// Hands the next record of the open chunk to `take`; the chunk is closed where there is none.
     fn next_in_chunk<T, F: FnOnce(FileRecord<'_>) -> T>(&mut self, take: &mut Option<F>) -> Option<T> {
+        if let Some((reason, open)) = self.open.as_mut().and_then(|open| Some((open.refusal.take()?, open))) {
+            let (offset, bytes) = (open.offset, open.end - open.offset);
+            self.open = None;
+            self.damage(offset, bytes, reason);
+            return None;
+        }
         let (Some(open), Some(unpacker)) = (&mut self.open, &mut self.unpacker) else { return None };
         let (offset, start) = (open.offset, open.inside);
         let reason = match unpacker.next_event() {
@@ -307,6 +315,16 @@ impl Scan {
             self.body = Vec::new();
         }
         taken
+    }
+
+    /// Where the system fails to read, and why.
+    fn explain(&self, error: &io::Error) -> OpenError {
+        let why = match error.kind() {
+            io::ErrorKind::UnexpectedEof => "the file has become shorter while it was read".to_owned(),
+            _ => error.to_string(),
+        };
+        let text = format!("{why} (near byte {})", self.position);
+        OpenError::Io { path: self.path.clone(), error: io::Error::new(error.kind(), text) }
     }
 
     fn damage(&mut self, offset: u64, bytes: u64, reason: String) {

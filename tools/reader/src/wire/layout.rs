@@ -25,7 +25,7 @@ pub struct Layout {
     /// Leaves in the order of their paths.
     by_path: Vec<u32>,
     /// Memory that a message may take \[bytes\].
-    pub(super) room: usize,
+    pub(crate) room: usize,
     /// Memory that the layout takes \[bytes\].
     weight: usize,
 }

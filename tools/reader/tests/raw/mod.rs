@@ -104,11 +104,14 @@ pub fn metadata(name: &str, entries: &[(&str, &str)]) -> Vec<u8> {
 }
 
 pub fn chunk(unpacked: u64, compression: &[u8], data: &[u8]) -> Vec<u8> {
-    let head = [&[0; 16][..], &unpacked.to_le_bytes(), &0u32.to_le_bytes()].concat();
-    record(
-        0x06,
-        &[head, text(compression), (data.len() as u64).to_le_bytes().to_vec(), data.to_vec()].concat(),
-    )
+    chunk_at((0, 0), unpacked, compression, data)
+}
+
+/// A chunk of messages from a log time to another.
+pub fn chunk_at(times: (u64, u64), unpacked: u64, compression: &[u8], data: &[u8]) -> Vec<u8> {
+    let head = [times.0, times.1, unpacked].map(u64::to_le_bytes).concat();
+    let (checksum, length) = ([0; 4].to_vec(), (data.len() as u64).to_le_bytes().to_vec());
+    record(0x06, &[head, checksum, text(compression), length, data.to_vec()].concat())
 }
 
 /// Records in a chunk that is packed as tightly as can be.
@@ -130,4 +133,154 @@ pub fn varint(mut value: usize) -> Vec<u8> {
 /// A field of a protobuf message that has a length.
 pub fn block(number: usize, content: &[u8]) -> Vec<u8> {
     [varint(number << 3 | 2), varint(content.len()), content.to_vec()].concat()
+}
+
+/// An attachment whose content claims a length.
+pub fn attachment_of(name: &[u8], claimed: u64, content: &[u8]) -> Vec<u8> {
+    let head = [&[0; 16][..], &text(name), &text(b"text/plain"), &claimed.to_le_bytes()].concat();
+    record(0x09, &[&head, content, &[0; 4]].concat())
+}
+
+pub fn attachment(name: &str, content: &[u8]) -> Vec<u8> {
+    attachment_of(name.as_bytes(), content.len() as u64, content)
+}
+
+/// An entry of the summary for an attachment.
+pub fn attachment_index(offset: u64, length: u64, size: u64, name: &str) -> Vec<u8> {
+    let numbers = [offset, length, 0, 0, size].map(u64::to_le_bytes).concat();
+    record(0x0a, &[numbers, text(name.as_bytes()), text(b"text/plain")].concat())
+}
+
+/// An entry of the summary for a metadata record.
+pub fn metadata_index(offset: u64, length: u64, name: &str) -> Vec<u8> {
+    record(0x0d, &[[offset, length].map(u64::to_le_bytes).concat(), text(name.as_bytes())].concat())
+}
+
+/// What the statistics of a file count, and the messages of its channels.
+#[derive(Clone, Debug, Default)]
+pub struct Counts {
+    pub messages: u64,
+    pub schemas: u16,
+    pub channels: u32,
+    pub attachments: u32,
+    pub metadata: u32,
+    pub chunks: u32,
+    pub times: (u64, u64),
+    pub of_channels: Vec<(u16, u64)>,
+}
+
+pub fn statistics(counts: &Counts) -> Vec<u8> {
+    let of_channel = |&(id, count): &(u16, u64)| [&id.to_le_bytes()[..], &count.to_le_bytes()].concat();
+    let of_channels: Vec<u8> = counts.of_channels.iter().flat_map(of_channel).collect();
+    let body = [
+        counts.messages.to_le_bytes().to_vec(),
+        counts.schemas.to_le_bytes().to_vec(),
+        [counts.channels, counts.attachments, counts.metadata, counts.chunks].map(u32::to_le_bytes).concat(),
+        [counts.times.0, counts.times.1].map(u64::to_le_bytes).concat(),
+        text(&of_channels),
+    ];
+    record(0x0b, &body.concat())
+}
+
+/// An entry of the summary for a chunk.
+#[derive(Clone, Debug)]
+pub struct ChunkEntry {
+    pub times: (u64, u64),
+    pub offset: u64,
+    pub length: u64,
+    /// Channels, and where their message indexes are.
+    pub channels: Vec<(u16, u64)>,
+    pub index_length: u64,
+    pub compression: &'static str,
+    pub packed: u64,
+    pub unpacked: u64,
+}
+
+impl ChunkEntry {
+    pub fn record(&self) -> Vec<u8> {
+        let numbers = [self.times.0, self.times.1, self.offset, self.length].map(u64::to_le_bytes).concat();
+        let channel = |&(id, at): &(u16, u64)| [&id.to_le_bytes()[..], &at.to_le_bytes()].concat();
+        let channels: Vec<u8> = self.channels.iter().flat_map(channel).collect();
+        let sizes = [self.packed, self.unpacked].map(u64::to_le_bytes).concat();
+        let body = [
+            numbers,
+            text(&channels),
+            self.index_length.to_le_bytes().to_vec(),
+            text(self.compression.as_bytes()),
+            sizes,
+        ];
+        record(0x08, &body.concat())
+    }
+}
+
+/// Where the first record behind the header begins.
+pub fn first_offset() -> u64 {
+    file(&[]).len() as u64
+}
+
+/// Messages in chunks behind their definitions, with a summary that says so, once `change` has forged it.
+///
+/// * `definitions`: schemas and channels
+/// * `chunks`: their records and times
+pub fn indexed(
+    definitions: &[Vec<u8>],
+    chunks: &[(Vec<u8>, (u64, u64))],
+    change: impl FnOnce(&mut Vec<ChunkEntry>, &mut Counts),
+) -> Vec<u8> {
+    let mut offset = first_offset() + definitions.concat().len() as u64;
+    let (mut entries, mut records) = (Vec::new(), definitions.to_vec());
+    for (content, times) in chunks {
+        let data = zstd::bulk::compress(content, 3).expect("packed bytes");
+        let chunk = chunk_at(*times, content.len() as u64, b"zstd", &data);
+        entries.push(ChunkEntry {
+            times: *times,
+            offset,
+            length: chunk.len() as u64,
+            channels: Vec::new(),
+            index_length: 0,
+            compression: "zstd",
+            packed: data.len() as u64,
+            unpacked: content.len() as u64,
+        });
+        offset += chunk.len() as u64;
+        records.push(chunk);
+    }
+    let count = |opcode: u8| definitions.iter().filter(|record| record[0] == opcode).count();
+    let mut counts = Counts {
+        schemas: count(0x03) as u16,
+        channels: count(0x04) as u32,
+        chunks: chunks.len() as u32,
+        times: (
+            chunks.iter().map(|(_, times)| times.0).min().unwrap_or(0),
+            chunks.iter().map(|(_, times)| times.1).max().unwrap_or(0),
+        ),
+        ..Counts::default()
+    };
+    change(&mut entries, &mut counts);
+    let entries: Vec<Vec<u8>> = entries.iter().map(ChunkEntry::record).collect();
+    whole(&records, &[definitions.concat(), entries.concat(), statistics(&counts)].concat())
+}
+
+/// Bytes over and over, packed as tightly as can be without having them all in memory.
+pub fn packed_repeats(part: &[u8], times: usize) -> Vec<u8> {
+    let mut encoder = zstd::Encoder::new(Vec::new(), 3).expect("an encoder");
+    // in large pieces, which is faster
+    let piece = part.repeat((1 << 20) / part.len().max(1) + 1);
+    let mut left = part.len() * times;
+    while left > 0 {
+        let length = left.min(piece.len());
+        std::io::Write::write_all(&mut encoder, &piece[..length]).expect("room");
+        left -= length;
+    }
+    encoder.finish().expect("packed bytes")
+}
+
+/// A number as a field of eight bytes.
+pub fn double(number: usize, value: f64) -> Vec<u8> {
+    [varint(number << 3 | 1), value.to_le_bytes().to_vec()].concat()
+}
+
+/// A number as a field of one to ten bytes.
+pub fn whole_number(number: usize, value: u64) -> Vec<u8> {
+    [varint(number << 3), varint(value as usize)].concat()
 }

@@ -1,6 +1,9 @@
 //! Reading: the place of a viewer in the history, and its next frames.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 use super::{ENTRY_OVERHEAD, Entry, History};
 use crate::protocol::Frame;
@@ -32,9 +35,9 @@ impl Cursor {
         self.subscriptions.iter().map(|(channel, (id, _))| (*channel, *id))
     }
 
-    /// Ends a subscription.
-    pub fn unsubscribe(&mut self, id: u32) {
-        self.subscriptions.retain(|_, (known, _)| *known != id);
+    /// Ends subscriptions.
+    pub fn unsubscribe(&mut self, ids: &BTreeSet<u32>) {
+        self.subscriptions.retain(|_, (known, _)| !ids.contains(known));
     }
 
     /// Appends a time \[ns\], unless it is the last one sent.

@@ -143,7 +143,9 @@ impl Joiner {
 
     fn drain_queues(&mut self, all: bool, rows: &mut Rows<'_>) -> io::Result<()> {
         loop {
-            let Some(&(time, _)) = self.queues[0].front() else {
+            // without any channel there are no rows
+            let Some(first) = self.queues.first() else { return Ok(()) };
+            let Some(&(time, _)) = first.front() else {
                 if self.over[0] {
                     // no more rows: what the others have is not needed
                     self.queues.iter_mut().for_each(VecDeque::clear);

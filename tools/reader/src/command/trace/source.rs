@@ -50,7 +50,7 @@ impl Traced {
         }
         let ids = select::channels_or_default(&recording, &request.topics)?;
         let many = ids.len() > 1;
-        let (mut slots, mut width) = (Vec::new(), 0);
+        let (mut slots, mut width, mut weight) = (Vec::new(), 0, 0);
         let mut extents: Option<Result<Extents, OpenError>> = None;
         let mut used = Used::new(&request.selection);
         for &id in &ids {
@@ -69,7 +69,8 @@ impl Traced {
             let Columns { time, fields, left_out } = columns(channel, &selection, &mut extent)?;
             all_left_out.extend(left_out);
             width += fields.len();
-            if width > MAX_TABLE {
+            weight += fields.iter().map(Column::weight).sum::<usize>();
+            if width > MAX_TABLE || weight > 2 * limits.kept() {
                 return Err(SelectionError::TooWide { topic: channel.topic.clone(), columns: width }.into());
             }
             slots.push(Slot { id, topic: channel.topic.clone(), time, columns: fields });

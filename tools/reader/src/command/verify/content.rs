@@ -31,6 +31,8 @@ pub(super) struct Content<'a> {
     chunk: Option<Chunk>,
     indexed_chunks: u64,
     attachments: u32,
+    /// Where the index says that attachments and metadata records are, and their names.
+    places: [HashSet<(u64, &'a str)>; 2],
     pub(super) attachment_names: Vec<String>,
     pub(super) metadata: Vec<Metadata>,
     metadata_count: u32,
@@ -89,6 +91,10 @@ impl<'a> Content<'a> {
             chunk: None,
             indexed_chunks: 0,
             attachments: 0,
+            places: [
+                index.attachments.iter().map(|entry| (entry.offset, entry.name.as_str())).collect(),
+                index.metadata.iter().map(|entry| (entry.offset, entry.name.as_str())).collect(),
+            ],
             attachment_names: Vec::new(),
             metadata: Vec::new(),
             metadata_count: 0,
@@ -240,8 +246,8 @@ impl<'a> Content<'a> {
 
     fn attachment(&mut self, offset: u64, name: String) {
         self.attachments += 1;
-        let index = &self.index.attachments;
-        if !index.is_empty() && !index.iter().any(|entry| entry.offset == offset && entry.name == name) {
+        let [places, _] = &self.places;
+        if !places.is_empty() && !places.contains(&(offset, name.as_str())) {
             self.report.problem(offset, format!("attachment `{}` is not in the index", short(&name)));
         }
         if self.directory.has_room(256 + name.len()) {
@@ -251,9 +257,8 @@ impl<'a> Content<'a> {
 
     fn metadata(&mut self, offset: u64, record: Metadata) {
         self.metadata_count += 1;
-        let index = &self.index.metadata;
-        if !index.is_empty() && !index.iter().any(|entry| entry.offset == offset && entry.name == record.name)
-        {
+        let [_, places] = &self.places;
+        if !places.is_empty() && !places.contains(&(offset, record.name.as_str())) {
             self.report.problem(offset, format!("metadata `{}` is not in the index", short(&record.name)));
         }
         if self.directory.has_room(record.weight()) {

@@ -113,8 +113,28 @@ impl Scan {
         Ok(())
     }
 
-    /// Feeds a chunk to the unpacker, which verifies it before anything comes out.
+    /// Feeds a chunk to the unpacker, which verifies it before anything comes out. One that claims to unpack to more than
+    /// there is memory for is refused; one that lies is found out as it is unpacked.
     fn open_chunk(&mut self, offset: u64, prefix: &[u8]) {
+        let limit = self.limits.record();
+        let claimed = match parse(op::CHUNK, &self.body, limit) {
+            Ok(Record::Chunk { header, .. }) => {
+                usize::try_from(header.uncompressed_size).unwrap_or(usize::MAX)
+            }
+            _ => 0,
+        };
+        let is_large = self.body.len().max(claimed) > LARGE;
+        let refusal = (claimed > limit).then(|| {
+            format!("a chunk that unpacks to {claimed} bytes exceeds the limit of {limit} (--max-memory)")
+        });
+        if refusal.is_none() {
+            self.feed(prefix);
+        }
+        self.open = Some(Open { offset, end: self.position, inside: 0, is_large, refusal });
+    }
+
+    /// Hands the record that has been read to the unpacker.
+    fn feed(&mut self, prefix: &[u8]) {
         let limit = self.limits.record();
         let unpacker = self.unpacker.get_or_insert_with(|| {
             let options = LinearReaderOptions::default()
@@ -131,14 +151,5 @@ impl Scan {
                 unpacker.notify_read(bytes.len());
             }
         }
-        // how much a chunk unpacks to is known once it is unpacked; what it claims is checked against that
-        let claimed = match parse(op::CHUNK, &self.body, limit) {
-            Ok(Record::Chunk { header, .. }) => {
-                usize::try_from(header.uncompressed_size).unwrap_or(usize::MAX)
-            }
-            _ => 0,
-        };
-        let is_large = self.body.len().max(claimed) > LARGE;
-        self.open = Some(Open { offset, end: self.position, inside: 0, is_large });
     }
 }

@@ -67,7 +67,8 @@ impl Scan {
             Some([4, 0, 0, 0]) => Some(4).filter(|_| head[41..45] == *b"zstd"),
             _ => None,
         };
-        let packed = name.and_then(|name| u64_at(41 + name).map(|size| size + 40 + name as u64));
+        let packed =
+            name.and_then(|name| u64_at(41 + name).map(|size| size.saturating_add(40 + name as u64)));
         fits && times && unpacked && packed == Some(length)
     }
 }

@@ -1,6 +1,6 @@
 //! A shape as a message type, every field of which is optional, and the names that its fields have in JSON.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use prost_reflect::{
     DescriptorPool, MessageDescriptor,
@@ -60,7 +60,7 @@ struct Builder {
 
 impl Builder {
     fn message(&mut self, name: String, fields: &Fields) -> Names {
-        let (mut names, mut taken, mut protos) = (Names::default(), HashSet::new(), Vec::new());
+        let (mut names, mut taken, mut protos) = (Names::default(), HashMap::new(), Vec::new());
         for ((key, shape), number) in fields.entries.iter().zip(1_i32..) {
             if self.fields == MAX_LEAVES {
                 // what has no leaf is kept like a field that is not known
@@ -102,13 +102,34 @@ impl Builder {
 }
 
 /// A name that no other field of the object has, without what has a meaning in the names of leaves.
-fn unique(key: &str, taken: &mut HashSet<String>) -> String {
+///
+/// * `taken`: names that others have, and the number from which on there may be names like them
+fn unique(key: &str, taken: &mut HashMap<String, u32>) -> String {
     let plain = |c: char| if c.is_control() || ".[]@,;".contains(c) { '_' } else { c };
     let name: String = key.chars().map(plain).collect();
     let name = if name.is_empty() { "_".to_owned() } else { name };
-    let numbered = (2_u32..).map(|number| format!("{name}_{number}"));
-    let free = std::iter::once(name.clone()).chain(numbered).find(|name| !taken.contains(name));
-    let name = free.unwrap_or(name);
-    taken.insert(name.clone());
-    name
+    let free = match taken.get(&name) {
+        None => name,
+        Some(&next) => {
+            let numbered = (next..).map(|number| (number, format!("{name}_{number}")));
+            let free = numbered.into_iter().find(|(_, numbered)| !taken.contains_key(numbered));
+            let (number, free) = free.unwrap_or((next, name.clone()));
+            taken.insert(name, number.saturating_add(1));
+            free
+        }
+    };
+    taken.insert(free.clone(), 2);
+    free
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_become_the_same_get_numbers() {
+        let mut taken = HashMap::new();
+        let names = ["a.b", "a_b_3", "a[b", "a]b", "a_b_3", ""].map(|key| unique(key, &mut taken));
+        assert_eq!(names, ["a_b", "a_b_3", "a_b_2", "a_b_4", "a_b_3_2", "_"]);
+    }
 }

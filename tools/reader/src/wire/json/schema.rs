@@ -3,7 +3,7 @@
 //! `type`, `properties`, `items`, `prefixItems`, `allOf`, `anyOf` and `oneOf` with one alternative besides `null`, and `$ref` inside
 //! the schema are read. What a schema leaves open, messages have to say.
 
-use std::fmt;
+use std::{collections::HashMap, fmt};
 
 use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 
@@ -33,14 +33,45 @@ pub(crate) fn shape(bytes: &[u8], budget: &mut Budget) -> Result<Shape, String> 
 enum Tree {
     Text(String),
     List(Vec<Tree>),
-    Object(Vec<(String, Tree)>),
+    Object(Entries),
     Other,
+}
+
+/// The entries of an object in the order of the text.
+#[derive(Default)]
+struct Entries {
+    all: Vec<(String, Tree)>,
+    /// Numbers of the entries by their keys, where there are many.
+    index: HashMap<String, usize>,
+}
+
+impl Entries {
+    /// Entries that are looked at one by one, at most.
+    const FEW: usize = 16;
+
+    fn of(all: Vec<(String, Tree)>) -> Self {
+        let mut index = HashMap::new();
+        if all.len() > Self::FEW {
+            for (i, (key, _)) in all.iter().enumerate() {
+                index.entry(key.clone()).or_insert(i);
+            }
+        }
+        Self { all, index }
+    }
+
+    fn get(&self, name: &str) -> Option<&Tree> {
+        let found = match self.all.len() {
+            0..=Self::FEW => self.all.iter().find(|(key, _)| key == name),
+            _ => self.index.get(name).and_then(|&i| self.all.get(i)),
+        };
+        found.map(|(_, value)| value)
+    }
 }
 
 impl Tree {
     fn get(&self, name: &str) -> Option<&Self> {
         match self {
-            Self::Object(entries) => entries.iter().find(|(key, _)| key == name).map(|(_, value)| value),
+            Self::Object(entries) => entries.get(name),
             _ => None,
         }
     }
@@ -127,7 +158,7 @@ impl<'de> Visitor<'de> for Builder {
         while let Some(entry) = map.next_entry()? {
             entries.push(entry);
         }
-        Ok(Tree::Object(entries))
+        Ok(Tree::Object(Entries::of(entries)))
     }
 }
 
@@ -137,7 +168,8 @@ fn of(tree: &Tree, root: &Tree, depth: usize, budget: &mut Budget) -> Shape {
     if depth > MAX_DEPTH {
         return Shape::Text;
     }
-    if !budget.spend(64) {
+    let alternatives = ["type", "anyOf", "oneOf"].map(|name| tree.items(name).len());
+    if !budget.spend(64 + 8 * alternatives.iter().sum::<usize>()) {
         return Shape::Unknown;
     }
     if let Some(reference) = tree.get("$ref").and_then(Tree::text) {
@@ -173,7 +205,7 @@ fn list(tree: &Tree, root: &Tree, depth: usize, budget: &mut Budget) -> Shape {
 fn object(tree: &Tree, root: &Tree, depth: usize, budget: &mut Budget) -> Shape {
     let mut fields = Fields::default();
     if let Some(Tree::Object(properties)) = tree.get("properties") {
-        for (name, property) in properties {
+        for (name, property) in &properties.all {
             let shape = of(property, root, depth + 1, budget);
             if let Some(entry) = fields.entry(name, budget) {
                 *entry = shape;

@@ -1,0 +1,319 @@
+//! Checkpoints: the state of a run in a file, from which `percuss run --resume` continues.
+//!
+//! A checkpoint of `NAME.mcap` is `NAME.mcap.checkpoint` beside it. It belongs to the messages that the part of the recording has
+//! by then, which are on the disk before it is, and is whole or not there: the one before stays until it is. When the recording is
+//! complete it is removed.
+//!
+//! ```text
+//! magic · version of this format · length of the head · head · zstd(state) · CRC-32 of all before
+//! ```
+//!
+//! all little-endian. The head has the version of percuss, the engine, the complete case, the step and the number of messages of
+//! every channel; the state is that of [`Simulation::save`]. Channels have none.
+//!
+//! A state is taken up only if percuss, engine and case are the same: then the run gives the same messages, bit for bit, as one
+//! that was never interrupted, whatever the number of threads is. When checkpoints are written, and how often, changes no message, so
+//! `run.checkpoint_every` may differ.
+//!
+//! A file is not trusted: its checksum is compared before anything of it is decoded, and no length in it takes memory before
+//! as many bytes have been read.
+
+use std::{
+    fs::File,
+    io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Take, Write},
+    path::{Path, PathBuf},
+};
+
+use percuss_output::Output;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    case::Case,
+    simulation::{Engine, Simulation},
+    state::{StateError, StateReader, StateWriter},
+};
+
+mod checksum;
+use checksum::Checked;
+
+const MAGIC: [u8; 8] = *b"\x89percpt\n";
+
+/// Version of the format.
+///
+/// * 1: the first.
+const VERSION: u32 = 1;
+
+/// Size of magic and version, and of the checksum \[bytes\].
+const BEGINNING: u64 = MAGIC.len() as u64 + 4;
+const CHECKSUM: u64 = 4;
+
+/// Zstandard's fast level: waves hardly compress, and what is at rest does at any level.
+const ZSTD_LEVEL: i32 = 1;
+
+/// Differences of two cases that an error names.
+const MOST_DIFFERENCES: usize = 5;
+
+/// What a checkpoint belongs to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Head {
+    percuss: String,
+    engine: String,
+    /// The case with every default written out.
+    case: String,
+    /// Last step that was recorded.
+    pub step: u64,
+    /// Its time \[R/c_p\].
+    pub time: f64,
+    /// Messages of every channel that have been recorded.
+    pub messages: Vec<u64>,
+}
+
+/// Why a checkpoint cannot be written or taken up.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckpointError {
+    /// The system refuses.
+    #[error("cannot {what} the checkpoint `{}`: {error}", path.display())]
+    System {
+        /// What was tried.
+        what: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Cause.
+        error: io::Error,
+    },
+    /// The file is something else.
+    #[error("`{}` is no checkpoint of percuss; begin the run anew with --force in place of --resume", .0.display())]
+    Foreign(PathBuf),
+    /// The file is damaged.
+    #[error("the checkpoint `{}` is damaged: {what}; begin the run anew with --force in place of --resume", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+    /// It was written by another version or engine.
+    #[error(
+        "the checkpoint `{}` is of {found}, this is {here}: only the same gives the same numbers; take that, or begin the run anew with --force in place of --resume",
+        path.display()
+    )]
+    Program {
+        /// The file.
+        path: PathBuf,
+        /// What has written it.
+        found: String,
+        /// What was to take it up.
+        here: String,
+    },
+    /// It belongs to another case.
+    #[error(
+        "the checkpoint `{}` belongs to another case: {differences}; restore the case, or begin the run anew with --force in place of --resume",
+        path.display()
+    )]
+    Case {
+        /// The file.
+        path: PathBuf,
+        /// Keys with their values.
+        differences: String,
+    },
+}
+
+/// Name of the checkpoint of a recording.
+pub fn checkpoint_of(recording: &Path) -> PathBuf {
+    let mut name = recording.file_name().unwrap_or_default().to_owned();
+    name.push(".checkpoint");
+    recording.with_file_name(name)
+}
+
+impl Head {
+    /// The head of a checkpoint of `case` after a step.
+    pub fn new(case: &Case, engine: Engine, (step, time): (u64, f64), messages: Vec<u64>) -> Self {
+        Self {
+            percuss: env!("CARGO_PKG_VERSION").into(),
+            engine: engine.name().into(),
+            case: case.resolved_toml(),
+            step,
+            time,
+            messages,
+        }
+    }
+}
+
+/// Writes a checkpoint, in place of an earlier one once it is on the disk. Returns its size \[bytes\].
+///
+/// # Errors
+///
+/// The file cannot be written; an earlier one stays.
+pub fn write(path: &Path, head: &Head, simulation: &mut Simulation) -> Result<u64, CheckpointError> {
+    write_file(path, head, simulation).map_err(|error| CheckpointError::System {
+        what: "write",
+        path: path.into(),
+        error,
+    })
+}
+
+fn write_file(path: &Path, head: &Head, simulation: &mut Simulation) -> io::Result<u64> {
+    let output = Output::create(path, true)?;
+    let mut file = Checked::new(BufWriter::new(output));
+    file.write_all(&MAGIC)?;
+    file.write_all(&VERSION.to_le_bytes())?;
+    StateWriter::new(&mut file).put(head)?;
+    let mut packed = zstd::Encoder::new(&mut file, ZSTD_LEVEL)?;
+    simulation.save(&mut StateWriter::new(&mut packed))?;
+    packed.finish()?;
+    let (mut file, checksum, size) = file.end();
+    file.write_all(&checksum.to_le_bytes())?;
+    file.into_inner().map_err(|error| error.into_error())?.commit()?;
+    Ok(size + CHECKSUM)
+}
+
+/// Removes a checkpoint, if there is one.
+///
+/// # Errors
+///
+/// The system refuses.
+pub fn remove(path: &Path) -> Result<(), CheckpointError> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(CheckpointError::System { what: "remove", path: path.into(), error })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A checkpoint that is sound and belongs to a case.
+pub struct Checkpoint {
+    path: PathBuf,
+    /// What it belongs to.
+    pub head: Head,
+    /// The state, up to the checksum.
+    packed: BufReader<Take<File>>,
+}
+
+impl Checkpoint {
+    /// Opens the checkpoint of a run of `case`.
+    ///
+    /// # Errors
+    ///
+    /// There is none, it is damaged, or of another program or case.
+    pub fn open(path: &Path, case: &Case, engine: Engine) -> Result<Self, CheckpointError> {
+        let system = |error| CheckpointError::System { what: "read", path: path.into(), error };
+        let damaged = |what: &str| CheckpointError::Damaged { path: path.into(), what: what.into() };
+        let mut file = File::open(path).map_err(system)?;
+        let length = file.metadata().map_err(system)?.len();
+        let mut magic = [0; MAGIC.len()];
+        let is_ours = length >= magic.len() as u64 && {
+            file.read_exact(&mut magic).map_err(system)?;
+            magic == MAGIC
+        };
+        if !is_ours {
+            return Err(CheckpointError::Foreign(path.into()));
+        }
+        let content = length
+            .checked_sub(CHECKSUM)
+            .filter(|content| *content >= BEGINNING)
+            .ok_or_else(|| damaged("it is cut off"))?;
+        if !checksum::is_sound(&mut file, content).map_err(system)? {
+            return Err(damaged("its checksum is another one"));
+        }
+        file.seek(SeekFrom::Start(MAGIC.len() as u64)).map_err(system)?;
+        let mut packed = BufReader::new(file.take(content - MAGIC.len() as u64));
+        let mut version = [0; 4];
+        packed.read_exact(&mut version).map_err(system)?;
+        let version = u32::from_le_bytes(version);
+        if version != VERSION {
+            let [found, here] = [version, VERSION].map(|version| format!("format {version}"));
+            return Err(CheckpointError::Program { path: path.into(), found, here });
+        }
+        let head: Head = StateReader::new(&mut packed).get().map_err(|error| damaged(&error.to_string()))?;
+        head.check(path, case, engine)?;
+        Ok(Self { path: path.into(), head, packed })
+    }
+
+    /// Puts a simulation of the case into the state.
+    ///
+    /// # Errors
+    ///
+    /// The state is not one of this case.
+    pub fn load(self, simulation: &mut Simulation) -> Result<Head, CheckpointError> {
+        let Self { path, head, packed } = self;
+        let load = || -> Result<(), StateError> {
+            let mut state = zstd::Decoder::with_buffer(packed)?;
+            simulation.load(&mut StateReader::new(&mut state))?;
+            let (next, expected) = (simulation.next_step(), head.step + 1);
+            StateError::unless(next == expected, "number of the next step", next)
+        };
+        match load() {
+            Ok(()) => Ok(head),
+            Err(error) => Err(CheckpointError::Damaged { path, what: error.to_string() }),
+        }
+    }
+}
+
+impl Head {
+    /// Compares program and case.
+    fn check(&self, path: &Path, case: &Case, engine: Engine) -> Result<(), CheckpointError> {
+        let programs = [
+            (format!("percuss {}", self.percuss), format!("percuss {}", env!("CARGO_PKG_VERSION"))),
+            (format!("--engine {}", self.engine), format!("--engine {}", engine.name())),
+        ];
+        if let Some((found, here)) = programs.into_iter().find(|(found, here)| found != here) {
+            return Err(CheckpointError::Program { path: path.into(), found, here });
+        }
+        let parse = |text: &str| {
+            let mut table: toml::Table = toml::from_str(text).map_err(|error| CheckpointError::Damaged {
+                path: path.into(),
+                what: error.message().to_owned(),
+            })?;
+            if let Some(toml::Value::Table(run)) = table.get_mut("run") {
+                run.remove("checkpoint_every");
+            }
+            Ok(toml::Value::Table(table))
+        };
+        let mut differences = Vec::new();
+        compare("", Some(&parse(&self.case)?), Some(&parse(&case.resolved_toml())?), &mut differences);
+        if differences.is_empty() {
+            return Ok(());
+        }
+        let more = differences.len().saturating_sub(MOST_DIFFERENCES);
+        differences.truncate(MOST_DIFFERENCES);
+        let mut differences = differences.join(", ");
+        if more > 0 {
+            differences += &format!(", and {more} more");
+        }
+        Err(CheckpointError::Case { path: path.into(), differences })
+    }
+}
+
+/// Collects where two values differ.
+fn compare(key: &str, there: Option<&toml::Value>, here: Option<&toml::Value>, found: &mut Vec<String>) {
+    use toml::Value::Table;
+    if there == here {
+        return;
+    }
+    let (Some(Table(there)), Some(Table(here))) = (there, here) else {
+        let text = |value: Option<&toml::Value>| match value {
+            Some(value) => clipped(&value.to_string()),
+            None => "none".to_owned(),
+        };
+        found.push(format!("{key} is {} there, {} here", text(there), text(here)));
+        return;
+    };
+    let others = here.keys().filter(|name| !there.contains_key(*name));
+    for name in there.keys().chain(others) {
+        let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+        compare(&key, there.get(name), here.get(name), found);
+    }
+}
+
+/// The beginning of a long text.
+fn clipped(text: &str) -> String {
+    const LONGEST: usize = 60;
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,129 @@
+//! Checkpoints as files: written, taken up, damaged, of others.
+
+use std::fs;
+
+use super::*;
+
+fn case(settings: &[&str]) -> Case {
+    let settings: Vec<String> =
+        [&["mesh.cells=12", "run.end_time=8"], settings].concat().into_iter().map(String::from).collect();
+    Case::load("fig5", &settings).expect("a built-in case")
+}
+
+/// Writes a checkpoint in the middle of a run, and returns its head.
+fn written(path: &Path, case: &Case) -> Head {
+    let mut simulation = Simulation::new(case);
+    let mut last = (0, 0.0);
+    while let Some(view) = simulation.step().expect("a sound case") {
+        last = (view.step, view.time);
+        if view.step == 10 {
+            simulation.interrupt();
+        }
+    }
+    let head = Head::new(case, Engine::Blocked, last, vec![3, 0, 11]);
+    let size = write(path, &head, &mut simulation).expect("room");
+    assert_eq!(size, fs::metadata(path).expect("a file").len());
+    head
+}
+
+fn refusal(path: &Path, case: &Case, engine: Engine) -> String {
+    Checkpoint::open(path, case, engine).err().expect("it is refused").to_string()
+}
+
+#[test]
+fn a_checkpoint_is_taken_up() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = checkpoint_of(&folder.path().join("a.mcap"));
+    assert!(path.ends_with("a.mcap.checkpoint"));
+    let head = written(&path, &case(&[]));
+    // how often checkpoints are written is not part of the case
+    let case = case(&["run.checkpoint_every=0.5"]);
+    let mut simulation = Simulation::new(&case);
+    let checkpoint = Checkpoint::open(&path, &case, Engine::Blocked).expect("a checkpoint");
+    assert_eq!(checkpoint.load(&mut simulation).expect("a state"), head);
+    assert_eq!(simulation.next_step(), head.step + 1);
+    // nothing else is left, also by a second one
+    written(&path, &case);
+    assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1);
+    remove(&path).expect("it is there");
+    remove(&path).expect("it is not there");
+    assert!(!path.exists());
+}
+
+#[test]
+fn checkpoints_of_others_are_refused_with_what_differs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.mcap.checkpoint");
+    let here = case(&[]);
+    written(&path, &case(&["mesh.cells=13", "record.frames=7"]));
+    let text = refusal(&path, &here, Engine::Blocked);
+    assert!(
+        text.contains("mesh.cells is 13 there, 12 here") && text.contains("record.frames is 7"),
+        "{text}"
+    );
+    written(&path, &here);
+    let text = refusal(&path, &here, Engine::Reference);
+    assert!(text.contains("--engine blocked, this is --engine reference"), "{text}");
+    let mut head = written(&path, &here);
+    head.percuss = "0.0.0".into();
+    let mut simulation = Simulation::new(&here);
+    write(&path, &head, &mut simulation).expect("room");
+    let text = refusal(&path, &here, Engine::Blocked);
+    assert!(text.contains("percuss 0.0.0, this is percuss"), "{text}");
+    // the head of another step
+    (head.percuss, head.step) = (env!("CARGO_PKG_VERSION").into(), 4);
+    write(&path, &head, &mut simulation).expect("room");
+    let checkpoint = Checkpoint::open(&path, &here, Engine::Blocked).expect("a checkpoint");
+    let error = checkpoint.load(&mut Simulation::new(&here)).expect_err("another step");
+    assert!(error.to_string().contains("number of the next step = 0"), "{error}");
+}
+
+#[test]
+fn damage_is_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.mcap.checkpoint");
+    let case = case(&[]);
+    written(&path, &case);
+    let bytes = fs::read(&path).expect("a file");
+    for place in (0..bytes.len()).step_by(1 + bytes.len() / 500).chain([8, bytes.len() - 1]) {
+        let mut damaged = bytes.clone();
+        damaged[place] ^= 1 << (place % 8);
+        fs::write(&path, &damaged).expect("room");
+        let text = refusal(&path, &case, Engine::Blocked);
+        let expected = if place < MAGIC.len() { "no checkpoint of percuss" } else { "is damaged" };
+        assert!(text.contains(expected) && text.contains("--force"), "{place}: {text}");
+        fs::write(&path, &bytes[..place]).expect("room");
+        let text = refusal(&path, &case, Engine::Blocked);
+        assert!(text.contains("no checkpoint") || text.contains("is damaged"), "{place}: {text}");
+    }
+}
+
+/// A file with a sound checksum.
+fn sealed(path: &Path, content: &[u8]) {
+    let checksum = crc32fast::hash(content).to_le_bytes();
+    fs::write(path, [content, &checksum].concat()).expect("room");
+}
+
+#[test]
+fn forged_files_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.mcap.checkpoint");
+    let case = case(&[]);
+    written(&path, &case);
+    let bytes = fs::read(&path).expect("a file");
+    let content = &bytes[..bytes.len() - CHECKSUM as usize];
+    sealed(&path, &[&MAGIC[..], &9u32.to_le_bytes(), &content[12..]].concat());
+    let text = refusal(&path, &case, Engine::Blocked);
+    assert!(text.contains("format 9, this is format 1"), "{text}");
+    sealed(&path, &[&content[..12], &u32::MAX.to_le_bytes()].concat());
+    let text = refusal(&path, &case, Engine::Blocked);
+    assert!(text.contains("is damaged") && text.contains("4294967295 bytes"), "{text}");
+    // the state is cut off, or another stream
+    let head = 16 + u32::from_le_bytes(content[12..16].try_into().expect("four bytes")) as usize;
+    for state in [&content[head..content.len() - 9], &b"no zstd"[..], &[]] {
+        sealed(&path, &[&content[..head], state].concat());
+        let checkpoint = Checkpoint::open(&path, &case, Engine::Blocked).expect("a sound head");
+        let error = checkpoint.load(&mut Simulation::new(&case)).expect_err("no state");
+        assert!(error.to_string().contains("is damaged"), "{error}");
+    }
+}

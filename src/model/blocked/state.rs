@@ -1,0 +1,41 @@
+//! The engine as a stream of bytes, with the interior at the level of the surface.
+
+use std::io;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Engine, active::ConeState, tiles::RowPeak};
+use crate::state::{StateError, StateReader, StateWriter};
+
+/// What the engine keeps beside the field.
+#[derive(Serialize, Deserialize)]
+struct EngineState {
+    cone: ConeState,
+    peaks: [RowPeak; 2],
+}
+
+impl<T> Engine<T> {
+    /// Columns that have been written to, whole blocks; never fewer than at a level before.
+    fn written_columns(&self) -> usize {
+        self.cone.active(self.level).columns.min(self.field.domain().levels.columns())
+    }
+
+    pub(super) fn write_state(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
+        assert!(self.steps.is_empty(), "{} steps have not been handed out", self.steps.len());
+        self.catch_up();
+        out.put(&EngineState { cone: self.cone.state(), peaks: self.peaks })?;
+        self.field.save(self.written_columns(), out)
+    }
+
+    pub(super) fn read_state(&mut self, level: usize, from: &mut StateReader<'_>) -> Result<(), StateError> {
+        assert!(self.level == 0, "a target that has moved");
+        let EngineState { cone, peaks } = from.get()?;
+        self.cone.set(level, cone)?;
+        for peak in peaks {
+            StateError::unless(peak.level <= level, "step of the largest strain on the backing", peak.level)?;
+            StateError::unless(peak.column < self.grid.nr(), "column of that strain", peak.column)?;
+        }
+        (self.level, self.reached, self.peaks) = (level, level, peaks);
+        self.field.load(self.written_columns(), from)
+    }
+}

@@ -1,0 +1,71 @@
+//! Files that can be read: regular ones. Of a recording that is not complete, the name says so.
+
+use std::{
+    fs::{self, File, FileType},
+    io,
+    path::{Path, PathBuf},
+};
+
+use super::OpenError;
+use crate::convention::PART;
+
+/// Opens a file; what is none is refused before it is opened, as a pipe that nobody writes would wait for ever.
+///
+/// # Errors
+///
+/// There is no such file, or it cannot be read.
+pub fn open_file(path: &Path) -> Result<File, OpenError> {
+    let kind = fs::metadata(path).map_err(OpenError::io(path))?.file_type();
+    if !kind.is_file() {
+        return Err(OpenError::NoFile { path: path.into(), what: name_of(kind) });
+    }
+    File::open(path).map_err(OpenError::io(path))
+}
+
+/// True if the name of a recording says that it is not complete: `run.mcap.part`.
+pub fn is_part(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == PART)
+}
+
+/// The name of a recording once it is complete: `run.mcap` of `run.mcap.part`.
+pub fn without_part(path: &Path) -> PathBuf {
+    if is_part(path) { path.with_extension("") } else { path.to_owned() }
+}
+
+/// The recording that is not complete, where there is none of a name.
+pub(super) fn part_of(path: &Path, error: &io::Error) -> Option<PathBuf> {
+    let mut name = path.file_name()?.to_owned();
+    name.push(".");
+    name.push(PART);
+    let part = path.with_file_name(name);
+    (error.kind() == io::ErrorKind::NotFound && part.is_file()).then_some(part)
+}
+
+#[cfg(unix)]
+fn name_of(kind: FileType) -> &'static str {
+    use std::os::unix::fs::FileTypeExt;
+    match () {
+        () if kind.is_dir() => "a folder",
+        () if kind.is_fifo() => "a pipe",
+        () if kind.is_socket() => "a socket",
+        () => "a device",
+    }
+}
+
+#[cfg(not(unix))]
+fn name_of(kind: FileType) -> &'static str {
+    if kind.is_dir() { "a folder" } else { "a device" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_say_what_is_not_complete() {
+        assert!(is_part(Path::new("a/run.mcap.part")) && !is_part(Path::new("a/part")));
+        assert!(!is_part(Path::new("a/run.mcap")));
+        assert_eq!(without_part(Path::new("a/run.mcap.part")), Path::new("a/run.mcap"));
+        assert_eq!(without_part(Path::new("a/run.mcap")), Path::new("a/run.mcap"));
+    }
+}

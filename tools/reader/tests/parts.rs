@@ -1,0 +1,255 @@
+//! Recordings that are not complete, files that are none, and what is said of them.
+
+mod desk;
+mod forge;
+
+use std::{
+    fs::{self, OpenOptions},
+    io::{Cursor, Read, Seek, SeekFrom, Write},
+    os::unix::{fs::symlink, net::UnixListener},
+    path::Path,
+    process::Command,
+};
+
+use desk::Desk;
+use percuss_reader::{
+    messages::Recording,
+    recording::{Limits, OpenError, Scan},
+};
+
+const NOTE: &str =
+    "note: `a.mcap.part` is a recording that is not complete: still being written, or interrupted\n";
+
+/// A recording cut off in its middle, as one that is being written is found.
+fn cut() -> Vec<u8> {
+    let whole = forge::forge(200, 1).write(forge::plain());
+    whole[..whole.len() / 2].to_vec()
+}
+
+#[test]
+fn every_verb_reads_a_recording_that_is_not_complete_and_says_so_once() {
+    let desk = Desk::new(&[("a.mcap.part", cut()), ("a.mcap", cut())]);
+    let verbs = [
+        "info a",
+        "verify a",
+        "schema a",
+        "cat a",
+        "trace a --topic /scalar",
+        "plot a --topic /scalar --field force",
+        "diff a a",
+        "export a --topic /slice -o f.npy --force",
+        "recover a -o r.mcap --force",
+        "summary a",
+        "report a --force",
+        "replay a --from 1e9",
+    ];
+    for verb in verbs {
+        let run = |name: &str| {
+            let words: Vec<&str> =
+                verb.split(' ').map(|word| if word == "a" { name } else { word }).collect();
+            let output = desk.read(&words);
+            (output.status.code(), String::from_utf8(output.stderr).expect("text"))
+        };
+        let ((status, said), (of_other, _)) = (run("a.mcap.part"), run("a.mcap"));
+        assert_eq!(said.matches(NOTE).count(), 1, "{verb}: {said}");
+        assert_eq!(status, of_other, "{verb}: the status is that of any file without an end: {said}");
+    }
+    let (table, _) = desk.both(3, &["trace", "a.mcap.part", "--topic", "/scalar", "--field", "force"]);
+    assert!(table.lines().count() > 20, "{table}");
+}
+
+#[test]
+fn names_are_those_of_the_complete_recording() {
+    let desk = Desk::new(&[("a.mcap.part", cut()), ("b.mcap", cut())]);
+    let (table, _) =
+        desk.both(3, &["trace", "a.mcap.part", "b.mcap", "--topic", "/scalar", "--field", "force"]);
+    assert!(table.starts_with("time [s],a:force [N],b:force [N]"), "{table}");
+}
+
+#[test]
+fn a_recording_that_is_there_only_in_part_is_named() {
+    let desk = Desk::new(&[("a.mcap.part", cut())]);
+    for (verb, status) in [("info", 1), ("verify", 1), ("cat", 1), ("replay", 1)] {
+        let said = desk.error(status, &[verb, "a.mcap"]);
+        let expected = "error: `a.mcap` does not exist; there is `a.mcap.part`, a recording that is not complete; read \
+                        that, or continue the run with `percuss run --resume`\n";
+        assert_eq!(said, expected, "{verb}");
+    }
+    let said = desk.error(2, &["diff", "a.mcap", "a.mcap"]);
+    assert!(said.contains("there is `a.mcap.part`"), "{said}");
+    let said = desk.error(1, &["info", "b.mcap"]);
+    assert!(said.contains("cannot read `b.mcap`: No such file or directory"), "{said}");
+}
+
+#[test]
+fn a_file_that_grows_is_read_as_far_as_it_was() {
+    let whole = forge::forge(200, 1).write(forge::plain());
+    let desk = Desk::new(&[("a.mcap.part", whole[..whole.len() / 2].to_vec())]);
+    let path = desk.path("a.mcap.part");
+    let mut scan = Scan::open(&path, Limits::default()).expect("a recording");
+    let (mut records, mut rest) = (0, whole[whole.len() / 2..].chunks(997));
+    let mut file = OpenOptions::new().append(true).open(&path).expect("the file");
+    while scan.next(|_| ()).expect("no error of the system").is_some() {
+        records += 1;
+        if let Some(more) = rest.next() {
+            file.write_all(more).expect("room");
+        }
+    }
+    assert!(records > 100 && !scan.is_complete(), "{records} records: {:?}", scan.damages());
+    rest.for_each(|more| file.write_all(more).expect("room"));
+    desk.text(0, &["verify", "a.mcap.part"]);
+}
+
+#[test]
+fn what_is_no_file_is_refused_and_named() {
+    let desk = Desk::new(&[]);
+    fs::create_dir(desk.path("folder")).expect("a folder");
+    let made = Command::new("mkfifo").arg(desk.path("pipe")).status().expect("mkfifo");
+    assert!(made.success());
+    let _socket = UnixListener::bind(desk.path("socket")).expect("a socket");
+    symlink("circle", desk.path("circle")).expect("a link");
+    let cases = [
+        ("folder", "it is a folder"),
+        ("pipe", "it is a pipe"),
+        ("socket", "it is a socket"),
+        ("/dev/zero", "it is a device"),
+        ("/dev/null", "it is a device"),
+        ("circle", "Too many levels of symbolic links"),
+        ("folder/nothing", "No such file or directory"),
+    ];
+    for (name, why) in cases {
+        for verb in ["info", "verify", "trace", "plot", "cat", "schema", "report", "summary", "replay"] {
+            let said = desk.error(1, &[verb, name]);
+            assert!(
+                said.contains(&format!("cannot read `{name}`")) && said.contains(why),
+                "{verb} {name}: {said}"
+            );
+        }
+        let said = desk.error(1, &["recover", name, "-o", "r.mcap"]);
+        assert!(said.contains(why), "recover {name}: {said}");
+    }
+    let said = desk.error(2, &["diff", "pipe", "pipe"]);
+    assert!(said.contains("it is a pipe"), "{said}");
+}
+
+#[test]
+fn ten_gigabytes_of_nothing_end_at_once() {
+    let desk = Desk::new(&[("a.mcap", forge::forge(3, 1).write(forge::plain()))]);
+    let file = OpenOptions::new().write(true).open(desk.path("a.mcap")).expect("the file");
+    file.set_len(10_000_000_000).expect("a sparse file");
+    drop(file);
+    let said = desk.text(1, &["verify", "a.mcap"]);
+    assert!(said.contains("NOT SOUND"), "{said}");
+}
+
+/// A source that fails, or ends, at some byte.
+struct Failing {
+    bytes: Cursor<Vec<u8>>,
+    at: u64,
+    kind: std::io::ErrorKind,
+}
+
+impl Read for Failing {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        let left = self.at.saturating_sub(self.bytes.position());
+        if left == 0 && self.kind == std::io::ErrorKind::UnexpectedEof {
+            return Ok(0);
+        }
+        if left == 0 {
+            // EIO
+            return Err(std::io::Error::from_raw_os_error(5));
+        }
+        let most = into.len().min(left as usize);
+        self.bytes.read(&mut into[..most])
+    }
+}
+
+impl Seek for Failing {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.bytes.seek(to)
+    }
+}
+
+#[test]
+fn errors_of_the_system_say_what_where_and_why() {
+    let bytes = cut();
+    let cases = [
+        (std::io::ErrorKind::Other, "Input/output error (os error 5) (near byte "),
+        (std::io::ErrorKind::UnexpectedEof, "the file has become shorter while it was read (near byte "),
+    ];
+    for (kind, expected) in cases {
+        // the end is read first, to find the summary
+        let at = bytes.len() as u64 / 2;
+        let tail = bytes.len() as u64 - 37;
+        let source = Failing { bytes: Cursor::new(bytes.clone()), at, kind };
+        let source = Late { source, tail };
+        let mut scan =
+            Scan::of(Box::new(source), Path::new("a.mcap"), Limits::default()).expect("a beginning");
+        let error = loop {
+            match scan.next(|_| ()) {
+                Ok(Some(())) => {}
+                Ok(None) => panic!("the fault is not noticed"),
+                Err(error) => break error,
+            }
+        };
+        let said = error.to_string();
+        assert!(said.starts_with("cannot read `a.mcap`: ") && said.contains(expected), "{said}");
+    }
+}
+
+/// The same, but its end can be read.
+struct Late {
+    source: Failing,
+    tail: u64,
+}
+
+impl Read for Late {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        if self.source.bytes.position() >= self.tail {
+            return self.source.bytes.read(into);
+        }
+        self.source.read(into)
+    }
+}
+
+impl Seek for Late {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.source.seek(to)
+    }
+}
+
+#[test]
+fn twenty_thousand_opens_leave_no_file_open() {
+    let sound = forge::forge(3, 1).write(forge::plain());
+    let mut damaged = sound.clone();
+    damaged[300..400].fill(0xff);
+    let files = [
+        ("a.mcap", sound.clone()),
+        ("b.mcap", damaged),
+        ("c.mcap", sound[..500].to_vec()),
+        ("d.mcap", vec![]),
+    ];
+    let desk = Desk::new(&files);
+    let open_files = || fs::read_dir("/proc/self/fd").expect("the files that are open").count();
+    let before = open_files();
+    let (mut read, mut refused, mut most) = (0, 0, before);
+    for round in 0..20_000 {
+        let name = ["a.mcap", "b.mcap", "c.mcap", "d.mcap", "none.mcap"][round % 5];
+        let ends = Recording::open(&desk.path(name), Limits::default()).and_then(|recording| {
+            let mut messages = recording.messages(recording.channels.keys().copied(), None)?;
+            // left in the middle
+            messages.next(|_| ()).map(drop)
+        });
+        match ends {
+            Ok(()) => read += 1,
+            Err(OpenError::Io { .. } | OpenError::NotMcap(_)) => refused += 1,
+            Err(error) => panic!("{name}: {error}"),
+        }
+        if round % 1000 == 0 {
+            most = most.max(open_files());
+        }
+    }
+    assert_eq!((read, refused), (12_000, 8000));
+    // other tests of this program have files open for a moment
+    assert!(most.max(open_files()) < before + 60, "{before} files were open, then up to {most}");
+}

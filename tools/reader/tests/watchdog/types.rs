@@ -1,0 +1,347 @@
+//! Hostile message types, and messages that unpack to far more than they are.
+
+use prost_reflect::{
+    prost::Message,
+    prost_types::{
+        DescriptorProto, EnumDescriptorProto, EnumValueDescriptorProto, FieldDescriptorProto, FieldOptions,
+        FileDescriptorProto, FileDescriptorSet, MessageOptions, OneofDescriptorProto,
+        field_descriptor_proto::{Label, Type},
+    },
+};
+
+use crate::{
+    Case, forge,
+    raw::{
+        block, channel, chunk, double, message, message_at, packed, packed_repeats, schema, varint, whole,
+        whole_number,
+    },
+    records::many,
+};
+
+pub const CASES: &[Case] = &[
+    ("types that hold the next one twice", || of_types((0..32).map(|i| chain(i, 32, &["a", "b"])).collect())),
+    ("types that hold the next one ten times", || {
+        let names = ["a", "b", "c", "d", "e", "f", "g", "h", "i", "j"];
+        of_types((0..32).map(|i| chain(i, 32, &names)).collect())
+    }),
+    ("two types that hold each other", || {
+        let inner = |next: &str| (1..20).map(|n| of_type(&format!("f{n}"), n, next)).collect();
+        of_types(vec![kind("T0", inner(".U")), kind("U", inner(".T0"))])
+    }),
+    ("a type of 10 000 fields", || {
+        let types = vec![kind("T0", (1..=10_000).map(number).collect())];
+        of_types_with(types, &many(10_000, |i| double(i as usize + 1, 1.0)))
+    }),
+    ("a type of 60 000 fields", || of_types(vec![kind("T0", (20_000..80_000).map(number).collect())])),
+    ("types nested 10 000 deep", || {
+        let nested = (0..10_000).fold(Vec::new(), |inner, _| [block(1, b"A"), block(3, &inner)].concat());
+        of_schema("A", &in_file(&block(4, &nested)))
+    }),
+    ("an enumeration of 60 000 values", || {
+        let value =
+            |i| EnumValueDescriptorProto { name: Some(format!("V{i}")), number: Some(i), options: None };
+        let mut file = file_of("t.proto", vec![kind("T0", vec![typed("e", 1, Type::Enum, Some(".E"))])]);
+        file.enum_type = vec![EnumDescriptorProto {
+            name: Some("E".into()),
+            value: (0..60_000).map(value).collect(),
+            ..Default::default()
+        }];
+        of_schema_with("T0", &set(vec![file]), &whole_number(1, u64::MAX))
+    }),
+    ("names that are no text", || of_schema("A", &in_file(&block(4, &block(1, &[0xff, 0xfe, 0x80]))))),
+    ("names that are no names", || {
+        of_types(vec![
+            kind("T0", vec![]),
+            kind("", vec![number(1)]),
+            kind("a.b", vec![]),
+            kind("\u{1b}[2J", vec![]),
+        ])
+    }),
+    ("imports that are not there", || {
+        let mut file = file_of("t.proto", vec![kind("T0", vec![of_type("x", 1, ".nowhere.X")])]);
+        file.dependency = vec!["nowhere.proto".into(), "t.proto".into()];
+        file.public_dependency = vec![-1, 7];
+        of_schema("T0", &set(vec![file]))
+    }),
+    ("files that import each other", || {
+        let mut files = ["a.proto", "b.proto"].map(|name| file_of(name, vec![]));
+        for (i, other) in ["b.proto", "a.proto"].into_iter().enumerate() {
+            (files[i].dependency, files[i].public_dependency) = (vec![other.into()], vec![0]);
+        }
+        files[0].message_type = vec![kind("T0", vec![])];
+        of_schema("T0", &set(files.to_vec()))
+    }),
+    ("editions", || of_syntax("editions")),
+    ("a syntax of the future", || of_syntax("proto9\u{1b}[2J")),
+    ("groups and extensions", || {
+        let mut file = file_of("t.proto", vec![kind("T0", vec![typed("g", 1, Type::Group, Some(".T0"))])]);
+        file.syntax = Some("proto2".into());
+        file.extension = vec![FieldDescriptorProto { extendee: Some(".T0".into()), ..number(1) }];
+        let message = [[0x0b].repeat(5000), [0x0c].repeat(5000)].concat();
+        of_schema_with("T0", &set(vec![file]), &message)
+    }),
+    ("maps that are none", || {
+        let options = MessageOptions { map_entry: Some(true), ..Default::default() };
+        let with =
+            |name: &str, field| DescriptorProto { options: Some(options.clone()), ..kind(name, field) };
+        let entry = with("E", vec![of_type("key", 1, ".E"), of_type("value", 2, ".T0")]);
+        let map = FieldDescriptorProto { label: Some(Label::Repeated.into()), ..of_type("m", 1, ".E") };
+        of_types_with(
+            vec![kind("T0", vec![map]), entry, with("F", vec![])],
+            &block(1, &block(2, &[])).repeat(1000),
+        )
+    }),
+    ("lists that cannot be packed", || {
+        let options = Some(FieldOptions { packed: Some(true), ..Default::default() });
+        let one =
+            |name: &str, n, of| FieldDescriptorProto { options: options.clone(), ..typed(name, n, of, None) };
+        let fields = vec![one("s", 1, Type::String), one("b", 2, Type::Bytes), one("d", 3, Type::Double)];
+        of_types_with(vec![kind("T0", fields)], &[block(1, &[0xff; 9]), block(3, &[0; 12])].concat())
+    }),
+    ("members of no oneof", || {
+        let at = |n, index| FieldDescriptorProto { oneof_index: Some(index), ..number(n) };
+        let mut of = kind("T0", vec![at(1, -1), at(2, i32::MAX), at(3, 0)]);
+        of.oneof_decl = vec![OneofDescriptorProto { name: None, options: None }];
+        of_types(vec![of])
+    }),
+    ("oneofs of very many members", || {
+        let member = |n| FieldDescriptorProto { oneof_index: Some(0), ..number(n) };
+        let mut of = kind("T0", (1..9000).map(member).collect());
+        of.oneof_decl = vec![OneofDescriptorProto { name: Some("o".into()), options: None }];
+        of_types_with(vec![of], &many(300, |i| double(i as usize % 2 * 7000 + 1, 1.0)))
+    }),
+    ("numbers of fields that cannot be", || {
+        of_types(vec![kind("T0", [0, -1, 19_000, i32::MAX, i32::MIN].map(number).to_vec())])
+    }),
+    ("names and numbers twice", || {
+        of_types(vec![kind("T0", vec![number(1), number(1)]), kind("T0", vec![])])
+    }),
+    ("types and labels that are none", || {
+        let odd = |n, label, of| FieldDescriptorProto { label, r#type: of, ..number(n) };
+        of_types(vec![kind(
+            "T0",
+            vec![odd(1, Some(99), None), odd(2, None, Some(99)), odd(3, Some(0), Some(-1))],
+        )])
+    }),
+    ("a type that is an enumeration", || {
+        let mut file = file_of("t.proto", vec![kind("T0", vec![of_type("x", 1, ".E")])]);
+        let enumeration = EnumDescriptorProto { name: Some("E".into()), ..Default::default() };
+        (file.enum_type, file.message_type[0].field[0].default_value) = (vec![enumeration], Some("x".into()));
+        of_schema("T0", &set(vec![file]))
+    }),
+    ("descriptors of very many empty types", || of_schema("A", &in_file(&block(4, &[]).repeat(60_000)))),
+    ("descriptors that unpack 400 times", || {
+        of_schema("A", &in_file(&block(4, &[block(1, &[b'A'; 4000]), block(2, &[]).repeat(50_000)].concat())))
+    }),
+    ("a package of very many parts", || of_schema("A", &in_file(&block(2, &b"a.".repeat(100_000))))),
+    ("very many comments", || {
+        let one = block(4, &block(1, b"A"));
+        let comments = block(9, &block(1, &[block(1, &[4, 0]), block(3, b"x")].concat()).repeat(200_000));
+        of_schema("A", &in_file(&[one, comments].concat()))
+    }),
+    ("a descriptor set that is none", || of_schema("A", &[0xff; 5000])),
+    ("very many schemas with types", || {
+        let types: Vec<_> = (0..200).map(|i| kind(&format!("T{i}"), (1..40).map(number).collect())).collect();
+        let data = set(vec![file_of("t.proto", types)]);
+        let all = many(300, |i| {
+            [schema(i as u16 + 1, "T0", &data), channel(i as u16, i as u16 + 1, "/a", &[])].concat()
+        });
+        whole(&[packed(&[all])], &[])
+    }),
+    ("empty submessages", || of_note(&block(6, &[]).repeat(MANY))),
+    ("entries of a map", || of_note(&block(8, &[]).repeat(MANY))),
+    ("packed numbers of a byte", || of_note(&block(5, &block(2, &vec![0; 8 * MANY])))),
+    ("fields that are not known", || of_note(&[0x78, 0].repeat(MANY))),
+    ("parts that have to be merged", || of_note(&block(5, &[]).repeat(MANY))),
+    ("parts to be merged, one in the other", || {
+        of_note(&(0..1000).fold(vec![], |i, _| [block(9, &i), block(9, &[])].concat()))
+    }),
+    ("messages nested 10 000 deep", || of_note(&(0..10_000).fold(Vec::new(), |inner, _| block(9, &inner)))),
+    ("messages that are broken", broken),
+    ("very many empty messages of a wide type", || {
+        let types = vec![kind("T0", (1..=2000).map(number).collect())];
+        let definitions = [schema(1, "T0", &set(vec![file_of("t.proto", types)])), channel(1, 1, "/a", &[])];
+        whole(&[packed(&[definitions.concat(), message(1, &[]).repeat(2000)])], &[])
+    }),
+    ("keys of maps of a megabyte", || {
+        let chunk = |i: u8| {
+            let key = block(1, &vec![b'a' + i; 500_000]);
+            packed(&[message_at(1, i.into(), &block(8, &[key, double(2, 1.0)].concat()))])
+        };
+        whole(
+            &[vec![lab(1, "Note"), channel(1, 1, "/note", &[])], (0..26).map(chunk).collect()].concat(),
+            &[],
+        )
+    }),
+    ("very many keys of maps", || {
+        let one = |i: u32| {
+            message_at(
+                1,
+                i.into(),
+                &block(8, &[block(1, format!("k{i}").as_bytes()), double(2, 1.0)].concat()),
+            )
+        };
+        whole(&[lab(1, "Note"), channel(1, 1, "/note", &[]), packed(&[many(20_000, one)])], &[])
+    }),
+    ("lists in lists", || {
+        let inner = FieldDescriptorProto { label: Some(Label::Repeated.into()), ..of_type("l", 1, ".U") };
+        let list = FieldDescriptorProto { label: Some(Label::Repeated.into()), ..number(1) };
+        let types = vec![kind("T0", vec![inner]), kind("U", vec![list])];
+        let definitions =
+            [schema(1, "T0", &set(vec![file_of("t.proto", types)])), channel(1, 1, "/a", &[])].concat();
+        let data = block(1, &block(1, &1_f64.to_le_bytes())).repeat(9000);
+        whole(&[packed(&[definitions, many(60, |i| message_at(1, i.into(), &data))])], &[])
+    }),
+    ("maps of wide messages with long keys", || {
+        let fields = (1..=1000).map(|n| FieldDescriptorProto {
+            proto3_optional: Some(true),
+            oneof_index: Some(n - 1),
+            ..number(n)
+        });
+        let mut value = kind("V", fields.collect());
+        let oneof = |n: i32| OneofDescriptorProto { name: Some(format!("_f{n}")), options: None };
+        value.oneof_decl = (1..=1000).map(oneof).collect();
+        let options = MessageOptions { map_entry: Some(true), ..Default::default() };
+        let entry = vec![typed("key", 1, Type::String, None), of_type("value", 2, ".V")];
+        let entry = DescriptorProto { options: Some(options), ..kind("MEntry", entry) };
+        let map =
+            FieldDescriptorProto { label: Some(Label::Repeated.into()), ..of_type("m", 1, ".T0.MEntry") };
+        let of = DescriptorProto { nested_type: vec![entry], ..kind("T0", vec![map]) };
+        let key = |i: u32| block(1, &block(1, format!("{i:0>1000}").as_bytes()));
+        of_types_with(vec![of, value], &many(900, key))
+    }),
+    ("very many wide topics", || {
+        let definitions =
+            [lab(1, "Profile"), many(200, |id| channel(id as u16, 1, &format!("/{id}"), &[]))].concat();
+        let data = block(5, &vec![0; 8 * 9000]);
+        whole(&[packed(&[definitions, many(200, |id| message_at(id as u16, 0, &data))])], &[])
+    }),
+    ("texts of megabytes in two topics", || {
+        let text = block(3, &vec![b'x'; 1_000_000]);
+        let one = |i: u64| packed(&[message_at(1 + (i % 2) as u16, i, &text)]);
+        let definitions = vec![lab(1, "Note"), channel(1, 1, "/a", &[]), channel(2, 1, "/b", &[])];
+        whole(&[definitions, (0..30).map(one).collect()].concat(), &[])
+    }),
+    ("a list of half a million numbers", || {
+        let numbers = block(5, &vec![0; 8 * 450_000]);
+        whole(
+            &[
+                lab(1, "Profile"),
+                channel(1, 1, "/a", &[]),
+                packed(&[message(1, &numbers), message(1, &numbers)]),
+            ],
+            &[],
+        )
+    }),
+    ("messages as large as allowed", || {
+        let head = [lab(1, "Note"), channel(1, 1, "/note", &[])].concat();
+        let data = 15_000_000;
+        let one = crate::raw::record(
+            0x05,
+            &[&1_u16.to_le_bytes()[..], &[0; 20], &varint(7 << 3 | 2), &varint(data)].concat(),
+        );
+        // the length of the record counts the bytes that follow
+        let length = (one.len() - 9 + data) as u64;
+        let one = [&one[..1], &length.to_le_bytes(), &one[9..], &vec![1; data]].concat();
+        let chunk = chunk(one.len() as u64, b"zstd", &packed_repeats(&one, 1));
+        whole(&[head, chunk.repeat(3)], &[])
+    }),
+];
+
+const MANY: usize = 1 << 20;
+
+/// The schema of a message of the tests.
+pub fn lab(id: u16, name: &str) -> Vec<u8> {
+    schema(id, &format!("lab.{name}"), &set(vec![forge::file()]))
+}
+
+fn broken() -> Vec<u8> {
+    let long = |n: u8| [&[n << 3][..], &[0xff; 9], &[0x7f]].concat();
+    let messages: Vec<Vec<u8>> = vec![
+        vec![0xff; 11],
+        long(1),
+        vec![0x08],
+        vec![0x1a, 0xff, 0xff, 0xff, 0xff, 0x0f],
+        [&[0x1a][..], &[0xff; 9], &[0x01]].concat(),
+        vec![0x1b; 100],
+        vec![0x1c],
+        vec![0x1d, 0, 0],
+        vec![0x1e],
+        vec![0x1f],
+        vec![0x00, 0x00],
+        double(3, 1.0),
+        vec![0x2a, 0x02, 0x12, 0x7f],
+        block(3, &[0xff, 0xfe]),
+        block(8, &[0x0a, 0x05, b'a']),
+        [&[0xf8, 0xff, 0xff, 0xff, 0xff, 0x01][..], &[0]].concat(),
+    ];
+    let head = [lab(1, "Note"), channel(1, 1, "/note", &[])].concat();
+    let all: Vec<u8> = messages.iter().flat_map(|data| message(1, data)).collect();
+    whole(&[packed(&[head, all])], &[])
+}
+
+fn set(file: Vec<FileDescriptorProto>) -> Vec<u8> {
+    FileDescriptorSet { file }.encode_to_vec()
+}
+
+/// A file of a descriptor set with some content.
+fn in_file(content: &[u8]) -> Vec<u8> {
+    block(1, &[&block(1, b"a")[..], &block(12, b"proto3"), content].concat())
+}
+
+fn file_of(name: &str, message_type: Vec<DescriptorProto>) -> FileDescriptorProto {
+    let (name, syntax) = (Some(name.into()), Some("proto3".into()));
+    FileDescriptorProto { name, syntax, message_type, ..Default::default() }
+}
+
+fn of_syntax(syntax: &str) -> Vec<u8> {
+    let mut file = file_of("e.proto", vec![kind("A", vec![number(1)])]);
+    file.syntax = Some(syntax.into());
+    of_schema("A", &set(vec![file]))
+}
+
+fn typed(name: &str, number: i32, kind: Type, type_name: Option<&str>) -> FieldDescriptorProto {
+    forge::field(name, number, Label::Optional, kind, type_name)
+}
+
+fn number(number: i32) -> FieldDescriptorProto {
+    typed(&format!("f{}", number.unsigned_abs()), number, Type::Double, None)
+}
+
+fn of_type(name: &str, number: i32, type_name: &str) -> FieldDescriptorProto {
+    typed(name, number, Type::Message, Some(type_name))
+}
+
+fn kind(name: &str, field: Vec<FieldDescriptorProto>) -> DescriptorProto {
+    DescriptorProto { name: Some(name.into()), field, ..Default::default() }
+}
+
+/// A type that holds the next one in every field; the last holds nothing.
+fn chain(i: usize, length: usize, fields: &[&str]) -> DescriptorProto {
+    let next = format!(".T{}", i + 1);
+    let fields = fields.iter().zip(1..).filter(|_| i + 1 < length);
+    kind(&format!("T{i}"), fields.map(|(name, n)| of_type(name, n, &next)).collect())
+}
+
+fn of_types(types: Vec<DescriptorProto>) -> Vec<u8> {
+    of_types_with(types, &[])
+}
+
+fn of_types_with(types: Vec<DescriptorProto>, data: &[u8]) -> Vec<u8> {
+    of_schema_with("T0", &set(vec![file_of("t.proto", types)]), data)
+}
+
+fn of_schema(name: &str, data: &[u8]) -> Vec<u8> {
+    of_schema_with(name, data, &[])
+}
+
+/// A schema, a channel and two messages of it.
+fn of_schema_with(name: &str, data: &[u8], content: &[u8]) -> Vec<u8> {
+    let messages = [message_at(1, 0, content), message_at(1, 1_000_000_000, content)].concat();
+    whole(&[packed(&[schema(1, name, data), channel(1, 1, "/a", &[]), messages])], &[])
+}
+
+/// A message of the other tests, in a chunk.
+fn of_note(data: &[u8]) -> Vec<u8> {
+    whole(&[packed(&[lab(1, "Note"), channel(1, 1, "/note", &[]), message(1, data)])], &[])
+}
