@@ -5,6 +5,7 @@ Every part is a module with a function `prove(part)`, which checks with `part.ch
 """
 
 import argparse
+import signal
 import sys
 import tempfile
 import time
@@ -38,6 +39,9 @@ def main():
     for folder in folders:
         if not (folder / "percuss").is_file() or not (folder / "percuss-read").is_file():
             sys.exit(f"`{folder}` is neither a part nor a folder of percuss and percuss-read; parts: {', '.join(PARTS)}")
+    # whoever runs this in the background may have them ignored, and programs that are started inherit that
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
     failures = 0
     for name in names or PARTS:
         with tempfile.TemporaryDirectory(prefix=f"percuss-{name}-") as work:

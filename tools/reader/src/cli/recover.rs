@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use mcap::McapError;
 use percuss_output::Output;
 use serde_json::json;
 
@@ -11,7 +12,7 @@ use super::{
     output::{by_extension, explain, print, print_document, refuse_inputs},
 };
 use crate::{
-    command::recover::recover,
+    command::recover::{RecoverError, recover},
     recording::{Limits, Scan},
 };
 
@@ -56,7 +57,10 @@ impl RecoverArguments {
         drop(Scan::open(&self.file, limits)?);
         let fail = |error| explain(Some(&self.output), error);
         let mut output = Output::create(&self.output, self.force).map_err(fail)?;
-        let recovered = recover(&self.file, &mut output, limits)?;
+        let recovered = recover(&self.file, &mut output, limits).map_err(|error| match error {
+            RecoverError::Write(McapError::Io(error)) => fail(error),
+            error => error.into(),
+        })?;
         output.commit().map_err(fail)?;
         if self.json {
             let document = json!({
