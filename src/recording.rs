@@ -32,7 +32,7 @@
 //! dimension. All recorded stress, fields included, is compressive positive, p = −σ_zz. Units and meanings of all fields are in the
 //! metadata of their channels. Metadata records describe the run (`percuss.run`; its `source` is `simulation` or `exact`, then with the
 //! `closed_form`), machine and time (`percuss.host`, the only part that differs between two runs of a case), the largest strain
-//! (`percuss.validity`), and the end of the run (`percuss.status`, written last). The attachment `case.resolved.toml`
+//! (`percuss.validity`), and the end of the run (`percuss.status`, written last); each has the `checksum` of its other entries. The attachment `case.resolved.toml`
 //! repeats the run; `layout.json` is the layout for viewers.
 //!
 //! # What holds when something fails
@@ -150,6 +150,17 @@ pub enum RecordingError {
         /// What is wrong.
         what: String,
     },
+}
+
+/// CRC-32 of the entries of a metadata record in the order of their keys, each key and value followed by a zero: MCAP has no checksum of
+/// its own for such records, only one of the whole file, which no reader of a part of it can compare.
+fn checksum(entries: &BTreeMap<String, String>) -> String {
+    let mut hasher = crc32fast::Hasher::new();
+    for text in entries.iter().flat_map(|(key, value)| [key, value]) {
+        hasher.update(text.as_bytes());
+        hasher.update(&[0]);
+    }
+    format!("{:08x}", hasher.finalize())
 }
 
 /// The innermost cause of an error: the library says only that there is one.
@@ -372,9 +383,14 @@ impl Recorder {
         self.send(Job::Attachment(Attachment { log_time: 0, create_time: 0, name, media_type, data }))
     }
 
-    /// Writes a metadata record.
-    pub fn metadata(&mut self, name: &str, entries: BTreeMap<String, String>) -> Result<(), RecordingError> {
+    /// Writes a metadata record, with a checksum among its entries.
+    pub fn metadata(
+        &mut self,
+        name: &str,
+        mut entries: BTreeMap<String, String>,
+    ) -> Result<(), RecordingError> {
         self.hand_over()?;
+        entries.insert("checksum".into(), checksum(&entries));
         self.send(Job::Metadata(Metadata { name: name.into(), metadata: entries }))
     }
 

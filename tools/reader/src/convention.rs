@@ -92,6 +92,24 @@ pub const TIME: &str = "time";
 /// Field that holds the step of a message.
 pub const STEP: &str = "step";
 
+/// Entry of the metadata records of percuss that is the checksum of the others.
+pub const CHECKSUM: &str = "checksum";
+
+/// True for metadata records with a [`CHECKSUM`].
+pub fn has_checksum(name: &str) -> bool {
+    name.starts_with("percuss.")
+}
+
+/// The [`CHECKSUM`] of other entries: CRC-32 of keys and values in the order of the keys, each followed by a zero.
+pub fn checksum(entries: &BTreeMap<String, String>) -> String {
+    let mut hasher = crc32fast::Hasher::new();
+    for text in entries.iter().flat_map(|(key, value)| [key, value]) {
+        hasher.update(text.as_bytes());
+        hasher.update(&[0]);
+    }
+    format!("{:08x}", hasher.finalize())
+}
+
 /// Key in the metadata of channels that show in another form what other channels hold.
 pub const DERIVED: &str = "derived";
 

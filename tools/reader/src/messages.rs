@@ -41,8 +41,10 @@ pub struct Attachment {
 pub struct Metadata {
     /// Name.
     pub name: String,
-    /// Entries.
+    /// Entries, without their checksum.
     pub entries: BTreeMap<String, String>,
+    /// False if they have a checksum and it is another.
+    pub is_sound: bool,
 }
 
 /// Chunks as the summary of the file lists them.

@@ -9,6 +9,7 @@ use percuss::{
 };
 use percuss_reader::{
     command::{report::report, verify::verify},
+    messages::Recording as Recorded,
     recording::Limits,
 };
 
@@ -45,4 +46,29 @@ fn every_closed_form_is_sound() {
         assert!(page.contains("\"sound\":true") && damages.is_empty(), "{name}");
     }
     assert!(with_drag >= 4 && without >= 9, "{with_drag} forms know the drag, {without} do not");
+}
+
+/// Readers that go by the index read metadata records alone, without the rest that the checksum of the file covers.
+#[test]
+fn a_flipped_bit_in_a_metadata_record_is_found_by_the_index() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.mcap");
+    assert!(record("fig2-prescribed", &path));
+    let sound = fs::read(&path).expect("the recording");
+    let summary = mcap::Summary::read(&sound).expect("a sound file").expect("a summary");
+    let whole = Recorded::open(&path, Limits::default()).expect("a recording");
+    assert!(whole.damages.is_empty());
+    assert!(whole.metadata.iter().all(|record| record.is_sound && !record.entries.contains_key("checksum")));
+    let place = summary.metadata_indexes.iter().find(|index| index.name == "percuss.run").expect("a record");
+    let damaged = folder.path().join("b.mcap");
+    for byte in place.offset..place.offset + place.length {
+        for bit in [0, 3, 6] {
+            let mut bytes = sound.clone();
+            bytes[byte as usize] ^= 1 << bit;
+            fs::write(&damaged, bytes).expect("a file");
+            let recording = Recorded::open(&damaged, Limits::default());
+            let is_found = recording.map_or(true, |recording| !recording.damages.is_empty());
+            assert!(is_found, "bit {bit} of byte {byte}");
+        }
+    }
 }

@@ -6,8 +6,10 @@ use mcap::records::Record;
 
 use super::{Attachment, Metadata, Recording};
 use crate::{
+    convention,
     directory::{Directory, SHOWN, weight_of_entries},
-    recording::{FileRecord, Limits, OpenError, Scan},
+    recording::{Damage, FileRecord, Limits, OpenError, Scan},
+    text::short,
 };
 
 /// Compressions that are listed by name.
@@ -28,8 +30,12 @@ impl Metadata {
 }
 
 impl From<mcap::records::Metadata> for Metadata {
-    fn from(record: mcap::records::Metadata) -> Self {
-        Self { name: record.name, entries: record.metadata }
+    /// The record without the checksum of its entries.
+    fn from(mut record: mcap::records::Metadata) -> Self {
+        let stated =
+            convention::has_checksum(&record.name).then(|| record.metadata.remove(convention::CHECKSUM));
+        let is_sound = stated.flatten().is_none_or(|stated| stated == convention::checksum(&record.metadata));
+        Self { name: record.name, entries: record.metadata, is_sound }
     }
 }
 
@@ -56,7 +62,7 @@ impl Recording {
         let mut scan = Scan::open(path, limits)?;
         let (mut recording, mut directory) = (Self::empty(path, limits), Directory::new(limits));
         scan.for_each(|found| recording.take(found, &mut directory))?;
-        recording.refused = directory.refused();
+        recording.refused.extend(directory.refused());
         let json = directory.take_json();
         recording.channels = directory.into_channels();
         recording.learn_json(json)?;
@@ -89,7 +95,11 @@ impl Recording {
                 Record::Metadata(record) if found.offset == entry.offset => Some(Metadata::from(record)),
                 _ => None,
             })?;
-            let Some(Some(record)) = found else { return Ok(None) };
+            // reading all of the file says what is wrong with it
+            let Some(record) = found.flatten().filter(|record| record.is_sound && record.name == entry.name)
+            else {
+                return Ok(None);
+            };
             // the index may name a record any number of times: each is read again
             let length = usize::try_from(entry.length).unwrap_or(usize::MAX);
             if !directory.has_room(record.weight().max(length)) {
@@ -146,6 +156,11 @@ impl Recording {
             Record::Metadata(record) => {
                 let record = Metadata::from(record);
                 if directory.has_room(record.weight()) {
+                    if !record.is_sound {
+                        let name = short(&record.name);
+                        let reason = format!("the metadata record `{name}` does not have its checksum");
+                        self.refused.push(Damage { offset: found.offset, bytes: 0, reason });
+                    }
                     self.metadata.push(record);
                 }
             }
