@@ -5,6 +5,11 @@
 //! levels ([`tiles`], [`workers`]). Frames, points and lines are sampled on the way ([`sampler`], [`gauge`]), and steps wait in the engine
 //! until theirs are complete.
 //!
+//! Threads share the field through raw parts: a slice never covers a number that another thread may write while it lives, and no
+//! kernel loads one. What orders them is a lock and one counter per tile row ([`handover`], [`progress`]); no reference count does.
+//! `tests/concurrency/run` checks all that: Miri and ThreadSanitizer run the engine on small meshes cut into small tiles, with
+//! plain vectors of every width, whose accesses they see; loom tries the orders in which the band and helpers may run.
+//!
 //! Work is limited to the active region ([`active`]): what has moved and can still be seen.
 
 use std::{collections::VecDeque, io, sync::Arc};

@@ -263,9 +263,9 @@ impl<V: Vector> Column<V> {
 ///
 /// # Safety
 ///
-/// The machine must have the instructions of `V`. The nodes of the row, two vectors on either side (one at the axis) and a vector on
-/// either side in the rows above and below that it has must be numbers that may be read at levels k−1 and k; those of the row may be written at level k+1 and belong to this call
-/// alone.
+/// The machine must have the instructions of `V`. The nodes of the row, a vector on either side of them (two of two numbers, one at
+/// the axis) and a vector on either side in the rows above and below that it has must be numbers that may be read at
+/// levels k−1 and k; those of the row may be written at level k+1 and belong to this call alone.
 #[inline(always)]
 #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
 pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
@@ -315,8 +315,8 @@ pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
                 sheared.add(at::<V>(&weights.radial, i).mul(radial)),
             ];
             let added = [
-                u_moves.damped(before, now, i, &weights.damping[0]),
-                v_moves.damped(before.add(lateral), now.add(lateral), i, &weights.damping[1]),
+                u_moves.damped(before, now, [i, columns.end], &weights.damping[0]),
+                v_moves.damped(before.add(lateral), now.add(lateral), [i, columns.end], &weights.damping[1]),
             ];
             for field in 0..2 {
                 if ROW == BACKING && field == 0 {

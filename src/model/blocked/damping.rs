@@ -4,6 +4,9 @@
 
 use super::vector::{BLOCK, Vector};
 
+/// Columns around a node that damping depends on.
+pub const REACH: usize = 4;
+
 /// The vector at `i` of weights.
 ///
 /// # Safety
@@ -59,14 +62,17 @@ unsafe fn moved<V: Vector>(before: *const f64, now: *const f64, i: isize) -> V {
 impl<V: Vector> Moves<V> {
     /// Where the first vector of nodes is at column `first`.
     ///
+    /// Damping reaches [`REACH`] columns. Vectors of that many numbers and more do not read the second one before: nothing of it
+    /// would count, and another thread may be overwriting it.
+    ///
     /// * `offset`: of the displacement in its row
     /// * `weights`: by column, outward and inward
     /// * `field`: number of the displacement
     ///
     /// # Safety
     ///
-    /// The machine must have the instructions of `V`; two vectors before the first (at the axis one with images) and two from it
-    /// on are ones of numbers at both levels.
+    /// The machine must have the instructions of `V`; the vector before the first (two of two numbers, one with images at the
+    /// axis) and two from it on are ones of numbers at both levels.
     #[inline(always)]
     pub unsafe fn new(
         before: *const f64,
@@ -85,7 +91,7 @@ impl<V: Vector> Moves<V> {
             let once = double_radial(inner, here, outer, [at(&weights[0], first), at(&weights[1], first)]);
             let once_inside = match first.checked_sub(V::WIDTH) {
                 Some(inside) => {
-                    let far = moved(before, now, i - 2 * width);
+                    let far = if V::WIDTH < REACH { moved(before, now, i - 2 * width) } else { inner };
                     double_radial(far, inner, here, [at(&weights[0], inside), at(&weights[1], inside)])
                 }
                 None => {
@@ -103,22 +109,28 @@ impl<V: Vector> Moves<V> {
 
     /// What damping takes from the vector of nodes at column `i`, and on to the next one.
     ///
+    /// As before the first vector, vectors of [`REACH`] numbers and more do not read the second one from `end` on.
+    ///
+    /// * `end`: column after the last vector of nodes
+    ///
     /// # Safety
     ///
-    /// The machine must have the instructions of `V`; three vectors from `i` on are ones of numbers at both levels, and two ones of
-    /// weights.
+    /// The machine must have the instructions of `V`; the vectors from `i` on up to one after `end`, those of two numbers up to two
+    /// after, are ones of numbers at both levels, and two from `i` on ones of weights.
     #[inline(always)]
     pub unsafe fn damped(
         &mut self,
         before: *const f64,
         now: *const f64,
-        i: usize,
+        [i, end]: [usize; 2],
         weights: &[Vec<f64>; 2],
     ) -> V {
+        let second = i + 2 * V::WIDTH;
+        let second = if V::WIDTH < REACH { second } else { second.min(end) };
         // SAFETY: the caller's promise
         unsafe {
             let ([here, next], [once_inside, once]) = (self.moved, self.once);
-            let after = moved(before, now, (i + 2 * V::WIDTH) as isize);
+            let after = moved(before, now, second as isize);
             let there = i + V::WIDTH;
             let once_outside =
                 double_radial(here, next, after, [at(&weights[0], there), at(&weights[1], there)]);

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::{
     cells::{BACKING, CellPatch, CellWeights, INTERIOR, SURFACE},
+    damping,
     dispatch::Instructions,
     energy::EnergySum,
     levels::Levels,
@@ -161,7 +162,7 @@ impl Domain {
     pub fn lateral_reach(&self) -> usize {
         match &self.scheme {
             Weighted::Axial(_) => self.reach(),
-            Weighted::Cells(_) => 4,
+            Weighted::Cells(_) => damping::REACH,
         }
     }
 

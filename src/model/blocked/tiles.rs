@@ -18,7 +18,7 @@
 //!
 //! Tile `(p, s)` (tile row p, band s) needs `(p', s')` for all `p' ≤ p`, `s' ≤ s`. A thread takes a tile row, does its bands
 //! from left to right, and stays behind the thread of the tile row above. A pass may begin while the one before it is under
-//! way ([`super::workers`]): tile rows are the same rows in both, and a tile row of the later one begins when the one below
+//! way ([`super::handover`]): tile rows are the same rows in both, and a tile row of the later one begins when the one below
 //! it, and so all that are above, is done in the earlier one.
 //! The numbers do not depend on which thread does what: every node is computed once per level, from the same neighbours, by
 //! the same operations.
@@ -182,17 +182,18 @@ impl Pass {
             let has_last = rows.contains(&domain.last_row());
             // SAFETY: rows lie in 1 ≤ j ≤ nz − 1 and columns in 0 ≤ i < nr (the active region stays below both), so with a
             // block and `reach` rows or images around them they are inside the arrays. No other thread writes to what is
-            // read here or touches what is written here. Let R be the reach, 1 or 2, and T the rows of a tile; images belong to the row they are of:
+            // read here or touches what is written here. Let R be the reach, 1 or 2, and T the rows of a tile; images belong
+            // to the row they are of:
             // - in this pass, the nodes of a tile at level t are read by tiles to the right and below at levels t + 1 and (where
             //   there are three levels) t + 2, which start after this one has ended; those of earlier levels around this tile
             //   were written by tiles above and to the left, which have ended, and are overwritten at level t + 1 (three
-            //   levels: t + 2) only by tiles that are shifted R rows and [`Domain::shift`] columns farther per level, which is past them;
+            //   levels: t + 2) only by tiles that are shifted R rows and [`Domain::shift`] columns farther per level, which is
+            //   past them;
             // - a sampler and a gauge read what the step reads, of level t − 1, and the nodes themselves; and all tiles that sample a
             //   row at one level belong to one tile row;
             // - in the pass before, this tile row, those above and the one below are done. If that one's rows end at row f
             //   before any shift, this tile row writes up to row f − R − 1 and reads up to f − 1; what is farther down
-            //   begins at f + T and is shifted up by R·lag ≤ T at most: it writes from f on and reads from
-            //   f − R on;
+            //   begins at f + T and is shifted up by R·lag ≤ T at most: it writes from f on and reads from f − R on;
             // - the near-surface band goes on when the first tile row is done. It has B = R·lag + R + 1 rows, R less in every
             //   level, so it writes up to row B − R − 1 and reads up to B − 1; the second tile row begins at row
             //   B + T before any shift, so it writes from B on and reads from B − R on.

@@ -6,6 +6,7 @@
 //! [`Index`] at the end of a file, chunks that hold nothing of interest are not even read.
 
 mod budget;
+mod checksum;
 mod file;
 mod index;
 mod parse;

@@ -10,7 +10,7 @@ use std::{
 
 use tungstenite::{
     Message, WebSocket, accept_hdr_with_config,
-    handshake::server::{self, ErrorResponse, Response},
+    handshake::server::{self, Callback, ErrorResponse, Response},
     http::{
         HeaderValue, StatusCode,
         header::{CONNECTION, CONTENT_LENGTH, CONTENT_TYPE, SEC_WEBSOCKET_PROTOCOL},
@@ -105,8 +105,8 @@ fn handshake(stream: TcpStream, hall: &Hall, phases: &Arc<Phases>) -> Result<Ope
         .max_frame_size(Some(MAX_REQUEST))
         .read_buffer_size(4096);
     let mut seat = None;
-    let answer = |request: &server::Request, response| answer(request, response, hall, local, &mut seat);
-    let mut reader = accept_hdr_with_config(ReadHalf::new(stream, phases), answer, Some(config))
+    let host = Host { hall, local, seat: &mut seat };
+    let mut reader = accept_hdr_with_config(ReadHalf::new(stream, phases), host, Some(config))
         .map_err(|error| error.to_string())?;
     reader.get_mut().open()?;
     write_half.set_write_timeout(Some(STALL))?;
@@ -115,29 +115,37 @@ fn handshake(stream: TcpStream, hall: &Hall, phases: &Arc<Phases>) -> Result<Ope
 }
 
 /// Answers the request of a handshake: with a seat, or a refusal.
-#[expect(clippy::result_large_err, reason = "the signature is the library's")]
-fn answer(
-    request: &server::Request,
-    mut response: Response,
-    hall: &Hall,
+struct Host<'a> {
+    hall: &'a Hall,
+    /// Number of this machine that the connection came to.
     local: IpAddr,
-    seat: &mut Option<Seat>,
-) -> Result<Response, ErrorResponse> {
-    let headers = request.headers();
-    hall.doorkeeper.admit(headers, local).map_err(|text| refusal(StatusCode::FORBIDDEN, &text))?;
-    let offered = headers.get_all(SEC_WEBSOCKET_PROTOCOL).iter();
-    let offered: Vec<&str> =
-        offered.flat_map(|header| header.to_str().unwrap_or_default().split(',')).map(str::trim).collect();
-    let Some(chosen) = SUBPROTOCOLS.into_iter().find(|known| offered.contains(known)) else {
-        let text = format!("offer one of {}", SUBPROTOCOLS.join(", "));
-        return Err(refusal(StatusCode::BAD_REQUEST, &text));
-    };
-    let Some(id) = hall.viewers.enter() else {
-        return Err(refusal(StatusCode::SERVICE_UNAVAILABLE, "all places for viewers are taken"));
-    };
-    *seat = Some(Seat { viewers: Arc::clone(&hall.viewers), id });
-    response.headers_mut().insert(SEC_WEBSOCKET_PROTOCOL, HeaderValue::from_static(chosen));
-    Ok(response)
+    seat: &'a mut Option<Seat>,
+}
+
+impl Callback for Host<'_> {
+    fn on_request(
+        self,
+        request: &server::Request,
+        mut response: Response,
+    ) -> Result<Response, ErrorResponse> {
+        let (headers, hall) = (request.headers(), self.hall);
+        hall.doorkeeper.admit(headers, self.local).map_err(|text| refusal(StatusCode::FORBIDDEN, &text))?;
+        let offered = headers.get_all(SEC_WEBSOCKET_PROTOCOL).iter();
+        let offered: Vec<&str> = offered
+            .flat_map(|header| header.to_str().unwrap_or_default().split(','))
+            .map(str::trim)
+            .collect();
+        let Some(chosen) = SUBPROTOCOLS.into_iter().find(|known| offered.contains(known)) else {
+            let text = format!("offer one of {}", SUBPROTOCOLS.join(", "));
+            return Err(refusal(StatusCode::BAD_REQUEST, &text));
+        };
+        let Some(id) = hall.viewers.enter() else {
+            return Err(refusal(StatusCode::SERVICE_UNAVAILABLE, "all places for viewers are taken"));
+        };
+        *self.seat = Some(Seat { viewers: Arc::clone(&hall.viewers), id });
+        response.headers_mut().insert(SEC_WEBSOCKET_PROTOCOL, HeaderValue::from_static(chosen));
+        Ok(response)
+    }
 }
 
 fn refusal(status: StatusCode, text: &str) -> ErrorResponse {

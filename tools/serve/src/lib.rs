@@ -47,7 +47,10 @@ mod address;
 mod connection;
 mod history;
 mod origin;
+#[cfg(not(fuzzing))]
 mod protocol;
+#[cfg(fuzzing)]
+pub mod protocol;
 mod stream;
 mod viewers;
 

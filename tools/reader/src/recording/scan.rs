@@ -19,7 +19,7 @@ use mcap::{
 };
 
 use super::{
-    Damage, Index, Limits, OpenError,
+    Damage, Index, Limits, OpenError, checksum,
     file::open_file,
     index::PREFIX,
     parse::{explain, parse},

@@ -8,7 +8,7 @@ use mcap::{
     sans_io::linear_reader::{LinearReader, LinearReaderOptions},
 };
 
-use super::{LARGE, Open, Outer, PREFIX, Part, Scan, parse};
+use super::{LARGE, Open, Outer, PREFIX, Part, Scan, checksum, parse};
 
 impl Scan {
     /// Reads the next record of the file into `body`; chunks are opened.
@@ -140,7 +140,7 @@ impl Scan {
             let options = LinearReaderOptions::default()
                 .with_skip_start_magic(true)
                 .with_skip_end_magic(true)
-                .with_prevalidate_chunk_crcs(true)
+                .with_prevalidate_chunk_crcs(checksum::COUNT)
                 .with_record_length_limit(limit);
             LinearReader::new_with_options(options)
         });
