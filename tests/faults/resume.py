@@ -1,6 +1,6 @@
 """Every call of a run with checkpoints that writes, synchronises, renames or creates a file, made to fail; and those of its resumption.
 
-A run of eight steps writes a checkpoint after every step. As in `calls`, each of its calls fails, is interrupted, or is the last before
+A run of eight steps writes checkpoints as often as it can. As in `calls`, each of its calls fails, is interrupted, or is the last before
 kill -9. What is left is resumed by `run --resume`, begun anew if there was no checkpoint yet, and gives the messages of the
 uninterrupted run. The same for the calls of a resumption: if it fails, the next one succeeds.
 """
@@ -13,7 +13,7 @@ from common import Recording, Skipped, call, leftovers, part_of
 from tracing import need_strace, traced
 
 CASE = ["fig5", "--set", "mesh.cells=20", "--set", "run.end_time=0.8", "--set", "record.frames=3"]
-CHECKPOINTS = ["--set", "run.checkpoint_every=0"]
+CHECKPOINTS = ["--set", "run.checkpoint_every=1e-9"]
 # faults of the quick test
 QUICK = 24
 
@@ -70,7 +70,7 @@ class Subject:
         chosen = [(name, number, fault) for name, number in self.targets(options, state) for fault in FAULTS]
         self.part.check(len(chosen) > 20, f"{options}: only {chosen} are traced")
         if self.part.quick:
-            chosen = self.part.random.sample(chosen, QUICK)
+            chosen = self.part.random.sample(chosen, min(QUICK, len(chosen)))
         return sum(self.attempt(options, state, *each) for each in chosen)
 
     def attempt(self, options, state, name, number, fault):
@@ -85,7 +85,9 @@ class Subject:
         if fault == "EINTR":
             self.part.check(done.returncode == 0, f"{what}: status {done.returncode}: {done.stderr}")
         elif not is_killed and done.returncode != 0:
-            named = self.output.name in done.stderr and TEXTS.get(fault, "") in done.stderr
+            # a fault of the n-th write of every thread may be that of the message itself
+            is_lost = any(each.is_injected and str(self.folder) not in each.file + each.arguments for each in calls)
+            named = is_lost or (self.output.name in done.stderr and TEXTS.get(fault, "") in done.stderr)
             self.part.check(done.returncode == 1 and named, f"{what}: status {done.returncode}: {done.stderr}")
         if not self.output.exists():
             self.finish(what, state)
@@ -100,15 +102,18 @@ class Subject:
         self.part.check(has_checkpoint or not state, f"{what}: the checkpoint is gone")
         done = call([*self.command, "--resume" if has_checkpoint else "--force"])
         self.part.check(done.returncode == 0, f"{what}: then: status {done.returncode}: {done.stderr}")
-        left = [name for name in leftovers(self.folder) if name.startswith((f"{self.output.name}.part", f"{self.output.name}.checkpoint"))]
+        left = leftovers(self.folder)
         self.part.check(not left, f"{what}: left after the end: {left}")
         self.resumed += 1
 
     def stop_in_the_middle(self, folder):
-        """Keeps what a run leaves that is killed while it writes its fourth checkpoint."""
+        """Keeps what a run leaves that is killed while it writes a checkpoint that is not its first."""
         renamings = [target for target in self.targets([], None) if target[0].startswith("rename")]
         name, number = renamings[len(renamings) // 2]
         self.place(None)
         self.trace([], f"{name}:signal=KILL:when={number}")
         shutil.rmtree(folder)
         shutil.copytree(self.folder, folder)
+        # an unfinished checkpoint is a matter of the run, which is proved before
+        for unfinished in folder.glob("*.checkpoint.*part"):
+            unfinished.unlink()
