@@ -24,7 +24,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use percuss_output::Output;
+use percuss_output::{Part, PartError, part_of};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -145,15 +145,19 @@ impl Head {
 ///
 /// The file cannot be written; an earlier one stays.
 pub fn write(path: &Path, head: &Head, simulation: &mut Simulation) -> Result<u64, CheckpointError> {
-    write_file(path, head, simulation).map_err(|error| CheckpointError::System {
-        what: "write",
-        path: path.into(),
-        error,
+    write_file(path, head, simulation).map_err(|error| {
+        // the room that an unfinished one takes is worth more
+        drop(std::fs::remove_file(part_of(path)));
+        CheckpointError::System { what: "write", path: path.into(), error }
     })
 }
 
 fn write_file(path: &Path, head: &Head, simulation: &mut Simulation) -> io::Result<u64> {
-    let output = Output::create(path, true)?;
+    // one name for all that are unfinished: what a kill leaves is replaced by the next
+    let output = Part::create(path, true).map_err(|error| match error {
+        PartError::System { error, .. } => error,
+        error => io::Error::other(error),
+    })?;
     let mut file = Checked::new(BufWriter::new(output));
     file.write_all(&MAGIC)?;
     file.write_all(&VERSION.to_le_bytes())?;
@@ -163,22 +167,22 @@ fn write_file(path: &Path, head: &Head, simulation: &mut Simulation) -> io::Resu
     packed.finish()?;
     let (mut file, checksum, size) = file.end();
     file.write_all(&checksum.to_le_bytes())?;
-    file.into_inner().map_err(|error| error.into_error())?.commit()?;
+    file.into_inner().map_err(|error| error.into_error())?.commit(true)?;
     Ok(size + CHECKSUM)
 }
 
-/// Removes a checkpoint, if there is one.
+/// Removes a checkpoint, if there is one, and what a kill may have left of the next.
 ///
 /// # Errors
 ///
 /// The system refuses.
 pub fn remove(path: &Path) -> Result<(), CheckpointError> {
-    match std::fs::remove_file(path) {
+    [path.to_owned(), part_of(path)].into_iter().try_for_each(|path| match std::fs::remove_file(&path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => {
-            Err(CheckpointError::System { what: "remove", path: path.into(), error })
+            Err(CheckpointError::System { what: "remove", path, error })
         }
         _ => Ok(()),
-    }
+    })
 }
 
 /// A checkpoint that is sound and belongs to a case.

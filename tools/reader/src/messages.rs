@@ -43,7 +43,9 @@ pub struct Metadata {
     pub name: String,
     /// Entries, without their checksum.
     pub entries: BTreeMap<String, String>,
-    /// False if they have a checksum and it is another.
+    /// True if they have a checksum.
+    pub has_checksum: bool,
+    /// False if it is another.
     pub is_sound: bool,
 }
 

@@ -77,6 +77,6 @@ mod tests {
         let content = format!("[{}]\na = 1\nb = 2\n", "k".repeat(4000));
         assert!(entries(content.as_bytes(), &mut Budget::new(1 << 20)).is_some());
         let many: String = (0..1000).map(|i| format!("k{i} = 1\n")).collect();
-        assert!(entries((content + &many).as_bytes(), &mut Budget::new(4 << 20)).is_none());
+        assert!(entries((content + &many).as_bytes(), &mut Budget::new(2 << 20)).is_none());
     }
 }

@@ -131,8 +131,11 @@ fn on_common_grid((a, grid_a): (&List, &Grid), (b, grid_b): (&List, &Grid)) -> C
         if share == 0.0 { Some(near) } else { Some(near + (value(i + 1)? - near) * share) }
     };
     let columns = grid_a.columns.length;
-    let across: Vec<_> = (0..columns).map(|i| split(&grid_b.columns, grid_a.columns.at(i))).collect();
-    let elements = (0..grid_a.rows.length).flat_map(|j| {
+    // a message may claim more rows and columns than it has
+    let rows = grid_a.rows.length.min(a.len().div_ceil(columns.max(1)));
+    let there = 0..columns.min(a.len());
+    let across: Vec<_> = there.map(|i| split(&grid_b.columns, grid_a.columns.at(i))).collect();
+    let elements = (0..rows).flat_map(|j| {
         let down = split(&grid_b.rows, grid_a.rows.at(j));
         let element = move |(i, across): (usize, &Option<(usize, f64)>)| {
             let ((row, down), (column, right)) = (down?, (*across)?);

@@ -32,10 +32,10 @@ impl Metadata {
 impl From<mcap::records::Metadata> for Metadata {
     /// The record without the checksum of its entries.
     fn from(mut record: mcap::records::Metadata) -> Self {
-        let stated =
-            convention::has_checksum(&record.name).then(|| record.metadata.remove(convention::CHECKSUM));
-        let is_sound = stated.flatten().is_none_or(|stated| stated == convention::checksum(&record.metadata));
-        Self { name: record.name, entries: record.metadata, is_sound }
+        let has_checksum = convention::has_checksum(&record.name);
+        let stated = has_checksum.then(|| record.metadata.remove(convention::CHECKSUM)).flatten();
+        let is_sound = stated.as_ref().is_none_or(|stated| *stated == convention::checksum(&record.metadata));
+        Self { name: record.name, entries: record.metadata, has_checksum: stated.is_some(), is_sound }
     }
 }
 
@@ -106,6 +106,11 @@ impl Recording {
                 return Ok(None);
             }
             self.metadata.push(record);
+        }
+        let checked = || self.metadata.iter().filter(|record| convention::has_checksum(&record.name));
+        if checked().any(|record| record.has_checksum) && !checked().all(|record| record.has_checksum) {
+            // the key of a checksum is damaged
+            return Ok(None);
         }
         for entry in &index.attachments {
             let (name, media_type) = (entry.name.clone(), entry.media_type.clone());

@@ -108,6 +108,8 @@ pub fn in_si(bytes: &[u8], recorded: impl Fn(&str, f64) -> Option<f64>) -> Vec<u
         writer.write_to_known_channel(&header, &content.encode_to_vec()).expect("room");
     }
     let mut metadata = entries(bytes, "percuss.run");
+    // of the entries as they were
+    metadata.remove("checksum");
     metadata.insert("playback_rate".into(), (2.0 / SCALES[1].3).to_string());
     for (_, _, key, scale) in SCALES {
         if let Some(scale) = recorded(key, scale) {

@@ -15,7 +15,9 @@ use mcap::{
 use percuss_output::Output;
 use prost_reflect::{DynamicMessage, MessageDescriptor, ReflectMessage, Value, prost::Message};
 
-use crate::{channel::Channel, compare::Matched, convention, messages::Recording, text::cause};
+use crate::{
+    channel::Channel, compare::Matched, convention, messages::Recording, text::cause, wire::dynamic,
+};
 
 /// Writes differences: on `/diff/TOPIC`, in the message type of the topic, every floating-point number but times and
 /// axes is b − a, all else is that of the reference. Viewers show such a file like a recording.
@@ -29,6 +31,8 @@ struct Open {
     writer: Writer<NoSeek<BufWriter<Output>>>,
     channels: HashMap<u16, Target>,
     sequence: u32,
+    /// Memory of a decoded message \[bytes\].
+    room: usize,
 }
 
 /// A channel that is written.
@@ -95,7 +99,7 @@ impl DiffWriter {
             entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect::<BTreeMap<_, _>>();
         let record = Metadata { name: convention::DIFFERENCE.into(), metadata };
         writer.write_metadata(&record).map_err(|error| fail(&error))?;
-        self.open = Some(Open { writer, channels, sequence: 0 });
+        self.open = Some(Open { writer, channels, sequence: 0, room: a.limits().values() / 2 });
         Ok(())
     }
 
@@ -108,7 +112,7 @@ impl DiffWriter {
         let fail = self.fail();
         let Some(open) = &mut self.open else { return Ok(()) };
         let Some(target) = open.channels.get(&matched.channel) else { return Ok(()) };
-        let decode = |descriptor: &MessageDescriptor, data| DynamicMessage::decode(descriptor.clone(), data);
+        let decode = |descriptor, data| dynamic(descriptor, data, open.room);
         let (Ok(mut a), Ok(b)) = (decode(&target.a, matched.a), decode(&target.b, matched.b)) else {
             return Ok(());
         };
