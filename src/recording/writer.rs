@@ -75,11 +75,12 @@ pub(super) fn run(
     earlier?;
     let file = output.into_inner().map_err(|error| error.into_error())?;
     let is_lasting = synchronise != Synchronise::Never;
-    Ok(match (is_whole, is_lasting) {
-        (true, _) => file.commit(is_lasting)?,
-        (false, true) => file.synchronise()?,
-        (false, false) => {}
-    })
+    if is_whole {
+        file.commit(is_lasting)?;
+    } else if is_lasting {
+        file.synchronise()?;
+    }
+    Ok(())
 }
 
 /// Synchronises closed chunks with the disk.
