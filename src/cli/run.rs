@@ -54,7 +54,7 @@ pub(super) struct Run {
     /// only, at 127.0.0.1:8765
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
     live: Option<Address>,
-    /// With --live, let pages of this origin connect, for example https://app.foxglove.dev: the site of a viewer in a browser;
+    /// With --live, let pages of this origin connect, for example `https://app.foxglove.dev`: the site of a viewer in a browser;
     /// * for all sites. Desktop viewers, programs and pages served by this machine need none. Repeatable
     #[arg(long, value_name = "ORIGIN", requires = "live")]
     allow_origin: Vec<AllowedOrigin>,

@@ -28,7 +28,7 @@ pub struct Request {
     /// Where to serve: HOST:PORT, HOST or PORT; port 0 for any that is free [default: 127.0.0.1:8765, this machine only]
     #[arg(long = "addr", value_name = "ADDR")]
     pub address: Option<Address>,
-    /// Let pages of this origin connect, for example https://app.foxglove.dev: the site of a viewer in a browser; * for all
+    /// Let pages of this origin connect, for example `https://app.foxglove.dev`: the site of a viewer in a browser; * for all
     /// sites. Desktop viewers, programs and pages served by this machine need none. Repeatable
     #[arg(long, value_name = "ORIGIN")]
     pub allow_origin: Vec<AllowedOrigin>,
