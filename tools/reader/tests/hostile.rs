@@ -12,8 +12,8 @@ use prost_reflect::{
     },
 };
 use raw::{
-    block, channel, file, folder, map, message, message_at, metadata, packed, record, run, run_all, schema,
-    text, whole,
+    block, channel, chunk, file, folder, map, message, message_at, metadata, packed, record, run, run_all,
+    schema, text, whole,
 };
 
 const VERBS: [&[&str]; 10] = [
@@ -348,4 +348,17 @@ fn attachments_of_one_name_are_all_exported() {
     let (status, stderr) = run(folder.path(), &["export", "a.mcap", "--attachment", "a.txt"]);
     assert_eq!(status, Some(0), "{stderr}");
     assert!(stderr.contains("2 more attachments have this name"), "{stderr}");
+}
+
+#[test]
+fn records_that_are_longer_than_their_chunk() {
+    // found by fuzzing: the unpacker subtracted what was not there
+    let data = [&message(1, &[])[..], &[0x05], &1000_u64.to_le_bytes(), &[0; 20]].concat();
+    let bytes = whole(&[channel(1, 0, "/a", &[]), chunk(data.len() as u64, b"", &data)], &[]);
+    let reported = "a record that is longer than its chunk";
+    check(
+        "a record that is longer than its chunk",
+        &bytes,
+        &[("verify", 1, reported), ("info", 3, reported)],
+    );
 }

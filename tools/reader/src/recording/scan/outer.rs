@@ -117,16 +117,21 @@ impl Scan {
     /// there is memory for is refused; one that lies is found out as it is unpacked.
     fn open_chunk(&mut self, offset: u64, prefix: &[u8]) {
         let limit = self.limits.record();
-        let claimed = match parse(op::CHUNK, &self.body, limit) {
-            Ok(Record::Chunk { header, .. }) => {
-                usize::try_from(header.uncompressed_size).unwrap_or(usize::MAX)
+        let (claimed, overflows) = match parse(op::CHUNK, &self.body, limit) {
+            Ok(Record::Chunk { header, data }) => {
+                let claimed = usize::try_from(header.uncompressed_size).unwrap_or(usize::MAX);
+                // the unpacker does not look where a record of a chunk that is not packed ends
+                let is_plain = header.compression.is_empty();
+                (claimed, is_plain && has_checksum(&data, header.uncompressed_crc) && !is_tiled(&data))
             }
-            _ => 0,
+            _ => (0, false),
         };
         let is_large = self.body.len().max(claimed) > LARGE;
         let refusal = (claimed > limit).then(|| {
             format!("a chunk that unpacks to {claimed} bytes exceeds the limit of {limit} (--max-memory)")
         });
+        let refusal =
+            refusal.or_else(|| overflows.then(|| "a record that is longer than its chunk".to_owned()));
         if refusal.is_none() {
             self.feed(prefix);
         }
@@ -152,4 +157,21 @@ impl Scan {
             }
         }
     }
+}
+
+/// True if a chunk has the checksum that it states, if any.
+fn has_checksum(data: &[u8], stated: u32) -> bool {
+    !checksum::COUNT || stated == 0 || crc32fast::hash(data) == stated
+}
+
+/// True if the records of a chunk end where it ends.
+fn is_tiled(mut data: &[u8]) -> bool {
+    while let Some((prefix, rest)) = data.split_first_chunk::<9>() {
+        let length = prefix[1..].try_into().map_or(u64::MAX, u64::from_le_bytes);
+        match usize::try_from(length).ok().and_then(|length| rest.get(length..)) {
+            Some(rest) => data = rest,
+            None => return false,
+        }
+    }
+    data.is_empty()
 }
