@@ -51,14 +51,13 @@
 
 use std::{
     collections::BTreeMap,
-    error::Error,
     path::PathBuf,
     sync::mpsc::{Receiver, SyncSender, sync_channel},
     thread::JoinHandle,
 };
 
 use mcap::{Attachment, McapError, records::Metadata};
-use percuss_output::{Left, Part, PartError};
+use percuss_output::{Left, Part, PartError, cause};
 use prost::Message;
 use serde::{Deserialize, Serialize};
 
@@ -135,7 +134,7 @@ pub enum RecordingError {
     #[error(transparent)]
     Begin(#[from] PartError),
     /// Writing failed; the file is incomplete and lacks its end.
-    #[error("cannot write `{}`: {}; the file is incomplete, its closed chunks can be read", path.display(), cause(error))]
+    #[error("cannot write `{}`: {}; the file is incomplete, its closed chunks can be read", path.display(), cause(&**error))]
     Write {
         /// The file.
         path: PathBuf,
@@ -161,15 +160,6 @@ fn checksum(entries: &BTreeMap<String, String>) -> String {
         hasher.update(&[0]);
     }
     format!("{:08x}", hasher.finalize())
-}
-
-/// The innermost cause of an error: the library says only that there is one.
-fn cause(error: &McapError) -> String {
-    let mut inner: &dyn Error = error;
-    while let Some(source) = inner.source() {
-        inner = source;
-    }
-    inner.to_string()
 }
 
 /// One channel of a recording.

@@ -16,7 +16,7 @@ mod checkpoints;
 mod exact_steps;
 mod recording;
 
-pub use checkpoints::{Checkpoints, DEFAULT_INTERVAL};
+pub use checkpoints::Checkpoints;
 pub use exact_steps::ExactSteps;
 pub use recording::{Recording, Source};
 

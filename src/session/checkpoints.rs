@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Wall time from one checkpoint to the next, unless the case says otherwise.
-pub const DEFAULT_INTERVAL: Duration = Duration::from_secs(600);
+const DEFAULT_INTERVAL: Duration = Duration::from_secs(600);
 
 /// Memory of a field from which on writing it is announced \[bytes\].
 const LARGE: u64 = 256 << 20;

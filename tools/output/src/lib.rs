@@ -15,6 +15,7 @@
 //! are continued.
 
 use std::{
+    error::Error,
     fs::{self, File, OpenOptions},
     io,
     path::{Path, PathBuf},
@@ -48,7 +49,7 @@ pub fn available(path: &Path) -> io::Result<Option<u64>> {
 pub fn file_of(path: &Path) -> io::Result<Option<PathBuf>> {
     Ok(match Place::of(path)? {
         Place::File(path) => Some(path),
-        Place::Device(_) => None,
+        Place::Device => None,
     })
 }
 
@@ -56,8 +57,8 @@ pub fn file_of(path: &Path) -> io::Result<Option<PathBuf>> {
 enum Place {
     /// A regular file, there or not yet.
     File(PathBuf),
-    /// A pipe, a device: opened as it is.
-    Device(File),
+    /// A pipe, a device: written to as it is.
+    Device,
 }
 
 impl Place {
@@ -68,13 +69,27 @@ impl Place {
             Ok(metadata) if metadata.is_file() && is_link => fs::canonicalize(path).map(Self::File),
             Ok(metadata) if metadata.is_file() => Ok(Self::File(path.to_owned())),
             Ok(metadata) if metadata.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
-            Ok(_) => OpenOptions::new().write(true).open(path).map(Self::Device),
+            Ok(_) => Ok(Self::Device),
             // a link to nothing: the name is taken, and what it stands for cannot be created beside it
             Err(error) if is_link => Err(error),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::File(path.to_owned())),
             Err(error) => Err(error),
         }
     }
+}
+
+/// Opens a pipe or a device. Only who writes to it does: the reader of a pipe sees its end when it is closed.
+fn open_device(path: &Path) -> io::Result<File> {
+    OpenOptions::new().write(true).open(path)
+}
+
+/// The innermost cause of an error: some libraries say only that there is one.
+pub fn cause(error: &(dyn Error + 'static)) -> String {
+    let mut inner = error;
+    while let Some(source) = inner.source() {
+        inner = source;
+    }
+    inner.to_string()
 }
 
 /// Folder of a file.

@@ -9,7 +9,7 @@ use std::{
 
 use tempfile::{Builder, TempPath};
 
-use crate::{Place, counted::Counted, folder, repeated, synchronise_folder};
+use crate::{Place, counted::Counted, folder, open_device, repeated, synchronise_folder};
 
 /// Longest part of the name of a file in that of its temporary file \[bytes\]: file systems allow 255 in all.
 const LONGEST_NAME: usize = 200;
@@ -35,7 +35,9 @@ impl Output {
     /// [`io::ErrorKind::AlreadyExists`] if it is not to be replaced; else what the system says.
     pub fn create(path: &Path, overwrite: bool) -> io::Result<Self> {
         let path = match Place::of(path)? {
-            Place::Device(file) => return Ok(Self { file: Counted::new(file), names: None, overwrite }),
+            Place::Device => {
+                return Ok(Self { file: Counted::new(open_device(path)?), names: None, overwrite });
+            }
             Place::File(path) => path,
         };
         if !overwrite && path.exists() {

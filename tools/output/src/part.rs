@@ -9,7 +9,7 @@ use std::{
 
 use tempfile::TempPath;
 
-use crate::{Place, counted::Counted, output::rename, repeated, synchronise_folder};
+use crate::{Place, counted::Counted, open_device, output::rename, repeated, synchronise_folder};
 
 /// Why a file cannot be begun.
 #[derive(Debug, thiserror::Error)]
@@ -68,7 +68,10 @@ impl Part {
     pub fn create(path: &Path, overwrite: bool) -> Result<Self, PartError> {
         let system = |error| PartError::System { path: path.into(), error };
         let path = match Place::of(path).map_err(system)? {
-            Place::Device(file) => return Ok(Self { file: Counted::new(file), names: None, overwrite }),
+            Place::Device => {
+                let file = open_device(path).map_err(system)?;
+                return Ok(Self { file: Counted::new(file), names: None, overwrite });
+            }
             Place::File(path) => path,
         };
         if !overwrite && path.exists() {
@@ -95,7 +98,7 @@ impl Part {
     pub fn resume(path: &Path, overwrite: bool) -> Result<(Self, Left), PartError> {
         let system = |path: &Path, error| PartError::System { path: path.into(), error };
         let path = match Place::of(path).map_err(|error| system(path, error))? {
-            Place::Device(_) => return Err(PartError::Nothing(part_of(path))),
+            Place::Device => return Err(PartError::Nothing(part_of(path))),
             Place::File(path) => path,
         };
         if !overwrite && path.exists() {

@@ -7,7 +7,7 @@ use std::{
     process::Command,
 };
 
-use percuss_output::{Output, Part, PartError, part_of, write};
+use percuss_output::{Output, Part, PartError, file_of, part_of, write};
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("a folder");
@@ -119,6 +119,8 @@ fn links_are_followed_and_devices_written_to() {
 
     let pipe = folder.path().join("pipe");
     assert!(Command::new("mkfifo").arg(&pipe).status().expect("mkfifo").success());
+    // asking does not open it: its reader would see an end
+    assert_eq!(file_of(&pipe).expect("a pipe"), None);
     let reader = {
         let pipe = pipe.clone();
         std::thread::spawn(move || fs::read(pipe).expect("the pipe"))

@@ -1,6 +1,6 @@
 //! Texts of a file as they are shown: a name in a recording may be anything, also commands for the terminal.
 
-use std::{borrow::Cow, error::Error};
+use std::borrow::Cow;
 
 /// Most characters of a name in a sentence.
 const SHORT: usize = 120;
@@ -21,15 +21,6 @@ pub(crate) fn short(text: &str) -> Cow<'_, str> {
 /// Text of this program with what it cites from a file: lines stay, commands for the terminal do not.
 pub(crate) fn lines(text: &str) -> Cow<'_, str> {
     escaped(text, is_command_in_lines, |c| c.escape_default().to_string())
-}
-
-/// The innermost cause of an error: some libraries say only that there is one.
-pub(crate) fn cause(error: &(dyn Error + 'static)) -> String {
-    let mut inner = error;
-    while let Some(source) = inner.source() {
-        inner = source;
-    }
-    inner.to_string()
 }
 
 /// A JSON document with the same characters escaped as JSON does it: they only stand in its texts.

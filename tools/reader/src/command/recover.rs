@@ -12,11 +12,12 @@ use mcap::{
     records::{Metadata, Record},
     write::NoSeek,
 };
+use percuss_output::cause;
 
 use crate::{
     convention,
     recording::{Budget, Damage, FileRecord, Limits, OpenError, Scan, seconds},
-    text::{cause, short},
+    text::short,
 };
 
 /// Lost definitions that are reported one by one.

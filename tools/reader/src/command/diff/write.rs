@@ -12,12 +12,10 @@ use mcap::{
     records::{MessageHeader, Metadata},
     write::NoSeek,
 };
-use percuss_output::Output;
+use percuss_output::{Output, cause};
 use prost_reflect::{DynamicMessage, MessageDescriptor, ReflectMessage, Value, prost::Message};
 
-use crate::{
-    channel::Channel, compare::Matched, convention, messages::Recording, text::cause, wire::dynamic,
-};
+use crate::{channel::Channel, compare::Matched, convention, messages::Recording, wire::dynamic};
 
 /// Writes differences: on `/diff/TOPIC`, in the message type of the topic, every floating-point number but times and
 /// axes is b − a, all else is that of the reference. Viewers show such a file like a recording.
