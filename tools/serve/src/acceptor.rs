@@ -12,7 +12,7 @@ use std::{
 };
 
 use crate::{
-    connection::{self, Hall},
+    connection::{self, Shared},
     stream::Phases,
 };
 
@@ -28,12 +28,12 @@ struct Connection {
 }
 
 impl Connection {
-    fn start(stream: TcpStream, hall: &Arc<Hall>) -> io::Result<Self> {
+    fn start(stream: TcpStream, shared: &Arc<Shared>) -> io::Result<Self> {
         let (kept, closed) = (stream.try_clone()?, stream.try_clone()?);
         let phases = Arc::new(Phases::default());
-        let (hall, copy) = (Arc::clone(hall), Arc::clone(&phases));
+        let (shared, copy) = (Arc::clone(shared), Arc::clone(&phases));
         let thread = thread::Builder::new().spawn(move || {
-            connection::serve(stream, &hall, &copy);
+            connection::serve(stream, &shared, &copy);
             // dropping it closes nothing: there are copies
             drop(closed.shutdown(Shutdown::Both));
         })?;
@@ -70,10 +70,10 @@ pub struct Acceptor {
 
 impl Acceptor {
     /// Begins to accept; the listener must not block.
-    pub fn start(listener: TcpListener, hall: Hall) -> io::Result<Self> {
+    pub fn start(listener: TcpListener, shared: Shared) -> io::Result<Self> {
         let is_closed = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&is_closed);
-        let thread = thread::Builder::new().spawn(move || accept(&listener, &Arc::new(hall), &flag))?;
+        let thread = thread::Builder::new().spawn(move || accept(&listener, &Arc::new(shared), &flag))?;
         Ok(Self { is_closed, thread: Some(thread) })
     }
 
@@ -88,7 +88,7 @@ impl Acceptor {
     }
 }
 
-fn accept(listener: &TcpListener, hall: &Arc<Hall>, is_closed: &AtomicBool) -> Vec<Connection> {
+fn accept(listener: &TcpListener, shared: &Arc<Shared>, is_closed: &AtomicBool) -> Vec<Connection> {
     let mut connections: Vec<Connection> = Vec::new();
     while !is_closed.load(Ordering::Relaxed) {
         connections.retain(|connection| !connection.thread.is_finished());
@@ -106,7 +106,7 @@ fn accept(listener: &TcpListener, hall: &Arc<Hall>, is_closed: &AtomicBool) -> V
             Rest(vec![connections.remove(oldest)]).close();
         }
         // without room for a thread the connection is dropped
-        connections.extend(Connection::start(stream, hall));
+        connections.extend(Connection::start(stream, shared));
     }
     connections
 }

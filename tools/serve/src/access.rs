@@ -49,7 +49,7 @@ impl Default for Access {
 }
 
 /// Checks requests.
-pub struct Doorkeeper {
+pub struct Admission {
     access: Access,
     /// Host of the address of the server, in lower case.
     host: String,
@@ -57,8 +57,8 @@ pub struct Doorkeeper {
     reported: Mutex<Vec<String>>,
 }
 
-impl Doorkeeper {
-    /// A doorkeeper of the server at `host`.
+impl Admission {
+    /// Admission to the server at `host`.
     pub fn new(host: &str, access: Access) -> Self {
         Self { access, host: host.to_ascii_lowercase(), reported: Mutex::default() }
     }
@@ -139,9 +139,9 @@ mod tests {
     const LOCAL: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
     const LAN: IpAddr = IpAddr::V4(Ipv4Addr::new(192, 168, 1, 7));
 
-    fn doorkeeper(host: &str, allowed: &[&str]) -> Doorkeeper {
+    fn admission(host: &str, allowed: &[&str]) -> Admission {
         let origins = allowed.iter().map(|text| text.parse().expect("an origin")).collect();
-        Doorkeeper::new(host, Access { origins, ..Access::default() })
+        Admission::new(host, Access { origins, ..Access::default() })
     }
 
     fn headers(host: &str, origin: Option<&str>) -> HeaderMap {
@@ -155,9 +155,9 @@ mod tests {
 
     #[test]
     fn origins_are_admitted_or_refused() {
-        let home = doorkeeper("127.0.0.1", &[]);
-        let site = doorkeeper("127.0.0.1", &["https://app.foxglove.dev"]);
-        let any = doorkeeper("127.0.0.1", &["*"]);
+        let home = admission("127.0.0.1", &[]);
+        let site = admission("127.0.0.1", &["https://app.foxglove.dev"]);
+        let any = admission("127.0.0.1", &["*"]);
         for (origin, by_default, with_site) in [
             (None, true, true),
             (Some("http://localhost:8080"), true, true),
@@ -187,8 +187,8 @@ mod tests {
 
     #[test]
     fn a_server_for_this_machine_answers_to_its_names_only() {
-        let home = doorkeeper("127.0.0.1", &[]);
-        let proxied = doorkeeper("127.0.0.1", &["https://runs.example.org"]);
+        let home = admission("127.0.0.1", &[]);
+        let proxied = admission("127.0.0.1", &["https://runs.example.org"]);
         for (host, by_default, behind_proxy) in [
             ("localhost", true, true),
             ("localhost:9000", true, true),
@@ -209,8 +209,8 @@ mod tests {
 
     #[test]
     fn a_server_for_all_machines_admits_pages_of_its_own_host() {
-        let named = doorkeeper("runs.example.org", &[]);
-        let open = doorkeeper("0.0.0.0", &[]);
+        let named = admission("runs.example.org", &[]);
+        let open = admission("0.0.0.0", &[]);
         for (origin, at_name, at_number) in [
             ("http://runs.example.org:8080", true, false),
             ("http://192.168.1.7:8080", true, true),
@@ -227,7 +227,7 @@ mod tests {
 
     #[test]
     fn two_origins_are_none() {
-        let home = doorkeeper("127.0.0.1", &[]);
+        let home = admission("127.0.0.1", &[]);
         let mut headers = headers("localhost", Some("http://localhost"));
         headers.append(ORIGIN, "https://evil.example".parse().expect("a value"));
         assert!(home.admit(&headers, LOCAL).is_err());
@@ -239,7 +239,7 @@ mod tests {
         let copy = Arc::clone(&lines);
         let report: Report =
             Arc::new(move |line: &str| copy.lock().expect("one thread").push(line.to_owned()));
-        let home = Doorkeeper::new("127.0.0.1", Access { origins: Vec::new(), report });
+        let home = Admission::new("127.0.0.1", Access { origins: Vec::new(), report });
         for site in 0..2 * REPORTS {
             for _ in 0..3 {
                 let origin = format!("https://{site}.example");

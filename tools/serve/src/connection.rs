@@ -20,7 +20,7 @@ use tungstenite::{
 
 use crate::{
     Answer, Request,
-    access::Doorkeeper,
+    access::Admission,
     protocol::{self, ClientMessage, SUBPROTOCOLS},
     stream::{Allowance, HANDSHAKE_TIME, Phases, ReadHalf},
     viewers::{Next, Viewers},
@@ -37,9 +37,9 @@ const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 const PAUSE: Duration = Duration::from_millis(10);
 
 /// What connections have in common.
-pub struct Hall {
+pub struct Shared {
     /// Who may connect.
-    pub doorkeeper: Doorkeeper,
+    pub admission: Admission,
     /// The viewers.
     pub viewers: Arc<Viewers>,
     /// First messages to a viewer.
@@ -62,27 +62,27 @@ impl Drop for Seat {
 /// Serves a connection until it ends.
 ///
 /// * `phases`: how far it is
-pub fn serve(stream: TcpStream, hall: &Arc<Hall>, phases: &Arc<Phases>) {
+pub fn serve(stream: TcpStream, shared: &Arc<Shared>, phases: &Arc<Phases>) {
     // an error ends this connection only
-    let Ok((mut reader, socket, seat)) = handshake(stream, hall, phases) else { return };
+    let Ok((mut reader, socket, seat)) = handshake(stream, shared, phases) else { return };
     let id = seat.id;
     let writer = {
-        let (hall, phases) = (Arc::clone(hall), Arc::clone(phases));
-        thread::Builder::new().spawn(move || write(socket, &hall, id, &phases))
+        let (shared, phases) = (Arc::clone(shared), Arc::clone(phases));
+        thread::Builder::new().spawn(move || write(socket, &shared, id, &phases))
     };
     let Ok(writer) = writer else { return };
     let mut allowance = Allowance::new(REQUESTS);
     while let Ok(message) = reader.read() {
         match message {
-            Message::Text(text) => handle(protocol::text(&text), &hall.viewers, id),
-            Message::Binary(data) => handle(protocol::binary(&data), &hall.viewers, id),
-            Message::Ping(data) => hall.viewers.answer(id, Message::Pong(data)),
+            Message::Text(text) => handle(protocol::text(&text), &shared.viewers, id),
+            Message::Binary(data) => handle(protocol::binary(&data), &shared.viewers, id),
+            Message::Ping(data) => shared.viewers.answer(id, Message::Pong(data)),
             Message::Close(_) => break,
             Message::Pong(_) | Message::Frame(_) => {}
         }
         allowance.spend(1.0);
     }
-    hall.viewers.leave(id);
+    shared.viewers.leave(id);
     // the writer may wait for a viewer that no longer reads
     let start = Instant::now();
     while !writer.is_finished() && start.elapsed() < CLOSE_TIMEOUT {
@@ -94,7 +94,7 @@ pub fn serve(stream: TcpStream, hall: &Arc<Hall>, phases: &Arc<Phases>) {
 
 type Opened = (WebSocket<ReadHalf>, WebSocket<TcpStream>, Seat);
 
-fn handshake(stream: TcpStream, hall: &Hall, phases: &Arc<Phases>) -> Result<Opened, Box<dyn Error>> {
+fn handshake(stream: TcpStream, shared: &Shared, phases: &Arc<Phases>) -> Result<Opened, Box<dyn Error>> {
     stream.set_nonblocking(false)?;
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(HANDSHAKE_TIME))?;
@@ -105,7 +105,7 @@ fn handshake(stream: TcpStream, hall: &Hall, phases: &Arc<Phases>) -> Result<Ope
         .max_frame_size(Some(MAX_REQUEST))
         .read_buffer_size(4096);
     let mut seat = None;
-    let host = Host { hall, local, seat: &mut seat };
+    let host = Host { shared, local, seat: &mut seat };
     let mut reader = accept_hdr_with_config(ReadHalf::new(stream, phases), host, Some(config))
         .map_err(|error| error.to_string())?;
     reader.get_mut().open()?;
@@ -116,7 +116,7 @@ fn handshake(stream: TcpStream, hall: &Hall, phases: &Arc<Phases>) -> Result<Ope
 
 /// Answers the request of a handshake: with a seat, or a refusal.
 struct Host<'a> {
-    hall: &'a Hall,
+    shared: &'a Shared,
     /// Number of this machine that the connection came to.
     local: IpAddr,
     seat: &'a mut Option<Seat>,
@@ -128,8 +128,8 @@ impl Callback for Host<'_> {
         request: &server::Request,
         mut response: Response,
     ) -> Result<Response, ErrorResponse> {
-        let (headers, hall) = (request.headers(), self.hall);
-        hall.doorkeeper.admit(headers, self.local).map_err(|text| refusal(StatusCode::FORBIDDEN, &text))?;
+        let (headers, shared) = (request.headers(), self.shared);
+        shared.admission.admit(headers, self.local).map_err(|text| refusal(StatusCode::FORBIDDEN, &text))?;
         let offered = headers.get_all(SEC_WEBSOCKET_PROTOCOL).iter();
         let offered: Vec<&str> = offered
             .flat_map(|header| header.to_str().unwrap_or_default().split(','))
@@ -139,10 +139,10 @@ impl Callback for Host<'_> {
             let text = format!("offer one of {}", SUBPROTOCOLS.join(", "));
             return Err(refusal(StatusCode::BAD_REQUEST, &text));
         };
-        let Some(id) = hall.viewers.enter() else {
+        let Some(id) = shared.viewers.enter() else {
             return Err(refusal(StatusCode::SERVICE_UNAVAILABLE, "all places for viewers are taken"));
         };
-        *self.seat = Some(Seat { viewers: Arc::clone(&hall.viewers), id });
+        *self.seat = Some(Seat { viewers: Arc::clone(&shared.viewers), id });
         response.headers_mut().insert(SEC_WEBSOCKET_PROTOCOL, HeaderValue::from_static(chosen));
         Ok(response)
     }
@@ -179,8 +179,8 @@ fn handle(message: Result<ClientMessage, String>, viewers: &Viewers, id: u64) {
 }
 
 /// Writes frames until the viewer leaves or the server ends; then closes the connection.
-fn write(mut socket: WebSocket<TcpStream>, hall: &Hall, id: u64, phases: &Phases) {
-    let outcome = write_all(&mut socket, hall, id);
+fn write(mut socket: WebSocket<TcpStream>, shared: &Shared, id: u64, phases: &Phases) {
+    let outcome = write_all(&mut socket, shared, id);
     if outcome.and_then(|()| socket.close(None)).and_then(|()| socket.flush()).is_err() {
         // the connection is broken: ends the reading thread too
         phases.is_over.store(true, Ordering::Relaxed);
@@ -188,12 +188,12 @@ fn write(mut socket: WebSocket<TcpStream>, hall: &Hall, id: u64, phases: &Phases
     }
 }
 
-fn write_all(socket: &mut WebSocket<TcpStream>, hall: &Hall, id: u64) -> tungstenite::Result<()> {
-    hall.greeting.iter().try_for_each(|message| socket.write(message.clone()))?;
+fn write_all(socket: &mut WebSocket<TcpStream>, shared: &Shared, id: u64) -> tungstenite::Result<()> {
+    shared.greeting.iter().try_for_each(|message| socket.write(message.clone()))?;
     socket.flush()?;
     let mut frames = Vec::new();
     loop {
-        match hall.viewers.next(id, &mut frames) {
+        match shared.viewers.next(id, &mut frames) {
             Next::Answers(messages) => messages.into_iter().try_for_each(|message| socket.write(message))?,
             Next::Frames => frames.drain(..).try_for_each(|frame| socket.write(frame.encode()))?,
             Next::End => return Ok(()),

@@ -60,8 +60,8 @@ pub use origin::{AllowedOrigin, Origin, OriginError};
 pub use viewers::VIEWERS;
 
 use acceptor::Acceptor;
-use access::Doorkeeper;
-use connection::Hall;
+use access::Admission;
+use connection::Shared;
 use history::History;
 use viewers::Viewers;
 
@@ -195,12 +195,12 @@ impl Server {
         let session = format!("{}-{since}", process::id());
         let mut greeting = vec![protocol::server_info(name, &session, range)];
         greeting.extend(protocol::advertise(channels));
-        let hall = Hall {
-            doorkeeper: Doorkeeper::new(&address.host, access),
+        let shared = Shared {
+            admission: Admission::new(&address.host, access),
             viewers: Arc::clone(&viewers),
             greeting,
         };
-        let acceptor = Acceptor::start(listener, hall).map_err(failed)?;
+        let acceptor = Acceptor::start(listener, shared).map_err(failed)?;
         Ok(Self { host: address.host.clone(), port, viewers, requests: Mutex::new(requests), acceptor })
     }
 
