@@ -12,10 +12,10 @@ use std::{
 
 use clap::Args;
 use indicatif::BinaryBytes;
-use percuss_output::{available, part_of};
+use percuss_output::{available, ending_signals, file_of, part_of};
 use rayon::ThreadPool;
 use signal_hook::{
-    consts::{SIGHUP, SIGINT, SIGTERM},
+    consts::{SIGHUP, SIGINT},
     flag,
 };
 
@@ -127,14 +127,11 @@ pub(super) fn check_room(path: &Path, case: &Case) -> Result<(), CliError> {
     Err(CliError::Full(text))
 }
 
-/// Catches SIGINT, SIGTERM and SIGHUP: the value is the signal, 0 for none. A second signal ends the process at once.
-/// A SIGHUP that is ignored, as under `nohup`, stays so.
+/// Catches [`ending_signals`]: the value is the signal, 0 for none. A second signal ends the process at once.
 pub(super) fn watch_signals() -> Result<Arc<AtomicUsize>, CliError> {
     let seen = Arc::new(AtomicUsize::new(0));
     let armed = Arc::new(AtomicBool::new(false));
-    for signal in
-        [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| *signal != SIGHUP || !ignores_hangup())
-    {
+    for signal in ending_signals() {
         let fail = |error| CliError::system("cannot watch for signals", error);
         flag::register_conditional_default(signal, armed.clone()).map_err(fail)?;
         flag::register(signal, armed.clone()).map_err(fail)?;
@@ -163,8 +160,9 @@ pub(super) fn exit(status: &Status, signal: &AtomicUsize) -> Exit {
 
 /// Name, status and size of a recording.
 pub(super) fn written(path: &Path, status: &Status) -> String {
-    let part = part_of(path);
-    let path = if status.is_whole() { path } else { &part };
+    // a device has no part, that of a link is beside what it points to
+    let part = file_of(path).ok().flatten().map(|file| part_of(&file));
+    let path = part.as_deref().filter(|_| !status.is_whole()).unwrap_or(path);
     let size = fs::metadata(path).map_or(0, |metadata| metadata.len());
     format!("{}: {}, {}", path.display(), status.name(), BinaryBytes(size))
 }
@@ -174,14 +172,6 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
         (Ok(a), Ok(b)) => a == b,
         _ => false,
     }
-}
-
-/// True if the process was started with SIGHUP ignored. The system's answer is the mask of ignored signals.
-fn ignores_hangup() -> bool {
-    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
-    mask & (1 << (SIGHUP - 1)) != 0
 }
 
 /// Writes a small file, whole or not at all.

@@ -4,6 +4,7 @@
   sealed: its status is `interrupted`, and every message is the one of the uninterrupted run.
 * The second ends it at once, even while it cannot write.
 * Under `nohup` SIGHUP is ignored; SIGSTOP and SIGCONT change nothing.
+* `percuss-read` dies of the first one, and leaves nothing of the file that it has begun.
 * A reader of standard output that has had enough is no error, a disk that is full is one.
 """
 
@@ -29,6 +30,8 @@ def prove(part):
     ignore_hangup(part, reference)
     for _ in range(times):
         stop_and_continue(part, reference)
+    for number in SIGNALS:
+        interrupt_reader(part, number)
     pipes = closed_pipes(part)
     return f"{3 * times} first signals, {slowest:.2f} s at most; second {second:.2f} s at most; {pipes} closed pipes"
 
@@ -88,6 +91,25 @@ def interrupt_twice(part, number):
     part.check(done.returncode == -number, f"{what}: status {done.returncode}: {done.stderr}")
     part.check(seconds < AT_ONCE, f"{what}: {seconds:.1f} s until the end")
     return seconds
+
+
+def interrupt_reader(part, number):
+    """A signal to a reader that has begun its output."""
+    what = f"{signal.Signals(number).name} to percuss-read"
+    run, recording = begin(part, *PACE)
+    table = recording.with_name("table.csv")
+    process = start([part.reader, "trace", part_of(recording), "--follow", "-o", table])
+    left = lambda: [path.name for path in recording.parent.glob("table.csv*")]
+    deadline = time.monotonic() + 10
+    while not left() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    part.check(left() and not table.exists(), f"{what}: it has not begun, or not under another name: {left()}")
+    process.send_signal(number)
+    done = end(process, 10)
+    part.check(done.returncode == -number, f"{what}: status {done.returncode}: {done.stderr}")
+    part.check(not left(), f"{what}: it leaves {left()}")
+    run.kill()
+    run.wait()
 
 
 def ignore_hangup(part, reference):

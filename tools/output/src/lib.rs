@@ -6,13 +6,15 @@
 //!
 //! | Type | Written as | What a failure leaves |
 //! |---|---|---|
-//! | [`Output`] | `NAME.XXXXXX.part` | nothing; kill −9 leaves the file of that name |
+//! | [`Output`] | `NAME.XXXXXX.part` | nothing; kill −9 leaves the file of that name, and so does a signal without `discard_at_signals` |
 //! | [`Part`] | `NAME.part`, locked | that file: what is in it may be worth keeping |
 //!
 //! Pipes and devices, `/dev/stdout` for example, are written to as they are. A symbolic link is followed: what it points to is replaced.
 //!
 //! Errors of the system are reported with the number of bytes that were written before; interrupted calls are repeated, short writes
 //! are continued.
+//!
+//! The feature `signals` has what signals do to a program with such files.
 
 use std::{
     error::Error,
@@ -24,10 +26,15 @@ use std::{
 mod counted;
 mod output;
 mod part;
+#[cfg(feature = "signals")]
+mod signals;
+mod unfinished;
 
 pub use counted::Counted;
 pub use output::{Output, write};
 pub use part::{Left, Part, PartError, part_of};
+#[cfg(feature = "signals")]
+pub use signals::{discard_at_signals, ending_signals};
 
 /// Room for a new file \[bytes\]; `None` for a device.
 ///

@@ -9,7 +9,9 @@ use std::{
 
 use tempfile::{Builder, TempPath};
 
-use crate::{Place, counted::Counted, folder, open_device, repeated, synchronise_folder};
+use crate::{
+    Place, counted::Counted, folder, open_device, repeated, synchronise_folder, unfinished::Unfinished,
+};
 
 /// Longest part of the name of a file in that of its temporary file \[bytes\]: file systems allow 255 in all.
 const LONGEST_NAME: usize = 200;
@@ -20,8 +22,8 @@ const LONGEST_NAME: usize = 200;
 #[derive(Debug)]
 pub struct Output {
     file: Counted,
-    /// Temporary name, and the name asked for; none for a device.
-    names: Option<(TempPath, PathBuf)>,
+    /// Temporary name and its entry, and the name asked for; none for a device.
+    names: Option<(TempPath, Unfinished, PathBuf)>,
     overwrite: bool,
 }
 
@@ -44,9 +46,11 @@ impl Output {
             return Err(io::ErrorKind::AlreadyExists.into());
         }
         let create = |path: &Path| OpenOptions::new().write(true).create_new(true).open(path);
-        let named = Builder::new().prefix(&prefix(&path)).suffix(".part").make_in(folder(&path), create)?;
+        let prefix = prefix(&path);
+        let make = || Builder::new().prefix(&prefix).suffix(".part").make_in(folder(&path), create);
+        let (named, entry) = Unfinished::begin(make)?;
         let (file, temporary) = named.into_parts();
-        Ok(Self { file: Counted::new(file), names: Some((temporary, path)), overwrite })
+        Ok(Self { file: Counted::new(file), names: Some((temporary, entry, path)), overwrite })
     }
 
     /// Synchronises the file with the disk and gives it its name.
@@ -57,7 +61,7 @@ impl Output {
     /// case nothing new is left.
     pub fn commit(self) -> io::Result<()> {
         self.file.synchronise()?;
-        let Some((temporary, path)) = self.names else { return Ok(()) };
+        let Some((temporary, _entry, path)) = self.names else { return Ok(()) };
         rename(temporary, &path, self.overwrite).map_err(|(error, _)| error)?;
         synchronise_folder(&path)
     }

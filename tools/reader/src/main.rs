@@ -3,10 +3,12 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use percuss_reader::cli::{Arguments, report};
+use percuss_output::discard_at_signals;
+use percuss_reader::cli::{Arguments, CliError, report};
 
 fn main() -> ExitCode {
-    match Arguments::parse().run() {
+    let arguments = Arguments::parse();
+    match discard_at_signals().map_err(CliError::Signals).and_then(|()| arguments.run()) {
         Ok(exit) => exit.into(),
         Err(error) => report(&error),
     }

@@ -88,6 +88,9 @@ pub enum CliError {
     /// Output would go where the input is.
     #[error("`{}` is the recording itself; choose another output with -o", .0.display())]
     SameFile(PathBuf),
+    /// Signals cannot be watched for.
+    #[error("cannot watch for signals: {0}")]
+    Signals(io::Error),
     /// The output cannot be created or written.
     #[error("cannot write `{}`: {error}", path.display())]
     Output {
