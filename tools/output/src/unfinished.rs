@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeSet,
-    fs::{self, File},
+    fs::File,
     io,
     path::PathBuf,
     sync::{Mutex, MutexGuard, PoisonError},
@@ -46,7 +46,7 @@ pub fn discard(then: impl FnOnce()) {
     let mut entries = unfinished();
     for path in &*entries {
         // one that has just got its name is no longer there
-        let _ = fs::remove_file(path);
+        let _ = std::fs::remove_file(path);
     }
     entries.clear();
     then();
