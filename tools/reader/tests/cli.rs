@@ -116,6 +116,23 @@ fn every_kind_of_container_is_read_alike() {
 }
 
 #[test]
+fn verify_says_what_has_no_checksum() {
+    let bare = || WriteOptions::new().calculate_chunk_crcs(false).calculate_data_section_crc(false);
+    let verify = |kind| lab_of(recording(kind)).text(0, &["verify", "a.mcap"]);
+    let remark = "remark: 20 of 20 messages have no checksum";
+    for kind in [bare(), bare().use_chunks(false)] {
+        let text = verify(kind);
+        assert!(text.contains(remark), "{text}");
+    }
+    // that of the whole data section, or of every chunk, is enough
+    for kind in [bare().use_chunks(false).calculate_data_section_crc(true), bare().calculate_chunk_crcs(true)]
+    {
+        let text = verify(kind);
+        assert!(!text.contains("remark"), "{text}");
+    }
+}
+
+#[test]
 fn fields_positions_and_times_are_chosen() {
     let lab = lab_of(recording(WriteOptions::new()));
     let trace =

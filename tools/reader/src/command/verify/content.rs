@@ -36,6 +36,8 @@ pub(super) struct Content<'a> {
     pub(super) attachment_names: Vec<String>,
     pub(super) metadata: Vec<Metadata>,
     metadata_count: u32,
+    /// Messages that no checksum covers.
+    unchecked: u64,
     is_first: bool,
     /// First record of every kind in the summary.
     summary: BTreeMap<u8, u64>,
@@ -98,6 +100,7 @@ impl<'a> Content<'a> {
             attachment_names: Vec::new(),
             metadata: Vec::new(),
             metadata_count: 0,
+            unchecked: 0,
             is_first: true,
             summary: BTreeMap::new(),
             is_summary: false,
@@ -125,7 +128,12 @@ impl<'a> Content<'a> {
             Record::MessageIndex(entry) => self.message_index(offset, entry.channel_id, &entry.records),
             Record::Attachment { header, .. } => self.attachment(offset, header.name),
             Record::Metadata(record) => self.metadata(offset, record.into()),
-            Record::DataEnd(_) => self.is_summary = true,
+            Record::DataEnd(end) => {
+                self.is_summary = true;
+                if end.data_section_crc != 0 {
+                    self.unchecked = 0;
+                }
+            }
             Record::Footer(footer) => self.footer(offset, footer.summary_start, footer.summary_offset_start),
             Record::SummaryOffset(entry) => {
                 let group = self.summary.get(&entry.group_opcode);
@@ -177,6 +185,9 @@ impl<'a> Content<'a> {
         series.backwards += u64::from(time < series.last_time);
         series.last_time = time;
         self.span = Some(widen(self.span, time));
+        // 0 stands for no checksum
+        let is_checked = self.chunk.as_ref().is_some_and(|chunk| chunk.header.uncompressed_crc != 0);
+        self.unchecked += u64::from(!is_checked);
         if let (Some(chunk), Some(inside)) = (&mut self.chunk, inside) {
             chunk.span = Some(widen(chunk.span, time));
             chunk.entries.entry(id).or_default().add(&self.hasher, time, inside);
@@ -301,6 +312,13 @@ impl<'a> Content<'a> {
             self.statistics(index.start, statistics);
         }
         self.order();
+        if self.unchecked > 0 {
+            let text = format!(
+                "{} of {} messages have no checksum: damage that leaves them readable is not seen",
+                self.unchecked, self.report.messages
+            );
+            self.report.remarks.push(text);
+        }
     }
 
     /// Messages of percuss are in the order of their times; other programs need not write them so.
