@@ -35,7 +35,7 @@ pub use error::CompareError;
 pub use measure::{Divergence, Measure, Place};
 pub use mode::{Alignment, Mode};
 pub use options::{Matched, NanRule, Options, Watch};
-pub use report::{ChannelReport, Comparison, Converted, FieldReport, Gap};
+pub use report::{ChannelReport, Comparison, Converted, FieldReport, Gap, Hint};
 pub use shift::MAX_SHIFT;
 pub use structure::{Change, Difference, Finding};
 pub use sums::{Scale, Sums};

@@ -108,11 +108,15 @@
 //!    carries its scales, the new one is converted instead. Metadata records and attachments are compared
 //!    too, TOML key by key, but only for information: they explain why numbers differ. `percuss.host` never takes part.
 //! 2. Messages are paired by step if equal steps are at equal times, else by exact time if more than half of them have
-//!    a partner, else the new recording is interpolated at the times of the reference, on the common window. The first
-//!    16 messages of a channel decide; `--align` does so for good. Recordings without any common time, as of wall clocks,
-//!    are compared from the start of each (`--align relative`), which is reported; the fields that hold the time are left out
-//!    then. Arrays on other axes are compared on the common range, interpolated linearly; the fields that describe the
-//!    axes are left out then, and so is `step` between messages.
+//!    a partner, else, with a tolerance, the new recording is interpolated at the times of the reference, on the common
+//!    window, which is reported with the messages of both. Without a tolerance only messages of the same step or exact time
+//!    are compared, and nothing interpolated is equal. The first 16 messages of a channel decide; `--align` does so for good.
+//!    Times and steps of paired messages are compared like other fields; the rule `time` is for them in all topics.
+//!    Recordings without any common time, as of wall clocks, are paired from the start of each (`--align relative`), which is
+//!    reported; their fields `time` are then compared from the start if that is asked for or if they have a tolerance, else as
+//!    they are, and dates (`google.protobuf.Timestamp`) are left out alike. Log times only say where a recording starts. With a tolerance, arrays on other
+//!    axes are compared on the common range, interpolated linearly; the fields that describe the axes are left out then,
+//!    and so are `time` and `step` between messages.
 //! 3. Values are checked against the first rule that fits `topic.field`, see [`compare::Tolerance`]; without a rule every bit
 //!    counts: −0 is not +0, and NaN is equal to the same bits only, unless more is asked for. Equal bits are
 //!    equal under any tolerance.
@@ -134,7 +138,7 @@
 //! | `-ignore`, `ignore` in the command file | `--ignore PATTERN`, `ignore = true` |
 //! | `-file`, `-f` (command file) | `--tolerances FILE` (TOML), `--tol RULE` |
 //! | `-summary` (writes a command file with ranges) | peaks and ranges need no writing down: `peak_rel`, `range_rel` |
-//! | `-interpolate` | by itself where times differ; `--align linear`, `cubic`, `nearest` |
+//! | `-interpolate` | with a tolerance by itself where times differ; `--align linear`, `cubic`, `nearest` |
 //! | `-final_time_tolerance` | none: what lies outside the common window is counted and reported |
 //! | `-TimeStepOffset`, `-T`, `-TA`, `-TM`, `-explicit` | `--align time`, `order` or `relative`; the best shift in time is reported for every field that differs |
 //! | `-steps`, `-x`, `-exclude` | `--from`, `--to`, `--every` |

@@ -8,8 +8,8 @@ use std::{fs, path::PathBuf};
 use forge::{Dice, Forged, forge, plain, time};
 use mcap::{Compression, WriteOptions};
 use percuss_reader::{
-    command::diff::{Verdict, verdict},
-    compare::{Comparison, Difference, Mode, NanRule, Options, Rules, compare},
+    command::diff::{Style, Verdict, to_text, verdict},
+    compare::{Comparison, Difference, Hint, Mode, NanRule, Options, Rules, compare},
     messages::Recording,
     recording::Limits,
     select::Window,
@@ -636,7 +636,15 @@ fn wall_clocks_are_compared_from_the_start_of_each_recording() {
     let a = wall(1_700_000_000_123_456_789, None, 200);
     let day = 86_400_000_000_017;
     // by step where messages have one, by exact log time else: whole nanoseconds are subtracted
-    let same = desk.forged(&a, &wall(1_700_000_000_123_456_789 + day, None, 200), &Options::default());
+    let apart = wall(1_700_000_000_123_456_789 + day, None, 200);
+    let strict = desk.forged(&a, &apart, &Options::default());
+    let [scalar, place] = ["/scalar", "/place"].map(|topic| channel(&strict, topic));
+    assert_eq!((scalar.hint, place.hint), (Some(Hint::Relative), None), "times of messages are values");
+    assert_eq!((verdict(&strict), place.is_different()), (Verdict::Different, false));
+    let (asked, time) = (Options { relative: true, ..Options::default() }, || rules(&["time:ignore"]));
+    let from_start = desk.forged(&a, &apart, &asked);
+    assert_eq!(verdict(&from_start), Verdict::Equal, "{:?}", first(&from_start));
+    let same = desk.forged(&a, &apart, &time());
     assert_eq!(verdict(&same), Verdict::Equal, "{:?}, {:?}", same.gaps, first(&same));
     let modes = |topic| channel(&same, topic).alignment.mode;
     assert_eq!((modes("/scalar"), modes("/place")), (Some(Mode::Step), Some(Mode::Time)));
@@ -647,23 +655,22 @@ fn wall_clocks_are_compared_from_the_start_of_each_recording() {
         assert!((start_b - start_a - 86_400.0).abs() < 1e-6, "{start_b}");
     }
     // where they differ is reported from the start
-    let changed = desk.forged(&a, &wall(5, Some(100), 200), &Options::default());
+    let changed = desk.forged(&a, &wall(5, Some(100), 200), &time());
     assert_eq!(verdict(&changed), Verdict::Different);
     let (topic, _, divergence) = changed.first(true).expect("a difference");
     assert_eq!((topic, divergence.place.time), ("/place", 0.3300001));
     // 200 messages against 201: the one more is counted
-    let more = desk.forged(&a, &wall(5, None, 201), &Options::default());
+    let more = desk.forged(&a, &wall(5, None, 201), &time());
     assert_eq!(verdict(&more), Verdict::Different);
     assert_eq!((channel(&more, "/place").only_a, channel(&more, "/place").only_b), (0, 1));
     // the window counts from the start too
-    let options =
-        Options { window: Window { from: Some(0.295), to: Some(0.335), every: 1 }, ..Options::default() };
+    let options = Options { window: Window { from: Some(0.295), to: Some(0.335), every: 1 }, ..time() };
     let window = desk.forged(&a, &wall(5, Some(150), 200), &options);
     assert_eq!((verdict(&window), channel(&window, "/scalar").compared), (Verdict::Equal, 4));
     // all channels have the same start: one that is late stays late
     let mut late = wall(5, None, 200);
     late.channel("/place").messages.iter_mut().for_each(|(at, _)| *at += 50_000_000);
-    assert_eq!(verdict(&desk.forged(&a, &late, &Options::default())), Verdict::Different);
+    assert_eq!(verdict(&desk.forged(&a, &late, &time())), Verdict::Different);
     // on one clock nothing is moved, unless that is asked for
     let (early, later) = (wall(5, None, 200), wall(100_000_005, None, 200));
     let moved = desk.forged(&early, &later, &Options::default());
@@ -701,7 +708,10 @@ fn what_has_no_time_in_common_is_not_equal() {
         recording
     };
     let (a, b) = (half(0), half(500_000_000));
-    let comparison = desk.forged(&a, &b, &Options::default());
+    let strict = desk.forged(&a, &b, &Options::default());
+    assert_eq!(verdict(&strict), Verdict::Different, "messages without a counterpart at their time");
+    let loose = rules(&["/place:abs=1"]);
+    let comparison = desk.forged(&a, &b, &loose);
     assert_eq!(verdict(&comparison), Verdict::NotCompared);
     let reported: Vec<String> = comparison.gaps.iter().map(ToString::to_string).collect();
     assert!(
@@ -711,7 +721,7 @@ fn what_has_no_time_in_common_is_not_equal() {
     // a difference elsewhere is certain all the same
     let mut c = b.clone();
     c.channel("/scalar").messages[7].1.set_field_by_name("force", Value::F64(7.0));
-    assert_eq!(verdict(&desk.forged(&a, &c, &Options::default())), Verdict::Different);
+    assert_eq!(verdict(&desk.forged(&a, &c, &loose)), Verdict::Different);
     // one that was asked for moves no times
     for mode in [Mode::Nearest, Mode::Linear, Mode::Cubic] {
         let options = Options { mode: Some(mode), ..Options::default() };
@@ -801,4 +811,92 @@ fn an_infinite_reference_is_no_reason_to_allow_all() {
     assert_eq!(verdict_of(f64::INFINITY), Verdict::Equal);
     assert_eq!(verdict_of(f64::NEG_INFINITY), Verdict::Different);
     assert_eq!(verdict_of(1.0), Verdict::Different);
+}
+
+/// Messages of `/scalar` that all say the same at steps and times of one's own.
+fn constant(moments: impl Iterator<Item = (u64, f64)>) -> Forged {
+    let mut recording = forge(1, 3);
+    recording.channels.retain(|channel| channel.topic == "/scalar");
+    let (_, first) = recording.channels[0].messages[0].clone();
+    let message = |(step, time): (u64, f64)| {
+        let mut message = first.clone();
+        message.set_field_by_name("step", Value::U64(step));
+        message.set_field_by_name("time", Value::F64(time));
+        ((time * 1e9) as u64, message)
+    };
+    recording.channels[0].messages = moments.map(message).collect();
+    recording
+}
+
+#[test]
+fn without_a_tolerance_nothing_interpolated_is_equal() {
+    let desk = Desk::new();
+    let whole = || (0..40).map(|step| (step, step as f64 * 0.1));
+    let base = constant(whole());
+    let third = constant(whole().step_by(3).map(|(step, time)| (step + 1000, time)));
+    let scaled = constant(whole().map(|(step, time)| (step, time * 1.01)));
+    let shifted = constant(whole().map(|(step, time)| (step + 1000, time + 0.05)));
+    let far = constant(whole().map(|(step, time)| (step, time + 1e6)));
+    let hints = [Some(Hint::Between), Some(Hint::Between), Some(Hint::Between), Some(Hint::Relative)];
+    for ((i, other), hint) in [third, scaled, shifted, far].iter().enumerate().zip(hints) {
+        for (a, b) in [(&base, other), (other, &base)] {
+            let strict = desk.forged(a, b, &Options::default());
+            assert_eq!(verdict(&strict), Verdict::Different, "{i}");
+            assert_eq!(strict.channels[0].hint, hint, "{i}");
+            let text = to_text(("a", "b"), &strict, Style::default());
+            assert_eq!(
+                text.matches("--align").count(),
+                if hint == Some(Hint::Between) { 2 } else { 1 },
+                "{text}"
+            );
+            // a mode that is asked for is not a tolerance
+            for mode in [Mode::Linear, Mode::Nearest, Mode::Cubic] {
+                let asked = desk.forged(a, b, &Options { mode: Some(mode), ..Options::default() });
+                let expected = if i == 3 { Verdict::NotCompared } else { Verdict::Different };
+                assert_eq!(verdict(&asked), expected, "{i}, {mode:?}");
+            }
+        }
+    }
+    // with one, the report says what was done, with the messages of both
+    let third = constant(whole().step_by(3).map(|(step, time)| (step + 1000, time)));
+    let loose = desk.forged(&base, &third, &rules(&["l2_rel=1e-9"]));
+    assert_eq!(verdict(&loose), Verdict::Within);
+    let text = to_text(("a", "b"), &loose, Style::default());
+    let expected = "interpolated linearly in time, 40 messages in the reference and 14 in the new recording";
+    assert!(text.contains(expected), "{text}");
+    let partly = desk.forged(&base, &third, &rules(&["/scalar.force:l2_rel=1e-9"]));
+    assert_eq!(verdict(&partly), Verdict::Different, "the other fields have no tolerance");
+    // messages at the same times are not interpolated, whatever is asked for
+    let linear = Options { mode: Some(Mode::Linear), ..Options::default() };
+    assert_eq!(verdict(&desk.forged(&base, &base, &linear)), Verdict::Equal);
+}
+
+#[test]
+fn times_and_steps_are_compared_like_fields() {
+    let desk = Desk::new();
+    let whole = || (0..40).map(|step| (step, step as f64 * 0.1));
+    let base = constant(whole());
+    let scaled = constant(whole().map(|(step, time)| (step, time * 1.01)));
+    let strict = desk.forged(&base, &scaled, &Options::default());
+    assert_eq!(first(&strict), Some((1, "/scalar.time".into())));
+    for rule in ["time:ignore", "time:rel=0.02", "/scalar.time:rel=0.02", "/scalar.time:ignore"] {
+        let comparison = desk.forged(&base, &scaled, &rules(&[rule]));
+        assert!(comparison.is_within(), "{rule}: {:?}", first(&comparison));
+        assert!(comparison.fitting[0], "{rule}");
+    }
+    assert_eq!(verdict(&desk.forged(&base, &scaled, &rules(&["time:rel=0.005"]))), Verdict::Different);
+    // from the start of each recording too
+    let numbered = constant(whole().map(|(step, time)| (step + 100, time + 1e6)));
+    let relative = Options { relative: true, ..Options::default() };
+    assert_eq!(
+        first(&desk.forged(&base, &numbered, &relative)).map(|(_, name)| name),
+        Some("/scalar.step".into())
+    );
+    let stretched = constant(whole().map(|(step, time)| (step, 1e6 + time * (1.0 + 1e-5))));
+    assert_eq!(
+        first(&desk.forged(&base, &stretched, &relative)).map(|(_, name)| name),
+        Some("/scalar.time".into())
+    );
+    let moved = constant(whole().map(|(step, time)| (step, 1e6 + time)));
+    assert_eq!(verdict(&desk.forged(&base, &moved, &relative)), Verdict::Equal);
 }

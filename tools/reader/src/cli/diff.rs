@@ -37,9 +37,13 @@ peak_rel and range_rel, or by ulp, or lie in the tube. Without any tolerance all
 is not +0 (abs=0 makes it so). The file of --tolerances holds the same as [[tolerance]] tables: field = \"/drag.*\",
 abs = 1e-9, tube = { time = 0.01, value = 1e-3 }.
 
+Without a tolerance only messages of the same step or exact time are compared, and nothing interpolated is equal; with one,
+messages of other times are interpolated (--align linear --l2-rel 0.01), which is reported. Times and steps of paired messages
+are compared like fields: a rule for `time` is for those of all topics (--tol time:abs=1e-12, --ignore time).
+
 What could not be compared is never equal: without a value that both have (no common time or axis, nothing in the window, no
 field left) the status is 2, or 1 if one recording has messages that the other has not. Recordings without any common time,
-as of wall clocks, are compared as with --align relative, which is reported. Folders with --bless: new recordings are taken
+as of wall clocks, are paired as with --align relative, which is reported; without a tolerance their fields `time` differ. Folders with --bless: new recordings are taken
 over too, and those that only the reference has stay, with status 1.
 
 Of a recording in SI and a dimensionless one, the new one is converted to the units of the reference if the one in SI carries
@@ -57,8 +61,8 @@ pub(super) struct DiffArguments {
     files: Vec<PathBuf>,
     #[command(flatten)]
     options: Options,
-    /// How messages are aligned [default: by step or exact time where they agree, else linear; relative if the
-    /// recordings have no time in common]
+    /// How messages are aligned [default: by step or exact time where they agree, else linear if there is a
+    /// tolerance; relative if the recordings have no time in common]
     #[arg(long, value_enum)]
     align: Option<Align>,
     /// Tolerance, [PATTERN:]KEY=VALUE,...; may be repeated

@@ -10,12 +10,12 @@ use super::{
     clock::{self, Start},
     convert::Converter,
     error::CompareError,
-    field::ComparedField,
+    field::{Channelwise, ComparedField},
     measure::Place,
     meter::Sample,
-    mode::{Alignment, LOOKED_AT, Mode, Moment, choose, ordered},
+    mode::{Alignment, LOOKED_AT, Mode, Moment, choose, have_common_step, ordered},
     options::{Matched, Options, Watch},
-    report::ChannelReport,
+    report::{ChannelReport, FieldReport, Hint},
     resample::interpolate,
     stream::Item,
     structure::Pair,
@@ -64,6 +64,10 @@ pub(super) struct Aligner<'a> {
     converter: Converter,
     fields: Vec<ComparedField>,
     mode: Option<Mode>,
+    /// Something is allowed of one of the fields.
+    is_tolerant: bool,
+    /// Messages of the reference at exactly the time of one of the new recording, and the last of them.
+    exact: (u64, f64),
     options: &'a Options,
     starts: Option<[Start; 2]>,
     room: usize,
@@ -101,6 +105,7 @@ impl<'a> Aligner<'a> {
         // there is nothing between bytes
         let mode =
             options.mode.map(|mode| if layouts.is_none() && mode.is_between() { Mode::Time } else { mode });
+        let is_tolerant = fields.iter().any(|field| !field.is_key && field.is_tolerant());
         let values = layouts.iter().flatten().map(|layout| layout.values()).collect();
         Self {
             a: channel_a,
@@ -112,6 +117,8 @@ impl<'a> Aligner<'a> {
             converter: pair.converter,
             fields,
             mode,
+            is_tolerant,
+            exact: (0, f64::NEG_INFINITY),
             options,
             starts: pair.starts,
             room,
@@ -174,7 +181,8 @@ impl<'a> Aligner<'a> {
                 if !((seen(0) && seen(1)) || self.is_full(0) || self.is_full(1)) {
                     return Ok(());
                 }
-                *self.mode.insert(self.choose())
+                let mode = self.choose();
+                *self.mode.insert(mode)
             }
         };
         match mode {
@@ -183,13 +191,19 @@ impl<'a> Aligner<'a> {
         }
     }
 
-    /// The mode that fits the first messages.
-    fn choose(&self) -> Mode {
+    /// The mode that fits the first messages: one in which something else than messages of the same step or time is
+    /// compared only with a tolerance.
+    fn choose(&mut self) -> Mode {
         let first = |waiting: &VecDeque<Waiting>| -> Vec<Moment> {
             waiting.iter().take(LOOKED_AT).map(|waiting| waiting.moment).collect()
         };
         let [a, b] = self.waiting.each_ref().map(first);
-        choose([&a, &b], self.over == [true; 2], self.layouts.is_some())
+        let mode = choose([&a, &b], self.over == [true; 2], self.layouts.is_some());
+        if self.is_tolerant || matches!(mode, Mode::Step | Mode::Time) {
+            return mode;
+        }
+        self.report.hint = Some(Hint::Between);
+        if have_common_step([&a, &b]) { Mode::Step } else { Mode::Time }
     }
 
     /// Messages of equal keys are compared; those in between are unmatched.
@@ -291,10 +305,13 @@ impl<'a> Aligner<'a> {
 
     /// Measures the decoded messages.
     fn measure(&mut self, place: &Place, interpolated: bool) {
-        let without_keys = interpolated || self.starts.is_some();
+        // asked for, or with a tolerance, times count from the start; else they are compared as they are
+        let is_from_start = |field: &ComparedField| self.options.relative || field.is_tolerant();
+        let starts = self.starts.map(|[a, b]| [a.time(), self.converter.time(b.time())]);
         let [a, b] = self.values.as_slice() else { return };
         for field in self.fields.iter_mut().filter(|field| !field.ignored) {
-            self.report.axes_differ |= field.measure(a, b, place, interpolated, without_keys);
+            let starts = starts.filter(|_| is_from_start(field));
+            self.report.axes_differ |= field.measure(a, b, place, interpolated, starts);
         }
     }
 
@@ -325,6 +342,9 @@ impl<'a> Aligner<'a> {
             }
             let Some(a) = self.pop(0) else { return Ok(()) };
             self.pairs += 1;
+            if time != self.exact.1 && self.waiting[1].iter().any(|b| b.moment.time == time) {
+                self.exact = (self.exact.0 + 1, time);
+            }
             if !self.is_left_out() {
                 self.compare_between(&a, mode);
             }
@@ -379,11 +399,28 @@ impl<'a> Aligner<'a> {
     pub(super) fn report(mut self) -> ChannelReport {
         let samples = self.report.compared;
         let interval = self.fields.iter().find_map(|field| field.interval(samples)).unwrap_or(f64::NAN);
-        let interpolated = self.mode.is_some_and(Mode::is_between);
-        let (axes_differ, without_keys) = (self.report.axes_differ, interpolated || self.starts.is_some());
-        let fields = self.fields.into_iter();
-        self.report.fields =
-            fields.map(|field| field.report(interval, axes_differ, interpolated, without_keys)).collect();
+        let between = self.mode.is_some_and(Mode::is_between);
+        self.report.interpolated = between && samples > 0 && self.report.messages != [self.exact.0; 2];
+        let mut channel = Channelwise {
+            is_tolerant: self.is_tolerant,
+            axes_differ: self.report.axes_differ,
+            between,
+            interpolated: self.report.interpolated,
+            relative: false,
+        };
+        let fields = self.fields.into_iter().map(|field| {
+            channel.relative = self.starts.is_some() && (self.options.relative || field.is_tolerant());
+            field.report(interval, &channel)
+        });
+        self.report.fields = fields.collect();
+        let is_moved = self.starts.is_some() && !self.options.relative;
+        let is_late = |field: &FieldReport| field.path == convention::TIME && !field.within;
+        if self.report.fields.iter().any(|field| field.untolerated) {
+            self.report.hint = Some(Hint::Tolerance);
+        } else if is_moved && self.report.fields.iter().any(is_late) {
+            self.report.hint = Some(Hint::Relative);
+        }
+        self.report.hint = self.report.hint.filter(|_| self.report.is_different());
         let mode = self.mode.filter(|_| self.report.messages != [0; 2]);
         let starts = self.starts.map(|starts| starts.map(Start::time));
         self.report.alignment = Alignment { mode, automatic: self.options.mode.is_none(), starts };

@@ -33,7 +33,9 @@ pub(super) struct ComparedField {
     /// It only describes axes of the others.
     is_axis_part: bool,
     /// It only says when or in which message the others are.
-    is_key: bool,
+    pub(super) is_key: bool,
+    /// Values were compared that stand between elements.
+    is_resampled: bool,
     pub(super) meter: Meter,
 }
 
@@ -67,6 +69,7 @@ impl ComparedField {
                 ignored: !options.compares(&a.topic, path),
                 is_axis_part: axis_parts.contains(path),
                 is_key: is_key(layout_a, leaf_a),
+                is_resampled: false,
                 meter: Meter::new(rule, known(leaf_a), options.nan),
                 path: path.into(),
                 leaf,
@@ -89,26 +92,34 @@ impl ComparedField {
             ignored: !options.compares(topic, WHOLE),
             is_axis_part: false,
             is_key: false,
+            is_resampled: false,
             meter: Meter::new(options.rules.of(topic, WHOLE).cloned(), None, options.nan),
         }
     }
 
     /// Measures the field in a message of each recording; true if its axes differ.
     ///
-    /// * `interpolated`: `b` stands between two messages
-    /// * `without_keys`: fields that say which message it is are not compared
+    /// * `interpolated`: `b` stands between two messages, and fields that say which message it is are not compared
+    /// * `starts`: where the times of both count from
     pub(super) fn measure(
         &mut self,
         a: &Values,
         b: &Values,
         place: &Place,
         interpolated: bool,
-        without_keys: bool,
+        starts: Option<[f64; 2]>,
     ) -> bool {
         let (list_a, list_b) = (&a.lists[self.leaf_a], &b.lists[self.leaf_b]);
-        if without_keys && self.is_key {
+        if self.is_unseen(interpolated, starts.is_some()) {
             // their scale is still wanted
             self.meter.take_same(list_a, place.clone());
+            return false;
+        }
+        if let Some(starts) = starts.filter(|_| self.path == convention::TIME && self.leaf.is_single)
+            && let (Some(a), Some(b)) = (list_a.number(0), list_b.number(0))
+        {
+            let [a, b] = since(starts, [a, b]).map(|time| List::Double(vec![time]));
+            self.meter.take(&a, &b, &Sample { place: place.clone(), position: &|_| None });
             return false;
         }
         let (nodes, grid, axis) = (self.axis_a.nodes(a), self.axis_a.grid(a), &self.axis_a);
@@ -133,7 +144,24 @@ impl ComparedField {
             let [a, b] = [common.a, common.b].map(List::Double);
             self.meter.take(&a, &b, &sample(&position));
         }
+        self.is_resampled |= common.axes_differ;
         common.axes_differ
+    }
+
+    /// True if it is compared, and something is allowed of it.
+    pub(super) fn is_tolerant(&self) -> bool {
+        !self.ignored && !self.is_bitwise()
+    }
+
+    fn is_bitwise(&self) -> bool {
+        self.meter.rule.as_ref().is_none_or(|rule| rule.tolerance.is_bitwise())
+    }
+
+    /// True if it is not compared because it says which message it is: between messages, and as a date where times
+    /// count from the start of each recording.
+    fn is_unseen(&self, interpolated: bool, relative: bool) -> bool {
+        let is_plain = matches!(self.path.as_str(), convention::STEP | convention::TIME);
+        self.is_key && (interpolated || (relative && !is_plain))
     }
 
     /// Time from one sample to the next in the mean, if this field is the time.
@@ -146,18 +174,17 @@ impl ComparedField {
     /// Ends the comparison.
     ///
     /// * `interval`: time from one sample to the next
-    pub(super) fn report(
-        mut self,
-        interval: f64,
-        axes_differ: bool,
-        interpolated: bool,
-        without_keys: bool,
-    ) -> FieldReport {
+    pub(super) fn report(mut self, interval: f64, channel: &Channelwise) -> FieldReport {
+        let Channelwise { is_tolerant, axes_differ, between, interpolated, relative } = *channel;
         self.meter.finish();
-        let ignored = self.ignored || (self.is_axis_part && axes_differ) || (without_keys && self.is_key);
-        let shift = self.meter.shift.best().filter(|_| !interpolated && !ignored);
+        let is_axis_part = self.is_axis_part && axes_differ && is_tolerant;
+        let ignored = self.ignored || is_axis_part || self.is_unseen(between, relative);
+        let is_between = self.is_resampled || (interpolated && !(self.is_axis_part && is_tolerant));
+        let untolerated = !ignored && is_between && self.is_bitwise();
+        let shift = self.meter.shift.best().filter(|_| !between && !ignored);
         FieldReport {
-            within: ignored || self.meter.is_within(),
+            untolerated,
+            within: ignored || (self.meter.is_within() && !untolerated),
             path: self.path,
             element: self.leaf,
             unit: self.unit,
@@ -167,6 +194,27 @@ impl ComparedField {
             shift: shift.map(|(samples, left)| (samples, samples as f64 * interval, left)),
         }
     }
+}
+
+/// What is known of a channel once it is compared.
+pub(super) struct Channelwise {
+    /// Something is allowed of one of its fields.
+    pub(super) is_tolerant: bool,
+    /// Arrays were compared on the common range of different axes.
+    pub(super) axes_differ: bool,
+    /// Messages did not have to belong together one by one.
+    pub(super) between: bool,
+    /// Not all of them did.
+    pub(super) interpolated: bool,
+    /// Times count from the start of each recording.
+    pub(super) relative: bool,
+}
+
+/// Times from the starts of both recordings; the same if they agree up to the rounding of the times themselves.
+fn since([start_a, start_b]: [f64; 2], [a, b]: [f64; 2]) -> [f64; 2] {
+    let (x, y) = (a - start_a, b - start_b);
+    let rounding = 4.0 * f64::EPSILON * a.abs().max(b.abs());
+    if (x - y).abs() <= rounding { [x, x] } else { [x, y] }
 }
 
 /// Fields that say which message it is, and when: `step`, `time`, and those of type `google.protobuf.Timestamp`.

@@ -47,6 +47,12 @@ pub(super) struct Moment {
     pub(super) time: f64,
 }
 
+/// True if a step is in both.
+pub(super) fn have_common_step([a, b]: [&[Moment]; 2]) -> bool {
+    let steps: HashSet<u64> = b.iter().filter_map(|b| b.step).collect();
+    a.iter().any(|a| a.step.is_some_and(|step| steps.contains(&step)))
+}
+
 /// A time as an integer that grows with it.
 pub(super) fn ordered(time: f64) -> u64 {
     let bits = time.to_bits();

@@ -132,6 +132,25 @@ impl Comparison {
     }
 }
 
+/// What allows a difference that is one only because no tolerance is given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Hint {
+    /// Messages of other times.
+    #[error(
+        "without a tolerance only messages of the same step or exact time are compared; \
+         --align linear --l2-rel … allows interpolated values, --align order pairs by number"
+    )]
+    Between,
+    /// Values between messages or elements.
+    #[error("without a tolerance nothing interpolated is equal; give one, as --align linear --l2-rel …")]
+    Tolerance,
+    /// Recordings without any time in common.
+    #[error(
+        "without a tolerance times are not moved; --align relative counts them from the start of each recording"
+    )]
+    Relative,
+}
+
 /// A channel that both recordings have.
 #[derive(Clone, Debug, Default)]
 pub struct ChannelReport {
@@ -155,6 +174,10 @@ pub struct ChannelReport {
     pub outside: [u64; 2],
     /// Messages that could not be decoded.
     pub undecoded: u64,
+    /// Values of the new recording were compared that stand between its messages.
+    pub interpolated: bool,
+    /// What would allow a difference that is one only because no tolerance is given.
+    pub hint: Option<Hint>,
     /// Arrays were compared on the common range of different axes.
     pub axes_differ: bool,
     /// Fields.
@@ -174,7 +197,7 @@ impl ChannelReport {
 
     /// True if not everything of the channel is in both recordings, the same bit for bit.
     pub fn is_notable(&self) -> bool {
-        let part = self.outside != [0; 2] || self.axes_differ;
+        let part = self.outside != [0; 2] || self.axes_differ || self.interpolated;
         let differs =
             |field: &FieldReport| !field.ignored && (field.measure.differing + field.measure.apart > 0);
         part || !self.is_within() || self.fields.iter().any(differs)
@@ -218,6 +241,8 @@ pub struct FieldReport {
     pub rule: Option<Rule>,
     /// Not compared: by a rule, or because it only says where and when the others are.
     pub ignored: bool,
+    /// Its values stand between messages or elements, and it has no tolerance: nothing such is equal.
+    pub untolerated: bool,
     /// Within tolerance.
     pub within: bool,
     /// How far apart.

@@ -11,7 +11,7 @@ use super::{
     convert::{self, Converter},
     error::CompareError,
     options::Options,
-    tolerance::Rules,
+    tolerance::{Rule, Rules},
 };
 use crate::{
     channel::Channel,
@@ -95,7 +95,14 @@ pub(super) fn fitting(a: &Recording, b: &Recording, rules: &Rules) -> Vec<bool> 
         names.extend(paths.iter().map(|path| format!("{}.{path}", channel.topic)));
         names.insert(channel.topic.clone());
     }
-    rules.rules.iter().map(|rule| names.iter().any(|name| rule.fields.fits(name))).collect()
+    let is_time = |name: &&String| {
+        name.rsplit('.').next().is_some_and(|field| field == convention::TIME || field == convention::STEP)
+    };
+    let has_times = names.iter().any(|name| is_time(&name));
+    let fits = |rule: &Rule| {
+        names.iter().any(|name| rule.fields.fits(name)) || (has_times && rule.fits_time(convention::TIME))
+    };
+    rules.rules.iter().map(fits).collect()
 }
 
 /// Path of a message that is compared as bytes.

@@ -3,7 +3,7 @@
 use clap::Args;
 use serde::Deserialize;
 
-use crate::select::Pattern;
+use crate::{convention, select::Pattern};
 
 /// What is allowed of a field.
 ///
@@ -123,7 +123,7 @@ impl std::fmt::Display for Tolerance {
 /// A tolerance and the fields it is for.
 #[derive(Clone, Debug)]
 pub struct Rule {
-    /// Pattern of `topic.field`, or of a topic, then for all of its fields.
+    /// Pattern of `topic.field`, or of a topic, then for all of its fields; `time` is for times and steps of all topics.
     pub fields: Pattern,
     /// What is allowed.
     pub tolerance: Tolerance,
@@ -140,6 +140,11 @@ impl Rule {
     pub fn new(fields: &str, tolerance: Tolerance, origin: String) -> Result<Self, String> {
         tolerance.check()?;
         Ok(Self { fields: fields.parse()?, tolerance, origin })
+    }
+
+    /// True if it is the rule `time`, and a field says which message it is.
+    pub(super) fn fits_time(&self, field: &str) -> bool {
+        self.fields.text() == convention::TIME && matches!(field, convention::TIME | convention::STEP)
     }
 }
 
@@ -233,14 +238,18 @@ impl Rules {
     /// The rule for a field; `None` is bitwise.
     pub fn of(&self, topic: &str, field: &str) -> Option<&Rule> {
         let name = format!("{topic}.{field}");
-        self.rules.iter().find(|rule| rule.fields.fits(&name) || rule.fields.fits(topic))
+        self.rules
+            .iter()
+            .find(|rule| rule.fits_time(field) || rule.fields.fits(&name) || rule.fields.fits(topic))
     }
 
     /// True if a topic, or a field, is to be left out.
     pub fn ignores(&self, topic: &str, field: Option<&str>) -> bool {
         let name = field.map(|field| format!("{topic}.{field}"));
         let fits = |rule: &&Rule| {
-            rule.fields.fits(topic) || name.as_ref().is_some_and(|name| rule.fields.fits(name))
+            rule.fields.fits(topic)
+                || name.as_ref().is_some_and(|name| rule.fields.fits(name))
+                || field.is_some_and(|field| rule.fits_time(field))
         };
         self.rules.iter().find(fits).is_some_and(|rule| rule.tolerance.ignore)
     }

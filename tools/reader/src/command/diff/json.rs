@@ -89,6 +89,8 @@ fn channel_json(channel: &ChannelReport) -> Value {
         "outside_a": channel.outside[0],
         "outside_b": channel.outside[1],
         "undecoded": channel.undecoded,
+        "interpolated": channel.interpolated,
+        "hint": channel.hint.map(|hint| hint.to_string()),
         "axes_differ": channel.axes_differ,
         "fields": channel.fields.iter().map(field_json).collect::<Vec<_>>(),
     })
@@ -102,6 +104,7 @@ fn field_json(field: &FieldReport) -> Value {
         "unit": field.unit,
         "compared": !field.ignored,
         "within": field.within,
+        "untolerated": field.untolerated,
         "tolerance": field.rule.as_ref().map_or("bitwise".to_owned(), |rule| rule.tolerance.to_string()),
         "rule": field.rule.as_ref().map(|rule| &rule.origin),
         "values": measure.elements,

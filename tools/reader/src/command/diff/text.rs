@@ -174,6 +174,9 @@ fn channel_text(channel: &ChannelReport, style: Style) -> String {
     for gap in channel.gaps().filter(|gap| matches!(gap, Gap::Apart { .. })) {
         text.push_str(&format!("  {} {gap}\n", style.paint("1;31", "!")));
     }
+    if let Some(hint) = channel.hint {
+        text.push_str(&format!("  {} {hint}\n", style.paint("1;31", "!")));
+    }
     if channel.undecoded > 0 {
         let mark = style.paint("1;31", "!");
         text.push_str(&format!("  {mark} {} messages do not fit their schema\n", channel.undecoded));
@@ -197,6 +200,7 @@ fn alignment(channel: &ChannelReport) -> String {
         Some(Mode::Step) => "by step",
         Some(Mode::Time) => "by exact time",
         Some(Mode::Order) => "by their order",
+        Some(Mode::Nearest) if channel.interpolated => "interpolated by the nearest in time",
         Some(Mode::Nearest) => "nearest in time",
         Some(Mode::Linear) => "interpolated linearly in time",
         Some(Mode::Cubic) => "interpolated by cubics in time",
@@ -205,7 +209,11 @@ fn alignment(channel: &ChannelReport) -> String {
         [0, 0] => String::new(),
         [a, b] => format!(", outside the common window {a} of the reference and {b} of the new recording"),
     };
-    format!("{} samples {how}{outside}", channel.compared)
+    let counts = match (channel.interpolated, channel.messages) {
+        (true, [a, b]) => format!(", {a} messages in the reference and {b} in the new recording"),
+        (false, _) => String::new(),
+    };
+    format!("{} samples {how}{counts}{outside}", channel.compared)
 }
 
 fn field_text(field: &FieldReport, style: Style) -> String {
@@ -217,6 +225,7 @@ fn field_text(field: &FieldReport, style: Style) -> String {
     let unit = field.unit.as_ref().map_or(String::new(), |unit| format!(" [{unit}]"));
     let state = match field {
         _ if field.ignored => "not compared".to_owned(),
+        _ if field.untolerated => style.paint("1;31", "BEYOND, interpolated without a tolerance"),
         _ if !field.within => style.paint("1;31", "BEYOND"),
         _ if measure.elements == 0 && measure.apart > 0 => style.paint("1;31", "NOT COMPARED"),
         _ if measure.elements == measure.skipped => "no value".to_owned(),
