@@ -115,7 +115,8 @@
 //!    Recordings without any common time, as of wall clocks, are paired from the start of each (`--align relative`), which is
 //!    reported; their fields `time` are then compared from the start if that is asked for or if they have a tolerance, else as
 //!    they are, and dates (`google.protobuf.Timestamp`) are left out alike. Log times only say where a recording starts. With a tolerance, arrays on other
-//!    axes are compared on the common range, interpolated linearly; the fields that describe the axes are left out then,
+//!    axes are compared on the common range, interpolated linearly; elements outside it are counted as not compared, and those
+//!    without a place (NaN, or more than the axis lists) are compared by their number. Equal texts of an axis are equal places; the fields that describe the axes are left out then,
 //!    and so are `time` and `step` between messages.
 //! 3. Values are checked against the first rule that fits `topic.field`, see [`compare::Tolerance`]; without a rule every bit
 //!    counts: −0 is not +0, and NaN is equal to the same bits only, unless more is asked for. Equal bits are

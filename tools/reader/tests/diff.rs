@@ -900,3 +900,102 @@ fn times_and_steps_are_compared_like_fields() {
     let moved = constant(whole().map(|(step, time)| (step, 1e6 + time)));
     assert_eq!(verdict(&desk.forged(&base, &moved, &relative)), Verdict::Equal);
 }
+
+/// `/profile` with positions as a list in its metadata, and p at each step.
+fn listed(axis: &str, p: impl Fn(usize) -> Vec<f64>) -> Forged {
+    let mut recording = forge(20, 3);
+    recording.channels.retain(|channel| channel.topic == "/profile");
+    recording.channels[0].metadata.insert("axis.p".into(), axis.into());
+    for (step, (_, message)) in recording.channels[0].messages.iter_mut().enumerate() {
+        message.set_field_by_name("p", Value::List(p(step).into_iter().map(Value::F64).collect()));
+    }
+    recording
+}
+
+#[test]
+fn what_cannot_be_aligned_is_compared_by_number() {
+    let desk = Desk::new();
+    let at = |changed: usize| move |step: usize| vec![1.0, if step == changed { 3.0 } else { 2.0 }];
+    for axis in ["0,nan", "nan,nan", "nan,1", "0", "1,1", "0,inf"] {
+        let (a, b) = (listed(axis, at(99)), listed(axis, at(3)));
+        let strict = desk.forged(&a, &b, &Options::default());
+        assert_eq!(first(&strict), Some((3, "/profile.p[1]".into())), "{axis}");
+        assert!(!channel(&strict, "/profile").axes_differ, "{axis}: equal texts are equal places");
+        assert_eq!(verdict(&desk.forged(&a, &b, &rules(&["abs=0.1"]))), Verdict::Different, "{axis}");
+        assert_eq!(verdict(&desk.forged(&a, &a, &Options::default())), Verdict::Equal, "{axis}");
+    }
+    // of axes that differ, too
+    let (a, b) = (listed("0,nan", at(99)), listed("0,1", at(3)));
+    let loose = desk.forged(&a, &b, &rules(&["abs=0.1"]));
+    assert_eq!(first(&loose), Some((3, "/profile.p[1]".into())));
+}
+
+#[test]
+fn places_that_are_no_numbers_are_compared_by_number() {
+    let desk = Desk::new();
+    for (topic, field, start) in
+        [("/profile", "p", "r0"), ("/slice", "values", "z0"), ("/slice", "values", "dr")]
+    {
+        let mut a = forge(30, 0);
+        a.channels.retain(|channel| channel.topic == topic);
+        a.channel(topic)
+            .messages
+            .iter_mut()
+            .for_each(|(_, m)| m.set_field_by_name(start, Value::F64(f64::NAN)));
+        let mut b = a.clone();
+        let message = &mut b.channel(topic).messages[1].1;
+        let mut list = message.get_field_by_name(field).expect("a field").into_owned();
+        if let Value::List(list) = &mut list {
+            list[1] = if topic == "/slice" { Value::F32(77.0) } else { Value::F64(77.0) };
+        }
+        message.set_field_by_name(field, list);
+        for options in [Options::default(), rules(&["abs=0.1"])] {
+            let comparison = desk.forged(&a, &b, &options);
+            assert_eq!(verdict(&comparison), Verdict::Different, "{topic}.{start}");
+            assert_eq!(verdict(&desk.forged(&a, &a, &options)), Verdict::Equal, "{topic}.{start}");
+        }
+    }
+}
+
+#[test]
+fn elements_that_resampling_drops_are_counted_as_not_compared() {
+    let desk = Desk::new();
+    let profile = |r0: f64, dr: f64, n: usize| {
+        let mut recording = listed("r0,dr", |_| (0..n).map(|i| r0 + i as f64 * dr).collect());
+        for (_, message) in &mut recording.channel("/profile").messages {
+            message.set_field_by_name("r0", Value::F64(r0));
+            message.set_field_by_name("dr", Value::F64(dr));
+        }
+        recording
+    };
+    let p = |comparison: &Comparison| {
+        let fields = &channel(comparison, "/profile").fields;
+        fields
+            .iter()
+            .find(|field| field.path == "p")
+            .map(|field| (field.within, field.measure.elements, field.measure.dropped))
+    };
+    // 1, 2, ..., 10 against 1, 1.5, ..., 4: five, and none of the finer ones
+    let (coarse, fine) = (profile(1.0, 1.0, 10), profile(1.0, 0.5, 7));
+    let loose = desk.forged(&coarse, &fine, &rules(&["abs=1e-9"]));
+    assert_eq!(p(&loose), Some((true, 20 * 4, 20 * 6)));
+    let text = to_text(("a", "b"), &loose, Style::default());
+    assert!(text.contains("120 elements outside the common range of the axes are not compared"), "{text}");
+    // the other way around those of the coarse one beyond 4
+    assert_eq!(p(&desk.forged(&fine, &coarse, &rules(&["abs=1e-9"]))), Some((true, 20 * 7, 20 * 6)));
+    // without a tolerance nothing resampled is equal
+    let strict = desk.forged(&coarse, &fine, &Options::default());
+    assert_eq!(verdict(&strict), Verdict::Different);
+    let flat = |mut recording: Forged| {
+        let zeros = Value::List(vec![Value::F64(0.0); 8]);
+        recording
+            .channel("/profile")
+            .messages
+            .iter_mut()
+            .for_each(|(_, m)| m.set_field_by_name("p", zeros.clone()));
+        recording
+    };
+    let (a, b) = (flat(profile(1.0, 1.0, 8)), flat(profile(1.0, 0.5, 8)));
+    assert_eq!(verdict(&desk.forged(&a, &b, &Options::default())), Verdict::Different);
+    assert_eq!(verdict(&desk.forged(&a, &b, &rules(&["*:abs=0"]))), Verdict::Within);
+}

@@ -137,6 +137,7 @@ impl ComparedField {
             self.meter.take(list_a, list_b, &sample(&position));
             return false;
         };
+        self.meter.measure.dropped += common.dropped as u64;
         if common.a.is_empty() && !(list_a.is_empty() && list_b.is_empty()) {
             self.meter.measure.apart += 1;
         } else {

@@ -41,6 +41,8 @@ pub struct Measure {
     pub skipped: u64,
     /// Samples whose numbers of elements differ.
     pub lengths: u64,
+    /// Elements of both recordings outside the common range of different axes: they were not compared.
+    pub dropped: u64,
     /// Samples whose arrays have no part of their axes in common: nothing of them was compared.
     pub apart: u64,
     /// Largest absolute difference, and where; infinite where one of the two is no finite number.

@@ -2,6 +2,7 @@
 
 use percuss_picture::Side;
 
+use super::values::is_same;
 use crate::{
     axis::{Axis, Grid, Nodes, at},
     wire::{Layout, List, Type, Values},
@@ -41,18 +42,27 @@ pub(super) struct Common {
     pub(super) b: Vec<f64>,
     /// Numbers of the elements of the reference.
     pub(super) chosen: Vec<usize>,
+    /// Elements of both that are not compared.
+    pub(super) dropped: usize,
     pub(super) axes_differ: bool,
 }
 
 impl Common {
-    fn of(elements: impl Iterator<Item = (usize, f64, f64)>, axes_differ: bool) -> Self {
+    /// * `unused`: elements of the new list that nothing is compared with
+    fn of(
+        length: usize,
+        unused: usize,
+        elements: impl Iterator<Item = (usize, f64, f64)>,
+        axes_differ: bool,
+    ) -> Self {
         let (mut a, mut b, mut chosen) = (Vec::new(), Vec::new(), Vec::new());
         for (i, x, y) in elements {
             a.push(x);
             b.push(y);
             chosen.push(i);
         }
-        Self { a, b, chosen, axes_differ }
+        let dropped = unused + length - chosen.len();
+        Self { a, b, chosen, dropped, axes_differ }
     }
 }
 
@@ -66,7 +76,9 @@ pub(super) fn common(
     interpolated: bool,
 ) -> Option<Common> {
     match (axis_a.grid(a), axis_b.grid(b)) {
-        (Some(a), Some(b)) if a != b => return Some(on_common_grid((list_a, &a), (list_b, &b))),
+        (Some(a), Some(b)) if a != b && has_places(&a) && has_places(&b) => {
+            return Some(on_common_grid((list_a, &a), (list_b, &b)));
+        }
         (Some(_), Some(_)) => {}
         _ => {
             let common = on_common_axis(even, (list_a, axis_a.nodes(a)), (list_b, axis_b.nodes(b)));
@@ -78,12 +90,19 @@ pub(super) fn common(
     // in between messages, lists end where the shorter of them does
     let is_cut = interpolated && list_a.len() != list_b.len() && !matches!(axis_a, Axis::Unknown);
     let elements = (0..list_a.len()).map_while(|i| Some((i, list_a.number(i)?, list_b.number(i)?)));
-    is_cut.then(|| Common::of(elements, false))
+    is_cut.then(|| Common::of(list_a.len(), list_b.len().saturating_sub(list_a.len()), elements, false))
+}
+
+/// True if every element of a grid has a place.
+fn has_places(grid: &Grid) -> bool {
+    [grid.rows, grid.columns]
+        .iter()
+        .all(|side| side.start.is_finite() && side.step.is_finite() && side.step > 0.0)
 }
 
 /// Equal up to rounding, seen from the far end of an axis.
 fn near(x: f64, y: f64, step: f64) -> bool {
-    x == y || (x - y).abs() <= 1e-9 * step.abs()
+    x == y || is_same(x, y) || (x - y).abs() <= 1e-9 * step.abs()
 }
 
 /// True if two uniform axes are the same over `length` elements, up to rounding.
@@ -104,11 +123,36 @@ fn on_common_axis(
             are_near((start, step), (s, d), a.len())
         }
         (Nodes::Unknown, _) | (_, Nodes::Unknown) => true,
-        _ => nodes_a == nodes_b,
+        (Nodes::Listed(a), Nodes::Listed(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(x, y)| x == y || is_same(*x, *y))
+        }
+        _ => false,
     };
-    let element = |i: usize| Some((i, a.number(i)?, at(b, nodes_b, even, nodes_a.position(i)?)?));
-    let elements = (0..a.len()).map(element).skip_while(Option::is_none).map_while(|element| element);
-    (!are_same).then(|| Common::of(elements, true))
+    if are_same {
+        return None;
+    }
+    let place = |nodes: Nodes<'_>, i: usize| nodes.position(i).filter(|position| position.is_finite());
+    let element = |i: usize| match place(nodes_a, i) {
+        Some(position) => Some((i, a.number(i)?, at(b, nodes_b, even, position)?)),
+        // nothing but its number says where it belongs
+        None => Some((i, a.number(i)?, b.number(i)?)),
+    };
+    let elements: Vec<_> = (0..a.len()).filter_map(element).collect();
+    let used = elements.iter().filter_map(|&(i, ..)| place(nodes_a, i));
+    let (from, to) = used.fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), x| (from.min(x), to.max(x)));
+    // what lies on the far side of a neighbour that is no part of the common range is not used
+    let is_unused = |i: usize| match place(nodes_b, i) {
+        None => place(nodes_a, i).is_some() || a.number(i).is_none(),
+        Some(x) => {
+            let next = (i + 1 < b.len()).then(|| place(nodes_b, i + 1)).flatten();
+            let before = i.checked_sub(1).and_then(|i| place(nodes_b, i));
+            from > to
+                || (x < from && next.is_some_and(|next| next <= from))
+                || (x > to && before.is_some_and(|before| before >= to))
+        }
+    };
+    let unused = (0..b.len()).filter(|&i| is_unused(i)).count();
+    Some(Common::of(a.len(), unused, elements.into_iter(), true))
 }
 
 /// Matrices on different grids: elements of the reference inside the other grid, the other interpolated there.
@@ -144,6 +188,28 @@ fn on_common_grid((a, grid_a): (&List, &Grid), (b, grid_b): (&List, &Grid)) -> C
         };
         across.iter().enumerate().filter_map(element)
     });
+    // rows and columns of the other that are beside those used
+    let beyond = |side: &Side, reference: &Side| {
+        let (first, last) = (reference.at(0), reference.at(reference.length.saturating_sub(1)));
+        let is_unused = |i: &usize| {
+            side.at(*i) < first && side.at(i + 1) <= first
+                || side.at(*i) > last && i.checked_sub(1).is_some_and(|before| side.at(before) >= last)
+        };
+        (0..side.length).filter(is_unused).count()
+    };
+    let unused = {
+        let rows_b = grid_b.rows.length.min(b.len().div_ceil(width.max(1)));
+        let used_rows = rows_b.saturating_sub(beyond(&Side { length: rows_b, ..grid_b.rows }, &grid_a.rows));
+        let used_columns = width
+            .min(b.len())
+            .saturating_sub(beyond(&Side { length: width.min(b.len()), ..grid_b.columns }, &grid_a.columns));
+        b.len().saturating_sub(used_rows * used_columns)
+    };
     let same = |a: &Side, b: &Side| are_near((a.start, a.step), (b.start, b.step), a.length);
-    Common::of(elements, !(same(&grid_a.rows, &grid_b.rows) && same(&grid_a.columns, &grid_b.columns)))
+    Common::of(
+        a.len(),
+        unused,
+        elements,
+        !(same(&grid_a.rows, &grid_b.rows) && same(&grid_a.columns, &grid_b.columns)),
+    )
 }

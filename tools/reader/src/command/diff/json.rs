@@ -113,6 +113,7 @@ fn field_json(field: &FieldReport) -> Value {
         "skipped": measure.skipped,
         "lengths": measure.lengths,
         "apart": measure.apart,
+        "dropped": measure.dropped,
         "max_abs": measure.max.as_ref().map(|(max, _)| number(*max)),
         "max_abs_at": measure.max.as_ref().map(|(_, place)| place_json(place)),
         "max_peak_rel": measure.peak_relative().map(number),

@@ -186,7 +186,8 @@ fn channel_text(channel: &ChannelReport, style: Style) -> String {
     }
     let shown = |field: &&FieldReport| {
         let measure = &field.measure;
-        style.explain || (!field.ignored && (measure.differing + measure.apart > 0 || !field.within))
+        style.explain
+            || (!field.ignored && (measure.differing + measure.apart + measure.dropped > 0 || !field.within))
     };
     for field in channel.fields.iter().filter(shown) {
         text.push_str(&field_text(field, style));
@@ -239,6 +240,12 @@ fn field_text(field: &FieldReport, style: Style) -> String {
     text.push('\n');
     if !field.ignored && measure.apart > 0 {
         text.push_str(&format!("    {} samples have no part of their axes in common\n", measure.apart));
+    }
+    if !field.ignored && measure.dropped > 0 {
+        let dropped = measure.dropped;
+        text.push_str(&format!(
+            "    {dropped} elements outside the common range of the axes are not compared\n"
+        ));
     }
     if !field.ignored && (measure.differing > 0 || !field.within) {
         text.push_str(&measure_text(field));
