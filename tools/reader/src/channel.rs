@@ -7,6 +7,7 @@ use std::{
 
 use crate::{
     convention,
+    instant::Instant,
     recording::{seconds, seconds_since},
     wire::Layout,
 };
@@ -65,6 +66,12 @@ impl Channel {
     pub fn time_since_origin(&self, bytes: &[u8], log_time: u64) -> f64 {
         let time = self.layout.as_ref().and_then(|layout| layout.peek(self.time_leaf()?, bytes));
         time.unwrap_or_else(|| seconds_since(log_time, self.origin))
+    }
+
+    /// When a message is: by its field `time`, else by its log time from the origin.
+    pub(crate) fn instant(&self, bytes: &[u8], log_time: u64, origin: u64) -> Instant {
+        let time = self.layout.as_ref().and_then(|layout| layout.peek(self.time_leaf()?, bytes));
+        time.map_or_else(|| Instant::log(log_time, origin), Instant::Number)
     }
 
     /// True if messages have a field `time`.

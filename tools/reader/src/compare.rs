@@ -113,6 +113,7 @@ pub fn compare(
 fn inputs<'a>(recordings: [&'a Recording; 2], pairs: &[Pair], options: &Options) -> [Input<'a>; 2] {
     let [a, b] = recordings;
     let [origin_a, origin_b] = clock::origins(a, b, options);
+    let (from, to) = options.window.numbers();
     // times that count from a start are not those of the file
     let is_relative = pairs.iter().any(|pair| pair.starts.is_some());
     let is_converted = pairs.iter().any(|pair| !pair.converter.is_empty());
@@ -122,7 +123,7 @@ fn inputs<'a>(recordings: [&'a Recording; 2], pairs: &[Pair], options: &Options)
         // times of another unit are not those of the window
         window: match is_relative || is_converted {
             true => None,
-            false => recording.log_window(options.window.from, options.window.to),
+            false => recording.log_window(from, to),
         },
         origin,
         pace,
@@ -151,7 +152,7 @@ fn gaps(comparison: &Comparison, options: &Options) -> Vec<Gap> {
             "--ignore leaves no topic".into()
         }
         (true, _) => "neither recording has a topic".into(),
-        (false, 0) => match (options.window.from, options.window.to) {
+        (false, 0) => match options.window.numbers() {
             (None, None) => "neither recording has a message".into(),
             (from, to) => {
                 let from = from.map_or(String::new(), |from| format!(" from {from}"));
@@ -193,7 +194,7 @@ fn scales(
         let Some(layout) = &channel.layout else { return Ok(()) };
         let values = values.entry(message.channel).or_insert_with(|| layout.values());
         let time = clock::time(channel, starts[&message.channel], message.data, message.log_time);
-        if !options.window.holds(time) || layout.decode(message.data, values).is_err() {
+        if !options.window.holds_instant(time) || layout.decode(message.data, values).is_err() {
             return Ok(());
         }
         for (leaf, list) in values.lists.iter().enumerate() {

@@ -111,6 +111,7 @@
 //!    a partner, else, with a tolerance, the new recording is interpolated at the times of the reference, on the common
 //!    window, which is reported with the messages of both. Without a tolerance only messages of the same step or exact time
 //!    are compared, and nothing interpolated is equal. The first 16 messages of a channel decide; `--align` does so for good.
+//!    Messages without a field `time` are timed by their log time, to the nanosecond.
 //!    Times and steps of paired messages are compared like other fields; the rule `time` is for them in all topics.
 //!    Recordings without any common time, as of wall clocks, are paired from the start of each (`--align relative`), which is
 //!    reported; their fields `time` are then compared from the start if that is asked for or if they have a tolerance, else as
@@ -167,6 +168,7 @@ pub mod directory;
 pub mod extent;
 pub mod field;
 pub mod format;
+mod instant;
 pub mod messages;
 mod nest;
 pub mod prefix;

@@ -17,6 +17,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crate::select::Window;
+
 pub(crate) use budget::Budget;
 pub use file::{is_part, open_file, without_part};
 pub use index::Index;
@@ -109,13 +111,16 @@ pub fn seconds_since(log_time: u64, origin: u64) -> f64 {
     }
 }
 
-/// Log times of a window of seconds from an origin on, with a nanosecond of room for rounding \[ns\].
+/// Log times of a window of seconds from an origin on \[ns\].
 ///
 /// * `origin`: \[ns\]
-pub fn log_times_since(origin: u64, from: Option<f64>, to: Option<f64>) -> (u64, u64) {
-    let at = |time: f64| origin.saturating_add_signed(time as i64);
-    let low = from.map_or(0, |from| at((from * 1e9).floor()).saturating_sub(1));
-    let high = to.map_or(u64::MAX, |to| at((to * 1e9).ceil()).saturating_add(1));
+pub(crate) fn log_times_since(origin: u64, window: &Window) -> (u64, u64) {
+    let at = |time: i128| {
+        let sum = time.saturating_add(origin.into()).clamp(0, u64::MAX.into());
+        u64::try_from(sum).unwrap_or(u64::MAX)
+    };
+    let low = window.from.map_or(0, |from| at(from.nanoseconds().1));
+    let high = window.to.map_or(u64::MAX, |to| at(to.nanoseconds().0));
     (low, high)
 }
 

@@ -3,7 +3,9 @@
 use clap::Args;
 use globset::{GlobBuilder, GlobMatcher};
 
-use crate::{channel::Channel, convention, messages::Recording, recording::OpenError, wire::Type};
+use crate::{
+    channel::Channel, convention, instant::Instant, messages::Recording, recording::OpenError, wire::Type,
+};
 
 /// A pattern of topics or fields: `*` stands for anything, `?` for one character, `[ab]` for one of some.
 #[derive(Clone, Debug)]
@@ -36,6 +38,80 @@ impl Pattern {
     }
 }
 
+/// First or last time of a window: a number, and if log times are meant, exactly what was written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bound {
+    number: f64,
+    /// Whole nanoseconds not after it.
+    floor: i128,
+    /// Whole nanoseconds not before it.
+    ceil: i128,
+}
+
+impl Bound {
+    /// As a number.
+    pub fn number(self) -> f64 {
+        self.number
+    }
+
+    /// Whole nanoseconds not after and not before it.
+    pub(crate) fn nanoseconds(self) -> (i128, i128) {
+        (self.floor, self.ceil)
+    }
+}
+
+impl From<f64> for Bound {
+    /// The shortest decimal fraction that is this number.
+    fn from(number: f64) -> Self {
+        let (floor, ceil) = nanoseconds(&number.to_string()).unwrap_or(match number > 0.0 {
+            true => (i128::MAX, i128::MAX),
+            false => (i128::MIN, i128::MIN),
+        });
+        Self { number, floor, ceil }
+    }
+}
+
+impl std::str::FromStr for Bound {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = time(text)?;
+        let (floor, ceil) = nanoseconds(text.trim()).unwrap_or_else(|| Self::from(number).nanoseconds());
+        Ok(Self { number, floor, ceil })
+    }
+}
+
+/// Whole nanoseconds not after and not before a decimal number of seconds; `None` beyond all log times.
+fn nanoseconds(text: &str) -> Option<(i128, i128)> {
+    /// Digits of nanoseconds that are told apart.
+    const DIGITS: i64 = 30;
+    let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+    let (is_negative, mantissa) = match mantissa.strip_prefix('-') {
+        Some(size) => (true, size),
+        None => (false, mantissa.strip_prefix('+').unwrap_or(mantissa)),
+    };
+    let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+    let digits = format!("{whole}{fraction}");
+    let significant = digits.trim_start_matches('0');
+    if significant.is_empty() {
+        return Some((0, 0));
+    }
+    if !significant.bytes().all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    let zeros = i64::try_from(digits.len() - significant.len()).ok()?;
+    let point = i64::try_from(whole.len()).ok()?.checked_sub(zeros)?.checked_add(9)?;
+    let point = point.checked_add(exponent.parse().ok()?)?;
+    if point > DIGITS {
+        return None;
+    }
+    let kept = usize::try_from(point.max(0)).ok()?;
+    let (known, rest) = significant.split_at(kept.min(significant.len()));
+    let known = format!("0{known}{}", "0".repeat(kept - known.len()));
+    let (size, more) = (known.parse::<i128>().ok()?, i128::from(rest.bytes().any(|digit| digit != b'0')));
+    Some(if is_negative { (-size - more, -size) } else { (size, size + more) })
+}
+
 /// A time; NaN is none.
 fn time(text: &str) -> Result<f64, String> {
     let number = text.trim().parse::<f64>().ok().filter(|number| !number.is_nan());
@@ -51,11 +127,11 @@ pub(crate) fn finite_time(text: &str) -> Result<f64, String> {
 #[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 pub struct Window {
     /// First time, in the unit of the time column; of log times that are dates, seconds from the start of the recording
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
-    pub from: Option<f64>,
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub from: Option<Bound>,
     /// Last time, like the first
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
-    pub to: Option<f64>,
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub to: Option<Bound>,
     /// Every n-th message of that time
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub every: u64,
@@ -64,7 +140,18 @@ pub struct Window {
 impl Window {
     /// True if a time is not before the first or after the last.
     pub fn holds(&self, time: f64) -> bool {
-        !(self.from.is_some_and(|from| time < from) || self.to.is_some_and(|to| time > to))
+        !(self.from.is_some_and(|from| time < from.number) || self.to.is_some_and(|to| time > to.number))
+    }
+
+    /// The same of a time that may be a log time, to the nanosecond.
+    pub(crate) fn holds_instant(&self, instant: Instant) -> bool {
+        let Some(time) = instant.nanoseconds() else { return self.holds(instant.number()) };
+        !(self.from.is_some_and(|from| time < from.ceil) || self.to.is_some_and(|to| time > to.floor))
+    }
+
+    /// First and last time as numbers.
+    pub fn numbers(&self) -> (Option<f64>, Option<f64>) {
+        (self.from.map(Bound::number), self.to.map(Bound::number))
     }
 
     /// True if the message of a number, from 0, among those of the window is not one of every n-th; 0 means all, as 1 does.
@@ -142,4 +229,28 @@ fn holds(channel: &Channel, fits: fn(&Type) -> bool) -> bool {
         let is_plain = leaf.is_data() && leaf.path != convention::STEP && Some(index) != time;
         fits(&leaf.kind) && is_plain && !axes.contains(leaf.path.as_str()) && !layout.says_when(index)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_are_whole_nanoseconds() {
+        for (text, expected) in [
+            ("1700000000.123456789", (1_700_000_000_123_456_789, 1_700_000_000_123_456_789)),
+            ("1.7000000001234567891e9", (1_700_000_000_123_456_789, 1_700_000_000_123_456_790)),
+            ("-0.5e-9", (-1, 0)),
+            ("+.25", (250_000_000, 250_000_000)),
+            ("-3", (-3_000_000_000, -3_000_000_000)),
+            ("1e-300", (0, 1)),
+            ("-0", (0, 0)),
+            ("1e300", (i128::MAX, i128::MAX)),
+            ("-inf", (i128::MIN, i128::MIN)),
+        ] {
+            assert_eq!(text.parse().map(Bound::nanoseconds), Ok(expected), "{text}");
+        }
+        assert!("nan".parse::<Bound>().is_err() && "1,5".parse::<Bound>().is_err());
+        assert_eq!(Bound::from(0.1 + 0.2).nanoseconds(), (300_000_000, 300_000_001));
+    }
 }

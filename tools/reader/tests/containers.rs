@@ -319,7 +319,7 @@ fn only_chunks_that_hold_the_topic_are_read() {
         let topics = vec![topic.parse().expect("a topic")];
         let request = trace::Request {
             topics,
-            window: Window { from, ..Window::default() },
+            window: Window { from: from.map(Into::into), ..Window::default() },
             ..trace::Request::default()
         };
         let mut rows = Rows::default();
@@ -359,4 +359,53 @@ fn a_growing_file_is_read_to_its_last_whole_chunk_and_on() {
     assert!(count(&mut rest, &mut scan));
     assert_eq!(first + rest, 400 + 400 + 40 + 16);
     assert!(scan.damages().is_empty());
+}
+
+#[test]
+fn log_times_are_joined_and_chosen_to_the_nanosecond() {
+    const DATE: u64 = 1_700_000_000_123_456_789;
+    let mut recording = forge::forge(1, 3);
+    recording.channels.clear();
+    let place = forge::pool(&recording.file).get_message_by_name("lab.Place").expect("the message");
+    for (topic, late) in [("/p", 0), ("/q", 1)] {
+        let message = |k: u64| {
+            let mut message = prost_reflect::DynamicMessage::new(place.clone());
+            message.set_field_by_name("x", prost_reflect::Value::F64((10 * k + late) as f64));
+            (DATE + 10 * k + late, message)
+        };
+        recording.channels.push(forge::Channel {
+            topic: topic.into(),
+            message: "Place".into(),
+            metadata: Default::default(),
+            messages: (0..5).map(message).collect(),
+        });
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.mcap");
+    fs::write(&path, recording.write(forge::plain())).expect("a file");
+    let run = |align, from: Option<&str>| {
+        let request = trace::Request {
+            topics: vec!["/p".parse().expect("a topic"), "/q".parse().expect("a topic")],
+            selection: percuss_reader::field::Selection { fields: vec!["x".into()], ..Default::default() },
+            window: Window { from: from.map(|from| from.parse().expect("a time")), ..Window::default() },
+            epoch: true,
+            time: trace::TimeForm::Ns,
+            align,
+            ..trace::Request::default()
+        };
+        let mut rows = Rows::default();
+        trace::trace(std::slice::from_ref(&path), &request, Limits::default(), &mut rows).expect("a trace");
+        rows.0
+    };
+    let exact = run(trace::Align::Exact, None);
+    let times: Vec<Cell> = exact.iter().map(|row| row[0].clone()).collect();
+    let expected: Vec<Cell> =
+        (0..5).flat_map(|k| [0, 1].map(|late| Cell::UInt(DATE + 10 * k + late))).collect();
+    assert_eq!(times, expected);
+    assert_eq!(exact[1][1..], [Cell::Empty, Cell::Double(1.0)]);
+    let since = run(trace::Align::Exact, Some("1700000000.123456820"));
+    assert_eq!(since.first().map(|row| row[0].clone()), Some(Cell::UInt(DATE + 31)));
+    // between 1 and 11 there is 10
+    let linear = run(trace::Align::Linear, None);
+    assert_eq!(linear[1], [Cell::UInt(DATE + 10), Cell::Double(10.0), Cell::Double(10.0)]);
 }

@@ -664,7 +664,8 @@ fn wall_clocks_are_compared_from_the_start_of_each_recording() {
     assert_eq!(verdict(&more), Verdict::Different);
     assert_eq!((channel(&more, "/place").only_a, channel(&more, "/place").only_b), (0, 1));
     // the window counts from the start too
-    let options = Options { window: Window { from: Some(0.295), to: Some(0.335), every: 1 }, ..time() };
+    let options =
+        Options { window: Window { from: Some(0.295.into()), to: Some(0.335.into()), every: 1 }, ..time() };
     let window = desk.forged(&a, &wall(5, Some(150), 200), &options);
     assert_eq!((verdict(&window), channel(&window, "/scalar").compared), (Verdict::Equal, 4));
     // all channels have the same start: one that is late stays late
@@ -998,4 +999,50 @@ fn elements_that_resampling_drops_are_counted_as_not_compared() {
     let (a, b) = (flat(profile(1.0, 1.0, 8)), flat(profile(1.0, 0.5, 8)));
     assert_eq!(verdict(&desk.forged(&a, &b, &Options::default())), Verdict::Different);
     assert_eq!(verdict(&desk.forged(&a, &b, &rules(&["*:abs=0"]))), Verdict::Within);
+}
+
+#[test]
+fn log_times_are_compared_in_nanoseconds() {
+    const DATE: u64 = 1_700_000_000_123_456_789;
+    let desk = Desk::new();
+    let placed = |times: &dyn Fn(u64) -> u64, x: &dyn Fn(u64) -> f64| {
+        let mut recording = forge(1, 3);
+        recording.channels.clear();
+        by_log_time(&mut recording, "/place", (0..40).map(|k| (times(k), x(k))));
+        recording
+    };
+    // seconds as floating-point numbers are the same
+    for (start, interval) in [(DATE, 100_000_000), (DATE, 1), (1 << 60, 1)] {
+        let a = placed(&|k| start + k * interval, &|_| 1.0);
+        // up to the end, or later than where the next one is
+        let late = if interval == 1 { 30 } else { 9 };
+        let b = placed(
+            &|k| start + k * interval + u64::from(if interval == 1 { k > late } else { k == late }),
+            &|_| 1.0,
+        );
+        for (a, b) in [(&a, &b), (&b, &a)] {
+            let comparison = desk.forged(a, b, &Options::default());
+            assert_eq!(verdict(&comparison), Verdict::Different, "{start} {interval}");
+            let place = channel(&comparison, "/place");
+            assert_eq!((place.only_a, place.only_b), (1, 1), "{start} {interval}");
+            assert_eq!(place.alignment.mode, Some(Mode::Time));
+        }
+        let text = to_text(("a", "b"), &desk.forged(&b, &a, &Options::default()), Style::default());
+        let first = start + if interval == 1 { late + 1 } else { late * interval };
+        let first = format!("the first at time {}.{:09}", first / 1_000_000_000, first % 1_000_000_000);
+        assert!(text.contains(first.trim_end_matches('0')), "{first}: {text}");
+        assert_eq!(verdict(&desk.forged(&a, &a, &Options::default())), Verdict::Equal);
+    }
+    // interpolated between times a nanosecond apart
+    let line =
+        |offset: u64, step: u64| placed(&|k| DATE + offset + k * step, &|k| (offset + k * step) as f64);
+    let loose = Options { mode: Some(Mode::Linear), ..rules(&["abs=1e-9"]) };
+    let comparison = desk.forged(&line(1, 2), &line(0, 2), &loose);
+    assert_eq!((verdict(&comparison), channel(&comparison, "/place").compared), (Verdict::Within, 39));
+    // a window of them
+    let bound = |text: &str| Some(text.parse().expect("a time"));
+    let window = |from, to| Window { from: bound(from), to: bound(to), every: 1 };
+    let window = window("1700000000.123456799", "1700000000.123456808");
+    let options = Options { window, ..Options::default() };
+    assert_eq!(channel(&desk.forged(&line(0, 1), &line(0, 1), &options), "/place").compared, 10);
 }

@@ -64,7 +64,8 @@ pub fn cat(
         thread::sleep(POLL);
         recording = Recording::open(path, limits)?;
     }
-    let window = recording.log_window(request.window.from, request.window.to);
+    let (from, to) = request.window.numbers();
+    let window = recording.log_window(from, to);
     let mut messages = recording.messages(select::channels(&recording, &request.topics)?, window)?;
     if request.follow {
         messages.follow();
@@ -74,7 +75,8 @@ pub fn cat(
     loop {
         messages.for_each(|message| {
             let channel = &recording.channels[&message.channel];
-            if !request.window.holds(channel.time_since_origin(message.data, message.log_time)) {
+            if !request.window.holds_instant(channel.instant(message.data, message.log_time, channel.origin))
+            {
                 return Ok(());
             }
             let count = seen.entry(message.channel).or_default();

@@ -221,9 +221,11 @@ fn run(
     outcome: &mut Outcome,
     filled: &mut Vec<bool>,
 ) -> Result<(), TraceError> {
+    let mut slots = files.iter().flat_map(|file| &file.slots);
+    let by_log_time = slots.all(|slot| slot.time.leaf.is_none());
     let (mut streams, mut base) = (Vec::new(), 0);
     for file in files {
-        streams.push(file.stream(request, base)?);
+        streams.push(file.stream(request, base, by_log_time)?);
         base += file.slots.len();
     }
     let widths = files.iter().flat_map(|file| file.slots.iter().map(|slot| slot.columns.len())).collect();
@@ -234,8 +236,7 @@ fn run(
     let mut joiner = Joiner::new(request.align, widths, limits.kept());
     loop {
         // the file that is behind goes first, so that rows of equal times meet
-        let behind =
-            streams.iter_mut().filter(|stream| !stream.done).min_by(|a, b| a.time.total_cmp(&b.time));
+        let behind = streams.iter_mut().filter(|stream| !stream.done).min_by(|a, b| a.time.total_cmp(b.time));
         let Some(stream) = behind else { break };
         match stream.next(request)? {
             Step::Sample(slot, time, cells) => joiner.put(slot, time, cells),

@@ -13,7 +13,7 @@ use super::{
     field::{Channelwise, ComparedField},
     measure::Place,
     meter::Sample,
-    mode::{Alignment, LOOKED_AT, Mode, Moment, choose, have_common_step, ordered},
+    mode::{Alignment, LOOKED_AT, Mode, Moment, choose, have_common_step},
     options::{Matched, Options, Watch},
     report::{ChannelReport, FieldReport, Hint},
     resample::interpolate,
@@ -24,6 +24,7 @@ use super::{
 use crate::{
     channel::Channel,
     convention,
+    instant::Instant,
     messages::Recording,
     wire::{Layout, List, Type, Values},
 };
@@ -36,6 +37,11 @@ fn step_leaf(layout: &Layout) -> Option<usize> {
     let leaf = layout.find(convention::STEP)?;
     let is_integer = matches!(layout.leaves[leaf].kind, Type::UInt | Type::Int);
     (is_integer && layout.leaves[leaf].is_single).then_some(leaf)
+}
+
+/// The place of a message.
+fn place(sample: u64, step: Option<u64>, time: Instant) -> Place {
+    Place { sample, step, time: time.number(), nanoseconds: time.nanoseconds(), ..Place::default() }
 }
 
 /// Memory that a message takes while it waits \[bytes\].
@@ -67,7 +73,11 @@ pub(super) struct Aligner<'a> {
     /// Something is allowed of one of the fields.
     is_tolerant: bool,
     /// Messages of the reference at exactly the time of one of the new recording, and the last of them.
-    exact: (u64, f64),
+    exact: (u64, Option<Instant>),
+    /// Only one of the channels is timed by its log time.
+    is_mixed: bool,
+    /// First and last time of the messages of both.
+    spans: [Option<(Instant, Instant)>; 2],
     options: &'a Options,
     starts: Option<[Start; 2]>,
     room: usize,
@@ -118,7 +128,9 @@ impl<'a> Aligner<'a> {
             fields,
             mode,
             is_tolerant,
-            exact: (0, f64::NEG_INFINITY),
+            exact: (0, None),
+            is_mixed: channel_a.has_time() != channel_b.has_time(),
+            spans: [None; 2],
             options,
             starts: pair.starts,
             room,
@@ -146,13 +158,21 @@ impl<'a> Aligner<'a> {
         let channel = [self.a, self.b][side];
         let start = self.starts.map(|starts| starts[side]);
         let time = clock::time(channel, start, &item.bytes, item.log_time);
-        let time = if side == 1 { self.converter.time(time) } else { time };
-        if !self.options.window.holds(time) {
+        let time = match time {
+            Instant::Number(number) if side == 1 => Instant::Number(self.converter.time(number)),
+            time => time,
+        };
+        if !self.options.window.holds_instant(time) {
             return Ok(());
         }
+        let time = if self.is_mixed { Instant::Number(time.number()) } else { time };
         self.report.messages[side] += 1;
-        let (first, last) = self.report.spans[side].unwrap_or((time, time));
-        self.report.spans[side] = Some((first.min(time), last.max(time)));
+        let (first, last) = self.spans[side].unwrap_or((time, time));
+        // NaN is neither first nor last, if there is another
+        let first = if time < first || first.number().is_nan() { time } else { first };
+        let last = if time > last || last.number().is_nan() { time } else { last };
+        self.spans[side] = Some((first, last));
+        self.report.spans[side] = Some((first.number(), last.number()));
         let layout = channel.layout.as_ref();
         let step = layout.and_then(|layout| layout.peek(step_leaf(layout)?, &item.bytes));
         self.held[side] += weight(&item);
@@ -210,8 +230,8 @@ impl<'a> Aligner<'a> {
     fn match_keys(&mut self, mode: Mode, watch: &mut Option<Watch<'_>>) -> Result<(), CompareError> {
         let key = |waiting: &Waiting| match (mode, waiting.moment) {
             (Mode::Order, _) => 0,
-            (Mode::Step, Moment { step: Some(step), .. }) => step,
-            (_, Moment { time, .. }) => ordered(time),
+            (Mode::Step, Moment { step: Some(step), .. }) => step.into(),
+            (_, Moment { time, .. }) => time.key(),
         };
         loop {
             let [a, b] = &self.waiting;
@@ -248,8 +268,12 @@ impl<'a> Aligner<'a> {
         let report = &mut self.report;
         *[&mut report.only_a, &mut report.only_b][side] += 1;
         let Moment { step, time } = waiting.moment;
-        if report.first_unmatched.as_ref().is_none_or(|(place, _)| time < place.time) {
-            let place = Place { sample: report.compared, step, time, ..Place::default() };
+        let is_earlier = |(place, _): &(Place, bool)| match (time.nanoseconds(), place.nanoseconds) {
+            (Some(time), Some(first)) => time < first,
+            _ => time.number() < place.time,
+        };
+        if report.first_unmatched.as_ref().is_none_or(is_earlier) {
+            let place = place(report.compared, step, time);
             report.first_unmatched = Some((place, side == 0));
         }
     }
@@ -258,7 +282,7 @@ impl<'a> Aligner<'a> {
     fn sample(&mut self, a: &Waiting) -> Place {
         let Moment { step, time } = a.moment;
         self.report.compared += 1;
-        Place { sample: self.report.compared - 1, step, time, ..Place::default() }
+        place(self.report.compared - 1, step, time)
     }
 
     /// True if the pair of messages that was counted last is not one of those to compare.
@@ -342,8 +366,8 @@ impl<'a> Aligner<'a> {
             }
             let Some(a) = self.pop(0) else { return Ok(()) };
             self.pairs += 1;
-            if time != self.exact.1 && self.waiting[1].iter().any(|b| b.moment.time == time) {
-                self.exact = (self.exact.0 + 1, time);
+            if self.exact.1 != Some(time) && self.waiting[1].iter().any(|b| b.moment.time == time) {
+                self.exact = (self.exact.0 + 1, Some(time));
             }
             if !self.is_left_out() {
                 self.compare_between(&a, mode);
@@ -354,7 +378,7 @@ impl<'a> Aligner<'a> {
     /// The first message of the new recording is not needed any more.
     fn pass_by(&mut self) {
         // only once nothing more can come
-        let Some((first, last)) = self.report.spans[0] else { return self.unmatched(1) };
+        let Some((first, last)) = self.spans[0] else { return self.unmatched(1) };
         let Some(passed) = self.pop(1) else { return };
         self.report.outside[1] += u64::from(!(first..=last).contains(&passed.moment.time));
     }
@@ -370,21 +394,23 @@ impl<'a> Aligner<'a> {
         };
         let chosen = match mode {
             _ if time(next) == at => next..next + 1,
-            Mode::Nearest if at - time(next - 1) <= time(next) - at => next - 1..next,
+            Mode::Nearest if at.since(time(next - 1)) <= time(next).since(at) => next - 1..next,
             Mode::Nearest => next..next + 1,
             Mode::Cubic => next.saturating_sub(2)..(next + 2).min(b.len()),
             _ => next - 1..next + 1,
         };
+        // log times are small and exact from the time that is wanted
+        let number = |time: Instant| time.nanoseconds().map_or(time.number(), |_| time.since(at));
         let decoded = |i: usize| {
             let mut values = layout_b.values();
             layout_b.decode(&b[i].item.bytes, &mut values).ok()?;
             self.converter.apply(&mut values);
-            Some((time(i), values))
+            Some((number(time(i)), values))
         };
         let points: Option<Vec<(f64, Values)>> = chosen.map(decoded).collect();
         let [values_a, values_b] = self.values.as_mut_slice() else { return };
         match (points, layout_a.decode(&a.item.bytes, values_a)) {
-            (Some(points), Ok(())) => interpolate(&points, at, layout_b, values_b),
+            (Some(points), Ok(())) => interpolate(&points, number(at), layout_b, values_b),
             _ => {
                 self.report.undecoded += 1;
                 return;

@@ -8,6 +8,7 @@ use super::options::Options;
 use crate::{
     channel::Channel,
     convention,
+    instant::Instant,
     messages::Recording,
     recording::{OpenError, seconds},
     scales::Scales,
@@ -32,14 +33,12 @@ impl Start {
     }
 }
 
-/// Time of a message, from the start if there is one. Log times are subtracted as whole numbers: nothing is rounded
-/// before the difference is small.
-pub(super) fn time(channel: &Channel, start: Option<Start>, bytes: &[u8], log_time: u64) -> f64 {
+/// When a message is, from the start if there is one. Log times stay whole numbers.
+pub(super) fn time(channel: &Channel, start: Option<Start>, bytes: &[u8], log_time: u64) -> Instant {
     match start {
-        None => channel.time_of(bytes, log_time),
-        Some(Start::Message(start)) => channel.time_of(bytes, log_time) - start,
-        Some(Start::Log(start)) if log_time >= start => seconds(log_time - start),
-        Some(Start::Log(start)) => -seconds(start - log_time),
+        None => channel.instant(bytes, log_time, 0),
+        Some(Start::Message(start)) => Instant::Number(channel.time_of(bytes, log_time) - start),
+        Some(Start::Log(start)) => Instant::log(log_time, start),
     }
 }
 

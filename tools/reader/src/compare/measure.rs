@@ -11,6 +11,8 @@ pub struct Place {
     pub step: Option<u64>,
     /// Time of the reference, or its log time in seconds.
     pub time: f64,
+    /// The same to the nanosecond, if it is a log time \[ns\].
+    pub nanoseconds: Option<i128>,
     /// Number of the element.
     pub element: usize,
     /// Position of the element on its axes, in words: `r = 0.5`.

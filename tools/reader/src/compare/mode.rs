@@ -2,6 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::instant::Instant;
+
 /// How messages are aligned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Mode {
@@ -44,19 +46,13 @@ pub(super) const LOOKED_AT: usize = 16;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moment {
     pub(super) step: Option<u64>,
-    pub(super) time: f64,
+    pub(super) time: Instant,
 }
 
 /// True if a step is in both.
 pub(super) fn have_common_step([a, b]: [&[Moment]; 2]) -> bool {
     let steps: HashSet<u64> = b.iter().filter_map(|b| b.step).collect();
     a.iter().any(|a| a.step.is_some_and(|step| steps.contains(&step)))
-}
-
-/// A time as an integer that grows with it.
-pub(super) fn ordered(time: f64) -> u64 {
-    let bits = time.to_bits();
-    if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
 }
 
 /// The mode that fits the first messages of both recordings.
@@ -70,19 +66,19 @@ pub(super) fn choose([a, b]: [&[Moment]; 2], are_all: bool, is_decoded: bool) ->
     }
     // equal steps mean the same only if they are at the same time: within a thousandth of a step
     let spacing = |moments: &[Moment]| match moments {
-        [first, .., last] => (last.time - first.time).abs() / (moments.len() - 1) as f64,
+        [first, .., last] => last.time.since(first.time).abs() / (moments.len() - 1) as f64,
         _ => 0.0,
     };
     let near = 1e-3 * spacing(a).min(spacing(b));
-    let times: HashMap<u64, f64> = b.iter().filter_map(|b| Some((b.step?, b.time))).collect();
+    let times: HashMap<u64, Instant> = b.iter().filter_map(|b| Some((b.step?, b.time))).collect();
     let common = a.iter().filter_map(|a| Some((a.time, *times.get(&a.step?)?)));
-    let agrees = |(x, y): (f64, f64)| x == y || (x - y).abs() <= near;
+    let agrees = |(x, y): (Instant, Instant)| x == y || x.since(y).abs() <= near;
     let (agreeing, others): (Vec<bool>, Vec<bool>) = common.map(agrees).partition(|agrees| *agrees);
     if !agreeing.is_empty() && agreeing.len() >= others.len() {
         return Mode::Step;
     }
-    let times: HashSet<u64> = b.iter().map(|b| ordered(b.time)).collect();
-    let equal = a.iter().filter(|a| times.contains(&ordered(a.time))).count();
+    let times: HashSet<i128> = b.iter().map(|b| b.time.key()).collect();
+    let equal = a.iter().filter(|a| times.contains(&a.time.key())).count();
     if 2 * equal > a.len() && 2 * equal > b.len() {
         return Mode::Time;
     }

@@ -146,6 +146,7 @@ fn place_json(place: &Place) -> Value {
         "sample": place.sample,
         "step": place.step,
         "time": number(place.time),
+        "nanoseconds": place.nanoseconds.and_then(|time| i64::try_from(time).ok()),
         "element": place.element,
         "position": place.position,
     })

@@ -2,6 +2,7 @@
 
 use super::{Verdict, shown::shown, verdict};
 use crate::compare::{Change, ChannelReport, Comparison, FieldReport, Gap, Mode, Place};
+use crate::instant::exact_seconds;
 
 /// How a text is laid out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -308,8 +309,9 @@ fn located(field: &FieldReport, place: &Place) -> String {
 }
 
 fn when(place: &Place) -> String {
+    let time = place.nanoseconds.map_or_else(|| place.time.to_string(), exact_seconds);
     match place.step {
-        Some(step) => format!("at step {step}, time {}", place.time),
-        None => format!("at time {}", place.time),
+        Some(step) => format!("at step {step}, time {time}"),
+        None => format!("at time {time}"),
     }
 }

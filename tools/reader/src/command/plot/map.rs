@@ -149,7 +149,8 @@ impl<'a> Array<'a> {
         let mut messages = recording.messages([self.id], None)?;
         messages.for_each(|message| {
             let time = channel.time_of(message.data, message.log_time);
-            if request.window.holds(time) && time.is_finite() {
+            let instant = channel.instant(message.data, message.log_time, 0);
+            if request.window.holds_instant(instant) && time.is_finite() {
                 // a list grows to twice its length
                 if !budget.spend(2 * size_of::<(f64, u64)>()) {
                     return Err(OpenError::Memory {

@@ -2,7 +2,10 @@
 
 use clap::ValueEnum;
 
-use crate::table::{Cell, CellType, Heading};
+use crate::{
+    instant::Instant,
+    table::{Cell, CellType, Heading},
+};
 
 /// How log times are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -35,11 +38,13 @@ impl Clock {
         }
     }
 
-    /// The cell of a time from the origin \[s\]. Nanoseconds come back as they were for some twenty days.
-    pub(super) fn cell(self, time: f64) -> Cell {
-        let log_time = || self.origin.saturating_add_signed((time * 1e9).round() as i64);
+    /// The cell of a time from the origin.
+    pub(super) fn cell(self, time: Instant) -> Cell {
+        let nanoseconds = || time.nanoseconds().unwrap_or_else(|| (time.number() * 1e9).round() as i128);
+        let sum = || nanoseconds().saturating_add(self.origin.into()).clamp(0, u64::MAX.into());
+        let log_time = || u64::try_from(sum()).unwrap_or(u64::MAX);
         match self.form {
-            TimeForm::Seconds => Cell::Double(time),
+            TimeForm::Seconds => Cell::Double(time.number()),
             TimeForm::Iso => Cell::Text(iso(log_time())),
             TimeForm::Ns => Cell::UInt(log_time()),
         }

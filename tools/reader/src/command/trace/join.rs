@@ -7,6 +7,7 @@ use std::{
 
 use super::clock::Clock;
 use crate::{
+    instant::Instant,
     select::Window,
     table::{Cell, Sink},
 };
@@ -50,7 +51,7 @@ pub(super) struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    fn take(&mut self, time: f64, groups: Vec<Option<Vec<Cell>>>, widths: &[usize]) -> io::Result<()> {
+    fn take(&mut self, time: Instant, groups: Vec<Option<Vec<Cell>>>, widths: &[usize]) -> io::Result<()> {
         self.seen += 1;
         if self.window.leaves_out(self.seen - 1) {
             return Ok(());
@@ -79,11 +80,13 @@ pub(super) struct Joiner {
     memory: usize,
     taken: usize,
     /// Exact: rows by time, and by number among rows of the same time.
-    rows: BTreeMap<(u64, usize), Vec<Option<Vec<Cell>>>>,
+    rows: BTreeMap<(i128, usize), Vec<Option<Vec<Cell>>>>,
+    /// Exact: they are by log time.
+    is_log: bool,
     /// Exact: samples that each slot has had at the times of these rows.
-    counts: HashMap<u64, Vec<usize>>,
+    counts: HashMap<i128, Vec<usize>>,
     /// Otherwise: samples of every slot that are still needed.
-    queues: Vec<VecDeque<(f64, Vec<Cell>)>>,
+    queues: Vec<VecDeque<(Instant, Vec<Cell>)>>,
     over: Vec<bool>,
 }
 
@@ -96,18 +99,18 @@ impl Joiner {
         let (queues, over) = (vec![VecDeque::new(); widths.len()], vec![false; widths.len()]);
         let align = if widths.len() == 1 { Align::Exact } else { align };
         let (rows, counts) = (BTreeMap::new(), HashMap::new());
-        Self { align, widths, room, memory, taken: 0, rows, counts, queues, over }
+        Self { align, widths, room, memory, taken: 0, rows, is_log: false, counts, queues, over }
     }
 
-    pub(super) fn put(&mut self, slot: usize, time: f64, cells: Vec<Cell>) {
+    pub(super) fn put(&mut self, slot: usize, time: Instant, cells: Vec<Cell>) {
         self.taken += weight(&cells);
         if self.align != Align::Exact {
             self.queues[slot].push_back((time, cells));
             return;
         }
-        // the order of these bits is the order of the numbers
-        let bits = time.to_bits();
-        let key = if bits >> 63 == 1 { !bits } else { bits | 1 << 63 };
+        // all are of one kind
+        let key = time.key();
+        self.is_log = time.nanoseconds().is_some();
         let slots = self.widths.len();
         // the n-th sample of a slot at a time goes into the n-th row of that time
         let count = &mut self.counts.entry(key).or_insert_with(|| vec![0; slots])[slot];
@@ -135,8 +138,8 @@ impl Joiner {
             if self.rows.first_key_value().is_none_or(|((next, _), _)| *next != key) {
                 self.counts.remove(&key);
             }
-            let bits = if key >> 63 == 1 { key & !(1 << 63) } else { !key };
-            rows.take(f64::from_bits(bits), groups, &self.widths)?;
+            let time = if self.is_log { Instant::Log(key) } else { Instant::of_number_key(key) };
+            rows.take(time, groups, &self.widths)?;
         }
         Ok(())
     }
@@ -161,7 +164,7 @@ impl Joiner {
                 return Ok(());
             };
             let reached =
-                |queue: &VecDeque<(f64, Vec<Cell>)>| queue.back().is_some_and(|last| last.0 >= time);
+                |queue: &VecDeque<(Instant, Vec<Cell>)>| queue.back().is_some_and(|last| last.0 >= time);
             let ready = self.queues.iter().zip(&self.over).all(|(queue, &over)| over || reached(queue));
             if !ready && !all && self.queues[0].len() <= self.room && self.taken <= self.memory {
                 return Ok(());
@@ -182,7 +185,7 @@ impl Joiner {
 }
 
 /// The cells of a slot at a time: `queue` begins with the last sample not after it, if there is one.
-fn between(queue: &VecDeque<(f64, Vec<Cell>)>, time: f64, align: Align) -> Option<Vec<Cell>> {
+fn between(queue: &VecDeque<(Instant, Vec<Cell>)>, time: Instant, align: Align) -> Option<Vec<Cell>> {
     let (first, next) = (queue.front()?, queue.get(1));
     if first.0 == time {
         return Some(first.1.clone());
@@ -190,7 +193,7 @@ fn between(queue: &VecDeque<(f64, Vec<Cell>)>, time: f64, align: Align) -> Optio
     let Some(next) = next.filter(|_| first.0 < time) else {
         return (align == Align::Nearest).then(|| first.1.clone());
     };
-    let share = (time - first.0) / (next.0 - first.0);
+    let share = time.since(first.0) / next.0.since(first.0);
     if align == Align::Nearest {
         return Some(if share <= 0.5 { first.1.clone() } else { next.1.clone() });
     }

@@ -7,9 +7,10 @@ use crate::{
     channel::Channel,
     extent::{Extent, Extents},
     field::{Column, Columns, Positions, Selection, SelectionError, Used, columns},
+    instant::Instant,
     messages::{Messages, POLL, Recording},
-    recording::{Limits, OpenError, log_times, log_times_since},
-    select::{self, Window},
+    recording::{Limits, OpenError, log_times_since},
+    select,
     table::{Cell, MAX_TABLE},
     wire::Values,
 };
@@ -91,15 +92,21 @@ impl Traced {
     }
 
     /// * `base`: number of its first slot among those of all files
-    pub(super) fn stream(&self, request: &Request, base: usize) -> Result<Stream<'_>, OpenError> {
+    /// * `by_log_time`: all channels of all files are timed by their log times
+    pub(super) fn stream(
+        &self,
+        request: &Request,
+        base: usize,
+        by_log_time: bool,
+    ) -> Result<Stream<'_>, OpenError> {
         let by_time = self.slots.iter().all(|slot| slot.time.leaf.is_some());
-        let Window { from, to, .. } = request.window;
+        let (from, to) = request.window.numbers();
         let window = match (by_time, self.origin()) {
             (true, _) => self.recording.log_window(from, to),
-            (false, 0) => Some(log_times(from, to, 1.0)),
+            (false, 0) => Some(log_times_since(0, &request.window)),
             (false, origin) => {
                 let by_log_time = self.slots.iter().all(|slot| slot.time.leaf.is_none());
-                by_log_time.then(|| log_times_since(origin, from, to))
+                by_log_time.then(|| log_times_since(origin, &request.window))
             }
         };
         let mut messages = self.recording.messages(self.slots.iter().map(|slot| slot.id), window)?;
@@ -111,7 +118,8 @@ impl Traced {
             layout.map_or(Values { lists: Vec::new() }, |layout| layout.values())
         });
         let values = values.collect();
-        Ok(Stream { file: self, messages, values, base, time: f64::NEG_INFINITY, undecoded: 0, done: false })
+        let time = Instant::Number(f64::NEG_INFINITY);
+        Ok(Stream { file: self, messages, values, base, by_log_time, time, undecoded: 0, done: false })
     }
 }
 
@@ -155,13 +163,14 @@ pub(super) struct Stream<'a> {
     values: Vec<Values>,
     /// Number of its first slot among those of all files.
     base: usize,
-    pub(super) time: f64,
+    by_log_time: bool,
+    pub(super) time: Instant,
     pub(super) undecoded: u64,
     pub(super) done: bool,
 }
 
 pub(super) enum Step {
-    Sample(usize, f64, Vec<Cell>),
+    Sample(usize, Instant, Vec<Cell>),
     Pending,
     Over,
 }
@@ -175,6 +184,7 @@ impl Stream<'_> {
     pub(super) fn next(&mut self, request: &Request) -> Result<Step, OpenError> {
         loop {
             let (file, values, undecoded) = (self.file, &mut self.values, &mut self.undecoded);
+            let by_log_time = self.by_log_time;
             let next = self.messages.next(|message| {
                 let index = file.slots.iter().position(|slot| slot.id == message.channel)?;
                 let slot = &file.slots[index];
@@ -184,11 +194,17 @@ impl Stream<'_> {
                     *undecoded += 1;
                     return None;
                 }
-                let time = slot.time.cell(&values[index], message.log_time).number().unwrap_or(f64::NAN);
+                let number = slot.time.cell(&values[index], message.log_time).number().unwrap_or(f64::NAN);
+                let instant = match slot.time.leaf {
+                    Some(_) => Instant::Number(number),
+                    None => Instant::log(message.log_time, channel.origin),
+                };
+                // those of channels with times of their own are compared with these
+                let time = if by_log_time { instant } else { Instant::Number(number) };
                 let cell = |column: &Column| column.cell(&values[index], message.log_time);
                 let sample = request
                     .window
-                    .holds(time)
+                    .holds_instant(instant)
                     .then(|| (index, time, slot.columns.iter().map(cell).collect()));
                 values[index].release();
                 sample
