@@ -3,7 +3,14 @@
 mod forge;
 
 use percuss_reader::wire::{COUNT, Layout, List, UNKNOWN, Values};
-use prost_reflect::{DescriptorPool, DynamicMessage, ReflectMessage, Value, prost::Message};
+use prost_reflect::{
+    DescriptorPool, DynamicMessage, ReflectMessage, Value,
+    prost::Message,
+    prost_types::{
+        DescriptorProto,
+        field_descriptor_proto::{Label, Type},
+    },
+};
 
 fn layout(name: &str) -> Layout {
     Layout::of(&forge::pool(&forge::file()).get_message_by_name(name).expect("the message"))
@@ -111,6 +118,39 @@ fn numbers_of_lists_may_be_single_or_packed() {
     let packed = [&[0x2a, 16][..], &2f64.to_le_bytes(), &3f64.to_le_bytes()].concat();
     let values = decode(&layout, &[number(1.0), packed, number(4.0)].concat()).expect("a message");
     assert_eq!(*list(&layout, &values, "p"), List::Double(vec![1.0, 2.0, 3.0, 4.0]));
+}
+
+#[test]
+fn an_integer_of_32_bits_is_what_the_lowest_bits_are() {
+    let kinds = [Type::Uint32, Type::Int32, Type::Sint32, Type::Enum, Type::Uint64, Type::Int64, Type::Bool];
+    let mut file = forge::file();
+    let fields = kinds.iter().zip(1..).map(|(&kind, number)| {
+        let name = (kind == Type::Enum).then_some(".lab.Kind");
+        forge::field(&format!("f{number}"), number, Label::Optional, kind, name)
+    });
+    let name = Some("Numbers".into());
+    file.message_type.push(DescriptorProto { name, field: fields.collect(), ..Default::default() });
+    let layout = Layout::of(&forge::pool(&file).get_message_by_name("lab.Numbers").expect("the message"));
+    // 2^32 + 2^31 + 1 as a varint
+    let long = [0x81, 0x80, 0x80, 0x80, 0x18];
+    let bytes: Vec<u8> = (1..=7).flat_map(|number| [vec![number << 3], long.to_vec()].concat()).collect();
+    let values = decode(&layout, &bytes).expect("a message");
+    let whole = (1_u64 << 32) + (1 << 31) + 1;
+    let expected = [
+        List::UInt(vec![(1 << 31) + 1]),
+        List::Int(vec![i64::from(i32::MIN) + 1]),
+        List::Int(vec![-(1 << 30) - 1]),
+        List::Enum(vec![i32::MIN + 1]),
+        List::UInt(vec![whole]),
+        List::Int(vec![whole as i64]),
+        List::Bool(vec![true]),
+    ];
+    for (i, expected) in expected.iter().enumerate() {
+        assert_eq!(list(&layout, &values, &format!("f{}", i + 1)), expected);
+    }
+    let general = DynamicMessage::decode(layout.descriptor().clone(), &bytes[..]).expect("a message");
+    assert_eq!(general.get_field_by_name("f1").expect("a field").as_u32(), Some((1 << 31) + 1));
+    assert_eq!(general.get_field_by_name("f3").expect("a field").as_i32(), Some(-(1 << 30) - 1));
 }
 
 #[test]

@@ -250,12 +250,13 @@ fn single(
     match (&scalar.kind, list) {
         (Kind::Double, List::Double(list)) => list.push(f64::from_le_bytes(wire.fixed()?)),
         (Kind::Float, List::Float(list)) => list.push(f32::from_le_bytes(wire.fixed()?)),
-        (Kind::Int32 | Kind::Int64, List::Int(list)) => list.push(wire.varint()? as i64),
-        (Kind::Uint32 | Kind::Uint64, List::UInt(list)) => list.push(wire.varint()?),
-        (Kind::Sint32 | Kind::Sint64, List::Int(list)) => {
-            let zigzag = wire.varint()?;
-            list.push((zigzag >> 1) as i64 ^ -((zigzag & 1) as i64));
-        }
+        // an integer of 32 bits is what the lowest of a longer varint are
+        (Kind::Int32, List::Int(list)) => list.push(i64::from(wire.varint()? as i32)),
+        (Kind::Int64, List::Int(list)) => list.push(wire.varint()? as i64),
+        (Kind::Uint32, List::UInt(list)) => list.push(u64::from(wire.varint()? as u32)),
+        (Kind::Uint64, List::UInt(list)) => list.push(wire.varint()?),
+        (Kind::Sint32, List::Int(list)) => list.push(zigzag(u64::from(wire.varint()? as u32))),
+        (Kind::Sint64, List::Int(list)) => list.push(zigzag(wire.varint()?)),
         (Kind::Fixed32, List::UInt(list)) => list.push(u64::from(u32::from_le_bytes(wire.fixed()?))),
         (Kind::Fixed64, List::UInt(list)) => list.push(u64::from_le_bytes(wire.fixed()?)),
         (Kind::Sfixed32, List::Int(list)) => list.push(i64::from(i32::from_le_bytes(wire.fixed()?))),
@@ -281,6 +282,11 @@ fn single(
         _ => unreachable!("a leaf's list is made for its type"),
     }
     Ok(())
+}
+
+/// The signed integer of a zigzag one.
+fn zigzag(value: u64) -> i64 {
+    (value >> 1) as i64 ^ -((value & 1) as i64)
 }
 
 /// Memory of a value \[bytes\]; of a text or byte string, what it takes besides its bytes.
