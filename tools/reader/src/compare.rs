@@ -38,7 +38,7 @@ pub use options::{Matched, NanRule, Options, Watch};
 pub use report::{ChannelReport, Comparison, Converted, FieldReport, Gap, Hint};
 pub use shift::MAX_SHIFT;
 pub use structure::{Change, Difference, Finding};
-pub use sums::{Scale, Sums};
+pub use sums::{Norm, Scale, Sums};
 pub use tolerance::{Rule, Rules, Tolerance, Tube};
 
 use crate::{messages::Recording, recording::OpenError};

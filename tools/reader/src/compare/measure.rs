@@ -68,22 +68,22 @@ impl Measure {
 
     /// ‖a − b‖₁ / ‖a‖₁.
     pub fn l1_relative(&self) -> Option<f64> {
-        (self.sums.a1 > 0.0).then(|| self.sums.d1 / self.sums.a1)
+        (self.sums.a1 > 0.0 && self.sums.a1.is_finite()).then(|| self.sums.d1 / self.sums.a1)
     }
 
     /// ‖a − b‖₂ / ‖a‖₂.
     pub fn l2_relative(&self) -> Option<f64> {
-        (self.sums.aa > 0.0).then(|| (self.sums.d2 / self.sums.aa).sqrt())
+        self.sums.difference.relative_to(&self.sums.reference)
     }
 
     /// Sprague and Geers: magnitude √(Σb²/Σa²) − 1, phase acos(Σab/√(Σa²Σb²))/π, and both combined.
     pub fn sprague_geers(&self) -> Option<[f64; 3]> {
         let Sums { aa, bb, ab, .. } = self.sums;
-        if aa <= 0.0 || bb <= 0.0 {
+        if aa <= 0.0 || bb <= 0.0 || !self.sums.are_finite() {
             return None;
         }
         let magnitude = (bb / aa).sqrt() - 1.0;
-        let phase = if self.sums.d2 == 0.0 {
+        let phase = if self.sums.difference.is_zero() {
             0.0
         } else {
             (ab / (aa.sqrt() * bb.sqrt())).clamp(-1.0, 1.0).acos() / std::f64::consts::PI
@@ -95,6 +95,7 @@ impl Measure {
     pub fn correlation(&self) -> Option<f64> {
         let Sums { n, a, b, aa, bb, ab, .. } = self.sums;
         let (va, vb) = (aa - a * a / n, bb - b * b / n);
-        (va > 0.0 && vb > 0.0).then(|| ((ab - a * b / n) / (va * vb).sqrt()).clamp(-1.0, 1.0))
+        (va > 0.0 && vb > 0.0 && self.sums.are_finite())
+            .then(|| ((ab - a * b / n) / (va * vb).sqrt()).clamp(-1.0, 1.0))
     }
 }

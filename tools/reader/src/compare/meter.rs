@@ -177,7 +177,7 @@ impl Meter {
         let scale = self.known.unwrap_or_default();
         let fixed = tolerance.abs.unwrap_or(0.0);
         let fixed = fixed.max(tolerance.peak_rel.map_or(0.0, |share| share * scale.peak));
-        let fixed = fixed.max(tolerance.range_rel.map_or(0.0, |share| share * scale.range()));
+        let fixed = fixed.max(tolerance.range_rel.map_or(0.0, |share| scale.share_of_range(share)));
         let (rel, ulp, nan, floats) = (tolerance.rel.unwrap_or(0.0), tolerance.ulp, self.nan, self.floats);
         // equal elements, infinities too, are within any tolerance; NaN is beyond all, but for the same bits
         let is_bitwise = tolerance.is_bitwise();
@@ -259,9 +259,10 @@ impl Meter {
         let limit = self.rule.as_ref().and_then(|rule| rule.tolerance.l2_rel);
         let by_norm = limit.is_none_or(|limit| {
             let finite = self.measure.max.as_ref().is_none_or(|(max, _)| max.is_finite());
-            // of numbers so large that their squares are not finite, nothing is known
-            let norm = self.measure.sums.d2.sqrt();
-            finite && norm.is_finite() && norm <= limit * self.measure.sums.aa.sqrt()
+            let sums = &self.measure.sums;
+            // a ratio too small for a number is not 0
+            let ratio = sums.difference.relative_to(&sums.reference).filter(|_| limit > 0.0);
+            finite && ratio.map_or(sums.difference.is_zero(), |ratio| ratio <= limit)
         });
         by_norm && self.measure.beyond == 0 && self.measure.lengths == 0
     }

@@ -33,8 +33,79 @@ impl Scale {
         self.greatest = self.greatest.max(other.greatest);
     }
 
-    pub(super) fn range(&self) -> f64 {
-        (self.greatest - self.least).max(0.0)
+    /// A share of the range, `share·(greatest − least)`; the range itself may be too large for a number.
+    pub(super) fn share_of_range(&self, share: f64) -> f64 {
+        if self.least > self.greatest { 0.0 } else { share * self.greatest - share * self.least }
+    }
+}
+
+/// An L2 norm √Σx² that neither overflows nor underflows where its squares do: `2^exponent·√sum`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Norm {
+    /// Sum of squares, each scaled by 2^(−2·exponent).
+    sum: f64,
+    exponent: i32,
+}
+
+impl Norm {
+    /// Magnitudes from 2^−480 to 2^480 are squared as they are.
+    const LARGE: f64 = f64::from_bits((1023 + 480) << 52);
+    /// Exponent for those beyond: 5e-324 and 1.8e308 are then among them.
+    const SCALED: i32 = 960;
+
+    /// Adds a sum of squares of numbers of which the largest has the magnitude `largest`, if it needs no scaling.
+    fn add_plain(&mut self, largest: f64, squares: f64) -> bool {
+        let plain = Self::exponent_of(largest) == 0 && squares.is_finite();
+        if plain && largest > 0.0 {
+            self.join(Self { sum: squares, exponent: 0 });
+        }
+        plain
+    }
+
+    /// Adds finite numbers.
+    fn add(&mut self, numbers: impl Iterator<Item = f64>) {
+        for x in numbers.filter(|x| *x != 0.0) {
+            let exponent = Self::exponent_of(x.abs());
+            let scaled = x * 2.0_f64.powi(-exponent);
+            self.join(Self { sum: scaled * scaled, exponent });
+        }
+    }
+
+    /// Exponent for numbers of a magnitude.
+    fn exponent_of(magnitude: f64) -> i32 {
+        match magnitude {
+            large if large > Self::LARGE => Self::SCALED,
+            small if small > 0.0 && small < Self::LARGE.recip() => -Self::SCALED,
+            _ => 0,
+        }
+    }
+
+    /// Adds the squares of another norm.
+    fn join(&mut self, other: Self) {
+        let (larger, smaller) = match () {
+            () if self.sum == 0.0 => (other, *self),
+            () if other.sum == 0.0 || self.exponent >= other.exponent => (*self, other),
+            () => (other, *self),
+        };
+        let shift = 2.0_f64.powi(smaller.exponent - larger.exponent);
+        *self = Self { sum: larger.sum + smaller.sum * shift * shift, exponent: larger.exponent };
+    }
+
+    /// The norm; infinite if it is too large for a number.
+    pub fn value(&self) -> f64 {
+        self.sum.sqrt() * 2.0_f64.powi(self.exponent)
+    }
+
+    /// True if all numbers are 0.
+    pub fn is_zero(&self) -> bool {
+        self.sum == 0.0
+    }
+
+    /// `self / other`; `None` if the other is 0.
+    pub fn relative_to(&self, other: &Self) -> Option<f64> {
+        let ratio = self.sum.sqrt() / other.sum.sqrt();
+        (!other.is_zero())
+            .then(|| if self.is_zero() { 0.0 } else { ratio * 2.0_f64.powi(self.exponent - other.exponent) })
     }
 }
 
@@ -45,8 +116,6 @@ pub struct Sums {
     pub n: f64,
     /// Σ|a − b|.
     pub d1: f64,
-    /// Σ(a − b)².
-    pub d2: f64,
     /// Σ|a|.
     pub a1: f64,
     /// Σa.
@@ -59,25 +128,34 @@ pub struct Sums {
     pub bb: f64,
     /// Σab.
     pub ab: f64,
+    /// ‖a − b‖₂.
+    pub difference: Norm,
+    /// ‖a‖₂.
+    pub reference: Norm,
 }
 
 impl Sums {
     /// The sums over one element.
     pub(super) fn of(a: f64, b: f64) -> Self {
         let d = (a - b).abs();
-        Self { n: 1.0, d1: d, d2: d * d, a1: a.abs(), a, b, aa: a * a, bb: b * b, ab: a * b }
+        let mut sums =
+            Self { n: 1.0, d1: d, a1: a.abs(), a, b, aa: a * a, bb: b * b, ab: a * b, ..Self::default() };
+        sums.difference.add([d].into_iter());
+        sums.reference.add([a].into_iter());
+        sums
     }
 
     pub(super) fn add(&mut self, other: &Self) {
         self.n += other.n;
         self.d1 += other.d1;
-        self.d2 += other.d2;
         self.a1 += other.a1;
         self.a += other.a;
         self.b += other.b;
         self.aa += other.aa;
         self.bb += other.bb;
         self.ab += other.ab;
+        self.difference.join(other.difference);
+        self.reference.join(other.reference);
     }
 
     /// False if any number was not finite (or their squares are too large).
@@ -136,14 +214,22 @@ impl Block {
         }
         let [a1, sum_a, aa, sum_b, bb, ab, d1, d2] =
             [a1, sum_a, aa, sum_b, bb, ab, d1, d2].map(|lanes| lanes.iter().sum::<f64>());
-        let (b, bb, ab) = if SAME { (sum_a, aa, aa) } else { (sum_b, bb, ab) };
         let least = least.iter().copied().fold(f64::INFINITY, f64::min);
         let greatest = greatest.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let peak = if least <= greatest { least.abs().max(greatest.abs()) } else { 0.0 };
+        let max = max.iter().copied().fold(0.0, f64::max);
+        let (mut difference, mut reference) = (Norm::default(), Norm::default());
+        if !difference.add_plain(max, d2) {
+            difference.add(a.iter().zip(b).map(|(x, y)| x - y));
+        }
+        if !reference.add_plain(peak, aa) {
+            reference.add(a.iter().copied());
+        }
+        let (b, bb, ab) = if SAME { (sum_a, aa, aa) } else { (sum_b, bb, ab) };
         Self {
-            sums: Sums { n: a.len() as f64, d1, d2, a1, a: sum_a, b, aa, bb, ab },
+            sums: Sums { n: a.len() as f64, d1, a1, a: sum_a, b, aa, bb, ab, difference, reference },
             scale: Scale { peak, least, greatest },
-            max: max.iter().copied().fold(0.0, f64::max),
+            max,
             differing: differing.iter().sum(),
         }
     }

@@ -56,6 +56,14 @@ impl TubeState {
             let mut centre = f64::NAN;
             for (time, a) in &self.reference {
                 let Some(&x) = a.get(i) else { continue };
+                if *time == place.time {
+                    centre = x;
+                }
+                // no tube leads through a number that is not finite
+                if !x.is_finite() {
+                    before = None;
+                    continue;
+                }
                 if let Some((t0, x0)) = before {
                     for edge in [from, to].into_iter().filter(|edge| t0 < *edge && edge < time) {
                         widen(x0 + (x - x0) * (edge - t0) / (time - t0));
@@ -64,15 +72,13 @@ impl TubeState {
                 if (from..=to).contains(time) {
                     widen(x);
                 }
-                if *time == place.time {
-                    centre = x;
-                }
                 before = Some((*time, x));
                 if *time > to {
                     break;
                 }
             }
-            let inside = low - self.tube.value <= value && value <= high + self.tube.value;
+            let inside =
+                centre.is_finite() && low - self.tube.value <= value && value <= high + self.tube.value;
             if !inside && !is_same(centre, value) && centre != value && !self.nan.forgives(centre, value) {
                 let place = Place { element: i, ..place.clone() };
                 late.push(Divergence { place, a: format!("{low:?} to {high:?}"), b: format!("{value:?}") });

@@ -120,7 +120,7 @@ fn field_json(field: &FieldReport) -> Value {
         "peak": number(measure.scale.peak),
         "l1": number(measure.sums.d1),
         "l1_rel": measure.l1_relative().map(number),
-        "l2": number(measure.sums.d2.sqrt()),
+        "l2": number(measure.sums.difference.value()),
         "l2_rel": measure.l2_relative().map(number),
         "linf": measure.max.as_ref().map(|(max, _)| number(*max)),
         "sprague_geers": sprague_geers.map(|[magnitude, phase, combined]| json!({

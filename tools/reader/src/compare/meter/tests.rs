@@ -74,10 +74,44 @@ fn nan_of_single_precision_is_compared_exactly() {
 }
 
 #[test]
-fn a_norm_that_is_not_finite_is_no_proof() {
-    let mut meter = meter("l2_rel=0.1");
-    put(&mut meter, 0, &[1e200], &[-3e200]);
+fn norms_neither_overflow_nor_underflow() {
+    let tiny = f64::from_bits(1);
+    for (a, b, norm) in [
+        (&[1e-200, -1e-200][..], &[2e-200, -2e-200][..], 1.0),
+        (&[tiny, 0.0], &[2.0 * tiny, 0.0], 1.0),
+        (&[1e200, 1e-200], &[1.25e200, 1e-200], 0.25),
+        (&[1.0, 1e-200], &[1.0, 2e-200], 1e-200),
+        (&[1e308, -1e308], &[0.75e308, -0.75e308], 0.25),
+        (&[3.0, 4.0], &[3.0, 4.5], 0.1),
+    ] {
+        // alone, and in a message beside one that is not finite
+        for with in [&[][..], &[f64::INFINITY]] {
+            let (a, b) = ([with, a].concat(), [with, b].concat());
+            for (factor, within) in [(0.999, false), (1.001, true), (0.0, false)] {
+                let mut meter = meter(&format!("l2_rel={:e}", factor * norm));
+                put(&mut meter, 0, &a, &b);
+                assert_eq!(meter.is_within(), within, "{a:?}, {b:?}, {factor} of {norm}");
+                let found = meter.measure.l2_relative().expect("a norm");
+                assert!((found / norm - 1.0).abs() < 1e-12, "{a:?}, {b:?}: {found}");
+            }
+        }
+    }
+    // a difference too large for a number is beyond all
+    let mut meter = meter("l2_rel=9");
+    put(&mut meter, 0, &[1e308, 1.0], &[-1e308, 1.0]);
     assert!(!meter.is_within());
+}
+
+#[test]
+fn a_range_may_be_too_large_for_a_number() {
+    let (a, b) = ([1e308, -1e308], [0.9e308, -0.9e308]);
+    let mut scale = Scale::default();
+    scale.add(&a);
+    for (rule, beyond) in [("range_rel=0.001", 2), ("range_rel=0.049", 2), ("range_rel=0.051", 0)] {
+        let mut meter = Meter::new(Some(rule.parse().expect("a rule")), Some(scale), NanRule::SameBits);
+        put(&mut meter, 0, &a, &b);
+        assert_eq!(meter.measure.beyond, beyond, "{rule}");
+    }
 }
 
 #[test]
@@ -133,6 +167,40 @@ fn a_tube_forgives_a_jump_that_comes_a_step_early() {
         }
         meter.finish();
         assert_eq!(meter.measure.beyond, beyond, "{rule}");
+    }
+}
+
+#[test]
+fn a_tube_holds_no_number_that_is_not_finite() {
+    for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        // beyond: only at the sample itself, whichever recording has it, and not if both have it
+        for (in_a, in_b, beyond) in [(true, false, 1), (false, true, 1), (true, true, 0)] {
+            let mut meter = meter("tube=0.11:0.5");
+            for k in 0..20 {
+                let value = |is_odd: bool| if k == 9 && is_odd { odd } else { 1.0 };
+                put(&mut meter, k, &[value(in_a)], &[value(in_b)]);
+            }
+            meter.finish();
+            assert_eq!(meter.measure.beyond, beyond, "{odd}: {in_a}, {in_b}");
+        }
+        // its neighbours are not allowed everything by it
+        let mut meter = meter("tube=0.11:0.5");
+        for k in 0..20 {
+            put(
+                &mut meter,
+                k,
+                &[if k == 9 { odd } else { 1.0 }],
+                &[if k == 9 {
+                    odd
+                } else if k == 10 {
+                    7.0
+                } else {
+                    1.0
+                }],
+            );
+        }
+        meter.finish();
+        assert_eq!(meter.measure.beyond, 1, "{odd}");
     }
 }
 
