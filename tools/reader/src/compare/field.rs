@@ -181,7 +181,7 @@ impl ComparedField {
         let is_axis_part = self.is_axis_part && axes_differ && is_tolerant;
         let ignored = self.ignored || is_axis_part || self.is_unseen(between, relative);
         let is_between = self.is_resampled || (interpolated && !(self.is_axis_part && is_tolerant));
-        let untolerated = !ignored && is_between && self.is_bitwise();
+        let untolerated = !ignored && is_between && self.is_bitwise() && self.meter.measure.elements > 0;
         let shift = self.meter.shift.best().filter(|_| !between && !ignored);
         FieldReport {
             untolerated,
