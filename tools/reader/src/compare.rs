@@ -35,7 +35,7 @@ pub use error::CompareError;
 pub use measure::{Divergence, Measure, Place};
 pub use mode::{Alignment, Mode};
 pub use options::{Matched, NanRule, Options, Watch};
-pub use report::{ChannelReport, Comparison, Converted, FieldReport, Gap, Hint};
+pub use report::{ChannelReport, Comparison, Converted, FieldReport, Gap, Hint, Stamp};
 pub use shift::MAX_SHIFT;
 pub use structure::{Change, Difference, Finding};
 pub use sums::{Norm, Scale, Sums};
@@ -79,6 +79,8 @@ pub fn compare(
         return Err(CompareError::Units);
     }
     let files = inputs([a, b], &pairs, options);
+    let residuals = structure::residuals(a, &pairs, options);
+    let remarks: Vec<Change> = pairs.iter().flat_map(|pair| structure::remarks(a, b, pair)).collect();
     let scales = scales(a, &pairs, options, files[0].window)?;
     let room = a.limits().waiting() / pairs.len().max(1);
     let mut channels: Vec<Aligner<'_>> =
@@ -95,7 +97,8 @@ pub fn compare(
     })?;
     let mut comparison = Comparison {
         structure,
-        provenance: structure::provenance(a, b)?,
+        provenance: [structure::provenance(a, b)?, remarks].concat(),
+        residuals,
         derived: structure::derived(a, b, options),
         fitting: structure::fitting(a, b, &options.rules),
         damages,
@@ -105,6 +108,7 @@ pub fn compare(
         ..Comparison::default()
     };
     [a, b].into_iter().for_each(|recording| comparison.add_state(recording));
+    comparison.add_stamps();
     comparison.gaps = gaps(&comparison, options);
     Ok(comparison)
 }

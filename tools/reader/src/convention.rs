@@ -40,6 +40,8 @@ pub const INTERFACE: &str = "/interface/stress";
 pub const EVENT: &str = "/event";
 /// Topic of the energies of target and indenter, at frames.
 pub const ENERGY: &str = "/energy";
+/// Field of [`ENERGY`] that is nothing but rounding: its bits say nothing of the physics.
+pub const RESIDUAL: &str = "residual";
 /// Topic of the stress in the target.
 pub const FIELD_STRESS: &str = "/field/stress";
 /// Beginning of the topics of fields in the target.
@@ -129,6 +131,11 @@ pub const AXIS: &str = "axis.";
 /// True if an array is even about the origin of its axis.
 pub fn is_even(metadata: &BTreeMap<String, String>, field: &str) -> bool {
     metadata.get(&format!("symmetry.{field}")).is_some_and(|symmetry| symmetry == "even")
+}
+
+/// True for keys of the metadata of a channel that say how its numbers are to be read: unit, axis, symmetry.
+pub fn is_structure(key: &str) -> bool {
+    ["unit.", AXIS, "symmetry."].iter().any(|beginning| key.starts_with(beginning))
 }
 
 /// What the metadata of a channel says of a field, with its keys for a field of two names.

@@ -1046,3 +1046,72 @@ fn log_times_are_compared_in_nanoseconds() {
     let options = Options { window, ..Options::default() };
     assert_eq!(channel(&desk.forged(&line(0, 1), &line(0, 1), &options), "/place").compared, 10);
 }
+
+#[test]
+fn what_differs_and_is_not_compared_is_mentioned_once() {
+    let desk = Desk::new();
+    let a = forge(30, 5);
+    let mut b = a.clone();
+    // log and publish times of three messages of two topics, whose field `time` rules
+    for (topic, at) in [("/scalar", 3), ("/scalar", 4), ("/profile", 29)] {
+        b.channel(topic).messages[at].0 += 7;
+    }
+    b.channel("/profile").metadata.insert("colour".into(), "red".into());
+    let calm = &mut b.file.enum_type[0].value[0];
+    calm.name = Some("QUIET".into());
+    b.metadata.push(("percuss.status".into(), forge::text_map(&[("status", "failed")])));
+    let comparison = desk.forged(&a, &b, &Options::default());
+    assert!(!comparison.is_different(), "{:?}", comparison.structure);
+    let change = |change: &percuss_reader::compare::Change| {
+        let [a, b] = [&change.a, &change.b].map(|text| text.clone().unwrap_or_default());
+        format!("{} {}: {a} -> {b}", change.place, change.key)
+    };
+    let mut reported: Vec<String> = comparison.provenance.iter().map(change).collect();
+    reported.sort();
+    let expected = [
+        "/note.kind name of 0: CALM -> QUIET",
+        "/profile colour:  -> red",
+        "log time of 3 messages, first of /scalar: 30000000 ns -> 30000007 ns",
+        "percuss.status status:  -> failed",
+        "publish time of 3 messages, first of /scalar: 30000000 ns -> 30000007 ns",
+    ];
+    // where a message moves behind another, the sequence numbers of both differ too
+    reported.retain(|line| !line.starts_with("sequence"));
+    assert_eq!(reported, expected);
+}
+
+#[test]
+fn residuals_of_rounding_are_compared_where_they_are_named() {
+    let desk = Desk::new();
+    let with = |residual: f64| {
+        let mut recording = forge(30, 5);
+        recording.file.message_type[0].field[2].name = Some("residual".into());
+        let descriptor = forge::pool(&recording.file).get_message_by_name("lab.Scalar").expect("the message");
+        let channel = recording.channel("/scalar");
+        channel.topic = "/energy".into();
+        for (_, message) in &mut channel.messages {
+            let bytes = prost_reflect::prost::Message::encode_to_vec(message);
+            *message =
+                prost_reflect::DynamicMessage::decode(descriptor.clone(), &bytes[..]).expect("a message");
+            message.set_field_by_name("residual", Value::F64(residual));
+        }
+        recording
+    };
+    let (a, b) = (with(0.0), with(4e-16));
+    let comparison = desk.forged(&a, &b, &Options::default());
+    assert_eq!(verdict(&comparison), Verdict::Equal);
+    assert!(
+        to_text(("a", "b"), &comparison, Style::default())
+            .contains("a residual of rounding: /energy.residual")
+    );
+    for (rule, expected) in [
+        ("/energy.residual:bitwise", Verdict::Different),
+        ("*.residual:abs=1e-12", Verdict::Within),
+        ("/energy:abs=1e-20", Verdict::Equal),
+        ("/energy.residual:ignore", Verdict::Equal),
+    ] {
+        assert_eq!(verdict(&desk.forged(&a, &b, &rules(&[rule]))), expected, "{rule}");
+    }
+    let named = Options { fields: vec!["residual".parse().expect("a field")], ..Options::default() };
+    assert_eq!(verdict(&desk.forged(&a, &b, &named)), Verdict::Different);
+}

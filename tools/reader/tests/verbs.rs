@@ -52,7 +52,14 @@ fn diff_says_where_and_ends_accordingly() {
     for more in [["--topic", "/nowhere"], ["--field", "nothing"]] {
         desk.text(2, &[&["diff", "a.mcap", "same.mcap"][..], &more].concat());
     }
-    assert_eq!(desk.text(1, &["diff", "a.mcap", "b.mcap", "--summary"]).lines().count(), 5);
+    assert_eq!(desk.text(1, &["diff", "a.mcap", "b.mcap", "--summary"]).lines().count(), 6);
+    let summary = desk.text(1, &["diff", "a.mcap", "b.mcap", "--summary"]);
+    assert!(
+        summary.starts_with("DIFFERENT  a.mcap -> b.mcap\n  ") && summary.contains(" beyond tolerance"),
+        "{summary}"
+    );
+    let thin = desk.text(0, &["diff", "a.mcap", "b.mcap", "--summary", "--align", "linear", "--l2-rel", "1"]);
+    assert!(!thin.contains("NaN"), "{thin}");
     let fast = desk.text(1, &["diff", "a.mcap", "b.mcap", "--fail-fast"]);
     assert!(fast.contains("--fail-fast"), "{fast}");
     assert!(desk.text(0, &["diff", "a.mcap", "same.mcap", "b.mcap", "--abs", "1"]).contains("2 comparisons"));
@@ -127,6 +134,14 @@ fn folders_are_compared_file_by_file() {
     }
     let text = desk.text(1, &["diff", "old", "new", "--summary"]);
     assert!(text.contains("old/x.mcap -> new/x.mcap") && text.contains("2 comparisons: DIFFERENT"), "{text}");
+    fs::copy(desk.path("a.mcap"), desk.path("old/z.mcap")).expect("a file");
+    fs::copy(desk.path("a.mcap"), desk.path("new/z.mcap")).expect("a file");
+    let fast = desk.text(1, &["diff", "old", "new", "--fail-fast"]);
+    let counted = ["1 comparisons: DIFFERENT; 2 more were not made (--fail-fast)", "2 more"];
+    assert!(counted.iter().all(|part| fast.contains(part)), "{fast}");
+    let json: Json =
+        serde_json::from_str(&desk.text(1, &["diff", "old", "new", "--fail-fast", "--json"])).expect("JSON");
+    assert_eq!(json["not_made"], 2);
     desk.text(0, &["diff", "old", "new", "--abs", "1"]);
     fs::remove_file(desk.path("new/x.mcap")).expect("a file");
     assert!(desk.text(1, &["diff", "old", "new", "--abs", "1"]).contains("missing from the new folder"));

@@ -41,6 +41,10 @@ Without a tolerance only messages of the same step or exact time are compared, a
 messages of other times are interpolated (--align linear --l2-rel 0.01), which is reported. Times and steps of paired messages
 are compared like fields: a rule for `time` is for those of all topics (--tol time:abs=1e-12, --ignore time).
 
+Metadata, attachments, names of enum values, log times, publish times and sequence numbers are not compared where fields say which
+message it is; what differs of them is mentioned, and the status stays. Residuals of rounding (/energy.residual) are compared
+if they are named (--field residual, --tol /energy.residual:abs=1e-12).
+
 What could not be compared is never equal: without a value that both have (no common time or axis, nothing in the window, no
 field left) the status is 2, or 1 if one recording has messages that the other has not. Recordings without any common time,
 as of wall clocks, are paired as with --align relative, which is reported; without a tolerance their fields `time` differ. Folders with --bless: new recordings are taken
@@ -131,7 +135,9 @@ impl DiffArguments {
         }
         let fitting = vec![false; options.rules.rules.len()];
         let mut result = Outcome { worst: Verdict::Equal, lossy: false, documents: Vec::new(), fitting };
+        let mut left = jobs.len();
         for job in &jobs {
+            left -= 1;
             match (&job.a, &job.b) {
                 (Some(a), Some(b)) => self.compare(a, b, &options, limits, &mut result)?,
                 _ => {
@@ -149,7 +155,7 @@ impl DiffArguments {
             result.worst = Verdict::NotCompared;
         }
         report_idle(&options.rules, &result.fitting, &jobs);
-        self.conclude(result, jobs.len())
+        self.conclude(result, jobs.len() - left, left)
     }
 
     /// Refuses outputs that are inputs, that exist, or that do not go with what is asked for.
@@ -207,7 +213,10 @@ impl DiffArguments {
         Ok(())
     }
 
-    fn conclude(&self, result: Outcome, jobs: usize) -> Result<Exit, CliError> {
+    /// Says how all comparisons ended.
+    ///
+    /// * `left`: comparisons that were not made, after the first difference (--fail-fast)
+    fn conclude(&self, result: Outcome, jobs: usize, left: usize) -> Result<Exit, CliError> {
         let Outcome { worst, lossy, documents, .. } = result;
         if self.json {
             let document = json!({
@@ -218,10 +227,15 @@ impl DiffArguments {
                     Verdict::Different => "different",
                 },
                 "comparisons": documents,
+                "not_made": left,
             });
             print_document(&format!("{document:#}\n"))?;
-        } else if jobs != 1 {
-            print(&format!("{jobs} comparisons: {}\n", worst.name()))?;
+        } else if jobs + left != 1 {
+            let left = match left {
+                0 => String::new(),
+                left => format!("; {left} more were not made (--fail-fast)"),
+            };
+            print(&format!("{jobs} comparisons: {}{left}\n", worst.name()))?;
         }
         Ok(match (lossy, worst) {
             (_, Verdict::NotCompared) => Exit::NoAnswer,

@@ -302,6 +302,7 @@ impl<'a> Aligner<'a> {
             let matched = Matched { channel, other, log_time, a: &a.item.bytes, b: &b.item.bytes };
             watch(&matched).map_err(CompareError::Watch)?;
         }
+        self.compare_stamps(&a.item, &b.item);
         let place = self.sample(&a);
         let Some([layout_a, layout_b]) = &self.layouts else {
             let [a, b] = [a, b].map(|waiting| List::Bytes(vec![waiting.item.bytes]));
@@ -325,6 +326,17 @@ impl<'a> Aligner<'a> {
         }
         self.values.iter_mut().for_each(Values::release);
         Ok(())
+    }
+
+    /// Counts what differs of the headers of two messages.
+    fn compare_stamps(&mut self, a: &Item, b: &Item) {
+        let of = |item: &Item| [item.log_time, item.publish_time, item.sequence.into()];
+        for (stamp, (a, b)) in self.report.stamps.iter_mut().zip(of(a).into_iter().zip(of(b))) {
+            if a != b {
+                stamp.count += 1;
+                stamp.first.get_or_insert((a, b));
+            }
+        }
     }
 
     /// Measures the decoded messages.

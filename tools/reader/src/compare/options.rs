@@ -3,7 +3,10 @@
 use clap::Args;
 
 use super::{mode::Mode, tolerance::Rules};
-use crate::select::{Pattern, Window};
+use crate::{
+    convention,
+    select::{Pattern, Window},
+};
 
 /// How to compare.
 #[derive(Args, Clone, Debug, Default)]
@@ -80,9 +83,20 @@ pub struct Matched<'a> {
 pub type Watch<'a> = &'a mut dyn FnMut(&Matched<'_>) -> Result<(), String>;
 
 impl Options {
-    /// True if a field takes part.
+    /// True if the numbers of a field take part.
     pub(super) fn compares(&self, topic: &str, field: &str) -> bool {
+        self.chooses(topic, field) && !self.leaves_out_residual(topic, field)
+    }
+
+    /// True if a field takes part: that it is there, its type, its unit.
+    pub(super) fn chooses(&self, topic: &str, field: &str) -> bool {
         let chosen = self.fields.is_empty() || self.fields.iter().any(|pattern| pattern.fits(field));
         chosen && !self.rules.ignores(topic, Some(field))
+    }
+
+    /// True for a residual of rounding, which neither `--field` nor a tolerance of its own asks for.
+    pub(super) fn leaves_out_residual(&self, topic: &str, field: &str) -> bool {
+        let is_residual = (topic, field) == (convention::ENERGY, convention::RESIDUAL);
+        is_residual && self.fields.is_empty() && !self.rules.name(topic, field)
     }
 }

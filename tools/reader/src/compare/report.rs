@@ -15,12 +15,14 @@ use crate::{messages::Recording, recording::Damage, wire::Leaf};
 pub struct Comparison {
     /// Differences of structure.
     pub structure: Vec<Finding>,
-    /// Differences of metadata and attachments, for information.
+    /// Differences that are not compared: of metadata, attachments, names of enums, headers of messages.
     pub provenance: Vec<Change>,
     /// Channels that both have.
     pub channels: Vec<ChannelReport>,
     /// Topics left out because they show what others hold; they are compared if they are named.
     pub derived: BTreeSet<String>,
+    /// Residuals of rounding that are not compared; they are if they are named.
+    pub residuals: BTreeSet<String>,
     /// What is damaged, by file.
     pub damages: Vec<(PathBuf, Damage)>,
     /// Recordings that did not come to their planned end.
@@ -100,6 +102,36 @@ impl Comparison {
         }
     }
 
+    /// Adds what differs of the headers of messages, once for all channels.
+    pub(super) fn add_stamps(&mut self) {
+        for (i, (what, unit)) in
+            [("log time", " ns"), ("publish time", " ns"), ("sequence", "")].iter().enumerate()
+        {
+            let stamps = self.channels.iter().map(|channel| (&channel.topic, channel.stamps[i]));
+            let differing: Vec<_> = stamps.filter(|(_, stamp)| stamp.count > 0).collect();
+            let Some((topic, Stamp { first: Some((a, b)), .. })) = differing.first() else { continue };
+            let messages: u64 = differing.iter().map(|(_, stamp)| stamp.count).sum();
+            self.provenance.push(Change {
+                place: (*what).into(),
+                key: format!("of {messages} messages, first of {topic}"),
+                a: Some(format!("{a}{unit}")),
+                b: Some(format!("{b}{unit}")),
+            });
+        }
+    }
+
+    /// Values compared, how many of them differ, and how many are beyond tolerance.
+    pub fn counts(&self) -> [u64; 3] {
+        let fields = self.channels.iter().flat_map(|channel| &channel.fields).filter(|field| !field.ignored);
+        fields.fold([0; 3], |[values, differing, beyond], FieldReport { measure, .. }| {
+            [
+                values + measure.elements - measure.skipped,
+                differing + measure.differing,
+                beyond + measure.beyond,
+            ]
+        })
+    }
+
     /// True if something is different beyond tolerance.
     pub fn is_different(&self) -> bool {
         !self.structure.is_empty() || self.channels.iter().any(ChannelReport::is_different)
@@ -151,6 +183,15 @@ pub enum Hint {
     Relative,
 }
 
+/// Headers of messages that were compared and that differ in a number which does not take part.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stamp {
+    /// Messages.
+    pub count: u64,
+    /// The numbers of the first of them in both recordings.
+    pub first: Option<(u64, u64)>,
+}
+
 /// A channel that both recordings have.
 #[derive(Clone, Debug, Default)]
 pub struct ChannelReport {
@@ -174,6 +215,8 @@ pub struct ChannelReport {
     pub outside: [u64; 2],
     /// Messages that could not be decoded.
     pub undecoded: u64,
+    /// Log times, publish times and sequence numbers of messages compared that differ.
+    pub stamps: [Stamp; 3],
     /// Values of the new recording were compared that stand between its messages.
     pub interpolated: bool,
     /// What would allow a difference that is one only because no tolerance is given.

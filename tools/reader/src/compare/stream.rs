@@ -8,7 +8,10 @@ use std::{
 };
 
 use super::error::CompareError;
-use crate::{messages::Recording, recording::Damage};
+use crate::{
+    messages::{Message, Recording},
+    recording::Damage,
+};
 
 /// Bytes after which a batch is handed on.
 const BATCH: usize = 1 << 20;
@@ -35,6 +38,8 @@ pub(super) struct Input<'a> {
 pub(super) struct Item {
     pub(super) bytes: Vec<u8>,
     pub(super) log_time: u64,
+    pub(super) publish_time: u64,
+    pub(super) sequence: u32,
 }
 
 /// Messages with the numbers of their aligners, or the end of the file.
@@ -54,7 +59,8 @@ fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, Comp
             return Err(CompareError::TooLarge { bytes: message.data.len() });
         }
         bytes += message.data.len();
-        let item = Item { bytes: message.data.to_vec(), log_time: message.log_time };
+        let Message { log_time, publish_time, sequence, data, .. } = message;
+        let item = Item { bytes: data.to_vec(), log_time, publish_time, sequence };
         batch.push((input.slots[&message.channel], item));
         if bytes < BATCH && batch.len() < MESSAGES {
             return Ok(());

@@ -6,6 +6,8 @@ use std::{
     hash::{Hash, Hasher},
 };
 
+use prost_reflect::EnumDescriptor;
+
 use super::{
     clock::Start,
     convert::{self, Converter},
@@ -20,7 +22,7 @@ use crate::{
     recording::{Budget, OpenError},
     scales::Scales,
     toml_keys,
-    wire::{Layout, Leaf},
+    wire::{Layout, Leaf, Type},
 };
 
 /// A difference of structure.
@@ -128,6 +130,17 @@ pub(super) fn find_chosen(a: &Recording, b: &Recording, options: &Options) -> Re
     Ok(())
 }
 
+/// Residuals of rounding that both recordings have and that are not compared.
+pub(super) fn residuals(a: &Recording, pairs: &[Pair], options: &Options) -> BTreeSet<String> {
+    let of_pair = |pair: &Pair| {
+        let channel = &a.channels[&pair.a];
+        let paths = channel.layout.iter().flat_map(|layout| &layout.leaves).map(|leaf| &leaf.path);
+        let left_out = paths.filter(|path| options.leaves_out_residual(&channel.topic, path));
+        left_out.map(|path| format!("{}.{path}", channel.topic)).collect::<Vec<_>>()
+    };
+    pairs.iter().flat_map(of_pair).collect()
+}
+
 /// Topics that are left out because they are derived from others and were not asked for.
 pub(super) fn derived(a: &Recording, b: &Recording, options: &Options) -> BTreeSet<String> {
     let channels = a.channels.values().chain(b.channels.values());
@@ -197,7 +210,7 @@ fn fields(
 ) -> Vec<(usize, usize)> {
     let topic = &a.topic;
     let mut find = |field: Option<&str>, difference: Difference| {
-        if field.map_or_else(|| !options.rules.ignores(topic, None), |field| options.compares(topic, field)) {
+        if field.map_or_else(|| !options.rules.ignores(topic, None), |field| options.chooses(topic, field)) {
             findings.push(Finding { topic: topic.clone(), field: field.map(str::to_owned), difference });
         }
     };
@@ -287,6 +300,29 @@ pub struct Change {
     pub a: Option<String>,
     /// In the new recording; `None` if it is not there.
     pub b: Option<String>,
+}
+
+/// What differs of two channels and says nothing of their numbers: metadata but units, axes and symmetries, which are
+/// structure, and the names of the values of enums.
+pub(super) fn remarks(a: &Recording, b: &Recording, pair: &Pair) -> Vec<Change> {
+    let (a, b) = (&a.channels[&pair.a], &b.channels[&pair.b]);
+    let mut changes = Vec::new();
+    let other = |channel: &Channel| -> BTreeMap<String, String> {
+        let other = channel.metadata.iter().filter(|(key, _)| !convention::is_structure(key));
+        other.map(|(key, value)| (key.clone(), value.clone())).collect()
+    };
+    compare_entries(&a.topic, &other(a), &other(b), &mut changes);
+    let (Some(layout_a), Some(layout_b)) = (&a.layout, &b.layout) else { return changes };
+    for &(leaf_a, leaf_b) in &pair.leaves {
+        let (leaf, other) = (&layout_a.leaves[leaf_a], &layout_b.leaves[leaf_b]);
+        let (Type::Enum(names), Type::Enum(others)) = (&leaf.kind, &other.kind) else { continue };
+        let table = |names: &EnumDescriptor| -> BTreeMap<String, String> {
+            let values = names.values();
+            values.map(|value| (format!("name of {}", value.number()), value.name().to_owned())).collect()
+        };
+        compare_entries(&format!("{}.{}", a.topic, leaf.path), &table(names), &table(others), &mut changes);
+    }
+    changes
 }
 
 /// Compares metadata records and attachments; attachments in TOML key by key.

@@ -243,6 +243,12 @@ impl Rules {
             .find(|rule| rule.fits_time(field) || rule.fields.fits(&name) || rule.fields.fits(topic))
     }
 
+    /// True if a rule is for this field, and not for all fields of topics.
+    pub(super) fn name(&self, topic: &str, field: &str) -> bool {
+        let name = format!("{topic}.{field}");
+        self.rules.iter().any(|rule| rule.fields.text().ends_with(field) && rule.fields.fits(&name))
+    }
+
     /// True if a topic, or a field, is to be left out.
     pub fn ignores(&self, topic: &str, field: Option<&str>) -> bool {
         let name = field.map(|field| format!("{topic}.{field}"));

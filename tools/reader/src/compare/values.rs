@@ -12,10 +12,10 @@ pub(super) fn is_same(x: f64, y: f64) -> bool {
     x.to_bits() == y.to_bits()
 }
 
-/// Distance of two numbers of the same type in units in the last place.
+/// Distance of two numbers of the same type in units in the last place; an infinity is at none from another number.
 pub(super) fn ulps(x: f64, y: f64, floats: bool) -> Option<u64> {
-    if x.is_nan() || y.is_nan() {
-        return None;
+    if !x.is_finite() || !y.is_finite() {
+        return (x == y).then_some(0);
     }
     // the bits of a float as an integer that grows with it
     let order64 = |bits: i64| if bits < 0 { i64::MIN.wrapping_sub(bits) } else { bits };

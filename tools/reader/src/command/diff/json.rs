@@ -52,6 +52,7 @@ pub fn to_json(names: (&str, &str), comparison: &Comparison) -> Value {
         "gaps": comparison.gaps.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "damages": damages.collect::<Vec<_>>(),
         "derived": comparison.derived,
+        "residuals": comparison.residuals,
         "partial": comparison.partial.iter().map(|path| path.to_string_lossy()).collect::<Vec<_>>(),
         "structure": structure.collect::<Vec<_>>(),
         "provenance": provenance.collect::<Vec<_>>(),

@@ -23,6 +23,7 @@ pub(super) fn shown(comparison: &Comparison) -> Comparison {
         [&mut change.a, &mut change.b].into_iter().flatten().for_each(escape);
     }
     comparison.derived = comparison.derived.iter().map(|topic| printable(topic).into_owned()).collect();
+    comparison.residuals = comparison.residuals.iter().map(|name| printable(name).into_owned()).collect();
     for channel in &mut comparison.channels {
         escape(&mut channel.topic);
         if let Some((place, _)) = &mut channel.first_unmatched {

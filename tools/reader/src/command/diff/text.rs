@@ -34,6 +34,7 @@ const MAX_LISTED: usize = 40;
 pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> String {
     let comparison = &shown(comparison);
     let mut text = format!("{} -> {}: {}\n", names.0, names.1, style.verdict(verdict(comparison)));
+    text.push_str(&counts(comparison));
     for (path, damage) in &comparison.damages {
         let line = format!("{}: {} (at byte {})", path.display(), damage.reason, damage.offset);
         text.push_str(&format!("  {} {line}; the sound part is compared\n", style.paint("33", "damaged")));
@@ -51,7 +52,7 @@ pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> St
         list(&mut text, comparison.structure.iter().map(ToString::to_string));
     }
     if !comparison.provenance.is_empty() {
-        text.push_str("\ncase and provenance (for information)\n");
+        text.push_str("\nfor information: case, metadata, headers of messages\n");
         let show = |value: &Option<String>| value.as_ref().map_or("(none)".into(), |value| short(value));
         let line = |change: &Change| {
             format!("{} {}: {} -> {}", change.place, change.key, show(&change.a), show(&change.b))
@@ -77,10 +78,28 @@ pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> St
         let topics: Vec<&str> = comparison.derived.iter().map(String::as_str).collect();
         text.push_str(&format!("not compared, made from the others: {}\n", topics.join(", ")));
     }
+    for residual in &comparison.residuals {
+        text.push_str(&format!(
+            "not compared, a residual of rounding: {residual} (--tol {residual}:abs=1e-12)\n"
+        ));
+    }
     if comparison.stopped_early {
         text.push_str("\nstopped at the first difference beyond tolerance (--fail-fast)\n");
     }
     text
+}
+
+/// What was compared, in numbers.
+fn counts(comparison: &Comparison) -> String {
+    let [values, differing, beyond] = comparison.counts();
+    let channels = comparison.channels.len();
+    let structure = match comparison.structure.len() {
+        0 => String::new(),
+        findings => format!(", {findings} differences of structure"),
+    };
+    format!(
+        "  {values} values of {channels} channels compared: {differing} differ, {beyond} beyond tolerance{structure}\n"
+    )
 }
 
 /// Topics of channels of which there is nothing more to say.
@@ -113,7 +132,8 @@ fn starts(comparison: &Comparison) -> String {
 /// One line per channel.
 pub fn summary(names: (&str, &str), comparison: &Comparison, style: Style) -> String {
     let comparison = &shown(comparison);
-    let mut text = String::new();
+    let mut text = format!("{}  {} -> {}\n", style.verdict(verdict(comparison)), names.0, names.1);
+    text.push_str(&counts(comparison));
     for finding in &comparison.structure {
         text.push_str(&format!("{}  {finding}\n", style.verdict(Verdict::Different)));
     }
@@ -129,16 +149,18 @@ pub fn summary(names: (&str, &str), comparison: &Comparison, style: Style) -> St
             _ => style.verdict(Verdict::Equal),
         };
         let detail = worst.map_or(String::new(), |field| {
-            let max = field.measure.max.as_ref().map_or(f64::NAN, |(max, _)| *max);
-            format!("  largest {max:.3e} in {}", field.path)
+            match &field.measure.max {
+                Some((max, _)) => format!("  largest {max:.3e} in {}", field.path),
+                // texts differ by no number
+                None => format!("  {} values differ in {}", field.measure.differing, field.path),
+            }
         });
-        text.push_str(&format!("{verdict}  {}  {} samples{detail}\n", channel.topic, channel.compared));
+        text.push_str(&format!("{verdict}  {}  {}{detail}\n", channel.topic, alignment(channel)));
     }
     if let Some(converted) = comparison.converted {
         text.push_str(&format!("  {} {}\n", style.paint("33", "units"), converted.text(names)));
     }
     text.push_str(&starts(comparison));
-    text.push_str(&format!("{}  {} -> {}\n", style.verdict(verdict(comparison)), names.0, names.1));
     text
 }
 

@@ -125,7 +125,7 @@ fn one_unit_in_the_last_place() {
     assert_eq!(ulps(-0.0, 0.0, false), Some(0));
     assert_eq!(ulps(-f64::from_bits(1), f64::from_bits(1), false), Some(2));
     assert_eq!(ulps(1.0, f64::from(1f32.next_up()), true), Some(1));
-    assert_eq!(ulps(f64::MAX, f64::INFINITY, false), Some(1));
+    assert_eq!(ulps(f64::MAX, f64::INFINITY, false), None);
 }
 
 #[test]
