@@ -8,6 +8,7 @@ use std::{
 use crate::{
     convention,
     instant::Instant,
+    prefix::Prefixed,
     recording::{seconds, seconds_since},
     wire::Layout,
 };
@@ -77,6 +78,29 @@ impl Channel {
     /// True if messages have a field `time`.
     pub fn has_time(&self) -> bool {
         self.time_leaf().is_some()
+    }
+
+    /// Radii and depths of the points whose values are the elements of every array, if it is a channel of points.
+    pub(crate) fn points(&self) -> Option<Vec<[f64; 2]>> {
+        let list = |key: &str| -> Option<Vec<f64>> {
+            self.metadata.get(key)?.split(',').map(|number| number.trim().parse().ok()).collect()
+        };
+        let (r, z) = (list("r")?, list("z")?);
+        (r.len() == z.len()).then(|| r.into_iter().zip(z).map(|(r, z)| [r, z]).collect())
+    }
+
+    /// A position on a coordinate for a label: `r=0.5`; in a recording in SI with the prefix that fits, `z=2mm`.
+    pub(crate) fn label(&self, coordinate: &str, position: f64) -> String {
+        let is_si = self.schema.starts_with(convention::SCHEMAS) && self.unit(convention::TIME) == Some("s");
+        let unit = self.unit(coordinate).or(is_si.then_some("m"));
+        match unit.filter(|_| position != 0.0).and_then(|unit| Prefixed::choose(unit, position)) {
+            // what a number in another unit has beyond twelve digits is rounding
+            Some(prefixed) => {
+                let number = format!("{:.11e}", prefixed.apply(position)).parse().unwrap_or(position);
+                format!("{coordinate}={number}{}", prefixed.unit)
+            }
+            None => format!("{coordinate}={position}"),
+        }
     }
 
     /// What the axes of arrays are made of: names of fields that only describe them.

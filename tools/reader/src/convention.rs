@@ -49,6 +49,8 @@ pub const FIELDS: &str = "/field/";
 /// Put before the topics of a recording of differences.
 pub const DIFFERENCES: &str = "/diff";
 
+/// Beginning of the names of percuss's own schemas.
+pub const SCHEMAS: &str = "percuss.";
 /// Key of the metadata of a channel that has values along a line in the target: `r = 0`, `z = 0.5`.
 pub const LINE: &str = "line";
 /// Beginning of the texts of events that warn of results that mislead.

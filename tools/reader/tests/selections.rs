@@ -207,6 +207,26 @@ fn a_large_array_is_left_out_of_a_whole_topic() {
     assert!(some.starts_with("time,step,p@r=0.5 [Pa]\n0.0,0,1.0\n"), "{some}");
 }
 
+#[test]
+fn columns_of_points_keep_the_depth() {
+    let mut recording = forge(3, 1);
+    let channel = recording.channel("/profile");
+    channel.metadata = text_map(&[("r", "0,0"), ("z", "0,0.002"), ("unit.r", "m"), ("unit.z", "m")]);
+    for (_, message) in &mut channel.messages {
+        message.set_field_by_name("p", Value::List([1.5, 2.5].map(Value::F64).to_vec()));
+    }
+    let desk = desk_of(&[("a.mcap", &recording)]);
+    let trace = |more: &[&str]| desk.text(0, &[&["trace", "a.mcap", "--topic", "/profile"], more].concat());
+    let rows = trace(&["--to", "0"]);
+    assert!(rows.starts_with("time,step,r0,dr,\"p@r=0,z=0\",\"p@r=0,z=2mm\"\n0.0,0,"), "{rows}");
+    assert_eq!(trace(&["--field", "p@r=0,z=2mm", "--to", "0"]), "time,\"p@r=0,z=2mm\"\n0.0,2.5\n");
+    // dimensionless ones as they are
+    recording.channel("/profile").metadata = text_map(&[("r", "0,0.5"), ("z", "0.25,1")]);
+    let desk = desk_of(&[("a.mcap", &recording)]);
+    let rows = desk.text(0, &["trace", "a.mcap", "--topic", "/profile", "--field", "p"]);
+    assert!(rows.starts_with("time,\"p@r=0,z=0.25\",\"p@r=0.5,z=1\"\n"), "{rows}");
+}
+
 /// `/slice` with values 6 + 2 j + 10 i in row j and column i, of which frame k shows 1 + k rows and 2 + k columns: at most
 /// 6 and 7. The axes begin at z = 0 and r = 0.05, the steps are 0.2 and 0.1.
 fn growing() -> Forged {

@@ -188,24 +188,54 @@ impl Picker<'_> {
             Axis::Listed(positions) if positions.len() > MAX_COLUMNS => {
                 Err(self.too_many(field.path.clone(), MAX_COLUMNS, nest.example()))
             }
-            Axis::Listed(positions) => {
-                let column = |(i, r): (usize, &f64)| {
-                    self.element(
-                        leaf,
-                        &nest,
-                        &[Some(Element::Number(i))],
-                        Some(format!("{}@r={r}", field.path)),
-                    )
-                };
-                Ok(positions.iter().enumerate().map(column).collect())
-            }
             Axis::Matrix { coordinates: [row, column], .. } => {
                 let hint =
                     format!("choose points, as in --at {column}=0,{row}=0; plot and export show it whole");
                 Err(self.refuse(&field.path, "a matrix", hint))
             }
-            Axis::Uniform { .. } | Axis::Unknown => self.elements(leaf, &nest, &vec![None; nest.lists()]),
+            Axis::Uniform { .. } | Axis::Listed(_) | Axis::Unknown => {
+                let Some(places) = self.places(leaf, &axis) else {
+                    return self.elements(leaf, &nest, &vec![None; nest.lists()]);
+                };
+                let column = |(i, place): (usize, &String)| {
+                    let name = format!("{}@{place}", field.path);
+                    self.element(leaf, &nest, &[Some(Element::Number(i))], Some(name))
+                };
+                Ok(places.iter().enumerate().map(column).collect())
+            }
         }
+    }
+
+    /// Where the elements of an array are, if that is listed: `r=0.5`, of a channel of points `r=0,z=2mm`.
+    fn places(&mut self, leaf: usize, axis: &Axis) -> Option<Vec<String>> {
+        let channel = self.channel;
+        let points = channel.points().filter(|points| match axis {
+            Axis::Listed(positions) => positions.len() == points.len(),
+            _ => {
+                let is_list = self.layout.leaves[leaf].lists == 1;
+                is_list && points.len() <= MAX_COLUMNS && (self.extent)(leaf).length == points.len()
+            }
+        });
+        match (points, axis) {
+            (Some(points), _) => {
+                let label =
+                    |[r, z]: &[f64; 2]| format!("{},{}", channel.label("r", *r), channel.label("z", *z));
+                Some(points.iter().map(label).collect())
+            }
+            (None, Axis::Listed(positions)) => {
+                Some(positions.iter().map(|r| channel.label("r", *r)).collect())
+            }
+            (None, _) => None,
+        }
+    }
+
+    /// The column of an array that [`all`](Self::all) gives this name.
+    fn labelled(&mut self, leaf: usize, name: &str) -> Option<Column> {
+        let axis = Axis::of(leaf, self.layout, self.channel);
+        let places = self.places(leaf, &axis).filter(|places| places.len() <= MAX_COLUMNS)?;
+        let path = &self.layout.leaves[leaf].path;
+        let i = places.iter().position(|place| name == format!("{path}@{place}"))?;
+        Some(self.element(leaf, &self.nest(leaf), &[Some(Element::Number(i))], Some(name.into())))
     }
 
     /// A column for every element that is not chosen yet.
@@ -323,6 +353,9 @@ impl Picker<'_> {
         let axis = Axis::of(leaf, self.layout, self.channel);
         let is_indexed = name.is_indexed();
         if let Some(at) = name.at {
+            if let Some(column) = self.labelled(leaf, text) {
+                return Ok(vec![column]);
+            }
             let at: Positions =
                 at.parse().map_err(|error| SelectionError::Positions { field: text.into(), error })?;
             if is_indexed {
