@@ -30,7 +30,7 @@ const LARGEST_STEP: f64 = 30.0;
 pub struct Trial {
     /// Impact velocity V0 \[c_p\].
     pub velocity: f64,
-    /// Largest axial strain.
+    /// Largest strain of the whole target, see [`crate::validity`].
     pub strain: f64,
     /// Surface nodes in contact, up to the outermost ever.
     pub nodes: usize,
@@ -47,10 +47,15 @@ pub enum SearchError {
     Run(#[from] RunError),
     /// There is no such velocity, or the mesh is too coarse to find it.
     #[error(
-        "no impact velocity is found that keeps the strain within {STRAIN_LIMIT}: at V0/c_p = {:e} it is {:e}, with {} nodes in contact (at least {FEWEST_NODES} are needed); make mesh.cells larger, or the head is too sharp for any velocity",
-        .0.velocity, .0.strain, .0.nodes
+        "no impact velocity is found that keeps the strain within {STRAIN_LIMIT}: at V0 = {velocity} it is {:.4}, with {} nodes in contact (at least {FEWEST_NODES} are needed); make mesh.cells larger, or the head is too sharp for any velocity",
+        .trial.strain, .trial.nodes
     )]
-    NotFound(Trial),
+    NotFound {
+        /// The trial that came nearest.
+        trial: Trial,
+        /// Its velocity with its unit.
+        velocity: String,
+    },
 }
 
 /// Finds the largest velocity at which the strain stays within [`STRAIN_LIMIT`], and no less than [`CLOSE`] of it.
@@ -61,6 +66,10 @@ pub enum SearchError {
 ///
 /// A trial that is invalid or fails, or no such velocity.
 pub fn find(case: &Case, mut watch: impl FnMut(&Trial)) -> Result<Trial, SearchError> {
+    let not_found = |trial: Trial| SearchError::NotFound {
+        trial,
+        velocity: case.units().speed.short_text(trial.velocity),
+    };
     let mut run = |velocity: f64| -> Result<Trial, SearchError> {
         let trial = run(&at_velocity(case, velocity)?)?;
         watch(&trial);
@@ -77,15 +86,15 @@ pub fn find(case: &Case, mut watch: impl FnMut(&Trial)) -> Result<Trial, SearchE
     for _ in 0..MOST_TRIALS {
         let trial = run(velocity)?;
         if trial.strain > STRAIN_LIMIT && trial.nodes < FEWEST_NODES {
-            return Err(SearchError::NotFound(trial));
+            return Err(not_found(trial));
         }
         match search.next(trial) {
             Next::Found(found) if found.nodes >= FEWEST_NODES => return Ok(found),
-            Next::Found(found) => return Err(SearchError::NotFound(found)),
+            Next::Found(found) => return Err(not_found(found)),
             Next::Try(next) => velocity = next,
         }
     }
-    Err(SearchError::NotFound(search.fastest_within.or(search.slowest_beyond).unwrap_or(Trial {
+    Err(not_found(search.fastest_within.or(search.slowest_beyond).unwrap_or(Trial {
         velocity,
         strain: f64::NAN,
         nodes: 0,

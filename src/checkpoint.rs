@@ -41,7 +41,7 @@ const MAGIC: [u8; 8] = *b"\x89percpt\n";
 /// Version of the format.
 ///
 /// * 1: the first.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Size of magic and version, and of the checksum \[bytes\].
 const BEGINNING: u64 = MAGIC.len() as u64 + 4;

@@ -158,7 +158,7 @@ impl From<SearchError> for CliError {
         match error {
             SearchError::Case(errors) => Self::Case(errors),
             SearchError::Run(error) => Self::Run(error),
-            SearchError::NotFound(_) => Self::NotAdmissible(error.to_string()),
+            SearchError::NotFound { .. } => Self::NotAdmissible(error.to_string()),
         }
     }
 }

@@ -178,6 +178,8 @@ pub struct Grid {
     /// Weight of the face between nodes i and i+1, shape `(nr,)`: `2 r_{i+½}`, plane 1; the last one is 0, no flux
     /// crosses the outer boundary.
     pub face: Vec<f64>,
+    /// True if the backing is that of a layer; on a half-space the mesh only ends there.
+    pub is_layer: bool,
     /// True if the scheme has cells between nodes, in which displacements along r alternate freely.
     pub cells_between_nodes: bool,
     half_cell_start: bool,
@@ -201,6 +203,7 @@ impl Grid {
             nz,
             area: Vec::new(),
             face: Vec::new(),
+            is_layer: spacing.layer_rows.is_some(),
             cells_between_nodes: false,
             half_cell_start,
         };

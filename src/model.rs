@@ -26,7 +26,8 @@
 //! parts      numbers that several threads write
 //! sampler    frames and energies of a level, as tiles pass it   <- domain, parts
 //! gauge      points and lines of a level, as tiles pass it      <- domain, parts
-//! tiles      time-skewed tiling behind the near-surface band    <- sampler, gauge, active
+//! strains    largest strain of a level, as tiles pass it        <- domain
+//! tiles      time-skewed tiling behind the near-surface band    <- sampler, gauge, strains, active
 //! workers    threads that work on the tiles                     <- tiles
 //! state      the engine as a stream of bytes                    <- workers
 //! ```
@@ -67,6 +68,7 @@ mod gauge;
 pub mod rakhmatulin;
 pub mod reference;
 pub mod scheme;
+pub mod strain;
 
 pub(crate) use gauge::{GaugePlan, UNDER_WAY as GAUGES_UNDER_WAY};
 pub use gauge::{GaugeValues, Gauges, Line, PointState};
@@ -205,15 +207,33 @@ pub struct TargetEnergy {
     pub strain: f64,
 }
 
-/// Largest strain on the backing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct BackingPeak {
+/// Largest strain behind the surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StrainPeak {
     /// |∂u_z/∂z|, in the full theory the largest principal strain by magnitude.
     pub strain: f64,
     /// Radius \[R\].
     pub r: f64,
+    /// Depth \[R\].
+    pub z: f64,
     /// Step.
     pub step: u64,
+}
+
+impl StrainPeak {
+    /// On the backing, column `i`.
+    fn on_backing(grid: &Grid, strain: f64, level: usize, i: usize) -> Self {
+        Self { strain, r: grid.r(i), z: grid.nz as f64 * grid.dz, step: level as u64 }
+    }
+
+    /// The larger of the strain of a cell and that on the backing, which only a layer has.
+    fn largest(grid: &Grid, cell: strain::CellPeak, backing: Self) -> Self {
+        if grid.is_layer && backing.strain >= cell.strain {
+            return backing;
+        }
+        let (r, z) = cell.place(grid);
+        Self { strain: cell.strain, r, z, step: cell.level as u64 }
+    }
 }
 
 /// The larger of two strains with their columns; the first where they are equal.
@@ -354,8 +374,8 @@ pub trait Model<T>: Send {
     /// * `pressure`: p^k there \[γc_p²\]
     fn strain_at(&self, pressure: f64, i: usize) -> f64;
 
-    /// Largest strain on the backing over all levels before the newest one.
-    fn backing_peak(&mut self) -> BackingPeak;
+    /// Largest strain of cells and on the backing of a layer over all levels before the newest one, see [`mod@strain`].
+    fn strain_peak(&mut self) -> StrainPeak;
 
     /// First place `(r, z)` where the displacement is not finite, if any \[R\].
     fn find_non_finite(&mut self) -> Option<(f64, f64)>;

@@ -92,7 +92,6 @@ pub struct Simulation {
     validity: Validity,
     /// Radii of the probes \[R\].
     probes: Vec<f64>,
-    layer: bool,
     frames: FrameSteps,
     steps: u64,
     stop: Stop,
@@ -185,7 +184,6 @@ impl Simulation {
             probes: case.record.probes.clone(),
             indenter,
             model,
-            layer: sizes.layer,
             frames: case.frames(),
             steps: sizes.steps,
             stop: case.run.stop,
@@ -269,6 +267,8 @@ impl Simulation {
             if node < self.grid.nr() {
                 let strain = self.model.strain_at(view.interface.stress_at(r), node);
                 self.validity.observe_probe(strain, step, time, r);
+                // the stress of a probe may lie between nodes
+                self.validity.observe_strain(strain, step, time, (r, 0.0));
             }
         }
         let step = Step { view, ledgers: [before, after] };
@@ -343,11 +343,8 @@ impl Simulation {
     /// Largest pressure and strain so far.
     pub(crate) fn validity(&mut self) -> Validity {
         let mut validity = self.validity;
-        if self.layer {
-            let peak = self.model.backing_peak();
-            let place = (peak.r, self.grid.nz as f64 * self.grid.dz);
-            validity.observe_strain(peak.strain, peak.step, peak.step as f64 * self.grid.dt(), place);
-        }
+        let peak = self.model.strain_peak();
+        validity.observe_strain(peak.strain, peak.step, peak.step as f64 * self.grid.dt(), (peak.r, peak.z));
         validity
     }
 

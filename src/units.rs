@@ -143,6 +143,11 @@ impl Unit {
         if self.is_dimensionless() { format!("{x:.decimals$}") } else { engineering(self.of(x), self.name) }
     }
 
+    /// The same of numbers of any size: a plain one as `1.667e-4 c_p`.
+    pub fn short_text(self, x: f64) -> String {
+        if self.is_dimensionless() { format!("{x:.3e} {}", self.name) } else { self.text(x) }
+    }
+
     /// The same, with all digits of a plain number.
     pub fn full_text(self, x: f64) -> String {
         if self.is_dimensionless() { x.to_string() } else { self.text(x) }

@@ -112,11 +112,12 @@ impl RunWarnings {
         let Unit { name, .. } = self.units.speed;
         let remedy = match validity.admissible_velocity() {
             Some(velocity) => format!("V0 up to {:.4} {name} keeps it", self.units.speed.of(velocity)),
-            None => "percuss check --admissible finds the velocity that keeps it".into(),
+            None => "under a head that is not flat it falls more slowly than V0".into(),
         };
-        let (r, t) = (self.units.length.text(validity.strain.r), self.units.time.text(validity.strain.time));
+        let [r, z] = [validity.strain.r, validity.strain.z].map(|x| self.units.length.text(x));
+        let t = self.units.time.text(validity.strain.time);
         let text = format!(
-            "the largest strain, {strain:.4} at r = {r}, t = {t}, is {times:.1} times the limit of linear theory, {STRAIN_LIMIT}; {remedy}"
+            "the largest strain, {strain:.4} at r = {r}, z = {z}, t = {t}, is {times:.1} times the limit of linear theory, {STRAIN_LIMIT}; {remedy}"
         );
         Some(Warning { about: "strain", text })
     }
@@ -165,7 +166,7 @@ mod tests {
         assert_eq!(abouts(&of_case(&ball)), ["base"]);
         let found = of_run(&ball);
         assert_eq!(abouts(&found), ["strain"]);
-        assert!(found[0].text.contains("µs") && found[0].text.contains("--admissible"), "{found:?}");
+        assert!(found[0].text.contains("µs") && found[0].text.contains(", z = "), "{found:?}");
         let slow = case(BALL, &["impact.velocity=5 mm/s", "mesh.cells=20"]);
         assert_eq!(abouts(&of_run(&slow)), ["cells"]);
         let simple = ["model=rakhmatulin", "impact.velocity=300 m/s", "target.thickness=half-space"];

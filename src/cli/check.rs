@@ -65,7 +65,8 @@ fn find_velocity(case: &Case) -> Result<Trial, CliError> {
     let is_terminal = io::stderr().is_terminal();
     let watch = |trial: &Trial| {
         if is_terminal {
-            eprintln!("trial: V0/c_p = {:.4e}, largest strain {:.5}", trial.velocity, trial.strain);
+            let velocity = case.units().speed.short_text(trial.velocity);
+            eprintln!("trial: V0 = {velocity}, largest strain {:.5}", trial.strain);
         }
     };
     Ok(admissible::find(case, watch)?)

@@ -2,7 +2,7 @@
 //!
 //! Two levels of a displacement are kept, with the corner term and in the full theory three, rows 0 (the surface) to nz (the backing), in the order of radii; the next level overwrites
 //! the oldest. A band near the surface goes step by step; the interior follows behind it in passes over many
-//! levels ([`tiles`], [`workers`]). Frames, points and lines are sampled on the way ([`sampler`], [`gauge`]), and steps wait in the engine
+//! levels ([`tiles`], [`workers`]). Frames, points and lines are sampled on the way, and the largest strain is taken ([`sampler`], [`gauge`], [`strains`]), and steps wait in the engine
 //! until theirs are complete.
 //!
 //! Threads share the field through raw parts: a slice never covers a number that another thread may write while it lives, and no
@@ -15,10 +15,11 @@
 use std::{collections::VecDeque, io, sync::Arc};
 
 use super::{
-    BackingPeak, Coverage, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Handed, Model, Sampling,
+    Coverage, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Handed, Model, Sampling, StrainPeak,
     elastic::Elastic,
     larger_strain, scheme,
     scheme::{Corner, RadialWeights},
+    strain::Watched,
 };
 use crate::{
     grid::Grid,
@@ -44,6 +45,7 @@ mod patch;
 mod progress;
 mod sampler;
 mod state;
+mod strains;
 mod sync;
 #[cfg(test)]
 mod tests;
@@ -61,6 +63,7 @@ use domain::{Domain, Weighted};
 use gauge::Gauge;
 use kernel::free_surface;
 use sampler::{Sampler, SurfaceMotion};
+use strains::Strains;
 use tiles::{LevelTask, RowPeak};
 use tiling::Sizes;
 use vector::BLOCK;
@@ -89,6 +92,8 @@ pub struct Engine<T> {
     most_gauges: usize,
     /// Largest peak of the row before the backing so far, and that of the newest level.
     peaks: [RowPeak; 2],
+    /// Largest strain of cells so far.
+    strains: Arc<Strains>,
     /// Room for sums over z on the surface.
     sums: Vec<f64>,
     /// Room for both displacements of the free surface in the full theory.
@@ -164,6 +169,7 @@ impl<T> Engine<T> {
             most_frames: (FRAMES_UNDER_WAY / frame_size.max(1)).max(2),
             most_gauges: (GAUGES_UNDER_WAY / gauges.size()).max(2),
             peaks: Default::default(),
+            strains: Arc::default(),
             shown,
             gauges,
             sums: Vec::new(),
@@ -173,14 +179,22 @@ impl<T> Engine<T> {
     }
 
     /// What there is to do on the way to the newest level.
-    fn task(&self, is_frame: bool) -> LevelTask {
+    ///
+    /// * `loaded`: number of surface nodes that have been in contact
+    fn task(&self, is_frame: bool, loaded: usize) -> LevelTask {
         let active = self.cone.active(self.level);
         let sampler = || {
             let surface = self.field.row(self.level - 1, 0)[..self.cone.active_columns()].to_vec();
             Arc::new(Sampler::new(self.level, self.field.domain(), active.rows, &self.shown, surface))
         };
         let gauge = || Arc::new(Gauge::new(self.level, &self.gauges));
-        LevelTask { active, sampler: is_frame.then(sampler), gauge: (!self.gauges.is_empty()).then(gauge) }
+        LevelTask {
+            active,
+            sampler: is_frame.then(sampler),
+            gauge: (!self.gauges.is_empty()).then(gauge),
+            strains: Arc::clone(&self.strains),
+            watched: Watched::at(&self.grid, self.level - 1, loaded),
+        }
     }
 
     /// Lets the interior follow up to the level of the surface.
@@ -288,7 +302,7 @@ impl<T: Send> Model<T> for Engine<T> {
         }
         self.level += 1;
         self.cone.advance(self.level, surface.loaded);
-        let task = self.task(is_frame);
+        let task = self.task(is_frame, surface.loaded);
         self.steps.push_back(Waiting { step, sampler: task.sampler.clone(), gauge: task.gauge.clone() });
         let (reach, band_rows) = (self.field.domain().reach(), self.field.band_rows());
         // the rows below the lowest one are read
@@ -349,7 +363,7 @@ impl<T: Send> Model<T> for Engine<T> {
         }
     }
 
-    fn backing_peak(&mut self) -> BackingPeak {
+    fn strain_peak(&mut self) -> StrainPeak {
         self.catch_up();
         self.note_peak(RowPeak::default());
         let RowPeak { value, level, column } = self.peaks[0];
@@ -358,7 +372,8 @@ impl<T: Send> Model<T> for Engine<T> {
             Weighted::Axial(_) => value / self.grid.dz,
             Weighted::Cells(_) => value,
         };
-        BackingPeak { strain, r: self.grid.r(column), step: level as u64 }
+        let backing = StrainPeak::on_backing(&self.grid, strain, level, column);
+        StrainPeak::largest(&self.grid, self.strains.peak(), backing)
     }
 
     fn find_non_finite(&mut self) -> Option<(f64, f64)> {

@@ -80,6 +80,8 @@ pub struct ColumnWeights {
     pub inner: f64,
     /// q, of this column.
     pub outer: f64,
+    /// Shares of the inner and this column in the hoop strain v/r in the middle of the cell, times Δz.
+    pub hoop: [f64; 2],
     /// A and B: shares of the cells at the inner and outer side in u.
     pub axial: [f64; 2],
     /// A' and B', with µ.
@@ -109,7 +111,13 @@ pub fn column_weights(grid: &Grid, medium: &Medium) -> Vec<ColumnWeights> {
                 (courant * (i + 0.5) / i, courant * (i - 0.5) / i)
             }
         };
-        let weights = ColumnWeights { cell: cell(i), inner, outer, ..ColumnWeights::default() };
+        // the rest of D is v_,r; on the axis v/r is v_,r
+        let hoop = match (grid.geometry, i) {
+            (Geometry::Plane, _) => [0.0; 2],
+            (Geometry::Axisymmetric, 0) => [0.0, 0.5 * outer],
+            (Geometry::Axisymmetric, _) => [courant - inner, outer - courant],
+        };
+        let weights = ColumnWeights { cell: cell(i), inner, outer, hoop, ..ColumnWeights::default() };
         let (Some(mass), Some(lateral_mass)) = (grid.area.get(i), lateral_area(grid, i)) else {
             return weights;
         };
@@ -405,6 +413,30 @@ pub fn cell_strains(
     let tilts = v.map(|[upper, lower]| lower - upper);
     let shear = 0.5 * medium.courant * (outer_sink - inner_sink) + 0.5 * (tilts[0] + tilts[1]);
     [0.5 * (inner + outer), 0.5 * (upper + lower), shear, 0.5 * (outer - inner), 0.5 * (lower - upper)]
+}
+
+/// The largest principal strain by magnitude in the middle of a cell, times 2Δz.
+///
+/// * `u`, `v`: displacements in the inner and the outer column, each in the upper and the lower row
+/// * `lateral`, `hoop`: q' and q of the cell and its [`ColumnWeights::hoop`]
+#[inline(always)]
+pub fn largest_strain(
+    [u0, u1]: [[f64; 2]; 2],
+    [v0, v1]: [[f64; 2]; 2],
+    lateral: [f64; 2],
+    hoop: [f64; 2],
+    courant: f64,
+) -> f64 {
+    let [spread0, spread1] = [v0[0] + v0[1], v1[0] + v1[1]];
+    let axial = (u0[1] - u0[0]) + (u1[1] - u1[0]);
+    let hoop = hoop[0] * spread0 + hoop[1] * spread1;
+    let radial = (lateral[1] * spread1 - lateral[0] * spread0) - hoop;
+    let shear = courant * ((u1[0] + u1[1]) - (u0[0] + u0[1])) + ((v0[1] - v0[0]) + (v1[1] - v1[0]));
+    // ½(ε + ε_rr) ± √((½(ε − ε_rr))² + (½g)²), and v/r
+    let (middle, half) = (0.5 * (axial + radial), 0.5 * (axial - radial));
+    let in_section = middle.abs() + (half * half + 0.25 * (shear * shear)).sqrt();
+    let hoop = hoop.abs();
+    if hoop > in_section { hoop } else { in_section }
 }
 
 /// Strain energy of a cell between two levels, the product form of W that the scheme conserves \[πR³γc_p²\].

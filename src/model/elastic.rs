@@ -179,6 +179,16 @@ impl Elastic {
         if j == self.grid.nz { Strain { shear: 0.0, ..mean } } else { mean }
     }
 
+    /// The largest principal strain by magnitude in the middle of the cell between rows j and j+1 at the inner side of column `i`.
+    ///
+    /// * `at`: displacements, see [`Elastic::columns`]
+    pub(super) fn largest_strain(&self, at: impl Fn(usize, usize, isize) -> f64, j: usize, i: usize) -> f64 {
+        let [u, v] = [0, 1]
+            .map(|field| [i as isize - 1, i as isize].map(|column| [j, j + 1].map(|j| at(field, j, column))));
+        let ColumnWeights { inner, outer, hoop, .. } = self.weights[i];
+        cells::largest_strain(u, v, [inner, outer], hoop, self.medium.courant) / (2.0 * self.grid.dz)
+    }
+
     /// What a field of stress shows.
     ///
     /// # Panics
@@ -317,6 +327,10 @@ impl Scheme<2> for Elastic {
 
     fn surface_strain(&self, now: &Level<2>, pressure: f64, i: usize) -> f64 {
         self.strain(self.reading(now), pressure, 0, i).largest_on_face()
+    }
+
+    fn cell_strain(&self, now: &Level<2>, j: usize, i: usize) -> f64 {
+        self.largest_strain(self.reading(now), j, i)
     }
 
     fn backing_strain(&self, level: &Level<2>, i: usize) -> f64 {

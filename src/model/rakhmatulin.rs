@@ -181,6 +181,10 @@ impl Scheme<1> for Rakhmatulin {
         pressure.abs()
     }
 
+    fn cell_strain(&self, [u]: &Level<1>, j: usize, i: usize) -> f64 {
+        (u[[j + 1, i]] - u[[j, i]]).abs() / self.grid.dz
+    }
+
     fn backing_strain(&self, level: &Level<1>, i: usize) -> f64 {
         let u = self.around(level, self.grid.nz, i);
         -scheme::stress(u(-1, 0), u(1, 0), self.grid.dz)

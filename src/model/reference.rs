@@ -9,8 +9,9 @@ use std::{collections::VecDeque, io};
 use ndarray::{Array2, ArrayView1};
 
 use super::{
-    BackingPeak, Field, Frame, FrameFields, GaugePlan, GaugeValues, Handed, Lattice, Model, PointState,
-    Sample, Sampling, TargetEnergy,
+    Field, Frame, FrameFields, GaugePlan, GaugeValues, Handed, Lattice, Model, PointState, Sample, Sampling,
+    StrainPeak, TargetEnergy,
+    strain::{CellPeak, Watched},
 };
 use crate::{
     grid::Grid,
@@ -47,6 +48,9 @@ pub trait Scheme<const FIELDS: usize>: Send {
     /// * `pressure`: on the node \[γc_p²\]
     fn surface_strain(&self, now: &Level<FIELDS>, pressure: f64, i: usize) -> f64;
 
+    /// Largest strain in the middle of the cell below row `j` at column `i`, by magnitude.
+    fn cell_strain(&self, now: &Level<FIELDS>, j: usize, i: usize) -> f64;
+
     /// Largest strain at the backing, column `i`.
     fn backing_strain(&self, level: &Level<FIELDS>, i: usize) -> f64;
 }
@@ -62,7 +66,8 @@ pub struct Reference<T, S, const FIELDS: usize> {
     now: Level<FIELDS>,
     next: Level<FIELDS>,
     level: u64,
-    peak: BackingPeak,
+    /// Largest strain of cells, and on the backing, which is that of row `nz`.
+    peaks: [CellPeak; 2],
     steps: VecDeque<Handed<T>>,
     /// Rows and columns beyond these are held at rest.
     rows: usize,
@@ -84,7 +89,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
             now: rest(),
             next: rest(),
             level: 0,
-            peak: BackingPeak::default(),
+            peaks: Default::default(),
             steps: VecDeque::new(),
             rows: grid.nz + 1,
             columns: grid.nr(),
@@ -106,13 +111,22 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         (self.rows, self.columns) = (rows, columns);
     }
 
-    /// Takes note of the strain on the backing at level k.
-    fn note_strain(&mut self) {
-        for i in 0..self.grid.nr() {
-            let strain = self.scheme.backing_strain(&self.now, i).abs();
-            if strain > self.peak.strain {
-                self.peak = BackingPeak { strain, r: self.grid.r(i), step: self.level };
+    /// Takes note of the strains of cells and on the backing at level k.
+    ///
+    /// * `loaded`: number of surface nodes that have been in contact
+    fn note_strains(&mut self, loaded: usize) {
+        let level = self.level as usize;
+        let Watched { rows, columns } = Watched::at(&self.grid, level, loaded);
+        let [cells, backing] = &mut self.peaks;
+        for row in 0..rows.min(self.rows) {
+            for column in 0..columns.min(self.columns) {
+                let strain = self.scheme.cell_strain(&self.now, row, column);
+                *cells = cells.larger(CellPeak { strain, level, row, column });
             }
+        }
+        for column in 0..self.grid.nr() {
+            let strain = self.scheme.backing_strain(&self.now, column).abs();
+            *backing = backing.larger(CellPeak { strain, level, row: self.grid.nz, column });
         }
     }
 
@@ -186,7 +200,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         for (i, u) in surface.displacement[..self.columns].iter().enumerate() {
             self.next[0][[0, i]] = *u;
         }
-        self.note_strain();
+        self.note_strains(surface.loaded);
         let frame = is_frame.then(|| self.frame(&surface.pressure));
         let gauges = self.gauge(&surface.pressure);
         self.steps.push_back((step, frame, gauges));
@@ -208,8 +222,10 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         self.scheme.surface_strain(&self.now, pressure, i)
     }
 
-    fn backing_peak(&mut self) -> BackingPeak {
-        self.peak
+    fn strain_peak(&mut self) -> StrainPeak {
+        let [cells, CellPeak { strain, level, column, .. }] = self.peaks;
+        let backing = StrainPeak::on_backing(&self.grid, strain, level, column);
+        StrainPeak::largest(&self.grid, cells, backing)
     }
 
     fn find_non_finite(&mut self) -> Option<(f64, f64)> {
@@ -222,7 +238,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
 
     fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
         assert!(self.steps.is_empty(), "{} steps have not been handed out", self.steps.len());
-        out.put(&self.peak)?;
+        out.put(&self.peaks)?;
         for level in [&self.before, &self.now] {
             level
                 .iter()
@@ -233,7 +249,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
     }
 
     fn load(&mut self, step: u64, from: &mut StateReader<'_>) -> Result<(), StateError> {
-        (self.level, self.peak) = (step, from.get()?);
+        (self.level, self.peaks) = (step, from.get()?);
         for level in [&mut self.before, &mut self.now] {
             for mut row in level.iter_mut().flat_map(|field| field.rows_mut()) {
                 from.numbers(row.as_slice_mut().expect("a row is contiguous"))?;

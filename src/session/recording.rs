@@ -182,7 +182,7 @@ impl Recording {
         let note = if validity.admissible_velocity().is_some() {
             "strains under a flat face are proportional to V0; at its sharp edge they grow with the mesh as dr^(-1/2), at probes beside it they do not"
         } else {
-            "strains under a head that is not flat are not proportional to V0: `percuss check CASE --admissible` finds the velocity by trials"
+            "strains under a head that is not flat are not proportional to V0: `percuss check CASE --admissible` searches for the velocity by trials"
         };
         map.insert("admissible_velocity.note".into(), note.into());
         map

@@ -25,6 +25,8 @@ pub struct CellWeights {
     /// q' and q of cells, with a block more.
     inner: Vec<f64>,
     outer: Vec<f64>,
+    /// See [`ColumnWeights::hoop`].
+    hoop: [Vec<f64>; 2],
     /// Shares of nodes, see [`ColumnWeights`].
     axial: [Vec<f64>; 2],
     slip: [Vec<f64>; 2],
@@ -50,6 +52,7 @@ impl CellWeights {
         Self {
             inner: column(|weights| weights.inner, columns + BLOCK),
             outer: column(|weights| weights.outer, columns + BLOCK),
+            hoop: [column(|weights| weights.hoop[0], columns), column(|weights| weights.hoop[1], columns)],
             axial: [column(|weights| weights.axial[0], columns), column(|weights| weights.axial[1], columns)],
             slip: [column(|weights| weights.slip[0], columns), column(|weights| weights.slip[1], columns)],
             radial: column(|weights| weights.radial, columns),
@@ -57,6 +60,12 @@ impl CellWeights {
             areas: [padded(grid.area.iter().copied(), columns), padded(lateral_areas, columns)],
             theory,
         }
+    }
+
+    /// Weights of the strains of cells at the inner sides of columns: q' and q, [`ColumnWeights::hoop`].
+    pub fn strains(&self, columns: &Range<usize>) -> [[&[f64]; 2]; 2] {
+        [[&self.inner, &self.outer], [&self.hoop[0], &self.hoop[1]]]
+            .map(|pair| pair.map(|weights| &weights[columns.clone()]))
     }
 
     /// Panics if there are fewer columns.

@@ -9,6 +9,7 @@ use super::{
     energy::EnergySum,
     kernel::advance,
     patch::Patch,
+    strains::CellRow,
     vector::{Pair, Vector},
 };
 
@@ -140,6 +141,20 @@ impl Instructions {
             Set::Plain8 => unsafe { cell_march::<Plain<8>, ROW, COUNTS>(patch, j, columns, energy) },
         }
     }
+
+    /// [`CellRow::largest_strain`]
+    #[expect(unsafe_code, reason = "instructions that not every machine has")]
+    pub fn largest_strain(self, row: CellRow<'_>) -> f64 {
+        match self.0 {
+            // SAFETY: `all` has found the instructions
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => unsafe { x86::largest_strain_avx2(row) },
+            // SAFETY: likewise
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => unsafe { x86::largest_strain_avx512(row) },
+            _ => row.largest_strain(),
+        }
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -150,7 +165,7 @@ mod x86 {
         ops::Range,
     };
 
-    use super::{CellPatch, EnergySum, Patch, advance, cell_march};
+    use super::{CellPatch, CellRow, EnergySum, Patch, advance, cell_march};
 
     /// [`advance`] compiled for 256-bit vectors.
     #[target_feature(enable = "avx2,fma")]
@@ -176,6 +191,18 @@ mod x86 {
     ) {
         // SAFETY: the caller's promise; the function is compiled for these instructions
         unsafe { advance::<__m512d, COUNTS>(patch, rows, columns, area, sums) }
+    }
+
+    /// [`CellRow::largest_strain`] compiled for 256-bit vectors.
+    #[target_feature(enable = "avx2")]
+    pub fn largest_strain_avx2(row: CellRow<'_>) -> f64 {
+        row.largest_strain()
+    }
+
+    /// [`CellRow::largest_strain`] compiled for 512-bit vectors.
+    #[target_feature(enable = "avx512f")]
+    pub fn largest_strain_avx512(row: CellRow<'_>) -> f64 {
+        row.largest_strain()
     }
 
     /// [`cell_march`] compiled for 256-bit vectors.

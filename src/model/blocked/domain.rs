@@ -9,6 +9,7 @@ use super::{
     energy::EnergySum,
     levels::Levels,
     patch::{CornerTerm, Patch},
+    strains::{CellRow, largest_stretch},
     vector::BLOCK,
 };
 use crate::{
@@ -316,6 +317,62 @@ impl Domain {
             false => 0.0,
         };
         columns.clone().map(strain).collect()
+    }
+
+    /// Largest strain of the cells below row `j` of `columns` at a level.
+    ///
+    /// # Safety
+    ///
+    /// Both rows hold that level in `columns` and the column before; no other thread writes to them.
+    #[expect(unsafe_code, reason = "a field that threads share")]
+    pub unsafe fn largest_strain(&self, level: usize, j: usize, columns: &Range<usize>) -> f64 {
+        let cells = |offset: usize| {
+            // SAFETY: the caller's promise
+            [j, j + 1].map(|j| unsafe { self.levels.cells(level, j, offset, columns) })
+        };
+        match &self.scheme {
+            Weighted::Axial(_) => {
+                let [upper, lower] = cells(0).map(|row| &row[1..]);
+                largest_stretch(upper, lower) / self.lattice.dz
+            }
+            Weighted::Cells(weights) => {
+                let (lateral, courant) = (self.levels.lateral(), weights.theory.medium().courant);
+                let row = CellRow {
+                    displacements: [cells(0), cells(lateral)],
+                    weights: weights.strains(columns),
+                    courant,
+                };
+                self.instructions.largest_strain(row) / (2.0 * self.lattice.dz)
+            }
+        }
+    }
+
+    /// The first of `columns` whose cell below row `j` has a strain.
+    ///
+    /// # Safety
+    ///
+    /// As [`Domain::largest_strain`].
+    #[expect(unsafe_code, reason = "a field that threads share")]
+    pub unsafe fn column_of_strain(
+        &self,
+        level: usize,
+        j: usize,
+        columns: &Range<usize>,
+        strain: f64,
+    ) -> Option<usize> {
+        // SAFETY: the caller's promise
+        let at = |field: usize, j: usize, i: isize| unsafe {
+            self.levels.at(level, j, field * self.levels.lateral(), i)
+        };
+        columns.clone().find(|&i| {
+            let found = match &self.scheme {
+                Weighted::Axial(_) => {
+                    (at(0, j + 1, i as isize) - at(0, j, i as isize)).abs() / self.lattice.dz
+                }
+                Weighted::Cells(weights) => weights.theory.largest_strain(at, j, i),
+            };
+            found == strain
+        })
     }
 
     /// Writes the images of `rows` and `columns` that have just been advanced to `level`, which the schemes read.

@@ -191,6 +191,23 @@ impl Levels {
         }
     }
 
+    /// Some columns of row `j` at a level and the one before them, which may be an image about the axis.
+    ///
+    /// * `offset`: of the displacement, 0 or [`Levels::lateral`]
+    ///
+    /// # Safety
+    ///
+    /// As [`Levels::part`].
+    pub unsafe fn cells(&self, level: usize, j: usize, offset: usize, columns: &Range<usize>) -> &[f64] {
+        assert!(j < self.rows && columns.start <= columns.end && columns.end <= self.columns);
+        assert!(offset + self.columns + BLOCK <= self.stride);
+        // SAFETY: a block lies before the first column, and columns of a row inside the array; the caller promises the rest
+        unsafe {
+            let first = self.origin(level).add(j * self.stride + offset + columns.start).sub(1);
+            std::slice::from_raw_parts(first, columns.len() + 1)
+        }
+    }
+
     /// Number at column `i` of row `j` at a level, images about the axis and the zeros behind the last column among them.
     ///
     /// * `offset`: of the displacement, 0 or [`Levels::lateral`]

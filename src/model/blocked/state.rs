@@ -5,13 +5,17 @@ use std::io;
 use serde::{Deserialize, Serialize};
 
 use super::{Engine, active::ConeState, tiles::RowPeak};
-use crate::state::{StateError, StateReader, StateWriter};
+use crate::{
+    model::strain::CellPeak,
+    state::{StateError, StateReader, StateWriter},
+};
 
 /// What the engine keeps beside the field.
 #[derive(Serialize, Deserialize)]
 struct EngineState {
     cone: ConeState,
     peaks: [RowPeak; 2],
+    strain: CellPeak,
 }
 
 impl<T> Engine<T> {
@@ -23,18 +27,23 @@ impl<T> Engine<T> {
     pub(super) fn write_state(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
         assert!(self.steps.is_empty(), "{} steps have not been handed out", self.steps.len());
         self.catch_up();
-        out.put(&EngineState { cone: self.cone.state(), peaks: self.peaks })?;
+        out.put(&EngineState { cone: self.cone.state(), peaks: self.peaks, strain: self.strains.peak() })?;
         self.field.save(self.written_columns(), out)
     }
 
     pub(super) fn read_state(&mut self, level: usize, from: &mut StateReader<'_>) -> Result<(), StateError> {
         assert!(self.level == 0, "a target that has moved");
-        let EngineState { cone, peaks } = from.get()?;
+        let EngineState { cone, peaks, strain } = from.get()?;
         self.cone.set(level, cone)?;
         for peak in peaks {
             StateError::unless(peak.level <= level, "step of the largest strain on the backing", peak.level)?;
             StateError::unless(peak.column < self.grid.nr(), "column of that strain", peak.column)?;
         }
+        let [rows, columns] = [self.grid.nz, self.grid.nr()];
+        StateError::unless(strain.level <= level, "step of the largest strain", strain.level)?;
+        StateError::unless(strain.row < rows, "row of that strain", strain.row)?;
+        StateError::unless(strain.column < columns, "column of that strain", strain.column)?;
+        self.strains.note(strain);
         (self.level, self.reached, self.peaks) = (level, level, peaks);
         self.field.load(self.written_columns(), from)
     }

@@ -37,9 +37,11 @@ use super::{
     handover::TileRows,
     progress::Order,
     sampler::{Sampler, SurfaceMotion},
+    strains::Strains,
     tiling::{Sizes, Tiling},
     vector::BLOCK,
 };
+use crate::model::strain::Watched;
 
 /// Largest |u| in the row before the backing, in the full theory largest strain on the backing, with its level and column: where
 /// there are several, the earliest and innermost.
@@ -75,6 +77,10 @@ pub struct LevelTask {
     pub sampler: Option<Arc<Sampler>>,
     /// What records points and lines at the level before, if there are any.
     pub gauge: Option<Arc<Gauge>>,
+    /// What takes the largest strain at the level before, and of which cells.
+    pub strains: Arc<Strains>,
+    /// See `strains`.
+    pub watched: Watched,
 }
 
 impl LevelTask {
@@ -119,6 +125,7 @@ impl LevelTask {
             if let Some(gauge) = gauge {
                 gauge.after(domain, &rows, &columns, motion);
             }
+            self.strains.take(domain, level - 1, &rows, &columns, self.watched);
         }
     }
 }
@@ -189,7 +196,7 @@ impl Pass {
             //   were written by tiles above and to the left, which have ended, and are overwritten at level t + 1 (three
             //   levels: t + 2) only by tiles that are shifted R rows and [`Domain::shift`] columns farther per level, which is
             //   past them;
-            // - a sampler and a gauge read what the step reads, of level t − 1, and the nodes themselves; and all tiles that sample a
+            // - a sampler, a gauge and what takes strains read what the step reads, of level t − 1, and the nodes themselves; and all tiles that sample a
             //   row at one level belong to one tile row;
             // - in the pass before, this tile row, those above and the one below are done. If that one's rows end at row f
             //   before any shift, this tile row writes up to row f − R − 1 and reads up to f − 1; what is farther down
