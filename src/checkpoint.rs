@@ -41,6 +41,7 @@ const MAGIC: [u8; 8] = *b"\x89percpt\n";
 /// Version of the format.
 ///
 /// * 1: the first.
+/// * 2: with the largest strain of cells.
 const VERSION: u32 = 2;
 
 /// Size of magic and version, and of the checksum \[bytes\].
