@@ -114,7 +114,7 @@ fn forged_files_are_refused() {
     let content = &bytes[..bytes.len() - CHECKSUM as usize];
     sealed(&path, &[&MAGIC[..], &9u32.to_le_bytes(), &content[12..]].concat());
     let text = refusal(&path, &case, Engine::Blocked);
-    assert!(text.contains("format 9, this is format 1"), "{text}");
+    assert!(text.contains(&format!("format 9, this is format {VERSION}")), "{text}");
     sealed(&path, &[&content[..12], &u32::MAX.to_le_bytes()].concat());
     let text = refusal(&path, &case, Engine::Blocked);
     assert!(text.contains("is damaged") && text.contains("4294967295 bytes"), "{text}");
