@@ -2,6 +2,13 @@
 
 use std::fmt;
 
+/// Largest dimensionless size or time. Far beyond any use, far from overflow.
+pub(super) const HUGE: f64 = 1e6;
+/// Smallest dimensionless size, mass or velocity.
+pub(super) const TINY: f64 = 1e-6;
+/// Largest number of probes or profile points.
+pub(super) const MAX_LIST: usize = 100_000;
+
 /// Bounds of a number; never NaN.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {

@@ -18,11 +18,24 @@ use toml::{
 
 use super::{CaseBuilder, CaseErrors, Problem, bounds::Bounds};
 
+/// Place in all texts together.
+pub type Span = Range<usize>;
+
 /// A value and its place.
 #[derive(Clone, Debug)]
 pub struct Given<T> {
     pub value: T,
-    pub span: Range<usize>,
+    pub span: Span,
+}
+
+/// The value without its place.
+pub fn value<T>(given: Given<T>) -> T {
+    given.value
+}
+
+/// Place of a value.
+pub fn span_of<T>(given: &Option<Given<T>>) -> Option<Span> {
+    given.as_ref().map(|given| given.span.clone())
 }
 
 /// The texts a case is read from, the case file and one for each setting, and the problems found in them so far.

@@ -6,9 +6,8 @@ use toml::{Spanned, Value};
 
 use super::{
     Record,
-    bounds::Bounds,
-    document::{Document, Given, Section},
-    read::{HUGE, Span},
+    bounds::{Bounds, HUGE},
+    document::{Document, Given, Section, Span},
     system::System,
 };
 use crate::{model::Line, units::Dimension};

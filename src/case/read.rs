@@ -9,12 +9,12 @@ use serde::de::DeserializeOwned;
 
 use super::{
     Case, CaseBuilder, CaseErrors, Frames, Impact, Mesh, Parameters, Record, Run, Stop, ViewChannel,
-    bounds::Bounds,
-    document::{Document, Given, Section},
+    bounds::{Bounds, HUGE, TINY},
+    document::{Document, Given, Section, Span, span_of, value},
     gauges,
     read_indenter::{IndenterParts, read_indenter},
     read_target::{read_material, read_system, read_target},
-    sizes::Plan,
+    sizes::{GivenMesh, Plan},
     system::System,
 };
 use crate::{
@@ -28,12 +28,6 @@ use crate::{
     units::Dimension,
 };
 
-/// Largest dimensionless size or time. Far beyond any use, far from overflow.
-pub(super) const HUGE: f64 = 1e6;
-/// Smallest dimensionless size, mass or velocity.
-pub(super) const TINY: f64 = 1e-6;
-/// Largest number of probes or profile points.
-pub(super) const MAX_LIST: usize = 100_000;
 /// Probes of the paper's figures.
 const DEFAULT_PROBES: [f64; 5] = [0.0, 0.5, 0.9, 0.95, 0.99];
 const DEFAULT_CELLS: u64 = 100;
@@ -122,15 +116,9 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     Ok(Case { parameters, given })
 }
 
-pub(super) fn value<T>(given: Given<T>) -> T {
-    given.value
-}
-
 fn default_title(name: &str) -> String {
     Path::new(name).file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
 }
-
-pub(super) type Span = std::ops::Range<usize>;
 
 struct GivenImpact {
     /// V0, or its default; `None` if it is missing or refused.
@@ -152,15 +140,6 @@ fn read_impact(mut section: Section<'_>, system: &System) -> GivenImpact {
     let contact = section.get("contact", "unilateral, bilateral, prescribed");
     section.end();
     GivenImpact { velocity, contact }
-}
-
-/// The `[mesh]` section.
-pub(super) struct GivenMesh {
-    pub kind: MeshKind,
-    pub cells: Given<u64>,
-    pub outer_radius: Option<Given<f64>>,
-    pub order: Option<Order>,
-    pub damping: f64,
 }
 
 /// * `c_s`: shear wave speed of a sound target \[c_p\]
@@ -338,9 +317,4 @@ fn read_names<T: DeserializeOwned + PartialEq + fmt::Debug>(
         section.problem(given.span.clone(), message, "name each once");
     }
     Some(given)
-}
-
-/// Place of a value.
-pub(super) fn span_of<T>(given: &Option<Given<T>>) -> Option<Span> {
-    given.as_ref().map(|given| given.span.clone())
 }

@@ -7,9 +7,8 @@ use toml::Value;
 
 use super::{
     Body, HeadKind,
-    bounds::Bounds,
-    document::{Given, Section},
-    read::{HUGE, Span, TINY, span_of, value},
+    bounds::{Bounds, HUGE, TINY},
+    document::{Given, Section, Span, span_of, value},
     read_profile::GivenProfile,
     read_target::read_preset,
     system::System,
@@ -284,7 +283,7 @@ impl GivenHead {
             ShapeName::Cone => self.cone(section),
             ShapeName::Profile => {
                 let given = GivenProfile { radius: self.radius, file: self.file, points: self.points };
-                given.head(section, parts)
+                given.head(section, parts.folder, parts.system)
             }
         }
     }

@@ -4,9 +4,8 @@ use std::path::Path;
 
 use super::{
     HeadKind,
+    bounds::MAX_LIST,
     document::{Given, Section},
-    read::MAX_LIST,
-    read_indenter::IndenterParts,
     system::System,
 };
 use crate::{shape::Profile, units::Dimension};
@@ -26,12 +25,14 @@ pub(super) struct GivenProfile {
 
 impl GivenProfile {
     /// The head, or the problems with it.
-    pub fn head(self, section: &Section<'_>, parts: &IndenterParts<'_>) -> Option<HeadKind> {
+    ///
+    /// * `folder`: of relative paths
+    pub fn head(self, section: &Section<'_>, folder: &Path, system: &System) -> Option<HeadKind> {
         let (points, span, name) = match (self.file, self.points) {
             (None, Some(points)) => (points.value, points.span, "`indenter.points`".to_owned()),
             (Some(file), None) => {
                 let name = format!("`indenter.file` = \"{}\"", file.value);
-                match read_points(&parts.folder.join(&file.value), parts.system) {
+                match read_points(&folder.join(&file.value), system) {
                     Ok(points) => (points, file.span, name),
                     Err(error) => {
                         section.problem(file.span, format!("{name}: {error}"), FILE_HELP);
@@ -51,14 +52,14 @@ impl GivenProfile {
                 return None;
             }
         };
-        let curve = match curve(&points, parts.system) {
+        let curve = match curve(&points, system) {
             Ok(curve) => curve,
             Err(error) => {
                 section.problem(span, format!("{name}: {error}"), POINTS_HELP);
                 return None;
             }
         };
-        check_radius(section, self.radius.as_ref(), curve.last_radius(), parts.system)?;
+        check_radius(section, self.radius.as_ref(), curve.last_radius(), system)?;
         Some(HeadKind::Profile { points, curve })
     }
 }

@@ -4,10 +4,9 @@ use toml::{Value, de::DeValue};
 
 use super::{
     Target,
-    bounds::Bounds,
-    document::{Given, Section},
+    bounds::{Bounds, HUGE, TINY},
+    document::{Given, Section, Span, value},
     quantity,
-    read::{HUGE, Span, TINY, value},
     system::System,
 };
 use crate::{

@@ -2,8 +2,7 @@
 
 use super::{
     Body, Impact, Record, Run, Sizes, Target,
-    document::Document,
-    read::{GivenMesh, Span},
+    document::{Document, Given, Span},
 };
 use crate::{
     contact::HALF_WIDTH,
@@ -25,6 +24,15 @@ const MAX_NUMBERS: f64 = 3e9;
 /// Width of the precursor that runs ahead of a wave on a mesh with dispersion, in nodes per cube root of the number
 /// of steps: beyond it the field is below 1e-16 (measured; its head is an Airy function).
 const PRECURSOR: f64 = 6.0;
+
+/// The `[mesh]` section.
+pub(super) struct GivenMesh {
+    pub kind: MeshKind,
+    pub cells: Given<u64>,
+    pub outer_radius: Option<Given<f64>>,
+    pub order: Option<Order>,
+    pub damping: f64,
+}
 
 /// A sound case without its sizes.
 pub(super) struct Plan<'a> {

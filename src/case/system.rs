@@ -9,10 +9,9 @@ use std::fmt;
 use toml::{Spanned, Value};
 
 use super::{
-    bounds::Bounds,
-    document::{Given, Section},
+    bounds::{Bounds, MAX_LIST},
+    document::{Given, Section, Span},
     quantity::{self, QuantityError},
-    read::{MAX_LIST, Span},
 };
 use crate::{
     grid::Geometry,
