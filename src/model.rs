@@ -62,6 +62,7 @@ use crate::{
 
 mod blocked;
 pub(crate) use blocked::CORNER_MARGIN;
+pub mod cell_scheme;
 pub mod cells;
 pub mod elastic;
 mod gauge;

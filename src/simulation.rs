@@ -26,7 +26,7 @@ use crate::{
     grid::Grid,
     indenter::Indenter,
     model::{
-        self, Coverage, FrameFields, GaugeValues, Model, ModelKind, Sampling, TargetEnergy, elastic::Elastic,
+        self, Coverage, FrameFields, GaugeValues, Model, ModelKind, Sampling, TargetEnergy, elastic,
         rakhmatulin::Rakhmatulin,
     },
     surface::Surface,
@@ -401,7 +401,7 @@ fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>
             }
         }
         ModelKind::Elastic => {
-            let theory = Elastic::new(case.grid(), c_s, case.mesh.damping);
+            let theory = elastic::theory(case.grid(), c_s, case.mesh.damping);
             match engine {
                 Engine::Blocked => theory.blocked(coverage, shown),
                 Engine::Reference => Box::new(theory.reference(shown)),

@@ -1,6 +1,6 @@
 //! The fast engine: the schemes of [`super::scheme`] and [`super::cells`] in vectors, tiles and threads.
 //!
-//! Two levels of a displacement are kept, with the corner term and in the full theory three, rows 0 (the surface) to nz (the backing), in the order of radii; the next level overwrites
+//! Two levels of a displacement are kept, with the corner term and with cells three, rows 0 (the surface) to nz (the backing), in the order of radii; the next level overwrites
 //! the oldest. A band near the surface goes step by step; the interior follows behind it in passes over many
 //! levels ([`tiles`], [`workers`]). Frames, points and lines are sampled on the way, and the largest strain is taken ([`sampler`], [`gauge`], [`strains`]), and steps wait in the engine
 //! until theirs are complete.
@@ -16,7 +16,7 @@ use std::{collections::VecDeque, io, sync::Arc};
 
 use super::{
     Coverage, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Handed, Model, Sampling, StrainPeak,
-    elastic::Elastic,
+    cell_scheme::CellScheme,
     larger_strain, scheme,
     scheme::{Corner, RadialWeights},
     strain::Watched,
@@ -139,19 +139,19 @@ impl<T> Engine<T> {
         Self::of(grid, domain, cone, shown)
     }
 
-    /// A target of the full theory at rest.
+    /// A target with cells between nodes at rest.
     ///
     /// * `shown`: what is shown
     pub fn with_cells(
-        theory: Elastic,
+        scheme: CellScheme,
         coverage: Coverage,
         shown: Sampling,
         instructions: Instructions,
     ) -> Self {
-        let grid = theory.grid().clone();
-        let (courant, damping) = (theory.medium().courant.min(1.0), theory.damping_number());
+        let grid = scheme.grid().clone();
+        let (courant, damping) = (scheme.medium().courant.min(1.0), scheme.damping_number());
         let cone = LightCone::damped(coverage, courant, damping, grid.nz + 1, grid.nr());
-        Self::of(grid, Domain::with_cells(theory, instructions), cone, shown)
+        Self::of(grid, Domain::with_cells(scheme, instructions), cone, shown)
     }
 
     fn of(grid: Grid, domain: Domain, cone: LightCone, shown: Sampling) -> Self {

@@ -26,7 +26,7 @@
 //! the number of steps are (computed for σ ≤ 4/3, λ ≤ 1 and up to 10⁵ steps), and within 22 columns along r for λ = 1; for smaller
 //! λ what the mesh disperses goes farther.
 //!
-//! The lateral damping of the full theory passes on four columns per step and spreads a little ahead of a front
+//! The lateral damping of the scheme of cells passes on four columns per step and spreads a little ahead of a front
 //! ([`damped_growth`]); the best bound is looked up over some κ.
 //!
 //! Nodes where this is below [`NOTHING`] are left at rest. Their distance from the front grows as t^⅓: 27 nodes after
@@ -95,7 +95,7 @@ impl LightCone {
         Self { coverage, courant, reach, nz, nr, state: ConeState::default(), growth: Vec::new() }
     }
 
-    /// A target of the full theory at rest at level 0: the scheme passes on one row and four columns per step.
+    /// A target of the scheme of cells at rest at level 0: the scheme passes on one row and four columns per step.
     ///
     /// * `courant`: c, at most 1
     /// * `damping`: lateral damping σ
@@ -176,7 +176,7 @@ impl LightCone {
 const GROWTHS: u32 = 80;
 const LARGEST_KAPPA: f64 = 3.0;
 
-/// Growth Ω per step of a wave `exp(κx)` along r in the full theory: `e^Ω` is the larger root w, by magnitude, of
+/// Growth Ω per step of a wave `exp(κx)` along r with cells: `e^Ω` is the larger root w, by magnitude, of
 ///
 /// ```text
 /// w² − (2 − 4c²y − D)·w + 1 − D = 0,   y = −sinh²(κ/2),   D = 4σ(y(1 − y))²

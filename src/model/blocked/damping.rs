@@ -1,4 +1,4 @@
-//! Lateral damping of a row of the full theory, a vector at a time on the way outwards.
+//! Lateral damping of a row of the scheme of cells, a vector at a time on the way outwards.
 //!
 //! The operations are those of [`crate::model::elastic`] in the same order: [`crate::model::scheme::double_radial`] twice.
 

@@ -5,11 +5,10 @@ use std::ops::Range;
 #[cfg(test)]
 use super::vector::Plain;
 use super::{
-    cells::{CellPatch, cell_march},
+    cells::{CellPatch, CellRow, cell_march},
     energy::EnergySum,
     kernel::advance,
     patch::Patch,
-    strains::CellRow,
     vector::{Pair, Vector},
 };
 

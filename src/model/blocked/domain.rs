@@ -3,20 +3,19 @@
 use std::ops::Range;
 
 use super::{
-    cells::{BACKING, CellPatch, CellWeights, INTERIOR, SURFACE},
+    cells::{BACKING, CellPatch, CellRow, CellWeights, INTERIOR, SURFACE, largest_stretch},
     damping,
     dispatch::Instructions,
     energy::EnergySum,
     levels::Levels,
     patch::{CornerTerm, Patch},
-    strains::{CellRow, largest_stretch},
-    vector::BLOCK,
+    vector::{BLOCK, padded},
 };
 use crate::{
     grid::Grid,
     model::{
         Lattice,
-        elastic::Elastic,
+        cell_scheme::CellScheme,
         scheme::{Corner, RadialWeights},
     },
 };
@@ -101,13 +100,6 @@ impl Weights {
     }
 }
 
-/// Numbers by column, with zeros for the columns that fill the last block.
-pub fn padded(numbers: impl Iterator<Item = f64>, columns: usize) -> Vec<f64> {
-    let mut numbers: Vec<f64> = numbers.collect();
-    numbers.resize(columns, 0.0);
-    numbers
-}
-
 impl Domain {
     /// A mesh at rest.
     ///
@@ -125,12 +117,11 @@ impl Domain {
         Self::of(grid, levels, Weighted::Axial(weights), instructions)
     }
 
-    /// A mesh of the full theory at rest.
-    ///
-    pub fn with_cells(theory: Elastic, instructions: Instructions) -> Self {
-        let grid = theory.grid().clone();
+    /// A mesh with cells between nodes at rest.
+    pub fn with_cells(scheme: CellScheme, instructions: Instructions) -> Self {
+        let grid = scheme.grid().clone();
         let levels = Levels::new(3, 2, grid.nz + 2, grid.nr());
-        let weights = CellWeights::new(theory, levels.columns());
+        let weights = CellWeights::new(scheme, levels.columns());
         Self::of(&grid, levels, Weighted::Cells(Box::new(weights)), instructions)
     }
 
@@ -227,7 +218,7 @@ impl Domain {
         }
     }
 
-    /// What the kernels of the full theory get to advance to `level`.
+    /// What the kernels of the scheme of cells get to advance to `level`.
     fn cell_patch<'a>(&self, level: usize, weights: &'a CellWeights) -> CellPatch<'a> {
         let next = self.levels.origin(level);
         CellPatch {
@@ -240,7 +231,7 @@ impl Domain {
         }
     }
 
-    /// [`Domain::advance`] in the full theory.
+    /// [`Domain::advance`] with cells.
     ///
     /// # Safety
     ///
@@ -313,7 +304,7 @@ impl Domain {
             self.levels.at(level, j, field * self.levels.lateral(), i)
         };
         let strain = |i: usize| match i < self.nr {
-            true => weights.theory.strain(at, 0.0, self.backing, i).largest_on_face(),
+            true => weights.scheme.strain(at, 0.0, self.backing, i).largest_on_face(),
             false => 0.0,
         };
         columns.clone().map(strain).collect()
@@ -336,7 +327,7 @@ impl Domain {
                 largest_stretch(upper, lower) / self.lattice.dz
             }
             Weighted::Cells(weights) => {
-                let (lateral, courant) = (self.levels.lateral(), weights.theory.medium().courant);
+                let (lateral, courant) = (self.levels.lateral(), weights.scheme.medium().courant);
                 let row = CellRow {
                     displacements: [cells(0), cells(lateral)],
                     weights: weights.strains(columns),
@@ -369,7 +360,7 @@ impl Domain {
                 Weighted::Axial(_) => {
                     (at(0, j + 1, i as isize) - at(0, j, i as isize)).abs() / self.lattice.dz
                 }
-                Weighted::Cells(weights) => weights.theory.largest_strain(at, j, i),
+                Weighted::Cells(weights) => weights.scheme.largest_strain(at, j, i),
             };
             found == strain
         })

@@ -141,8 +141,8 @@ impl Gauge {
                 None => scheme::stress(above(), at(0, j + 1, i as isize), domain.lattice.dz),
             };
         };
-        let strain = weights.theory.strain(at, pressure.unwrap_or_default(), j, i);
-        weights.theory.stress(Field::Stress, &strain)
+        let strain = weights.scheme.strain(at, pressure.unwrap_or_default(), j, i);
+        weights.scheme.stress(Field::Stress, &strain)
     }
 
     /// What has been recorded.

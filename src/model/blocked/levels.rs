@@ -15,7 +15,7 @@ const LINE: usize = 8;
 pub const IMAGES: usize = 2;
 
 /// Some levels of a field, row by row. Level k is in the array `k % arrays`. Every row has a block before its first column and
-/// a block of zeros after its last one, two in the full theory, and begins at a line of the cache; in the full theory the same again follows for u_r.
+/// a block of zeros after its last one, two with cells, and begins at a line of the cache; with cells the same again follows for u_r.
 /// A row stands above row 0. The row above, the block before the first column and the row below the backing are zeros, or hold the
 /// images that schemes read.
 ///

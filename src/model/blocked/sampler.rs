@@ -24,7 +24,7 @@ pub struct SurfaceMotion<'a> {
     pub displacement: &'a [f64],
     /// What that would be without the contact.
     pub free: &'a [f64],
-    /// Displacement u_r at the level to come, in the full theory.
+    /// Displacement u_r at the level to come, with cells.
     pub lateral: &'a [f64],
     /// Pressure on the way to it.
     pub pressure: &'a [f64],

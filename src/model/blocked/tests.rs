@@ -6,7 +6,7 @@ use super::*;
 use crate::{
     grid::{Geometry, MeshKind, Spacing},
     model::{
-        Field, Frame, GaugeValues, Gauges, Line, Sample, TargetEnergy,
+        Field, Frame, GaugeValues, Gauges, Line, Sample, TargetEnergy, elastic,
         rakhmatulin::Rakhmatulin,
         reference::{Reference, Scheme},
         scheme::{Corner, Order},
@@ -59,7 +59,7 @@ struct Twins<S, const FIELDS: usize> {
     name: String,
 }
 
-impl Twins<Elastic, 2> {
+impl Twins<CellScheme, 2> {
     /// A random mesh of the full theory.
     fn elastic(noise: &mut Noise, seed: u64) -> Self {
         let geometry = [Geometry::Axisymmetric, Geometry::Plane][noise.next(2)];
@@ -68,7 +68,7 @@ impl Twins<Elastic, 2> {
         let (c_s, damping) = ([0.3, 0.5, 0.7][noise.next(3)], [0.0, 0.5][noise.next(2)]);
         let grid = Grid::new(geometry, MeshKind::Matched, spacing, nr, nz);
         let grid = grid.with_cells_between_nodes();
-        let theory = Elastic::new(grid.clone(), c_s, damping);
+        let theory = elastic::theory(grid.clone(), c_s, damping);
         let instructions = Instructions::all();
         let instructions = instructions[noise.next(instructions.len())];
         let coverage = [Coverage::Field, Coverage::Everything][noise.next(3) / 2];

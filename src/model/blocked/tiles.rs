@@ -4,7 +4,7 @@
 //! near-surface band of rows goes step by step, one row less each time, and the rows below follow later, many
 //! levels in one pass through memory. They are cut into tile rows and column bands; a tile is one tile row of
 //! one band, and every level of a tile is shifted by one row and one vector of columns towards the origin (with the corner
-//! term, which reaches farther, by two rows and one vector: [`Domain::reach`]; in the full theory, whose damping
+//! term, which reaches farther, by two rows and one vector: [`Domain::reach`]; with cells, whose damping
 //! reaches four columns, by one row and four columns at least: [`Domain::shift`]):
 //!
 //! ```text
@@ -43,7 +43,7 @@ use super::{
 };
 use crate::model::strain::Watched;
 
-/// Largest |u| in the row before the backing, in the full theory largest strain on the backing, with its level and column: where
+/// Largest |u| in the row before the backing, with cells largest strain on the backing, with its level and column: where
 /// there are several, the earliest and innermost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RowPeak {

@@ -5,6 +5,13 @@
 /// Columns are computed in blocks of this many: the width of the widest vector.
 pub const BLOCK: usize = 8;
 
+/// Numbers by column, with zeros for the columns that fill the last block.
+pub fn padded(numbers: impl Iterator<Item = f64>, columns: usize) -> Vec<f64> {
+    let mut numbers: Vec<f64> = numbers.collect();
+    numbers.resize(columns, 0.0);
+    numbers
+}
+
 /// Some neighbouring numbers.
 ///
 /// # Safety

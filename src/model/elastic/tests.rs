@@ -6,7 +6,7 @@ use super::*;
 use crate::{
     case::Case,
     contact::Contact,
-    grid::{MeshKind, Spacing},
+    grid::{Geometry, MeshKind, Spacing},
     indenter::Indenter,
     model::Model,
     surface::Surface,
@@ -17,10 +17,10 @@ const SPEEDS: [f64; 7] = [0.1, 0.3, 0.5, 0.6, 0.7, 0.8, 0.86];
 const GEOMETRIES: [Geometry; 2] = [Geometry::Axisymmetric, Geometry::Plane];
 
 /// A layer of `rows` rows and `columns` columns, Δz = Δt = 1.
-fn layer(geometry: Geometry, rows: usize, columns: usize, dr: f64, c_s: f64, damping: f64) -> Elastic {
+fn layer(geometry: Geometry, rows: usize, columns: usize, dr: f64, c_s: f64, damping: f64) -> CellScheme {
     let spacing = Spacing { dr, dz: 1.0, layer_rows: Some(rows) };
     let grid = Grid::new(geometry, MeshKind::Matched, spacing, columns, rows);
-    Elastic::new(grid.with_cells_between_nodes(), c_s, damping)
+    theory(grid.with_cells_between_nodes(), c_s, damping)
 }
 
 /// Numbers that look random and repeat.
@@ -33,7 +33,7 @@ impl Noise {
     }
 }
 
-impl Elastic {
+impl CellScheme {
     fn rest(&self) -> Level<2> {
         [(); 2].map(|()| ndarray::Array2::zeros((self.grid.nz + 1, self.grid.nr())))
     }
@@ -183,7 +183,7 @@ fn largest_eigenvalue(diagonal: &[f64], beside: &[f64]) -> f64 {
 
 /// `λ_max/4` of `Δt²M⁻¹K + 8σE_r²` in the space that `steps` powers of it span (Lanczos): powers of the matrix, as in power iteration,
 /// and never more than the true value.
-fn spectral_bound(scheme: &Elastic, steps: usize) -> f64 {
+fn spectral_bound(scheme: &CellScheme, steps: usize) -> f64 {
     let mut now = scheme.random(7);
     let norm = scheme.product(&now, &now).sqrt();
     now = now.map(|field| field / norm);
@@ -191,7 +191,7 @@ fn spectral_bound(scheme: &Elastic, steps: usize) -> f64 {
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
     for _ in 0..steps {
         let mut next = scheme.stiff(&now);
-        if scheme.damping.is_some() {
+        if scheme.damping().is_some() {
             next = combined(&next, 2.0, &scheme.damping_of(&now));
         }
         let along = scheme.product(&next, &now);
@@ -240,7 +240,7 @@ fn the_largest_damping_leaves_the_spectrum_within_the_bound() {
 }
 
 /// Energy and largest displacement after random steps and after `steps` more.
-fn grown(scheme: &Elastic, steps: usize) -> [(f64, f64); 2] {
+fn grown(scheme: &CellScheme, steps: usize) -> [(f64, f64); 2] {
     let mut levels = [scheme.random(1), scheme.random(2), scheme.rest()];
     let look = |[before, now, _]: &[Level<2>; 3]| {
         let energy = scheme.energy(before, now);
@@ -377,7 +377,7 @@ fn force_error(cells: usize, c_s: f64) -> f64 {
     let mut surface = Surface::new(grid.nr());
     let mut contact = Contact::new(case.impact.contact, case.shape(), case.geometry, &grid, velocity, 1.0);
     let mut indenter = Indenter::new(f64::INFINITY, velocity, grid.dt());
-    let mut target = Elastic::new(grid.clone(), c_s, case.mesh.damping).reference::<()>(Sampling::default());
+    let mut target = theory(grid.clone(), c_s, case.mesh.damping).reference::<()>(Sampling::default());
     let mut worst: f64 = 0.0;
     for step in 0..=case.sizes.steps {
         target.predict(&mut surface);

@@ -1,4 +1,4 @@
-//! What frames show of the full theory: fields of strains and stresses, node by node.
+//! What frames show of the scheme of cells: fields of strains and stresses, node by node.
 
 use super::{
     super::{cells::CellWeights, domain::Domain, energy::EnergySum},
@@ -27,7 +27,7 @@ impl Sampler {
         };
         let mut energy = EnergySum::default();
         for i in 0..displacement.len().min(domain.nr) {
-            let forces = weights.theory.accelerations(|field, j, i| at(now, field, j, i), 0, i);
+            let forces = weights.scheme.accelerations(|field, j, i| at(now, field, j, i), 0, i);
             for (field, next) in [displacement[i], lateral[i]].into_iter().enumerate() {
                 let [before, now] = [before, now].map(|level| at(level, field, 0, i as isize));
                 energy.add_one(i, weights.areas[field][i], [before, now, next], forces[field]);
@@ -36,7 +36,7 @@ impl Sampler {
         energy
     }
 
-    /// A field of the full theory at level k in row `j`.
+    /// A field of the scheme of cells at level k in row `j`.
     ///
     /// # Safety
     ///
@@ -64,8 +64,8 @@ impl Sampler {
         };
         let stress = |i: usize| {
             let pressure = motion.filter(|_| j == 0).map_or(0.0, |motion| motion.pressure[i]);
-            let strain = weights.theory.strain(|field, j, i| at(now, field, j, i), pressure, j, i);
-            weights.theory.stress(field, &strain)
+            let strain = weights.scheme.strain(|field, j, i| at(now, field, j, i), pressure, j, i);
+            weights.scheme.stress(field, &strain)
         };
         for (value, i) in row.iter_mut().zip(shown.columns.clone().step_by(self.every)) {
             *value = match field {

@@ -91,7 +91,12 @@ fn axial(noise: &mut Noise, seed: u64, corner: Option<Corner>, coverage: Option<
 type Axial = Twins<Rakhmatulin, 1>;
 
 /// A small mesh of the full theory.
-fn elastic(noise: &mut Noise, seed: u64, damping: f64, coverage: Option<Coverage>) -> Twins<Elastic, 2> {
+fn elastic_twins(
+    noise: &mut Noise,
+    seed: u64,
+    damping: f64,
+    coverage: Option<Coverage>,
+) -> Twins<CellScheme, 2> {
     let small = Small::new(noise, seed);
     let grid = small.grid(noise, MeshKind::Matched).with_cells_between_nodes();
     let fields = if cfg!(miri) { vec![Field::VelocityR, Field::Stress] } else { Field::ALL.to_vec() };
@@ -100,7 +105,7 @@ fn elastic(noise: &mut Noise, seed: u64, damping: f64, coverage: Option<Coverage
         Some(_) => nothing().into(),
         None => Sampling { frames, gauges: few_gauges() },
     };
-    let theory = Elastic::new(grid.clone(), 0.5, damping);
+    let theory = elastic::theory(grid.clone(), 0.5, damping);
     let coverage = coverage.unwrap_or(small.coverage);
     let mut engine = theory.clone().engine(coverage, shown.clone(), small.instructions);
     engine.field.cut(Sizes::SMALL);
@@ -141,7 +146,7 @@ fn one_displacement_with_damped_corners() {
 fn two_displacements() {
     for seed in seeds() {
         let damping = [0.5, 0.0][seed as usize / 4 % 2];
-        compare(seed, |noise, seed| elastic(noise, seed, damping, None), STEPS);
+        compare(seed, |noise, seed| elastic_twins(noise, seed, damping, None), STEPS);
     }
 }
 
@@ -181,6 +186,6 @@ fn only_the_surface() {
         let noise = &mut Noise(seed);
         let corner = [None, Corner::new(Order::Fourth, 0.0)][seed as usize / 3 % 2];
         compare_surface(axial(noise, seed, corner, coverage), noise, steps);
-        compare_surface(elastic(noise, seed, 0.5, coverage), noise, steps);
+        compare_surface(elastic_twins(noise, seed, 0.5, coverage), noise, steps);
     }
 }
