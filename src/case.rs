@@ -79,9 +79,10 @@
 //!
 //! A case is either dimensionless or physical, and what has a dimension is written accordingly throughout; anything mixed is an
 //! error. In a *dimensionless* case numbers are plain: length in R, speed in c_p, time in R/c_p, stress in γc_p². A *physical* case has
-//! `target.material`, and everything with a dimension is a text with a unit: `"10 mm"`, `"5 m/s"`, `"32.7 g"` (plane: `"2 kg/m"`),
-//! `"210 GPa"`, `"7.85 g/cm3"`, `"250 us"`. Ratios, slopes, angles in degrees and counts are plain in both. Its unit of length R, which
-//! `mesh.cells` counts, is `indenter.radius`, else `indenter.nose_radius`, else `length_unit`. Its recording is in SI.
+//! `target.material`, and everything with a dimension is a text with a unit: `"10 mm"`, `"5 m/s"`, `"32.7 g"`
+//! (plane: `"2 kg/m"`, of the whole body), `"210 GPa"`, `"7.85 g/cm3"`, `"250 us"`. Ratios, slopes, angles in degrees and counts
+//! are plain in both. Its unit of length R, which `mesh.cells` counts, is `indenter.radius`, else `indenter.nose_radius`, else
+//! `length_unit`. Its recording is in SI.
 //!
 //! # Two models
 //!

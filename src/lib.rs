@@ -110,7 +110,7 @@
 //!
 //! Dimensionless throughout: length in R (the radius of the punch), speed in c_p, time in R/c_p, density in γ, stress
 //! in γc_p², force in πR²γc_p², mass in πγR³, energy in πR³γc_p²; in the plane, per length and of the half x ≥ 0, force in
-//! Rγc_p², mass in γR², energy in R²γc_p² ([`units`]). Recorded stress is compressive positive, `p = −σ_zz`. Arrays over the section have the shape `(nz, nr)` and are indexed `[[j, i]]`: row 0 is the surface.
+//! Rγc_p², mass in γR², energy in R²γc_p²; plane cases in SI are of the whole body ([`units`]). Recorded stress is compressive positive, `p = −σ_zz`. Arrays over the section have the shape `(nz, nr)` and are indexed `[[j, i]]`: row 0 is the surface.
 //!
 //! # Sources
 //!

@@ -156,7 +156,7 @@ pub struct Body {
     pub head: HeadKind,
     /// Radius of the punch \[R\]; `None` if unbounded.
     pub radius: Option<f64>,
-    /// Mass M \[πγR³, plane γR²\], may be infinite.
+    /// Mass M \[πγR³; plane, of the half x ≥ 0, γR²\], may be infinite.
     pub mass: f64,
 }
 

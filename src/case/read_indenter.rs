@@ -218,7 +218,7 @@ fn read_body_material(section: &mut Section<'_>, system: &System) -> Option<Give
     }
 }
 
-/// Mass of a whole sphere, plane of half a cylinder, in the units of the case.
+/// Mass of a whole sphere, plane of a whole cylinder, in the units of the case, where a plane mass is that of the half x ≥ 0.
 ///
 /// ```text
 /// 4πρ³d/3 / (πγR³) = 4ρ³d/3          plane: πρ²d/2 / (γR²)

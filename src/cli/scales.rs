@@ -2,6 +2,7 @@
 
 use crate::{
     case::Case,
+    grid::Geometry,
     units::{Dimension, Scales, Units, engineering, name},
 };
 
@@ -15,11 +16,14 @@ pub(super) fn rows(case: &Case, scales: &Scales) -> Vec<(&'static str, String)> 
         }
         None => "half-space".into(),
     };
-    let scale = |symbol, dimension| {
-        let unit = name(dimension, case.geometry, true);
-        format!("{symbol} = {}", engineering(scales.of(dimension), unit))
+    let is_plane = case.geometry == Geometry::Plane;
+    let scale = |dimension| {
+        // the dimensionless numbers are those of the half x ≥ 0
+        let is_doubled = is_plane && [Dimension::Force, Dimension::Energy].contains(&dimension);
+        let factor = if is_doubled { "2" } else { "" };
+        let [symbol, unit] = [false, true].map(|is_si| name(dimension, case.geometry, is_si));
+        format!("{factor}{symbol} = {}", engineering(scales.of(dimension), unit))
     };
-    let named = |dimension| scale(name(dimension, case.geometry, false), dimension);
     let mass = match case.indenter.mass {
         mass if mass.is_finite() => {
             let unit = name(Dimension::Mass, case.geometry, true);
@@ -28,15 +32,17 @@ pub(super) fn rows(case: &Case, scales: &Scales) -> Vec<(&'static str, String)> 
         _ => "infinite mass".into(),
     };
     let density = engineering(scales.density, name(Dimension::Density, case.geometry, true));
-    vec![
+    let scales = [Dimension::Length, Dimension::Time, Dimension::Stress, Dimension::Force, Dimension::Energy];
+    let mut rows = vec![
         ("target", format!("{target}; c_p = {c_p}, c_s = {c_s}, density {density}")),
         ("indenter", format!("{mass}, V0 = {}", speed.text(case.impact.velocity))),
-        (
-            "scales",
-            [Dimension::Length, Dimension::Time, Dimension::Stress, Dimension::Force, Dimension::Energy]
-                .map(named)
-                .join(", "),
-        ),
-        ("playback", format!("1 s of log time shows {}", engineering(1.0 / case.record.playback_rate, "s"))),
-    ]
+        ("scales", scales.map(scale).join(", ")),
+    ];
+    if is_plane {
+        let text = "force, mass and energy are per metre and of the whole body and contact, both halves";
+        rows.push(("plane", text.into()));
+    }
+    let playback = engineering(1.0 / case.record.playback_rate, "s");
+    rows.push(("playback", format!("1 s of log time shows {playback}")));
+    rows
 }
