@@ -43,7 +43,7 @@
 //! # points = [[0, 0], [1, 0.2]]     # profile, instead of the file
 //! mass = inf                        # or a number > 0, in units of πγR³; plane: γR², of the half x ≥ 0, per length
 //! # density = 6.6                   # of a whole sphere, instead of the mass, in units of γ
-//! # material = "steel"              # the same in a physical case
+//! # material = "steel"              # physical cases: gives a whole sphere its mass, unless that is given, and says how rigid the indenter is
 //!
 //! [impact]
 //! velocity = 1.0                    # V0 / c_p; physical cases must give it

@@ -3,6 +3,7 @@
 use crate::{
     case::Case,
     grid::Geometry,
+    rigidity::Rigidity,
     units::{Dimension, Scales, Units, engineering, name},
 };
 
@@ -38,6 +39,7 @@ pub(super) fn rows(case: &Case, scales: &Scales) -> Vec<(&'static str, String)> 
         ("indenter", format!("{mass}, V0 = {}", speed.text(case.impact.velocity))),
         ("scales", scales.map(scale).join(", ")),
     ];
+    rows.extend(Rigidity::of(case).map(|rigidity| ("rigid", rigidity.text())));
     if is_plane {
         let text = "force, mass and energy are per metre and of the whole body and contact, both halves";
         rows.push(("plane", text.into()));
@@ -45,4 +47,26 @@ pub(super) fn rows(case: &Case, scales: &Scales) -> Vec<(&'static str, String)> 
     let playback = engineering(1.0 / case.record.playback_rate, "s");
     rows.push(("playback", format!("1 s of log time shows {playback}")));
     rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plane_case_says_whose_its_force_is_and_two_materials_how_rigid() {
+        let text = |geometry: &str| {
+            let case = Case::load("ball", &[format!("geometry={geometry}")]).expect("a built-in case");
+            let rows = rows(&case, &case.scales.expect("a physical case"));
+            rows.into_iter().map(|(key, text)| format!("{key}: {text}\n")).collect::<String>()
+        };
+        let (plane, round) = (text("plane"), text("axisymmetric"));
+        for phrase in ["2Rγc_p² = 169.5 MN/m", "2R²γc_p² = 1.695 MJ/m", "per metre and of the whole body"]
+        {
+            assert!(plane.contains(phrase) && !round.contains(phrase), "{plane}");
+        }
+        // π·(10 mm)²·7850 kg/m³
+        assert!(plane.contains("indenter: 2.466 kg/m"), "{plane}");
+        assert!(round.contains("rigid: ") && round.contains("0.8 % too high"), "{round}");
+    }
 }
