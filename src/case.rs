@@ -43,7 +43,7 @@
 //! # points = [[0, 0], [1, 0.2]]     # profile, instead of the file
 //! mass = inf                        # or a number > 0, in units of πγR³; plane: γR², of the half x ≥ 0, per length
 //! # density = 6.6                   # of a whole sphere, instead of the mass, in units of γ
-//! # material = "steel"              # the same in a physical case
+//! # material = "steel"              # physical cases: gives a whole sphere its mass, unless that is given, and says how rigid the indenter is
 //!
 //! [impact]
 //! velocity = 1.0                    # V0 / c_p; physical cases must give it
@@ -79,9 +79,10 @@
 //!
 //! A case is either dimensionless or physical, and what has a dimension is written accordingly throughout; anything mixed is an
 //! error. In a *dimensionless* case numbers are plain: length in R, speed in c_p, time in R/c_p, stress in γc_p². A *physical* case has
-//! `target.material`, and everything with a dimension is a text with a unit: `"10 mm"`, `"5 m/s"`, `"32.7 g"` (plane: `"2 kg/m"`),
-//! `"210 GPa"`, `"7.85 g/cm3"`, `"250 us"`. Ratios, slopes, angles in degrees and counts are plain in both. Its unit of length R, which
-//! `mesh.cells` counts, is `indenter.radius`, else `indenter.nose_radius`, else `length_unit`. Its recording is in SI.
+//! `target.material`, and everything with a dimension is a text with a unit: `"10 mm"`, `"5 m/s"`, `"32.7 g"`
+//! (plane: `"2 kg/m"`, of the whole body), `"210 GPa"`, `"7.85 g/cm3"`, `"250 us"`. Ratios, slopes, angles in degrees and counts
+//! are plain in both. Its unit of length R, which `mesh.cells` counts, is `indenter.radius`, else `indenter.nose_radius`, else
+//! `length_unit`. Its recording is in SI.
 //!
 //! # Two models
 //!

@@ -44,6 +44,7 @@
 //! | [`validity`] | the largest strain and the impact velocity it allows |
 //! | [`admissible`] | the impact velocity that keeps the strain within the limit, by trials |
 //! | [`trust`] | estimated error of the simplified theory against the full one |
+//! | [`rigidity`] | how far an indenter of a known material is from rigid |
 //! | [`warnings`] | where the results of a case mislead, in words |
 //! | [`mod@table`] | tables of measured numbers, for `trust` and `grid` |
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::closed_form`] chooses the one for a case |
@@ -65,7 +66,7 @@
 //! `surface, grid`; `contact` uses `surface, shape, indenter, grid`; `simulation` uses `case, model, contact, view`;
 //! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver; `session` uses
 //! `simulation, exact, channels, recording` and is the loop of `study`, `admissible`, `cost` and `cli`. `trust` uses
-//! `case, exact`, never the solver; `warnings` uses `trust, validity`. `study` and `admissible`
+//! `case, exact`, never the solver; `rigidity` uses `case`; `warnings` uses `trust, rigidity, validity`. `study` and `admissible`
 //! record nothing; `cost` records coarser cases and reads them back.
 //!
 //! Whatever has state writes it through `state`, which knows none of them; `checkpoint` uses `case, simulation`, and of the modules
@@ -110,7 +111,7 @@
 //!
 //! Dimensionless throughout: length in R (the radius of the punch), speed in c_p, time in R/c_p, density in γ, stress
 //! in γc_p², force in πR²γc_p², mass in πγR³, energy in πR³γc_p²; in the plane, per length and of the half x ≥ 0, force in
-//! Rγc_p², mass in γR², energy in R²γc_p² ([`units`]). Recorded stress is compressive positive, `p = −σ_zz`. Arrays over the section have the shape `(nz, nr)` and are indexed `[[j, i]]`: row 0 is the surface.
+//! Rγc_p², mass in γR², energy in R²γc_p²; plane cases in SI are of the whole body ([`units`]). Recorded stress is compressive positive, `p = −σ_zz`. Arrays over the section have the shape `(nz, nr)` and are indexed `[[j, i]]`: row 0 is the surface.
 //!
 //! # Sources
 //!
@@ -140,6 +141,7 @@ mod material;
 pub mod message;
 pub mod model;
 pub mod recording;
+pub mod rigidity;
 pub mod session;
 mod shape;
 pub mod simulation;

@@ -90,6 +90,16 @@ impl Elastic {
         Ok(((3.0 * bulk - 2.0 * shear) / (2.0 * sum), 9.0 * bulk * shear / sum))
     }
 
+    /// Contact modulus `E* = E/(1 − ν²)` \[Pa\].
+    ///
+    /// # Errors
+    ///
+    /// As [`Elastic::moduli`].
+    pub fn contact_modulus(&self) -> Result<f64, MaterialError> {
+        let (nu, e) = self.youngs_pair()?;
+        Ok(e / (1.0 - nu * nu))
+    }
+
     /// Speeds `(c_p, c_s)` \[m/s\] of longitudinal and shear waves, `c_p² = (K + 4µ/3)/γ`, `c_s² = µ/γ`; \[KA\] Eq. 1.
     ///
     /// # Errors

@@ -28,7 +28,7 @@
 //! | `/view/tf` | `foxglove.FrameTransforms` | frame | frame `indenter` in `world` |
 //! | `/view/profile` | `percuss.SurfaceProfile` | frame | `r[]`, `stress[]`, `displacement[]`, `indenter[]`, downsampled, for x–y plots |
 //!
-//! Physical cases are recorded in SI (`N`, `m`, `m/s`, `Pa`, `s`, `J`; plane: `N/m`, `J/m`), with their scales in `percuss.run`, others without
+//! Physical cases are recorded in SI (`N`, `m`, `m/s`, `Pa`, `s`, `J`; plane, of the whole contact: `N/m`, `J/m`), with their scales in `percuss.run`, others without
 //! dimension. All recorded stress, fields included, is compressive positive, p = −σ_zz. Units and meanings of all fields are in the
 //! metadata of their channels. Metadata records describe the run (`percuss.run`; its `source` is `simulation` or `exact`, then with the
 //! `closed_form`), machine and time (`percuss.host`, the only part that differs between two runs of a case), the largest strain
@@ -71,7 +71,8 @@ pub(crate) mod writer;
 ///   `Event.since`.
 /// * 1.2: `Energy.damped`; order and damping of the scheme in the run record.
 /// * 2.0: physical cases are recorded in SI, with their scales in the run record; shapes are geometry (`nose_radius`, `slope`).
-pub const FORMAT_VERSION: &str = "2.0";
+/// * 2.1: mass, force and energy of physical plane cases are those of the whole body and contact, in 2.0 of the half x ≥ 0.
+pub const FORMAT_VERSION: &str = "2.1";
 
 /// Uncompressed size at which a chunk is closed \[bytes\]: smaller ones lose less in a crash and cost more index. From 256 KiB
 /// to 4 MiB the size of the file differs by 0.2 % and the time by less than can be measured.

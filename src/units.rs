@@ -1,12 +1,16 @@
 //! Units of a run: dimensionless ones, and SI through the scales of a physical case.
 //!
 //! Everything is computed in units of R, c_p and γ. A physical case knows what these are, so that its recording is in SI; any other
-//! is recorded as computed. Force, mass and energy of a plane run are those of the half x ≥ 0, per unit of length along the strip:
+//! is recorded as computed. Force, mass and energy of a plane run are per unit of length along the strip: dimensionless those of
+//! the half x ≥ 0, in SI, where masses are weighed and forces measured, of the whole indenter and its whole contact. So the SI value
+//! of a dimensionless 1 is
 //!
 //! | | force | mass | energy |
 //! |---|---|---|---|
-//! | axisymmetric | πR²γc_p² | πγR³ | πR³γc_p² |
-//! | plane | Rγc_p² | γR² | R²γc_p² |
+//! | axisymmetric, in N, kg, J | πR²γc_p² | πγR³ | πR³γc_p² |
+//! | plane, in N/m, kg/m, J/m | 2Rγc_p² | 2γR² | 2R²γc_p² |
+//!
+//! while the name of the unit of a dimensionless plane run is `Rγc_p²`, `γR²`, `R²γc_p²`.
 
 use std::f64::consts::PI;
 
@@ -53,12 +57,12 @@ impl Scales {
     /// time R/c_p     stress γc_p²     force A·γc_p²     mass A·γR     energy A·γc_p²R
     /// ```
     ///
-    /// with the area A = πR² \[m²\], plane A = R \[m²/m\].
+    /// with the area A = πR² \[m²\], plane A = 2R \[m²/m\], as the dimensionless numbers are those of the half x ≥ 0.
     pub fn of(&self, dimension: Dimension) -> f64 {
         let Self { length, speed, density, .. } = *self;
         let area = match self.geometry {
             Geometry::Axisymmetric => PI * length * length,
-            Geometry::Plane => length,
+            Geometry::Plane => 2.0 * length,
         };
         let stress = density * speed * speed;
         match dimension {
@@ -131,6 +135,15 @@ impl Unit {
     /// True if its numbers are those of the computation.
     pub fn is_dimensionless(self) -> bool {
         DIMENSIONLESS.contains(&self.name)
+    }
+
+    /// Which part of the body a force or energy per length is of, to follow its name; empty for all other units.
+    pub fn part(self) -> &'static str {
+        match self.name {
+            "Rγc_p²" | "R²γc_p²" => ", half x >= 0, per length",
+            "N/m" | "J/m" => ", both halves, per length",
+            _ => "",
+        }
     }
 
     /// A dimensionless number for people: plain with four decimals, or in SI with its unit.
@@ -257,9 +270,9 @@ mod tests {
         for (dimension, round, plane) in [
             (Dimension::Time, 2e-6, 2e-6),
             (Dimension::Stress, 2e11, 2e11),
-            (Dimension::Force, PI * 2e7, 2e9),
-            (Dimension::Mass, PI * 8e-3, 0.8),
-            (Dimension::Energy, PI * 2e5, 2e7),
+            (Dimension::Force, PI * 2e7, 4e9),
+            (Dimension::Mass, PI * 8e-3, 1.6),
+            (Dimension::Energy, PI * 2e5, 4e7),
         ] {
             for (geometry, expected) in [(Geometry::Axisymmetric, round), (Geometry::Plane, plane)] {
                 let scale = steel(geometry).of(dimension);
@@ -308,7 +321,9 @@ mod tests {
     fn dimensionless_numbers_are_recorded_as_they_are() {
         let units = Units::new(Geometry::Plane, None);
         assert_eq!((units.force.name, units.force.of(0.1 + 0.2)), ("Rγc_p²", 0.1 + 0.2));
+        assert!(units.energy.part().contains("half x >= 0"));
         let units = Units::new(Geometry::Plane, Some(steel(Geometry::Plane)));
         assert_eq!((units.force.name, units.energy.name, units.time.name), ("N/m", "J/m", "s"));
+        assert!(units.energy.part().contains("both halves") && units.time.part().is_empty());
     }
 }

@@ -6,6 +6,7 @@
 use crate::{
     case::{Case, HeadKind},
     model::ModelKind,
+    rigidity::Rigidity,
     trust::TheoryError,
     units::{Dimension, Unit, Units},
     validity::{STRAIN_LIMIT, Validity},
@@ -21,7 +22,7 @@ const CORNER_CELLS: f64 = 2.0;
 /// A warning.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Warning {
-    /// Its subject in one word: `velocity`, `edge`, `base`, `theory`, `strain`, `cells`.
+    /// Its subject in one word: `velocity`, `edge`, `base`, `rigid`, `theory`, `strain`, `cells`.
     pub about: &'static str,
     /// What misleads, and what to do.
     pub text: String,
@@ -49,6 +50,9 @@ pub fn of_case(case: &Case) -> Vec<Warning> {
             "base",
             "the layer lies on a rigid, smooth base, as if glued to it; a real support yields".into(),
         );
+    }
+    if let Some(rigidity) = Rigidity::of(case).filter(Rigidity::is_notable) {
+        warn("rigid", rigidity.text());
     }
     match TheoryError::of(case).filter(TheoryError::is_notable) {
         Some(error) => warn("theory", error.text(case.units().time)),
@@ -164,6 +168,9 @@ mod tests {
     fn a_ball_is_warned_of_what_misleads() {
         let ball = case(BALL, &[]);
         assert_eq!(abouts(&of_case(&ball)), ["base"]);
+        let hard = of_case(&case(BALL, &["target.material=alumina"]));
+        assert_eq!(abouts(&hard), ["base", "rigid"]);
+        assert!(hard[1].text.contains("about 48 % too high"), "{hard:?}");
         let found = of_run(&ball);
         assert_eq!(abouts(&found), ["strain"]);
         assert!(found[0].text.contains("µs") && found[0].text.contains(", z = "), "{found:?}");

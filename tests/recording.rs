@@ -542,11 +542,11 @@ fn plane_runs_have_units_of_their_own() {
     }
     let run = &metadata(&bytes)["percuss.run"];
     let number = |key: &str| run[key].parse::<f64>().expect("a number");
-    assert!((number("scale.force_n_per_m") / (0.01 * number("scale.stress_pa")) - 1.0).abs() < 1e-14);
-    assert!((number("scale.mass_kg_per_m") / (0.01 * 0.01 * 7850.0) - 1.0).abs() < 1e-14);
-    assert!((number("scale.energy_j_per_m") / (1e-4 * number("scale.stress_pa")) - 1.0).abs() < 1e-14);
+    assert!((number("scale.force_n_per_m") / (0.02 * number("scale.stress_pa")) - 1.0).abs() < 1e-14);
+    assert!((number("scale.mass_kg_per_m") / (0.02 * 0.01 * 7850.0) - 1.0).abs() < 1e-14);
+    assert!((number("scale.energy_j_per_m") / (2e-4 * number("scale.stress_pa")) - 1.0).abs() < 1e-14);
     assert!(!run.contains_key("scale.force_n") && !run.contains_key("scale.mass_kg"));
-    // the energy of the half x >= 0, per length: the loss of ½·M·V0² of the mass is in the target
+    // the energy of both halves, per length: the loss of ½·M·V0² of the mass is in the target
     let energies: Vec<(u64, message::Energy)> = messages(&bytes, "/energy");
     for (_, energy) in &energies {
         let target = energy.kinetic + energy.strain + energy.damped;

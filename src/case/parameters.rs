@@ -10,7 +10,7 @@ use super::{
 use crate::{
     contact::Rule,
     grid::{Geometry, Grid, MeshKind, Spacing},
-    material::Material,
+    material::{Material, Preset},
     model::{
         Field, Gauges, Line, ModelKind,
         scheme::{Corner, Order},
@@ -156,8 +156,10 @@ pub struct Body {
     pub head: HeadKind,
     /// Radius of the punch \[R\]; `None` if unbounded.
     pub radius: Option<f64>,
-    /// Mass M \[πγR³, plane γR²\], may be infinite.
+    /// Mass M \[πγR³; plane, of the half x ≥ 0, γR²\], may be infinite.
     pub mass: f64,
+    /// Material, if it is named: how far the body is from rigid, see [`crate::rigidity`].
+    pub material: Option<&'static Preset>,
 }
 
 /// Form of the head: its geometry, whatever the velocity.

@@ -16,6 +16,7 @@ use super::{
 use crate::{
     contact::Rule,
     grid::Geometry,
+    material::Preset,
     units::{Dimension, Scales},
 };
 
@@ -88,7 +89,7 @@ pub(super) fn read_indenter(mut section: Section<'_>, parts: &IndenterParts<'_>)
     let has_mass = section.has("mass");
     let mass =
         section.quantity("mass", Dimension::Mass, Bounds::within(TINY, 1e12).or_infinite(), parts.system);
-    let density = read_density(&mut section, has_mass, parts.system);
+    let (density, material) = read_substance(&mut section, has_mass, parts.system);
     check_rule(&section, parts.contact, shape, mass.as_ref(), given.edge_radius.as_ref());
     let radius = given.radius.clone();
     let head = shape.and_then(|shape| given.head(&mut section, shape, parts));
@@ -103,7 +104,7 @@ pub(super) fn read_indenter(mut section: Section<'_>, parts: &IndenterParts<'_>)
         HeadKind::Sphere { nose_radius } => Some(radius.map_or(*nose_radius, value)),
         _ => radius.map(value),
     };
-    Some(Body { head, radius, mass: mass.unwrap_or(f64::INFINITY) })
+    Some(Body { head, radius, mass: mass.unwrap_or(f64::INFINITY), material })
 }
 
 /// A key of format 1, which named a shape by how fast its contact spread at V0.
@@ -176,48 +177,52 @@ impl OldKey {
     }
 }
 
-/// Density of the indenter \[γ\], with its key.
+/// Density that gives the mass \[γ\], with its key, and material of the indenter.
 ///
-/// * `has_mass`: true if the mass is given, which leaves no place for a density
-fn read_density(
+/// * `has_mass`: true if the mass is given, which leaves no place for a density; beside it a material has only its stiffness
+fn read_substance(
     section: &mut Section<'_>,
     has_mass: bool,
     system: &System,
-) -> Option<(&'static str, Given<f64>)> {
-    section.know("density");
-    section.know("material");
-    let given = ["density", "material"].into_iter().filter(|key| section.has(key));
-    let given: Vec<&'static str> = has_mass.then_some("mass").into_iter().chain(given).collect();
-    let span = section.place(given.last()?);
-    let bounds = Bounds::within(TINY, HUGE);
-    let density = section.quantity("density", Dimension::Density, bounds, system);
-    let of_material = if section.has("material") { read_body_material(section, system) } else { None };
-    if let [first, .., last] = given[..] {
+) -> (Option<(&'static str, Given<f64>)>, Option<&'static Preset>) {
+    let both = match ["density", "material"].map(|key| section.has(key)) {
+        [true, _] if has_mass => Some(["mass", "density"]),
+        [true, true] => Some(["density", "material"]),
+        _ => None,
+    };
+    let place = both.map(|[_, last]| section.place(last));
+    let span = section.place("material");
+    let density = section.quantity("density", Dimension::Density, Bounds::within(TINY, HUGE), system);
+    let preset = read_body_material(section, system);
+    if let Some(([first, last], place)) = both.zip(place) {
         let message = format!("`indenter.{first}` and `indenter.{last}` are both given");
-        section.problem(span, message, "keep one of them: mass, density or material gives the mass");
+        section.problem(place, message, "keep one of them: mass, density or material gives the mass");
+        return (None, preset);
+    }
+    let of_material = preset.filter(|_| !has_mass).map(|preset| {
+        let reduce = |scales: Scales| scales.reduce(Dimension::Density, preset.density);
+        ("material", Given { value: system.scales().map_or(preset.density, reduce), span })
+    });
+    (density.map(|density| ("density", density)).or(of_material), preset)
+}
+
+/// Material of the indenter.
+fn read_body_material(section: &mut Section<'_>, system: &System) -> Option<&'static Preset> {
+    section.know("material");
+    if !section.has("material") {
         return None;
     }
-    density.map(|density| ("density", density)).or(of_material.map(|density| ("material", density)))
-}
-
-/// Density of the material of the indenter \[γ\].
-fn read_body_material(section: &mut Section<'_>, system: &System) -> Option<Given<f64>> {
     let span = section.place("material");
     let preset = read_preset(section)?;
-    match system {
-        System::Dimensionless => {
-            let message = "`indenter.material` needs a physical case, and this one is dimensionless";
-            section.problem(span, message, "give indenter.density in units of γ, or target.material");
-            None
-        }
-        System::Physical { .. } | System::Unclear { .. } => {
-            let reduce = |scales: Scales| scales.reduce(Dimension::Density, preset.density);
-            Some(Given { value: system.scales().map_or(preset.density, reduce), span })
-        }
+    if let System::Dimensionless = system {
+        let message = "`indenter.material` needs a physical case, and this one is dimensionless";
+        section.problem(span, message, "give indenter.density in units of γ, or target.material");
+        return None;
     }
+    Some(preset)
 }
 
-/// Mass of a whole sphere, plane of half a cylinder, in the units of the case.
+/// Mass of a whole sphere, plane of a whole cylinder, in the units of the case, where a plane mass is that of the half x ≥ 0.
 ///
 /// ```text
 /// 4πρ³d/3 / (πγR³) = 4ρ³d/3          plane: πρ²d/2 / (γR²)
@@ -241,7 +246,11 @@ fn mass_of(
                 "`indenter.{key}` = {} gives a mass only to a whole sphere: the length of other bodies is not known",
                 section.document.written(&density.span)
             );
-            section.problem(density.span, message, "leave it out and give indenter.mass");
+            let help = match key {
+                "material" => "give indenter.mass too",
+                _ => "leave it out and give indenter.mass",
+            };
+            section.problem(density.span, message, help);
             None
         }
     }

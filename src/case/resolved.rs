@@ -66,6 +66,8 @@ struct Indenter {
     points: Option<Vec<[Value; 2]>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     mass: Option<Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    material: Option<&'static str>,
 }
 
 #[derive(Serialize)]
@@ -186,6 +188,7 @@ fn indenter(case: &Parameters) -> Indenter {
         // the radius of a profile is its last point, and would be the unit of length if it were written
         radius: body.radius.filter(|_| !case.has_length_unit).map(length),
         mass: Some(case.written(Dimension::Mass, body.mass)),
+        material: body.material.map(|preset| preset.name),
         ..Indenter::default()
     };
     match &body.head {

@@ -1,18 +1,17 @@
 //! `/drag`: resistance to the indenter, every step.
 
 use super::{Channel, FieldNote, Outlet};
-use crate::{case::Case, grid::Geometry, message::percuss, units::Units, view::View};
+use crate::{case::Case, message::percuss, units::Units, view::View};
 
 /// The drag channel.
 pub struct Drag {
-    geometry: Geometry,
     units: Units,
 }
 
 impl Drag {
     /// In the units of `case`.
     pub fn new(case: &Case) -> Self {
-        Self { geometry: case.geometry, units: case.units() }
+        Self { units: case.units() }
     }
 }
 
@@ -26,13 +25,10 @@ impl Channel for Drag {
     }
 
     fn fields(&self) -> Vec<FieldNote> {
-        let meaning = match self.geometry {
-            Geometry::Axisymmetric => "drag F on the indenter",
-            Geometry::Plane => "drag F on the half x >= 0 of the indenter, per length",
-        };
+        let Units { length, force, .. } = self.units;
         vec![
-            FieldNote::new("force", self.units.force.name, meaning),
-            FieldNote::new("contact_radius", self.units.length.name, "contact radius r*"),
+            FieldNote::new("force", force.name, format!("drag F on the indenter{}", force.part())),
+            FieldNote::new("contact_radius", length.name, "contact radius r*"),
         ]
     }
 

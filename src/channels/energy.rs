@@ -25,24 +25,18 @@ impl Channel for Energy {
     }
 
     fn fields(&self) -> Vec<FieldNote> {
-        let unit = self.units.energy.name;
-        vec![
-            FieldNote::new("kinetic", unit, "kinetic energy of the target"),
-            FieldNote::new("strain", unit, "strain energy of the target"),
-            FieldNote::new("indenter", unit, "kinetic energy of an indenter of finite mass"),
-            FieldNote::new(
-                "dissipated",
-                unit,
-                "energy lost so far to nodes that struck the indenter and stuck",
-            ),
-            FieldNote::new(
-                "damped",
-                unit,
-                "energy taken out so far by the damping of waves that the mesh does not resolve",
-            ),
-            FieldNote::new("work", unit, "work done so far by a motion that is prescribed"),
-            FieldNote::new("residual", unit, "initial + work - all of the above: rounding"),
+        let unit = self.units.energy;
+        [
+            ("kinetic", "kinetic energy of the target"),
+            ("strain", "strain energy of the target"),
+            ("indenter", "kinetic energy of an indenter of finite mass"),
+            ("dissipated", "energy lost so far to nodes that struck the indenter and stuck"),
+            ("damped", "energy taken out so far by the damping of waves that the mesh does not resolve"),
+            ("work", "work done so far by a motion that is prescribed"),
+            ("residual", "initial + work - all of the above: rounding"),
         ]
+        .map(|(name, meaning)| FieldNote::new(name, unit.name, format!("{meaning}{}", unit.part())))
+        .into()
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {

@@ -9,6 +9,7 @@ use crate::{
     admissible::{self, Trial},
     case::{Case, Sizes},
     cost::{Estimate, PATIENCE, RunEstimate, TIME_FACTOR, bytes_tolerance},
+    rigidity::Rigidity,
     trust::TheoryError,
     units::{Dimension, Units},
     validity::STRAIN_LIMIT,
@@ -100,6 +101,10 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &
             "quantity": theory.quantity.name(),
             "error": theory.error,
             "time": theory.time,
+        })),
+        "rigidity": Rigidity::of(case).map(|rigidity| serde_json::json!({
+            "modulus_ratio": rigidity.modulus_ratio,
+            "force_ratio": rigidity.force_ratio,
         })),
         "warnings": warnings,
     });

@@ -2,6 +2,8 @@
 
 use crate::{
     case::Case,
+    grid::Geometry,
+    rigidity::Rigidity,
     units::{Dimension, Scales, Units, engineering, name},
 };
 
@@ -15,11 +17,14 @@ pub(super) fn rows(case: &Case, scales: &Scales) -> Vec<(&'static str, String)> 
         }
         None => "half-space".into(),
     };
-    let scale = |symbol, dimension| {
-        let unit = name(dimension, case.geometry, true);
-        format!("{symbol} = {}", engineering(scales.of(dimension), unit))
+    let is_plane = case.geometry == Geometry::Plane;
+    let scale = |dimension| {
+        // the dimensionless numbers are those of the half x ≥ 0
+        let is_doubled = is_plane && [Dimension::Force, Dimension::Energy].contains(&dimension);
+        let factor = if is_doubled { "2" } else { "" };
+        let [symbol, unit] = [false, true].map(|is_si| name(dimension, case.geometry, is_si));
+        format!("{factor}{symbol} = {}", engineering(scales.of(dimension), unit))
     };
-    let named = |dimension| scale(name(dimension, case.geometry, false), dimension);
     let mass = match case.indenter.mass {
         mass if mass.is_finite() => {
             let unit = name(Dimension::Mass, case.geometry, true);
@@ -28,15 +33,40 @@ pub(super) fn rows(case: &Case, scales: &Scales) -> Vec<(&'static str, String)> 
         _ => "infinite mass".into(),
     };
     let density = engineering(scales.density, name(Dimension::Density, case.geometry, true));
-    vec![
+    let scales = [Dimension::Length, Dimension::Time, Dimension::Stress, Dimension::Force, Dimension::Energy];
+    let mut rows = vec![
         ("target", format!("{target}; c_p = {c_p}, c_s = {c_s}, density {density}")),
         ("indenter", format!("{mass}, V0 = {}", speed.text(case.impact.velocity))),
-        (
-            "scales",
-            [Dimension::Length, Dimension::Time, Dimension::Stress, Dimension::Force, Dimension::Energy]
-                .map(named)
-                .join(", "),
-        ),
-        ("playback", format!("1 s of log time shows {}", engineering(1.0 / case.record.playback_rate, "s"))),
-    ]
+        ("scales", scales.map(scale).join(", ")),
+    ];
+    rows.extend(Rigidity::of(case).map(|rigidity| ("rigid", rigidity.text())));
+    if is_plane {
+        let text = "force, mass and energy are per metre and of the whole body and contact, both halves";
+        rows.push(("plane", text.into()));
+    }
+    let playback = engineering(1.0 / case.record.playback_rate, "s");
+    rows.push(("playback", format!("1 s of log time shows {playback}")));
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plane_case_says_whose_its_force_is_and_two_materials_how_rigid() {
+        let text = |geometry: &str| {
+            let case = Case::load("ball", &[format!("geometry={geometry}")]).expect("a built-in case");
+            let rows = rows(&case, &case.scales.expect("a physical case"));
+            rows.into_iter().map(|(key, text)| format!("{key}: {text}\n")).collect::<String>()
+        };
+        let (plane, round) = (text("plane"), text("axisymmetric"));
+        for phrase in ["2Rγc_p² = 169.5 MN/m", "2R²γc_p² = 1.695 MJ/m", "per metre and of the whole body"]
+        {
+            assert!(plane.contains(phrase) && !round.contains(phrase), "{plane}");
+        }
+        // π·(10 mm)²·7850 kg/m³
+        assert!(plane.contains("indenter: 2.466 kg/m"), "{plane}");
+        assert!(round.contains("rigid: ") && round.contains("0.8 % too high"), "{round}");
+    }
 }

@@ -44,9 +44,43 @@ impl Recorded {
         self.channels[topic][key].parse().expect("a number")
     }
 
+    /// All messages of a topic.
+    fn all<M: prost::Message + Default>(&self, topic: &str) -> Vec<M> {
+        messages(&self.bytes, topic).into_iter().map(|(_, message)| message).collect()
+    }
+
     /// The last message of a topic.
     fn last<M: prost::Message + Default>(&self, topic: &str) -> M {
-        messages(&self.bytes, topic).pop().expect("a message").1
+        self.all(topic).pop().expect("a message")
+    }
+
+    /// Asserts that the numbers of a topic are those of a dimensionless recording times their scales, the last scale for the rest.
+    fn is_twin<M: prost::Message + Default>(
+        &self,
+        twin: &Self,
+        topic: &str,
+        scales: &[f64],
+        numbers: impl Fn(M) -> Vec<f64>,
+    ) {
+        let [own, others] = [self, twin].map(|recorded| recorded.all(topic).into_iter().map(&numbers));
+        assert_eq!(own.len(), others.len(), "{topic}");
+        let scale = |place: usize| *scales.get(place).unwrap_or(&scales[scales.len() - 1]);
+        let mut largest = BTreeMap::new();
+        let mut errors = BTreeMap::new();
+        for (own, other) in own.zip(others) {
+            assert_eq!(own.len(), other.len(), "{topic}");
+            for (place, (x, y)) in own.iter().zip(&other).enumerate() {
+                let keep = |map: &mut BTreeMap<usize, f64>, x: f64| {
+                    let most = map.entry(place.min(scales.len() - 1)).or_default();
+                    *most = most.max(x.abs());
+                };
+                keep(&mut largest, *x);
+                keep(&mut errors, x - scale(place) * y);
+            }
+        }
+        for (place, error) in errors {
+            assert!(error < 1e-13 * largest[&place], "{topic} {place}: {error:e} of {:e}", largest[&place]);
+        }
     }
 }
 
@@ -94,6 +128,62 @@ fn no_channel_has_a_dimensionless_unit() {
             assert!(layout.contains(label), "{label} is not in {layout}");
         }
     }
+}
+
+/// A plane punch with c_p = 4000 m/s, c_s² = 3e6 m²/s² and R = 10 mm, whose units of time and stress are 2.5 µs and 32 GPa.
+const STRIP: &str = "model = \"elastic\"\ngeometry = \"plane\"\n[target]\nthickness = \"5 mm\"\n\
+    material = { bulk_modulus = \"24 GPa\", shear_modulus = \"6 GPa\", density = \"2 g/cm3\" }\n\
+    [indenter]\nshape = \"flat\"\nradius = \"10 mm\"\nmass = \"2 kg/m\"\n\
+    [impact]\nvelocity = \"5 m/s\"\n[mesh]\ncells = 20\n[run]\nend_time = \"30 us\"\n[record]\nframes = 12\n";
+
+#[test]
+fn a_plane_body_is_whole() {
+    let folder = folder();
+    let strip = Recorded::new(STRIP, &[], &folder.path().join("a.mcap"));
+    let drags: Vec<message::Drag> = strip.all("/drag");
+    let interfaces: Vec<message::InterfaceStress> = strip.all("/interface/stress");
+    let velocities: Vec<message::Velocity> = strip.all("/velocity");
+    assert!(strip.channels["/drag"]["meaning.force"].contains("both halves"));
+
+    // the force is that of the pressure on both halves of the contact
+    let largest = drags.iter().map(|drag| drag.force).fold(0.0, f64::max);
+    for (drag, interface) in drags.iter().zip(&interfaces) {
+        let half = interface.dr * interface.stress.iter().sum::<f64>();
+        assert!((drag.force - 2.0 * half).abs() < 1e-13 * largest, "{} N/m, {half} N/m", drag.force);
+    }
+    // and its impulse that of the mass in the case, until the indenter has rebounded
+    let impulse: f64 = drags
+        .windows(2)
+        .map(|pair| 0.5 * (pair[1].time - pair[0].time) * (pair[0].force + pair[1].force))
+        .sum();
+    let [first, last] = [&velocities[0], &velocities[velocities.len() - 1]].map(|motion| motion.velocity);
+    assert!(last < 0.0, "{last} m/s");
+    assert!((impulse / (2.0 * (first - last)) - 1.0).abs() < 1e-12, "{impulse} N s/m, {first} to {last} m/s");
+}
+
+#[test]
+fn a_plane_body_has_a_dimensionless_twin_of_the_half() {
+    let folder = folder();
+    let strip = Recorded::new(STRIP, &[], &folder.path().join("a.mcap"));
+    // 2 kg/m are 1 kg/m of the half
+    let (c_s, mass) = (3e6f64.sqrt() / 4000.0, 1.0 / (2000.0 * 0.01 * 0.01));
+    let twin = format!(
+        "model = \"elastic\"\ngeometry = \"plane\"\n[target]\nthickness = 0.5\nshear_wave_speed = {c_s:?}\n\
+         [indenter]\nshape = \"flat\"\nradius = 1.0\nmass = {mass:?}\n[impact]\nvelocity = 0.00125\n\
+         [mesh]\ncells = 20\n[run]\nend_time = 12.0\n[record]\nframes = 12\n"
+    );
+    let twin = Recorded::new(&twin, &[], &folder.path().join("b.mcap"));
+    assert!(twin.channels["/drag"]["meaning.force"].contains("half x >= 0"));
+
+    let (force, energy) = (2.0 * 0.01 * 32e9, 2.0 * 1e-4 * 32e9);
+    let drag = |m: message::Drag| vec![m.time, m.force, m.contact_radius];
+    strip.is_twin(&twin, "/drag", &[2.5e-6, force, 0.01], drag);
+    let velocity = |m: message::Velocity| vec![m.velocity, m.displacement];
+    strip.is_twin(&twin, "/velocity", &[4000.0, 0.01], velocity);
+    strip.is_twin(&twin, "/interface/stress", &[32e9], |m: message::InterfaceStress| m.stress);
+    strip.is_twin(&twin, "/probes", &[32e9], |m: message::Probes| m.stress);
+    let energies = |m: message::Energy| vec![m.kinetic, m.strain, m.indenter, m.dissipated, m.damped, m.work];
+    strip.is_twin(&twin, "/energy", &[energy], energies);
 }
 
 #[test]
