@@ -8,10 +8,10 @@
 //! magic · version of this format · length of the head · head · zstd(state) · CRC-32 of all before
 //! ```
 //!
-//! all little-endian. The head has the version of percuss, the engine, the complete case, the step and the number of messages of
+//! all little-endian. The head has the version of percuss, the revision of its numerics, the engine, the complete case, the step and the number of messages of
 //! every channel; the state is that of [`Simulation::save`]. Channels have none.
 //!
-//! A state is taken up only if percuss, engine and case are the same: then the run gives the same messages, bit for bit, as one
+//! A state is taken up only if percuss, numerics, engine and case are the same: then the run gives the same messages, bit for bit, as one
 //! that was never interrupted, whatever the number of threads is. When checkpoints are written, and how often, changes no message, so
 //! `run.checkpoint_every` may differ.
 //!
@@ -29,6 +29,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     case::Case,
+    recording::NUMERICS,
     simulation::{Engine, Simulation},
     state::{StateError, StateReader, StateWriter},
 };
@@ -42,7 +43,8 @@ const MAGIC: [u8; 8] = *b"\x89percpt\n";
 ///
 /// * 1: the first.
 /// * 2: with the largest strain of cells.
-const VERSION: u32 = 2;
+/// * 3: the head has the revision of the numerics.
+const VERSION: u32 = 3;
 
 /// Size of magic and version, and of the checksum \[bytes\].
 const BEGINNING: u64 = MAGIC.len() as u64 + 4;
@@ -58,6 +60,7 @@ const MOST_DIFFERENCES: usize = 5;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Head {
     percuss: String,
+    numerics: u32,
     engine: String,
     /// The case with every default written out.
     case: String,
@@ -93,7 +96,7 @@ pub enum CheckpointError {
         /// What is wrong.
         what: String,
     },
-    /// It was written by another version or engine.
+    /// It was written by another version, numerics or engine.
     #[error(
         "the checkpoint `{}` is of {found}, this is {here}: only the same gives the same numbers; take that, or begin the run anew with --force in place of --resume",
         path.display()
@@ -131,6 +134,7 @@ impl Head {
     pub fn new(case: &Case, engine: Engine, (step, time): (u64, f64), messages: Vec<u64>) -> Self {
         Self {
             percuss: env!("CARGO_PKG_VERSION").into(),
+            numerics: NUMERICS,
             engine: engine.name().into(),
             case: case.resolved_toml(),
             step,
@@ -260,6 +264,10 @@ impl Head {
     fn check(&self, path: &Path, case: &Case, engine: Engine) -> Result<(), CheckpointError> {
         let programs = [
             (format!("percuss {}", self.percuss), format!("percuss {}", env!("CARGO_PKG_VERSION"))),
+            (
+                format!("revision {} of the numerics", self.numerics),
+                format!("revision {NUMERICS} of the numerics"),
+            ),
             (format!("--engine {}", self.engine), format!("--engine {}", engine.name())),
         ];
         if let Some((found, here)) = programs.into_iter().find(|(found, here)| found != here) {

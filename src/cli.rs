@@ -16,6 +16,7 @@ use std::{
     io::{self, IsTerminal, Write},
     path::PathBuf,
     process::ExitCode,
+    sync::LazyLock,
 };
 
 use clap::{Args, Parser, Subcommand};
@@ -27,6 +28,7 @@ use crate::{
     case::{Case, CaseErrors},
     checkpoint::CheckpointError,
     exact::closed_form::NoClosedForm,
+    recording::{FORMAT_VERSION, NUMERICS},
     session::RunError,
 };
 
@@ -43,11 +45,18 @@ mod study;
 
 /// Computes the impact of a rigid indenter on an elastic layer or half-space and records it as MCAP.
 #[derive(Debug, Parser)]
-#[command(version, about, long_about = None, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(version, long_version = VERSION.as_str(), about, long_about = None, arg_required_else_help = true, after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(subcommand)]
     command: Command,
 }
+
+/// What is built: version, numerics and format, and the commit if it is known.
+static VERSION: LazyLock<String> = LazyLock::new(|| {
+    let commit = option_env!("PERCUSS_COMMIT").map_or(String::new(), |commit| format!(", commit {commit}"));
+    let version = env!("CARGO_PKG_VERSION");
+    format!("{version}\nnumerics {NUMERICS}, recording format {FORMAT_VERSION}{commit}")
+});
 
 const EXAMPLES: &str = "\
 Examples:

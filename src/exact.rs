@@ -56,7 +56,7 @@
 //! | energy, glued punch, rebound, separation, recontact | conservation | 8e-15 |
 //!
 //! `tests/golden` has digests of the recordings of six small cases, to the last bit; `PERCUSS_BLESS=1 cargo test --test golden`
-//! rewrites them after an intended change.
+//! rewrites them after an intended change, which needs another revision of the numerics, [`crate::recording::NUMERICS`].
 //!
 //! Two results of the paper do not follow from its equations: its times of first tension for punches of mass 2.5, 5, 10
 //! (t = 3.03, 4.96, 9.36) are 5.135, 7.753, 11.372 here, on successively finer meshes; and the stress at the edge r = 1 grows with

@@ -30,8 +30,9 @@
 //!
 //! Physical cases are recorded in SI (`N`, `m`, `m/s`, `Pa`, `s`, `J`; plane, of the whole contact: `N/m`, `J/m`), with their scales in `percuss.run`, others without
 //! dimension. All recorded stress, fields included, is compressive positive, p = −σ_zz. Units and meanings of all fields are in the
-//! metadata of their channels. Metadata records describe the run (`percuss.run`; its `source` is `simulation` or `exact`, then with the
-//! `closed_form`), machine and time (`percuss.host`, the only part that differs between two runs of a case), the largest strain
+//! metadata of their channels. Metadata records describe the run (`percuss.run`; its `source` is `simulation`, then with the revision
+//! of the `numerics`, [`NUMERICS`], or `exact`, then with the `closed_form`), machine, time and the `commit` of the program
+//! (`percuss.host`, the only part that differs between two runs of a case), the largest strain
 //! (`percuss.validity`), and the end of the run (`percuss.status`, written last); each has the `checksum` of its other entries. The attachment `case.resolved.toml`
 //! repeats the run; `layout.json` is the layout for viewers.
 //!
@@ -73,6 +74,12 @@ pub(crate) mod writer;
 /// * 2.0: physical cases are recorded in SI, with their scales in the run record; shapes are geometry (`nose_radius`, `slope`).
 /// * 2.1: mass, force and energy of physical plane cases are those of the whole body and contact, in 2.0 of the half x ≥ 0.
 pub const FORMAT_VERSION: &str = "2.1";
+
+/// Revision of the numerics: results of the same revision are the same bit for bit. It changes with the golden digests, which a
+/// test of theirs (`tests/golden.rs`) demands.
+///
+/// * 1: the first that recordings and checkpoints carry.
+pub const NUMERICS: u32 = 1;
 
 /// Uncompressed size at which a chunk is closed \[bytes\]: smaller ones lose less in a crash and cost more index. From 256 KiB
 /// to 4 MiB the size of the file differs by 0.2 % and the time by less than can be measured.

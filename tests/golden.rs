@@ -4,13 +4,15 @@
 //! topic, the number of its messages and a hash of them, and after it a few of its numbers at the middle and the last message:
 //! in full digits, and as bits. The hash shows that results have changed, the numbers how.
 //!
-//! All of it is the same on every machine and for any number of threads. An intended change is blessed with
+//! All of it is the same on every machine and for any number of threads. `tests/golden/numerics.txt` has the revision of the
+//! numerics, [`NUMERICS`], with a hash of all digests. An intended change raises the revision, is blessed with
 //!
 //! ```text
 //! PERCUSS_BLESS=1 cargo test --test golden
 //! ```
 //!
-//! and committed by itself, with the reason for the new numbers.
+//! and committed by itself, with the reason for the new numbers. Other digests of a revision that has some are refused; one
+//! that has never left its branch is blessed anew without the file `numerics.txt`.
 
 use std::{collections::BTreeMap, fmt::Write, fs, path::Path};
 
@@ -18,7 +20,7 @@ use mcap::MessageStream;
 use percuss::{
     case::Case,
     message::percuss::{Drag, Energy, Event, FieldSlice, InterfaceStress, Probes, Velocity},
-    recording::Destination,
+    recording::{Destination, NUMERICS},
     session::{self, Recording, Source},
     simulation::Simulation,
 };
@@ -225,28 +227,65 @@ fn difference(expected: &str, found: &str) -> String {
     text
 }
 
+/// The revision of the numerics, with a hash of all digests.
+fn revision(number: u32, texts: &[String]) -> String {
+    let digests = texts.iter().flat_map(|text| text.lines()).filter(|line| line.starts_with('/'));
+    let hash = digests.fold(EMPTY, |state, line| hash(state, line.as_bytes()));
+    format!("revision {number}  {hash:016x}\n")
+}
+
+/// True if a revision may take the place of another: the same digests, or another number.
+fn may_follow(before: &str, after: &str) -> bool {
+    before == after || before.split("  ").next() != after.split("  ").next()
+}
+
 #[test]
 fn results_are_those_of_the_golden_digests() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
+    let path =
+        |name| Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name).with_extension("txt");
+    let texts = CASES.each_ref().map(|golden| {
+        let text = digest(golden, &record(golden, 1));
+        assert_eq!(text, digest(golden, &record(golden, 3)), "{}: threads make a difference", golden.name);
+        text
+    });
+    let expected = |name| fs::read_to_string(path(name)).unwrap_or_default();
+    let numerics = revision(NUMERICS, &texts);
+    let is_revised = may_follow(&expected("numerics"), &numerics);
+    let found = CASES.iter().map(|golden| golden.name).zip(texts).chain([("numerics", numerics)]);
+    if std::env::var_os("PERCUSS_BLESS").is_some() {
+        assert!(
+            is_revised,
+            "revision {NUMERICS} of the numerics has other digests: raise `NUMERICS` in src/recording.rs, say there why, and bless again"
+        );
+        found.for_each(|(name, text)| fs::write(path(name), text).expect("the golden text is written"));
+        return;
+    }
     let mut changed = String::new();
-    for golden in &CASES {
-        let path = folder.join(golden.name).with_extension("txt");
-        let found = digest(golden, &record(golden, 1));
-        assert_eq!(found, digest(golden, &record(golden, 3)), "{}: threads make a difference", golden.name);
-        if std::env::var_os("PERCUSS_BLESS").is_some() {
-            fs::write(&path, found).expect("the golden text is written");
-            continue;
-        }
-        let expected = fs::read_to_string(&path).unwrap_or_default();
-        let difference = difference(&expected, &found);
+    for (name, text) in found {
+        let difference = difference(&expected(name), &text);
         if !difference.is_empty() {
-            write!(changed, "{}:\n{difference}", path.display()).expect("a String grows");
+            write!(changed, "{}:\n{difference}", path(name).display()).expect("a String grows");
         }
     }
     assert!(
         changed.is_empty(),
-        "results have changed; if that is intended, PERCUSS_BLESS=1 cargo test --test golden\n{changed}"
+        "results have changed; if that is intended, raise `NUMERICS` in src/recording.rs and PERCUSS_BLESS=1 cargo test --test golden\n{changed}"
     );
+}
+
+#[test]
+fn other_digests_need_another_revision() {
+    let texts =
+        ["# a case\n\n/drag  7 messages  01\n  t = 1\n", "# b\n/drag  7 messages  02\n"].map(String::from);
+    let mut others = texts.clone();
+    let first = revision(1, &texts);
+    others[1] = others[1].replace("02", "03");
+    let changed = revision(1, &others);
+    assert!(first != changed && !may_follow(&first, &changed), "{first} {changed}");
+    assert!(may_follow(&first, &revision(2, &others)) && may_follow("", &changed));
+    // what is said beside the digests is none
+    others[1] = texts[1].replace("# b", "# c");
+    assert_eq!(revision(1, &others), first);
 }
 
 #[test]

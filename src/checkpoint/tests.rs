@@ -70,8 +70,15 @@ fn checkpoints_of_others_are_refused_with_what_differs() {
     write(&path, &head, &mut simulation).expect("room");
     let text = refusal(&path, &here, Engine::Blocked);
     assert!(text.contains("percuss 0.0.0, this is percuss"), "{text}");
+    // the same version with other numerics
+    (head.percuss, head.numerics) = (env!("CARGO_PKG_VERSION").into(), NUMERICS + 1);
+    write(&path, &head, &mut simulation).expect("room");
+    let text = refusal(&path, &here, Engine::Blocked);
+    let there = NUMERICS + 1;
+    let expected = format!("revision {there} of the numerics, this is revision {NUMERICS} of the numerics");
+    assert!(text.contains(&expected) && text.contains("--force"), "{text}");
     // the head of another step
-    (head.percuss, head.step) = (env!("CARGO_PKG_VERSION").into(), 4);
+    (head.numerics, head.step) = (NUMERICS, 4);
     write(&path, &head, &mut simulation).expect("room");
     let checkpoint = Checkpoint::open(&path, &here, Engine::Blocked).expect("a checkpoint");
     let error = checkpoint.load(&mut Simulation::new(&here)).expect_err("another step");

@@ -12,7 +12,7 @@ use crate::{
     channels::{Catalogue, log::Level},
     checkpoint::Head,
     layout::{self, LayoutBuilder},
-    recording::{Destination, FORMAT_VERSION, Recorder, RecordingError, Tap},
+    recording::{Destination, FORMAT_VERSION, NUMERICS, Recorder, RecordingError, Tap},
     units::Units,
     validity::{Peak, STRAIN_LIMIT, Validity},
     view::View,
@@ -43,7 +43,9 @@ impl Source {
     /// Its entries in the run record.
     fn entries(self) -> BTreeMap<String, String> {
         match self {
-            Self::Simulation => to_map([("source", "simulation".to_owned())]),
+            Self::Simulation => {
+                to_map([("source", "simulation".to_owned()), ("numerics", NUMERICS.to_string())])
+            }
             Self::Exact { form, .. } => {
                 to_map([("source", "exact".to_owned()), ("closed_form", form.to_owned())])
             }
@@ -269,6 +271,7 @@ fn host_record(resumed: Option<u64>) -> BTreeMap<String, String> {
         ("threads", rayon::current_num_threads().to_string()),
         ("build", format!("{build} {} {}", std::env::consts::ARCH, std::env::consts::OS)),
     ]);
+    map.extend(option_env!("PERCUSS_COMMIT").map(|commit| ("commit".to_owned(), clip(commit.to_owned()))));
     map.extend(resumed.map(|step| ("resumed_after_step".to_owned(), step.to_string())));
     let used: usize = map.iter().map(|(key, value)| key.len() + value.len()).sum();
     let padding = HOST_LENGTH.saturating_sub(used + "padding".len());

@@ -11,8 +11,10 @@ pub const PART: &str = "part";
 
 /// Metadata records: what a run is, where and when it ran, what its numbers are good for, and how it ended.
 pub const RUN: &str = "percuss.run";
-/// Record of where and when a run took place; never compared.
+/// Record of where and when a run took place; of it only [`COMMIT`] is compared.
 pub const HOST: &str = "percuss.host";
+/// Key of the commit of the program in the record [`HOST`].
+pub const COMMIT: &str = "commit";
 /// Record of the range in which the numbers of a run are valid.
 pub const VALIDITY: &str = "percuss.validity";
 /// Record of how a run ended.

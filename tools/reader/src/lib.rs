@@ -98,7 +98,7 @@
 //! | `unit.<field>` | unit, `1` for plain numbers |
 //! | `meaning.<field>` | the field in words |
 //! | `axis.<field>` | positions of an array: `r0,dr` names two fields of the message, the first position and the step; a list of numbers is the positions; `z0,dz,nz;r0,dr,nr` is a row-major matrix: rows and columns that a message leaves out and others have are at rest there, 0 |
-//! | `derived` | the channel shows in another form what others hold; `diff` leaves it out unless it is named |
+//! | `derived` | the channel shows in another form what others hold; `diff` leaves it out unless it is named, or one recording has it without this key |
 //! | `symmetry.<field>` | `even`: the array is even about the origin of its axis |
 //!
 //! # How a comparison goes
@@ -106,7 +106,8 @@
 //! 1. Channels are paired by topic and message type, fields by name, then by number. What has no partner, has another
 //!    name, type, unit or axis is a difference, reported before any number; of a dimensionless recording and one in SI that
 //!    carries its scales, the new one is converted instead. Metadata records and attachments are compared
-//!    too, TOML key by key, but only for information: they explain why numbers differ. `percuss.host` never takes part.
+//!    too, TOML key by key, but only for information: they explain why numbers differ. Of `percuss.host` only the commit of the program takes part; version
+//!    and revision of the numerics are in `percuss.run`.
 //! 2. Messages are paired by step if equal steps are at equal times, else by exact time if more than half of them have
 //!    a partner, else, with a tolerance, the new recording is interpolated at the times of the reference, on the common
 //!    window, which is reported with the messages of both. Without a tolerance only messages of the same step or exact time

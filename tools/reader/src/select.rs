@@ -54,6 +54,15 @@ impl Bound {
         self.number
     }
 
+    /// True if `a` is nearer to it than `b`; of log times, to the nanosecond.
+    pub(crate) fn is_nearer(self, a: Instant, b: Instant) -> bool {
+        let whole = |time: i128| (2 * time).abs_diff(self.floor.saturating_add(self.ceil));
+        match (a, b) {
+            (Instant::Log(a), Instant::Log(b)) => whole(a) < whole(b),
+            _ => (a.number() - self.number).abs() < (b.number() - self.number).abs(),
+        }
+    }
+
     /// Whole nanoseconds not after and not before it.
     pub(crate) fn nanoseconds(self) -> (i128, i128) {
         (self.floor, self.ceil)
@@ -119,8 +128,9 @@ fn time(text: &str) -> Result<f64, String> {
 }
 
 /// A time of a frame.
-pub(crate) fn finite_time(text: &str) -> Result<f64, String> {
-    time(text).and_then(|time| if time.is_finite() { Ok(time) } else { Err("not a finite number".into()) })
+pub(crate) fn finite_time(text: &str) -> Result<Bound, String> {
+    let bound: Bound = text.parse()?;
+    if bound.number.is_finite() { Ok(bound) } else { Err("not a finite number".into()) }
 }
 
 /// Which times, and which of many messages.

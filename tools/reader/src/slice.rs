@@ -7,9 +7,11 @@ use crate::{
     channel::Channel,
     convention,
     extent::Extent,
+    instant::Instant,
     messages::Recording,
     nest::{Counts, Element, Nest},
     recording::{Budget, Damage, Limits, OpenError},
+    select::Bound,
     table::Heading,
     wire::{DecodeError, Values},
 };
@@ -191,24 +193,23 @@ impl Span {
 pub fn moments(
     recording: &Recording,
     id: u16,
-    times: &[f64],
+    times: &[Bound],
 ) -> Result<(Vec<Moment>, Vec<Damage>), MomentError> {
     let channel = &recording.channels[&id];
     let Some(layout) = &channel.layout else { return Ok((Vec::new(), Vec::new())) };
     let mut messages = recording.messages([id], None)?;
-    let wanted = if times.is_empty() { &[f64::INFINITY][..] } else { times };
-    let mut nearest: Vec<Option<(f64, Vec<u8>)>> = vec![None; wanted.len()];
+    let mut nearest: Vec<Option<(Instant, Vec<u8>)>> = vec![None; times.len().max(1)];
     let mut span = Span::default();
     let mut budget = Budget::new(recording.limits().kept());
     let memory = || OpenError::Memory { path: recording.path.clone(), what: "the messages at these times" };
     messages.for_each(|message| {
-        let time = channel.time_since_origin(message.data, message.log_time);
-        span.add(time);
-        for (slot, &at) in nearest.iter_mut().zip(wanted) {
-            let is_nearer = match slot {
-                Some((known, _)) if at.is_infinite() => time >= *known,
-                Some((known, _)) => (time - at).abs() < (*known - at).abs(),
-                None => true,
+        let time = channel.instant(message.data, message.log_time, channel.origin);
+        span.add(time.number());
+        for (i, slot) in nearest.iter_mut().enumerate() {
+            let is_nearer = match (slot.as_ref(), times.get(i)) {
+                (Some((known, _)), Some(at)) => at.is_nearer(time, *known),
+                (Some((known, _)), None) => time >= *known,
+                (None, _) => true,
             };
             if is_nearer {
                 budget.give_back(slot.take().map_or(0, |(_, bytes)| bytes.len()));
@@ -221,11 +222,14 @@ pub fn moments(
         Ok(())
     })?;
     let topic = || channel.topic.clone();
-    if let Some((time, (first, last))) = times.iter().find_map(|&time| Some((time, span.excludes(time)?))) {
+    if let Some((time, (first, last))) =
+        times.iter().map(|time| time.number()).find_map(|time| Some((time, span.excludes(time)?)))
+    {
         return Err(MomentError::Outside { file: recording.path.clone(), topic: topic(), time, first, last });
     }
     let (mut moments, mut budget) = (Vec::new(), Budget::new(recording.limits().values()));
-    for (time, bytes) in nearest.into_iter().flatten() {
+    for (instant, bytes) in nearest.into_iter().flatten() {
+        let time = instant.number();
         let mut values = layout.values();
         match layout.decode(&bytes, &mut values) {
             Ok(()) if budget.spend(values.weight()) => moments.push(Moment { time, values }),

@@ -13,7 +13,8 @@ use percuss_reader::{
     command::{trace, verify::verify},
     messages::Recording,
     recording::{Limits, Scan},
-    select::Window,
+    select::{Bound, Window},
+    slice::moments,
     table::{Cell, Heading, Sink},
 };
 
@@ -361,28 +362,54 @@ fn a_growing_file_is_read_to_its_last_whole_chunk_and_on() {
     assert!(scan.damages().is_empty());
 }
 
-#[test]
-fn log_times_are_joined_and_chosen_to_the_nanosecond() {
-    const DATE: u64 = 1_700_000_000_123_456_789;
+/// Topics whose messages know no time but their log time, so many nanoseconds after a start: they are the values.
+fn by_log_time(start: u64, topics: &[(&str, &[u64])]) -> Vec<u8> {
     let mut recording = forge::forge(1, 3);
     recording.channels.clear();
     let place = forge::pool(&recording.file).get_message_by_name("lab.Place").expect("the message");
-    for (topic, late) in [("/p", 0), ("/q", 1)] {
-        let message = |k: u64| {
+    for (topic, times) in topics {
+        let message = |&time: &u64| {
             let mut message = prost_reflect::DynamicMessage::new(place.clone());
-            message.set_field_by_name("x", prost_reflect::Value::F64((10 * k + late) as f64));
-            (DATE + 10 * k + late, message)
+            message.set_field_by_name("x", prost_reflect::Value::F64(time as f64));
+            (start + time, message)
         };
         recording.channels.push(forge::Channel {
-            topic: topic.into(),
+            topic: (*topic).into(),
             message: "Place".into(),
             metadata: Default::default(),
-            messages: (0..5).map(message).collect(),
+            messages: times.iter().map(message).collect(),
         });
     }
+    recording.write(forge::plain())
+}
+
+#[test]
+fn messages_at_a_time_are_the_nearest_to_the_nanosecond() {
+    // seconds as floating-point numbers are the same
+    const LATE: u64 = 300 * 86_400 * 1_000_000_000;
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.mcap");
-    fs::write(&path, recording.write(forge::plain())).expect("a file");
+    fs::write(&path, by_log_time(LATE, &[("/p", &[0, 1, 2, 3, 9])])).expect("a file");
+    let recording = Recording::open(&path, Limits::default()).expect("a recording");
+    let (&id, channel) = recording.channels.iter().next().expect("the channel");
+    let x = channel.layout.as_ref().and_then(|layout| layout.find("x")).expect("the field");
+    let times = ["25920000.000000001", "25920000.000000003", "25920000.000000007"];
+    let times = times.map(|time| time.parse().expect("a time"));
+    let at = |times: &[Bound]| -> Vec<Option<f64>> {
+        let (moments, _) = moments(&recording, id, times).expect("messages");
+        moments.iter().map(|moment| moment.values.lists[x].number(0)).collect()
+    };
+    assert_eq!(at(&times), [1.0, 3.0, 9.0].map(Some));
+    assert_eq!(at(&[]), [Some(9.0)]);
+}
+
+#[test]
+fn log_times_are_joined_and_chosen_to_the_nanosecond() {
+    const DATE: u64 = 1_700_000_000_123_456_789;
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.mcap");
+    let recording = by_log_time(DATE, &[("/p", &[0, 10, 20, 30, 40]), ("/q", &[1, 11, 21, 31, 41])]);
+    fs::write(&path, recording).expect("a file");
     let run = |align, from: Option<&str>| {
         let request = trace::Request {
             topics: vec!["/p".parse().expect("a topic"), "/q".parse().expect("a topic")],

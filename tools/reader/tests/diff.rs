@@ -537,6 +537,50 @@ fn what_the_case_says_differently_is_reported() {
 }
 
 #[test]
+fn programs_of_another_commit_or_numerics_are_mentioned() {
+    let desk = Desk::new();
+    let record = |name: &str, entries: &[(&str, &str)]| {
+        let text = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
+        (name.to_owned(), entries.iter().map(text).collect())
+    };
+    let of = |version: &str, numerics: &str, commit: &str, host: &str| {
+        let mut recording = forge(20, 5);
+        let run = [("percuss_version", version), ("numerics", numerics)];
+        recording.metadata.push(record("percuss.run", &run));
+        recording.metadata.push(record("percuss.host", &[("commit", commit), ("host", host)]));
+        recording
+    };
+    let mentioned = |b: &Forged| -> Vec<String> {
+        let comparison = desk.forged(&of("0.1.0", "1", "aaa", "here"), b, &Options::default());
+        assert_eq!(verdict(&comparison), Verdict::Equal);
+        let text = to_text(("a", "b"), &comparison, Style::default());
+        let lines = text.lines().filter_map(|line| line.trim().strip_prefix("percuss."));
+        lines.map(str::to_owned).collect()
+    };
+    assert_eq!(mentioned(&of("0.1.0", "1", "aaa", "there")), [""; 0]);
+    assert_eq!(
+        mentioned(&of("0.2.0", "2", "bbb", "there")),
+        ["host commit: aaa -> bbb", "run numerics: 1 -> 2", "run percuss_version: 0.1.0 -> 0.2.0"]
+    );
+}
+
+#[test]
+fn topics_derived_in_one_recording_only_are_compared_either_way() {
+    let desk = Desk::new();
+    let own = forge(20, 5);
+    let mut derived = own.clone();
+    derived.channel("/scalar").metadata.insert("derived".into(), "/profile".into());
+    for (a, b) in [(&own, &derived), (&derived, &own)] {
+        let comparison = desk.forged(a, b, &Options::default());
+        assert_eq!((verdict(&comparison), comparison.derived.len()), (Verdict::Equal, 0));
+        assert_eq!(channel(&comparison, "/scalar").compared, 20);
+        assert_eq!(comparison.provenance.len(), 1, "{:?}", comparison.provenance);
+    }
+    let comparison = desk.forged(&derived, &derived, &Options::default());
+    assert_eq!(comparison.derived.iter().collect::<Vec<_>>(), ["/scalar"]);
+}
+
+#[test]
 fn damaged_recordings_are_compared_as_far_as_they_are_sound() {
     let desk = Desk::new();
     let a = forge(400, 6).write(plain());

@@ -85,6 +85,29 @@ fn who_subscribes_panel_by_panel_sees_the_beginning() {
 }
 
 #[test]
+fn a_window_of_dates_is_chosen_to_the_nanosecond() {
+    const DATE: u64 = 1_700_000_000_123_456_789;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = File::create_new(folder.path().join("run.mcap")).expect("a file");
+    let mut writer = Writer::new(file).expect("a writer");
+    let channel_id = writer.add_channel(0, "/drag", "json", &BTreeMap::new()).expect("a channel");
+    for (log_time, sequence) in (DATE..DATE + 5).zip(0..) {
+        let header = MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
+        writer.write_to_known_channel(&header, b"1").expect("room");
+    }
+    writer.finish().expect("an end");
+    let (mut child, url) =
+        replay(folder.path(), &["--once", "--from", "1700000000.12345679", "--to", "1700000000.123456792"]);
+    let mut viewer = Viewer::connect(&url);
+    viewer.subscribe(&["/drag"]);
+    viewer.watch(LONG, |viewer| viewer.messages["/drag"].len() >= 3);
+    viewer.watch(Duration::from_millis(300), |_| false);
+    assert_eq!(viewer.times("/drag"), [1, 2, 3].map(|late| DATE + late));
+    viewer.leave();
+    assert!(child.wait().expect("it ends").success());
+}
+
+#[test]
 fn a_panel_that_comes_in_the_middle_or_after_the_end_begins_nothing_anew() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (mut child, url) = replay(folder.path(), &["--speed", "3"]);

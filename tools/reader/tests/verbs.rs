@@ -60,8 +60,10 @@ fn diff_says_where_and_ends_accordingly() {
     );
     let thin = desk.text(0, &["diff", "a.mcap", "b.mcap", "--summary", "--align", "linear", "--l2-rel", "1"]);
     assert!(!thin.contains("NaN"), "{thin}");
-    let fast = desk.text(1, &["diff", "a.mcap", "b.mcap", "--fail-fast"]);
-    assert!(fast.contains("--fail-fast"), "{fast}");
+    for form in [&[] as &[&str], &["--summary"]] {
+        let fast = desk.text(1, &[&["diff", "a.mcap", "b.mcap", "--fail-fast"], form].concat());
+        assert!(fast.contains("stopped at the first difference beyond tolerance (--fail-fast)"), "{fast}");
+    }
     assert!(desk.text(0, &["diff", "a.mcap", "same.mcap", "b.mcap", "--abs", "1"]).contains("2 comparisons"));
     desk.text(0, &["diff", "a.mcap", "b.mcap", "--field", "load,p,values"]);
     desk.text(1, &["diff", "a.mcap", "b.mcap", "--field", "fo*"]);

@@ -41,9 +41,15 @@ Without a tolerance only messages of the same step or exact time are compared, a
 messages of other times are interpolated (--align linear --l2-rel 0.01), which is reported. Times and steps of paired messages
 are compared like fields: a rule for `time` is for those of all topics (--tol time:abs=1e-12, --ignore time).
 
-Metadata, attachments, names of enum values, log times, publish times and sequence numbers are not compared where fields say which
-message it is; what differs of them is mentioned, and the status stays. Residuals of rounding (/energy.residual) are compared
-if they are named (--field residual, --tol /energy.residual:abs=1e-12).
+What is compared are the values of messages, not how they are written: not the order of fields and of entries of a map, packed or
+not, the length of a varint, blanks and digits of JSON that the type of a number does not hold. Messages that do not fit their schema, or
+whose encoding is neither protobuf nor JSON, are compared as bytes. Of schemas, names, numbers and types of fields are compared, not
+their text.
+
+Metadata (of programs: version, commit, revision of the numerics), attachments, names of enum values, log times, publish times
+and sequence numbers are not compared where fields say which message it is; what differs of them is mentioned, and the status
+stays. Topics that are derived from others in both recordings are compared if they are named (--topic). Residuals of rounding
+(/energy.residual) are compared if they are named (--field residual, --tol /energy.residual:abs=1e-12).
 
 What could not be compared is never equal: without a value that both have (no common time or axis, nothing in the window, no
 field left) the status is 2, or 1 if one recording has messages that the other has not. Recordings without any common time,

@@ -18,7 +18,7 @@ use crate::{
     format::vti::vti,
     messages::Recording,
     recording::{Damage, Limits, OpenError},
-    select::{self, Pattern},
+    select::{self, Bound, Pattern},
     slice::{MomentError, Slice, moments, slice},
 };
 
@@ -201,7 +201,7 @@ fn numbered(name: &str, known: &HashSet<String>, next: &mut u64) -> String {
 pub fn matrix(
     path: &Path,
     topic: &Pattern,
-    time: Option<f64>,
+    time: Option<Bound>,
     limits: Limits,
 ) -> Result<(Slice, Vec<Damage>), ExportError> {
     let recording = Recording::open(path, limits)?;
@@ -218,8 +218,7 @@ pub fn matrix(
             return Err(ExportError::Several { topic: topic.text().into(), known: topics.join(", ") });
         }
     };
-    let times: Vec<f64> = time.into_iter().collect();
-    let (moments, damages) = moments(&recording, id, &times)?;
+    let (moments, damages) = moments(&recording, id, time.as_slice())?;
     let name = || channel.topic.clone();
     let moment = moments.first().ok_or_else(|| ExportError::NoMessages(name()))?;
     let slice = slice(channel, leaf, moment)

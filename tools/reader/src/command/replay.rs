@@ -14,8 +14,10 @@ use percuss_serve::{
 
 use crate::{
     command::recover::{RecoverError, recover},
+    convention,
     messages::Recording,
-    recording::{Damage, Limits, OpenError, log_times, open_file, seconds},
+    recording::{Damage, Limits, OpenError, log_times_since, open_file, seconds},
+    select::{Bound, Window},
     timeline::{Event, Timeline, TimelineError},
 };
 
@@ -44,12 +46,12 @@ pub struct Request {
     /// With --once, wait for viewers to leave so many seconds at most
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = percuss_serve::seconds, requires = "once")]
     pub hold: Duration,
-    /// First time, in the unit of the time column
+    /// First time, in the unit of the time of messages, else in seconds of log time
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
-    pub from: Option<f64>,
-    /// Last time, in the unit of the time column
+    pub from: Option<Bound>,
+    /// Last time, like the first
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
-    pub to: Option<f64>,
+    pub to: Option<Bound>,
 }
 
 /// Why nothing can be replayed.
@@ -109,13 +111,13 @@ pub fn replay(
     let recording = Recording::open(path, limits)?;
     let mut timeline = open(path, limits, say)?;
     let span = timeline.span().and_then(|(first, last)| {
-        let window = recording.log_window(request.from, request.to);
-        let (low, high) = window.unwrap_or_else(|| log_times(request.from, request.to, 1.0));
+        let (low, high) = window(&recording, request);
         let span = (first.max(low), last.min(high));
         (span.0 <= span.1).then_some(span)
     });
     let Some(span) = span else {
-        let (from, to) = (request.from.unwrap_or(0.0), request.to.unwrap_or(f64::INFINITY));
+        let (from, to) = (request.from.map(Bound::number), request.to.map(Bound::number));
+        let (from, to) = (from.unwrap_or(0.0), to.unwrap_or(f64::INFINITY));
         return Err(ReplayError::Empty { from, to });
     };
     // nobody need wait for a file of which nothing can be played
@@ -149,6 +151,19 @@ pub fn replay(
     player.run(request, say)?;
     player.server.hold(request.hold, || false);
     Ok(())
+}
+
+/// First and last log time that are asked for \[ns\].
+fn window(recording: &Recording, request: &Request) -> (u64, u64) {
+    let &Request { from, to, .. } = request;
+    match recording.entries(convention::RUN).and_then(convention::playback_rate) {
+        Some(rate) => {
+            // as percuss rounds the log times of messages
+            let log_time = |time: Bound| (1e9 * rate * time.number()).round() as u64;
+            (from.map_or(0, log_time), to.map_or(u64::MAX, log_time))
+        }
+        None => log_times_since(0, &Window { from, to, every: 1 }),
+    }
 }
 
 /// The recording by log time; one without a sound index is made whole in a temporary file first.

@@ -268,10 +268,7 @@ impl<'a> Aligner<'a> {
         let report = &mut self.report;
         *[&mut report.only_a, &mut report.only_b][side] += 1;
         let Moment { step, time } = waiting.moment;
-        let is_earlier = |(place, _): &(Place, bool)| match (time.nanoseconds(), place.nanoseconds) {
-            (Some(time), Some(first)) => time < first,
-            _ => time.number() < place.time,
-        };
+        let is_earlier = |(place, _): &(Place, bool)| time < place.instant();
         if report.first_unmatched.as_ref().is_none_or(is_earlier) {
             let place = place(report.compared, step, time);
             report.first_unmatched = Some((place, side == 0));

@@ -69,13 +69,13 @@ impl Spans {
     }
 
     /// Start and span of the clock of a channel.
-    fn of_channel(&self, channel: &Channel) -> Option<(Start, (f64, f64))> {
+    fn of_channel(&self, channel: &Channel) -> Option<(Start, (Instant, Instant))> {
         if channel.has_time() {
-            let span = self.message?;
-            Some((Start::Message(span.0), span))
+            let (first, last) = self.message?;
+            Some((Start::Message(first), (Instant::Number(first), Instant::Number(last))))
         } else {
             let (first, last) = self.log?;
-            Some((Start::Log(first), (seconds(first), seconds(last))))
+            Some((Start::Log(first), (Instant::log(first, 0), Instant::log(last, 0))))
         }
     }
 }

@@ -1,6 +1,7 @@
 //! How far two fields are apart: what a comparison reports of a field.
 
 use super::sums::{Scale, Sums};
+use crate::instant::Instant;
 
 /// When and where a value stands.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,6 +18,13 @@ pub struct Place {
     pub element: usize,
     /// Position of the element on its axes, in words: `r = 0.5`.
     pub position: Option<String>,
+}
+
+impl Place {
+    /// When it is; log times as whole numbers.
+    pub(super) fn instant(&self) -> Instant {
+        self.nanoseconds.map_or(Instant::Number(self.time), Instant::Log)
+    }
 }
 
 /// Two values that differ.

@@ -160,7 +160,7 @@ impl Comparison {
                 Some((channel.topic.as_str(), field, first.as_ref()?))
             })
         });
-        all.min_by(|x, y| x.2.place.time.total_cmp(&y.2.place.time))
+        all.min_by(|x, y| x.2.place.instant().total_cmp(y.2.place.instant()))
     }
 }
 

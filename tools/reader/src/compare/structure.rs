@@ -2,7 +2,7 @@
 //! and attachments differ.
 
 use std::{
-    collections::{BTreeMap, BTreeSet, HashMap, hash_map::DefaultHasher},
+    collections::{BTreeMap, BTreeSet, HashMap, HashSet, hash_map::DefaultHasher},
     hash::{Hash, Hasher},
 };
 
@@ -141,20 +141,22 @@ pub(super) fn residuals(a: &Recording, pairs: &[Pair], options: &Options) -> BTr
     pairs.iter().flat_map(of_pair).collect()
 }
 
-/// Topics that are left out because they are derived from others and were not asked for.
+/// Topics that are left out because they are derived from others, in every recording that has them, and were not asked for.
 pub(super) fn derived(a: &Recording, b: &Recording, options: &Options) -> BTreeSet<String> {
-    let channels = a.channels.values().chain(b.channels.values());
-    let left_out = |channel: &&Channel| options.topics.is_empty() && channel.is_derived();
-    channels.filter(left_out).map(|channel| channel.topic.clone()).collect()
+    let channels = || a.channels.values().chain(b.channels.values());
+    let own: HashSet<&str> =
+        channels().filter(|channel| !channel.is_derived()).map(|channel| channel.topic.as_str()).collect();
+    let left_out = |channel: &&Channel| options.topics.is_empty() && !own.contains(channel.topic.as_str());
+    channels().filter(left_out).map(|channel| channel.topic.clone()).collect()
 }
 
 /// Pairs the channels of two recordings, and reports what cannot be paired.
 pub(super) fn pair(a: &Recording, b: &Recording, options: &Options) -> (Vec<Pair>, Vec<Finding>) {
-    let topics = &options.topics;
+    let (topics, derived) = (&options.topics, derived(a, b, options));
     let chosen = |channel: &Channel| {
         let asked = match topics.as_slice() {
             // what it is made from is compared
-            [] => !channel.is_derived(),
+            [] => !derived.contains(&channel.topic),
             topics => topics.iter().any(|topic| topic.fits(&channel.topic)),
         };
         asked && !options.rules.ignores(&channel.topic, None)
@@ -334,14 +336,13 @@ pub(super) fn provenance(a: &Recording, b: &Recording) -> Result<Vec<Change>, Op
     let mut changes = Vec::new();
     let names: BTreeSet<&str> =
         a.metadata.iter().chain(&b.metadata).map(|record| record.name.as_str()).collect();
-    for name in names.into_iter().filter(|name| *name != convention::HOST) {
-        let empty = BTreeMap::new();
-        compare_entries(
-            name,
-            a.entries(name).unwrap_or(&empty),
-            b.entries(name).unwrap_or(&empty),
-            &mut changes,
-        );
+    for name in names {
+        let compared = |recording: &Recording| {
+            let mut entries = recording.entries(name).cloned().unwrap_or_default();
+            entries.retain(|key, _| name != convention::HOST || key == convention::COMMIT);
+            entries
+        };
+        compare_entries(name, &compared(a), &compared(b), &mut changes);
     }
     let (all_a, all_b) = (digests(a)?, digests(b)?);
     let names: BTreeSet<&String> = all_a.keys().chain(all_b.keys()).collect();

@@ -30,6 +30,9 @@ impl Style {
 /// Largest number of provenance changes and findings that are listed.
 const MAX_LISTED: usize = 40;
 
+/// That the rest was not compared.
+const STOPPED: &str = "\nstopped at the first difference beyond tolerance (--fail-fast)\n";
+
 /// All that is different, with the verdict first.
 pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> String {
     let comparison = &shown(comparison);
@@ -84,7 +87,7 @@ pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> St
         ));
     }
     if comparison.stopped_early {
-        text.push_str("\nstopped at the first difference beyond tolerance (--fail-fast)\n");
+        text.push_str(STOPPED);
     }
     text
 }
@@ -161,6 +164,9 @@ pub fn summary(names: (&str, &str), comparison: &Comparison, style: Style) -> St
         text.push_str(&format!("  {} {}\n", style.paint("33", "units"), converted.text(names)));
     }
     text.push_str(&starts(comparison));
+    if comparison.stopped_early {
+        text.push_str(STOPPED);
+    }
     text
 }
 

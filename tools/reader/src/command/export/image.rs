@@ -11,7 +11,7 @@ use super::ExportError;
 use crate::{
     messages::Recording,
     recording::{Damage, Limits},
-    select::{self, Pattern},
+    select::{self, Bound, Pattern},
     slice::moments,
     wire::{Layout, List, Type, Values},
 };
@@ -96,11 +96,10 @@ impl Camera {
     /// The file cannot be read, there is no such image, or it is none.
     pub fn image<T>(
         &self,
-        time: Option<f64>,
+        time: Option<Bound>,
         take: impl FnOnce(f64, Image<'_>) -> T,
     ) -> Result<(T, Vec<Damage>), ExportError> {
-        let times: Vec<f64> = time.into_iter().collect();
-        let (moments, damages) = moments(&self.recording, self.id, &times)?;
+        let (moments, damages) = moments(&self.recording, self.id, time.as_slice())?;
         let topic = &self.recording.channels[&self.id].topic;
         let moment = moments.first().ok_or_else(|| ExportError::NoMessages(topic.clone()))?;
         Ok((take(moment.time, self.read(&moment.values)?), damages))

@@ -18,7 +18,7 @@ use crate::{
     field::{Positions, SelectionError, Used},
     messages::Recording,
     recording::Limits,
-    select,
+    select::{self, Bound},
     slice::{Moment, Profile, Slice, moments, profile, slice},
     table::Heading,
 };
@@ -41,7 +41,7 @@ struct Named {
 pub(super) fn at_times(
     paths: &[PathBuf],
     request: &Request,
-    times: &[f64],
+    times: &[Bound],
     title: &str,
     limits: Limits,
     medium: Medium,

@@ -43,7 +43,10 @@ pub(super) fn over_time(
         let text = "--log and --x-range are for curves; --from and --to choose the times of a map";
         return Err(PlotError::Unfit(text.into()));
     }
-    let recording = Recording::open(path, limits)?;
+    let mut recording = Recording::open(path, limits)?;
+    if request.epoch {
+        recording.count_from(0);
+    }
     let default = [convention::INTERFACE.parse().expect("a plain topic")];
     let topics = if request.topics.is_empty() { &default[..] } else { &request.topics };
     let [id] = select::channels(&recording, topics)?[..] else {
@@ -148,8 +151,8 @@ impl<'a> Array<'a> {
         let (mut known, mut number) = (Vec::<(f64, u64)>::new(), 0);
         let mut messages = recording.messages([self.id], None)?;
         messages.for_each(|message| {
-            let time = channel.time_of(message.data, message.log_time);
-            let instant = channel.instant(message.data, message.log_time, 0);
+            let instant = channel.instant(message.data, message.log_time, channel.origin);
+            let time = instant.number();
             if request.window.holds_instant(instant) && time.is_finite() {
                 // a list grows to twice its length
                 if !budget.spend(2 * size_of::<(f64, u64)>()) {
@@ -200,7 +203,7 @@ impl<'a> Array<'a> {
                 taken.undecoded += 1;
                 return Ok(());
             }
-            let time = channel.time_of(message.data, message.log_time);
+            let time = channel.time_since_origin(message.data, message.log_time);
             let column = self.column(&Moment { time, values })?;
             wanted.into_iter().for_each(|i| taken.columns[i] = Some(column.clone()));
             Ok(())

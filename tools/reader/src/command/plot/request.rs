@@ -8,7 +8,7 @@ use crate::{
     command::trace::TraceError,
     field::{Selection, SelectionError},
     recording::{Damage, OpenError},
-    select::{Pattern, Window, finite_time},
+    select::{Bound, Pattern, Window, finite_time},
     slice::MomentError,
 };
 
@@ -33,7 +33,7 @@ pub struct Request {
     /// whatever prefix the picture has
     #[arg(long = "at-time", value_name = "T", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite_time)]
     #[arg(conflicts_with_all = ["from", "to", "every"])]
-    pub at_times: Option<Vec<f64>>,
+    pub at_times: Option<Vec<Bound>>,
     /// Times, and every n-th row.
     #[command(flatten)]
     pub window: Window,
