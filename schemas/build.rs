@@ -40,11 +40,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut config = Config::new();
     config.enable_type_names();
     config.compile_fds(compiler.file_descriptor_set())?;
-    commit();
+    // every commit compiles a program anew that names it
+    if env::var("PROFILE")? == "release" {
+        commit();
+    }
     Ok(())
 }
 
-/// Hands the commit to the program, with `-dirty` if files have changed since; nothing where the source is in no repository
+/// Hands the commit to optimised programs, with `-dirty` if files have changed since; nothing where the source is in no repository
 /// of its own.
 fn commit() {
     let Some(root) = env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from) else { return };

@@ -62,15 +62,15 @@
 //! # checkpoint_every = 600          # seconds of wall time from one checkpoint to the next, 0 for none; `percuss run --resume`
 //!
 //! [record]
-//! interface_every = 1               # steps between messages of interface stress and lines
+//! interface_every = 1               # steps between messages of interface stress and lines; the last step has one too
 //! probes = [0.0, 0.5, 0.9, 0.95, 0.99]
 //! # points = [[0, 0.5]]             # [r, z]: displacement, velocity and stress there in every step, on /points
 //! # lines = [{ r = 0 }, { z = 0.5 }]    # stress along them, on /line/0, /line/1
 //! fields = ["stress"]               # any of displacement, velocity, stress; elastic: see below
 //! # field_every = 1                 # fields are recorded at every so many nodes along r and z; default: see below
 //! views = ["field", "image", "scene", "fronts", "tf", "profile"]     # channels for viewers; [] for none
-//! frames = 200                      # fields, energy and views, spread evenly over the run
-//! # frame_times = [0.05, 1.0, 2.0]  # instead of frames: at the steps nearest to these times
+//! frames = 200                      # fields, energy and views, spread evenly over the run; 0: none
+//! # frame_times = [0.05, 1.0, 2.0]  # instead of frames: at the steps nearest to these times and at the last one
 //! compression = "zstd"              # none | lz4 | zstd
 //! playback_rate = 1.0               # seconds of log time per unit of time; physical cases: per second, a power of ten that plays 2 to 20 s
 //! ```

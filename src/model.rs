@@ -285,7 +285,7 @@ pub struct FrameFields {
     pub every: usize,
 }
 
-/// What a model shows of the target: frames, and what is recorded in every step.
+/// What a model shows of the target.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sampling {
     /// What frames show.
@@ -341,6 +341,15 @@ impl Frame {
     }
 }
 
+/// What a model is asked to show of a level, beside its points, which it shows of every one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Request {
+    /// A frame.
+    pub frame: bool,
+    /// Lines.
+    pub lines: bool,
+}
+
 /// A step as a model hands it out: what it was given with it, its frame, the values of its gauges.
 pub type Handed<T> = (T, Option<Frame>, Option<GaugeValues>);
 
@@ -356,8 +365,8 @@ pub trait Model<T>: Send {
     /// Advances from level k to k+1 under the surface motion that the contact has settled.
     ///
     /// * `step`: what belongs to level k, for [`Model::next`]
-    /// * `is_frame`: true if level k shall be shown
-    fn advance(&mut self, surface: &Surface, step: T, is_frame: bool);
+    /// * `request`: what shall be shown of level k
+    fn advance(&mut self, surface: &Surface, step: T, request: Request);
 
     /// The next step in order, with its frame if it is one, and the values of gauges if there are any; `None` while they are not
     /// complete, or when no step is left.

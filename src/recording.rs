@@ -28,6 +28,9 @@
 //! | `/view/tf` | `foxglove.FrameTransforms` | frame | frame `indenter` in `world` |
 //! | `/view/profile` | `percuss.SurfaceProfile` | frame | `r[]`, `stress[]`, `displacement[]`, `indenter[]`, downsampled, for x–y plots |
 //!
+//! The last step of a run that is complete, or that the case stops, is in every channel with a rate: it is a frame, if there are any, and of those of
+//! `interface_every`. Without frames (`record.frames = 0`) there is no `/energy`: of a half-space no more is computed than its surface shows.
+//!
 //! Physical cases are recorded in SI (`N`, `m`, `m/s`, `Pa`, `s`, `J`; plane, of the whole contact: `N/m`, `J/m`), with their scales in `percuss.run`, others without
 //! dimension. All recorded stress, fields included, is compressive positive, p = −σ_zz. Units and meanings of all fields are in the
 //! metadata of their channels. Metadata records describe the run (`percuss.run`; its `source` is `simulation`, then with the revision

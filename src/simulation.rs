@@ -26,7 +26,7 @@ use crate::{
     grid::Grid,
     indenter::Indenter,
     model::{
-        self, Coverage, FrameFields, GaugeValues, Model, ModelKind, Sampling, TargetEnergy, elastic,
+        self, Coverage, FrameFields, GaugeValues, Model, ModelKind, Request, Sampling, TargetEnergy, elastic,
         rakhmatulin::Rakhmatulin,
     },
     surface::Surface,
@@ -93,6 +93,8 @@ pub struct Simulation {
     /// Radii of the probes \[R\].
     probes: Vec<f64>,
     frames: FrameSteps,
+    /// Steps from one that shows lines to the next, beside the last one.
+    lines_every: u64,
     steps: u64,
     stop: Stop,
     units: Units,
@@ -185,6 +187,7 @@ impl Simulation {
             indenter,
             model,
             frames: case.frames(),
+            lines_every: case.record.interface_every,
             steps: sizes.steps,
             stop: case.run.stop,
             units: case.units(),
@@ -271,8 +274,11 @@ impl Simulation {
                 self.validity.observe_strain(strain, step, time, (r, 0.0));
             }
         }
-        let step = Step { view, ledgers: [before, after] };
-        self.model.advance(&self.surface, step, self.frames.contain(self.next_step - 1));
+        let request = Request {
+            frame: self.frames.contain(step) || view.is_last && self.frames.count() > 0,
+            lines: step.is_multiple_of(self.lines_every) || view.is_last,
+        };
+        self.model.advance(&self.surface, Step { view, ledgers: [before, after] }, request);
         Ok(())
     }
 
@@ -298,6 +304,7 @@ impl Simulation {
         View {
             step,
             time,
+            is_last: self.ending.is_some(),
             interface: Interface {
                 r0: self.grid.r0,
                 dr: self.grid.dr,

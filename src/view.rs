@@ -15,6 +15,8 @@ pub struct View<'a> {
     pub step: u64,
     /// Time t = kΔt \[R/c_p\].
     pub time: f64,
+    /// True if the run ends with this step: all are done, or the case stops it here.
+    pub is_last: bool,
     /// The interface.
     pub interface: Interface<'a>,
     /// Drag F^k \[πR²γc_p²; plane Rγc_p²\].
@@ -92,6 +94,7 @@ impl View<'_> {
         View {
             step: self.step,
             time: self.time,
+            is_last: self.is_last,
             interface: Interface {
                 r0,
                 dr,

@@ -117,7 +117,7 @@ fn points_and_lines_are_those_of_the_fields() {
         assert_eq!(seen.len() as u64, case.sizes.steps + 1);
         assert!(seen.iter().enumerate().all(|(k, (_, points))| points.step == k as u64));
         let lines = ["/line/0", "/line/1"].map(|topic| messages::<message::LineSlice>(&bytes, topic));
-        assert!(lines.iter().all(|line| line.len() as u64 == case.sizes.steps / 3 + 1));
+        assert!(lines.iter().all(|line| line.len() as u64 == case.sizes.steps.div_ceil(3) + 1));
         let mut compared = 0;
         for name in ["displacement", "velocity", "stress"] {
             let fields: Vec<(u64, message::FieldSlice)> = messages(&bytes, &format!("/field/{name}"));
@@ -209,8 +209,9 @@ fn everything_the_contract_promises_is_there() {
     assert_eq!(messages::<message::Energy>(&bytes, "/energy").len(), 7);
     assert_eq!(messages::<message::FieldSlice>(&bytes, "/field/stress").len(), 0);
     let stress: Vec<(u64, message::InterfaceStress)> = messages(&bytes, "/interface/stress");
-    assert_eq!(stress.len() as u64, steps / 3 + 1);
-    assert!(stress.iter().all(|(_, stress)| stress.stress.len() == 20 && stress.step % 3 == 0));
+    assert_eq!(stress.len() as u64, steps.div_ceil(3) + 1);
+    assert!(stress.iter().all(|(_, stress)| stress.stress.len() == 20));
+    assert!(stress.iter().all(|(_, stress)| stress.step % 3 == 0 || stress.step == steps));
     let probes: Vec<(u64, message::Probes)> = messages(&bytes, "/probes");
     assert_eq!(probes.len() as u64, steps + 1);
     let (_, interface) = &stress[2];
@@ -832,6 +833,57 @@ fn frames_are_at_the_given_times() {
     for (_, frame) in &frames {
         // every message has its own time
         assert_eq!(frame.time, frame.step as f64 * dt);
+    }
+}
+
+#[test]
+fn every_channel_of_steps_has_the_last_step() {
+    let folder = folder();
+    // to the end, and stopped between two frames
+    for (name, frames, status) in [
+        ("fig5", "record.frame_times=[0.4]", "completed"),
+        ("fig5", "record.frames=3", "completed"),
+        ("fig8-m5", "record.frame_times=[0.4]", "stopped"),
+        ("fig8-m5", "record.frames=3", "stopped"),
+    ] {
+        let gauges = ["record.points=[[0.0, 0.5]]", "record.lines=[{ r = 0 }, { z = 0.5 }]"];
+        let settings = [&gauges[..], &["mesh.cells=20", "record.interface_every=1000", frames]].concat();
+        let case = case(name, &settings);
+        let what = format!("{name}, {frames}");
+        let path = folder.path().join(format!("{name}-{}.mcap", frames.len()));
+        let bytes = record(&case, &path);
+        let ending = &metadata(&bytes)["percuss.status"];
+        assert_eq!(ending["status"], status, "{what}");
+        let mut ends: BTreeMap<String, (u64, usize)> = BTreeMap::new();
+        for message in MessageStream::new(&bytes).expect("a sound file") {
+            let message = message.expect("a sound message");
+            let (last, count) = ends.entry(message.channel.topic.clone()).or_default();
+            (*last, *count) = (message.log_time, *count + 1);
+        }
+        let last_step: u64 = ending["last_step"].parse().expect("a number");
+        let time = (1e9 * last_step as f64 * case.sizes.dt).round() as u64;
+        ends.retain(|topic, _| !["/event", "/log"].contains(&topic.as_str()));
+        assert!(ends.len() >= 14 && ends.values().all(|(last, _)| *last == time), "{what}: {time}, {ends:?}");
+        for topic in ["/interface/stress", "/line/0", "/line/1"] {
+            assert_eq!(ends[topic].1, 2, "{what}, {topic}");
+        }
+        let before = (0..last_step).filter(|&step| case.frames().contain(step)).count();
+        assert_eq!(ends["/energy"].1, before + 1, "{what}");
+        // both engines, and after a pause
+        let shown = |simulation: &mut Simulation, pause: u64| {
+            let mut seen = Vec::new();
+            let mut look = |view: &View<'_>| {
+                let lines = view.gauges.as_ref().map_or(0, |gauges| gauges.lines.len());
+                seen.push((view.step, view.frame.is_some(), lines, view.is_last));
+                if view.step == pause { Flow::Checkpoint } else { Flow::Continue }
+            };
+            session::run(simulation, &mut [&mut look]).expect("a sound run");
+            seen
+        };
+        let expected = shown(&mut Simulation::reference(&case), u64::MAX);
+        assert_eq!(expected.last(), Some(&(last_step, true, 2, true)), "{what}");
+        assert_eq!(expected.iter().filter(|(.., is_last)| *is_last).count(), 1, "{what}");
+        assert!(shown(&mut Simulation::new(&case), last_step - 1) == expected, "{what}");
     }
 }
 

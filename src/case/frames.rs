@@ -5,7 +5,7 @@
 pub enum Frames {
     /// So many, spread evenly over the run, first and last step included.
     Spread(usize),
-    /// At the steps nearest to these times \[R/c_p\].
+    /// At the steps nearest to these times, and at the last step \[R/c_p\].
     At(Vec<f64>),
 }
 
@@ -31,7 +31,12 @@ impl Frames {
                 let gaps = *frames as u64 - 1;
                 (0..=gaps).map(|m| (2 * m * steps + gaps) / (2 * gaps)).collect()
             }
-            Self::At(times) => times.iter().map(|time| ((time / dt).round() as u64).min(steps)).collect(),
+            Self::At(times) if times.is_empty() => Vec::new(),
+            Self::At(times) => {
+                let nearest = times.iter().map(|time| ((time / dt).round() as u64).min(steps));
+                // what a run ends with is always shown
+                nearest.chain([steps]).collect()
+            }
         };
         list.sort_unstable();
         list.dedup();
@@ -39,7 +44,7 @@ impl Frames {
     }
 }
 
-/// The steps that are frames, in rising order.
+/// The steps that are frames, in rising order. A run that a condition of the case stops earlier has its last frame there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameSteps(pub(super) Vec<u64>);
 
@@ -76,10 +81,13 @@ mod tests {
 
     #[test]
     fn frames_are_at_the_steps_nearest_to_given_times() {
-        let chosen = Frames::At(vec![2.0, 0.05, 1.02, 2.001]).of(20, 0.1);
-        let hits: Vec<u64> = (0..=20).filter(|&k| chosen.contain(k)).collect();
-        // 0.05 is halfway: the later one
-        assert_eq!(hits, [1, 10, 20]);
-        assert_eq!(chosen.count(), 3);
+        for times in [vec![2.0, 0.05, 1.02, 2.001], vec![0.05, 1.02]] {
+            let chosen = Frames::At(times).of(20, 0.1);
+            let hits: Vec<u64> = (0..=20).filter(|&k| chosen.contain(k)).collect();
+            // 0.05 is halfway: the later one; the last step is always among them
+            assert_eq!(hits, [1, 10, 20]);
+            assert_eq!(chosen.count(), 3);
+        }
+        assert_eq!(Frames::At(Vec::new()).of(20, 0.1).count(), 0);
     }
 }

@@ -103,10 +103,15 @@ impl Parameters {
         self.record.frames.of(self.sizes.steps, self.sizes.dt)
     }
 
+    /// Number of messages of the interface stress, and of a line.
+    pub(crate) fn interface_messages(&self) -> u64 {
+        self.sizes.steps.div_ceil(self.record.interface_every) + 1
+    }
+
     /// Points and lines in the target that are recorded.
     pub fn gauges(&self) -> Gauges {
-        let Record { points, lines, interface_every, .. } = &self.record;
-        Gauges { points: points.clone(), lines: lines.clone(), lines_every: *interface_every }
+        let Record { points, lines, .. } = &self.record;
+        Gauges { points: points.clone(), lines: lines.clone() }
     }
 
     /// Units of what is recorded.
@@ -243,7 +248,7 @@ pub enum Stop {
 /// Channels and frames of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// Steps between messages of interface stress.
+    /// Steps between messages of interface stress; the last step has one too.
     pub interface_every: u64,
     /// Radii of the probes \[R\].
     pub probes: Vec<f64>,

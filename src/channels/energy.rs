@@ -1,4 +1,4 @@
-//! `/energy`: the energy ledger, at frames.
+//! `/energy`: the energy ledger, at frames, of which the last step is one; none without frames.
 
 use super::{Channel, FieldNote, Outlet};
 use crate::{case::Case, message::percuss, units::Units, view::View};

@@ -1,4 +1,4 @@
-//! `/interface/stress`: stress at the surface nodes out to the largest radius ever in contact.
+//! `/interface/stress`: stress at the surface nodes out to the largest radius ever in contact, every so many steps and at the last one.
 
 use super::{Channel, FieldNote, Outlet};
 use crate::{case::Case, message::percuss, units::Units, view::View};
@@ -40,7 +40,7 @@ impl Channel for InterfaceStress {
     }
 
     fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
-        if !view.step.is_multiple_of(self.every) {
+        if !view.step.is_multiple_of(self.every) && !view.is_last {
             return;
         }
         let message = &mut self.message;

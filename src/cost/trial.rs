@@ -24,7 +24,7 @@ enum Law {
     Once,
     /// A message every step.
     Steps,
-    /// A number for every column under the indenter or every node along a line, every step.
+    /// A number for every column under the indenter or every node along a line, every `interface_every` steps.
     Columns,
     /// A message every frame.
     Frames,
@@ -58,7 +58,9 @@ impl Law {
         match self {
             Self::Once => [1.0, 1.0],
             Self::Steps => [steps, 1.0],
-            Self::Columns => [steps, ratio(|case| 1.0 / case.sizes.dr)],
+            Self::Columns => {
+                [ratio(|case| case.interface_messages() as f64), ratio(|case| 1.0 / case.sizes.dr)]
+            }
             Self::Frames => [frames, 1.0],
             Self::Nodes => [frames, ratio(|case| case.frame_size() as f64)],
             Self::Pixels => [frames, ratio(pixels)],

@@ -229,6 +229,7 @@ impl ClosedForm {
         View {
             step,
             time,
+            is_last: step == self.last_step(),
             interface: Interface {
                 r0,
                 dr: self.dr,

@@ -15,7 +15,7 @@
 use std::{collections::VecDeque, io, sync::Arc};
 
 use super::{
-    Coverage, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Handed, Model, Sampling, StrainPeak,
+    Coverage, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Handed, Model, Request, Sampling, StrainPeak,
     cell_scheme::CellScheme,
     larger_strain, scheme,
     scheme::{Corner, RadialWeights},
@@ -181,16 +181,16 @@ impl<T> Engine<T> {
     /// What there is to do on the way to the newest level.
     ///
     /// * `loaded`: number of surface nodes that have been in contact
-    fn task(&self, is_frame: bool, loaded: usize) -> LevelTask {
+    fn task(&self, request: Request, loaded: usize) -> LevelTask {
         let active = self.cone.active(self.level);
         let sampler = || {
             let surface = self.field.row(self.level - 1, 0)[..self.cone.active_columns()].to_vec();
             Arc::new(Sampler::new(self.level, self.field.domain(), active.rows, &self.shown, surface))
         };
-        let gauge = || Arc::new(Gauge::new(self.level, &self.gauges));
+        let gauge = || Arc::new(Gauge::new(self.level, &self.gauges, request.lines));
         LevelTask {
             active,
-            sampler: is_frame.then(sampler),
+            sampler: request.frame.then(sampler),
             gauge: (!self.gauges.is_empty()).then(gauge),
             strains: Arc::clone(&self.strains),
             watched: Watched::at(&self.grid, self.level - 1, loaded),
@@ -295,14 +295,14 @@ impl<T: Send> Model<T> for Engine<T> {
         surface.compliance.fill(scheme::compliance(self.grid.dt(), self.grid.dz));
     }
 
-    fn advance(&mut self, surface: &Surface, step: T, is_frame: bool) {
+    fn advance(&mut self, surface: &Surface, step: T, request: Request) {
         let lag = self.field.lag();
         if self.behind.len() == lag {
             self.follow();
         }
         self.level += 1;
         self.cone.advance(self.level, surface.loaded);
-        let task = self.task(is_frame, surface.loaded);
+        let task = self.task(request, surface.loaded);
         self.steps.push_back(Waiting { step, sampler: task.sampler.clone(), gauge: task.gauge.clone() });
         let (reach, band_rows) = (self.field.domain().reach(), self.field.band_rows());
         // the rows below the lowest one are read

@@ -1,4 +1,4 @@
-//! Gauges: points whose motion and stress are recorded in every step, and lines along which stress is.
+//! Gauges: points whose motion and stress are recorded in every step, and lines along which stress is recorded in some.
 //!
 //! A place between nodes is a weighted sum over the nodes around it: linear in r and in z, and inside the first column the even
 //! parabola through the first two. This module knows which nodes that takes and how they add up; the models record the nodes,
@@ -28,10 +28,8 @@ pub enum Line {
 pub struct Gauges {
     /// Points `[r, z]`, seen in every step \[R\].
     pub points: Vec<[f64; 2]>,
-    /// Lines.
+    /// Lines, seen in the steps that are asked to show them.
     pub lines: Vec<Line>,
-    /// Steps from one in which lines are seen to the next; they are in step 0.
-    pub lines_every: u64,
 }
 
 impl Gauges {
@@ -73,7 +71,6 @@ pub(crate) struct GaugePlan {
     pub line_nodes: Nodes,
     points: Vec<Vec<Term>>,
     lines: Vec<Vec<[Term; 2]>>,
-    lines_every: u64,
 }
 
 impl GaugePlan {
@@ -91,7 +88,6 @@ impl GaugePlan {
         Self {
             points: points.iter().map(sum).collect(),
             lines: lines.iter().map(|line| line.iter().filter_map(pair).collect()).collect(),
-            lines_every: gauges.lines_every.max(1),
             point_nodes,
             line_nodes,
         }
@@ -100,11 +96,6 @@ impl GaugePlan {
     /// True if nothing is recorded.
     pub fn is_empty(&self) -> bool {
         self.points.is_empty() && self.lines.is_empty()
-    }
-
-    /// True if a step shows lines.
-    pub fn shows_lines(&self, step: u64) -> bool {
-        !self.lines.is_empty() && step.is_multiple_of(self.lines_every)
     }
 
     /// Memory of a step \[bytes\].
@@ -305,8 +296,7 @@ mod tests {
     #[test]
     fn fields_that_the_interpolation_has_are_exact() {
         let points = vec![[0.31, 0.47], [0.05, 0.6], [0.2, 0.0], [0.64999, 1.0]];
-        let gauges =
-            Gauges { points: points.clone(), lines: vec![Line::R(0.31), Line::Z(0.47)], lines_every: 1 };
+        let gauges = Gauges { points: points.clone(), lines: vec![Line::R(0.31), Line::Z(0.47)] };
         let linear = |r: f64, z: f64| 1.0 + 2.0 * r - 3.0 * z + 5.0 * r * z;
         let values = shown(&gauges, linear);
         for ([r, z], state) in points.into_iter().zip(&values.points) {
@@ -330,8 +320,7 @@ mod tests {
     fn inside_the_first_column_lies_an_even_parabola() {
         let even = |r: f64, z: f64| 1.0 - 7.0 * r * r + z;
         let points = vec![[0.0, 0.2], [0.03, 0.3]];
-        let values =
-            shown(&Gauges { points: points.clone(), lines: vec![Line::R(0.0)], lines_every: 1 }, even);
+        let values = shown(&Gauges { points: points.clone(), lines: vec![Line::R(0.0)] }, even);
         for ([r, z], state) in points.into_iter().zip(&values.points) {
             assert!((state.displacement - even(r, z)).abs() < 1e-14, "({r}, {z}): {state:?}");
         }
@@ -344,7 +333,7 @@ mod tests {
     fn what_lies_beyond_the_mesh_is_at_rest() {
         let points = vec![[0.7, 0.2], [5.0, 0.2], [0.05, 1.1], [0.05, 1e300]];
         let lines = vec![Line::R(9.0), Line::Z(9.0)];
-        let values = shown(&Gauges { points, lines, lines_every: 1 }, |_, _| 1.0);
+        let values = shown(&Gauges { points, lines }, |_, _| 1.0);
         let found: Vec<f64> = values.points.iter().map(|state| state.displacement).collect();
         assert!((found[0] - 0.5).abs() < 1e-12 && (found[2] - 0.5).abs() < 1e-12, "{found:?}");
         assert_eq!((found[1], found[3]), (0.0, 0.0));

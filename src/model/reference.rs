@@ -9,8 +9,8 @@ use std::{collections::VecDeque, io};
 use ndarray::{Array2, ArrayView1};
 
 use super::{
-    Field, Frame, FrameFields, GaugePlan, GaugeValues, Handed, Lattice, Model, PointState, Sample, Sampling,
-    StrainPeak, TargetEnergy,
+    Field, Frame, FrameFields, GaugePlan, GaugeValues, Handed, Lattice, Model, PointState, Request, Sample,
+    Sampling, StrainPeak, TargetEnergy,
     strain::{CellPeak, Watched},
 };
 use crate::{
@@ -152,7 +152,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
     }
 
     /// What the gauges show of level k, with k+1 computed, if there are any.
-    fn gauge(&self, pressure: &[f64]) -> Option<GaugeValues> {
+    fn gauge(&self, pressure: &[f64], shows_lines: bool) -> Option<GaugeValues> {
         let GaugePlan { point_nodes, line_nodes, .. } = &self.gauges;
         let levels = [&self.before, &self.now, &self.next];
         let all = (0..self.grid.nz + 1, 0..self.columns);
@@ -167,7 +167,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
                 };
             }
         }
-        let lines = self.gauges.shows_lines(self.level).then(|| {
+        let lines = shows_lines.then(|| {
             let mut lines = vec![0.0; line_nodes.len()];
             for (j, numbers) in line_nodes.within(all.0, all.1) {
                 for (stress, &i) in lines[numbers.clone()].iter_mut().zip(line_nodes.columns(&numbers)) {
@@ -188,7 +188,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         }
     }
 
-    fn advance(&mut self, surface: &Surface, step: T, is_frame: bool) {
+    fn advance(&mut self, surface: &Surface, step: T, request: Request) {
         for j in 0..self.rows {
             for i in 0..self.columns {
                 let values = self.scheme.next(&self.before, &self.now, j, i);
@@ -201,8 +201,8 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
             self.next[0][[0, i]] = *u;
         }
         self.note_strains(surface.loaded);
-        let frame = is_frame.then(|| self.frame(&surface.pressure));
-        let gauges = self.gauge(&surface.pressure);
+        let frame = request.frame.then(|| self.frame(&surface.pressure));
+        let gauges = self.gauge(&surface.pressure, request.lines);
         self.steps.push_back((step, frame, gauges));
         std::mem::swap(&mut self.before, &mut self.now);
         std::mem::swap(&mut self.now, &mut self.next);

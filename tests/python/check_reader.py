@@ -102,7 +102,7 @@ def check(path):
     for k, row in enumerate(rows[1:]):
         assert (float(row[0]), float(row[1]), float(row[3])) == (0.1 * k, load(k), k + 0.25), row
     lines = [json.loads(line) for line in read("cat", path, "--topic", "/bench", "--every", "100").splitlines()]
-    assert [line["sequence"] for line in lines] == [0, 100, 200]
+    assert [line["sequence"] for line in lines] == [0, 100, 200, COUNT - 1]
     assert lines[1]["message"]["load"] == load(100)
     assert "repeated float strain = 3;" in read("schema", path, "--topic", "/bench")
     assert read("export", path, "--attachment", "notes.txt") == "hello"

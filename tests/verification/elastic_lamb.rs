@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 
 use percuss::{
     grid::{Geometry, Grid, MeshKind, Spacing},
-    model::{FrameFields, Model, elastic::Elastic},
+    model::{FrameFields, Model, Request, elastic::Elastic},
     surface::Surface,
 };
 use rayon::prelude::*;
@@ -128,7 +128,7 @@ fn computed(c_s: f64, places: &[f64], damping: f64, cells: usize) -> Vec<(f64, V
         for (&i, (_, series)) in nodes.iter().zip(&mut seen) {
             series.push((t + step, surface.displacement[i]));
         }
-        target.advance(&surface, (), false);
+        target.advance(&surface, (), Request::default());
         while target.next(true).is_some() {}
     }
     seen

@@ -7,7 +7,7 @@
 use percuss::{
     grid::{Geometry, Grid, MeshKind, Spacing},
     model::{
-        Coverage, Field, FrameFields, Model,
+        Coverage, Field, FrameFields, Model, Request,
         rakhmatulin::Rakhmatulin,
         scheme::{Corner, Order},
     },
@@ -43,8 +43,8 @@ fn frames(geometry: Geometry, cells: usize, courant: f64, corner: Option<Corner>
         for (u, free) in surface.displacement.iter_mut().zip(&surface.free) {
             *u = free + if step < pushes { noise.next() } else { 0.0 };
         }
-        let is_frame = step >= pushes && (step - pushes).is_multiple_of(STEPS / FRAMES);
-        target.advance(&surface, (), is_frame);
+        let frame = step >= pushes && (step - pushes).is_multiple_of(STEPS / FRAMES);
+        target.advance(&surface, (), Request { frame, lines: false });
         while let Some(((), frame, _)) = target.next(step + 1 == pushes + STEPS) {
             if let Some(frame) = frame {
                 let [_, after] = frame.energy;

@@ -31,8 +31,8 @@ impl Gauge {
     /// A recorder about to begin.
     ///
     /// * `level`: the one that is about to be reached
-    pub fn new(level: usize, plan: &Arc<GaugePlan>) -> Self {
-        let shows_lines = plan.shows_lines(level as u64 - 1);
+    /// * `shows_lines`: true if lines are recorded too
+    pub fn new(level: usize, plan: &Arc<GaugePlan>, shows_lines: bool) -> Self {
         Self {
             level,
             points: Parts::new(plan.point_nodes.len()),

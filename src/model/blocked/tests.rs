@@ -44,7 +44,6 @@ fn gauges(noise: &mut Noise, grid: &Grid) -> Gauges {
     Gauges {
         points: (0..points).map(|_| [radius(noise), depth(noise)]).collect(),
         lines: (0..lines).map(|_| line(noise)).collect(),
-        lines_every: 1 + noise.next(3) as u64,
     }
 }
 
@@ -122,7 +121,7 @@ impl Twins<Rakhmatulin, 1> {
 
 impl<S: Scheme<FIELDS>, const FIELDS: usize> Twins<S, FIELDS> {
     /// Moves both surfaces alike.
-    fn advance(&mut self, surface: &mut Surface, noise: &mut Noise, step: usize, is_frame: bool) {
+    fn advance(&mut self, surface: &mut Surface, noise: &mut Noise, step: usize, request: Request) {
         let nr = self.grid.nr();
         let mut plain = surface.clone();
         self.engine.predict(surface);
@@ -143,13 +142,13 @@ impl<S: Scheme<FIELDS>, const FIELDS: usize> Twins<S, FIELDS> {
             "{}",
             self.name
         );
-        self.pool.install(|| self.engine.advance(surface, step, is_frame));
+        self.pool.install(|| self.engine.advance(surface, step, request));
         // what the engine leaves out is at rest
         let active = self.engine.cone.active(self.engine.level);
         plain.clone_from(surface);
         plain.displacement[self.engine.cone.active_columns()..].fill(0.0);
         self.reference.hold_at_rest(active.rows, active.columns.min(nr));
-        self.reference.advance(&plain, step, is_frame);
+        self.reference.advance(&plain, step, request);
     }
 
     /// Compares both levels, bit by bit.
@@ -214,7 +213,8 @@ fn compare<S: Scheme<FIELDS>, const FIELDS: usize>(
     let mut shown = Vec::new();
     for step in 0..steps {
         let is_frame = noise.next(few) == 0 || step + 1 == steps;
-        twins.advance(&mut surface, &mut noise, step, is_frame);
+        let request = Request { frame: is_frame, lines: noise.next(3) == 0 };
+        twins.advance(&mut surface, &mut noise, step, request);
         let is_impatient = noise.next(2) == 0;
         shown.extend(twins.pool.install(|| twins.engine.next(is_impatient)));
         if noise.next(seldom) == 0 || step < 3 || step + 1 == steps {
@@ -279,7 +279,8 @@ fn run_with(coverage: Coverage, c_s: f64, steps: usize) -> (Vec<f64>, Vec<Target
         free.extend_from_slice(&surface.free);
         surface.displacement.copy_from_slice(&surface.free);
         surface.displacement[..surface.loaded].fill((step + 1) as f64 * 0.01);
-        model.advance(&surface, (), step % 50 == 49);
+        let request = Request { frame: step % 50 == 49, lines: false };
+        model.advance(&surface, (), request);
         while let Some(((), frame, _)) = model.next(step + 1 == steps) {
             if let Some(mut frame) = frame {
                 energy.extend(frame.energy);
@@ -323,7 +324,7 @@ fn the_newest_level_is_no_peak_yet() {
             model.predict(&mut surface);
             // pushed ever harder, so that every level has a larger peak than the one before
             surface.displacement.fill((step * step) as f64);
-            model.advance(&surface, (), false);
+            model.advance(&surface, (), Request::default());
             if step % 7 == 0 || step == 119 {
                 let peak = model.strain_peak();
                 assert!(peak.step <= step, "{nz} rows, step {step}: {peak:?}");
@@ -346,7 +347,7 @@ fn peaks_of_the_backing_do_not_depend_on_when_the_interior_catches_up() {
             model.predict(&mut surface);
             surface.displacement.copy_from_slice(&surface.free);
             surface.displacement[..20].fill((step as f64 * 0.1).sin());
-            model.advance(&surface, (), false);
+            model.advance(&surface, (), Request::default());
             if step % every == 0 {
                 model.catch_up();
             }
@@ -373,7 +374,7 @@ fn a_run_without_frames_keeps_no_passes() {
         model.predict(&mut surface);
         surface.displacement.copy_from_slice(&surface.free);
         surface.displacement[..20].fill(1.0);
-        model.advance(&surface, (), false);
+        model.advance(&surface, (), Request::default());
         assert_eq!(model.next(false), Some(((), None, None)));
         assert!(model.field.passes() <= 2, "{} passes", model.field.passes());
     }
@@ -395,7 +396,7 @@ fn steps_with_gauges_wait_for_no_more_than_memory_allows() {
         model.predict(&mut surface);
         surface.displacement.copy_from_slice(&surface.free);
         surface.displacement[..20].fill(1.0);
-        model.advance(&surface, step, false);
+        model.advance(&surface, step, Request::default());
         while let Some((number, _, gauges)) = model.next(false) {
             assert_eq!((number, gauges.map(|values| values.points.len())), (seen, Some(1)));
             seen += 1;

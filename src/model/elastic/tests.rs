@@ -8,7 +8,7 @@ use crate::{
     contact::Contact,
     grid::{Geometry, MeshKind, Spacing},
     indenter::Indenter,
-    model::Model,
+    model::{Model, Request},
     surface::Surface,
 };
 
@@ -388,7 +388,7 @@ fn force_error(cells: usize, c_s: f64) -> f64 {
         if t > 0.2 {
             worst = worst.max((force / (velocity * 0.2) - t).abs());
         }
-        target.advance(&surface, (), false);
+        target.advance(&surface, (), Request::default());
         while target.next(true).is_some() {}
     }
     worst

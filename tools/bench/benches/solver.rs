@@ -7,7 +7,7 @@ use percuss::{
     grid::{Geometry, Grid, MeshKind, Spacing},
     message::percuss::InterfaceStress,
     model::{
-        Coverage, Field, FrameFields, Model,
+        Coverage, Field, FrameFields, Model, Request,
         rakhmatulin::Rakhmatulin,
         scheme::{Corner, Order},
     },
@@ -30,12 +30,12 @@ fn target(n: usize, corner: Option<Corner>, shown: FrameFields) -> Target {
     target
 }
 
-fn advance((model, surface): &mut Target, steps: usize, is_frame: bool) {
+fn advance((model, surface): &mut Target, steps: usize, frame: bool) {
     for _ in 0..steps {
         model.predict(surface);
         surface.displacement.copy_from_slice(&surface.free);
         surface.displacement[..surface.loaded / 4].fill(1.0);
-        model.advance(surface, (), is_frame);
+        model.advance(surface, (), Request { frame, lines: false });
         while model.next(false).is_some() {}
     }
 }

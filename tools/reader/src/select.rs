@@ -142,7 +142,7 @@ pub struct Window {
     /// Last time, like the first
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub to: Option<Bound>,
-    /// Every n-th message of that time
+    /// Every n-th message of that time, and the last one
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub every: u64,
 }
@@ -164,7 +164,8 @@ impl Window {
         (self.from.map(Bound::number), self.to.map(Bound::number))
     }
 
-    /// True if the message of a number, from 0, among those of the window is not one of every n-th; 0 means all, as 1 does.
+    /// True if the message of a number, from 0, among those of the window is not one of every n-th; 0 means all, as 1 does. The last
+    /// one stays whatever its number.
     pub fn leaves_out(&self, number: u64) -> bool {
         !number.is_multiple_of(self.every.max(1))
     }

@@ -242,7 +242,7 @@ pub fn moments(
     Ok((moments, messages.damages().to_vec()))
 }
 
-/// Hands every n-th message of a channel to `take`, decoded.
+/// Hands every n-th message of a channel to `take`, decoded, and the last one.
 ///
 /// # Errors
 ///
@@ -256,15 +256,27 @@ pub fn visit(
     let channel = &recording.channels[&id];
     let Some(layout) = &channel.layout else { return Ok(Vec::new()) };
     let mut messages = recording.messages([id], None)?;
-    let mut count = 0_u64;
+    let (mut count, mut left_out) = (0_u64, (0, Vec::new()));
+    let mut show = |log_time: u64, bytes: &[u8]| {
+        let mut values = layout.values();
+        if layout.decode(bytes, &mut values).is_ok() {
+            take(Moment { time: channel.time_since_origin(bytes, log_time), values });
+        }
+    };
     messages.for_each(|message| -> Result<(), OpenError> {
         count += 1;
-        let mut values = layout.values();
-        if (count - 1).is_multiple_of(every) && layout.decode(message.data, &mut values).is_ok() {
-            take(Moment { time: channel.time_since_origin(message.data, message.log_time), values });
+        if (count - 1).is_multiple_of(every) {
+            show(message.log_time, message.data);
+        } else {
+            left_out.0 = message.log_time;
+            left_out.1.clear();
+            left_out.1.extend_from_slice(message.data);
         }
         Ok(())
     })?;
+    if count > 0 && !(count - 1).is_multiple_of(every) {
+        show(left_out.0, &left_out.1);
+    }
     Ok(messages.damages().to_vec())
 }
 

@@ -139,7 +139,13 @@ fn fields_positions_and_times_are_chosen() {
         |arguments: &[&str]| lab.lines(&[&["trace", "a.mcap", "--topic", "/lab"], arguments].concat());
     let rows = trace(&["--at", "x=0.5,1.25", "--from", "0.45", "--to", "1.05", "--every", "3"]);
     assert_eq!(rows[0], "time [s],load [N],strain@x=0.5,strain@x=1.25");
-    assert_eq!(rows[1..], ["0.5,0.5,50.0,50.75", "0.8,0.8,80.0,80.75"]);
+    // the last one stays
+    assert_eq!(rows[1..], ["0.5,0.5,50.0,50.75", "0.8,0.8,80.0,80.75", "1.0,1.0,100.0,100.75"]);
+    let plain = trace(&["--field", "load"]);
+    assert_eq!(trace(&["--field", "load", "--every", "1000"])[1..], [plain[1].clone(), plain[20].clone()]);
+    assert_eq!(trace(&["--field", "load", "--every", "19"])[1..], [plain[1].clone(), plain[20].clone()]);
+    let cat = lab.lines(&["cat", "a.mcap", "--topic", "/lab", "--every", "1000"]);
+    assert!(cat.len() == 2 && cat[1].contains("\"load\":1.9"), "{cat:?}");
     assert_eq!(trace(&["--field", "strain[2],load"])[2], "0.1,12.0,0.1");
     let json = trace(&["--format", "jsonl", "--field", "load"]);
     assert_eq!(json[1], "{\"time\":0.1,\"load\":0.1}");

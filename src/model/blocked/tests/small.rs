@@ -60,7 +60,6 @@ fn few_gauges() -> Gauges {
     Gauges {
         points: vec![[0.0, 0.0], [0.53, 0.31], [0.8, 1.0], [1.17, 1.19]],
         lines: vec![Line::R(0.63), Line::Z(0.85)],
-        lines_every: 2,
     }
 }
 
@@ -167,14 +166,14 @@ fn compare_surface<S: Scheme<FIELDS>, const FIELDS: usize>(
         for i in 0..twins.grid.nr() {
             surface.displacement[i] = if i < 5 { noise.next(1000) as f64 } else { surface.free[i] };
         }
-        twins.pool.install(|| twins.engine.advance(&surface, step, false));
+        twins.pool.install(|| twins.engine.advance(&surface, step, Request::default()));
         assert_eq!(twins.engine.next(false), Some((step, None, None)));
         plain.clone_from(&surface);
         let columns = twins.engine.cone.active_columns();
         plain.displacement[columns..].fill(0.0);
         let active = twins.engine.cone.active(step + 1);
         twins.reference.hold_at_rest(twins.grid.nz + 1, active.columns.min(twins.grid.nr()));
-        twins.reference.advance(&plain, step, false);
+        twins.reference.advance(&plain, step, Request::default());
     }
 }
 

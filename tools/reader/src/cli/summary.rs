@@ -34,7 +34,7 @@ Columns, from recorded messages only; what a recording does not say is empty, ne
   restitution          -V/V0: rebound velocity over the first recorded velocity
   t_ext                time of the first EXTENSION: the interface needs tension
   energy_left          kinetic and strain energy of the target when contact ends for good, linear between the messages of
-                       /energy
+                       /energy; empty for runs without frames, which have none
   largest_strain       largest strain, with its radius, depth and time in largest_strain_r, _z and _time
 
 Units are those of the first recording; others are converted if the recording in SI carries its scales. CSV and text show SI

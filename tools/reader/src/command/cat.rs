@@ -1,6 +1,7 @@
 //! `cat`: whole messages as JSON lines, also of a recording that is still being written.
 
 use std::{
+    collections::HashMap,
     io::{self, Write},
     path::Path,
     thread,
@@ -24,7 +25,8 @@ pub struct Request {
     /// Topics, separated by commas; `*` stands for anything [default: all]
     #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
     pub topics: Vec<Pattern>,
-    /// Times, of the field `time`, or of the log time in seconds from the start of the recording, and every n-th message of each topic.
+    /// Times, of the field `time`, or of the log time in seconds from the start of the recording, and every n-th message of each topic; where that
+    /// leaves out the last one, it comes at the end.
     #[command(flatten)]
     pub window: Window,
     /// Keep reading a recording that is still being written, until it is finished
@@ -70,7 +72,7 @@ pub fn cat(
     if request.follow {
         messages.follow();
     }
-    let mut seen = std::collections::HashMap::<u16, u64>::new();
+    let (mut seen, mut left_out) = (HashMap::<u16, u64>::new(), LeftOut::default());
     let mut text = Text { bytes: Vec::new(), room: limits.kept() };
     loop {
         messages.for_each(|message| {
@@ -82,15 +84,66 @@ pub fn cat(
             let count = seen.entry(message.channel).or_default();
             *count += 1;
             if request.window.leaves_out(*count - 1) {
-                return Ok(());
+                return left_out.keep(&message, limits.kept()).map_err(CatError::Output);
             }
+            left_out.forget(message.channel);
             line(channel, &message, limits, &mut text, output).map_err(CatError::Output)
         })?;
         output.flush()?;
         if messages.is_over() {
+            for message in left_out.in_order() {
+                line(&recording.channels[&message.channel], &message, limits, &mut text, output)?;
+            }
             return Ok(messages.damages().to_vec());
         }
         thread::sleep(POLL);
+    }
+}
+
+/// The newest message of every channel of which it was left out.
+#[derive(Default)]
+struct LeftOut {
+    /// By channel: number among all that were kept, log time, sequence, content.
+    newest: HashMap<u16, (u64, u64, u32, Vec<u8>)>,
+    kept: u64,
+    bytes: usize,
+}
+
+impl LeftOut {
+    /// Keeps a message in place of the one before.
+    ///
+    /// * `room`: for the contents of all of them \[bytes\]
+    fn keep(&mut self, message: &Message<'_>, room: usize) -> io::Result<()> {
+        let (number, log_time, sequence, data) = self.newest.entry(message.channel).or_default();
+        self.bytes = self.bytes - data.len() + message.data.len();
+        if self.bytes > room {
+            let text = "the last messages of so many topics take more memory than --max-memory allows; choose topics";
+            return Err(io::Error::new(io::ErrorKind::OutOfMemory, text));
+        }
+        self.kept += 1;
+        (*number, *log_time, *sequence) = (self.kept, message.log_time, message.sequence);
+        data.clear();
+        data.extend_from_slice(message.data);
+        Ok(())
+    }
+
+    /// A later message of the channel was not left out.
+    fn forget(&mut self, channel: u16) {
+        self.bytes -= self.newest.remove(&channel).map_or(0, |(.., data)| data.len());
+    }
+
+    /// What is kept, in the order of the file.
+    fn in_order(&self) -> impl Iterator<Item = Message<'_>> {
+        let mut newest: Vec<_> = self.newest.iter().collect();
+        newest.sort_by_key(|(_, kept)| kept.0);
+        newest.into_iter().map(|(&channel, (_, log_time, sequence, data))| Message {
+            channel,
+            sequence: *sequence,
+            log_time: *log_time,
+            // not written
+            publish_time: *log_time,
+            data,
+        })
     }
 }
 

@@ -231,8 +231,17 @@ fn run(
     let widths = files.iter().flat_map(|file| file.slots.iter().map(|slot| slot.columns.len())).collect();
     let limits = files.first().map_or_else(Limits::default, |file| file.recording.limits());
     let clock = Clock { form: request.time, origin: files.first().map_or(0, Traced::origin) };
-    let mut rows =
-        Rows { window: request.window, clock, seen: 0, written: 0, label, sink, filled, cells: Vec::new() };
+    let mut rows = Rows {
+        window: request.window,
+        clock,
+        seen: 0,
+        written: 0,
+        label,
+        sink,
+        filled,
+        cells: Vec::new(),
+        left_out: None,
+    };
     let mut joiner = Joiner::new(request.align, widths, limits.kept());
     loop {
         // the file that is behind goes first, so that rows of equal times meet
@@ -249,7 +258,7 @@ fn run(
         }
         joiner.drain(false, &mut rows)?;
     }
-    joiner.drain(true, &mut rows)?;
+    joiner.finish(&mut rows)?;
     outcome.rows += rows.written;
     for stream in streams {
         outcome.undecoded += stream.undecoded;

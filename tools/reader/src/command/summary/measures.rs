@@ -32,7 +32,7 @@ pub struct Measures {
     pub restitution: Option<f64>,
     /// Time at which the interface first needs tension.
     pub t_ext: Option<f64>,
-    /// Kinetic and strain energy of the target when contact ends for good.
+    /// Kinetic and strain energy of the target when contact ends for good, if the run has frames.
     pub energy_left: Option<f64>,
     /// Largest strain.
     pub strain: Option<f64>,

@@ -48,14 +48,22 @@ pub(super) struct Rows<'a> {
     /// Which columns have had a value.
     pub(super) filled: &'a mut Vec<bool>,
     pub(super) cells: Vec<Cell>,
+    /// The newest row, if it is not one of every n-th: the last one stays.
+    pub(super) left_out: Option<(Instant, Vec<Option<Vec<Cell>>>)>,
 }
 
 impl Rows<'_> {
     fn take(&mut self, time: Instant, groups: Vec<Option<Vec<Cell>>>, widths: &[usize]) -> io::Result<()> {
         self.seen += 1;
+        self.left_out = None;
         if self.window.leaves_out(self.seen - 1) {
+            self.left_out = Some((time, groups));
             return Ok(());
         }
+        self.write(time, groups, widths)
+    }
+
+    fn write(&mut self, time: Instant, groups: Vec<Option<Vec<Cell>>>, widths: &[usize]) -> io::Result<()> {
         self.cells.clear();
         self.cells.extend(self.label.clone());
         self.cells.push(self.clock.cell(time));
@@ -124,6 +132,15 @@ impl Joiner {
 
     pub(super) fn ended(&mut self, slots: std::ops::Range<usize>) {
         self.over[slots].iter_mut().for_each(|over| *over = true);
+    }
+
+    /// Hands on all rows; no more are to come.
+    pub(super) fn finish(mut self, rows: &mut Rows<'_>) -> io::Result<()> {
+        self.drain(true, rows)?;
+        match rows.left_out.take() {
+            Some((time, groups)) => rows.write(time, groups, &self.widths),
+            None => Ok(()),
+        }
     }
 
     /// Hands on rows that are finished, or all of them.
