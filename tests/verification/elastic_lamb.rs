@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 
 use percuss::{
     grid::{Geometry, Grid, MeshKind, Spacing},
-    model::{FrameFields, Model, Request, elastic::Elastic},
+    model::{FrameFields, Model, Request, elastic},
     surface::Surface,
 };
 use rayon::prelude::*;
@@ -114,7 +114,7 @@ fn computed(c_s: f64, places: &[f64], damping: f64, cells: usize) -> Vec<(f64, V
     let mut seen: Vec<_> = nodes.iter().map(|&i| (grid.r(i), Vec::new())).collect();
     let area = grid.area[0];
     let mut target =
-        Elastic::new(grid, c_s, damping).reference::<()>(FrameFields { fields: Vec::new(), every: 1 });
+        elastic::theory(grid, c_s, damping).reference::<()>(FrameFields { fields: Vec::new(), every: 1 });
     let mut surface = Surface::new(nr);
     surface.loaded = 1;
     for k in 0..steps {
