@@ -73,8 +73,8 @@
 //!
 //! [`cli`], [`live`] and [`cost`] belong to the program and its default feature `cli`.
 //!
-//! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader, by
-//! `percuss study` and by the figures), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
+//! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader and by the
+//! figures), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
 //! benchmarks (`tools/bench`).
 //!
 //! # Invariants
