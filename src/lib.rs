@@ -74,8 +74,8 @@
 //!
 //! [`cli`], [`live`] and [`cost`] belong to the program and its default feature `cli`.
 //!
-//! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader, by
-//! `percuss study` and by the figures), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
+//! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader and by the
+//! figures), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
 //! benchmarks (`tools/bench`).
 //!
 //! # Invariants
@@ -101,7 +101,7 @@
 //! | indenter shape | a variant of [`shape::Head`] and of [`case::HeadKind`], its keys in `src/case/read_indenter.rs` and `src/case/resolved.rs`; the compiler lists the arms |
 //! | contact rule, mesh | a variant in [`contact`], [`grid`]; the compiler lists the arms |
 //! | field of frames | a variant of [`model::Field`]; the compiler lists the arms: how models show it, its unit, its colours |
-//! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in [`channels::Catalogue::new`] |
+//! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in `tests/schemas.rs`, which writes its messages, and in [`channels::Catalogue::new`] |
 //! | channel for viewers | `src/channels/view/<x>.rs`, a variant of [`case::ViewChannel`]; a panel in [`layout`] |
 //! | model | its operators beside [`model::scheme`] and [`model::cells`], `src/model/<x>.rs` ([`model::reference::Scheme`] is enough to run whole cases), one line in [`simulation`] |
 //! | closed form | `src/exact/<x>.rs`, one line in [`exact`]; if it answers cases, an arm of [`exact::closed_form::ClosedForm::for_case`] |

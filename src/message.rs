@@ -1,4 +1,4 @@
-//! The messages of a recording, generated from `schemas/*.proto`, and their descriptors.
+//! The messages of a recording, generated from `schemas/*.proto` by `tests/schemas.rs`, and their descriptors.
 
 use std::sync::LazyLock;
 
@@ -8,18 +8,18 @@ use prost_types::{FileDescriptorProto, FileDescriptorSet};
 /// Messages of package `percuss`.
 #[expect(missing_docs, reason = "generated; the comments of the .proto files are the documentation")]
 pub mod percuss {
-    include!(concat!(env!("OUT_DIR"), "/percuss.rs"));
+    include!("message/percuss.rs");
 }
 
 /// Messages of package `foxglove`: the published schemas that viewers know.
 #[expect(missing_docs, reason = "generated; the comments of the .proto files are the documentation")]
 pub mod foxglove {
-    include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
+    include!("message/foxglove.rs");
 }
 
 static DESCRIPTORS: LazyLock<FileDescriptorSet> = LazyLock::new(|| {
-    let bytes = include_bytes!(concat!(env!("OUT_DIR"), "/descriptors.binpb"));
-    FileDescriptorSet::decode(bytes.as_slice()).expect("the build script writes a descriptor set")
+    let bytes = include_bytes!("../schemas/descriptors.binpb");
+    FileDescriptorSet::decode(bytes.as_slice()).expect("a descriptor set is embedded")
 });
 
 /// Serialised `FileDescriptorSet` of one message: its file and everything that file imports, imports first.

@@ -288,6 +288,9 @@ fn zero_of(times: &[f64], values: &[f64]) -> f64 {
     }
 }
 
+/// Relative difference that may be rounding.
+const ROUNDING: f64 = 1e-12;
+
 impl Quantity {
     /// Order, limit and errors of the values of a quantity.
     ///
@@ -300,7 +303,6 @@ impl Quantity {
         ratio: f64,
     ) -> Self {
         const ORDERS: std::ops::RangeInclusive<f64> = 0.5..=2.5;
-        const ROUNDING: f64 = 1e-12;
         let mut quantity = Self {
             name,
             unit,
@@ -339,9 +341,11 @@ impl Quantity {
         quantity
     }
 
-    /// Best known value: that of the closed form, the extrapolated one, the finest one.
-    pub fn reference(&self) -> Option<f64> {
-        self.exact.or(self.extrapolated).or(self.values.last().copied().flatten())
+    /// Relative difference of a value from the best known one: that of the closed form, the extrapolated one, the finest one;
+    /// `None` where it may be rounding.
+    pub fn relative_error(&self, value: f64) -> Option<f64> {
+        let best = self.exact.or(self.extrapolated).or(self.values.last().copied().flatten())?;
+        Some(((value - best) / best).abs()).filter(|error| error.is_finite() && *error > ROUNDING)
     }
 }
 
@@ -374,6 +378,9 @@ mod tests {
             assert!((quantity.exact_order.expect("an order") - p).abs() < 1e-12);
             assert!((quantity.extrapolated.expect("a value") - 3.0).abs() < 1e-12);
             assert!(quantity.error_bar.expect("a bar") >= (v(0.25) - 3.0).abs());
+            let error = quantity.relative_error(v(0.5)).expect("more than rounding");
+            assert!((error / (0.4 / 3.0 * 0.5_f64.powf(p)) - 1.0).abs() < 1e-9);
+            assert_eq!(quantity.relative_error(3.0), None);
         }
     }
 

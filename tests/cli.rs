@@ -540,10 +540,10 @@ fn closed_forms_are_recorded_or_refused() {
 fn a_study_reports_orders_and_error_bars() {
     let folder = folder();
     let study = ["study", "fig5-plane", "--set", "mesh.cells=25", "--times", "1.5", "--probes", "0.5"];
-    let output =
-        percuss(folder.path(), &[&study[..], &["--json", "--plot", "order.svg", "--quiet"]].concat());
+    let output = percuss(folder.path(), &[&study[..], &["-o", "order.json", "--quiet"]].concat());
     assert!(output.status.success() && output.stderr.is_empty(), "{}", stderr(&output));
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let text = fs::read_to_string(folder.path().join("order.json")).expect("results");
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(json["closed_form"], "plane_punch");
     let cells: Vec<u64> = json["levels"]
         .as_array()
@@ -556,20 +556,30 @@ fn a_study_reports_orders_and_error_bars() {
     assert!(stress["name"].as_str().expect("a name").starts_with("stress at r = 0.5"));
     let error = stress["errors"][2].as_f64().expect("a number");
     assert!(error.abs() < 1e-3 && stress["exact_order"].as_f64().expect("an order") > 1.5, "{stress}");
-    assert!(fs::read_to_string(folder.path().join("order.svg")).expect("a picture").contains("<svg"));
-    let table = percuss(folder.path(), &[&study[..], &["--quiet"]].concat());
+    let table = percuss(folder.path(), &[&study[..], &["--quiet", "-o", "order.csv"]].concat());
     let text = String::from_utf8(table.stdout).expect("text");
     assert!(text.contains("100 cells") && text.contains("drag, t = 1.5"), "{text}");
-    for (more, reason) in [
-        (&["--refine", "3"][..], "power of two"),
-        (&["--times", "99"], "the run is from 0"),
-        (&["--plot", "order.jpg"], ".svg"),
-        (&["--plot", "order.svg"], "--force"),
+    let csv = fs::read_to_string(folder.path().join("order.csv")).expect("results");
+    let rows: Vec<&str> = csv.lines().filter(|row| row.starts_with("\"stress at r = 0.5")).collect();
+    assert_eq!(rows.len(), 3, "{csv}");
+    for ((row, value), cells) in rows.iter().zip(stress["values"].as_array().expect("a list")).zip(cells) {
+        let row = row.split_once("\",").expect("a name in quotes").1;
+        let row: Vec<&str> = row.split(',').collect();
+        assert_eq!(row[1].parse::<u64>().expect("cells"), cells);
+        assert_eq!(row[4].parse::<f64>().ok(), value.as_f64());
+        let (exact, relative) = (stress["exact"].as_f64().expect("a number"), row[5].parse().unwrap_or(0.0));
+        assert!((relative - (value.as_f64().expect("a number") / exact - 1.0).abs()).abs() < 1e-12, "{csv}");
+    }
+    for (more, status, reason) in [
+        (&["--refine", "3"][..], 2, "power of two"),
+        (&["--times", "99"], 2, "the run is from 0"),
+        (&["-o", "order.svg"], 2, ".csv"),
+        (&["-o", "order.csv"], 1, "--force"),
     ] {
         // an option given twice is an error of its own
         let base = if more[0] == "--times" { &study[..4] } else { &study[..] };
         let output = percuss(folder.path(), &[base, more].concat());
-        assert_eq!(output.status.code(), Some(2), "{more:?}");
+        assert_eq!(output.status.code(), Some(status), "{more:?}");
         assert!(stderr(&output).contains(reason), "{}", stderr(&output));
     }
 }

@@ -6,7 +6,6 @@ use std::{
 };
 
 use clap::Args;
-use percuss_picture::{Curve, Medium, Panel, draw};
 
 use super::{
     CaseArguments, CliError, Exit,
@@ -16,16 +15,20 @@ use super::{
 };
 use crate::{
     case::Case,
-    study::{Plan, Quantity, Study, on_meshes, study},
-    units::Dimension,
+    study::{Plan, Study, on_meshes, study},
+    units::{Dimension, Units},
 };
 
 const EXAMPLES: &str = "\
 Examples:
   percuss study fig5 --set mesh.cells=50                     50, 100 and 200 cells
   percuss study fig2-prescribed --set mesh.cells=50 --refine 8 --times 1,3,5 --probes 0,0.2
-  percuss study fig8-m5 --refine 4 --json > fig8-m5.json
-  percuss study fig4 --plot fig4-order.svg
+  percuss study fig8-m5 --refine 4 -o fig8-m5.json
+  percuss study fig4 -o fig4.csv
+  percuss-read plot fig4.csv --x cells --y relative_error --by quantity --log xy
+
+The table of -o has a row for each quantity and mesh. Its `relative_error` is that of the value against the closed form,
+without one against the extrapolated value, without an order against the finest; it is empty where it may be rounding.
 
 The order is observed on the last three meshes, the extrapolated value is Richardson's. The error bar, about the finest value,
 is 1.25 times the remaining error at that order, at most the first; without an order (none between 0.5 and 2.5) it is three
@@ -48,13 +51,10 @@ pub(super) struct StudyArguments {
     probes: Vec<String>,
     #[command(flatten)]
     threads: ThreadArguments,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// Also draw errors against cell size, as .svg, .png or .pdf; more than 24 curves have one colour and name per quantity
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
-    /// Overwrite an existing picture
+    /// Also write the results, as .csv or .json
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Overwrite an existing output file
     #[arg(long)]
     force: bool,
     /// Print errors only
@@ -67,15 +67,10 @@ const MAX_REFINE: usize = 64;
 
 impl StudyArguments {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
-        let picture =
-            self.plot.as_deref().map(|path| Ok::<_, CliError>((path, medium(path)?))).transpose()?;
-        if let Some((path, _)) = picture
-            && path.exists()
-            && !self.force
-        {
-            let text =
-                format!("`{}` exists; choose another name, or overwrite it with --force", path.display());
-            return Err(CliError::Usage(text));
+        let output =
+            self.output.as_deref().map(|path| Ok::<_, CliError>((path, format(path)?))).transpose()?;
+        if let Some((path, _)) = output.filter(|(path, _)| path.exists() && !self.force) {
+            return Err(CliError::Exists(path.into()));
         }
         let cases = self.cases()?;
         let plan = self.plan(&cases[0])?;
@@ -87,11 +82,9 @@ impl StudyArguments {
         let result = pool.install(|| study(&cases, &plan, |step| progress.advance(step)));
         progress.end();
         let study = result?;
-        print(&if self.json { json(finest, &study) } else { table(finest, &study) })?;
-        if let Some((path, medium)) = picture {
-            let drawn = draw(&[panel(finest, &study)], medium);
-            let drawn = drawn.map_err(|error| CliError::system("cannot draw", error))?;
-            write_file(path, &drawn, self.force)?;
+        print(&table(finest, &study))?;
+        if let Some((path, format)) = output {
+            write_file(path, format(finest, &study).as_bytes(), self.force)?;
         }
         Ok(Exit::Done)
     }
@@ -130,12 +123,15 @@ impl StudyArguments {
     }
 }
 
-fn medium(path: &Path) -> Result<Medium, CliError> {
-    let extension = path.extension().and_then(|extension| extension.to_str());
-    let known = Medium::FILES.into_iter().find(|(name, _)| Some(*name) == extension);
-    known
-        .map(|(_, medium)| medium)
-        .ok_or_else(|| CliError::Usage(format!("--plot {}: name it .svg, .png or .pdf", path.display())))
+/// Writes a study as the text of a file.
+type Format = fn(&Case, &Study) -> String;
+
+fn format(path: &Path) -> Result<Format, CliError> {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("csv") => Ok(csv),
+        Some("json") => Ok(json),
+        _ => Err(CliError::Usage(format!("-o {}: name it .csv or .json", path.display()))),
+    }
 }
 
 fn json(case: &Case, study: &Study) -> String {
@@ -147,6 +143,46 @@ fn json(case: &Case, study: &Study) -> String {
         "quantities": study.quantities,
     });
     format!("{value:#}\n")
+}
+
+/// A row for each quantity and mesh.
+fn csv(case: &Case, study: &Study) -> String {
+    let Units { length, time, .. } = case.units();
+    let (dr, dt) = (format!("dr [{}]", length.name), format!("dt [{}]", time.name));
+    let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:?}"));
+    let mut rows = csv::Writer::from_writer(Vec::new());
+    let mut write = |row: [&str; 11]| rows.write_record(row).expect("a Vec grows");
+    write([
+        "quantity",
+        "unit",
+        "cells",
+        &dr,
+        &dt,
+        "value",
+        "relative_error",
+        "order",
+        "extrapolated",
+        "error_bar",
+        "exact",
+    ]);
+    for quantity in &study.quantities {
+        for (level, value) in study.levels.iter().zip(&quantity.values) {
+            write([
+                &quantity.name,
+                quantity.unit,
+                &level.cells.to_string(),
+                &number(Some(level.dr)),
+                &number(Some(level.dt)),
+                &number(*value),
+                &number(value.and_then(|value| quantity.relative_error(value))),
+                &number(quantity.order),
+                &number(quantity.extrapolated),
+                &number(quantity.error_bar),
+                &number(quantity.exact),
+            ]);
+        }
+    }
+    String::from_utf8(rows.into_inner().expect("a Vec grows")).expect("rows are text")
 }
 
 fn table(case: &Case, study: &Study) -> String {
@@ -192,69 +228,4 @@ fn table(case: &Case, study: &Study) -> String {
         text.push_str(&format!("exact: closed form `{form}`, where it holds\n"));
     }
     text
-}
-
-/// Relative difference that may be rounding.
-const ROUNDING: f64 = 1e-12;
-
-/// Relative differences from the best value there is, against cell size.
-fn panel(case: &Case, study: &Study) -> Panel {
-    let curve = |quantity: &Quantity| {
-        let best = quantity.reference()?;
-        let relative = |value: f64| ((value - best) / best).abs();
-        let points: Vec<(f64, f64)> = study
-            .levels
-            .iter()
-            .zip(&quantity.values)
-            .filter_map(|(level, value)| Some((level.dr, relative((*value)?))))
-            .filter(|(_, error)| *error > ROUNDING)
-            .collect();
-        (points.len() > 1).then(|| Curve { name: quantity.name.clone(), points, ..Curve::default() })
-    };
-    let mut curves: Vec<Curve> = study.quantities.iter().filter_map(curve).collect();
-    if curves.len() > MAX_NAMED {
-        name_by_kind(&mut curves);
-    }
-    Panel {
-        title: case.title.clone(),
-        x_label: format!("Δr [{}]", case.units().length.name),
-        y_label: "relative difference from closed form or extrapolated value".into(),
-        curves,
-        log_x: true,
-        log_y: true,
-        ..Panel::default()
-    }
-}
-
-/// Curves beyond which a legend names what they are of, not every one.
-const MAX_NAMED: usize = 24;
-
-/// Gives curves of the same quantity, at whatever time and radius, one colour and one name in the legend.
-fn name_by_kind(curves: &mut [Curve]) {
-    let mut kinds: Vec<String> = Vec::new();
-    for curve in curves {
-        let end = [curve.name.find(" at "), curve.name.find(',')].into_iter().flatten().min();
-        let kind = curve.name[..end.unwrap_or(curve.name.len())].to_owned();
-        let known = kinds.iter().position(|known| *known == kind);
-        curve.colour = Some(known.unwrap_or(kinds.len()));
-        curve.name = if known.is_some() { String::new() } else { kind.clone() };
-        if known.is_none() {
-            kinds.push(kind);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn many_curves_are_named_by_quantity() {
-        let curve = |name: &str| Curve { name: name.into(), ..Curve::default() };
-        let mut curves =
-            ["drag, t = 1", "drag, t = 2", "stress at r = 0.1, t = 1", "stress at r = 1, t = 2"].map(curve);
-        name_by_kind(&mut curves);
-        let found = curves.each_ref().map(|curve| (curve.name.as_str(), curve.colour));
-        assert_eq!(found, [("drag", Some(0)), ("", Some(0)), ("stress", Some(1)), ("", Some(1))]);
-    }
 }

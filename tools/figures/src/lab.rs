@@ -9,6 +9,7 @@ use percuss_reader::{
     command::trace::{Align, Request, trace},
     messages::Recording,
     recording::Limits,
+    select::Bound,
     slice::{Moment, moments, profile, slice},
     table::{Cell, Heading, Sink},
 };
@@ -157,7 +158,8 @@ fn fields<T>(
     let (id, channel) =
         recording.channels.iter().find(|(_, channel)| channel.topic == topic).ok_or_else(nothing)?;
     let leaves = channel.layout.as_ref().map_or(0, |layout| layout.leaves.len());
-    let (moments, _) = moments(&recording, *id, times)?;
+    let bounds: Vec<Bound> = times.iter().copied().map(Bound::from).collect();
+    let (moments, _) = moments(&recording, *id, &bounds)?;
     let taken = moments.iter().map(|moment| (0..leaves).find_map(|leaf| take(channel, leaf, moment)));
     let taken = taken.collect::<Option<Vec<T>>>().ok_or_else(nothing)?;
     if taken.len() == times.len() { Ok(taken) } else { Err(nothing()) }

@@ -148,3 +148,43 @@ fn documents_repeat_byte_for_byte() {
     // without the whole font
     assert!(a.len() < 100_000, "{}", a.len());
 }
+
+#[test]
+fn columns_of_a_table_are_curves() {
+    let table = "name,cells,dr [m],error\n\"drag, t = 1\",50,0.02,1e-2\nstress,50,0.02,\n\"drag, t = 1\",100,0.01,2.5e-3\n\
+                 stress,100,0.01,1e-4\nstress,200,0.005,2e-5\n";
+    let desk = Desk::new(&[
+        ("a.csv", table.into()),
+        ("cut.csv", b"a,b\n1\n".to_vec()),
+        ("a.mcap", forge(60, 1).write(plain())),
+    ]);
+    desk.text(
+        0,
+        &["plot", "a.csv", "--x", "dr", "--y", "error", "--by", "name", "--log", "xy", "-o", "a.svg"],
+    );
+    let svg = fs::read_to_string(desk.path("a.svg")).expect("a picture");
+    for text in ["dr [mm]", "error", "drag, t = 1", "stress", "a"] {
+        assert!(svg.contains(&format!("<title>{text}</title>")), "{text}");
+    }
+    assert!(desk.text(0, &["plot", "a.csv", "--x", "cells", "--y", "error"]).contains("cells"));
+    for (status, arguments, part) in [
+        (2, &["a.csv", "--x", "cells", "--y", "errors"] as &[_], "it has name, cells, dr, error"),
+        (2, &["a.csv", "--x", "cells", "--y", "name"], "no row"),
+        (2, &["a.csv", "cut.csv", "--x", "cells", "--y", "error"], "one by one"),
+        (2, &["a.csv", "--x", "cells"], "--y"),
+        (2, &["a.csv", "--x", "cells", "--y", "error", "--topic", "/drag"], "--topic"),
+        (2, &["a.csv"], "--x and --y"),
+        (1, &["cut.csv", "--x", "a", "--y", "b"], "cut.csv"),
+        (1, &["a.mcap", "--x", "a", "--y", "b"], "a.mcap"),
+        (1, &["none.csv", "--x", "a", "--y", "b"], "none.csv"),
+    ] {
+        let error = desk.error(status, &[&["plot"], arguments].concat());
+        assert!(error.contains(part), "{arguments:?}: {error}");
+    }
+    let rows: String = (0..60_000).map(|i| format!("{i},{i}\n")).collect();
+    fs::write(desk.path("long.csv"), format!("a,b\n{rows}")).expect("a file");
+    let error = desk.error(1, &["plot", "long.csv", "--x", "a", "--y", "b", "--max-memory", "8MB"]);
+    assert!(error.contains("--max-memory"), "{error}");
+    let error = desk.error(2, &["plot", "long.csv", "--x", "a", "--y", "b", "--by", "a"]);
+    assert!(error.contains("more than 1000 values"), "{error}");
+}

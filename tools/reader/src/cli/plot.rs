@@ -33,6 +33,7 @@ Examples:
   percuss-read plot fig5.mcap --map -o r-t.png                                                   stress over r and time
   percuss-read plot fig5.mcap --map --topic /field/stress --at r=0 --range=-3,3 -o z-t.png       over z and time
   percuss-read plot old.mcap new.mcap --topic /velocity --log y -o velocity.svg
+  percuss-read plot order.csv --x cells --y relative_error --by quantity --log xy                a table, of percuss study
 
 Without --field, a topic shows the fields that have the unit of its first. Quantities in SI units are drawn with the prefix
 that fits (µs, kN, MPa); --at, --at-time, --from, --to, --range and --x-range are in the unit of the recording, without it.";
@@ -40,7 +41,7 @@ that fits (µs, kN, MPa); --at, --at-time, --from, --to, --range and --x-range a
 #[derive(Debug, Args)]
 #[command(after_help = PLOT_EXAMPLES)]
 pub(super) struct PlotArguments {
-    /// Recordings, drawn over each other
+    /// Recordings, drawn over each other, or one table
     #[arg(required = true)]
     files: Vec<PathBuf>,
     #[command(flatten)]

@@ -1,4 +1,5 @@
-//! `plot`: fields against time, arrays over their axis at chosen times, matrices as images, arrays over place and time.
+//! `plot`: fields against time, arrays over their axis at chosen times, matrices as images, arrays over place and time, columns
+//! of tables.
 
 mod axes;
 mod curves;
@@ -6,6 +7,7 @@ mod cut;
 mod frames;
 mod map;
 mod request;
+mod table;
 
 use std::path::PathBuf;
 
@@ -26,6 +28,7 @@ use curves::{Lines, sides};
 use frames::at_times;
 use map::over_time;
 pub use request::{Drawn, PlotError, Request};
+use table::of_columns;
 
 /// Draws a picture.
 ///
@@ -39,6 +42,14 @@ pub fn plot(
     medium: Medium,
 ) -> Result<Drawn, PlotError> {
     let title = request.title.clone().unwrap_or_else(|| names(paths).join(", "));
+    if let (Some(x), Some(y)) = (&request.x, &request.y) {
+        let [path] = paths else { return Err(PlotError::Unfit("draw tables one by one".into())) };
+        return of_columns(path, (x, y), request, title, limits, medium);
+    }
+    if let Some(table) = paths.iter().find(|path| path.extension().is_some_and(|end| end == "csv")) {
+        let text = format!("`{}` is a table; choose its columns with --x and --y", table.display());
+        return Err(PlotError::Unfit(text));
+    }
     if request.map {
         return over_time(paths, request, limits, medium);
     }

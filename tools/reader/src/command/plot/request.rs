@@ -40,6 +40,16 @@ pub struct Request {
     /// Log times as seconds since 1970 instead of from the start of the recording
     #[arg(long)]
     pub epoch: bool,
+    /// Draw columns of a table, a .csv file: the one along the horizontal axis; a column is named without its unit
+    #[arg(long, value_name = "KEY", requires = "y")]
+    #[arg(conflicts_with_all = ["topics", "fields", "at", "right", "map", "at_times", "from", "to", "every", "epoch"])]
+    pub x: Option<String>,
+    /// The column along the vertical axis
+    #[arg(long, value_name = "KEY", requires = "x")]
+    pub y: Option<String>,
+    /// A column whose every value has a curve of its own
+    #[arg(long, value_name = "KEY", requires = "x")]
+    pub by: Option<String>,
     /// Logarithmic axes, horizontal and vertical.
     #[arg(skip)]
     pub log: (bool, bool),
@@ -98,6 +108,14 @@ pub enum PlotError {
     /// The numbers cannot be had.
     #[error(transparent)]
     Trace(#[from] TraceError),
+    /// The table cannot be read.
+    #[error("cannot read `{}`: {error}", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: csv::Error,
+    },
     /// There is nothing to draw.
     #[error("nothing to draw: {0}")]
     Nothing(String),
