@@ -8,10 +8,8 @@
 //! ```
 //!
 //! The simulation decides when frames are and when a run ends; it neither writes nor waits. [`crate::session::run`] asks it
-//! for one step after the other.
-//!
-//! A model may run its interior behind the surface and hand a step out some steps later, see [`Model`]. The simulation goes
-//! on computing until it has the step it is to show.
+//! for one step after the other. A model may run its interior behind the surface and hand a step out some steps later, see
+//! [`Model`]: the simulation goes on computing until it has the step it is to show.
 
 use std::sync::Arc;
 
@@ -93,8 +91,7 @@ pub struct Simulation {
     /// Radii of the probes \[R\].
     probes: Vec<f64>,
     frames: FrameSteps,
-    /// Steps from one that shows lines to the next, beside the last one.
-    lines_every: u64,
+    interface_every: u64,
     steps: u64,
     stop: Stop,
     units: Units,
@@ -187,7 +184,7 @@ impl Simulation {
             indenter,
             model,
             frames: case.frames(),
-            lines_every: case.record.interface_every,
+            interface_every: case.record.interface_every,
             steps: sizes.steps,
             stop: case.run.stop,
             units: case.units(),
@@ -274,11 +271,10 @@ impl Simulation {
                 self.validity.observe_strain(strain, step, time, (r, 0.0));
             }
         }
-        let request = Request {
-            frame: self.frames.contain(step) || view.is_last && self.frames.count() > 0,
-            lines: step.is_multiple_of(self.lines_every) || view.is_last,
-        };
-        self.model.advance(&self.surface, Step { view, ledgers: [before, after] }, request);
+        let frame = self.frames.contain(step) || view.is_last && self.frames.count() > 0;
+        let lines = step.is_multiple_of(self.interface_every) || view.is_last;
+        let step = Step { view, ledgers: [before, after] };
+        self.model.advance(&self.surface, step, Request { frame, lines });
         Ok(())
     }
 
@@ -452,9 +448,7 @@ impl Ledger {
     }
 }
 
-/// The ledgers at the half steps before and after a step.
-///
-/// * `ledgers`: with the kinetic energy of the indenter
+/// The ledgers at the half steps before and after a step, from those with the kinetic energy of the indenter.
 fn entries(ledgers: [(Ledger, f64); 2], target: [TargetEnergy; 2]) -> [Energy; 2] {
     let [(before, indenter), (after, next_indenter)] = ledgers;
     [before.entry(target[0], indenter), after.entry(target[1], next_indenter)]

@@ -101,7 +101,7 @@ enum Command {
     /// A row per recording: peak force, impulse, contact, rebound, energy left, largest strain
     Summary(SummaryArguments),
     /// Fields against time, arrays over their axis, matrices and arrays over time as images: SVG, PNG, PDF or in the terminal
-    Plot(PlotArguments),
+    Plot(Box<PlotArguments>),
     /// Two recordings, or folders of them, number by number
     Diff(Box<DiffArguments>),
     /// Whether a recording is sound: checksums, index, schemas, counts
