@@ -47,7 +47,10 @@ pub enum Rule {
 pub struct ContactState {
     /// Drag F^k on the indenter \[πR²γc_p²; plane Rγc_p²\].
     pub drag: f64,
-    /// Contact radius r* \[R\].
+    /// Contact radius r* \[R\], see [`Contact::edge`]. Measured against Hertz (steel ball on a half-space of PMMA, 3 mm, 2 m/s, above a
+    /// fifth of the largest force): −0.8 to +9.4 % with 25 nodes across R, +0.3 to +2.6 % with 50, +0.3 to +1.6 % with 100; against
+    /// `f⁻¹(w)` of a cone that outruns waves: 0.2 of a cell too small. Up to a cell too small where the pressure at the edge is no larger
+    /// than `γc_p·V/2`; exact where the motion is prescribed.
     pub contact_radius: f64,
     /// Velocity V^k of the indenter \[c_p\].
     pub velocity: f64,
@@ -70,7 +73,9 @@ pub struct Contact {
     shape: Shape,
     geometry: Geometry,
     area: Vec<f64>,
-    cells: Vec<(f64, f64)>,
+    /// Radii of the nodes, and their distance \[R\].
+    r: Vec<f64>,
+    dr: f64,
     /// Profile at the nodes, shape `(zone,)`: nodes beyond it are never in contact \[R\].
     profile: Vec<f64>,
     /// Gaps `u + f − w` at levels k−1, k, shape `(zone,)` \[R\].
@@ -112,7 +117,8 @@ impl Contact {
             rule,
             geometry,
             area: grid.area.clone(),
-            cells: (0..nr).map(|i| grid.cell(i)).collect(),
+            r: (0..nr).map(|i| grid.r(i)).collect(),
+            dr: grid.dr,
             // u = 0 and w^{−1} = −V0·Δt, w^0 = 0
             gap_before: profile.iter().map(|f| f + step).collect(),
             gap: profile.clone(),
@@ -205,6 +211,7 @@ impl Contact {
     /// Moves the surface to level k+1 under its pressure, the indenter being at `next_depth`.
     fn displace(&mut self, next_depth: f64, surface: &mut Surface, state: &mut ContactState) {
         surface.displacement.copy_from_slice(&surface.free);
+        state.contact_radius = self.edge(state.depth, surface);
         for i in 0..self.profile.len() {
             let pressure = surface.pressure[i];
             let in_contact = self.rule == Rule::Bilateral || pressure > 0.0;
@@ -213,9 +220,6 @@ impl Contact {
                 surface.displacement[i] = imposed.penetration;
                 state.nodes += 1;
                 surface.loaded = surface.loaded.max(i + 1);
-                if is_full || next_depth - self.profile[i] >= surface.free[i] {
-                    state.contact_radius = self.cells[i].1.min(self.shape.radius());
-                }
             }
             let next_gap = if in_contact && is_full {
                 0.0
@@ -229,6 +233,31 @@ impl Contact {
             self.gap_before[i] = self.gap[i];
             self.gap[i] = next_gap;
         }
+    }
+
+    /// Radius r* at which the contact ends: where the penetration of the free surface, `w^k − f − u_free^{k+1}`, linear between the
+    /// last node in contact and the one beyond it, is 0.
+    ///
+    /// In contact the penetration is the pressure times the compliance, less what the indenter moves in a step; beside it, minus the
+    /// gap. Over a surface at rest it is `w − f`, whose zero is the edge of a contact that outruns waves.
+    ///
+    /// * `depth`: w^k of the indenter \[R\]
+    fn edge(&self, depth: f64, surface: &Surface) -> f64 {
+        let nodes = self.profile.len();
+        let outermost = |i: usize| (self.r[i] + 0.5 * self.dr).min(self.shape.radius());
+        if self.rule == Rule::Bilateral {
+            return outermost(nodes - 1);
+        }
+        let penetration = |i: usize| depth - self.profile[i] - surface.free[i];
+        let is_in_contact =
+            |&i: &usize| surface.pressure[i] > 0.0 && (self.in_contact[i] || penetration(i) >= 0.0);
+        let Some(last) = (0..nodes).rev().find(is_in_contact) else { return 0.0 };
+        if last + 1 == nodes {
+            return outermost(last);
+        }
+        let (inside, outside) = (penetration(last).max(0.0), penetration(last + 1).min(0.0));
+        let share = if inside > 0.0 { inside / (inside - outside) } else { 0.0 };
+        (self.r[last] + share * self.dr).min(self.shape.radius())
     }
 
     fn step_prescribed(&mut self, surface: &mut Surface, indenter: &mut Indenter) -> ContactState {
@@ -335,7 +364,7 @@ mod tests {
         for nodes in [2, 4, 6] {
             // w grows by 0.1 per step and the profile by 0.05 per node, the first at 0.025
             let state = contact.step(&mut surface, &mut indenter);
-            assert!((state.contact_radius - 0.1 * f64::from(nodes)).abs() < 1e-12);
+            assert!((state.contact_radius - 2.0 * state.depth).abs() <= 0.05 + 1e-12, "{state:?}");
             // partial contact begins up to one step and a half, and half a hat, before the node is reached
             assert!(state.nodes >= nodes as usize && state.nodes <= nodes as usize + 4, "{state:?}");
             assert!(surface.pressure.iter().all(|&p| p >= 0.0));

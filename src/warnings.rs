@@ -148,7 +148,7 @@ mod tests {
 
     const BALL: &str = "model = \"elastic\"\n[target]\nthickness = \"20 mm\"\nmaterial = \"pmma\"\n\
         [indenter]\nshape = \"sphere\"\nnose_radius = \"10 mm\"\nmaterial = \"steel\"\n\
-        [impact]\nvelocity = \"5 m/s\"\n[mesh]\ncells = 40\n[run]\nend_time = \"30 us\"\n[record]\nframes = 0\n";
+        [impact]\nvelocity = \"5 m/s\"\n[mesh]\ncells = 50\n[run]\nend_time = \"30 us\"\n[record]\nframes = 0\n";
 
     fn case(text: &str, settings: &[&str]) -> Case {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();

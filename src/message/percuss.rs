@@ -9,10 +9,12 @@ pub struct Drag {
     #[prost(double, tag = "2")]
     pub time: f64,
     /// Drag F = 2 ∫ p r dr over the contact (plane: ∫ p dx over the half-width x ≥ 0), positive when it slows the
-    /// indenter. \[πR²γc_p²; plane, per length: Rγc_p²\]
+    /// indenter. \[πR²γc_p²; plane, per length: Rγc_p²\] In SI that of the whole contact: 2π ∫ p r dr \[N\], plane 2 ∫ p dx over
+    /// x ≥ 0 \[N/m\].
     #[prost(double, tag = "3")]
     pub force: f64,
-    /// Contact radius r*: the outer face of the outermost cell in contact, at most the radius of the punch. \[R\]
+    /// Contact radius r*, at most the radius of the punch: where the penetration of the free surface is 0, linear between nodes,
+    /// within a cell of the edge. \[R\]
     #[prost(double, tag = "4")]
     pub contact_radius: f64,
 }
@@ -27,8 +29,9 @@ impl ::prost::Name for Drag {
     }
 }
 /// Energy ledger: initial + work = kinetic + strain + indenter + dissipated + damped + residual. Each entry is the mean
-/// of its values at the two half steps around t, where the scheme conserves them exactly. A plane run has the energy of
-/// the half x ≥ 0, per length, in R²γc_p².
+/// of its values at the two half steps around t, where the scheme conserves them exactly. A plane run has the energy per
+/// length of the half x ≥ 0, in R²γc_p²; in SI that of both halves, in J/m. One message per frame; the last step is a frame
+/// in a run that has any.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct Energy {
     /// Number k of the step.

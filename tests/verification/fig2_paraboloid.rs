@@ -90,9 +90,9 @@ fn drag_and_stress_of_a_slow_contact() {
 /// two nodes beside it.
 fn contact_times(simulation: percuss::simulation::Simulation, grid: &percuss::grid::Grid) -> [f64; 3] {
     let mut first: Vec<f64> = Vec::new();
-    for (time, radius) in observe(simulation, |view| (view.time, view.contact_radius)) {
-        // the outer face of the cell of the last node in contact
-        let reached = (radius / grid.dr).round() as usize;
+    let loaded =
+        |view: &percuss::view::View<'_>| view.interface.pressure.iter().filter(|p| **p > 0.0).count();
+    for (time, reached) in observe(simulation, |view| (view.time, loaded(view))) {
         while first.len() < reached {
             first.push(time);
         }

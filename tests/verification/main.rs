@@ -28,6 +28,7 @@ mod fig4_half_space;
 mod fig5_layer;
 mod fig6_cones;
 mod fig8_finite_mass;
+mod hertz;
 mod one_dimensional;
 mod plane_flat_punch;
 mod points;
