@@ -364,11 +364,12 @@ mod tests {
         for nodes in [2, 4, 6] {
             // w grows by 0.1 per step and the profile by 0.05 per node, the first at 0.025
             let state = contact.step(&mut surface, &mut indenter);
-            assert!((state.contact_radius - 2.0 * state.depth).abs() <= 0.05 + 1e-12, "{state:?}");
+            // the profile of a node is its mean over a hat
+            assert!((state.contact_radius - 2.0 * state.depth).abs() < 0.02, "{state:?}");
             // partial contact begins up to one step and a half, and half a hat, before the node is reached
             assert!(state.nodes >= nodes as usize && state.nodes <= nodes as usize + 4, "{state:?}");
+            // the surface stays at rest
             assert!(surface.pressure.iter().all(|&p| p >= 0.0));
-            surface.free.copy_from_slice(&surface.displacement);
         }
     }
 

@@ -81,7 +81,7 @@ mod tests {
         // the numbers of shown rows and columns are rounded up
         assert!(case.estimated_nodes(every, |_| 0.0) < 1.05 * ACTIVE_NODES);
         assert_eq!(fine(&["record.field_every=1"]).record.field_every, 1);
-        assert_eq!(fine(&["record.frame_times=[1.0]"]).record.field_every, 1);
+        assert_eq!(fine(&["record.frame_times=[1.0]", "run.end_time=2.5"]).record.field_every, 1);
         assert_eq!(fine(&["record.frames=0"]).record.field_every, 1);
         assert_eq!(fine(&["record.fields=[]"]).record.field_every, 1);
         // a small case; one on a coarse mesh that is wide and deep

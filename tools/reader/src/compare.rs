@@ -104,12 +104,19 @@ pub fn compare(
         damages,
         stopped_early,
         converted,
-        channels: channels.into_iter().map(Aligner::report).collect(),
+        // of what comes after an early stop nothing is said
+        channels: channels
+            .into_iter()
+            .map(Aligner::report)
+            .filter(|channel| !stopped_early || channel.compared + channel.only_a + channel.only_b > 0)
+            .collect(),
         ..Comparison::default()
     };
     [a, b].into_iter().for_each(|recording| comparison.add_state(recording));
     comparison.add_stamps();
-    comparison.gaps = gaps(&comparison, options);
+    if !stopped_early {
+        comparison.gaps = gaps(&comparison, options);
+    }
     Ok(comparison)
 }
 

@@ -63,6 +63,7 @@ fn diff_says_where_and_ends_accordingly() {
     for form in [&[] as &[&str], &["--summary"]] {
         let fast = desk.text(1, &[&["diff", "a.mcap", "b.mcap", "--fail-fast"], form].concat());
         assert!(fast.contains("stopped at the first difference beyond tolerance (--fail-fast)"), "{fast}");
+        assert!(!fast.contains("no message in either") && !fast.contains("no time in common"), "{fast}");
     }
     assert!(desk.text(0, &["diff", "a.mcap", "same.mcap", "b.mcap", "--abs", "1"]).contains("2 comparisons"));
     desk.text(0, &["diff", "a.mcap", "b.mcap", "--field", "load,p,values"]);
