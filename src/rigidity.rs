@@ -23,7 +23,7 @@ use crate::{
     grid::Geometry,
 };
 
-/// Ratio of contact moduli above which `percuss run` and `percuss check` warn.
+/// Excess of the peak force above which `percuss run` and `percuss check` warn.
 pub const NOTED: f64 = 0.05;
 
 /// How far an indenter is from rigid.
@@ -53,7 +53,7 @@ impl Rigidity {
 
     /// True if a user is to be warned.
     pub fn is_notable(&self) -> bool {
-        self.modulus_ratio > NOTED
+        self.force_ratio - 1.0 > NOTED
     }
 
     /// The ratios in a line.
