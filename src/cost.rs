@@ -103,11 +103,16 @@ impl Estimate {
     }
 }
 
+/// Number of messages of the interface stress, and of a line.
+fn interface_messages(case: &Case) -> u64 {
+    case.sizes.steps.div_ceil(case.record.interface_every) + 1
+}
+
 /// Size that the recording of a case certainly does not have, at a glance \[bytes\].
 pub fn most_bytes(case: &Case) -> u64 {
     let Sizes { nr, steps, .. } = case.sizes;
     let gauges = GaugePlan::new(&case.gauges(), &case.grid()).size() as u64;
-    let rows = (steps + 1) * (SMALL_MESSAGES + gauges) + case.interface_messages() * 8 * nr as u64;
+    let rows = (steps + 1) * (SMALL_MESSAGES + gauges) + interface_messages(case) * 8 * nr as u64;
     // fields, their levels, pictures of a bounded size, the surface
     let frame = 3 * case.frame_size() as u64 + 64 * nr as u64 + LARGEST_PICTURE;
     rows + (case.frames().count() + 1) * frame + LARGEST_PICTURE

@@ -103,11 +103,6 @@ impl Parameters {
         self.record.frames.of(self.sizes.steps, self.sizes.dt)
     }
 
-    /// Number of messages of the interface stress, and of a line.
-    pub(crate) fn interface_messages(&self) -> u64 {
-        self.sizes.steps.div_ceil(self.record.interface_every) + 1
-    }
-
     /// Points and lines in the target that are recorded.
     pub fn gauges(&self) -> Gauges {
         let Record { points, lines, .. } = &self.record;

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, time::Instant};
 
 use mcap::{Channel, McapResult, MessageStream, Summary, records::MessageHeader, write::NoSeek};
 
-use super::{RunEstimate, run, until};
+use super::{RunEstimate, interface_messages, run, until};
 use crate::{
     case::Case,
     channels::view::{self, Viewport},
@@ -59,7 +59,7 @@ impl Law {
             Self::Once => [1.0, 1.0],
             Self::Steps => [steps, 1.0],
             Self::Columns => {
-                [ratio(|case| case.interface_messages() as f64), ratio(|case| 1.0 / case.sizes.dr)]
+                [ratio(|case| interface_messages(case) as f64), ratio(|case| 1.0 / case.sizes.dr)]
             }
             Self::Frames => [frames, 1.0],
             Self::Nodes => [frames, ratio(|case| case.frame_size() as f64)],

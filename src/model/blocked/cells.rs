@@ -349,6 +349,9 @@ pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
     }
 }
 
+/// Cells of a row whose strains are taken together.
+const PIECE: usize = 64;
+
 /// Two rows of nodes of the scheme of cells with the cells between them.
 #[derive(Clone, Copy)]
 pub struct CellRow<'a> {
@@ -364,51 +367,39 @@ impl CellRow<'_> {
     /// The largest of [`cells::largest_strain`]: the same bits, however the compiler makes vectors of it.
     #[inline(always)]
     pub fn largest_strain(self) -> f64 {
-        let [u, v] = self.displacements;
-        let [lateral, hoop] = self.weights;
-        let count = lateral[0].len();
+        let count = self.weights[0][0].len();
         let mut largest = [0.0; BLOCK];
-        let mut i = 0;
-        while let (Some(u), Some(v), Some(lateral), Some(hoop)) =
-            (nodes(u, i), nodes(v, i), blocks(lateral, i), blocks(hoop, i))
-        {
-            let ([u0, u1], [v0, v1]) = (u, v);
-            let ([inner, outer], [inner_hoop, outer_hoop]) = (lateral, hoop);
-            let mut strains = [0.0; BLOCK];
-            for n in 0..BLOCK {
-                strains[n] = cells::largest_strain(
-                    [[u0[n], u1[n]], [u0[n + 1], u1[n + 1]]],
-                    [[v0[n], v1[n]], [v0[n + 1], v1[n + 1]]],
-                    [inner[n], outer[n]],
-                    [inner_hoop[n], outer_hoop[n]],
-                    self.courant,
-                );
+        for start in (0..count).step_by(PIECE) {
+            let mut strains = [0.0; PIECE];
+            let strains = &mut strains[..PIECE.min(count - start)];
+            self.strains(start, strains);
+            for block in strains.chunks(BLOCK) {
+                for (largest, strain) in largest.iter_mut().zip(block) {
+                    *largest = if *strain > *largest { *strain } else { *largest };
+                }
             }
-            for (largest, strain) in largest.iter_mut().zip(strains) {
-                *largest = if strain > *largest { strain } else { *largest };
-            }
-            i += BLOCK;
-        }
-        for i in i..count {
-            let cell = |rows: [&[f64]; 2]| [i, i + 1].map(|i| rows.map(|row| row[i]));
-            let (lateral, hoop) = (lateral.map(|weights| weights[i]), hoop.map(|weights| weights[i]));
-            let strain = cells::largest_strain(cell(u), cell(v), lateral, hoop, self.courant);
-            largest[0] = if strain > largest[0] { strain } else { largest[0] };
         }
         largest.into_iter().fold(0.0, f64::max)
     }
-}
 
-/// A block of both, and the column after it, from column `i` on.
-#[inline(always)]
-fn nodes(rows: [&[f64]; 2], i: usize) -> Option<[&[f64; BLOCK + 1]; 2]> {
-    Some([rows[0].get(i..)?.first_chunk()?, rows[1].get(i..)?.first_chunk()?])
-}
-
-/// A block of both from column `i` on.
-#[inline(always)]
-fn blocks(rows: [&[f64]; 2], i: usize) -> Option<[&[f64; BLOCK]; 2]> {
-    Some([rows[0].get(i..)?.first_chunk()?, rows[1].get(i..)?.first_chunk()?])
+    /// Strains of the cells from `start` on: a loop without branches over slices of one length, which compilers turn into vectors.
+    #[inline(always)]
+    fn strains(self, start: usize, strains: &mut [f64]) {
+        let n = strains.len();
+        let [[u0, u1], [v0, v1]] =
+            self.displacements.map(|rows| rows.map(|row| [&row[start..][..n], &row[start + 1..][..n]]));
+        let [[inner, outer], [inner_hoop, outer_hoop]] =
+            self.weights.map(|pair| pair.map(|weights| &weights[start..][..n]));
+        for (i, strain) in strains.iter_mut().enumerate() {
+            *strain = cells::largest_strain(
+                [[u0[0][i], u1[0][i]], [u0[1][i], u1[1][i]]],
+                [[v0[0][i], v1[0][i]], [v0[1][i], v1[1][i]]],
+                [inner[i], outer[i]],
+                [inner_hoop[i], outer_hoop[i]],
+                self.courant,
+            );
+        }
+    }
 }
 
 /// The largest difference of two rows by magnitude.
