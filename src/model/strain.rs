@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 use crate::grid::Grid;
 
 /// Rows of cells at the surface that are looked at in every step.
-pub const NEAR_ROWS: usize = 8;
+pub const NEAR_ROWS: usize = 4;
 /// Columns beyond the contact that are looked at in every step.
 pub const NEAR_COLUMNS: usize = 8;
 /// Steps from one in which all cells are looked at to the next.
-pub const INTERVAL: usize = 64;
+pub const INTERVAL: usize = 128;
 
 /// Cells whose strain is taken at a level: the first rows, and of them the first columns.
 #[derive(Clone, Copy, Debug, Default)]
