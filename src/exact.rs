@@ -55,7 +55,7 @@
 //! | wedge whose edge outruns all waves, V* = 2, pressure behind it; 0.3 | closed form | 0.014 % ± 0.5 % of ripple |
 //! | energy, glued punch, rebound, separation, recontact | conservation | 8e-15 |
 //!
-//! `tests/golden` has digests of the recordings of six small cases, to the last bit; `PERCUSS_BLESS=1 cargo test --test golden`
+//! `tests/golden` has digests of the recordings of six small cases, to the last bit; `PERCUSS_BLESS=1 cargo test golden`
 //! rewrites them after an intended change, which needs another revision of the numerics, [`crate::recording::NUMERICS`].
 //!
 //! Two results of the paper do not follow from its equations: its times of first tension for punches of mass 2.5, 5, 10

@@ -8,7 +8,7 @@
 //! numerics, [`NUMERICS`], with a hash of all digests. An intended change raises the revision, is blessed with
 //!
 //! ```text
-//! PERCUSS_BLESS=1 cargo test --test golden
+//! PERCUSS_BLESS=1 cargo test golden
 //! ```
 //!
 //! and committed by itself, with the reason for the new numbers. Other digests of a revision that has some are refused; one
@@ -269,7 +269,7 @@ fn results_are_those_of_the_golden_digests() {
     }
     assert!(
         changed.is_empty(),
-        "results have changed; if that is intended, raise `NUMERICS` in src/recording.rs and PERCUSS_BLESS=1 cargo test --test golden\n{changed}"
+        "results have changed; if that is intended, raise `NUMERICS` in src/recording.rs and PERCUSS_BLESS=1 cargo test golden\n{changed}"
     );
 }
 

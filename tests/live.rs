@@ -8,14 +8,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-#[path = "../tools/serve/tests/viewer/mod.rs"]
-mod viewer;
-
-#[path = "../tools/serve/tests/viewer/program.rs"]
-mod program;
-
-use program::serving;
-use viewer::Viewer;
+use crate::{
+    program::serving,
+    viewer::{Stamped, Viewer},
+};
 
 const LONG: Duration = Duration::from_secs(60);
 
@@ -28,7 +24,7 @@ fn live(folder: &Path, arguments: &[&str]) -> (Child, String) {
 
 /// Receives until the last log line of the run and the last drag.
 fn watch_to_the_end(viewer: &mut Viewer) {
-    let is_end = |message: &viewer::Stamped| message.data.windows(9).any(|part| part == b"completed");
+    let is_end = |message: &Stamped| message.data.windows(9).any(|part| part == b"completed");
     viewer.watch(LONG, |viewer| viewer.messages["/log"].iter().any(is_end));
     viewer.watch(Duration::from_millis(300), |_| false);
 }

@@ -6,7 +6,7 @@
 //! change of a `.proto` file, and before the code that uses it,
 //!
 //! ```text
-//! PERCUSS_BLESS=1 cargo test --test schemas
+//! PERCUSS_BLESS=1 cargo test schemas
 //! ```
 
 use std::{fs, path::Path};
@@ -55,6 +55,6 @@ fn messages_are_those_of_the_schemas() {
             fs::write(&path, &made).expect("a file of this crate");
         }
         let is_fresh = fs::read(&path).is_ok_and(|committed| committed == made);
-        assert!(is_fresh, "{name} is not what the schemas say: PERCUSS_BLESS=1 cargo test --test schemas");
+        assert!(is_fresh, "{name} is not what the schemas say: PERCUSS_BLESS=1 cargo test schemas");
     }
 }

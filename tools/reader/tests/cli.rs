@@ -1,10 +1,7 @@
 //! The `percuss-read` program on recordings of other writers: made here with the `mcap` crate and dynamic messages.
 
-mod desk;
-
 use std::{collections::BTreeMap, fs, io::Cursor, process::Output};
 
-use desk::Desk;
 use mcap::{
     WriteOptions,
     records::{MessageHeader, Metadata},
@@ -17,6 +14,8 @@ use prost_reflect::{
         field_descriptor_proto::{Label, Type},
     },
 };
+
+use crate::desk::Desk;
 
 /// `message lab.Sample { double time = 1; float load = 2; repeated double strain = 3; double x0 = 4; double dx = 5; }`
 fn schema() -> FileDescriptorSet {

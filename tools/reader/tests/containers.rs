@@ -4,8 +4,6 @@
 //! The files are those of the conformance suite of the format (its binary files are not to be had here, so they are
 //! made from its description): each of the contents below with each combination of the features that apply to it.
 
-mod forge;
-
 use std::{fs, path::Path};
 
 use mcap::records::Record;
@@ -17,6 +15,8 @@ use percuss_reader::{
     slice::moments,
     table::{Cell, Heading, Sink},
 };
+
+use crate::forge;
 
 /// Features of a file.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,8 +1,5 @@
 //! Damaged, cut off and hostile files: nothing panics, nothing is taken for sound that is not, no memory beyond the cap.
 
-mod forge;
-mod raw;
-
 use std::{
     collections::hash_map::DefaultHasher,
     fs,
@@ -11,15 +8,18 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use forge::{Dice, forge};
 use mcap::{Compression, WriteOptions};
 use percuss_reader::{
     command::{recover::recover, verify::verify_scan},
     messages::Recording,
     recording::{Limits, OpenError, Scan},
 };
-use raw::{channel, chunk, file, folder, message, record, run, schema, text, varint};
 use tempfile::TempDir;
+
+use crate::{
+    forge::{self, Dice, forge},
+    raw::{channel, chunk, file, folder, message, record, run, schema, text, varint},
+};
 
 fn options(compression: Option<Compression>) -> WriteOptions {
     WriteOptions::new().compression(compression).chunk_size(Some(6 << 10))

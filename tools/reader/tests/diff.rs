@@ -1,11 +1,8 @@
 //! `diff` finds whatever is different, tells where, and nothing else: 500 random mutations, 100 equal pairs, and one
 //! test per way of comparing.
 
-mod forge;
-
 use std::{fs, path::PathBuf};
 
-use forge::{Dice, Forged, forge, plain, time};
 use mcap::{Compression, WriteOptions};
 use percuss_reader::{
     command::diff::{Style, Verdict, to_text, verdict},
@@ -16,6 +13,8 @@ use percuss_reader::{
 };
 use prost_reflect::Value;
 use tempfile::TempDir;
+
+use crate::forge::{self, Dice, Forged, forge, plain, time};
 
 struct Desk {
     folder: TempDir,

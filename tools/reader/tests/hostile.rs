@@ -1,9 +1,6 @@
 //! Small files that unpack to very many things, or that lead a reader in circles: every verb ends with a documented status
 //! and stays within its memory.
 
-mod forge;
-mod raw;
-
 use prost_reflect::{
     prost::Message,
     prost_types::{
@@ -11,9 +8,13 @@ use prost_reflect::{
         field_descriptor_proto::{Label, Type},
     },
 };
-use raw::{
-    block, channel, chunk, file, folder, map, message, message_at, metadata, packed, record, run, run_all,
-    schema, text, whole,
+
+use crate::{
+    forge,
+    raw::{
+        block, channel, chunk, file, folder, map, message, message_at, metadata, packed, record, run,
+        run_all, schema, text, whole,
+    },
 };
 
 const VERBS: [&[&str]; 10] = [

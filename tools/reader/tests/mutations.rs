@@ -2,10 +2,8 @@
 //!
 //! What is changed is detected (`verify` finds it not sound) or harmless (every schema, channel, message, metadata record and
 //! attachment is that of the original). The recordings are the seeds of the fuzzer: without compression, lz4 and zstd, with and
-//! without an index, and one of JSON without chunks. `PERCUSS_MUTATIONS=100000 cargo test --test mutations` flips so many bits, and
+//! without an index, and one of JSON without chunks. `PERCUSS_MUTATIONS=100000 cargo test -p percuss-reader mutations` flips so many bits, and
 //! does each of the others a tenth as often; the numbers are the same in every run.
-
-mod forge;
 
 use std::{
     collections::{BTreeMap, hash_map::DefaultHasher},
@@ -17,7 +15,6 @@ use std::{
     time::Instant,
 };
 
-use forge::Dice;
 use mcap::records::Record;
 use percuss_reader::{
     command::{recover::recover, verify::verify_scan},
@@ -40,6 +37,8 @@ enum Damage {
 }
 
 use Damage::{CutOff, Doubled, Flipped, Swapped, Zeroed};
+
+use crate::forge::Dice;
 
 impl Damage {
     fn apply(self, bytes: &[u8], dice: &mut Dice) -> Vec<u8> {

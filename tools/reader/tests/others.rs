@@ -1,14 +1,13 @@
 //! Recordings of other programs: what `info`, `trace` and `plot` say of them without being asked for anything.
 
-mod desk;
-mod forge;
-mod guests;
-mod raw;
-
-use desk::Desk;
-use guests::{Guest, START, STEP, types, write};
 use mcap::Compression;
 use serde_json::{Value, json};
+
+use crate::{
+    desk::Desk,
+    guests::{Guest, START, STEP, types, write},
+    raw,
+};
 
 /// What the three verbs say: `info`, the first lines of `trace`, and `plot`.
 fn shown(desk: &Desk) -> (String, Vec<String>, String) {

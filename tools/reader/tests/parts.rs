@@ -1,8 +1,5 @@
 //! Recordings that are not complete, files that are none, and what is said of them.
 
-mod desk;
-mod forge;
-
 use std::{
     fs::{self, OpenOptions},
     io::{Cursor, Read, Seek, SeekFrom, Write},
@@ -11,11 +8,12 @@ use std::{
     process::Command,
 };
 
-use desk::Desk;
 use percuss_reader::{
     messages::Recording,
     recording::{Limits, OpenError, Scan},
 };
+
+use crate::{desk::Desk, forge};
 
 const NOTE: &str =
     "note: `a.mcap.part` is a recording that is not complete: still being written, or interrupted\n";

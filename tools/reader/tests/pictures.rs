@@ -1,13 +1,13 @@
 //! Pictures: which quantities share an axis, units with prefixes, maps over place and time.
 
-mod desk;
-mod forge;
-
 use std::fs;
 
-use desk::Desk;
-use forge::{Forged, forge, plain};
 use prost_reflect::Value;
+
+use crate::{
+    desk::Desk,
+    forge::{Forged, forge, plain},
+};
 
 /// A folder with a recording `a.mcap`.
 fn desk_of(recording: &Forged) -> Desk {

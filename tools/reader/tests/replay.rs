@@ -11,14 +11,7 @@ use std::{
 
 use mcap::{Writer, records::MessageHeader};
 
-#[path = "../../serve/tests/viewer/mod.rs"]
-mod viewer;
-
-#[path = "../../serve/tests/viewer/program.rs"]
-mod program;
-
-use program::serving;
-use viewer::Viewer;
+use crate::{program::serving, viewer::Viewer};
 
 const LONG: Duration = Duration::from_secs(30);
 

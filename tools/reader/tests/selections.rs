@@ -1,18 +1,18 @@
 //! What is chosen of messages: places in nested lists, points and lines of matrices, times, outputs.
 
-mod desk;
-mod forge;
-
 use std::fs;
 
-use desk::Desk;
-use forge::{Channel, Forged, field, forge, plain, pool, text_map};
 use prost_reflect::{
     DynamicMessage, Value,
     prost_types::{
         DescriptorProto, FieldDescriptorProto, FileDescriptorProto, OneofDescriptorProto,
         field_descriptor_proto::{Label, Type},
     },
+};
+
+use crate::{
+    desk::Desk,
+    forge::{Channel, Forged, field, forge, plain, pool, text_map},
 };
 
 fn desk_of(recordings: &[(&str, &Forged)]) -> Desk {

@@ -4,10 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-mod desk;
-mod si;
-
-use desk::Desk;
+use crate::{desk::Desk, si};
 
 const FINITE_MASS: [&str; 2] = ["mesh.cells=20", "record.fields=[]"];
 

@@ -2,10 +2,7 @@
 
 use serde_json::Value;
 
-mod desk;
-mod si;
-
-use desk::Desk;
+use crate::{desk::Desk, si};
 
 /// A small dimensionless recording of Fig. 5, and its twin in SI.
 fn desk() -> Desk {

@@ -1,8 +1,5 @@
 //! The verbs as programs: exit status, outputs, what is written where.
 
-mod desk;
-mod forge;
-
 use std::{
     fs,
     io::{BufRead, BufReader, Write},
@@ -12,10 +9,13 @@ use std::{
     time::Duration,
 };
 
-use desk::Desk;
-use forge::{forge, plain};
 use prost_reflect::Value;
 use serde_json::Value as Json;
+
+use crate::{
+    desk::Desk,
+    forge::{self, forge, plain},
+};
 
 /// `a.mcap`, the same again as `same.mcap`, and `b.mcap` that differs a little at step 20.
 fn desk() -> Desk {

@@ -1,7 +1,5 @@
 //! Messages taken apart: what the general decoder of `prost-reflect` says, for everything a message can hold.
 
-mod forge;
-
 use percuss_reader::wire::{COUNT, Layout, List, UNKNOWN, Values};
 use prost_reflect::{
     DescriptorPool, DynamicMessage, ReflectMessage, Value,
@@ -11,6 +9,8 @@ use prost_reflect::{
         field_descriptor_proto::{Label, Type},
     },
 };
+
+use crate::forge;
 
 fn layout(name: &str) -> Layout {
     Layout::of(&forge::pool(&forge::file()).get_message_by_name(name).expect("the message"))

@@ -13,9 +13,7 @@ use std::{
 use percuss_serve::{Access, Address, Channel, Server, VIEWERS};
 use tungstenite::{ClientRequestBuilder, Message, WebSocket, client};
 
-mod viewer;
-
-use viewer::Viewer;
+use crate::viewer::Viewer;
 
 const LONG: Duration = Duration::from_secs(10);
 const KEY: &str = "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";

@@ -9,9 +9,7 @@ use std::{
 
 use percuss_serve::{Access, Address, Channel, QUIET, Server};
 
-mod viewer;
-
-use viewer::Viewer;
+use crate::viewer::Viewer;
 
 const TOPICS: [&str; 4] = ["/drag", "/velocity", "/log", "/view/scene"];
 const STEP: u64 = 20_000_000;

@@ -1,13 +1,10 @@
 //! Hostile records: lengths, indexes and chunks that lie, and very many of everything.
 
-use crate::{
-    Case,
-    raw::{
-        ChunkEntry, Counts, attachment, attachment_index, attachment_of, block, channel, chunk, chunk_at,
-        file, first_offset, indexed, map, message, message_at, metadata, metadata_index, packed,
-        packed_repeats, record, schema, statistics, text, whole,
-    },
-    types::lab,
+use super::{Case, types::lab};
+use crate::raw::{
+    ChunkEntry, Counts, attachment, attachment_index, attachment_of, block, channel, chunk, chunk_at, file,
+    first_offset, indexed, map, message, message_at, metadata, metadata_index, packed, packed_repeats,
+    record, schema, statistics, text, whole,
 };
 
 pub const CASES: &[Case] = &[

@@ -11,7 +11,7 @@ use std::{
 use tungstenite::{ClientRequestBuilder, Message, client};
 use wait4::Wait4;
 
-use crate::{
+use super::{
     first_lines, on_threads,
     watch::{Ending, MEMORY, command, complaints},
 };

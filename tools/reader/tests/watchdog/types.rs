@@ -9,13 +9,13 @@ use prost_reflect::{
     },
 };
 
+use super::{Case, records::many};
 use crate::{
-    Case, forge,
+    forge,
     raw::{
         block, channel, chunk, double, message, message_at, packed, packed_repeats, schema, varint, whole,
         whole_number,
     },
-    records::many,
 };
 
 pub const CASES: &[Case] = &[

@@ -1,13 +1,13 @@
 //! Hostile values: times, axes, JSON, texts, metadata of percuss, images.
 
-use crate::{
+use super::{
     Case,
-    raw::{
-        Counts, attachment, block, channel, double, first_offset, indexed, map, message_at, metadata,
-        metadata_index, packed, record, statistics, text, whole, whole_number,
-    },
     records::{many, timed},
     types::lab,
+};
+use crate::raw::{
+    Counts, attachment, block, channel, double, first_offset, indexed, map, message_at, metadata,
+    metadata_index, packed, record, statistics, text, whole, whole_number,
 };
 
 pub const CASES: &[Case] = &[

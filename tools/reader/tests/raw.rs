@@ -1,5 +1,4 @@
 //! Files put together record by record, as no writer would, and the reader run on them with little memory.
-#![allow(dead_code, reason = "each test program uses some of it")]
 
 use std::{
     fs,

@@ -1,5 +1,4 @@
 //! A folder of recordings, and the reader run in it.
-#![allow(dead_code, reason = "each test program uses some of it")]
 
 use std::{
     fs,

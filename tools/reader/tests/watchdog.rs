@@ -1,11 +1,6 @@
 //! Every verb over every hostile file: within the cap on memory and 64 MB for the program, within ten seconds, with a
 //! documented exit status, and no crash. The address space of every process is limited, so that one that asks for more aborts.
 
-#[path = "../forge/mod.rs"]
-mod forge;
-#[path = "../raw/mod.rs"]
-mod raw;
-
 mod records;
 mod replays;
 mod types;
@@ -27,6 +22,8 @@ use std::{
 
 use tempfile::TempDir;
 use watch::{MEMORY, complaints, watch, watch_with};
+
+use crate::forge;
 
 /// A hostile file: what it is, and what makes it.
 type Case = (&'static str, fn() -> Vec<u8>);

@@ -1,5 +1,4 @@
 //! Recordings as other programs write them: protobuf and JSON, on a wall clock.
-#![allow(dead_code, reason = "each test program uses some of it")]
 
 use std::{collections::BTreeMap, io::Cursor};
 

@@ -1,5 +1,4 @@
 //! Recordings of small cases, and the same in SI units with made-up scales.
-#![allow(dead_code, reason = "each test program uses some of it")]
 
 use std::{
     collections::{BTreeMap, HashMap},
