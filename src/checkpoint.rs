@@ -9,7 +9,7 @@
 //! ```
 //!
 //! all little-endian. The head has the version of percuss, the revision of its numerics, the engine, the complete case, the step and the number of messages of
-//! every channel; the state is that of [`Simulation::save`]. Channels have none.
+//! every channel; the state is that of the [`Simulation`]. Channels have none.
 //!
 //! A state is taken up only if percuss, numerics, engine and case are the same: then the run gives the same messages, bit for bit, as one
 //! that was never interrupted, whatever the number of threads is. When checkpoints are written, and how often, changes no message, so
@@ -30,12 +30,16 @@ use serde::{Deserialize, Serialize};
 use crate::{
     case::Case,
     recording::NUMERICS,
+    session::Progress,
     simulation::{Engine, Simulation},
-    state::{StateError, StateReader, StateWriter},
+    state::{SaveState, StateError, StateReader, StateWriter},
 };
 
 mod checksum;
+mod observer;
+
 use checksum::Checked;
+pub use observer::Checkpoints;
 
 const MAGIC: [u8; 8] = *b"\x89percpt\n";
 
@@ -64,12 +68,8 @@ pub struct Head {
     engine: String,
     /// The case with every default written out.
     case: String,
-    /// Last step that was recorded.
-    pub step: u64,
-    /// Its time \[R/c_p\].
-    pub time: f64,
-    /// Messages of every channel that have been recorded.
-    pub messages: Vec<u64>,
+    /// What was recorded.
+    pub progress: Progress,
 }
 
 /// Why a checkpoint cannot be written or taken up.
@@ -130,16 +130,14 @@ pub fn checkpoint_of(recording: &Path) -> PathBuf {
 }
 
 impl Head {
-    /// The head of a checkpoint of `case` after a step.
-    pub fn new(case: &Case, engine: Engine, (step, time): (u64, f64), messages: Vec<u64>) -> Self {
+    /// The head of a checkpoint of `case`.
+    pub fn new(case: &Case, engine: Engine, progress: Progress) -> Self {
         Self {
             percuss: env!("CARGO_PKG_VERSION").into(),
             numerics: NUMERICS,
             engine: engine.name().into(),
             case: case.resolved_toml(),
-            step,
-            time,
-            messages,
+            progress,
         }
     }
 }
@@ -149,15 +147,15 @@ impl Head {
 /// # Errors
 ///
 /// The file cannot be written; an earlier one stays.
-pub fn write(path: &Path, head: &Head, simulation: &mut Simulation) -> Result<u64, CheckpointError> {
-    write_file(path, head, simulation).map_err(|error| {
+pub fn write(path: &Path, head: &Head, state: &mut dyn SaveState) -> Result<u64, CheckpointError> {
+    write_file(path, head, state).map_err(|error| {
         // the room that an unfinished one takes is worth more
         drop(std::fs::remove_file(part_of(path)));
         CheckpointError::System { what: "write", path: path.into(), error }
     })
 }
 
-fn write_file(path: &Path, head: &Head, simulation: &mut Simulation) -> io::Result<u64> {
+fn write_file(path: &Path, head: &Head, state: &mut dyn SaveState) -> io::Result<u64> {
     // one name for all that are unfinished: what a kill leaves is replaced by the next
     let output = Part::create(path, true).map_err(|error| match error {
         PartError::System { error, .. } => error,
@@ -168,7 +166,7 @@ fn write_file(path: &Path, head: &Head, simulation: &mut Simulation) -> io::Resu
     file.write_all(&VERSION.to_le_bytes())?;
     StateWriter::new(&mut file).put(head)?;
     let mut packed = zstd::Encoder::new(&mut file, ZSTD_LEVEL)?;
-    simulation.save(&mut StateWriter::new(&mut packed))?;
+    state.save(&mut StateWriter::new(&mut packed))?;
     packed.finish()?;
     let (mut file, checksum, size) = file.end();
     file.write_all(&checksum.to_le_bytes())?;
@@ -249,7 +247,7 @@ impl Checkpoint {
         let load = || -> Result<(), StateError> {
             let mut state = zstd::Decoder::with_buffer(packed)?;
             simulation.load(&mut StateReader::new(&mut state))?;
-            let (next, expected) = (simulation.next_step(), head.step + 1);
+            let (next, expected) = (simulation.next_step(), head.progress.step + 1);
             StateError::unless(next == expected, "number of the next step", next)
         };
         match load() {

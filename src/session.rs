@@ -8,17 +8,16 @@ use std::error::Error;
 use crate::{
     recording::RecordingError,
     simulation::{Ending, Simulation, SimulationError},
+    state::SaveState,
     validity::Validity,
     view::View,
 };
 
-mod checkpoints;
 mod exact_steps;
 mod recording;
 
-pub use checkpoints::Checkpoints;
 pub use exact_steps::ExactSteps;
-pub use recording::{Recording, Source};
+pub use recording::{Progress, Recording, Source};
 
 /// How a run has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,8 +52,8 @@ impl Status {
         }
     }
 
-    /// True if the run has come to its end: nothing is left to be computed.
-    pub fn is_whole(&self) -> bool {
+    /// True if nothing is left to be computed.
+    pub fn is_finished(&self) -> bool {
         matches!(self, Self::Completed | Self::Stopped(_))
     }
 
@@ -73,18 +72,19 @@ pub trait Steps {
     ///
     /// # Errors
     ///
-    /// The run cannot go on; all steps before have been yielded.
+    /// The run cannot continue; all steps before have been yielded.
     fn step(&mut self) -> Result<Option<View<'_>>, SimulationError>;
 
     /// Computes no further step; those that are computed are still yielded.
     fn interrupt(&mut self);
 
-    /// Goes on after [`Steps::interrupt`], once the steps that are computed have been yielded, as if it had not been.
-    fn proceed(&mut self);
+    /// Continues after [`Steps::interrupt`], once the steps that are computed have been yielded; the results are those of an
+    /// uninterrupted run.
+    fn resume(&mut self);
 
-    /// The computation, if it has further steps and all that are computed have been yielded after [`Steps::interrupt`]: then
-    /// its state can be written. `None` also for sources without one.
-    fn at_rest(&mut self) -> Option<&mut Simulation> {
+    /// The state, if further steps are to follow and all computed ones have been yielded after [`Steps::interrupt`]. `None` also for
+    /// sources without a state.
+    fn drained(&mut self) -> Option<&mut dyn SaveState> {
         None
     }
 
@@ -104,12 +104,12 @@ impl Steps for Simulation {
         self.interrupt();
     }
 
-    fn proceed(&mut self) {
-        self.proceed();
+    fn resume(&mut self) {
+        self.resume();
     }
 
-    fn at_rest(&mut self) -> Option<&mut Simulation> {
-        self.is_at_rest().then_some(self)
+    fn drained(&mut self) -> Option<&mut dyn SaveState> {
+        if self.is_drained() { Some(self) } else { None }
     }
 
     fn ending(&self) -> Option<Status> {
@@ -130,16 +130,16 @@ pub trait Observer {
     /// The observer has failed: it is not called again, and the run fails.
     fn observe(&mut self, view: &View<'_>) -> Result<Flow, RunError>;
 
-    /// Writes the state of a computation of which every step has been observed; it changes nothing.
+    /// Writes the state of a computation of which every step has been observed.
     ///
     /// # Errors
     ///
     /// The observer has failed: it is not called again, and the run fails.
-    fn keep(&mut self, _simulation: &mut Simulation) -> Result<(), RunError> {
+    fn write_checkpoint(&mut self, _state: &mut dyn SaveState) -> Result<(), RunError> {
         Ok(())
     }
 
-    /// Takes note of the end of the run, however it has ended.
+    /// Records the end of the run, however it has ended.
     ///
     /// # Errors
     ///
@@ -207,11 +207,11 @@ pub enum RunError {
     Observer(Box<dyn Error + Send + Sync>),
 }
 
-/// Shows all steps to all observers, in their order, until the run ends, an observer interrupts it, or source or observer fail.
+/// Passes each step to every observer, in order, until the run ends, an observer interrupts it, or source or observer fail.
 ///
 /// [`Observer::end`] is called on every path, except for an observer that has failed. After an interruption, or the failure of
-/// an observer, the steps that are already computed are shown to the others. When an observer asks for a checkpoint, and at an
-/// interruption, no further step is computed until those that are have been shown and observers have written the state.
+/// an observer, the steps that are already computed are passed to the others. When an observer asks for a checkpoint, and at an
+/// interruption, no further step is computed until the computed ones have been observed and observers have written the state.
 ///
 /// # Errors
 ///
@@ -224,19 +224,19 @@ pub fn run(steps: &mut impl Steps, observers: &mut [&mut dyn Observer]) -> Resul
         match steps.step() {
             Ok(None) => {
                 if failure.is_none()
-                    && let Some(simulation) = steps.at_rest()
+                    && let Some(state) = steps.drained()
                 {
-                    retain(&mut observers, &mut failure, |observer| observer.keep(simulation));
+                    notify(&mut observers, &mut failure, |observer| observer.write_checkpoint(state));
                 }
                 if !pauses || failure.is_some() || interruption.is_some() || steps.ending().is_some() {
                     break;
                 }
                 pauses = false;
-                steps.proceed();
+                steps.resume();
             }
             Ok(Some(view)) => {
                 last_step = view.step;
-                retain(&mut observers, &mut failure, |observer| {
+                notify(&mut observers, &mut failure, |observer| {
                     let flow = observer.observe(&view)?;
                     pauses |= flow == Flow::Checkpoint;
                     interruption = interruption.take().or(flow.reason());
@@ -267,7 +267,7 @@ pub fn run(steps: &mut impl Steps, observers: &mut [&mut dyn Observer]) -> Resul
 }
 
 /// Calls `f` on all observers; those that fail are not called again.
-fn retain<'a>(
+fn notify<'a>(
     observers: &mut Vec<&mut (dyn Observer + 'a)>,
     failure: &mut Option<RunError>,
     mut f: impl FnMut(&mut (dyn Observer + 'a)) -> Result<(), RunError>,

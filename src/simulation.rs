@@ -8,8 +8,8 @@
 //! ```
 //!
 //! The simulation decides when frames are and when a run ends; it neither writes nor waits. [`crate::session::run`] asks it
-//! for one step after the other. A model may run its interior behind the surface and hand a step out some steps later, see
-//! [`Model`]: the simulation goes on computing until it has the step it is to show.
+//! for one step after the other. A model may run its interior behind the surface and return a step with a lag, see
+//! [`Model`]: the simulation continues to compute until the requested step is complete.
 
 use std::sync::Arc;
 
@@ -31,15 +31,14 @@ use crate::{
     units::Units,
     validity::Validity,
     view::{Energy, Frame, Interface, View},
-    warnings::{self, RunWarnings, Warning},
 };
 
 mod state;
 
-/// Why a run cannot go on, or not begin.
+/// Error that prevents a run from continuing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SimulationError {
-    /// The numbers have overflowed.
+    /// A value is not finite.
     #[error("step {step}: {quantity} is not finite{}; is the impact velocity sensible?", describe(.place))]
     NotFinite {
         /// Step at which it was seen.
@@ -49,7 +48,7 @@ pub enum SimulationError {
         /// Radius and depth as texts, for quantities that have a place.
         place: Option<(String, String)>,
     },
-    /// The contact has come to the outer boundary of the mesh, which would hold it back.
+    /// The contact has reached the outer boundary of the mesh, which would constrain it.
     #[error(
         "step {step}: the contact touches the outermost nodes of the mesh, r = {r}; make mesh.outer_radius = {outer_radius} larger"
     )]
@@ -84,7 +83,7 @@ pub struct Simulation {
     contact: Contact,
     indenter: Indenter,
     watch: Watch,
-    ledger: Ledger,
+    balance: EnergyBalance,
     /// Displacement of the surface at levels k−1 and k \[R\].
     motion: [Vec<f64>; 2],
     validity: Validity,
@@ -95,9 +94,6 @@ pub struct Simulation {
     steps: u64,
     stop: Stop,
     units: Units,
-    /// Warnings that follow from the case, until the first step has them.
-    warnings: Vec<Warning>,
-    run_warnings: RunWarnings,
     next_step: u64,
     ending: Option<Ending>,
     failure: Option<SimulationError>,
@@ -107,8 +103,8 @@ pub struct Simulation {
 /// What belongs to a step beside what the model shows of it.
 struct Step {
     view: View<'static>,
-    /// Ledger and kinetic energy of the indenter before and after the step.
-    ledgers: [(Ledger, f64); 2],
+    /// Energy balance and kinetic energy of the indenter before and after the step.
+    balances: [(EnergyBalance, f64); 2],
 }
 
 /// What advances the target.
@@ -177,7 +173,11 @@ impl Simulation {
                 wave_speed,
             ),
             watch: Watch::new(grid.dr / wave_speed, case.units()),
-            ledger: Ledger { initial: indenter.kinetic_energy(), is_damped, ..Ledger::default() },
+            balance: EnergyBalance {
+                initial: indenter.kinetic_energy(),
+                is_damped,
+                ..EnergyBalance::default()
+            },
             motion: [vec![0.0; grid.nr()], vec![0.0; grid.nr()]],
             validity: Validity::new(velocity, case.indenter.head.is_flat()),
             probes: case.record.probes.clone(),
@@ -188,8 +188,6 @@ impl Simulation {
             steps: sizes.steps,
             stop: case.run.stop,
             units: case.units(),
-            warnings: warnings::of_case(case),
-            run_warnings: RunWarnings::new(case),
             next_step: 0,
             ending: None,
             failure: None,
@@ -198,12 +196,12 @@ impl Simulation {
         }
     }
 
-    /// Shows the next step; `None` when the run has ended.
+    /// Returns the next step; `None` when the run has ended.
     ///
     /// # Errors
     ///
-    /// [`SimulationError::NotFinite`] if the numbers have overflowed, [`SimulationError::ContactLeavesMesh`] if the mesh is too
-    /// narrow; the steps before have been shown.
+    /// [`SimulationError::NotFinite`] if a value is not finite, [`SimulationError::ContactLeavesMesh`] if the mesh is too
+    /// narrow; the steps before have been returned.
     pub(crate) fn step(&mut self) -> Result<Option<View<'static>>, SimulationError> {
         loop {
             let is_over = self.ending.is_some() || self.failure.is_some() || self.is_interrupted;
@@ -219,13 +217,13 @@ impl Simulation {
         }
     }
 
-    /// Computes no further step; those that have been computed are still shown.
+    /// Computes no further step; those that have been computed are still returned.
     pub(crate) fn interrupt(&mut self) {
         self.is_interrupted = true;
     }
 
-    /// Goes on after [`Simulation::interrupt`], as if it had not been.
-    pub(crate) fn proceed(&mut self) {
+    /// Continues after [`Simulation::interrupt`]; the results are those of an uninterrupted run.
+    pub(crate) fn resume(&mut self) {
         self.is_interrupted = false;
     }
 
@@ -234,7 +232,7 @@ impl Simulation {
         let step = self.next_step;
         let time = step as f64 * self.grid.dt();
 
-        let before = (self.ledger, self.indenter.kinetic_energy());
+        let before = (self.balance, self.indenter.kinetic_energy());
         self.model.predict(&mut self.surface);
         let state = self.contact.step(&mut self.surface, &mut self.indenter);
         if !state.drag.is_finite() {
@@ -247,20 +245,15 @@ impl Simulation {
             return Err(SimulationError::ContactLeavesMesh { step, r, outer_radius });
         }
         let on_target = self.work_on_target();
-        self.ledger.add(&state, on_target);
-        let after = (self.ledger, self.indenter.kinetic_energy());
+        self.balance.add(&state, on_target);
+        let after = (self.balance, self.indenter.kinetic_energy());
 
         self.observe_strain(step, time);
         let grid = &self.grid;
-        let mut events: Vec<Event> = self.warnings.drain(..).map(Event::warning).collect();
-        events.extend(self.watch.observe(&state, time, |i| grid.r(i)));
+        let mut events = self.watch.observe(&state, time, |i| grid.r(i));
         self.validity.observe_drag(state.drag, step, time, state.contact_radius);
         self.next_step += 1;
         self.ending = self.find_ending(step, time, &mut events);
-        if self.ending.is_some() {
-            let validity = self.validity();
-            events.extend(self.run_warnings.of(&validity).into_iter().map(Event::warning));
-        }
         let view = self.view(step, time, &state, events);
         for &r in &self.probes {
             let node = ((r - self.grid.r0) / self.grid.dr).round().max(0.0) as usize;
@@ -273,7 +266,7 @@ impl Simulation {
         }
         let frame = self.frames.contain(step) || view.is_last && self.frames.count() > 0;
         let lines = step.is_multiple_of(self.interface_every) || view.is_last;
-        let step = Step { view, ledgers: [before, after] };
+        let step = Step { view, balances: [before, after] };
         self.model.advance(&self.surface, step, Request { frame, lines });
         Ok(())
     }
@@ -281,7 +274,7 @@ impl Simulation {
     /// Work of the pressure on the target during a step, `½ Σ a_i p_i (u_i^{k+1} − u_i^{k−1})` \[πR³γc_p²; plane R²γc_p²\]; 0 where
     /// no damping asks for it.
     fn work_on_target(&mut self) -> f64 {
-        if !self.ledger.is_damped {
+        if !self.balance.is_damped {
             return 0.0;
         }
         let [before, now] = &mut self.motion;
@@ -294,7 +287,7 @@ impl Simulation {
         work
     }
 
-    /// What a step shows, but for its frame.
+    /// Output of a step without the field frame.
     fn view(&self, step: u64, time: f64, state: &ContactState, events: Vec<Event>) -> View<'static> {
         let loaded = self.surface.loaded;
         View {
@@ -322,13 +315,13 @@ impl Simulation {
     /// A step with its frame and gauges.
     fn show(
         &mut self,
-        Step { view, ledgers }: Step,
+        Step { view, balances }: Step,
         frame: Option<model::Frame>,
         gauges: Option<GaugeValues>,
     ) -> Result<View<'static>, SimulationError> {
         let view = View { gauges: gauges.map(Arc::new), ..view };
         let Some(fields) = frame else { return Ok(view) };
-        let [before, after] = entries(ledgers, fields.energy);
+        let [before, after] = at_half_steps(balances, fields.energy);
         let energy = mean(before, after);
         if !(energy.kinetic + energy.strain).is_finite() {
             self.is_interrupted = true;
@@ -413,9 +406,9 @@ fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>
     }
 }
 
-/// Running sums of the energy ledger.
+/// Running sums of the energy balance.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Ledger {
+struct EnergyBalance {
     initial: f64,
     work: f64,
     dissipated: f64,
@@ -425,21 +418,21 @@ struct Ledger {
     is_damped: bool,
 }
 
-impl Ledger {
+impl EnergyBalance {
     fn add(&mut self, state: &ContactState, on_target: f64) {
         self.work += state.work;
         self.dissipated += state.dissipated;
         self.on_target += on_target;
     }
 
-    /// The ledger at a half step.
+    /// The energy balance at a half step.
     ///
-    /// Damping takes the energy that the pressure has given to the target and that the target no longer has: both are sums over
-    /// what happens, one over the surface in every step, the other over the target at the half step. Counted node by node in
-    /// every step it is the same but for rounding (a test counts it so) and costs more than all the rest of the ledger.
+    /// Dissipated energy is the work of the pressure minus the energy stored in the target: one is a sum over the surface in every
+    /// step, the other a sum over the target at the half step. Counted node by node in every step it is the same but for rounding
+    /// (a test counts it so) and costs more than the rest of the balance.
     ///
     /// * `indenter`: kinetic energy of the indenter
-    fn entry(&self, target: TargetEnergy, indenter: f64) -> Energy {
+    fn at_half_step(&self, target: TargetEnergy, indenter: f64) -> Energy {
         let TargetEnergy { kinetic, strain } = target;
         let (work, dissipated) = (self.work, self.dissipated);
         let damped = if self.is_damped { self.on_target - (kinetic + strain) } else { 0.0 };
@@ -448,13 +441,13 @@ impl Ledger {
     }
 }
 
-/// The ledgers at the half steps before and after a step, from those with the kinetic energy of the indenter.
-fn entries(ledgers: [(Ledger, f64); 2], target: [TargetEnergy; 2]) -> [Energy; 2] {
-    let [(before, indenter), (after, next_indenter)] = ledgers;
-    [before.entry(target[0], indenter), after.entry(target[1], next_indenter)]
+/// The energy at the half steps before and after a step, from balances with the kinetic energy of the indenter.
+fn at_half_steps(balances: [(EnergyBalance, f64); 2], target: [TargetEnergy; 2]) -> [Energy; 2] {
+    let [(before, indenter), (after, next_indenter)] = balances;
+    [before.at_half_step(target[0], indenter), after.at_half_step(target[1], next_indenter)]
 }
 
-/// Mean of the ledgers before and after a step: the ledger at its level.
+/// Mean of the energy before and after a step: the energy at its level.
 fn mean(a: Energy, b: Energy) -> Energy {
     let half = |a: f64, b: f64| 0.5 * (a + b);
     Energy {
@@ -473,7 +466,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_ledger_after_a_step_is_that_before_the_next_one() {
+    fn the_energy_after_a_step_is_that_before_the_next_one() {
         // a light punch, which rebounds
         let settings = ["mesh.cells=20", "indenter.mass=0.5", "run.end_time=3.0", "record.frames=100000"];
         let case = Case::load("fig5", &settings.map(String::from)).expect("a built-in case");
@@ -483,16 +476,16 @@ mod tests {
             simulation.compute().expect("a sound case");
             let (step, frame, _) = simulation.model.next(true).expect("the step");
             let target = frame.expect("every step is a frame").energy;
-            let [before, after] = entries(step.ledgers, target);
+            let [before, after] = at_half_steps(step.balances, target);
             if let Some(Energy { kinetic, strain, .. }) = last {
                 let pairs = [(kinetic, before.kinetic), (strain, before.strain)];
                 assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 1e-13), "{last:?} {before:?}");
             }
-            // nothing of the target's energy is taken from the balance
+            // the energy of the target is computed independently of the balance
             assert!(before.residual.abs() < 1e-13 && after.residual.abs() < 1e-13, "{before:?} {after:?}");
             last = Some(after);
         }
         let last = last.expect("steps");
-        assert!(last.indenter < 0.5 * simulation.ledger.initial && last.strain > 0.0, "{last:?}");
+        assert!(last.indenter < 0.5 * simulation.balance.initial && last.strain > 0.0, "{last:?}");
     }
 }

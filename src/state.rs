@@ -1,6 +1,6 @@
 //! The state of a computation as a stream of bytes, to be taken up again bit for bit.
 //!
-//! Whoever has state writes it in some order and reads it in the same one: small records with [`StateWriter::put`], arrays with
+//! Stateful types write their state in some order and read it in the same one: small records with [`StateWriter::put`], arrays with
 //! [`StateWriter::numbers`], straight from where they are and back, so that no copy of a large field is made. The stream knows
 //! neither files nor what it carries; [`crate::checkpoint`] is the file around it.
 //!
@@ -58,6 +58,16 @@ impl StateError {
     pub fn unless(is_possible: bool, name: &'static str, value: impl ToString) -> Result<(), Self> {
         if is_possible { Ok(()) } else { Err(Self::Impossible { name, value: value.to_string() }) }
     }
+}
+
+/// A computation whose state can be written; writing changes nothing.
+pub trait SaveState {
+    /// Writes the state.
+    ///
+    /// # Errors
+    ///
+    /// The stream cannot be written.
+    fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()>;
 }
 
 /// Writes a state.

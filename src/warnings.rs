@@ -1,15 +1,19 @@
-//! Warnings: where the results of a case mislead, in words.
+//! Warnings outside the range of validity.
 //!
-//! Some follow from the case, others only from its run. `percuss check` and `percuss run` print them, and recordings have them as
-//! events, so that later readers are warned too.
+//! Some follow from the case, others only from its run. `percuss check` and `percuss run` print them; [`Warned`] adds them to the events
+//! of a run, so that recordings have them.
 
 use crate::{
     case::{Case, HeadKind},
     model::ModelKind,
     rigidity::Rigidity,
+    session::{Status, Steps},
+    simulation::{Simulation, SimulationError},
+    state::SaveState,
     trust::TheoryError,
     units::{Dimension, Unit, Units},
     validity::{STRAIN_LIMIT, Validity},
+    view::{Event, View},
 };
 
 /// Share of c_p above which an impact velocity is no small one.
@@ -138,6 +142,55 @@ impl RunWarnings {
              make mesh.cells larger"
         );
         Some(Warning { about: "cells", text })
+    }
+}
+
+/// A run with its warnings: those of the case are events of the first step, those of the results of the last one.
+pub struct Warned {
+    simulation: Simulation,
+    of_case: Vec<Warning>,
+    of_run: RunWarnings,
+}
+
+impl Warned {
+    /// A run of `case` with its warnings.
+    pub fn new(case: &Case, simulation: Simulation) -> Self {
+        Self { simulation, of_case: of_case(case), of_run: RunWarnings::new(case) }
+    }
+}
+
+impl Steps for Warned {
+    fn step(&mut self) -> Result<Option<View<'_>>, SimulationError> {
+        let Some(mut view) = self.simulation.step()? else { return Ok(None) };
+        let event = |warning: &Warning| Event::warning(&warning.text);
+        if view.step == 0 {
+            view.events = self.of_case.iter().map(event).chain(view.events.iter().cloned()).collect();
+        }
+        if view.is_last {
+            let of_run = self.of_run.of(&self.simulation.validity());
+            view.events = view.events.iter().cloned().chain(of_run.iter().map(event)).collect();
+        }
+        Ok(Some(view))
+    }
+
+    fn interrupt(&mut self) {
+        self.simulation.interrupt();
+    }
+
+    fn resume(&mut self) {
+        self.simulation.resume();
+    }
+
+    fn drained(&mut self) -> Option<&mut dyn SaveState> {
+        self.simulation.drained()
+    }
+
+    fn ending(&self) -> Option<Status> {
+        Steps::ending(&self.simulation)
+    }
+
+    fn validity(&mut self) -> Validity {
+        self.simulation.validity()
     }
 }
 

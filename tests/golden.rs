@@ -23,6 +23,7 @@ use percuss::{
     recording::{Destination, NUMERICS},
     session::{self, Recording, Source},
     simulation::Simulation,
+    warnings::Warned,
 };
 use prost::Message;
 
@@ -201,8 +202,8 @@ fn record(golden: &Golden, threads: usize) -> Vec<u8> {
     pool.install(|| {
         let mut recording =
             Recording::create(&Destination::new(&path), &case, Source::Simulation).expect("a new file");
-        let mut simulation = Simulation::new(&case);
-        session::run(&mut simulation, &mut [&mut recording]).expect("a sound case");
+        let mut steps = Warned::new(&case, Simulation::new(&case));
+        session::run(&mut steps, &mut [&mut recording]).expect("a sound case");
     });
     fs::read(&path).expect("the recording")
 }

@@ -16,11 +16,11 @@ use percuss::{
     simulation::Simulation,
     validity::Validity,
     view::View,
+    warnings::Warned,
 };
 use percuss_output::{PartError, part_of};
 use prost::Message;
 
-#[path = "recording/physical.rs"]
 mod physical;
 
 fn case(name: &str, overrides: &[&str]) -> Case {
@@ -33,7 +33,8 @@ fn case(name: &str, overrides: &[&str]) -> Case {
 fn record(case: &Case, path: &Path) -> Vec<u8> {
     let mut recording =
         Recording::create(&Destination::new(path), case, Source::Simulation).expect("a new file");
-    session::run(&mut Simulation::new(case), &mut [&mut recording]).expect("a sound run");
+    let mut steps = Warned::new(case, Simulation::new(case));
+    session::run(&mut steps, &mut [&mut recording]).expect("a sound run");
     fs::read(path).expect("the recording")
 }
 

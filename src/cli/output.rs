@@ -162,7 +162,7 @@ pub(super) fn exit(status: &Status, signal: &AtomicUsize) -> Exit {
 pub(super) fn written(path: &Path, status: &Status) -> String {
     // a device has no part, that of a link is beside what it points to
     let part = file_of(path).ok().flatten().map(|file| part_of(&file));
-    let path = part.as_deref().filter(|_| !status.is_whole()).unwrap_or(path);
+    let path = part.as_deref().filter(|_| !status.is_finished()).unwrap_or(path);
     let size = fs::metadata(path).map_or(0, |metadata| metadata.len());
     format!("{}: {}, {}", path.display(), status.name(), BinaryBytes(size))
 }

@@ -20,12 +20,13 @@ use super::{
 use crate::{
     case::Case,
     channels::{Catalogue, log_time},
-    checkpoint::{self, Checkpoint, Head, checkpoint_of},
+    checkpoint::{self, Checkpoint, Checkpoints, checkpoint_of},
     live::{Live, Pace},
     recording::Destination,
-    session::{self, Checkpoints, Recording, RunError, Source, Status},
+    session::{self, Progress as Recorded, Recording, RunError, Source, Status},
     simulation::{Engine, Simulation},
     view::View,
+    warnings::Warned,
 };
 
 const EXAMPLES: &str = "\
@@ -118,7 +119,8 @@ impl Run {
             progress.advance(view.step);
             flow(&signal)
         };
-        let outcome = pool.install(|| session::run(&mut simulation, &mut [&mut recording, &mut watch]));
+        let mut steps = Warned::new(&case, simulation);
+        let outcome = pool.install(|| session::run(&mut steps, &mut [&mut recording, &mut watch]));
         progress.end();
         if let Ok(outcome) = &outcome {
             let (seconds, sizes) = (start.elapsed().as_secs_f64(), &case.sizes);
@@ -153,8 +155,8 @@ impl Run {
         pool: &ThreadPool,
     ) -> Result<Recording, CliError> {
         if self.resume {
-            let head = self.load(file, case, simulation)?;
-            let recording = pool.install(|| Recording::resume(destination, case, &head));
+            let recorded = self.load(file, case, simulation)?;
+            let recording = pool.install(|| Recording::resume(destination, case, &recorded));
             return Ok(recording.map_err(RunError::from)?);
         }
         let recording = pool.install(|| Recording::create(destination, case, Source::Simulation));
@@ -167,7 +169,12 @@ impl Run {
     /// Puts a simulation into the state of the checkpoint beside a recording.
     ///
     /// * `file`: the recording
-    fn load(&self, file: Option<&Path>, case: &Case, simulation: &mut Simulation) -> Result<Head, CliError> {
+    fn load(
+        &self,
+        file: Option<&Path>,
+        case: &Case,
+        simulation: &mut Simulation,
+    ) -> Result<Recorded, CliError> {
         let Some(file) = file else {
             return Err(CliError::Usage("a recording that goes to a device has no checkpoint".into()));
         };
@@ -184,7 +191,7 @@ impl Run {
             );
             return Err(CliError::Usage(text));
         }
-        Ok(Checkpoint::open(&checkpoint, case, self.engine)?.load(simulation)?)
+        Ok(Checkpoint::open(&checkpoint, case, self.engine)?.load(simulation)?.progress)
     }
 
     fn remark(&self, text: &str) {

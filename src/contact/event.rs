@@ -12,7 +12,6 @@ use super::ContactState;
 use crate::{
     state::{StateError, StateReader, StateWriter},
     units::Units,
-    warnings::Warning,
 };
 
 /// Kind of an event.
@@ -28,7 +27,7 @@ pub enum EventKind {
     Recontact,
     /// The run stops before its end time.
     Stopped,
-    /// Results mislead, see [`crate::warnings`].
+    /// Results are outside the range of validity.
     Warning,
 }
 
@@ -47,8 +46,8 @@ pub struct Event {
 
 impl Event {
     /// A warning as an event.
-    pub(crate) fn warning(warning: Warning) -> Self {
-        let text = format!("warning: {}", warning.text);
+    pub(crate) fn warning(text: &str) -> Self {
+        let text = format!("warning: {text}");
         Self { kind: EventKind::Warning, text, r: None, since: None }
     }
 }

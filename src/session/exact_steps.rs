@@ -62,7 +62,7 @@ impl Steps for ExactSteps<'_> {
         self.is_interrupted = true;
     }
 
-    fn proceed(&mut self) {
+    fn resume(&mut self) {
         self.is_interrupted = false;
     }
 

@@ -6,11 +6,12 @@
 
 use std::{collections::BTreeMap, time::SystemTime};
 
+use serde::{Deserialize, Serialize};
+
 use super::{Flow, Observer, RunError, Status};
 use crate::{
     case::Case,
     channels::{Catalogue, log::Level},
-    checkpoint::Head,
     layout::{self, LayoutBuilder},
     recording::{Destination, FORMAT_VERSION, NUMERICS, Recorder, RecordingError, Tap},
     units::Units,
@@ -60,6 +61,17 @@ impl Source {
     }
 }
 
+/// How much of a run is recorded.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    /// Last step that is recorded.
+    pub step: u64,
+    /// Its time \[R/c_p\].
+    pub time: f64,
+    /// Recorded messages of every channel.
+    pub messages: Vec<u64>,
+}
+
 /// Length to which `percuss.host` is padded \[bytes\].
 const HOST_LENGTH: usize = 1024;
 
@@ -91,17 +103,21 @@ impl Recording {
         Self::begin(recorder, case, source, None)
     }
 
-    /// Begins the recording of a run of `case` that continues at a checkpoint: with the same head, and the messages up to the
-    /// checkpoint of what that run has recorded.
+    /// Begins the recording of a run of `case` that continues: with the same head, and the messages that the run has recorded up
+    /// to there.
     ///
     /// # Errors
     ///
     /// Nothing is left of that run, its messages are not whole, or the file cannot be written. What is left stays as it is.
-    pub fn resume(destination: &Destination, case: &Case, head: &Head) -> Result<Self, RecordingError> {
+    pub fn resume(
+        destination: &Destination,
+        case: &Case,
+        progress: &Progress,
+    ) -> Result<Self, RecordingError> {
         let (recorder, left) = Recorder::resume(destination, case.record.compression)?;
-        let mut recording = Self::begin(recorder, case, Source::Simulation, Some(head.step))?;
-        recording.recorder.copy(left, head.messages.clone())?;
-        recording.last = Some((head.step, head.time));
+        let mut recording = Self::begin(recorder, case, Source::Simulation, Some(progress.step))?;
+        recording.recorder.copy(left, progress.messages.clone())?;
+        recording.last = Some((progress.step, progress.time));
         Ok(recording)
     }
 
@@ -147,13 +163,12 @@ impl Recording {
 
     /// Brings all messages so far onto the disk.
     ///
-    /// Returns the last step with its time, and the number of messages of every channel.
-    ///
     /// # Errors
     ///
     /// The first error of the recorder.
-    pub(super) fn seal(&mut self) -> Result<((u64, f64), Vec<u64>), RecordingError> {
-        Ok((self.last.unwrap_or_default(), self.recorder.seal()?))
+    pub fn seal(&mut self) -> Result<Progress, RecordingError> {
+        let (step, time) = self.last.unwrap_or_default();
+        Ok(Progress { step, time, messages: self.recorder.seal()? })
     }
 
     fn validity_record(&self, validity: &Validity) -> BTreeMap<String, String> {
@@ -222,7 +237,7 @@ impl Observer for Recording {
             ("steps", self.steps.to_string()),
         ];
         self.recorder.metadata("percuss.status", to_map(entries))?;
-        Ok(self.recorder.finish(status.is_whole())?)
+        Ok(self.recorder.finish(status.is_finished())?)
     }
 }
 

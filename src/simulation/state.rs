@@ -5,30 +5,16 @@
 use std::io;
 
 use super::Simulation;
-use crate::state::{StateError, StateReader, StateWriter};
+use crate::state::{SaveState, StateError, StateReader, StateWriter};
 
-impl Simulation {
-    /// Number of the next step to be computed.
-    pub fn next_step(&self) -> u64 {
-        self.next_step
-    }
-
-    /// True if every step that has been computed has been shown, and further ones are to follow: then the state can be written.
-    pub(crate) fn is_at_rest(&self) -> bool {
-        self.is_interrupted && self.ending.is_none() && self.failure.is_none()
-    }
-
-    /// Writes the state before the next step. The run can go on as if nothing had been.
-    ///
-    /// # Errors
-    ///
-    /// The stream cannot be written.
+impl SaveState for Simulation {
+    /// Writes the state before the next step. The run can continue afterwards.
     ///
     /// # Panics
     ///
-    /// If steps have been computed but not shown, see [`Simulation::interrupt`].
-    pub fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
-        out.put(&(self.next_step, self.ledger, self.validity))?;
+    /// If computed steps have not been returned yet, see [`Simulation::interrupt`].
+    fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
+        out.put(&(self.next_step, self.balance, self.validity))?;
         self.indenter.save(out)?;
         self.watch.save(out)?;
         self.contact.save(out)?;
@@ -36,14 +22,28 @@ impl Simulation {
         self.motion.iter().try_for_each(|level| out.numbers(level))?;
         self.model.save(out)
     }
+}
 
-    /// Takes up what [`Simulation::save`] has written, in place of the beginning of the run, with any number of threads.
+impl Simulation {
+    /// Number of the next step to be computed.
+    pub fn next_step(&self) -> u64 {
+        self.next_step
+    }
+
+    /// True if every computed step has been returned and further ones are to follow: then the state can be written.
+    ///
+    /// To be asked when [`Simulation::step`] has returned `None`.
+    pub(crate) fn is_drained(&self) -> bool {
+        self.is_interrupted && self.ending.is_none() && self.failure.is_none()
+    }
+
+    /// Restores what [`SaveState::save`] has written, in place of the beginning of the run, with any number of threads.
     ///
     /// # Errors
     ///
     /// The stream cannot be read, or is that of another case.
     pub fn load(&mut self, from: &mut StateReader<'_>) -> Result<(), StateError> {
-        (self.next_step, self.ledger, self.validity) = from.get()?;
+        (self.next_step, self.balance, self.validity) = from.get()?;
         StateError::unless(self.next_step <= self.steps, "number of the next step", self.next_step)?;
         self.indenter.load(from)?;
         self.watch.load(from)?;
@@ -51,10 +51,6 @@ impl Simulation {
         self.surface.load(from)?;
         self.motion.iter_mut().try_for_each(|level| from.numbers(level))?;
         self.model.load(self.next_step, from)?;
-        if self.next_step > 0 {
-            // the first step has had them
-            self.warnings.clear();
-        }
         from.end()
     }
 }

@@ -15,6 +15,7 @@ use percuss::{
     session::{self, Status},
     simulation::Simulation,
     view::{EventKind, View},
+    warnings::Warned,
 };
 
 use super::{
@@ -159,10 +160,10 @@ fn the_documentation_gives_these_times() {
 #[test]
 fn going_on_after_the_extension_is_an_option() {
     let case = case("fig8-m2.5", &["run.stop=separation", "record.frames=0"]);
-    let mut simulation = Simulation::new(&case);
+    let mut steps = Warned::new(&case, Simulation::new(&case));
     let mut kinds = Vec::new();
     let mut collect = |view: &View<'_>| kinds.extend(view.events.iter().map(|event| event.kind));
-    let outcome = session::run(&mut simulation, &mut [&mut collect]).expect("finite numbers");
+    let outcome = session::run(&mut steps, &mut [&mut collect]).expect("finite numbers");
     // of the sharp edge and of the simplified theory
     let warning = EventKind::Warning;
     let expected = [

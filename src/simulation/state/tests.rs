@@ -108,7 +108,7 @@ fn compare(case: &Case, engine: Engine, then: Then) {
         if simulation.ending().is_some() {
             break;
         }
-        assert!(simulation.is_at_rest());
+        assert!(simulation.is_drained());
         let state = saved(&mut simulation);
         if then == Then::Load {
             simulation = Simulation::with_engine(case, engine);
@@ -116,7 +116,7 @@ fn compare(case: &Case, engine: Engine, then: Then) {
             // nothing of it is lost, nothing is added
             assert!(saved(&mut simulation) == state, "{}, step {}", case.title, seen.len());
         }
-        simulation.proceed();
+        simulation.resume();
     }
     show(&mut simulation, &pools[0], u64::MAX, &mut seen);
     assert_eq!(expected.len(), seen.len(), "{}", case.title);

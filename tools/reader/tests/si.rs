@@ -16,6 +16,7 @@ use percuss::{
     recording::Destination,
     session::{self, Recording, Source},
     simulation::Simulation,
+    warnings::Warned,
 };
 use prost_reflect::{DescriptorPool, DynamicMessage, Value, prost::Message};
 
@@ -36,7 +37,8 @@ pub fn record(name: &str, settings: &[&str], path: &Path) {
     let case = Case::parse(name, text, &settings, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
     let mut recording =
         Recording::create(&Destination::new(path), &case, Source::Simulation).expect("a new file");
-    session::run(&mut Simulation::new(&case), &mut [&mut recording]).expect("room on the disk");
+    let mut steps = Warned::new(&case, Simulation::new(&case));
+    session::run(&mut steps, &mut [&mut recording]).expect("room on the disk");
 }
 
 fn scaled(value: &Value, scale: f64) -> Value {

@@ -7,11 +7,12 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{Flow, Observer, Recording, RunError, Status};
+use super::{Head, remove, write};
 use crate::{
     case::Case,
-    checkpoint::{self, Head},
-    simulation::{Engine, Simulation},
+    session::{Flow, Observer, Recording, RunError, Status},
+    simulation::Engine,
+    state::SaveState,
     validity::Validity,
     view::View,
 };
@@ -71,15 +72,14 @@ impl Observer for Checkpoints<'_> {
     }
 
     /// Brings the messages onto the disk, then the state. A state that cannot be written ends no run: the checkpoint before it stays.
-    fn keep(&mut self, simulation: &mut Simulation) -> Result<(), RunError> {
+    fn write_checkpoint(&mut self, state: &mut dyn SaveState) -> Result<(), RunError> {
         let Some(path) = &self.path else { return Ok(()) };
         let size = self.case.field_memory();
         if size >= LARGE {
             (self.say)(&format!("writing a checkpoint of up to {} MB", size / 1_000_000));
         }
-        let (last, messages) = self.recording.seal()?;
-        let head = Head::new(self.case, self.engine, last, messages);
-        if let Err(error) = checkpoint::write(path, &head, simulation) {
+        let head = Head::new(self.case, self.engine, self.recording.seal()?);
+        if let Err(error) = write(path, &head, state) {
             (self.say)(&format!("warning: {error}; the run goes on without it"));
         }
         self.last = Instant::now();
@@ -88,8 +88,8 @@ impl Observer for Checkpoints<'_> {
 
     fn end(&mut self, status: &Status, validity: &Validity) -> Result<(), RunError> {
         self.recording.end(status, validity)?;
-        if status.is_whole()
-            && let Some(Err(error)) = self.path.as_deref().map(checkpoint::remove)
+        if status.is_finished()
+            && let Some(Err(error)) = self.path.as_deref().map(remove)
         {
             (self.say)(&format!("warning: {error}"));
         }
