@@ -120,11 +120,6 @@ impl Viewport {
     pub fn height_of(&self, sheet: Sheet) -> f64 {
         f64::from(sheet as u8) * SHEET * self.depth.min(self.half_width)
     }
-
-    /// Entry for the metadata of channels.
-    pub fn remark(&self) -> (String, String) {
-        ("exaggeration".into(), self.exaggeration.to_string())
-    }
 }
 
 /// Half of the colour range of every picture of a run, the report's included, in the unit of the field in the recording:
