@@ -125,12 +125,12 @@ mod resolved;
 mod sizes;
 mod system;
 
+/// Form of the head, in the parameters of the case file.
+pub use crate::shape::Head as HeadKind;
 pub use builder::{CaseBuilder, Value};
 pub use errors::{CaseErrors, Problem};
 pub use frames::{FrameSteps, Frames};
-pub use parameters::{
-    Body, HeadKind, Impact, Mesh, Parameters, Record, Run, Sizes, Stop, Target, ViewChannel,
-};
+pub use parameters::{Body, Impact, Mesh, Parameters, Record, Run, Sizes, Stop, Target, ViewChannel};
 
 /// A checked, complete case.
 ///

@@ -17,13 +17,13 @@ use crate::{
 };
 
 /// Node updates per second and core: full theory, simplified theory of order 2 and 4 (measured, AMD EPYC, Zen 4).
-const ELASTIC_RATE: f64 = 1.5e8;
+const ELASTIC_RATE: f64 = 1e8;
 const SECOND_RATE: f64 = 8e8;
 const FOURTH_RATE: f64 = 4e8;
 /// Time of a step beside its nodes \[s\].
-const STEP_TIME: f64 = 2e-5;
+const STEP_TIME: f64 = 1e-4;
 /// Rate at which messages are compressed and written \[bytes/s\].
-const WRITING_RATE: f64 = 3e8;
+const WRITING_RATE: f64 = 2e8;
 
 /// Usual ratio of a compressed recording to its messages: 0.13 to 0.5 in the built-in cases with frames.
 const COMPRESSED: f64 = 0.3;

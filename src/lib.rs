@@ -98,7 +98,7 @@
 //!
 //! | To add | Touch |
 //! |---|---|
-//! | indenter shape | a variant of [`shape::Head`] and of [`case::HeadKind`], its keys in `src/case/read_indenter.rs` and `src/case/resolved.rs`; the compiler lists the arms |
+//! | indenter shape | a variant of [`shape::Head`], its keys in `src/case/read_indenter.rs` and `src/case/resolved.rs`; the compiler lists the arms |
 //! | contact rule, mesh | a variant in [`contact`], [`grid`]; the compiler lists the arms |
 //! | field of frames | a variant of [`model::Field`]; the compiler lists the arms: how models show it, its unit, its colours |
 //! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in `tests/schemas.rs`, which writes its messages, and in [`channels::Catalogue::new`] |

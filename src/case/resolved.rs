@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Frames, HeadKind, Parameters, Stop, Value, ViewChannel, quantity::si_unit};
+use super::{Frames, Parameters, Stop, Value, ViewChannel, quantity::si_unit};
 use crate::{
     contact::Rule,
     grid::{Geometry, MeshKind},
     model::{Field, Line, ModelKind, scheme::Order},
     recording::Compression,
+    shape::Head,
     units::Dimension,
 };
 
@@ -192,18 +193,18 @@ fn indenter(case: &Parameters) -> Indenter {
         ..Indenter::default()
     };
     match &body.head {
-        HeadKind::Flat { edge_radius } => {
+        Head::Flat { edge_radius } => {
             Indenter { shape: "flat", edge_radius: Some(length(*edge_radius)), ..shared }
         }
-        HeadKind::Paraboloid { nose_radius } => {
+        Head::Paraboloid { nose_radius } => {
             Indenter { shape: "paraboloid", nose_radius: Some(length(*nose_radius)), ..shared }
         }
-        HeadKind::Sphere { nose_radius } => {
+        Head::Sphere { nose_radius } => {
             Indenter { shape: "sphere", nose_radius: Some(length(*nose_radius)), ..shared }
         }
-        HeadKind::Cone { slope } => Indenter { shape: "cone", slope: Some(*slope), ..shared },
-        HeadKind::Profile { points, .. } => {
-            let points = points.iter().map(|point| point.map(length)).collect();
+        Head::Cone { slope } => Indenter { shape: "cone", slope: Some(*slope), ..shared },
+        Head::Profile(curve) => {
+            let points = curve.points().map(|point| point.map(length)).collect();
             Indenter { shape: "profile", points: Some(points), ..shared }
         }
     }
