@@ -19,7 +19,6 @@ struct Resolved<'a> {
     title: &'a str,
     model: ModelKind,
     geometry: Geometry,
-    #[serde(skip_serializing_if = "Option::is_none")]
     length_unit: Option<Value>,
     target: Target,
     indenter: Indenter,
@@ -32,21 +31,15 @@ struct Resolved<'a> {
 #[derive(Serialize)]
 struct Target {
     thickness: Value,
-    #[serde(skip_serializing_if = "Option::is_none")]
     shear_wave_speed: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<Material>,
 }
 
 #[derive(Serialize)]
 struct Material {
-    #[serde(skip_serializing_if = "Option::is_none")]
     youngs_modulus: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     poisson_ratio: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     bulk_modulus: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     shear_modulus: Option<String>,
     density: String,
 }
@@ -55,19 +48,12 @@ struct Material {
 #[derive(Default, Serialize)]
 struct Indenter {
     shape: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
     radius: Option<Value>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     edge_radius: Option<Value>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     nose_radius: Option<Value>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     slope: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     points: Option<Vec<[Value; 2]>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     mass: Option<Value>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<&'static str>,
 }
 
@@ -81,7 +67,6 @@ struct Impact {
 struct Run {
     end_time: Value,
     stop: Stop,
-    #[serde(skip_serializing_if = "Option::is_none")]
     checkpoint_every: Option<f64>,
 }
 
@@ -89,7 +74,6 @@ struct Run {
 struct Mesh {
     kind: MeshKind,
     cells: usize,
-    #[serde(skip_serializing_if = "Option::is_none")]
     order: Option<Order>,
     damping: f64,
     outer_radius: Value,
@@ -106,9 +90,7 @@ struct Record<'a> {
     fields: &'a [Field],
     field_every: usize,
     views: &'a [ViewChannel],
-    #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     frame_times: Option<Vec<Value>>,
     compression: Compression,
     playback_rate: f64,
@@ -217,5 +199,7 @@ pub fn toml(case: &Parameters) -> String {
 
 /// The case as JSON; an infinite mass becomes `null`, as JSON has no infinity.
 pub fn json(case: &Parameters) -> serde_json::Value {
-    serde_json::to_value(resolved(case)).expect("a case is plain maps, text and numbers")
+    // values that are not there are left out of TOML, and would be `null`
+    let table = toml::Table::try_from(resolved(case)).expect("a case is plain tables, text and numbers");
+    serde_json::to_value(table).expect("a case is plain maps, text and numbers")
 }
