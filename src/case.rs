@@ -125,14 +125,12 @@ mod resolved;
 mod sizes;
 mod system;
 
-use crate::units::Dimension;
-
+/// Form of the head, in the parameters of the case file.
+pub use crate::shape::Head as HeadKind;
 pub use builder::{CaseBuilder, Value};
 pub use errors::{CaseErrors, Problem};
 pub use frames::{FrameSteps, Frames};
-pub use parameters::{
-    Body, HeadKind, Impact, Mesh, Parameters, Record, Run, Sizes, Stop, Target, ViewChannel,
-};
+pub use parameters::{Body, Impact, Mesh, Parameters, Record, Run, Sizes, Stop, Target, ViewChannel};
 
 /// A checked, complete case.
 ///
@@ -202,22 +200,15 @@ impl Case {
         self.given.clone()
     }
 
-    /// Begins a variation with so many frames: none, or one at the last step.
-    pub(crate) fn vary_frames(&self, frames: u8) -> CaseBuilder {
-        match self.record.frames {
-            Frames::Spread(_) => self.vary().set("record.frames", frames),
-            Frames::At(_) => self.vary().set(
-                "record.frame_times",
-                vec![self.written(Dimension::Time, self.run.end_time); usize::from(frames)],
-            ),
-        }
-    }
-
     /// Begins a variation without frames, fields, points and lines.
     pub(crate) fn vary_surface(&self) -> CaseBuilder {
         let nothing = Vec::<Value>::new;
         let keys = ["record.fields", "record.points", "record.lines"];
-        keys.into_iter().fold(self.vary_frames(0), |case, key| case.set(key, nothing()))
+        let case = match self.record.frames {
+            Frames::Spread(_) => self.vary().set("record.frames", 0),
+            Frames::At(_) => self.vary().set("record.frame_times", nothing()),
+        };
+        keys.into_iter().fold(case, |case, key| case.set(key, nothing()))
     }
 
     /// The case file as it was given, without overrides; the settings of a case that has none.

@@ -13,9 +13,8 @@ use prost::Message;
 use crate::{
     case::Case,
     message::descriptor_set,
-    model::Field,
     recording::{Batch, ChannelSpec, Recorder, RecordingError},
-    units::Units,
+    units::{Unit, Units},
     view::View,
 };
 
@@ -31,24 +30,64 @@ mod probes;
 mod velocity;
 pub mod view;
 
+/// Emits the messages of a step.
+type Observe = Box<dyn FnMut(&View<'_>, &mut Outlet<'_>) + Send>;
+
 /// A recorded channel.
-pub trait Channel: Send {
-    /// Topic.
-    fn topic(&self) -> &str;
+pub struct Channel {
+    topic: String,
+    schema: &'static str,
+    fields: Vec<FieldNote>,
+    remarks: Vec<(String, String)>,
+    observe: Observe,
+}
 
-    /// Full name of the message type.
-    fn schema(&self) -> &'static str;
-
-    /// Units and meanings of the numeric fields, without `step` and `time`, which begin every percuss message.
-    fn fields(&self) -> Vec<FieldNote>;
-
-    /// Further entries of the metadata of the channel.
-    fn remarks(&self) -> Vec<(String, String)> {
-        Vec::new()
+impl Channel {
+    /// A channel.
+    ///
+    /// * `schema`: full name of the message type
+    /// * `fields`: units and meanings of the numeric fields, without `step` and `time`, which begin every percuss message
+    /// * `observe`: emits the messages of a step
+    pub fn new(
+        topic: impl Into<String>,
+        schema: &'static str,
+        fields: Vec<FieldNote>,
+        observe: impl FnMut(&View<'_>, &mut Outlet<'_>) + Send + 'static,
+    ) -> Self {
+        Self { topic: topic.into(), schema, fields, remarks: Vec::new(), observe: Box::new(observe) }
     }
 
-    /// Emits the messages of a step.
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>);
+    /// Adds an entry to the metadata of the channel.
+    pub fn remark(mut self, key: impl Into<String>, value: impl Into<String>) -> Self {
+        self.remarks.push((key.into(), value.into()));
+        self
+    }
+
+    fn metadata(&self, units: &Units) -> BTreeMap<String, String> {
+        let mut map = BTreeMap::new();
+        let mut add = |note: &FieldNote| {
+            map.insert(format!("unit.{}", note.name), note.unit.into());
+            map.insert(format!("meaning.{}", note.name), note.meaning.clone().into_owned());
+            map.extend(note.axis.iter().map(|axis| (format!("axis.{}", note.name), axis.clone())));
+            map.extend(note.symmetry.map(|symmetry| (format!("symmetry.{}", note.name), symmetry.into())));
+        };
+        self.fields.iter().for_each(&mut add);
+        if self.schema.starts_with("percuss.") {
+            add(&FieldNote::new("step", "1", "number k of the step"));
+            add(&FieldNote::new("time", units.time.name, "time t = k dt"));
+        }
+        map.extend(self.remarks.iter().cloned());
+        if self.topic.starts_with(view::TOPICS) {
+            // comparisons skip such channels: their sources are compared
+            map.insert("derived".into(), "drawn from the other channels".into());
+        }
+        map
+    }
+}
+
+/// Positions as the axis of an array.
+fn list(length: Unit, positions: impl Iterator<Item = f64>) -> String {
+    positions.map(|x| length.of(x).to_string()).collect::<Vec<_>>().join(",")
 }
 
 /// Unit and meaning of a field, for the metadata of its channel.
@@ -108,10 +147,10 @@ pub fn log_time(time: f64, playback_rate: f64) -> u64 {
 /// All channels of a case. To add one, add its line here.
 pub struct Catalogue {
     /// Channels that observe every step, numbered from 0.
-    channels: Vec<Box<dyn Channel>>,
+    channels: Vec<Channel>,
     /// Channels that emit messages at frames only, fields and pictures, numbered after them. They observe on the writer
     /// thread, from a view that shares the frame, while the run continues.
-    frames: Arc<Mutex<Vec<Box<dyn Channel>>>>,
+    frames: Arc<Mutex<Vec<Channel>>>,
     /// Memory of the fields of a frame \[bytes\].
     frame_size: usize,
     units: Units,
@@ -121,23 +160,22 @@ pub struct Catalogue {
 impl Catalogue {
     /// The channels that `case` records.
     pub fn new(case: &Case) -> Self {
-        let mut channels: Vec<Box<dyn Channel>> = vec![
-            Box::new(interface_stress::InterfaceStress::new(case)),
-            Box::new(drag::Drag::new(case)),
-            Box::new(velocity::Velocity::new(case)),
-            Box::new(probes::Probes::new(case)),
-            Box::new(energy::Energy::new(case)),
-            Box::new(event::Event::new(case)),
-            Box::new(log::Log),
+        let mut channels: Vec<Channel> = vec![
+            interface_stress::channel(case),
+            drag::channel(case),
+            velocity::channel(case),
+            probes::channel(case),
+            energy::channel(case),
+            event::channel(case),
+            log::channel(),
         ];
         if !case.record.points.is_empty() {
-            channels.push(Box::new(points::Points::new(case)));
+            channels.push(points::channel(case));
         }
         for (number, line) in case.record.lines.iter().enumerate() {
-            channels.push(Box::new(line::LineSlice::new(case, number, *line)));
+            channels.push(line::channel(case, number, *line));
         }
-        let slice = |field: &Field| -> Box<dyn Channel> { Box::new(field::FieldSlice::new(case, *field)) };
-        let slices = case.record.fields.iter().map(slice);
+        let slices = case.record.fields.iter().map(|field| field::channel(case, *field));
         Self::with(case, channels, slices.chain(view::channels(case)).collect())
     }
 
@@ -145,43 +183,43 @@ impl Catalogue {
     ///
     /// * `has_drag`: true if the form has the drag
     pub fn exact(case: &Case, has_drag: bool) -> Self {
-        let mut channels: Vec<Box<dyn Channel>> = vec![
-            Box::new(interface_stress::InterfaceStress::new(case)),
-            Box::new(velocity::Velocity::new(case)),
-            Box::new(probes::Probes::new(case)),
-            Box::new(log::Log),
+        let mut channels: Vec<Channel> = vec![
+            interface_stress::channel(case),
+            velocity::channel(case),
+            probes::channel(case),
+            log::channel(),
         ];
         if has_drag {
-            channels.push(Box::new(drag::Drag::new(case)));
+            channels.push(drag::channel(case));
         }
         Self::with(case, channels, Vec::new())
     }
 
-    fn with(case: &Case, channels: Vec<Box<dyn Channel>>, frames: Vec<Box<dyn Channel>>) -> Self {
+    fn with(case: &Case, channels: Vec<Channel>, frames: Vec<Channel>) -> Self {
         let frames = Arc::new(Mutex::new(frames));
         let (units, playback_rate) = (case.units(), case.record.playback_rate);
         Self { channels, frames, frame_size: case.frame_size(), units, playback_rate }
     }
 
     /// Maps every channel, in the order of their numbers.
-    fn map<T>(&self, f: impl Fn(&dyn Channel) -> T) -> Vec<T> {
+    fn map<T>(&self, f: impl Fn(&Channel) -> T) -> Vec<T> {
         let frames = lock(&self.frames);
-        self.channels.iter().chain(frames.iter()).map(|channel| f(channel.as_ref())).collect()
+        self.channels.iter().chain(frames.iter()).map(f).collect()
     }
 
     /// Topics, schemas and metadata of all channels.
     pub fn specs(&self) -> Vec<ChannelSpec> {
         self.map(|channel| ChannelSpec {
-            topic: channel.topic().into(),
-            schema: channel.schema().into(),
-            descriptors: descriptor_set(channel.schema()),
-            metadata: metadata(channel, &self.units),
+            topic: channel.topic.clone(),
+            schema: channel.schema.into(),
+            descriptors: descriptor_set(channel.schema),
+            metadata: channel.metadata(&self.units),
         })
     }
 
     /// Topics of all channels.
     pub fn topics(&self) -> Vec<String> {
-        self.map(|channel| channel.topic().to_owned())
+        self.map(|channel| channel.topic.clone())
     }
 
     /// Passes a step to every channel.
@@ -214,7 +252,7 @@ impl Catalogue {
         text: &str,
         recorder: &mut Recorder,
     ) -> Result<(), RecordingError> {
-        let channel = self.channels.iter().position(|channel| channel.topic() == log::TOPIC);
+        let channel = self.channels.iter().position(|channel| channel.topic == log::TOPIC);
         let channel = channel.expect("the log is in the catalogue");
         let log_time = log_time(self.units.time.of(time), self.playback_rate);
         Outlet { batch: recorder.batch(), channel, log_time }.put(&log::line(level, log_time, text));
@@ -228,39 +266,8 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Passes a step to channels, the first of which has the number `first`.
-fn observe_all(
-    channels: &mut [Box<dyn Channel>],
-    first: usize,
-    view: &View<'_>,
-    log_time: u64,
-    batch: &mut Batch,
-) {
+fn observe_all(channels: &mut [Channel], first: usize, view: &View<'_>, log_time: u64, batch: &mut Batch) {
     for (channel, observer) in channels.iter_mut().enumerate() {
-        observer.observe(view, &mut Outlet { batch, channel: first + channel, log_time });
+        (observer.observe)(view, &mut Outlet { batch, channel: first + channel, log_time });
     }
-}
-
-fn metadata(channel: &dyn Channel, units: &Units) -> BTreeMap<String, String> {
-    let mut map = BTreeMap::new();
-    let mut fields = channel.fields();
-    if channel.schema().starts_with("percuss.") {
-        fields.push(FieldNote::new("step", "1", "number k of the step"));
-        fields.push(FieldNote::new("time", units.time.name, "time t = k dt"));
-    }
-    for field in fields {
-        map.insert(format!("unit.{}", field.name), field.unit.into());
-        map.insert(format!("meaning.{}", field.name), field.meaning.into_owned());
-        if let Some(axis) = field.axis {
-            map.insert(format!("axis.{}", field.name), axis);
-        }
-        if let Some(symmetry) = field.symmetry {
-            map.insert(format!("symmetry.{}", field.name), symmetry.into());
-        }
-    }
-    map.extend(channel.remarks());
-    if channel.topic().starts_with(view::TOPICS) {
-        // comparisons skip such channels: their sources are compared
-        map.insert("derived".into(), "drawn from the other channels".into());
-    }
-    map
 }

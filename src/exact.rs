@@ -108,13 +108,12 @@ pub enum ExactError {
 /// `2(m+1)h − z`; \[KA\] Eq. 16, misprint corrected (it prints `(2m+1)h − z`, which Eq. 14 and causality exclude). A wave
 /// whose front arrives at `t` has the weight ½, others 1.
 fn distances(z: f64, thickness: Option<f64>, t: f64) -> Result<Vec<(f64, f64)>, ExactError> {
-    let outside = |name, value, bound| Err(ExactError::OutsideRange { name, value, bound });
     let depth = thickness.unwrap_or(f64::INFINITY);
     if !(z >= 0.0 && z <= depth) {
         return outside("z", z, format!("0 ≤ z ≤ {depth}"));
     }
     if !(t >= 0.0 && t.is_finite()) {
-        return outside("t", t, "t ≥ 0".into());
+        return outside("t", t, "t ≥ 0");
     }
     let rounding = 1e-12 * t;
     let mut list = Vec::new();
@@ -131,6 +130,16 @@ fn distances(z: f64, thickness: Option<f64>, t: f64) -> Result<Vec<(f64, f64)>, 
         way += 2.0 * depth;
     }
     Ok(list)
+}
+
+/// The error of an argument.
+fn outside<T>(name: &'static str, value: f64, bound: impl Into<String>) -> Result<T, ExactError> {
+    Err(ExactError::OutsideRange { name, value, bound: bound.into() })
+}
+
+/// Checks the thickness of a layer, if the target is one.
+fn layer(thickness: Option<f64>) -> Result<(), ExactError> {
+    thickness.map_or(Ok(()), |h| positive("thickness", h, f64::INFINITY, "h > 0").map(drop))
 }
 
 /// Checks `0 < value < high`.

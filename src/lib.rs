@@ -54,7 +54,7 @@
 //! | [`layout`] | layouts of viewers, made for a case |
 //! | [`session`] | [`session::run`], the only loop over steps, computed or exact; observers; [`session::Recording`], the observer that writes a file |
 //! | [`recording`] | the MCAP writer |
-//! | [`cost`] | estimates of a run, scaled from trials on coarser meshes |
+//! | [`cost`] | estimates of a run, from the sizes of its case |
 //! | [`live`] | serving a run to viewers, and its pace |
 //! | [`cli`] | the command line |
 //!
@@ -65,9 +65,9 @@
 //! `units, material, shape, indenter, grid, surface` use nothing of ours but each other's plain types; `model` uses
 //! `surface, grid`; `contact` uses `surface, shape, indenter, grid`; `simulation` uses `case, model, contact, view`;
 //! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver; `session` uses
-//! `simulation, exact, channels, recording` and is the loop of `study`, `admissible`, `cost` and `cli`. `trust` uses
+//! `simulation, exact, channels, recording` and is the loop of `study`, `admissible` and `cli`. `trust` uses
 //! `case, exact`, never the solver; `rigidity` uses `case`; `warnings` uses `trust, rigidity, validity`. `study` and `admissible`
-//! record nothing; `cost` records coarser cases and reads them back.
+//! record nothing; `cost` uses `case, channels` and computes nothing.
 //!
 //! Whatever has state writes it through `state`, which knows none of them; `checkpoint` uses `case, simulation`, and of the modules
 //! above only `session` uses it.
@@ -98,7 +98,7 @@
 //!
 //! | To add | Touch |
 //! |---|---|
-//! | indenter shape | a variant of [`shape::Head`] and of [`case::HeadKind`], its keys in `src/case/read_indenter.rs` and `src/case/resolved.rs`; the compiler lists the arms |
+//! | indenter shape | a variant of [`shape::Head`], its keys in `src/case/read_indenter.rs` and `src/case/resolved.rs`; the compiler lists the arms |
 //! | contact rule, mesh | a variant in [`contact`], [`grid`]; the compiler lists the arms |
 //! | field of frames | a variant of [`model::Field`]; the compiler lists the arms: how models show it, its unit, its colours |
 //! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in `tests/schemas.rs`, which writes its messages, and in [`channels::Catalogue::new`] |

@@ -16,68 +16,40 @@ use crate::recording::{ChannelSpec, Tap};
 /// Longest sleep between two checks for signals.
 const NAP: Duration = Duration::from_millis(50);
 
-/// A server of the messages of a run.
-pub struct Live {
-    server: Arc<Server>,
-}
-
 impl Tap for Arc<Server> {
     fn message(&mut self, channel: usize, log_time: u64, bytes: &[u8]) {
         self.send(channel, log_time, bytes);
     }
 }
 
-impl Live {
-    /// Opens a server of `channels`.
-    ///
-    /// * `access`: who may connect
-    ///
-    /// # Errors
-    ///
-    /// The address is not available.
-    pub fn open(
-        address: &Address,
-        title: &str,
-        channels: Vec<ChannelSpec>,
-        access: Access,
-    ) -> Result<Self, ServeError> {
-        let channel = |spec: ChannelSpec| Channel {
-            topic: spec.topic,
-            encoding: "protobuf".into(),
-            schema: Some((spec.schema, "protobuf".into(), spec.descriptors)),
-            metadata: spec.metadata,
-        };
-        let channels: Vec<Channel> = channels.into_iter().map(channel).collect();
-        let server = Server::open(address, &format!("percuss: {title}"), &channels, None, access)?;
-        Ok(Self { server: Arc::new(server) })
-    }
+/// Opens a server of the messages of a run on `channels`.
+///
+/// * `access`: who may connect
+///
+/// # Errors
+///
+/// The address is not available.
+pub fn open(
+    address: &Address,
+    title: &str,
+    channels: Vec<ChannelSpec>,
+    access: Access,
+) -> Result<Arc<Server>, ServeError> {
+    let channel = |spec: ChannelSpec| Channel {
+        topic: spec.topic,
+        encoding: "protobuf".into(),
+        schema: Some((spec.schema, "protobuf".into(), spec.descriptors)),
+        metadata: spec.metadata,
+    };
+    let channels: Vec<Channel> = channels.into_iter().map(channel).collect();
+    Server::open(address, &format!("percuss: {title}"), &channels, None, access).map(Arc::new)
+}
 
-    /// Address for viewers.
-    pub fn url(&self) -> String {
-        self.server.url()
-    }
-
-    /// Receiver for the messages of the recorder.
-    pub fn tap(&self) -> Box<dyn Tap> {
-        Box::new(Arc::clone(&self.server))
-    }
-
-    /// Waits until so many viewers have subscribed, or `is_over`. Viewers subscribe panel by panel: their subscriptions are
-    /// complete when none has come for [`percuss_serve::QUIET`].
-    pub fn wait_for(&self, viewers: usize, is_over: impl Fn() -> bool) {
-        while !self.server.is_ready(viewers) && !is_over() {
-            thread::sleep(NAP);
-        }
-    }
-
-    /// Number of viewers with a subscription.
-    pub fn viewers(&self) -> usize {
-        self.server.viewers()
-    }
-
-    /// Waits until all viewers have left, at most `longest`, or until `is_over`.
-    pub fn hold(&self, longest: Duration, is_over: impl Fn() -> bool) {
-        self.server.hold(longest, is_over);
+/// Waits until so many viewers have subscribed, or `is_over`. Viewers subscribe panel by panel: their subscriptions are
+/// complete when none has come for [`percuss_serve::QUIET`].
+pub fn wait_for(server: &Server, viewers: usize, is_over: impl Fn() -> bool) {
+    while !server.is_ready(viewers) && !is_over() {
+        thread::sleep(NAP);
     }
 }
 

@@ -18,10 +18,7 @@
 //! This is the quasistatic estimate on a half-space. A steel ball on PMMA: q = 2.1 %, the force is 0.8 % too high; on alumina: 168 %,
 //! the force is 1.48 times too high.
 
-use crate::{
-    case::{Case, HeadKind},
-    grid::Geometry,
-};
+use crate::{case::Case, grid::Geometry, shape::Head};
 
 /// Excess of the peak force above which `percuss run` and `percuss check` warn.
 pub const NOTED: f64 = 0.05;
@@ -42,11 +39,9 @@ impl Rigidity {
         let modulus_ratio = case.target.material.si?.contact_modulus().ok()? / modulus;
         let exponent = match (case.geometry, &case.indenter.head) {
             _ if case.indenter.mass.is_infinite() => 1.0,
-            (Geometry::Plane, _) | (_, HeadKind::Flat { .. }) => 1.0 / 2.0,
-            (_, HeadKind::Cone { .. }) => 1.0 / 3.0,
-            (_, HeadKind::Paraboloid { .. } | HeadKind::Sphere { .. } | HeadKind::Profile { .. }) => {
-                2.0 / 5.0
-            }
+            (Geometry::Plane, _) | (_, Head::Flat { .. }) => 1.0 / 2.0,
+            (_, Head::Cone { .. }) => 1.0 / 3.0,
+            (_, Head::Paraboloid { .. } | Head::Sphere { .. } | Head::Profile(_)) => 2.0 / 5.0,
         };
         Some(Self { modulus_ratio, force_ratio: libm::pow(1.0 + modulus_ratio, exponent) })
     }

@@ -36,6 +36,13 @@ pub enum Head {
     Profile(Profile),
 }
 
+impl Head {
+    /// True if all points have the same depth.
+    pub fn is_flat(&self) -> bool {
+        *self == Self::Flat { edge_radius: 0.0 }
+    }
+}
+
 /// A head and the radius of the cylinder that carries it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
@@ -178,7 +185,7 @@ impl Shape {
 
     /// True if all points have the same depth.
     pub fn is_flat(&self) -> bool {
-        self.head == Head::Flat { edge_radius: 0.0 }
+        self.head.is_flat()
     }
 
     /// Profile of the head alone, as if it were unbounded \[R\].

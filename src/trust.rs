@@ -23,11 +23,12 @@
 //! 20 % (`check --json`: `theory_error`).
 
 use crate::{
-    case::{Case, HeadKind},
+    case::Case,
     contact::Rule,
     exact::{elastic_paraboloid::ElasticParaboloid, paraboloid::Paraboloid},
     grid::Geometry,
     model::ModelKind,
+    shape::Head,
     table::table,
     units::Unit,
 };
@@ -118,10 +119,10 @@ impl TheoryError {
                 (Quantity::Drag, edge_error(case, radius, beta, time)?)
             }
             // a sphere is a paraboloid where it is in contact before its edge
-            (_, HeadKind::Paraboloid { nose_radius } | HeadKind::Sphere { nose_radius }) => {
+            (_, Head::Paraboloid { nose_radius } | Head::Sphere { nose_radius }) => {
                 (Quantity::StressOnAxis, paraboloid_error(case, *nose_radius, beta, time)?)
             }
-            (_, HeadKind::Cone { .. }) => (Quantity::StressOnAxis, cone_error(case, beta, time)?),
+            (_, Head::Cone { .. }) => (Quantity::StressOnAxis, cone_error(case, beta, time)?),
             _ => return None,
         };
         Some(Self { quantity, error, time, shear_wave_speed: beta })

@@ -384,54 +384,38 @@ fn check_estimates_the_bytes_of_a_run() {
 }
 
 #[test]
-fn check_estimates_compressed_bytes_and_the_stop() {
+fn check_estimates_compressed_bytes() {
     let folder = folder();
     // half-spaces: one with a stop condition, one with a growing contact
-    for arguments in
-        [&["fig8-m5"][..], &["fig6b", "--set", "mesh.cells=150", "--set", "record.compression=lz4"]]
-    {
-        let mut check = vec!["check", "--json"];
-        check.extend(arguments);
-        let output = percuss(folder.path(), &check);
+    for (arguments, stops) in [
+        (&["fig8-m5"][..], true),
+        (&["fig6b", "--set", "mesh.cells=150", "--set", "record.compression=lz4"], false),
+    ] {
+        let output = percuss(folder.path(), &[&["check", "--json"], arguments].concat());
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-        let mut run = vec!["run", "--force", "-o", "run.mcap"];
-        run.extend(arguments);
-        let output = percuss(folder.path(), &run);
-        assert!(output.status.success(), "{}", stderr(&output));
-
+        let run = percuss(folder.path(), &[&["run", "--force", "-o", "run.mcap"], arguments].concat());
+        assert!(run.status.success(), "{}", stderr(&run));
         let estimate = json["estimate"]["file_bytes"].as_f64().expect("a number");
         let size = fs::metadata(folder.path().join("run.mcap")).expect("the recording").len() as f64;
-        let tolerance = json["estimate"]["bytes_tolerance"].as_f64().expect("a number");
-        assert!((estimate / size - 1.0).abs() < tolerance, "{arguments:?}: estimated {estimate}, is {size}");
-        let stop =
-            stderr(&output).lines().find_map(|line| line.strip_prefix("extension: ").map(str::to_owned));
-        match (json["estimate"]["stops_at"].as_f64(), stop) {
-            (Some(estimate), Some(text)) => {
-                let time: f64 = text.rsplit("t = ").next().expect("a time").trim().parse().expect("a number");
-                assert!((time / estimate - 1.0).abs() < 0.02, "estimated {estimate}, is {time}");
-            }
-            (estimate, stop) => assert!(estimate.is_none() && stop.is_none(), "{estimate:?} {stop:?}"),
-        }
+        assert!((1.0 / 3.0..3.0).contains(&(estimate / size)), "estimated {estimate}, is {size}");
+        let output = percuss(folder.path(), &[&["check"], arguments].concat());
+        let table = String::from_utf8(output.stdout).expect("text");
+        assert_eq!(table.lines().any(|line| line.starts_with("stop ")), stops, "{table}");
     }
 }
 
 #[test]
-fn check_tries_a_fine_case_on_a_coarser_mesh() {
+fn check_computes_nothing() {
     let folder = folder();
     let fine = ["fig5", "--set", "mesh.cells=2000", "--set", "run.end_time=30"];
     let start = Instant::now();
     let output = percuss(folder.path(), &[&["check", "--json"], &fine[..]].concat());
-    assert!(start.elapsed() < Duration::from_secs(5), "a check is no run");
+    assert!(start.elapsed() < Duration::from_secs(1), "a check is no run");
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let estimate = &json["estimate"];
-    assert!(estimate["trial_cells"].as_u64().expect("a number") < 2000);
-    assert_eq!([&estimate["bytes_tolerance"], &estimate["time_factor"]], [0.15, 1.5]);
-    assert!(estimate["seconds"].as_f64().expect("a number") > 1.0);
+    assert!(json["estimate"]["seconds"].as_f64().expect("a number") > 1.0);
     let output = percuss(folder.path(), &[&["check"], &fine[..]].concat());
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    for part in ["within 15 %", "within a factor 1.5; from a trial on"] {
-        assert!(text.contains(part), "{part}: {text}");
-    }
+    assert!(text.contains("run time   about "), "{text}");
 }
 
 #[test]

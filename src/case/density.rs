@@ -8,6 +8,8 @@ use crate::{model::Extent, shape::Shape};
 const ACTIVE_NODES: f64 = (1 << 22) as f64;
 /// Least number of cells that fields show by default.
 const SHOWN_CELLS: usize = 50;
+/// Steps, at most, that nodes are counted at.
+const SAMPLES: usize = 200;
 
 impl Parameters {
     /// Memory of the fields of a frame, at most \[bytes\].
@@ -22,35 +24,46 @@ impl Parameters {
         if self.record.fields.is_empty() {
             return 1;
         }
-        let every = (self.estimated_nodes(1, |_| 0.0) / ACTIVE_NODES).sqrt().ceil() as usize;
+        let every = (self.estimated_nodes(1) / ACTIVE_NODES).sqrt().ceil() as usize;
         every.min(self.mesh.cells / SHOWN_CELLS).max(1)
     }
 
     /// Estimated nonzero numbers of a field of every `every`-th node along r and z, in all frames together.
-    ///
-    /// * `ahead`: rows and columns ahead of the light cone that are not 0, by step
-    pub(crate) fn estimated_nodes(&self, every: usize, ahead: impl Fn(f64) -> f64) -> f64 {
-        const SAMPLES: usize = 200;
+    fn estimated_nodes(&self, every: usize) -> f64 {
         let shown = |nodes: f64| (nodes / every as f64).ceil();
-        let rows = |step: f64| (step + ahead(step) + 1.0).min(self.sizes.nz as f64 + 1.0);
+        let c_s = self.target.material.shear_wave_speed;
+        let nodes = |[rows, columns]: [f64; 2]| shown(rows) * shown(columns);
         let frames = self.frames().0;
         let samples = frames.iter().step_by(frames.len().div_ceil(SAMPLES).max(1));
         let each = frames.len() as f64 / samples.len().max(1) as f64;
         let shape = self.shape();
-        let columns = |step: f64| self.active_columns(&shape, step) + ahead(step);
-        let columns = |step: f64| columns(step).min(self.sizes.nr as f64);
-        let nodes = |step: f64| shown(columns(step)) * shown(rows(step));
-        each * samples.map(|step| nodes(*step as f64)).sum::<f64>()
+        each * samples.map(|step| nodes(self.active_region(&shape, c_s, *step as f64))).sum::<f64>()
+    }
+
+    /// Estimated node updates of a run. Without frames only what the surface can still feel is computed.
+    pub(crate) fn node_updates(&self) -> f64 {
+        let (steps, shape, speed) = (self.sizes.steps as f64, self.shape(), self.wave_speed());
+        let nodes = |sample: usize| {
+            let step = steps * (sample as f64 + 0.5) / SAMPLES as f64;
+            let [rows, columns] = self.active_region(&shape, speed, step);
+            columns * if self.record.frames.is_none() { rows.min(steps - step) } else { rows }
+        };
+        steps / SAMPLES as f64 * (0..SAMPLES).map(nodes).sum::<f64>()
+    }
+
+    /// Estimated rows and columns inside the light cone of the contact at a step.
+    fn active_region(&self, shape: &Shape, speed: f64, step: f64) -> [f64; 2] {
+        [(step + 1.0).min(self.sizes.nz as f64 + 1.0), self.active_columns(shape, speed, step)]
     }
 
     /// Estimated number of columns inside the light cone of the contact at a step.
     ///
     /// ```text
-    /// max over earlier steps s of  r_contact(s)/Δr + λ·(step − s),   λ = c_sΔt/Δr
+    /// max over earlier steps s of  r_contact(s)/Δr + λ·(step − s),   λ = cΔt/Δr
     /// ```
-    fn active_columns(&self, shape: &Shape, step: f64) -> f64 {
+    fn active_columns(&self, shape: &Shape, speed: f64, step: f64) -> f64 {
         const SAMPLES: u32 = 16;
-        let courant = self.target.material.shear_wave_speed * self.sizes.dt / self.sizes.dr;
+        let courant = speed * self.sizes.dt / self.sizes.dr;
         let columns = |part: u32| {
             let earlier = step * f64::from(part) / f64::from(SAMPLES);
             let contact = shape.reach(self.impact.velocity * earlier * self.sizes.dt) / self.sizes.dr;
@@ -77,9 +90,9 @@ mod tests {
     fn default_density_keeps_the_number_of_nodes() {
         let case = fine(&[]);
         let every = case.record.field_every;
-        assert!(every > 1 && case.estimated_nodes(every - 1, |_| 0.0) > ACTIVE_NODES);
+        assert!(every > 1 && case.estimated_nodes(every - 1) > ACTIVE_NODES);
         // the numbers of shown rows and columns are rounded up
-        assert!(case.estimated_nodes(every, |_| 0.0) < 1.05 * ACTIVE_NODES);
+        assert!(case.estimated_nodes(every) < 1.05 * ACTIVE_NODES);
         assert_eq!(fine(&["record.field_every=1"]).record.field_every, 1);
         assert_eq!(fine(&["record.frame_times=[1.0]", "run.end_time=2.5"]).record.field_every, 1);
         assert_eq!(fine(&["record.frames=0"]).record.field_every, 1);
@@ -94,8 +107,8 @@ mod tests {
 
     #[test]
     fn many_frames_are_estimated_from_some() {
-        let few = fine(&["record.frames=200"]).estimated_nodes(4, |_| 0.0) / 200.0;
-        let many = fine(&["record.frames=5001"]).estimated_nodes(4, |_| 0.0) / 5001.0;
+        let few = fine(&["record.frames=200"]).estimated_nodes(4) / 200.0;
+        let many = fine(&["record.frames=5001"]).estimated_nodes(4) / 5001.0;
         assert!((many / few - 1.0).abs() < 0.01, "{few} {many}");
     }
 }

@@ -16,7 +16,7 @@ use crate::{
         scheme::{Corner, Order},
     },
     recording::Compression,
-    shape::{Head, Profile, Shape},
+    shape::{Head, Shape},
     units::{Dimension, Scales, Units},
 };
 
@@ -152,46 +152,14 @@ pub struct Target {
 /// The rigid indenter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// Form of the head, in the parameters of the case file.
-    pub head: HeadKind,
+    /// Form of the head.
+    pub head: Head,
     /// Radius of the punch \[R\]; `None` if unbounded.
     pub radius: Option<f64>,
     /// Mass M \[πγR³; plane, of the half x ≥ 0, γR²\], may be infinite.
     pub mass: f64,
     /// Material, if it is named: how far the body is from rigid, see [`crate::rigidity`].
     pub material: Option<&'static Preset>,
-}
-
-/// Form of the head: its geometry, whatever the velocity.
-#[derive(Clone, Debug, PartialEq)]
-pub enum HeadKind {
-    /// `f = 0`, with a corner at the edge.
-    Flat {
-        /// Radius e of the corner \[R\]; 0 for a sharp edge.
-        edge_radius: f64,
-    },
-    /// `f = r²/(2ρ)`.
-    Paraboloid {
-        /// ρ \[R\]
-        nose_radius: f64,
-    },
-    /// `f = ρ − √(ρ² − r²)`.
-    Sphere {
-        /// ρ \[R\]
-        nose_radius: f64,
-    },
-    /// `f = s·r`.
-    Cone {
-        /// s
-        slope: f64,
-    },
-    /// Points `[r, f]`.
-    Profile {
-        /// The points \[R\].
-        points: Vec<[f64; 2]>,
-        /// The curve through them.
-        curve: Profile,
-    },
 }
 
 /// The impact.
@@ -313,23 +281,9 @@ pub struct Sizes {
     pub layer: bool,
 }
 
-impl HeadKind {
-    /// True if the whole face has one depth.
-    pub fn is_flat(&self) -> bool {
-        *self == Self::Flat { edge_radius: 0.0 }
-    }
-}
-
 impl Body {
     /// The shape.
     pub fn shape(&self) -> Shape {
-        let head = match &self.head {
-            HeadKind::Flat { edge_radius } => Head::Flat { edge_radius: *edge_radius },
-            HeadKind::Paraboloid { nose_radius } => Head::Paraboloid { nose_radius: *nose_radius },
-            HeadKind::Sphere { nose_radius } => Head::Sphere { nose_radius: *nose_radius },
-            HeadKind::Cone { slope } => Head::Cone { slope: *slope },
-            HeadKind::Profile { curve, .. } => Head::Profile(curve.clone()),
-        };
-        Shape::new(head, self.radius)
+        Shape::new(self.head.clone(), self.radius)
     }
 }

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use toml::Value;
 
 use super::{
-    Body, HeadKind,
+    Body,
     bounds::{Bounds, HUGE, TINY},
     document::{Given, Section, Span, span_of, value},
     read_profile::GivenProfile,
@@ -17,6 +17,7 @@ use crate::{
     contact::Rule,
     grid::Geometry,
     material::Preset,
+    shape::Head,
     units::{Dimension, Scales},
 };
 
@@ -100,8 +101,8 @@ pub(super) fn read_indenter(mut section: Section<'_>, parts: &IndenterParts<'_>)
     section.end();
     let head = head?;
     let radius = match &head {
-        HeadKind::Profile { curve, .. } => Some(radius.map_or(curve.last_radius(), value)),
-        HeadKind::Sphere { nose_radius } => Some(radius.map_or(*nose_radius, value)),
+        Head::Profile(curve) => Some(radius.map_or(curve.last_radius(), value)),
+        Head::Sphere { nose_radius } => Some(radius.map_or(*nose_radius, value)),
         _ => radius.map(value),
     };
     Some(Body { head, radius, mass: mass.unwrap_or(f64::INFINITY), material })
@@ -229,13 +230,13 @@ fn read_body_material(section: &mut Section<'_>, system: &System) -> Option<&'st
 /// ```
 fn mass_of(
     section: &Section<'_>,
-    head: &HeadKind,
+    head: &Head,
     radius: Option<&Given<f64>>,
     (key, density): (&str, Given<f64>),
     parts: &IndenterParts<'_>,
 ) -> Option<f64> {
     match head {
-        HeadKind::Sphere { nose_radius } if radius.is_none_or(|radius| radius.value == *nose_radius) => {
+        Head::Sphere { nose_radius } if radius.is_none_or(|radius| radius.value == *nose_radius) => {
             Some(match parts.geometry {
                 Geometry::Axisymmetric => 4.0 / 3.0 * nose_radius.powi(3) * density.value,
                 Geometry::Plane => 0.5 * PI * nose_radius * nose_radius * density.value,
@@ -258,12 +259,7 @@ fn mass_of(
 
 impl GivenHead {
     /// The head of a shape, or the problems with it.
-    fn head(
-        self,
-        section: &mut Section<'_>,
-        shape: ShapeName,
-        parts: &IndenterParts<'_>,
-    ) -> Option<HeadKind> {
+    fn head(self, section: &mut Section<'_>, shape: ShapeName, parts: &IndenterParts<'_>) -> Option<Head> {
         self.check_keys(section, shape);
         match shape {
             ShapeName::Flat => {
@@ -281,12 +277,12 @@ impl GivenHead {
                         format!("allowed: at most {radius}, the radius"),
                     );
                 }
-                Some(HeadKind::Flat { edge_radius: self.edge_radius.map_or(0.0, value) })
+                Some(Head::Flat { edge_radius: self.edge_radius.map_or(0.0, value) })
             }
             ShapeName::Paraboloid => {
                 let meaning = "radius of curvature ρ at the tip, f = r²/(2ρ)";
                 section.need("nose_radius", self.nose_radius.is_some(), meaning);
-                self.nose_radius.map(|rho| HeadKind::Paraboloid { nose_radius: rho.value })
+                self.nose_radius.map(|rho| Head::Paraboloid { nose_radius: rho.value })
             }
             ShapeName::Sphere => self.sphere(section, parts.system),
             ShapeName::Cone => self.cone(section),
@@ -315,7 +311,7 @@ impl GivenHead {
         only("points", span_of(&self.points), &[Profile]);
     }
 
-    fn sphere(self, section: &Section<'_>, system: &System) -> Option<HeadKind> {
+    fn sphere(self, section: &Section<'_>, system: &System) -> Option<Head> {
         section.need("nose_radius", self.nose_radius.is_some(), "radius ρ of the sphere");
         let nose_radius = self.nose_radius?.value;
         if let Some(radius) = self.radius.filter(|radius| radius.value > nose_radius) {
@@ -326,10 +322,10 @@ impl GivenHead {
             section.problem(radius.span, message, help);
             return None;
         }
-        Some(HeadKind::Sphere { nose_radius })
+        Some(Head::Sphere { nose_radius })
     }
 
-    fn cone(self, section: &mut Section<'_>) -> Option<HeadKind> {
+    fn cone(self, section: &mut Section<'_>) -> Option<Head> {
         let slope = match (self.slope, self.half_angle) {
             (Some(_), Some(angle)) => {
                 let message = "`indenter.slope` and `indenter.half_angle` are both given";
@@ -361,7 +357,7 @@ impl GivenHead {
                 return None;
             }
         };
-        Some(HeadKind::Cone { slope })
+        Some(Head::Cone { slope })
     }
 }
 

@@ -3,12 +3,14 @@
 use std::path::Path;
 
 use super::{
-    HeadKind,
     bounds::MAX_LIST,
     document::{Given, Section},
     system::System,
 };
-use crate::{shape::Profile, units::Dimension};
+use crate::{
+    shape::{Head, Profile},
+    units::Dimension,
+};
 
 /// What a file must look like.
 const FILE_HELP: &str = "a profile is a CSV file with two columns, headed r,f or in a physical case r [mm],f [mm], from the tip \
@@ -27,7 +29,7 @@ impl GivenProfile {
     /// The head, or the problems with it.
     ///
     /// * `folder`: of relative paths
-    pub fn head(self, section: &Section<'_>, folder: &Path, system: &System) -> Option<HeadKind> {
+    pub fn head(self, section: &Section<'_>, folder: &Path, system: &System) -> Option<Head> {
         let (points, span, name) = match (self.file, self.points) {
             (None, Some(points)) => (points.value, points.span, "`indenter.points`".to_owned()),
             (Some(file), None) => {
@@ -60,7 +62,7 @@ impl GivenProfile {
             }
         };
         check_radius(section, self.radius.as_ref(), curve.last_radius(), system)?;
-        Some(HeadKind::Profile { points, curve })
+        Some(Head::Profile(curve))
     }
 }
 

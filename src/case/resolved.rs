@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Frames, HeadKind, Parameters, Stop, Value, ViewChannel, quantity::si_unit};
+use super::{Frames, Parameters, Stop, Value, ViewChannel, quantity::si_unit};
 use crate::{
     contact::Rule,
     grid::{Geometry, MeshKind},
     model::{Field, Line, ModelKind, scheme::Order},
     recording::Compression,
+    shape::Head,
     units::Dimension,
 };
 
@@ -18,7 +19,6 @@ struct Resolved<'a> {
     title: &'a str,
     model: ModelKind,
     geometry: Geometry,
-    #[serde(skip_serializing_if = "Option::is_none")]
     length_unit: Option<Value>,
     target: Target,
     indenter: Indenter,
@@ -31,21 +31,15 @@ struct Resolved<'a> {
 #[derive(Serialize)]
 struct Target {
     thickness: Value,
-    #[serde(skip_serializing_if = "Option::is_none")]
     shear_wave_speed: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<Material>,
 }
 
 #[derive(Serialize)]
 struct Material {
-    #[serde(skip_serializing_if = "Option::is_none")]
     youngs_modulus: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     poisson_ratio: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     bulk_modulus: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     shear_modulus: Option<String>,
     density: String,
 }
@@ -54,19 +48,12 @@ struct Material {
 #[derive(Default, Serialize)]
 struct Indenter {
     shape: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
     radius: Option<Value>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     edge_radius: Option<Value>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     nose_radius: Option<Value>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     slope: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     points: Option<Vec<[Value; 2]>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     mass: Option<Value>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     material: Option<&'static str>,
 }
 
@@ -80,7 +67,6 @@ struct Impact {
 struct Run {
     end_time: Value,
     stop: Stop,
-    #[serde(skip_serializing_if = "Option::is_none")]
     checkpoint_every: Option<f64>,
 }
 
@@ -88,7 +74,6 @@ struct Run {
 struct Mesh {
     kind: MeshKind,
     cells: usize,
-    #[serde(skip_serializing_if = "Option::is_none")]
     order: Option<Order>,
     damping: f64,
     outer_radius: Value,
@@ -105,9 +90,7 @@ struct Record<'a> {
     fields: &'a [Field],
     field_every: usize,
     views: &'a [ViewChannel],
-    #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     frame_times: Option<Vec<Value>>,
     compression: Compression,
     playback_rate: f64,
@@ -192,18 +175,18 @@ fn indenter(case: &Parameters) -> Indenter {
         ..Indenter::default()
     };
     match &body.head {
-        HeadKind::Flat { edge_radius } => {
+        Head::Flat { edge_radius } => {
             Indenter { shape: "flat", edge_radius: Some(length(*edge_radius)), ..shared }
         }
-        HeadKind::Paraboloid { nose_radius } => {
+        Head::Paraboloid { nose_radius } => {
             Indenter { shape: "paraboloid", nose_radius: Some(length(*nose_radius)), ..shared }
         }
-        HeadKind::Sphere { nose_radius } => {
+        Head::Sphere { nose_radius } => {
             Indenter { shape: "sphere", nose_radius: Some(length(*nose_radius)), ..shared }
         }
-        HeadKind::Cone { slope } => Indenter { shape: "cone", slope: Some(*slope), ..shared },
-        HeadKind::Profile { points, .. } => {
-            let points = points.iter().map(|point| point.map(length)).collect();
+        Head::Cone { slope } => Indenter { shape: "cone", slope: Some(*slope), ..shared },
+        Head::Profile(curve) => {
+            let points = curve.points().map(|point| point.map(length)).collect();
             Indenter { shape: "profile", points: Some(points), ..shared }
         }
     }
@@ -216,5 +199,7 @@ pub fn toml(case: &Parameters) -> String {
 
 /// The case as JSON; an infinite mass becomes `null`, as JSON has no infinity.
 pub fn json(case: &Parameters) -> serde_json::Value {
-    serde_json::to_value(resolved(case)).expect("a case is plain maps, text and numbers")
+    // values that are not there are left out of TOML, and would be `null`
+    let table = toml::Table::try_from(resolved(case)).expect("a case is plain tables, text and numbers");
+    serde_json::to_value(table).expect("a case is plain maps, text and numbers")
 }

@@ -4,17 +4,11 @@ use prost_types::Timestamp;
 
 pub use crate::message::foxglove::log::Level;
 
-use super::{Channel, FieldNote, Outlet};
-use crate::{
-    message::foxglove,
-    view::{EventKind, View},
-};
+use super::{Channel, FieldNote};
+use crate::{message::foxglove, view::EventKind};
 
 /// Topic of the log.
 pub const TOPIC: &str = "/log";
-
-/// The log channel: it emits a line for every event.
-pub struct Log;
 
 /// The timestamp of a log time \[ns\].
 pub fn timestamp(log_time: u64) -> Timestamp {
@@ -33,27 +27,16 @@ pub fn line(level: Level, log_time: u64, text: &str) -> foxglove::Log {
     }
 }
 
-impl Channel for Log {
-    fn topic(&self) -> &'static str {
-        TOPIC
-    }
-
-    fn schema(&self) -> &'static str {
-        "foxglove.Log"
-    }
-
-    fn fields(&self) -> Vec<FieldNote> {
-        vec![
-            FieldNote::new("level", "1", "severity, 1 DEBUG to 5 FATAL"),
-            FieldNote::new("line", "1", "unused"),
-        ]
-    }
-
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
+/// The log channel: it emits a line for every event.
+pub fn channel() -> Channel {
+    let fields = vec![
+        FieldNote::new("level", "1", "severity, 1 DEBUG to 5 FATAL"),
+        FieldNote::new("line", "1", "unused"),
+    ];
+    Channel::new(TOPIC, "foxglove.Log", fields, |view, outlet| {
         for event in &*view.events {
             let level = if event.kind == EventKind::Warning { Level::Warning } else { Level::Info };
-            let text = line(level, outlet.log_time(), &event.text);
-            outlet.put(&text);
+            outlet.put(&line(level, outlet.log_time(), &event.text));
         }
-    }
+    })
 }

@@ -43,7 +43,7 @@ pub const WORLD: &str = "world";
 pub const INDENTER: &str = "indenter";
 
 /// The view channels of a case.
-pub(super) fn channels(case: &Case) -> Vec<Box<dyn Channel>> {
+pub(super) fn channels(case: &Case) -> Vec<Channel> {
     let viewport = Arc::new(Viewport::new(case));
     let section = Arc::new(Mutex::new(Section::new(case, &viewport)));
     let wanted = |view: &&ViewChannel| match view {
@@ -51,15 +51,13 @@ pub(super) fn channels(case: &Case) -> Vec<Box<dyn Channel>> {
         ViewChannel::Field | ViewChannel::Image => !case.record.fields.is_empty(),
         _ => true,
     };
-    let channel = |view: &ViewChannel| -> Box<dyn Channel> {
-        match view {
-            ViewChannel::Field => Box::new(grid::Grid::new(case, &viewport, &section)),
-            ViewChannel::Image => Box::new(image::Image::new(case, &viewport, &section)),
-            ViewChannel::Scene => Box::new(scene::Scene::new(case, &viewport)),
-            ViewChannel::Fronts => Box::new(fronts::Fronts::new(case, &viewport)),
-            ViewChannel::Tf => Box::new(tf::Transforms::new(&viewport)),
-            ViewChannel::Profile => Box::new(profile::Profile::new(case)),
-        }
+    let channel = |view: &ViewChannel| match view {
+        ViewChannel::Field => grid::channel(case, &viewport, &section),
+        ViewChannel::Image => image::channel(case, &viewport, &section),
+        ViewChannel::Scene => scene::channel(case, &viewport),
+        ViewChannel::Fronts => fronts::channel(case, &viewport),
+        ViewChannel::Tf => tf::channel(&viewport),
+        ViewChannel::Profile => profile::channel(case),
     };
     case.record.views.iter().filter(wanted).map(channel).collect()
 }

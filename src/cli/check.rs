@@ -7,8 +7,8 @@ use clap::Args;
 use super::{CaseArguments, CliError, Exit, print, scales};
 use crate::{
     admissible::{self, Trial},
-    case::{Case, Sizes},
-    cost::{Estimate, PATIENCE, RunEstimate, TIME_FACTOR, bytes_tolerance},
+    case::{Case, Sizes, Stop},
+    cost::Estimate,
     rigidity::Rigidity,
     trust::TheoryError,
     units::{Dimension, Units},
@@ -17,8 +17,8 @@ use crate::{
 };
 
 const ESTIMATES: &str = "\
-Recording and run time are scaled from trials on coarser meshes, a second in all. Sizes are within 15 % (model elastic: 40 %) and times
-within a factor 1.5, as long as the machine is as busy during the run as during the check.";
+Recording and run time are estimated from the sizes of the case. They depend on how well its waves compress and on the machine: within a
+factor of 3. A run that its stop condition ends earlier takes less.";
 
 /// Validates a case.
 #[derive(Debug, Args)]
@@ -47,8 +47,7 @@ impl Check {
         }
         let estimate = Estimate::new(&case);
         let admissible = self.admissible.then(|| find_velocity(&case)).transpose()?;
-        let mut warnings = warnings::of_case(&case);
-        warnings.extend(estimate.run.iter().flat_map(|run| run.warnings(&case)));
+        let warnings = warnings::of_case(&case);
         let text = if self.json {
             json(&case, &estimate, admissible, &warnings)
         } else {
@@ -80,22 +79,17 @@ fn metres_per_second(case: &Case, velocity: f64) -> Option<f64> {
 
 fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &[Warning]) -> String {
     let theory = TheoryError::of(case);
-    let run = estimate.run;
     let mut value = serde_json::json!({
-        "version": 2,
+        "version": 3,
         "valid": true,
         "runnable": true,
         "case": case.resolved_json(),
         "sizes": case.sizes,
         "estimate": {
             "memory_bytes": estimate.memory,
-            "message_bytes": run.map(|run| run.messages),
-            "file_bytes": run.map(|run| run.file),
-            "bytes_tolerance": bytes_tolerance(case.model),
-            "seconds": run.map(|run| run.seconds),
-            "time_factor": TIME_FACTOR,
-            "stops_at": run.and_then(|run| run.stops_at),
-            "trial_cells": run.map(|run| run.trial_cells),
+            "message_bytes": estimate.messages,
+            "file_bytes": estimate.file,
+            "seconds": estimate.seconds,
         },
         "theory_error": theory.map(|theory| serde_json::json!({
             "quantity": theory.quantity.name(),
@@ -147,16 +141,19 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
             ]);
         }
     }
-    rows.extend([("frames", frames(case)), ("memory", format!("about {}", bytes(estimate.memory)))]);
-    match estimate.run {
-        Some(run) => rows.extend(run_rows(case, &run)),
-        None => {
-            let limit = PATIENCE.as_secs();
-            rows.push((
-                "run time",
-                format!("unknown: even a trial on a very coarse mesh does not end within {limit} s"),
-            ));
-        }
+    let Estimate { memory, messages, file, seconds } = *estimate;
+    let recording = format!("about {}; {} before compression", bytes(file), bytes(messages));
+    rows.extend([
+        ("frames", frames(case)),
+        ("memory", format!("about {}", bytes(memory))),
+        ("recording", recording),
+        ("run time", format!("about {seconds:.2} s")),
+    ]);
+    if case.run.stop != Stop::Never {
+        rows.push((
+            "stop",
+            "maybe earlier, as run.stop asks; recording and run time are up to the end".into(),
+        ));
     }
     if let Some(Trial { velocity, strain, .. }) = admissible {
         let velocity = metres_per_second(case, velocity)
@@ -167,26 +164,6 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
         ));
     }
     rows.iter().map(|(key, value)| format!("{key:<10} {value}\n")).collect()
-}
-
-/// The estimates of a run, row by row.
-fn run_rows(case: &Case, run: &RunEstimate) -> Vec<(&'static str, String)> {
-    let RunEstimate { messages, file, seconds, stops_at, trial_cells, .. } = *run;
-    let percent = 100.0 * bytes_tolerance(case.model);
-    let size = format!("about {}, within {percent} %; {} before compression", bytes(file), bytes(messages));
-    let time =
-        format!("about {seconds:.2} s, within a factor {TIME_FACTOR}; from a trial on {trial_cells} cells");
-    let mut rows = vec![("recording", size), ("run time", time)];
-    rows.extend(stops_at.map(|time| {
-        (
-            "stop",
-            format!(
-                "about t = {}, as run.stop asks; recording and run time are up to there",
-                case.units().time.text(time)
-            ),
-        )
-    }));
-    rows
 }
 
 /// Number and density of the frames.

@@ -22,7 +22,7 @@ use signal_hook::{
 use super::{CliError, Exit, default_output};
 use crate::{
     case::Case,
-    cost::{Estimate, bytes_tolerance, most_bytes},
+    cost::{Estimate, least_bytes},
     recording::{Destination, Synchronise},
     session::{Flow, Status},
 };
@@ -104,22 +104,17 @@ impl ThreadArguments {
     }
 }
 
-/// Refuses a run whose recording is larger than what is free. Only where it may be is the size estimated, which takes a second.
+/// Refuses a run whose recording is certainly larger than what is free.
 ///
 /// # Errors
 ///
 /// There is too little room.
 pub(super) fn check_room(path: &Path, case: &Case) -> Result<(), CliError> {
     // where the system does not say what is free, writing will
-    let Some(free) = available(path).ok().flatten().filter(|free| *free < most_bytes(case)) else {
+    let Some(free) = available(path).ok().flatten().filter(|free| *free < least_bytes(case)) else {
         return Ok(());
     };
-    let Some(estimate) = Estimate::new(case).run else { return Ok(()) };
-    let least = estimate.file as f64 * (1.0 - bytes_tolerance(case.model));
-    if least <= free as f64 {
-        return Ok(());
-    }
-    let (needed, free) = (BinaryBytes(estimate.file), BinaryBytes(free));
+    let (needed, free) = (BinaryBytes(Estimate::new(case).file), BinaryBytes(free));
     let text = format!(
         "`{}` would take about {needed}, and {free} are free there; choose another output with -o, or record less (record.frames, record.field_every, record.interface_every)",
         path.display()

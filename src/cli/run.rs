@@ -2,13 +2,16 @@
 
 use std::{
     path::Path,
-    sync::atomic::{AtomicUsize, Ordering},
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
     time::{Duration, Instant},
 };
 
 use clap::Args;
 use percuss_output::{file_of, part_of};
-use percuss_serve::{Access, Address, AllowedOrigin, VIEWERS, seconds, speed};
+use percuss_serve::{Access, Address, AllowedOrigin, Server, VIEWERS, seconds, speed};
 use rayon::ThreadPool;
 
 use super::{
@@ -21,7 +24,7 @@ use crate::{
     case::Case,
     channels::{Catalogue, log_time},
     checkpoint::{self, Checkpoint, Checkpoints, checkpoint_of},
-    live::{Live, Pace},
+    live::{self, Pace},
     recording::Destination,
     session::{self, Progress as Recorded, Recording, RunError, Source, Status},
     simulation::{Engine, Simulation},
@@ -101,8 +104,8 @@ impl Run {
             progress.say(&format!("continues at step {} of {}", simulation.next_step(), case.sizes.steps));
         }
         if let Some(live) = &live {
-            recording.tap(live.tap()).map_err(RunError::from)?;
-            live.wait_for(self.wait.unwrap_or(0), is_over);
+            recording.tap(Box::new(Arc::clone(live))).map_err(RunError::from)?;
+            live::wait_for(live, self.wait.unwrap_or(0), is_over);
         }
         let mut pace = self.pace.map(Pace::new);
         let start = Instant::now();
@@ -218,7 +221,7 @@ impl Run {
     }
 
     /// Serves viewers after the end.
-    fn hold(&self, live: &Live, signal: &AtomicUsize) {
+    fn hold(&self, live: &Server, signal: &AtomicUsize) {
         let is_over = || signal.load(Ordering::Relaxed) != 0;
         let viewers = live.viewers();
         if viewers > 0 && !self.hold.is_zero() && !is_over() && !self.output.quiet {
@@ -231,9 +234,9 @@ impl Run {
     }
 
     /// Opens the server of a live run and prints its address.
-    fn open(&self, address: &Address, case: &Case, progress: &Progress) -> Result<Live, CliError> {
+    fn open(&self, address: &Address, case: &Case, progress: &Progress) -> Result<Arc<Server>, CliError> {
         let access = Access { origins: self.allow_origin.clone(), report: progress.speaker() };
-        let live = Live::open(address, &case.title, Catalogue::new(case).specs(), access)?;
+        let live = live::open(address, &case.title, Catalogue::new(case).specs(), access)?;
         progress.say(&format!("live at {} for {}", live.url(), address.reach()));
         Ok(live)
     }

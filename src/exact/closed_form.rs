@@ -12,10 +12,11 @@ use super::{
     spreading::{Front, Spreading},
 };
 use crate::{
-    case::{Case, HeadKind},
+    case::Case,
     contact::{HALF_WIDTH, Rule},
     grid::{Geometry, MeshKind},
     model::ModelKind,
+    shape::Head,
     view::{Interface, StressAt, View},
 };
 
@@ -141,11 +142,9 @@ impl ClosedForm {
         let velocity = case.impact.velocity;
         // a prescribed contact spreads as the depth V0·t cuts the head: r*² = 2ρV0·t, r* = V0·t/s
         let front = match case.indenter.head {
-            HeadKind::Flat { edge_radius: 0.0 } => Front::Flat,
-            HeadKind::Paraboloid { nose_radius } => {
-                Front::Paraboloid { curvature: 2.0 * nose_radius * velocity }
-            }
-            HeadKind::Cone { slope } => Front::Cone { spread_rate: velocity / slope },
+            Head::Flat { edge_radius: 0.0 } => Front::Flat,
+            Head::Paraboloid { nose_radius } => Front::Paraboloid { curvature: 2.0 * nose_radius * velocity },
+            Head::Cone { slope } => Front::Cone { spread_rate: velocity / slope },
             _ => return none("it needs a flat face with a sharp edge, a paraboloid or a cone"),
         };
         let outruns_waves =

@@ -35,7 +35,7 @@ use std::f64::consts::PI;
 use super::{
     ExactError,
     layer_kernel::LayerKernel,
-    positive,
+    outside, positive,
     quadrature::{gauss_legendre_on, solve},
     surface_impedance::SurfaceImpedance,
 };
@@ -82,8 +82,7 @@ impl DiscStiffness {
         let c_s = positive("shear_wave_speed", shear_wave_speed, 1.0, "0 < c_s < 1")?;
         let a = 1.0 / c_s;
         if h < 0.02 * a {
-            let bound = "thickness·c_s ≥ 0.02".to_owned();
-            return Err(ExactError::OutsideRange { name: "thickness", value: h, bound });
+            return outside("thickness", h, "thickness·c_s ≥ 0.02");
         }
         let nodes = NODES.max((NODES_PER_THICKNESS * a / h).ceil() as usize);
         Ok(Self::with_nodes(h, a, 1.0, Kernel::Simplified(h), nodes))
@@ -101,8 +100,7 @@ impl DiscStiffness {
         let stiffness = SurfaceImpedance::new(beta)?.stiffness();
         let h = positive("thickness", thickness, f64::INFINITY, "h > 0")?;
         if h < 0.05 {
-            let bound = "thickness ≥ 0.05".to_owned();
-            return Err(ExactError::OutsideRange { name: "thickness", value: h, bound });
+            return outside("thickness", h, "thickness ≥ 0.05");
         }
         let nodes = NODES.max((NODES_PER_THICKNESS / h).ceil() as usize);
         Ok(Self::with_nodes(h, 1.0, stiffness, Kernel::Elastic(LayerKernel::elastic(h, 2.0)), nodes))
@@ -135,8 +133,7 @@ impl DiscStiffness {
     /// `r` is not under the punch, `0 ≤ r < 1`.
     pub fn pressure_slope(&self, r: f64) -> Result<f64, ExactError> {
         if !(0.0..1.0).contains(&r) {
-            let bound = "0 ≤ r < 1".to_owned();
-            return Err(ExactError::OutsideRange { name: "r", value: r, bound });
+            return outside("r", r, "0 ≤ r < 1");
         }
         let a = self.radius;
         let r = r * a;

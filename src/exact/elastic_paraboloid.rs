@@ -12,7 +12,7 @@
 //! and `2(m+1)h − z`. \[KA\] prints `(2m+1)h − z`; its Eq. 14 and causality give this. `q = √(1 + 4c²T/k²)` and
 //! `1 − 2c²Z/R = qk/R` have been used.
 
-use super::{ExactError, distances, positive};
+use super::{ExactError, distances, layer, positive};
 
 /// A paraboloid striking a layer or half-space of the full theory with prescribed motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +46,7 @@ impl ElasticParaboloid {
         let (longitudinal, shear) = speeds;
         positive("alpha", longitudinal, f64::INFINITY, "α > 0")?;
         positive("beta", shear, longitudinal * 0.75_f64.sqrt(), "0 < β < α·√3/2")?;
-        thickness.map(|h| positive("thickness", h, f64::INFINITY, "h > 0")).transpose()?;
+        layer(thickness)?;
         Ok(Self { velocity, curvature, longitudinal, shear, thickness })
     }
 

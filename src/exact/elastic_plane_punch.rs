@@ -27,7 +27,7 @@
 use std::f64::consts::PI;
 
 use super::{
-    ExactError, positive,
+    ExactError, outside, positive,
     quadrature::{gauss_legendre_on, singular_at_ends},
     surface_impedance::SurfaceImpedance,
 };
@@ -154,7 +154,7 @@ impl ElasticPlanePunch {
         if t > 0.0 && t < end {
             return Ok(());
         }
-        Err(ExactError::OutsideRange { name: "t", value: t, bound: format!("0 < t < {end}") })
+        outside("t", t, format!("0 < t < {end}"))
     }
 }
 

@@ -22,7 +22,8 @@
 use std::f64::consts::{LN_2, PI};
 
 use super::{
-    ExactError, layer_kernel::LayerKernel, positive, quadrature::solve, surface_impedance::SurfaceImpedance,
+    ExactError, layer_kernel::LayerKernel, outside, positive, quadrature::solve,
+    surface_impedance::SurfaceImpedance,
 };
 
 /// Nodes of the collocation: so many, and so many per 1/h.
@@ -48,8 +49,7 @@ impl ElasticStripStiffness {
         let stiffness = SurfaceImpedance::new(beta)?.stiffness();
         let h = positive("thickness", thickness, f64::INFINITY, "h > 0")?;
         if h < 0.05 {
-            let bound = "thickness ≥ 0.05".to_owned();
-            return Err(ExactError::OutsideRange { name: "thickness", value: h, bound });
+            return outside("thickness", h, "thickness ≥ 0.05");
         }
         let nodes = (NODES + NODES_PER_THICKNESS / h).ceil() as usize;
         Ok(Self::with_nodes(h, stiffness, &LayerKernel::elastic(h, 2.0), nodes))

@@ -21,7 +21,9 @@
 
 use std::f64::consts::PI;
 
-use super::{ExactError, positive, quadrature::singular_at_ends, surface_impedance::SurfaceImpedance};
+use super::{
+    ExactError, layer, outside, positive, quadrature::singular_at_ends, surface_impedance::SurfaceImpedance,
+};
 
 /// A wedge striking an elastic layer or half-space, its contact faster than longitudinal waves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +57,7 @@ impl ElasticWedge {
                 bound: "V* > 1: the contact must outrun longitudinal waves",
             });
         }
-        thickness.map(|h| positive("thickness", h, f64::INFINITY, "h > 0")).transpose()?;
+        layer(thickness)?;
         Ok(Self { velocity, spread_rate, impedance: SurfaceImpedance::new(beta)?, thickness })
     }
 
@@ -73,14 +75,13 @@ impl ElasticWedge {
     /// `t` is negative or not finite, `x` is the tip, where the pressure is infinite, or a wave from the apex
     /// has been reflected to `x`.
     pub fn pressure(&self, x: f64, t: f64) -> Result<f64, ExactError> {
-        let outside = |name, value, bound: String| Err(ExactError::OutsideRange { name, value, bound });
         let x = x.abs();
         if !(t >= 0.0 && t.is_finite()) {
-            return outside("t", t, "t ≥ 0".into());
+            return outside("t", t, "t ≥ 0");
         }
         if !(x > 0.0 && x.is_finite()) {
             let bound = "|x| > 0: pressure grows without bound towards the tip of a wedge";
-            return outside("x", x, bound.into());
+            return outside("x", x, bound);
         }
         let depth = self.thickness.map_or(f64::INFINITY, |h| 2.0 * h);
         let end = x.hypot(depth);
@@ -116,7 +117,7 @@ impl ElasticWedge {
     /// `t` is negative or not finite.
     pub fn drag(&self, t: f64) -> Result<f64, ExactError> {
         if !(t >= 0.0 && t.is_finite()) {
-            return Err(ExactError::OutsideRange { name: "t", value: t, bound: "t ≥ 0".into() });
+            return outside("t", t, "t ≥ 0");
         }
         let way = self.thickness.map_or(f64::INFINITY, |h| 2.0 * h);
         // the number of terms with t > 2mh, and their sum

@@ -17,7 +17,8 @@
 use std::f64::consts::PI;
 
 use super::{
-    ExactError, complex::Complex, positive, quadrature::singular_at_ends, surface_impedance::SurfaceImpedance,
+    ExactError, complex::Complex, outside, positive, quadrature::singular_at_ends,
+    surface_impedance::SurfaceImpedance,
 };
 
 /// Coefficients of a smooth pulse of height 1, `256·s⁴(1 − s)⁴`, s = t/T.
@@ -56,7 +57,7 @@ impl Lamb {
     pub fn displacement(&self, x: f64, t: f64) -> Result<f64, ExactError> {
         let x = positive("|x|", x.abs(), f64::INFINITY, "x ≠ 0")?;
         if !t.is_finite() {
-            return Err(ExactError::OutsideRange { name: "t", value: t, bound: "finite".into() });
+            return outside("t", t, "finite");
         }
         Ok(if t <= x { 0.0 } else { self.along_ellipse(x, t, 1.0) })
     }

@@ -15,7 +15,7 @@
 //! R = √(k² + 4c_s²kt + 4c_s⁴d²)     q = (R − 2c_s²d)/k
 //! ```
 
-use super::{ExactError, distances, positive};
+use super::{ExactError, distances, layer, positive};
 
 /// A paraboloid striking a layer or half-space of the simplified theory with prescribed motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +44,7 @@ impl Paraboloid {
         positive("velocity", velocity, f64::INFINITY, "V0 > 0")?;
         positive("curvature", curvature, f64::INFINITY, "k > 0")?;
         positive("shear_wave_speed", shear_wave_speed, 1.0, "0 < c_s < 1")?;
-        thickness.map(|h| positive("thickness", h, f64::INFINITY, "h > 0")).transpose()?;
+        layer(thickness)?;
         Ok(Self { velocity, curvature, shear_wave_speed, thickness })
     }
 

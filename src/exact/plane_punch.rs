@@ -12,7 +12,7 @@
 //! The first holds until the other edge's wave arrives, `t < 2/c_s − X`, and both until the first reflection,
 //! `t < 2h`.
 
-use super::{ExactError, positive};
+use super::{ExactError, outside, positive};
 
 /// A plane flat punch of half-width 1 and infinite mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +70,7 @@ impl PlanePunch {
         if t > 0.0 && t < end {
             return Ok(());
         }
-        Err(ExactError::OutsideRange { name: "t", value: t, bound: format!("0 < t < {end}") })
+        outside("t", t, format!("0 < t < {end}"))
     }
 }
 

@@ -49,7 +49,7 @@ pub use front::Front;
 use ray::Ray;
 
 use super::{
-    ExactError, distances, positive,
+    ExactError, distances, layer, outside, positive,
     quadrature::{gauss_legendre, gauss_legendre_on, over_half_circle, singular_at_ends},
 };
 
@@ -87,7 +87,7 @@ impl Spreading {
         };
         positive("velocity", velocity, f64::INFINITY, "V0 > 0")?;
         let c = positive("shear_wave_speed", shear_wave_speed, 1.0, "0 < c_s < 1")?;
-        thickness.map(|h| positive("thickness", h, f64::INFINITY, "h > 0")).transpose()?;
+        layer(thickness)?;
         Ok(Self { front, velocity, c, thickness, rule: gauss_legendre(INNER_NODES) })
     }
 
@@ -98,9 +98,8 @@ impl Spreading {
     /// `t` is negative; `z` is not in the target; on the surface: `r` is beyond the contact or, for contact slower than
     /// the waves, at its edge, or the tip of a cone.
     pub fn pressure(&self, r: f64, z: f64, t: f64) -> Result<f64, ExactError> {
-        let outside = |name, value, bound: String| Err(ExactError::OutsideRange { name, value, bound });
         if !(r >= 0.0 && r.is_finite()) {
-            return outside("r", r, "r ≥ 0".into());
+            return outside("r", r, "r ≥ 0");
         }
         let paths = self.paths(z, t)?;
         if z == 0.0 {
@@ -114,11 +113,7 @@ impl Spreading {
                 return outside("r", r, format!("r < r* = {}", self.front.radius(t)));
             }
             if r == 0.0 && matches!(self.front, Front::Cone { .. }) {
-                return outside(
-                    "r",
-                    r,
-                    "r > 0: pressure grows without bound towards the tip of a cone".into(),
-                );
+                return outside("r", r, "r > 0: pressure grows without bound towards the tip of a cone");
             }
         }
         Ok(self.velocity * paths.iter().map(|&(d, count)| count * self.term(r, d, t)).sum::<f64>())
@@ -133,8 +128,7 @@ impl Spreading {
     /// `t` is negative, or the face is flat and unbounded.
     pub fn drag(&self, t: f64) -> Result<f64, ExactError> {
         if self.front == Front::Flat || t.is_nan() || t < 0.0 {
-            let bound = "t ≥ 0, and not for an unbounded flat face".to_owned();
-            return Err(ExactError::OutsideRange { name: "t", value: t, bound });
+            return outside("t", t, "t ≥ 0, and not for an unbounded flat face");
         }
         let edge = self.front.radius(t);
         let fast = edge <= self.front.sonic_radius(self.c);

@@ -88,6 +88,11 @@ impl Profile {
         self.r[self.r.len() - 1]
     }
 
+    /// The points `[r, f]` \[R\].
+    pub fn points(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.r.iter().zip(&self.f).map(|(r, f)| [*r, *f])
+    }
+
     /// Radii of the points \[R\].
     pub fn knots(&self) -> impl Iterator<Item = f64> + '_ {
         self.r.iter().copied()

@@ -9,11 +9,9 @@ use std::sync::Arc;
 use super::{Sheet, Viewport, WORLD, colours, entity, viewport::EdgeWave};
 use crate::{
     case::Case,
-    channels::{Channel, FieldNote, Outlet},
+    channels::{Channel, FieldNote},
     message::foxglove::{LinePrimitive, Point3, SceneUpdate},
     model::ModelKind,
-    units::Unit,
-    view::View,
 };
 
 /// Points of half an ellipse.
@@ -21,27 +19,49 @@ const POINTS: u32 = 36;
 /// Crossings of the layer after which fronts are no longer drawn.
 const CROSSINGS: f64 = 4.0;
 
-/// The channel.
-pub struct Fronts {
+/// Draws the fronts of a case.
+struct Fronts {
     viewport: Arc<Viewport>,
     is_flat: bool,
-    model: ModelKind,
-    time: Unit,
     /// Unit half circle, `(cos, sin)` from r = 1 over z = 1 to r = −1.
     circle: Vec<(f64, f64)>,
 }
 
+/// The channel of a case.
+pub fn channel(case: &Case, viewport: &Arc<Viewport>) -> Channel {
+    let meaning = match case.model {
+        ModelKind::Rakhmatulin => {
+            "wave fronts from the edge of the contact by geometry: ((r - r_e)/c_s)² + (z/c_p)² = (t - t_e)²"
+        }
+        ModelKind::Elastic => {
+            "wave fronts from the edge of the contact by geometry: (r - r_e)² + z² = c²(t - t_e)² with c_p and c_s"
+        }
+    };
+    let note = FieldNote::new("entities", viewport.world.unit.name, meaning);
+    let fronts = Fronts::new(case, viewport);
+    let channel = Channel::new("/view/fronts", "foxglove.SceneUpdate", vec![note], move |view, outlet| {
+        if view.frame.is_none() {
+            return;
+        }
+        let mut entity = entity("fronts", WORLD, outlet);
+        entity.lines = fronts.lines(view.time);
+        outlet.put(&SceneUpdate { deletions: Vec::new(), entities: vec![entity] });
+    });
+    match viewport.waves.first() {
+        Some(edge) => channel
+            .remark("edge.r", viewport.world.length(edge.r).to_string())
+            .remark("edge.time", case.units().time.of(edge.time).to_string()),
+        None => channel,
+    }
+}
+
 impl Fronts {
-    /// The channel of a case.
-    pub fn new(case: &Case, viewport: &Arc<Viewport>) -> Self {
+    fn new(case: &Case, viewport: &Arc<Viewport>) -> Self {
+        let part = |part: u32| on_circle(2.0 * f64::from(part) / f64::from(POINTS) - 1.0);
         Self {
             viewport: Arc::clone(viewport),
             is_flat: case.indenter.head.is_flat(),
-            model: case.model,
-            time: case.units().time,
-            circle: (0..=POINTS)
-                .map(|part| on_circle(2.0 * f64::from(part) / f64::from(POINTS) - 1.0))
-                .collect(),
+            circle: (0..=POINTS).map(part).collect(),
         }
     }
 
@@ -94,47 +114,6 @@ impl Fronts {
 /// same bits on every machine.
 fn on_circle(s: f64) -> (f64, f64) {
     (-2.0 * s / (1.0 + s * s), (1.0 - s * s) / (1.0 + s * s))
-}
-
-impl Channel for Fronts {
-    fn topic(&self) -> &'static str {
-        "/view/fronts"
-    }
-
-    fn schema(&self) -> &'static str {
-        "foxglove.SceneUpdate"
-    }
-
-    fn fields(&self) -> Vec<FieldNote> {
-        let meaning = match self.model {
-            ModelKind::Rakhmatulin => {
-                "wave fronts from the edge of the contact by geometry: ((r - r_e)/c_s)² + (z/c_p)² = (t - t_e)²"
-            }
-            ModelKind::Elastic => {
-                "wave fronts from the edge of the contact by geometry: (r - r_e)² + z² = c²(t - t_e)² with c_p and c_s"
-            }
-        };
-        vec![FieldNote::new("entities", self.viewport.world.unit.name, meaning)]
-    }
-
-    fn remarks(&self) -> Vec<(String, String)> {
-        match self.viewport.waves.first() {
-            Some(edge) => vec![
-                ("edge.r".into(), self.viewport.world.length(edge.r).to_string()),
-                ("edge.time".into(), self.time.of(edge.time).to_string()),
-            ],
-            None => Vec::new(),
-        }
-    }
-
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
-        if view.frame.is_none() {
-            return;
-        }
-        let mut fronts = entity("fronts", WORLD, outlet);
-        fronts.lines = self.lines(view.time);
-        outlet.put(&SceneUpdate { deletions: Vec::new(), entities: vec![fronts] });
-    }
 }
 
 #[cfg(test)]

@@ -8,9 +8,9 @@ use std::sync::{Arc, Mutex};
 use super::{Viewport, WORLD, colours::palette, section::Section, timestamp, viewport::range};
 use crate::{
     case::Case,
-    channels::{Channel, FieldNote, Outlet, lock},
+    channels::{Channel, lock},
     message::foxglove,
-    model::{Field, Frame},
+    model::Frame,
     view::View,
 };
 
@@ -18,45 +18,50 @@ use crate::{
 const NOTHING: u8 = 0;
 const INDENTER: u8 = 1;
 
-/// The channel.
-pub struct Image {
+/// The picture of a frame.
+struct Picture {
     section: Arc<Mutex<Section>>,
     columns: usize,
     rows: usize,
     /// Rows above the surface that show the contact.
     margin: usize,
     pixel: f64,
-    shown: Field,
-    /// Half of the colour range, in the unit of the field.
-    range: f64,
     palette: Vec<u8>,
     pixels: Vec<u8>,
-    message: foxglove::CompressedImage,
 }
 
-impl Image {
-    /// The channel of a case: it shows the first of the recorded fields.
-    pub fn new(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) -> Self {
-        let shown = case.record.fields[0];
-        let message = foxglove::CompressedImage {
-            frame_id: WORLD.into(),
-            format: "png".into(),
-            ..foxglove::CompressedImage::default()
-        };
-        Self {
-            section: Arc::clone(section),
-            columns: 2 * viewport.columns,
-            rows: viewport.rows,
-            margin: (viewport.rows / 16).max(2),
-            pixel: viewport.pixel,
-            shown,
-            range: range(case, shown),
-            palette: palette(),
-            pixels: Vec::new(),
-            message,
-        }
-    }
+/// The channel of a case: it shows the first of the recorded fields.
+pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) -> Channel {
+    let mut picture = Picture {
+        section: Arc::clone(section),
+        columns: 2 * viewport.columns,
+        rows: viewport.rows,
+        margin: (viewport.rows / 16).max(2),
+        pixel: viewport.pixel,
+        palette: palette(),
+        pixels: Vec::new(),
+    };
+    let mut message = foxglove::CompressedImage {
+        frame_id: WORLD.into(),
+        format: "png".into(),
+        ..foxglove::CompressedImage::default()
+    };
+    let shown = case.record.fields[0];
+    let range = range(case, shown);
+    Channel::new("/view/image", "foxglove.CompressedImage", Vec::new(), move |view, outlet| {
+        let Some(frame) = &view.frame else { return };
+        message.timestamp = Some(timestamp(outlet));
+        picture.draw(view, &frame.fields);
+        message.data.clear();
+        picture.encode(&mut message.data).expect("memory takes every byte");
+        outlet.put(&message);
+    })
+    .remark("shows", format!("/field/{}", shown.name()))
+    .remark(format!("colour_range.{}", shown.name()), format!("{},{range}", -range))
+    .remark("colours", "blue tension, white 0, red compression; grey above: the contact")
+}
 
+impl Picture {
     fn draw(&mut self, view: &View<'_>, frame: &Frame) {
         let half = self.columns / 2;
         let contact = ((view.contact_radius / self.pixel).round() as usize).min(half);
@@ -79,9 +84,7 @@ impl Image {
     }
 
     /// Writes the pixels as a file.
-    fn encode(&mut self) -> Result<(), png::EncodingError> {
-        let data = &mut self.message.data;
-        data.clear();
+    fn encode(&self, data: &mut Vec<u8>) -> Result<(), png::EncodingError> {
         let mut encoder = png::Encoder::new(data, self.columns as u32, (self.rows + self.margin) as u32);
         encoder.set_color(png::ColorType::Indexed);
         encoder.set_depth(png::BitDepth::Eight);
@@ -91,35 +94,5 @@ impl Image {
         let mut writer = encoder.write_header()?;
         writer.write_image_data(&self.pixels)?;
         writer.finish()
-    }
-}
-
-impl Channel for Image {
-    fn topic(&self) -> &'static str {
-        "/view/image"
-    }
-
-    fn schema(&self) -> &'static str {
-        "foxglove.CompressedImage"
-    }
-
-    fn fields(&self) -> Vec<FieldNote> {
-        Vec::new()
-    }
-
-    fn remarks(&self) -> Vec<(String, String)> {
-        vec![
-            ("shows".into(), format!("/field/{}", self.shown.name())),
-            (format!("colour_range.{}", self.shown.name()), format!("{},{}", -self.range, self.range)),
-            ("colours".into(), "blue tension, white 0, red compression; grey above: the contact".into()),
-        ]
-    }
-
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
-        let Some(frame) = &view.frame else { return };
-        self.message.timestamp = Some(timestamp(outlet));
-        self.draw(view, &frame.fields);
-        self.encode().expect("memory takes every byte");
-        outlet.put(&self.message);
     }
 }

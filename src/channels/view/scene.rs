@@ -19,8 +19,8 @@ use crate::{
 /// Largest number of points on one side of the surface.
 const SURFACE_POINTS: f64 = 100.0;
 
-/// The channel.
-pub struct Scene {
+/// Draws the scene of a frame.
+struct Scene {
     viewport: Arc<Viewport>,
     /// Length of the arrow per unit of drag, dimensionless.
     drag_scale: f64,
@@ -33,9 +33,27 @@ pub struct Scene {
     backing: Option<LinePrimitive>,
 }
 
+/// The channel of a case.
+pub fn channel(case: &Case, viewport: &Arc<Viewport>) -> Channel {
+    let Units { length, force, .. } = case.units();
+    let note = FieldNote::new(
+        "entities",
+        length.name,
+        "indenter, deformed surface, backing, contact radius, drag; x = r, y up, displacements times exaggeration, z only for what covers what",
+    );
+    let scene = Scene::new(case, viewport);
+    let per_drag = length.of(scene.drag_scale) / force.scale;
+    Channel::new("/view/scene", "foxglove.SceneUpdate", vec![note], move |view, outlet| {
+        if view.frame.is_some() {
+            outlet.put(&SceneUpdate { deletions: Vec::new(), entities: scene.entities(view, outlet) });
+        }
+    })
+    .remark("exaggeration", viewport.exaggeration.to_string())
+    .remark("arrow_length_per_drag", per_drag.to_string())
+}
+
 impl Scene {
-    /// The channel of a case.
-    pub fn new(case: &Case, viewport: &Arc<Viewport>) -> Self {
+    fn new(case: &Case, viewport: &Arc<Viewport>) -> Self {
         let nodes = (viewport.half_width / case.sizes.dr).floor();
         // the largest stress of the colour range on all of the contact is an arrow of half the viewport
         let reach = viewport.reach.min(viewport.half_width);
@@ -62,7 +80,7 @@ impl Scene {
         }
     }
 
-    fn surface(&mut self, view: &View<'_>) -> Vec<Point3> {
+    fn surface(&self, view: &View<'_>) -> Vec<Point3> {
         let displacement = view.frame.as_ref().map_or(&[][..], |frame| &frame.fields.surface);
         let moved = self.nodes.min(displacement.len());
         let radius = |i: usize| view.interface.r0 + i as f64 * view.interface.dr;
@@ -77,8 +95,8 @@ impl Scene {
         left.chain(right.iter().copied()).map(|(x, y)| self.viewport.world.rounded(x, y)).collect()
     }
 
-    fn entities(&mut self, view: &View<'_>, outlet: &Outlet<'_>) -> Vec<SceneEntity> {
-        let viewport = Arc::clone(&self.viewport);
+    fn entities(&self, view: &View<'_>, outlet: &Outlet<'_>) -> Vec<SceneEntity> {
+        let viewport = &self.viewport;
         let world = viewport.world;
         let new = |id: &str, frame: &str| entity(id, frame, outlet);
         let lines = |lines: Vec<LinePrimitive>, entity: SceneEntity| SceneEntity { lines, ..entity };
@@ -175,37 +193,5 @@ fn label(text: String, pose: Pose) -> TextPrimitive {
         scale_invariant: true,
         color: Some(Color { a: 1.0, ..Color::default() }),
         text,
-    }
-}
-
-impl Channel for Scene {
-    fn topic(&self) -> &'static str {
-        "/view/scene"
-    }
-
-    fn schema(&self) -> &'static str {
-        "foxglove.SceneUpdate"
-    }
-
-    fn fields(&self) -> Vec<FieldNote> {
-        vec![FieldNote::new(
-            "entities",
-            self.units.length.name,
-            "indenter, deformed surface, backing, contact radius, drag; x = r, y up, displacements times exaggeration, z only for what covers what",
-        )]
-    }
-
-    fn remarks(&self) -> Vec<(String, String)> {
-        let Units { length, force, .. } = self.units;
-        let per_drag = length.of(self.drag_scale) / force.scale;
-        vec![self.viewport.remark(), ("arrow_length_per_drag".into(), per_drag.to_string())]
-    }
-
-    fn observe(&mut self, view: &View<'_>, outlet: &mut Outlet<'_>) {
-        if view.frame.is_none() {
-            return;
-        }
-        let entities = self.entities(view, outlet);
-        outlet.put(&SceneUpdate { deletions: Vec::new(), entities });
     }
 }

@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use super::world::World;
 use crate::{
-    case::{Case, HeadKind, Sizes},
+    case::{Case, Sizes},
     grid::Geometry,
     model::{Field, ModelKind},
-    shape::Shape,
+    shape::{Head, Shape},
 };
 
 /// Points on one side of the outline of a head that is not flat.
@@ -120,11 +120,6 @@ impl Viewport {
     pub fn height_of(&self, sheet: Sheet) -> f64 {
         f64::from(sheet as u8) * SHEET * self.depth.min(self.half_width)
     }
-
-    /// Entry for the metadata of channels.
-    pub fn remark(&self) -> (String, String) {
-        ("exaggeration".into(), self.exaggeration.to_string())
-    }
 }
 
 /// Half of the colour range of every picture of a run, the report's included, in the unit of the field in the recording:
@@ -194,7 +189,7 @@ fn round_up(x: f64) -> f64 {
     numbers.find(|round| *round >= x * (1.0 - 1e-12)).unwrap_or(x)
 }
 
-fn face(shape: &Shape, head: &HeadKind, reach: f64, exaggeration: f64) -> Vec<[f64; 2]> {
+fn face(shape: &Shape, head: &Head, reach: f64, exaggeration: f64) -> Vec<[f64; 2]> {
     if head.is_flat() {
         return vec![[0.0, 0.0], [reach, 0.0]];
     }
@@ -296,7 +291,7 @@ mod tests {
     fn edge_of_a_paraboloid_is_where_it_slows_down_to_c_s() {
         let (case, viewport) = viewport("fig2");
         // r*² = k·t: dr*/dt = c_s at t = k/(4 c_s²), r = k/(2 c_s)
-        let HeadKind::Paraboloid { nose_radius } = case.indenter.head else { panic!("a paraboloid") };
+        let Head::Paraboloid { nose_radius } = case.indenter.head else { panic!("a paraboloid") };
         let k = 2.0 * nose_radius * case.impact.velocity;
         let c_s = case.target.material.shear_wave_speed;
         let edge = *viewport.waves.first().expect("it slows down");

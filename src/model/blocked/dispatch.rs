@@ -2,14 +2,12 @@
 
 use std::ops::Range;
 
-#[cfg(test)]
-use super::vector::Plain;
 use super::{
     cells::{CellPatch, CellRow, cell_march},
     energy::EnergySum,
     kernel::advance,
     patch::Patch,
-    vector::{Pair, Vector},
+    vector::{Lanes, Vector},
 };
 
 /// Instructions that this machine has: [`Instructions::all`] and [`Instructions::detect`] are the only ways to one.
@@ -63,15 +61,15 @@ impl Instructions {
     /// Numbers in a vector.
     pub fn width(self) -> usize {
         match self.0 {
-            Set::Baseline => Pair::WIDTH,
+            Set::Baseline => Lanes::<2>::WIDTH,
             #[cfg(target_arch = "x86_64")]
             Set::Avx2 => std::arch::x86_64::__m256d::WIDTH,
             #[cfg(target_arch = "x86_64")]
             Set::Avx512 => std::arch::x86_64::__m512d::WIDTH,
             #[cfg(test)]
-            Set::Plain4 => Plain::<4>::WIDTH,
+            Set::Plain4 => Lanes::<4>::WIDTH,
             #[cfg(test)]
-            Set::Plain8 => Plain::<8>::WIDTH,
+            Set::Plain8 => Lanes::<8>::WIDTH,
         }
     }
 
@@ -94,7 +92,7 @@ impl Instructions {
     ) {
         match self.0 {
             // SAFETY: memory is the caller's promise; every machine has these instructions
-            Set::Baseline => unsafe { advance::<Pair, COUNTS>(patch, rows, columns, area, sums) },
+            Set::Baseline => unsafe { advance::<Lanes<2>, COUNTS>(patch, rows, columns, area, sums) },
             // SAFETY: memory is the caller's promise; `all` has found the instructions
             #[cfg(target_arch = "x86_64")]
             Set::Avx2 => unsafe { x86::advance_avx2::<COUNTS>(patch, rows, columns, area, sums) },
@@ -103,10 +101,10 @@ impl Instructions {
             Set::Avx512 => unsafe { x86::advance_avx512::<COUNTS>(patch, rows, columns, area, sums) },
             // SAFETY: as for the baseline
             #[cfg(test)]
-            Set::Plain4 => unsafe { advance::<Plain<4>, COUNTS>(patch, rows, columns, area, sums) },
+            Set::Plain4 => unsafe { advance::<Lanes<4>, COUNTS>(patch, rows, columns, area, sums) },
             // SAFETY: likewise
             #[cfg(test)]
-            Set::Plain8 => unsafe { advance::<Plain<8>, COUNTS>(patch, rows, columns, area, sums) },
+            Set::Plain8 => unsafe { advance::<Lanes<8>, COUNTS>(patch, rows, columns, area, sums) },
         }
     }
 
@@ -125,7 +123,7 @@ impl Instructions {
     ) {
         match self.0 {
             // SAFETY: memory is the caller's promise; every machine has these instructions
-            Set::Baseline => unsafe { cell_march::<Pair, ROW, COUNTS>(patch, j, columns, energy) },
+            Set::Baseline => unsafe { cell_march::<Lanes<2>, ROW, COUNTS>(patch, j, columns, energy) },
             // SAFETY: memory is the caller's promise; `all` has found the instructions
             #[cfg(target_arch = "x86_64")]
             Set::Avx2 => unsafe { x86::cells_avx2::<ROW, COUNTS>(patch, j, columns, energy) },
@@ -134,10 +132,10 @@ impl Instructions {
             Set::Avx512 => unsafe { x86::cells_avx512::<ROW, COUNTS>(patch, j, columns, energy) },
             // SAFETY: as for the baseline
             #[cfg(test)]
-            Set::Plain4 => unsafe { cell_march::<Plain<4>, ROW, COUNTS>(patch, j, columns, energy) },
+            Set::Plain4 => unsafe { cell_march::<Lanes<4>, ROW, COUNTS>(patch, j, columns, energy) },
             // SAFETY: likewise
             #[cfg(test)]
-            Set::Plain8 => unsafe { cell_march::<Plain<8>, ROW, COUNTS>(patch, j, columns, energy) },
+            Set::Plain8 => unsafe { cell_march::<Lanes<8>, ROW, COUNTS>(patch, j, columns, energy) },
         }
     }
 
@@ -232,44 +230,9 @@ mod x86 {
 #[cfg(test)]
 mod tests {
     use super::{
-        super::{energy::RowEnergy, kernel::free_surface, vector::BLOCK},
+        super::{energy::RowEnergy, vector::BLOCK},
         *,
     };
-
-    #[test]
-    fn the_free_surface_is_the_mirrored_interior() {
-        // rows −1, 0, 1 of three columns, row −1 the image of row 1; what lies around them is at rest
-        let (top, below) = ([0.3, 0.7, -0.1, 0.0], [-0.2, 0.4, 0.9, 0.0]);
-        let stride = 3 * BLOCK;
-        let (mut now, mut next) = (vec![0.0; 3 * stride], vec![0.0; 3 * stride]);
-        for (j, row) in [below, top, below].iter().enumerate() {
-            now[j * stride + BLOCK..][..row.len()].copy_from_slice(row);
-        }
-        let before = [0.25, -0.4, 0.6];
-        next[stride + BLOCK..][..3].copy_from_slice(&before);
-        let (mut outward, mut inward) = (vec![0.0; stride], vec![0.0; stride]);
-        outward[BLOCK..][..3].copy_from_slice(&[0.25, 0.11, 0.05]);
-        inward[BLOCK..][..3].copy_from_slice(&[0.0, 0.07, 0.03]);
-        let (read, write) = (now.as_ptr(), next.as_mut_ptr());
-        let patch = Patch {
-            before: write,
-            now: read,
-            next: write,
-            stride,
-            outward: &outward,
-            inward: &inward,
-            corner: None,
-        };
-        // SAFETY: a row and a block are left on all sides
-        #[expect(unsafe_code, reason = "the function under test")]
-        unsafe {
-            Instructions::BASELINE.advance::<false>(patch, 1..2, BLOCK..2 * BLOCK, &[], &mut []);
-        }
-        let mut free = [0.0; 3];
-        let weights = [&outward[BLOCK..][..3], &inward[BLOCK..][..3]];
-        free_surface(&before, &top, &below, weights, &mut Vec::new(), &mut free);
-        assert_eq!(next[stride + BLOCK..][..3], free);
-    }
 
     #[test]
     fn the_energy_of_a_row_is_the_plain_sum_with_any_instructions_and_cuts() {

@@ -6,7 +6,7 @@ use super::*;
 use crate::{
     grid::{Geometry, MeshKind, Spacing},
     model::{
-        Field, Frame, GaugeValues, Gauges, Line, Sample, TargetEnergy, elastic,
+        Field, Frame, Gauges, Line, Sample, TargetEnergy, elastic,
         rakhmatulin::Rakhmatulin,
         reference::{Reference, Scheme},
         scheme::{Corner, Order},
@@ -58,6 +58,44 @@ struct Twins<S, const FIELDS: usize> {
     name: String,
 }
 
+/// How an engine computes, and what is shown.
+struct Setting {
+    instructions: Instructions,
+    coverage: Coverage,
+    every: usize,
+    threads: usize,
+}
+
+impl Setting {
+    fn random(noise: &mut Noise, seed: u64) -> Self {
+        let instructions = Instructions::all();
+        Self {
+            instructions: instructions[noise.next(instructions.len())],
+            coverage: [Coverage::Field, Coverage::Everything][noise.next(3) / 2],
+            every: 1 + noise.next(2) * noise.next(5),
+            threads: 1 + seed as usize % 3,
+        }
+    }
+
+    /// What is shown of some fields.
+    fn shown(&self, fields: Vec<Field>, gauges: Gauges) -> Sampling {
+        Sampling { frames: FrameFields { every: self.every, fields }, gauges }
+    }
+
+    /// * `models`: an engine and the plain stepper
+    fn twins<S, const FIELDS: usize>(
+        self,
+        name: &str,
+        grid: Grid,
+        (engine, reference): (Engine<usize>, Reference<usize, S, FIELDS>),
+    ) -> Twins<S, FIELDS> {
+        let Self { instructions, coverage, every, threads } = self;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        let name = format!("{name}, {coverage:?}, {instructions:?}, {threads} threads");
+        Twins { grid, engine, reference, every, pool, name }
+    }
+}
+
 impl Twins<CellScheme, 2> {
     /// A random mesh of the full theory.
     fn elastic(noise: &mut Noise, seed: u64) -> Self {
@@ -68,23 +106,10 @@ impl Twins<CellScheme, 2> {
         let grid = Grid::new(geometry, MeshKind::Matched, spacing, nr, nz);
         let grid = grid.with_cells_between_nodes();
         let theory = elastic::theory(grid.clone(), c_s, damping);
-        let instructions = Instructions::all();
-        let instructions = instructions[noise.next(instructions.len())];
-        let coverage = [Coverage::Field, Coverage::Everything][noise.next(3) / 2];
-        let every = 1 + noise.next(2) * noise.next(5);
-        let threads = 1 + seed as usize % 3;
-        let frames = FrameFields { every, fields: Field::ALL.to_vec() };
-        let shown = Sampling { frames, gauges: gauges(noise, &grid) };
-        Self {
-            engine: theory.clone().engine(coverage, shown.clone(), instructions),
-            reference: theory.reference(shown),
-            every,
-            pool: rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool"),
-            name: format!(
-                "elastic, seed {seed}, {coverage:?}, {damping}, {instructions:?}, {threads} threads"
-            ),
-            grid,
-        }
+        let setting = Setting::random(noise, seed);
+        let shown = setting.shown(Field::ALL.to_vec(), gauges(noise, &grid));
+        let engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
+        setting.twins(&format!("elastic, seed {seed}, {damping}"), grid, (engine, theory.reference(shown)))
     }
 }
 
@@ -102,20 +127,10 @@ impl Twins<Rakhmatulin, 1> {
         let corner = corner.filter(|_| kind == MeshKind::Matched);
         let c_s = 0.5 * (1 + noise.next(100)) as f64 / 100.0;
         let theory = Rakhmatulin::new(grid.clone(), c_s, corner);
-        let instructions = Instructions::all();
-        let instructions = instructions[noise.next(instructions.len())];
-        let coverage = [Coverage::Field, Coverage::Everything][noise.next(3) / 2];
-        let every = 1 + noise.next(2) * noise.next(5);
-        let threads = 1 + seed as usize % 3;
-        let shown = Sampling { frames: FrameFields { every, ..all_fields() }, gauges: gauges(noise, &grid) };
-        Self {
-            engine: theory.clone().engine(coverage, shown.clone(), instructions),
-            reference: theory.reference(shown),
-            every,
-            pool: rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool"),
-            name: format!("seed {seed}, {coverage:?}, {corner:?}, {instructions:?}, {threads} threads"),
-            grid,
-        }
+        let setting = Setting::random(noise, seed);
+        let shown = setting.shown(all_fields().fields, gauges(noise, &grid));
+        let engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
+        setting.twins(&format!("seed {seed}, {corner:?}"), grid, (engine, theory.reference(shown)))
     }
 }
 
@@ -165,11 +180,6 @@ impl<S: Scheme<FIELDS>, const FIELDS: usize> Twins<S, FIELDS> {
                 }
             }
         }
-    }
-
-    /// Compares points and lines, bit by bit.
-    fn compare_gauges(&self, expected: &Option<GaugeValues>, found: &Option<GaugeValues>, step: usize) {
-        assert_eq!(expected, found, "{}, step {step}", self.name);
     }
 
     /// Compares frames: fields number by number, energies but for rounding, because they are other sums.
@@ -227,7 +237,7 @@ fn compare<S: Scheme<FIELDS>, const FIELDS: usize>(
     assert_eq!(shown.len(), steps, "{}", twins.name);
     for (number, (step, found, values)) in shown.into_iter().enumerate() {
         let (expected_step, expected, expected_values) = twins.reference.next(true).expect("as many steps");
-        twins.compare_gauges(&expected_values, &values, step);
+        assert_eq!(expected_values, values, "{}, step {step}", twins.name);
         assert_eq!((number, step), (expected_step, expected_step), "{}", twins.name);
         assert_eq!(expected.is_some(), found.is_some(), "{}", twins.name);
         if let (Some(expected), Some(found)) = (expected, found) {

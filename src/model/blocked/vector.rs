@@ -40,78 +40,13 @@ pub trait Vector: Copy {
     unsafe fn wide_seam(before: Self, after: Self) -> (Self, Self);
 }
 
-/// Two numbers, which compilers know how to keep together on most machines.
+/// Numbers one by one: two, which compilers know how to keep together on most machines, or in tests as many as any vector has.
+/// Interpreters and sanitizers look at each of them, and not at what wide instructions load and store.
 #[derive(Clone, Copy)]
-pub struct Pair(f64, f64);
+pub struct Lanes<const N: usize>([f64; N]);
 
-#[expect(unsafe_code, reason = "loads and stores; the rest is safe")]
-impl Vector for Pair {
-    const WIDTH: usize = 2;
-
+impl<const N: usize> Lanes<N> {
     #[inline(always)]
-    unsafe fn load(from: *const f64) -> Self {
-        // SAFETY: two numbers may be read there
-        unsafe { Self(*from, *from.add(1)) }
-    }
-
-    #[inline(always)]
-    unsafe fn store(self, to: *mut f64) {
-        // SAFETY: two numbers may be written there
-        unsafe {
-            *to = self.0;
-            *to.add(1) = self.1;
-        }
-    }
-
-    #[inline(always)]
-    unsafe fn add(self, other: Self) -> Self {
-        Self(self.0 + other.0, self.1 + other.1)
-    }
-
-    #[inline(always)]
-    unsafe fn sub(self, other: Self) -> Self {
-        Self(self.0 - other.0, self.1 - other.1)
-    }
-
-    #[inline(always)]
-    unsafe fn mul(self, other: Self) -> Self {
-        Self(self.0 * other.0, self.1 * other.1)
-    }
-
-    #[inline(always)]
-    unsafe fn add_twice(self, other: Self) -> Self {
-        Self(self.0 + 2.0 * other.0, self.1 + 2.0 * other.1)
-    }
-
-    #[inline(always)]
-    unsafe fn twice_less(self, other: Self) -> Self {
-        Self(2.0 * self.0 - other.0, 2.0 * self.1 - other.1)
-    }
-
-    #[inline(always)]
-    unsafe fn splat(number: f64) -> Self {
-        Self(number, number)
-    }
-
-    #[inline(always)]
-    unsafe fn seam(before: Self, after: Self) -> (Self, Self) {
-        (Self(before.1, after.0), Self(before.1, after.0))
-    }
-
-    #[inline(always)]
-    unsafe fn wide_seam(before: Self, after: Self) -> (Self, Self) {
-        (after, before)
-    }
-}
-
-/// Numbers one by one, as many as any vector has: interpreters and sanitizers look at each of them, and not at what wide
-/// instructions load and store.
-#[cfg(test)]
-#[derive(Clone, Copy)]
-pub struct Plain<const N: usize>([f64; N]);
-
-#[cfg(test)]
-impl<const N: usize> Plain<N> {
     fn of(number: impl Fn(usize) -> f64) -> Self {
         // a plain loop takes an interpreter a quarter of the time
         let (mut numbers, mut i) = ([0.0; N], 0);
@@ -122,61 +57,71 @@ impl<const N: usize> Plain<N> {
         Self(numbers)
     }
 
-    /// Number i of `before` and then `after`.
-    fn across(before: Self, after: Self, i: usize) -> f64 {
-        if i < N { before.0[i] } else { after.0[i - N] }
+    /// The numbers of `before` and then `after`, from number `from` on.
+    #[inline(always)]
+    fn across(before: Self, after: Self, from: usize) -> Self {
+        Self::of(|i| if from + i < N { before.0[from + i] } else { after.0[from + i - N] })
     }
 }
 
-#[cfg(test)]
 #[expect(unsafe_code, reason = "loads and stores; the rest is safe")]
-impl<const N: usize> Vector for Plain<N> {
+impl<const N: usize> Vector for Lanes<N> {
     const WIDTH: usize = N;
 
+    #[inline(always)]
     unsafe fn load(from: *const f64) -> Self {
         // SAFETY: N numbers may be read there
         Self::of(|i| unsafe { *from.add(i) })
     }
 
+    #[inline(always)]
     unsafe fn store(self, to: *mut f64) {
-        for (i, number) in self.0.into_iter().enumerate() {
+        let mut i = 0;
+        while i < N {
             // SAFETY: N numbers may be written there
-            unsafe { *to.add(i) = number };
+            unsafe { *to.add(i) = self.0[i] };
+            i += 1;
         }
     }
 
+    #[inline(always)]
     unsafe fn add(self, other: Self) -> Self {
         Self::of(|i| self.0[i] + other.0[i])
     }
 
+    #[inline(always)]
     unsafe fn sub(self, other: Self) -> Self {
         Self::of(|i| self.0[i] - other.0[i])
     }
 
+    #[inline(always)]
     unsafe fn mul(self, other: Self) -> Self {
         Self::of(|i| self.0[i] * other.0[i])
     }
 
+    #[inline(always)]
     unsafe fn add_twice(self, other: Self) -> Self {
         Self::of(|i| self.0[i] + 2.0 * other.0[i])
     }
 
+    #[inline(always)]
     unsafe fn twice_less(self, other: Self) -> Self {
         Self::of(|i| 2.0 * self.0[i] - other.0[i])
     }
 
+    #[inline(always)]
     unsafe fn splat(number: f64) -> Self {
         Self([number; N])
     }
 
+    #[inline(always)]
     unsafe fn seam(before: Self, after: Self) -> (Self, Self) {
-        let across = |from: usize| Self::of(|i| Self::across(before, after, from + i));
-        (across(1), across(N - 1))
+        (Self::across(before, after, 1), Self::across(before, after, N - 1))
     }
 
+    #[inline(always)]
     unsafe fn wide_seam(before: Self, after: Self) -> (Self, Self) {
-        let across = |from: usize| Self::of(|i| Self::across(before, after, from + i));
-        (across(2), across(N - 2))
+        (Self::across(before, after, 2), Self::across(before, after, N - 2))
     }
 }
 

@@ -43,7 +43,6 @@
 //! target/release/solver-bench cone                                             half-space with and without the light cone
 //! target/release/solver-bench recording                                        the cost of recording
 //! target/release/solver-bench growth                                           time over N³
-//! cargo bench -p percuss-bench                                                 kernels and encoder
 //! ```
 //!
 //! Four techniques contribute: temporal blocking, with the interior up to 32 steps behind the surface (16 with order 4), in tiles that stay in the

@@ -35,51 +35,11 @@ const GREEK: [(&str, char); 14] = [
     ("phi", 'φ'),
 ];
 
-/// Subscripts that Unicode has.
-const SUBSCRIPTS: [(char, char); 27] = [
-    ('0', '₀'),
-    ('1', '₁'),
-    ('2', '₂'),
-    ('3', '₃'),
-    ('4', '₄'),
-    ('5', '₅'),
-    ('6', '₆'),
-    ('7', '₇'),
-    ('8', '₈'),
-    ('9', '₉'),
-    ('a', 'ₐ'),
-    ('e', 'ₑ'),
-    ('h', 'ₕ'),
-    ('i', 'ᵢ'),
-    ('j', 'ⱼ'),
-    ('k', 'ₖ'),
-    ('l', 'ₗ'),
-    ('m', 'ₘ'),
-    ('n', 'ₙ'),
-    ('o', 'ₒ'),
-    ('p', 'ₚ'),
-    ('r', 'ᵣ'),
-    ('s', 'ₛ'),
-    ('t', 'ₜ'),
-    ('u', 'ᵤ'),
-    ('v', 'ᵥ'),
-    ('x', 'ₓ'),
-];
+/// Letters and the subscripts that Unicode has for them.
+const SUBSCRIPTS: (&str, &str) = ("0123456789aehijklmnoprstuvx", "₀₁₂₃₄₅₆₇₈₉ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥₓ");
 
-/// Superscripts that Unicode has.
-const SUPERSCRIPTS: [(char, char); 11] = [
-    ('0', '⁰'),
-    ('1', '¹'),
-    ('2', '²'),
-    ('3', '³'),
-    ('4', '⁴'),
-    ('5', '⁵'),
-    ('6', '⁶'),
-    ('7', '⁷'),
-    ('8', '⁸'),
-    ('9', '⁹'),
-    ('−', '⁻'),
-];
+/// The same of superscripts.
+const SUPERSCRIPTS: (&str, &str) = ("0123456789−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻");
 
 /// The parts of a label.
 ///
@@ -135,13 +95,13 @@ fn power(text: &[char]) -> Option<Vec<char>> {
 
 /// A label in plain Unicode, with the subscripts and superscripts that it has.
 pub fn plain(label: &str) -> String {
-    let map = |text: &str, known: &[(char, char)]| -> Option<String> {
-        text.chars().map(|c| known.iter().find(|(from, _)| *from == c).map(|(_, to)| *to)).collect()
+    let map = |text: &str, (from, to): (&str, &str)| -> Option<String> {
+        text.chars().map(|c| to.chars().nth(from.chars().position(|known| known == c)?)).collect()
     };
     let part = |(level, text): (Level, String)| match level {
         Level::Base => text,
-        Level::Sub => map(&text, &SUBSCRIPTS).unwrap_or_else(|| format!("_{text}")),
-        Level::Super => map(&text, &SUPERSCRIPTS).unwrap_or_else(|| format!("^{text}")),
+        Level::Sub => map(&text, SUBSCRIPTS).unwrap_or_else(|| format!("_{text}")),
+        Level::Super => map(&text, SUPERSCRIPTS).unwrap_or_else(|| format!("^{text}")),
     };
     parts(label).into_iter().map(part).collect()
 }

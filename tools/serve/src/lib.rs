@@ -161,8 +161,7 @@ pub struct ServeError {
 
 /// A server that viewers connect to.
 pub struct Server {
-    host: String,
-    port: u16,
+    address: Address,
     viewers: Arc<Viewers>,
     requests: Mutex<Receiver<Request>>,
     acceptor: Acceptor,
@@ -189,6 +188,7 @@ impl Server {
         let listener = TcpListener::bind((address.host.as_str(), address.port)).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let port = listener.local_addr().map_err(failed)?.port();
+        let open_at = Address { port, ..address.clone() };
         let (sender, requests) = sync_channel(WAITING_REQUESTS);
         let viewers = Arc::new(Viewers::new(channels.len(), range.map(|_| sender)));
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
@@ -201,16 +201,12 @@ impl Server {
             greeting,
         };
         let acceptor = Acceptor::start(listener, shared).map_err(failed)?;
-        Ok(Self { host: address.host.clone(), port, viewers, requests: Mutex::new(requests), acceptor })
+        Ok(Self { address: open_at, viewers, requests: Mutex::new(requests), acceptor })
     }
 
     /// The address for viewers.
     pub fn url(&self) -> String {
-        if self.host.contains(':') {
-            format!("ws://[{}]:{}", self.host, self.port)
-        } else {
-            format!("ws://{}:{}", self.host, self.port)
-        }
+        format!("ws://{}", self.address)
     }
 
     /// Number of viewers with a subscription.

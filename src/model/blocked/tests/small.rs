@@ -18,76 +18,58 @@ fn seeds() -> std::ops::Range<u64> {
     seed..seed + 1
 }
 
-/// What differs from one small case to the next.
-struct Small {
-    geometry: Geometry,
-    instructions: Instructions,
-    coverage: Coverage,
-    every: usize,
-    pool: ThreadPool,
-    name: String,
+/// Numbers of threads, widths of vectors and coverage of a small case.
+fn setting(noise: &mut Noise, seed: u64) -> Setting {
+    let turn = seed as usize;
+    // the first three: three threads with 8 numbers in a vector, one with 2, two with 4
+    Setting {
+        threads: [3, 1, 2][turn % 3],
+        instructions: Instructions::PLAIN[[2, 0, 1][(turn + turn / 3) % 3]],
+        coverage: [Coverage::Field, Coverage::Everything][noise.next(2)],
+        every: 1 + noise.next(3),
+    }
 }
 
-impl Small {
-    fn new(noise: &mut Noise, seed: u64) -> Self {
-        let turn = seed as usize;
-        // the first three: three threads with 8 numbers in a vector, one with 2, two with 4
-        let threads = [3, 1, 2][turn % 3];
-        let instructions = Instructions::PLAIN[[2, 0, 1][(turn + turn / 3) % 3]];
-        let geometry = [Geometry::Axisymmetric, Geometry::Plane][turn % 2];
-        let coverage = [Coverage::Field, Coverage::Everything][noise.next(2)];
-        Self {
-            geometry,
-            instructions,
-            coverage,
-            every: 1 + noise.next(3),
-            pool: rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool"),
-            name: format!("small, seed {seed}, {coverage:?}, {instructions:?}, {threads} threads"),
+/// A mesh with up to five tile rows and several bands.
+fn grid(noise: &mut Noise, seed: u64, kind: MeshKind) -> Grid {
+    let more = if cfg!(miri) { [3, 3] } else { [24, 14] };
+    let (nr, nz) = (17 + noise.next(more[0]), 12 + noise.next(more[1]));
+    let spacing = Spacing { dr: 0.1, dz: 0.1, layer_rows: Some(nz) };
+    Grid::new([Geometry::Axisymmetric, Geometry::Plane][seed as usize % 2], kind, spacing, nr, nz)
+}
+
+impl Setting {
+    /// Some fields, and points at and between nodes, lines both ways; with a coverage of its own nothing is shown.
+    fn small(&mut self, fields: Vec<Field>, coverage: Option<Coverage>) -> Sampling {
+        if let Some(coverage) = coverage {
+            self.coverage = coverage;
+            return nothing().into();
         }
-    }
-
-    /// A mesh with up to five tile rows and several bands.
-    fn grid(&self, noise: &mut Noise, kind: MeshKind) -> Grid {
-        let more = if cfg!(miri) { [3, 3] } else { [24, 14] };
-        let (nr, nz) = (17 + noise.next(more[0]), 12 + noise.next(more[1]));
-        let spacing = Spacing { dr: 0.1, dz: 0.1, layer_rows: Some(nz) };
-        Grid::new(self.geometry, kind, spacing, nr, nz)
-    }
-}
-
-/// Points at and between nodes, lines both ways.
-fn few_gauges() -> Gauges {
-    Gauges {
-        points: vec![[0.0, 0.0], [0.53, 0.31], [0.8, 1.0], [1.17, 1.19]],
-        lines: vec![Line::R(0.63), Line::Z(0.85)],
+        let gauges = Gauges {
+            points: vec![[0.0, 0.0], [0.53, 0.31], [0.8, 1.0], [1.17, 1.19]],
+            lines: vec![Line::R(0.63), Line::Z(0.85)],
+        };
+        self.shown(fields, gauges)
     }
 }
 
 /// A small mesh with one displacement.
-fn axial(noise: &mut Noise, seed: u64, corner: Option<Corner>, coverage: Option<Coverage>) -> Axial {
-    let small = Small::new(noise, seed);
+fn axial(
+    noise: &mut Noise,
+    seed: u64,
+    corner: Option<Corner>,
+    coverage: Option<Coverage>,
+) -> Twins<Rakhmatulin, 1> {
+    let mut setting = setting(noise, seed);
     let kinds = [MeshKind::Matched, MeshKind::Paper];
     let kind = if corner.is_some() { MeshKind::Matched } else { kinds[noise.next(2)] };
-    let grid = small.grid(noise, kind);
-    let shown = match coverage {
-        Some(_) => nothing().into(),
-        None => Sampling { frames: FrameFields { every: small.every, ..all_fields() }, gauges: few_gauges() },
-    };
+    let grid = grid(noise, seed, kind);
+    let shown = setting.small(all_fields().fields, coverage);
     let theory = Rakhmatulin::new(grid.clone(), 0.4, corner);
-    let coverage = coverage.unwrap_or(small.coverage);
-    let mut engine = theory.clone().engine(coverage, shown.clone(), small.instructions);
+    let mut engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
     engine.field.cut(Sizes::SMALL);
-    Twins {
-        engine,
-        reference: theory.reference(shown),
-        every: small.every,
-        pool: small.pool,
-        name: format!("{}, {corner:?}", small.name),
-        grid,
-    }
+    setting.twins(&format!("small, seed {seed}, {corner:?}"), grid, (engine, theory.reference(shown)))
 }
-
-type Axial = Twins<Rakhmatulin, 1>;
 
 /// A small mesh of the full theory.
 fn elastic_twins(
@@ -96,26 +78,14 @@ fn elastic_twins(
     damping: f64,
     coverage: Option<Coverage>,
 ) -> Twins<CellScheme, 2> {
-    let small = Small::new(noise, seed);
-    let grid = small.grid(noise, MeshKind::Matched).with_cells_between_nodes();
+    let mut setting = setting(noise, seed);
+    let grid = grid(noise, seed, MeshKind::Matched).with_cells_between_nodes();
     let fields = if cfg!(miri) { vec![Field::VelocityR, Field::Stress] } else { Field::ALL.to_vec() };
-    let frames = FrameFields { every: small.every, fields };
-    let shown = match coverage {
-        Some(_) => nothing().into(),
-        None => Sampling { frames, gauges: few_gauges() },
-    };
+    let shown = setting.small(fields, coverage);
     let theory = elastic::theory(grid.clone(), 0.5, damping);
-    let coverage = coverage.unwrap_or(small.coverage);
-    let mut engine = theory.clone().engine(coverage, shown.clone(), small.instructions);
+    let mut engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
     engine.field.cut(Sizes::SMALL);
-    Twins {
-        engine,
-        reference: theory.reference(shown),
-        every: small.every,
-        pool: small.pool,
-        name: format!("{}, elastic, {damping}", small.name),
-        grid,
-    }
+    setting.twins(&format!("small, seed {seed}, elastic, {damping}"), grid, (engine, theory.reference(shown)))
 }
 
 #[test]
