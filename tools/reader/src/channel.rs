@@ -7,9 +7,8 @@ use std::{
 
 use crate::{
     convention,
-    instant::Instant,
+    instant::{Instant, seconds, seconds_since},
     prefix::Prefixed,
-    recording::{seconds, seconds_since},
     wire::Layout,
 };
 

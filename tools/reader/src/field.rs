@@ -8,8 +8,8 @@ use prost_reflect::EnumDescriptor;
 use crate::{
     axis::{Axis, at_point, between},
     extent::Reach,
+    instant::seconds_since,
     nest::Spot,
-    recording::seconds_since,
     table::{Cell, Heading},
     wire::{List, Values},
 };

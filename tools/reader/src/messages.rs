@@ -19,7 +19,7 @@ use mcap::records::Record;
 use crate::{
     channel::Channel,
     convention::{self, Ending},
-    recording::{Damage, Limits, OpenError, Scan, log_times},
+    recording::{Damage, Limits, OpenError, Scan},
 };
 
 /// Pause before looking again for more of a file that is being written.
@@ -134,7 +134,11 @@ impl Recording {
 
     /// Log times of a window of message times \[s or the unit of `time`\], if their relation is known.
     pub fn log_window(&self, from: Option<f64>, to: Option<f64>) -> Option<(u64, u64)> {
-        Some(log_times(from, to, convention::playback_rate(self.entries(convention::RUN)?)?))
+        let rate = convention::playback_rate(self.entries(convention::RUN)?)?;
+        // a nanosecond of room for rounding
+        let low = from.map_or(0, |from| (from * rate * 1e9).floor().max(1.0) as u64 - 1);
+        let high = to.map_or(u64::MAX, |to| ((to * rate * 1e9).ceil().max(0.0) as u64).saturating_add(1));
+        Some((low, high))
     }
 
     /// The messages of some channels, in the order of the file.

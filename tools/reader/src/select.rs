@@ -159,6 +159,15 @@ impl Window {
         !(self.from.is_some_and(|from| time < from.ceil) || self.to.is_some_and(|to| time > to.floor))
     }
 
+    /// First and last log time, where its times are seconds from an origin \[ns\].
+    pub(crate) fn log_times(&self, origin: u64) -> (u64, u64) {
+        let at = |time: i128| {
+            let sum = time.saturating_add(origin.into()).clamp(0, u64::MAX.into());
+            u64::try_from(sum).unwrap_or(u64::MAX)
+        };
+        (self.from.map_or(0, |from| at(from.ceil)), self.to.map_or(u64::MAX, |to| at(to.floor)))
+    }
+
     /// First and last time as numbers.
     pub fn numbers(&self) -> (Option<f64>, Option<f64>) {
         (self.from.map(Bound::number), self.to.map(Bound::number))

@@ -8,8 +8,9 @@ use crate::{
     channel::Channel,
     command::trace::iso,
     convention::{RUN, STATUS},
+    instant::seconds,
     messages::Recording,
-    recording::{Damage, Limits, OpenError, seconds},
+    recording::{Damage, Limits, OpenError},
     table::Heading,
     text::{printable, short},
 };

@@ -16,7 +16,8 @@ use percuss_output::cause;
 
 use crate::{
     convention,
-    recording::{Budget, Damage, FileRecord, Limits, OpenError, Scan, seconds},
+    instant::seconds,
+    recording::{Budget, Damage, FileRecord, Limits, OpenError, Scan},
     text::short,
 };
 

@@ -15,8 +15,9 @@ use percuss_serve::{
 use crate::{
     command::recover::{RecoverError, recover},
     convention,
+    instant::seconds,
     messages::Recording,
-    recording::{Damage, Limits, OpenError, log_times_since, open_file, seconds},
+    recording::{Damage, Limits, OpenError, open_file},
     select::{Bound, Window},
     timeline::{Event, Timeline, TimelineError},
 };
@@ -162,7 +163,7 @@ fn window(recording: &Recording, request: &Request) -> (u64, u64) {
             let log_time = |time: Bound| (1e9 * rate * time.number()).round() as u64;
             (from.map_or(0, log_time), to.map_or(u64::MAX, log_time))
         }
-        None => log_times_since(0, &Window { from, to, every: 1 }),
+        None => Window { from, to, every: 1 }.log_times(0),
     }
 }
 

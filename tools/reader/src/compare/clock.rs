@@ -8,9 +8,9 @@ use super::options::Options;
 use crate::{
     channel::Channel,
     convention,
-    instant::Instant,
+    instant::{Instant, seconds},
     messages::Recording,
-    recording::{OpenError, seconds},
+    recording::OpenError,
     scales::Scales,
 };
 
