@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::{
     align::Align,
-    outcome::{CliError, Exit, has_colour, say},
+    outcome::{CliError, Exit, has_colour, say, say_parts},
     output::{by_extension, print, print_document, print_painted, refuse_inputs, write},
     plot::medium,
 };
@@ -125,12 +125,8 @@ struct Outcome {
 }
 
 impl DiffArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        &self.files
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(&self.files);
         let options = self.options()?;
         let jobs = jobs(&self.files).map_err(|error| CliError::Usage(error.to_string()))?;
         self.check_outputs(&jobs)?;

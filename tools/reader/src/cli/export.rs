@@ -8,7 +8,7 @@ use std::{
 use clap::Args;
 
 use super::{
-    outcome::{CliError, Exit, loss, say},
+    outcome::{CliError, Exit, loss, say, say_parts},
     output::{by_extension, explain, is_same_file, print, refuse_inputs, write},
 };
 use crate::{
@@ -55,12 +55,8 @@ pub(super) struct ExportArguments {
 }
 
 impl ExportArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(std::slice::from_ref(&self.file));
         refuse_inputs(self.output.as_deref(), std::iter::once(&self.file))?;
         if let Some(name) = &self.attachment {
             let (content, others) = attachment(&self.file, name, limits)?;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    outcome::{CliError, Exit, loss},
+    outcome::{CliError, Exit, loss, say_parts},
     output::{print, print_document},
 };
 use crate::{command::info::info, recording::Limits};
@@ -20,12 +20,8 @@ pub(super) struct InfoArguments {
 }
 
 impl InfoArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(std::slice::from_ref(&self.file));
         let (text, recording) = info(&self.file, self.json, limits)?;
         if self.json {
             print_document(&text)?

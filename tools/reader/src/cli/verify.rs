@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    outcome::{CliError, Exit},
+    outcome::{CliError, Exit, say_parts},
     output::{print, print_document},
 };
 use crate::{command::verify::verify, recording::Limits};
@@ -32,12 +32,8 @@ pub(super) struct VerifyArguments {
 }
 
 impl VerifyArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        &self.files
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(&self.files);
         let mut exit = Exit::Done;
         for file in &self.files {
             let report = verify(file, limits)?;
