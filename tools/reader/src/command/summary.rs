@@ -10,7 +10,7 @@ use std::{
 
 use toml::Value;
 
-pub use measures::{Measures, Reading, Units};
+use measures::{Measure, Reading};
 
 use crate::{
     convention::{RESOLVED_CASE, RUN},
@@ -68,64 +68,6 @@ pub struct Outcome {
     pub partial: Vec<(PathBuf, String)>,
 }
 
-/// What a column is, and with it the unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Quantity {
-    Number,
-    Time,
-    Length,
-    Speed,
-    Force,
-    Impulse,
-    Energy,
-}
-
-impl Quantity {
-    /// Units whose product is that of the quantity; `None` if one of them is not known.
-    fn factors(self, units: &Units) -> Option<Vec<&str>> {
-        let factors = match self {
-            Self::Number => vec![],
-            Self::Time => vec![&units.time],
-            Self::Length => vec![&units.length],
-            Self::Speed => vec![&units.speed],
-            Self::Force => vec![&units.force],
-            Self::Impulse => vec![&units.force, &units.time],
-            Self::Energy => vec![&units.energy],
-        };
-        factors.into_iter().map(Option::as_deref).collect()
-    }
-
-    fn unit(self, units: &Units) -> Option<String> {
-        let factors = self.factors(units)?;
-        match factors.as_slice() {
-            [] => None,
-            ["N", "s"] => Some("N s".into()),
-            ["N/m", "s"] => Some("N s/m".into()),
-            factors => Some(factors.join("·")),
-        }
-    }
-}
-
-type Measure = (&'static str, Quantity, fn(&Measures) -> Option<f64>);
-
-/// Columns: name, quantity, value.
-const COLUMNS: [Measure; 14] = [
-    ("peak_force", Quantity::Force, |measures| measures.peak_force),
-    ("peak_time", Quantity::Time, |measures| measures.peak_time),
-    ("impulse", Quantity::Impulse, |measures| measures.impulse),
-    ("contact_duration", Quantity::Time, |measures| measures.contact_duration),
-    ("contact_radius", Quantity::Length, |measures| measures.contact_radius),
-    ("depth", Quantity::Length, |measures| measures.depth),
-    ("rebound_velocity", Quantity::Speed, |measures| measures.rebound_velocity),
-    ("restitution", Quantity::Number, |measures| measures.restitution),
-    ("t_ext", Quantity::Time, |measures| measures.t_ext),
-    ("energy_left", Quantity::Energy, |measures| measures.energy_left),
-    ("largest_strain", Quantity::Number, |measures| measures.strain),
-    ("largest_strain_r", Quantity::Length, |measures| measures.strain_r),
-    ("largest_strain_z", Quantity::Length, |measures| measures.strain_z),
-    ("largest_strain_time", Quantity::Time, |measures| measures.strain_time),
-];
-
 /// A recording that has been read.
 struct Read {
     path: PathBuf,
@@ -157,7 +99,7 @@ impl Read {
     fn cells(&self, reference: &Self, scales: &Scales) -> Result<Vec<Cell>, SummaryError> {
         let Reading { measures, units, .. } = &self.reading;
         let cell = |&(column, quantity, value): &Measure| {
-            let Some(value) = value(measures) else { return Ok(Cell::Empty) };
+            let Some(value) = value else { return Ok(Cell::Empty) };
             let factors = quantity.factors(units).zip(quantity.factors(&reference.reading.units));
             let pairs =
                 factors.map(|(from, to)| from.into_iter().zip(to).collect::<Vec<_>>()).unwrap_or_default();
@@ -173,7 +115,7 @@ impl Read {
             })?;
             Ok(Cell::Double(conversions.into_iter().fold(value, |value, by| by.apply(value))))
         };
-        COLUMNS.iter().map(cell).collect()
+        measures.iter().map(cell).collect()
     }
 }
 
@@ -193,7 +135,7 @@ pub fn summary(
     let mut files = paths.iter().map(|path| Read::open(path, limits)).collect::<Result<Vec<_>, _>>()?;
     let Some(first) = files.first() else { return Ok(Outcome::default()) };
     let parameters = parameters(&files);
-    let headings = headings(&parameters, &first.reading.units);
+    let headings = headings(&parameters, &first.reading);
     let mut rows = Vec::new();
     for file in &files {
         let scales = Scales::between(&file.recording, &first.recording);
@@ -249,13 +191,14 @@ fn parameter(value: Option<&Value>, is_number: bool) -> Cell {
     }
 }
 
-fn headings(parameters: &[(String, bool)], units: &Units) -> Vec<Heading> {
+fn headings(parameters: &[(String, bool)], first: &Reading) -> Vec<Heading> {
     let heading = |name: &str, unit, kind| Heading { name: name.into(), unit, kind };
     let mut headings = vec![heading("file", None, CellType::Text), heading("title", None, CellType::Text)];
     headings.extend(parameters.iter().map(|(key, is_number)| {
         heading(key, None, if *is_number { CellType::Double } else { CellType::Text })
     }));
-    let measure = |(name, quantity, _): &Measure| heading(name, quantity.unit(units), CellType::Double);
-    headings.extend(COLUMNS.iter().map(measure));
+    let measure =
+        |(name, quantity, _): &Measure| heading(name, quantity.unit(&first.units), CellType::Double);
+    headings.extend(first.measures.iter().map(measure));
     headings
 }
