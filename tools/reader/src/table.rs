@@ -38,6 +38,11 @@ pub struct Heading {
 }
 
 impl Heading {
+    /// A column of numbers.
+    pub fn new(name: &str, unit: Option<&str>) -> Self {
+        Self { name: name.into(), unit: unit.map(str::to_owned), kind: CellType::Double }
+    }
+
     /// Name with the unit in brackets.
     pub fn with_unit(&self) -> String {
         match &self.unit {

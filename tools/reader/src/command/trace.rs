@@ -243,7 +243,7 @@ fn headings(files: &[Traced], many_files: bool, request: &Request) -> Vec<Headin
     let slots = || files.iter().flat_map(|file| &file.slots);
     let first = slots().next().map(|slot| slot.time.heading.clone());
     let same = |time: &Heading| slots().all(|slot| slot.time.heading == *time);
-    let time = first.filter(same).unwrap_or(Heading { name: "time".into(), ..Heading::default() });
+    let time = first.filter(same).unwrap_or(Heading::new("time", None));
     let interpolated = request.align == Align::Linear && slots().count() > 1;
     let kind = |kind: CellType| match kind {
         CellType::Float | CellType::Int | CellType::UInt if interpolated => CellType::Double,

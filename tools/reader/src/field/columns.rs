@@ -91,7 +91,7 @@ impl Picker<'_> {
         // a field of this name is no time if it is in lists, or need not be there
         let is_free = origin > 0 && self.layout.find(convention::TIME).is_none();
         let name = if is_free { convention::TIME } else { "log_time" };
-        let heading = Heading { name: name.into(), unit: Some("s".into()), kind: CellType::Double };
+        let heading = Heading::new(name, Some("s"));
         Column { heading, leaf: None, take: Take::LogTime { origin } }
     }
 

@@ -56,8 +56,8 @@ mod tests {
     fn a_document_of_units_and_rows() {
         let mut output = Vec::new();
         let mut json = Json::new(&mut output);
-        let force = Heading { name: "force".into(), unit: Some("N".into()), ..Heading::default() };
-        json.begin(&[force, Heading { name: "x".into(), ..Heading::default() }]).expect("begin");
+        let force = Heading::new("force", Some("N"));
+        json.begin(&[force, Heading::new("x", None)]).expect("begin");
         json.row(&[Cell::Double(0.5), Cell::Empty]).expect("row");
         json.row(&[Cell::Double(1.5), Cell::Text("\"".into())]).expect("row");
         json.end().expect("end");

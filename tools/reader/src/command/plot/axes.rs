@@ -189,7 +189,7 @@ mod tests {
     use super::*;
 
     fn line(name: &str, unit: &str, points: &[(f64, f64)]) -> Line {
-        let heading = Heading { name: name.into(), unit: Some(unit.into()), ..Heading::default() };
+        let heading = Heading::new(name, Some(unit));
         Line { curve: Curve { name: name.into(), points: points.to_vec(), ..Curve::default() }, heading }
     }
 
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn axes_have_the_prefix_of_what_they_show() {
-        let time = Heading { name: "time".into(), unit: Some("s".into()), ..Heading::default() };
+        let time = Heading::new("time", Some("s"));
         let left = || vec![line("force", "N", &[(0.0, 0.0), (2e-6, 4000.0), (5e-6, 3e9)])];
         let right = vec![line("velocity", "m/s", &[(0.0, 2500.0)])];
         let request = Request { x_range: Some((0.0, 3e-6)), ..Request::default() };

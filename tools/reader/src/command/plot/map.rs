@@ -18,8 +18,7 @@ use crate::{
     field::{Positions, SelectionError},
     messages::Recording,
     recording::{Budget, Damage, Limits, OpenError},
-    select,
-    slice::{Moment, profile, slice},
+    slice::{Moment, coordinate, profile, shown_name, slice},
     table::Heading,
     wire::Layout,
 };
@@ -43,16 +42,10 @@ pub(super) fn over_time(
         let text = "--log and --x-range are for curves; --from and --to choose the times of a map";
         return Err(PlotError::Unfit(text.into()));
     }
-    let mut recording = Recording::open(path, limits)?;
-    if request.epoch {
-        recording.count_from(0);
-    }
-    let default = [convention::INTERFACE.parse().expect("a plain topic")];
-    let topics = if request.topics.is_empty() { &default[..] } else { &request.topics };
-    let [id] = select::channels(&recording, topics)?[..] else {
+    let (recording, ids) = request.open_arrays(path, limits)?;
+    let [id] = ids[..] else {
         return Err(PlotError::Unfit("--map draws one topic; choose it with --topic".into()));
     };
-    let channel = &recording.channels[&id];
     let array = Array::choose(&recording, id, request)?;
     let times = array.times(request)?;
     let room = array.places.length.saturating_mul(times.len()).saturating_mul(size_of::<f64>());
@@ -60,7 +53,7 @@ pub(super) fn over_time(
         return Err(too_large());
     }
     let taken = array.take(&times)?;
-    let (image, range) = array.image(channel, &times, taken.columns, request)?;
+    let (image, range) = array.image(&times, taken.columns, request)?;
     let picture = draw_image(&image, range, medium).map_err(PlotError::Draw)?;
     let damages = taken.damages.into_iter().map(|damage| (path.clone(), damage)).collect();
     Ok(Drawn { picture, damages, undecoded: taken.undecoded, left_out: Vec::new() })
@@ -236,12 +229,11 @@ impl<'a> Array<'a> {
 
     fn image(
         &self,
-        channel: &Channel,
         times: &[(u64, f64)],
         columns: Vec<Option<Vec<f64>>>,
         request: &Request,
     ) -> Result<(Image, Option<(f64, f64)>), PlotError> {
-        let count = times.len();
+        let (channel, count) = (self.channel(), times.len());
         let start = times.first().map_or(0.0, |(_, time)| *time);
         let step = times.last().map_or(1.0, |(_, last)| (last - start) / (count.max(2) - 1) as f64);
         let mut values = vec![f64::NAN; self.places.length * count];
@@ -253,21 +245,11 @@ impl<'a> Array<'a> {
         let path = channel.layout.as_deref().map_or("", |layout| &layout.leaves[self.leaf].path);
         let place =
             self.line.as_ref().map_or(String::new(), |(name, position)| format!(" at {name}={position}"));
-        let heading = |name: &str, unit: Option<&str>| Heading {
-            name: name.into(),
-            unit: unit.map(str::to_owned),
-            ..Heading::default()
-        };
-        // fields of matrices are called by their topic
-        let name = channel.topic.rsplit('/').next().filter(|_| path == "values").unwrap_or(path);
-        let unit = channel.unit(&format!("{}0", self.coordinate)).or_else(|| channel.unit(&self.coordinate));
+        let time = if channel.has_time() { convention::TIME } else { "log_time" };
         let quantities = Quantities {
-            rows: heading(self.label(), unit),
-            columns: heading(
-                if channel.has_time() { convention::TIME } else { "log_time" },
-                channel.time_unit(),
-            ),
-            values: heading(name, channel.unit(path)),
+            rows: Heading { name: self.label().into(), ..coordinate(channel, &self.coordinate) },
+            columns: Heading::new(time, channel.time_unit()),
+            values: Heading::new(shown_name(&channel.topic, path), channel.unit(path)),
         };
         let image = Image {
             title: request.title.clone().unwrap_or_else(|| format!("{}{place}", channel.topic)),

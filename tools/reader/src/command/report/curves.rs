@@ -120,7 +120,7 @@ pub fn profiles(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> Re
             "x": points.iter().map(|point| number(point.0)).collect::<Vec<_>>(),
             "y": points.iter().map(|point| number(point.1)).collect::<Vec<_>>(),
         }));
-        labels = json!([profile.axis_heading().with_unit(), profile.heading().with_unit()]);
+        labels = json!([profile.axis.with_unit(), profile.field.with_unit()]);
     })?);
     Ok(json!({ "frames": frames, "x": labels[0], "y": labels[1] }))
 }
