@@ -5,12 +5,7 @@ use std::{
     sync::Arc,
 };
 
-use crate::{
-    convention,
-    instant::{Instant, seconds, seconds_since},
-    prefix::Prefixed,
-    wire::Layout,
-};
+use crate::{convention, instant::Instant, prefix::Prefixed, wire::Layout};
 
 /// A channel.
 #[derive(Clone, Debug)]
@@ -51,21 +46,9 @@ impl Channel {
         (layout.leaves[leaf].is_single && layout.leaves[leaf].kind.is_number()).then_some(leaf)
     }
 
-    /// Time of a message: its field `time`, else its log time in seconds.
-    pub fn time_of(&self, bytes: &[u8], log_time: u64) -> f64 {
-        let time = self.layout.as_ref().and_then(|layout| layout.peek(self.time_leaf()?, bytes));
-        time.unwrap_or_else(|| seconds(log_time))
-    }
-
-    /// Unit of [`time_of`](Self::time_of) a message.
+    /// Unit of the times of messages.
     pub fn time_unit(&self) -> Option<&str> {
         if self.has_time() { self.unit(convention::TIME) } else { Some("s") }
-    }
-
-    /// Time of a message: its field `time`, else the time from the origin to its log time in seconds.
-    pub fn time_since_origin(&self, bytes: &[u8], log_time: u64) -> f64 {
-        let time = self.layout.as_ref().and_then(|layout| layout.peek(self.time_leaf()?, bytes));
-        time.unwrap_or_else(|| seconds_since(log_time, self.origin))
     }
 
     /// When a message is: by its field `time`, else by its log time from the origin.

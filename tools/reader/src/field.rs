@@ -8,7 +8,7 @@ use prost_reflect::EnumDescriptor;
 use crate::{
     axis::{Axis, at_point, between},
     extent::Reach,
-    instant::seconds_since,
+    instant::Instant,
     nest::Spot,
     table::{Cell, Heading},
     wire::{List, Values},
@@ -79,7 +79,7 @@ impl Column {
     pub fn cell(&self, values: &Values, log_time: u64) -> Cell {
         let list = self.leaf.map(|leaf| &values.lists[leaf]);
         match (&self.take, list) {
-            (Take::LogTime { origin }, _) => Cell::Double(seconds_since(log_time, *origin)),
+            (Take::LogTime { origin }, _) => Cell::Double(Instant::log(log_time, *origin).number()),
             (_, None) => Cell::Empty,
             (Take::Element { spot, enumeration }, Some(list)) => {
                 spot.rank(values, 0).map_or(Cell::Empty, |rank| cell(list, rank, enumeration.as_ref()))

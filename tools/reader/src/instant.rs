@@ -102,16 +102,6 @@ pub(crate) fn seconds(log_time: u64) -> f64 {
     }
 }
 
-/// The time from an origin to a log time in seconds; exact before it is rounded.
-///
-/// * `log_time`, `origin`: \[ns\]
-pub(crate) fn seconds_since(log_time: u64, origin: u64) -> f64 {
-    match log_time.checked_sub(origin) {
-        Some(since) => seconds(since),
-        None => -seconds(origin - log_time),
-    }
-}
-
 /// Nanoseconds as seconds with all their digits.
 pub(crate) fn exact_seconds(nanoseconds: i128) -> String {
     const SECOND: u128 = 1_000_000_000;

@@ -148,15 +148,12 @@ pub struct Window {
 }
 
 impl Window {
-    /// True if a time is not before the first or after the last.
-    pub fn holds(&self, time: f64) -> bool {
-        !(self.from.is_some_and(|from| time < from.number) || self.to.is_some_and(|to| time > to.number))
-    }
-
-    /// The same of a time that may be a log time, to the nanosecond.
-    pub(crate) fn holds_instant(&self, instant: Instant) -> bool {
-        let Some(time) = instant.nanoseconds() else { return self.holds(instant.number()) };
-        !(self.from.is_some_and(|from| time < from.ceil) || self.to.is_some_and(|to| time > to.floor))
+    /// True if a time is not before the first or after the last; of log times, to the nanosecond.
+    pub(crate) fn holds(&self, time: Instant) -> bool {
+        let is_before =
+            |from: Bound| time.nanoseconds().map_or(time.number() < from.number, |ns| ns < from.ceil);
+        let is_after = |to: Bound| time.nanoseconds().map_or(time.number() > to.number, |ns| ns > to.floor);
+        !(self.from.is_some_and(is_before) || self.to.is_some_and(is_after))
     }
 
     /// First and last log time, where its times are seconds from an origin \[ns\].

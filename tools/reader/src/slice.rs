@@ -237,7 +237,7 @@ pub fn visit(
     let mut show = |log_time: u64, bytes: &[u8]| {
         let mut values = layout.values();
         if layout.decode(bytes, &mut values).is_ok() {
-            take(Moment { time: channel.time_since_origin(bytes, log_time), values });
+            take(Moment { time: channel.instant(bytes, log_time, channel.origin).number(), values });
         }
     };
     messages.for_each(|message| -> Result<(), OpenError> {

@@ -1,6 +1,6 @@
 //! Named columns with units, and what takes their rows.
 
-use std::io;
+use std::{fmt, io};
 
 /// Largest number of columns an array is spread over.
 pub const MAX_COLUMNS: usize = 10_000;
@@ -84,6 +84,21 @@ impl Cell {
     }
 }
 
+impl fmt::Display for Cell {
+    /// Numbers in the shortest form that reads back, with an exponent where that is shorter; nothing for an empty cell.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => Ok(()),
+            Self::Bool(value) => write!(f, "{value}"),
+            Self::Int(value) => write!(f, "{value}"),
+            Self::UInt(value) => write!(f, "{value}"),
+            Self::Float(value) => write!(f, "{value:?}"),
+            Self::Double(value) => write!(f, "{value:?}"),
+            Self::Text(value) => f.write_str(value),
+        }
+    }
+}
+
 /// Takes the rows of a table, one by one.
 pub trait Sink {
     /// Begins the table.
@@ -123,5 +138,7 @@ pub trait Sink {
     /// # Errors
     ///
     /// The output cannot be written.
-    fn end(&mut self) -> io::Result<()>;
+    fn end(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }

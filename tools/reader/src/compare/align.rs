@@ -7,7 +7,7 @@ use std::{
 };
 
 use super::{
-    clock::{self, Start},
+    clock,
     convert::Converter,
     error::CompareError,
     field::{Channelwise, ComparedField},
@@ -61,7 +61,7 @@ struct Waiting {
 pub(super) struct Aligner<'a> {
     a: &'a Channel,
     b: &'a Channel,
-    ids: [u16; 2],
+    id: u16,
     layouts: Option<[Arc<Layout>; 2]>,
     /// The same bytes mean the same in both.
     interchangeable: bool,
@@ -79,7 +79,7 @@ pub(super) struct Aligner<'a> {
     /// First and last time of the messages of both.
     spans: [Option<(Instant, Instant)>; 2],
     options: &'a Options,
-    starts: Option<[Start; 2]>,
+    starts: Option<[Instant; 2]>,
     room: usize,
     pairs: u64,
     waiting: [VecDeque<Waiting>; 2],
@@ -120,7 +120,7 @@ impl<'a> Aligner<'a> {
         Self {
             a: channel_a,
             b: channel_b,
-            ids: [pair.a, pair.b],
+            id: pair.a,
             layouts,
             interchangeable,
             values,
@@ -162,7 +162,7 @@ impl<'a> Aligner<'a> {
             Instant::Number(number) if side == 1 => Instant::Number(self.converter.time(number)),
             time => time,
         };
-        if !self.options.window.holds_instant(time) {
+        if !self.options.window.holds(time) {
             return Ok(());
         }
         let time = if self.is_mixed { Instant::Number(time.number()) } else { time };
@@ -302,9 +302,8 @@ impl<'a> Aligner<'a> {
             return Ok(());
         }
         if let Some(watch) = watch {
-            let [channel, other] = self.ids;
-            let log_time = a.item.log_time;
-            let matched = Matched { channel, other, log_time, a: &a.item.bytes, b: &b.item.bytes };
+            let (channel, log_time) = (self.id, a.item.log_time);
+            let matched = Matched { channel, log_time, a: &a.item.bytes, b: &b.item.bytes };
             watch(&matched).map_err(CompareError::Watch)?;
         }
         self.compare_stamps(&a.item, &b.item);
@@ -348,7 +347,7 @@ impl<'a> Aligner<'a> {
     fn measure(&mut self, place: &Place, interpolated: bool) {
         // asked for, or with a tolerance, times count from the start; else they are compared as they are
         let is_from_start = |field: &ComparedField| self.options.relative || field.is_tolerant();
-        let starts = self.starts.map(|[a, b]| [a.time(), self.converter.time(b.time())]);
+        let starts = self.starts.map(|[a, b]| [a.number(), self.converter.time(b.number())]);
         let [a, b] = self.values.as_slice() else { return };
         for field in self.fields.iter_mut().filter(|field| !field.ignored) {
             let starts = starts.filter(|_| is_from_start(field));
@@ -470,7 +469,7 @@ impl<'a> Aligner<'a> {
         }
         self.report.hint = self.report.hint.filter(|_| self.report.is_different());
         let mode = self.mode.filter(|_| self.report.messages != [0; 2]);
-        let starts = self.starts.map(|starts| starts.map(Start::time));
+        let starts = self.starts.map(|starts| starts.map(Instant::number));
         self.report.alignment = Alignment { mode, automatic: self.options.mode.is_none(), starts };
         self.report
     }

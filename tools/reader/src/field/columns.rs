@@ -33,11 +33,7 @@ pub fn columns(
     selection: &Selection,
     extent: &mut dyn FnMut(usize) -> Extent,
 ) -> Result<Columns, SelectionError> {
-    let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::NotProtobuf {
-        topic: channel.topic.clone(),
-        encoding: channel.encoding.clone(),
-        schema: channel.schema.clone(),
-    })?;
+    let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::not_decoded(channel))?;
     let (counts, at) = (Counts::of(layout), selection.at.as_slice());
     let (used, for_curves) = (vec![false; at.len()], selection.for_curves);
     let mut picker = Picker { channel, layout, counts, at, used, for_curves, extent };

@@ -62,12 +62,9 @@ impl<W: Write> Sink for Aligned<W> {
 fn text(cell: &Cell) -> String {
     match cell {
         Cell::Empty => "-".into(),
-        Cell::Bool(value) => value.to_string(),
-        Cell::Int(value) => value.to_string(),
-        Cell::UInt(value) => value.to_string(),
         Cell::Float(value) => short(f64::from(*value)),
         Cell::Double(value) => short(*value),
-        Cell::Text(value) => printable(value).into_owned(),
+        other => printable(&other.to_string()).into_owned(),
     }
 }
 

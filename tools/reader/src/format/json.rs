@@ -38,10 +38,6 @@ impl<W: Write> Sink for Json<W> {
         Ok(())
     }
 
-    fn flush(&mut self) -> io::Result<()> {
-        self.output.flush()
-    }
-
     fn end(&mut self) -> io::Result<()> {
         self.output.write_all(b"\n]}\n")?;
         self.output.flush()

@@ -74,7 +74,8 @@ impl Serialize for Value<'_> {
     }
 }
 
-fn special(value: f64) -> &'static str {
+/// A number that JSON has no form for, as the JSON mapping of protobuf writes it.
+pub(crate) fn special(value: f64) -> &'static str {
     if value.is_nan() {
         "NaN"
     } else if value > 0.0 {

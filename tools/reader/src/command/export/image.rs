@@ -83,8 +83,7 @@ impl Camera {
             &[(id, leaves)] => Ok(Some(Self { recording, id, leaves })),
             several => {
                 let topics = several.iter().map(|(id, _)| recording.channels[id].topic.as_str());
-                let known = topics.collect::<Vec<_>>().join(", ");
-                Err(ExportError::SeveralCameras { topic: topic.text().into(), known })
+                Err(ExportError::several(topic, "topics with images", topics))
             }
         }
     }

@@ -51,10 +51,6 @@ impl Sink for Curves {
         }
         Ok(())
     }
-
-    fn end(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 /// Curves over an axis, and how reading them went.

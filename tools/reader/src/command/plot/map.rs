@@ -84,11 +84,7 @@ struct Taken {
 impl<'a> Array<'a> {
     fn choose(recording: &'a Recording, id: u16, request: &Request) -> Result<Self, PlotError> {
         let channel = &recording.channels[&id];
-        let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::NotProtobuf {
-            topic: channel.topic.clone(),
-            encoding: channel.encoding.clone(),
-            schema: channel.schema.clone(),
-        })?;
+        let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::not_decoded(channel))?;
         let leaf = leaf(channel, layout, &request.selection.fields)?;
         let axis = Axis::of(leaf, layout, channel);
         let extent = Extents::read(recording, &[id])?.of(id, leaf);
@@ -146,7 +142,7 @@ impl<'a> Array<'a> {
         messages.for_each(|message| {
             let instant = channel.instant(message.data, message.log_time, channel.origin);
             let time = instant.number();
-            if request.window.holds_instant(instant) && time.is_finite() {
+            if request.window.holds(instant) && time.is_finite() {
                 // a list grows to twice its length
                 if !budget.spend(2 * size_of::<(f64, u64)>()) {
                     return Err(OpenError::Memory {
@@ -196,7 +192,7 @@ impl<'a> Array<'a> {
                 taken.undecoded += 1;
                 return Ok(());
             }
-            let time = channel.time_since_origin(message.data, message.log_time);
+            let time = channel.instant(message.data, message.log_time, channel.origin).number();
             let column = self.column(&Moment { time, values })?;
             wanted.into_iter().for_each(|i| taken.columns[i] = Some(column.clone()));
             Ok(())

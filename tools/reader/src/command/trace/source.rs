@@ -204,7 +204,7 @@ impl Stream<'_> {
                 let cell = |column: &Column| column.cell(&values[index], message.log_time);
                 let sample = request
                     .window
-                    .holds_instant(instant)
+                    .holds(instant)
                     .then(|| (index, time, slot.columns.iter().map(cell).collect()));
                 values[index].release();
                 sample
