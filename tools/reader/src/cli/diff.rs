@@ -13,8 +13,8 @@ use super::{
 };
 use crate::{
     command::diff::{
-        DiffWriter, JSON_VERSION, Job, Style, Verdict, bless, diff, is_whole, jobs, picture, summary,
-        to_json, to_text, verdict,
+        JSON_VERSION, Job, Style, Verdict, bless, diff, is_whole, jobs, picture, summary, to_json, to_text,
+        verdict,
     },
     compare::{ChannelReport, Comparison, Mode, NanRule, Options, Rule, Rules, Tolerance},
     recording::Limits,
@@ -191,8 +191,8 @@ impl DiffArguments {
         limits: Limits,
         result: &mut Outcome,
     ) -> Result<(), CliError> {
-        let mut writer = self.write_diff.as_ref().map(|path| DiffWriter::new(path, self.force));
-        let comparison = diff(a, b, options, limits, writer.as_mut())?;
+        let written = self.write_diff.as_deref().map(|path| (path, self.force));
+        let comparison = diff(a, b, options, limits, written)?;
         self.report_unwritten(&comparison);
         result.fitting.iter_mut().zip(&comparison.fitting).for_each(|(any, fits)| *any |= fits);
         let names = (a.to_string_lossy(), b.to_string_lossy());
