@@ -240,56 +240,32 @@ mod tests {
     use prost_reflect::{
         DescriptorPool,
         prost_types::{
-            DescriptorProto, FieldDescriptorProto, FileDescriptorProto,
-            field_descriptor_proto::{Label, Type as Wire},
+            FieldDescriptorProto,
+            field_descriptor_proto::{Label, Type},
         },
     };
 
     use super::*;
+    use crate::wire::schema::tests::{field, file, message};
 
     #[test]
     fn fields_that_say_when_are_known_by_name_and_type() {
-        let field = |name: &str, number, label: Label, kind: Wire, of: &str| FieldDescriptorProto {
-            name: Some(name.into()),
-            number: Some(number),
-            label: Some(label.into()),
-            r#type: Some(kind.into()),
-            type_name: (!of.is_empty()).then(|| of.into()),
-            ..Default::default()
-        };
-        let (one, many) = (Label::Optional, Label::Repeated);
+        let double = |name: &str, number| field(name, number, Type::Double, None);
+        let inner = |name: &str, number, of: &str| field(name, number, Type::Message, Some(of));
         let stamp = ".google.protobuf.Timestamp";
-        let message =
-            |name: &str, field| DescriptorProto { name: Some(name.into()), field, ..Default::default() };
-        let file = FileDescriptorProto {
-            name: Some("robot.proto".into()),
-            package: Some("lab".into()),
-            syntax: Some("proto3".into()),
-            dependency: vec!["google/protobuf/timestamp.proto".into()],
-            message_type: vec![
-                message(
-                    "Header",
-                    vec![
-                        field("stamp", 1, one, Wire::Message, stamp),
-                        field("seconds", 2, one, Wire::Double, ""),
-                    ],
-                ),
-                message(
-                    "Pose",
-                    vec![
-                        field("time", 1, one, Wire::Double, ""),
-                        field("header", 2, one, Wire::Message, ".lab.Header"),
-                        field("history", 3, many, Wire::Message, stamp),
-                        field("timestamp", 4, one, Wire::Message, stamp),
-                        field("x", 5, one, Wire::Double, ""),
-                    ],
-                ),
-            ],
-            ..Default::default()
-        };
+        let header = vec![inner("stamp", 1, stamp), double("seconds", 2)];
+        let pose = vec![
+            double("time", 1),
+            inner("header", 2, ".Header"),
+            FieldDescriptorProto { label: Some(Label::Repeated.into()), ..inner("history", 3, stamp) },
+            inner("timestamp", 4, stamp),
+            double("x", 5),
+        ];
+        let mut file = file("robot.proto", vec![message("Header", header), message("Pose", pose)]);
+        file.dependency.push("google/protobuf/timestamp.proto".into());
         let mut pool = DescriptorPool::global();
         pool.add_file_descriptor_proto(file).expect("a sound schema");
-        let layout = Layout::of(&pool.get_message_by_name("lab.Pose").expect("the message"));
+        let layout = Layout::of(&pool.get_message_by_name("Pose").expect("the message"));
         let keys = (0..layout.leaves.len()).filter(|&leaf| is_key(&layout, leaf));
         let keys: Vec<&str> = keys.map(|leaf| layout.leaves[leaf].path.as_str()).collect();
         let expected =
