@@ -87,11 +87,7 @@ impl Axis {
 
     /// Name of the coordinate of an array; lists carry no name, they are radii.
     pub(crate) fn coordinate(&self) -> &str {
-        match self {
-            Self::Uniform { coordinate, .. } => coordinate,
-            Self::Listed(_) => "r",
-            Self::Matrix { .. } | Self::Unknown => "index",
-        }
+        if self.is_matrix() { "index" } else { self.coordinates().first().copied().unwrap_or("index") }
     }
 
     /// First position and step of a uniform axis as they are in a message.

@@ -104,7 +104,7 @@ impl Column {
 }
 
 /// A value as a cell; empty where there is none.
-fn cell(list: &List, index: usize, enumeration: Option<&EnumDescriptor>) -> Cell {
+pub(crate) fn cell(list: &List, index: usize, enumeration: Option<&EnumDescriptor>) -> Cell {
     let cell = match list {
         List::Double(list) => list.get(index).map(|&value| Cell::Double(value)),
         List::Float(list) => list.get(index).map(|&value| Cell::Float(value)),

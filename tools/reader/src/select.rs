@@ -188,20 +188,13 @@ pub fn channels(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>,
     }
     let mut ids = Vec::new();
     for pattern in patterns {
-        let fitting = recording.channels.iter().filter(|(_, channel)| pattern.fits(&channel.topic));
-        let before = ids.len();
-        let mut found = false;
-        for (&id, _) in fitting {
-            found = true;
-            if !ids[..before].contains(&id) {
-                ids.push(id);
-            }
-        }
-        if !found {
-            let known = known(recording);
+        let fitting = || recording.channels.iter().filter(|(_, channel)| pattern.fits(&channel.topic));
+        if fitting().next().is_none() {
             let (path, topic) = (recording.path.clone(), pattern.text.clone());
-            return Err(OpenError::UnknownTopic { path, topic, known });
+            return Err(OpenError::UnknownTopic { path, topic, known: known(recording) });
         }
+        let new: Vec<u16> = fitting().map(|(&id, _)| id).filter(|id| !ids.contains(id)).collect();
+        ids.extend(new);
     }
     Ok(ids)
 }

@@ -10,7 +10,7 @@ use super::{
     clock,
     convert::Converter,
     error::CompareError,
-    field::{Channelwise, ComparedField},
+    field::ComparedField,
     measure::Place,
     meter::Sample,
     mode::{Alignment, LOOKED_AT, Mode, Moment, choose, have_common_step},
@@ -448,16 +448,9 @@ impl<'a> Aligner<'a> {
         let interval = self.fields.iter().find_map(|field| field.interval(samples)).unwrap_or(f64::NAN);
         let between = self.mode.is_some_and(Mode::is_between);
         self.report.interpolated = between && samples > 0 && self.report.messages != [self.exact.0; 2];
-        let mut channel = Channelwise {
-            is_tolerant: self.is_tolerant,
-            axes_differ: self.report.axes_differ,
-            between,
-            interpolated: self.report.interpolated,
-            relative: false,
-        };
         let fields = self.fields.into_iter().map(|field| {
-            channel.relative = self.starts.is_some() && (self.options.relative || field.is_tolerant());
-            field.report(interval, &channel)
+            let relative = self.starts.is_some() && (self.options.relative || field.is_tolerant());
+            field.report(interval, &self.report, self.is_tolerant, between, relative)
         });
         self.report.fields = fields.collect();
         let is_moved = self.starts.is_some() && !self.options.relative;

@@ -7,7 +7,7 @@ use super::{
     measure::Place,
     meter::{Meter, Sample},
     options::Options,
-    report::FieldReport,
+    report::{ChannelReport, FieldReport},
     resample::common,
     structure::WHOLE,
     sums::Scale,
@@ -175,12 +175,22 @@ impl ComparedField {
     /// Ends the comparison.
     ///
     /// * `interval`: time from one sample to the next
-    pub(super) fn report(mut self, interval: f64, channel: &Channelwise) -> FieldReport {
-        let Channelwise { is_tolerant, axes_differ, between, interpolated, relative } = *channel;
+    /// * `channel`: what is known of it
+    /// * `is_tolerant`: something is allowed of one of its fields
+    /// * `between`: messages did not have to belong together one by one
+    /// * `relative`: times count from the start of each recording
+    pub(super) fn report(
+        mut self,
+        interval: f64,
+        channel: &ChannelReport,
+        is_tolerant: bool,
+        between: bool,
+        relative: bool,
+    ) -> FieldReport {
         self.meter.finish();
-        let is_axis_part = self.is_axis_part && axes_differ && is_tolerant;
+        let is_axis_part = self.is_axis_part && channel.axes_differ && is_tolerant;
         let ignored = self.ignored || is_axis_part || self.is_unseen(between, relative);
-        let is_between = self.is_resampled || (interpolated && !(self.is_axis_part && is_tolerant));
+        let is_between = self.is_resampled || (channel.interpolated && !(self.is_axis_part && is_tolerant));
         let untolerated = !ignored && is_between && self.is_bitwise() && self.meter.measure.elements > 0;
         let shift = self.meter.shift.best().filter(|_| !between && !ignored);
         FieldReport {
@@ -195,20 +205,6 @@ impl ComparedField {
             shift: shift.map(|(samples, left)| (samples, samples as f64 * interval, left)),
         }
     }
-}
-
-/// What is known of a channel once it is compared.
-pub(super) struct Channelwise {
-    /// Something is allowed of one of its fields.
-    pub(super) is_tolerant: bool,
-    /// Arrays were compared on the common range of different axes.
-    pub(super) axes_differ: bool,
-    /// Messages did not have to belong together one by one.
-    pub(super) between: bool,
-    /// Not all of them did.
-    pub(super) interpolated: bool,
-    /// Times count from the start of each recording.
-    pub(super) relative: bool,
 }
 
 /// Times from the starts of both recordings; the same if they agree up to the rounding of the times themselves.

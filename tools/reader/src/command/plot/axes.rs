@@ -43,11 +43,14 @@ pub(super) fn panel(x: &Heading, left: Vec<Line>, right: Vec<Line>, request: &Re
     let side = |lines: Vec<Line>, ends: Option<(f64, f64)>| {
         let shown = lines.iter().flat_map(|line| &line.curve.points).filter(|point| is_shown(point.0));
         let largest = largest(ends, shown.map(|point| point.1));
-        let is_one = units(&lines).len() == 1;
-        let factor = |line: &Line| if is_one { prefixed(&line.heading, largest).1 } else { 1.0 };
-        let y_factor = lines.first().map_or(1.0, factor);
-        let heading = |line: &Line| {
-            if is_one { prefixed(&line.heading, largest).0 } else { line.heading.clone() }
+        let unit = match units(&lines).as_slice() {
+            [Some(unit)] => Prefixed::choose(unit, largest),
+            _ => None,
+        };
+        let y_factor = unit.as_ref().map_or(1.0, |unit| unit.factor);
+        let heading = |line: &Line| match &unit {
+            Some(unit) => Heading::new(&line.heading.name, Some(&unit.unit)),
+            None => line.heading.clone(),
         };
         let headings: Vec<Heading> = lines.iter().map(heading).collect();
         let mut curves: Vec<Curve> = lines.into_iter().map(|line| line.curve).collect();

@@ -40,7 +40,7 @@ pub fn charts(path: &Path, recording: &Recording, limits: Limits) -> Result<Vec<
             },
             ..Request::default()
         };
-        let (panel, _) = traces(&[path.to_owned()], &request, limits)?;
+        let panel = traces(&[path.to_owned()], &request, limits)?;
         charts.push(chart(id, title, &panel, recording, topic));
     }
     Ok(charts)

@@ -3,12 +3,11 @@
 use crate::{
     channel::Channel,
     convention::{DRAG, ENERGY, EVENT, EXTENSION, LARGEST_STRAIN, RECONTACT, SEPARATION, VALIDITY, VELOCITY},
-    extent::Extent,
-    field::{Column, Columns, Selection, columns},
+    field::cell,
     messages::Recording,
     recording::{Damage, OpenError},
     table::Cell,
-    wire::Values,
+    wire::{Layout, Type, Values},
 };
 
 /// Units of what was measured, from the metadata of the channels.
@@ -142,27 +141,28 @@ impl Reading {
 struct Source<'a> {
     id: u16,
     channel: &'a Channel,
+    layout: &'a Layout,
     values: Values,
-    time: Column,
-    fields: [Option<Column>; 2],
+    fields: [Option<usize>; 2],
 }
 
 impl<'a> Source<'a> {
     fn open(recording: &'a Recording, topic: &str, fields: [&str; 2]) -> Option<Self> {
         let (&id, channel) = recording.channels.iter().find(|(_, channel)| channel.topic == topic)?;
-        let chosen = |field: &str| {
-            let selection = Selection { fields: vec![field.to_owned()], ..Selection::default() };
-            columns(channel, &selection, &mut |_| Extent::default()).ok()
-        };
-        let mut found = fields.map(chosen);
-        let time = found.iter().flatten().next()?.time.clone();
-        let values = channel.layout.as_ref()?.values();
-        let fields = [0, 1].map(|i| found[i].take().and_then(|Columns { mut fields, .. }| fields.pop()));
-        Some(Self { id, channel, values, time, fields })
+        let layout = channel.layout.as_deref()?;
+        let fields = fields.map(|field| layout.find(field));
+        fields.iter().flatten().next()?;
+        Some(Self { id, channel, layout, values: layout.values(), fields })
     }
 
     fn unit(&self, field: usize) -> Option<String> {
-        self.fields[field].as_ref()?.heading.unit.clone()
+        self.channel.unit(&self.layout.leaves[self.fields[field]?].path).map(str::to_owned)
+    }
+
+    fn cell(&self, field: usize) -> Cell {
+        let Some(leaf) = self.fields[field] else { return Cell::Empty };
+        let names = if let Type::Enum(names) = &self.layout.leaves[leaf].kind { Some(names) } else { None };
+        cell(&self.values.lists[leaf], 0, names)
     }
 }
 
@@ -180,14 +180,12 @@ fn visit(
             |source: &Option<Source<'_>>| source.as_ref().is_some_and(|source| source.id == message.channel);
         let Some(index) = sources.iter().position(fits) else { return Ok(()) };
         let Some(source) = &mut sources[index] else { return Ok(()) };
-        let Some(layout) = &source.channel.layout else { return Ok(()) };
-        if layout.decode(message.data, &mut source.values).is_err() {
+        if source.layout.decode(message.data, &mut source.values).is_err() {
             undecoded += 1;
             return Ok(());
         }
-        let cell = |column: &Column| column.cell(&source.values, message.log_time);
-        let cells = source.fields.each_ref().map(|column| column.as_ref().map_or(Cell::Empty, cell));
-        let time = cell(&source.time).number().unwrap_or(f64::NAN);
+        let cells = [0, 1].map(|field| source.cell(field));
+        let time = source.channel.instant(message.data, message.log_time, source.channel.origin).number();
         source.values.release();
         take(index, time, cells);
         Ok(())
@@ -199,7 +197,7 @@ fn units([drag, motion, energy, event]: &[Option<Source<'_>>; 4]) -> Units {
     let of = |source: &Option<Source<'_>>, field| source.as_ref().and_then(|source| source.unit(field));
     let sources = || [drag, motion, energy, event].into_iter().flatten();
     Units {
-        time: sources().find_map(|source| source.time.heading.unit.clone()),
+        time: sources().find_map(|source| source.channel.time_unit().map(str::to_owned)),
         length: of(motion, 1).or_else(|| of(drag, 1)),
         speed: of(motion, 0),
         force: of(drag, 0),
