@@ -52,8 +52,7 @@ impl Axis {
                 _ => Self::Unknown,
             };
         }
-        let numbers: Option<Vec<f64>> = text.split(',').map(|item| item.trim().parse().ok()).collect();
-        if let Some(positions) = numbers {
+        if let Some(positions) = convention::numbers(text) {
             return Self::Listed(positions);
         }
         let mut names = text.split(',').map(find);
@@ -143,11 +142,6 @@ impl Nodes<'_> {
             Self::Unknown => None,
         }
     }
-}
-
-/// Value of an array at a position of its axis, as [`between`] has it.
-pub(crate) fn at(list: &List, nodes: Nodes<'_>, even: bool, position: f64) -> Option<f64> {
-    between(list.len(), nodes, even, position, |i| list.number(i))
 }
 
 /// Value of an array of `length` elements at a position of its axis.

@@ -64,9 +64,7 @@ impl Channel {
 
     /// Radii and depths of the points whose values are the elements of every array, if it is a channel of points.
     pub(crate) fn points(&self) -> Option<Vec<[f64; 2]>> {
-        let list = |key: &str| -> Option<Vec<f64>> {
-            self.metadata.get(key)?.split(',').map(|number| number.trim().parse().ok()).collect()
-        };
+        let list = |key: &str| convention::numbers(self.metadata.get(key)?);
         let (r, z) = (list("r")?, list("z")?);
         (r.len() == z.len()).then(|| r.into_iter().zip(z).map(|(r, z)| [r, z]).collect())
     }

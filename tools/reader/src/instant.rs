@@ -56,12 +56,6 @@ impl Instant {
         }
     }
 
-    /// The number of a key.
-    pub(crate) fn of_number_key(key: i128) -> Self {
-        let key = key as u64;
-        Self::Number(f64::from_bits(if key >> 63 == 1 { key & !(1 << 63) } else { !key }))
-    }
-
     pub(crate) fn total_cmp(self, other: Self) -> Ordering {
         match (self, other) {
             (Self::Log(a), Self::Log(b)) => a.cmp(&b),

@@ -97,6 +97,11 @@ impl Recording {
         self.limits
     }
 
+    /// The error of what has to be kept of it and has no room.
+    pub(crate) fn no_room(&self, what: &'static str) -> OpenError {
+        OpenError::Memory { path: self.path.clone(), what }
+    }
+
     /// First log time \[ns\], where log times are dates: later than any recording that counts from 0 lasts.
     pub fn start_date(&self) -> Option<u64> {
         /// A year \[ns\].

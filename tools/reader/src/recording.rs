@@ -167,3 +167,10 @@ pub struct Damage {
     /// What is wrong there.
     pub reason: String,
 }
+
+impl Damage {
+    /// What was left out, of no place in the file.
+    pub(crate) fn refusal(reason: String) -> Self {
+        Self { offset: 0, bytes: 0, reason }
+    }
+}

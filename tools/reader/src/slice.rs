@@ -178,7 +178,7 @@ pub fn moments(
     let mut nearest: Vec<Option<(Instant, Vec<u8>)>> = vec![None; times.len().max(1)];
     let mut span = Span::default();
     let mut budget = Budget::new(recording.limits().kept());
-    let memory = || OpenError::Memory { path: recording.path.clone(), what: "the messages at these times" };
+    let memory = || recording.no_room("the messages at these times");
     messages.for_each(|message| {
         let time = channel.instant(message.data, message.log_time, channel.origin);
         span.add(time.number());

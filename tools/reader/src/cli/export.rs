@@ -87,18 +87,15 @@ impl ExportArguments {
         const EXTENSIONS: [(&str, &str); 4] =
             [("png", "png"), ("jpg", "jpg"), ("jpeg", "jpg"), ("webp", "webp")];
         let named = by_extension(output, &EXTENSIONS, None)?;
-        let (written, damages) = camera.image(self.at_time, |time, image| {
-            if image.extension != named {
-                let (path, extension) = (output.display(), image.extension);
-                return Err(CliError::Usage(format!(
-                    "`{path}`: the image is a .{extension}; name the output like that"
-                )));
-            }
-            write(Some(output), self.force, &image.bytes)?;
-            say(&format!("image at {time}"));
-            Ok(())
-        })?;
-        written?;
+        let (moment, damages) = camera.moment(self.at_time)?;
+        let image = camera.read(&moment.values)?;
+        if image.extension != named {
+            let (path, extension) = (output.display(), image.extension);
+            let text = format!("`{path}`: the image is a .{extension}; name the output like that");
+            return Err(CliError::Usage(text));
+        }
+        write(Some(output), self.force, &image.bytes)?;
+        say(&format!("image at {}", moment.time));
         Ok(loss(&self.file, &damages))
     }
 

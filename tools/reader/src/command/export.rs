@@ -19,7 +19,7 @@ use crate::{
     messages::Recording,
     recording::{Damage, Limits, OpenError},
     select::{self, Bound, Pattern},
-    slice::{MomentError, Slice, moments, slice},
+    slice::{Moment, MomentError, Slice, moments, slice},
 };
 
 pub use image::{Camera, Image};
@@ -218,14 +218,20 @@ pub fn matrix(
             return Err(ExportError::several(topic, "matrices", topics));
         }
     };
-    let (moments, damages) = moments(&recording, id, time.as_slice())?;
+    let (moment, damages) = moment(&recording, id, time)?;
     let name = || channel.topic.clone();
-    let moment = moments.first().ok_or_else(|| ExportError::NoMessages(name()))?;
-    let slice = slice(channel, leaf, moment)
+    let slice = slice(channel, leaf, &moment)
         .ok_or_else(|| ExportError::Misshapen { topic: name(), time: moment.time })?;
     let extent = Extents::read(&recording, &[id])?.of(id, leaf);
     let slice = slice.whole(&extent, limits).ok_or_else(|| ExportError::TooLarge(name()))?;
     Ok((slice, damages))
+}
+
+/// The message of a channel nearest to `time`, or the last.
+fn moment(recording: &Recording, id: u16, time: Option<Bound>) -> Result<(Moment, Vec<Damage>), ExportError> {
+    let (mut moments, damages) = moments(recording, id, time.as_slice())?;
+    let none = || ExportError::NoMessages(recording.channels[&id].topic.clone());
+    Ok((moments.pop().ok_or_else(none)?, damages))
 }
 
 /// A matrix in a form.

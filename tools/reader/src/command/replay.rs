@@ -177,7 +177,7 @@ fn open(path: &Path, limits: Limits, say: &mut dyn FnMut(News<'_>)) -> Result<Ti
     let copy = temporary.try_clone().map_err(ReplayError::Temporary)?;
     let recovered = recover(path, copy, limits)?;
     for reason in recovered.lost {
-        say(News::Loss(&Damage { offset: 0, bytes: 0, reason }));
+        say(News::Loss(&Damage::refusal(reason)));
     }
     Timeline::open(Box::new(temporary), path, limits)?.ok_or(ReplayError::Nothing)
 }

@@ -3,7 +3,7 @@
 mod measures;
 
 use std::{
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     io,
     path::{Path, PathBuf},
 };
@@ -70,10 +70,9 @@ pub struct Outcome {
 
 /// A recording that has been read.
 struct Read {
-    path: PathBuf,
     recording: Recording,
     reading: Reading,
-    case: toml::map::Map<String, Value>,
+    case: BTreeMap<String, Value>,
 }
 
 impl Read {
@@ -84,10 +83,8 @@ impl Read {
         }
         let reading = Reading::of(&recording)?;
         let case = recording.attachment(RESOLVED_CASE)?;
-        let case = case
-            .and_then(|case| toml_keys::entries(&case, &mut Budget::new(limits.kept())))
-            .unwrap_or_default();
-        Ok(Self { path: path.into(), recording, reading, case: case.into_iter().collect() })
+        let case = case.and_then(|case| toml_keys::entries(&case, &mut Budget::new(limits.kept())));
+        Ok(Self { recording, reading, case: case.unwrap_or_default() })
     }
 
     fn title(&self) -> Cell {
@@ -107,8 +104,8 @@ impl Read {
             let conversions: Option<Vec<Conversion>> =
                 different.map(|(from, to)| scales.conversion(from, to)).collect();
             let conversions = conversions.ok_or_else(|| SummaryError::Units {
-                path: self.path.clone(),
-                reference: reference.path.clone(),
+                path: self.recording.path.clone(),
+                reference: reference.recording.path.clone(),
                 column,
                 first: quantity.unit(&reference.reading.units).unwrap_or_default(),
                 other: quantity.unit(units).unwrap_or_default(),
@@ -132,26 +129,26 @@ pub fn summary(
     limits: Limits,
     sink: &mut dyn Sink,
 ) -> Result<Outcome, SummaryError> {
-    let mut files = paths.iter().map(|path| Read::open(path, limits)).collect::<Result<Vec<_>, _>>()?;
+    let files = paths.iter().map(|path| Read::open(path, limits)).collect::<Result<Vec<_>, _>>()?;
     let Some(first) = files.first() else { return Ok(Outcome::default()) };
     let parameters = parameters(&files);
     let headings = headings(&parameters, &first.reading);
     let mut rows = Vec::new();
     for file in &files {
         let scales = Scales::between(&file.recording, &first.recording);
-        let start = [Cell::Text(file.path.display().to_string()), file.title()];
+        let start = [Cell::Text(file.recording.path.display().to_string()), file.title()];
         let case = parameters.iter().map(|(key, is_number)| parameter(file.case.get(key), *is_number));
         rows.push(start.into_iter().chain(case).chain(file.cells(first, &scales)?).collect::<Vec<Cell>>());
     }
     write(&headings, &rows, prefixed, sink)?;
     let mut outcome = Outcome::default();
-    for file in &mut files {
-        outcome.undecoded += file.reading.undecoded;
-        outcome.damages.extend(file.reading.damages.drain(..).map(|damage| (file.path.clone(), damage)));
-        if file.recording.is_partial() {
-            let status = file.recording.status().unwrap_or("without a status");
-            outcome.partial.push((file.path.clone(), status.to_owned()));
+    for Read { recording, reading, .. } in files {
+        outcome.undecoded += reading.undecoded;
+        if recording.is_partial() {
+            let status = recording.status().unwrap_or("without a status").to_owned();
+            outcome.partial.push((recording.path.clone(), status));
         }
+        outcome.damages.extend(reading.damages.into_iter().map(|damage| (recording.path.clone(), damage)));
     }
     Ok(outcome)
 }

@@ -133,21 +133,13 @@ pub(super) fn common_label(headings: &[Heading]) -> String {
     }
 }
 
-/// What the rows, the columns and the values of an image are.
-pub(super) struct Quantities {
-    pub(super) rows: Heading,
-    pub(super) columns: Heading,
-    pub(super) values: Heading,
-}
-
 /// An image and the ends of its colours with labels and with the prefixes that fit, rows and columns of one unit with the
 /// same.
 pub(super) fn labelled(
     image: Image,
-    quantities: &Quantities,
+    [rows, columns, values]: &[Heading; 3],
     range: Option<(f64, f64)>,
 ) -> (Image, Option<(f64, f64)>) {
-    let Quantities { rows, columns, values } = quantities;
     let reach = |side: &Side| largest(None, [side.at(0), side.at(side.length.saturating_sub(1))].into_iter());
     let (mut down, mut along) = (reach(&image.rows), reach(&image.columns));
     if rows.unit == columns.unit {
@@ -169,22 +161,13 @@ pub(super) fn labelled(
     (image, scaled(range, factor))
 }
 
-/// A time in words: `time 0.5`, or with the prefix that fits it, `time 12.5 µs`.
+/// A time in words: `time 0.5`, or with the prefix that fits it, `time 12.5 µs`; to six digits after the point.
 pub(super) fn time_label(time: f64, unit: Option<&str>) -> String {
-    match unit.and_then(|unit| Prefixed::choose(unit, time)) {
-        Some(Prefixed { factor, unit }) => format!("time {} {unit}", Round(time * factor)),
-        None => format!("time {}", Round(time)),
-    }
-}
-
-/// A number to six digits after the point, without the zeros at the end.
-struct Round(f64);
-
-impl std::fmt::Display for Round {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let text = format!("{:.6}", self.0);
-        f.write_str(if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text })
-    }
+    let prefixed = unit.and_then(|unit| Prefixed::choose(unit, time));
+    let number = format!("{:.6}", time * prefixed.as_ref().map_or(1.0, |prefixed| prefixed.factor));
+    let number =
+        if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { &number };
+    prefixed.map_or_else(|| format!("time {number}"), |prefixed| format!("time {number} {}", prefixed.unit))
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, path::PathBuf};
 use percuss_picture::{Curve, Image, Medium, Panel, draw, draw_image};
 
 use super::{
-    axes::{Line, Quantities, labelled, panel, time_label},
+    axes::{Line, labelled, panel, time_label},
     cut::cut,
     request::{Drawn, PlotError, Request},
 };
@@ -197,7 +197,7 @@ fn image_of(slice: &Slice, time: &str, request: &Request, medium: Medium) -> Res
     }
     let title = request.title.clone().unwrap_or_else(|| format!("{} at {time}", slice.topic));
     let [rows, columns] = slice.axes.clone();
-    let quantities = Quantities { rows, columns, values: slice.heading() };
+    let quantities = [rows, columns, slice.heading()];
     let (image, range) = labelled(
         Image { title, ..cut(slice.image(), request.x_range, request.y_range)? },
         &quantities,

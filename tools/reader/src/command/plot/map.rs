@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use percuss_picture::{Colours, Image, Medium, Side, draw_image};
 
 use super::{
-    axes::{Quantities, labelled},
+    axes::labelled,
     cut::cut,
     frames::{misshapen, too_large},
     request::{Drawn, PlotError, Request},
@@ -17,7 +17,7 @@ use crate::{
     extent::{Extent, Extents, Reach},
     field::{Positions, SelectionError},
     messages::Recording,
-    recording::{Budget, Damage, Limits, OpenError},
+    recording::{Budget, Damage, Limits},
     slice::{Moment, coordinate, profile, shown_name, slice},
     table::Heading,
     wire::Layout,
@@ -52,12 +52,15 @@ pub(super) fn over_time(
     if !Budget::new(limits.kept()).spend(room) {
         return Err(too_large());
     }
-    let taken = array.take(&times)?;
-    let (image, range) = array.image(&times, taken.columns, request)?;
+    let (columns, undecoded, damages) = array.take(&times)?;
+    let (image, range) = array.image(&times, columns, request)?;
     let picture = draw_image(&image, range, medium).map_err(PlotError::Draw)?;
-    let damages = taken.damages.into_iter().map(|damage| (path.clone(), damage)).collect();
-    Ok(Drawn { picture, damages, undecoded: taken.undecoded, left_out: Vec::new() })
+    let damages = damages.into_iter().map(|damage| (path.clone(), damage)).collect();
+    Ok(Drawn { picture, damages, undecoded, left_out: Vec::new() })
 }
+
+/// The values of an array at its places at one time, if there is a message.
+type Column = Option<Vec<f64>>;
 
 /// The array that is drawn.
 struct Array<'a> {
@@ -72,13 +75,6 @@ struct Array<'a> {
     coordinate: String,
     /// Where it is drawn.
     places: Side,
-}
-
-/// Columns of a map, one for every time, and how reading them went.
-struct Taken {
-    columns: Vec<Option<Vec<f64>>>,
-    damages: Vec<Damage>,
-    undecoded: u64,
 }
 
 impl<'a> Array<'a> {
@@ -145,10 +141,7 @@ impl<'a> Array<'a> {
             if request.window.holds(instant) && time.is_finite() {
                 // a list grows to twice its length
                 if !budget.spend(2 * size_of::<(f64, u64)>()) {
-                    return Err(OpenError::Memory {
-                        path: recording.path.clone(),
-                        what: "the times of the messages",
-                    });
+                    return Err(recording.no_room("the times of the messages"));
                 }
                 known.push((time, number));
             }
@@ -176,29 +169,27 @@ impl<'a> Array<'a> {
         Ok((0..count).map(nearest).collect())
     }
 
-    /// The columns of a map: messages by their numbers.
-    fn take(&self, times: &[(u64, f64)]) -> Result<Taken, PlotError> {
+    /// The columns of a map, one for every time: messages by their numbers. Also how many were not decoded, and the damages.
+    fn take(&self, times: &[(u64, f64)]) -> Result<(Vec<Column>, u64, Vec<Damage>), PlotError> {
         let channel = self.channel();
         let layout = channel.layout.as_deref();
         let mut messages = self.recording.messages([self.id], None)?;
-        let mut taken = Taken { columns: vec![None; times.len()], damages: Vec::new(), undecoded: 0 };
-        let mut number = 0;
+        let (mut columns, mut undecoded, mut number) = (vec![None; times.len()], 0, 0);
         messages.for_each(|message| -> Result<(), PlotError> {
             number += 1;
             let wanted: Vec<usize> = (0..times.len()).filter(|&i| times[i].0 == number - 1).collect();
             let Some(layout) = layout.filter(|_| !wanted.is_empty()) else { return Ok(()) };
             let mut values = layout.values();
             if layout.decode(message.data, &mut values).is_err() {
-                taken.undecoded += 1;
+                undecoded += 1;
                 return Ok(());
             }
             let time = channel.instant(message.data, message.log_time, channel.origin).number();
             let column = self.column(&Moment { time, values })?;
-            wanted.into_iter().for_each(|i| taken.columns[i] = Some(column.clone()));
+            wanted.into_iter().for_each(|i| columns[i] = Some(column.clone()));
             Ok(())
         })?;
-        taken.damages = messages.damages().to_vec();
-        Ok(taken)
+        Ok((columns, undecoded, messages.damages().to_vec()))
     }
 
     /// The array at one time at all places.
@@ -226,7 +217,7 @@ impl<'a> Array<'a> {
     fn image(
         &self,
         times: &[(u64, f64)],
-        columns: Vec<Option<Vec<f64>>>,
+        columns: Vec<Column>,
         request: &Request,
     ) -> Result<(Image, Option<(f64, f64)>), PlotError> {
         let (channel, count) = (self.channel(), times.len());
@@ -242,11 +233,11 @@ impl<'a> Array<'a> {
         let place =
             self.line.as_ref().map_or(String::new(), |(name, position)| format!(" at {name}={position}"));
         let time = if channel.has_time() { convention::TIME } else { "log_time" };
-        let quantities = Quantities {
-            rows: Heading { name: self.label().into(), ..coordinate(channel, &self.coordinate) },
-            columns: Heading::new(time, channel.time_unit()),
-            values: Heading::new(shown_name(&channel.topic, path), channel.unit(path)),
-        };
+        let quantities = [
+            Heading { name: self.label().into(), ..coordinate(channel, &self.coordinate) },
+            Heading::new(time, channel.time_unit()),
+            Heading::new(shown_name(&channel.topic, path), channel.unit(path)),
+        ];
         let image = Image {
             title: request.title.clone().unwrap_or_else(|| format!("{}{place}", channel.topic)),
             rows: self.places,
