@@ -8,7 +8,7 @@ use serde_json::json;
 use super::{
     align::Align,
     outcome::{CliError, Exit, has_colour, say, say_parts},
-    output::{by_extension, print, print_document, print_painted, refuse_inputs, write},
+    output::{by_extension, print, print_document, print_painted, refuse_existing, refuse_inputs, write},
     plot::medium,
 };
 use crate::{
@@ -165,9 +165,7 @@ impl DiffArguments {
         let outputs = [&self.plot, &self.write_diff];
         for output in outputs.into_iter().flatten() {
             refuse_inputs(Some(output), jobs.iter().flat_map(|job| job.a.iter().chain(&job.b)))?;
-            if output.exists() && !self.force {
-                return Err(CliError::Exists(output.clone()));
-            }
+            refuse_existing(Some(output), self.force)?;
         }
         if jobs.len() > 1 && outputs.iter().any(|output| output.is_some()) {
             return Err(CliError::Usage("--plot and --write-diff need just two recordings".into()));

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{
     outcome::{CliError, Exit, loss, say_parts},
-    output::{print, print_document},
+    output::show,
 };
 use crate::{command::info::info, recording::Limits};
 
@@ -23,11 +23,7 @@ impl InfoArguments {
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         say_parts(std::slice::from_ref(&self.file));
         let (text, recording) = info(&self.file, self.json, limits)?;
-        if self.json {
-            print_document(&text)?
-        } else {
-            print(&text)?
-        };
+        show(&text, self.json)?;
         Ok(loss(&self.file, &recording.damages))
     }
 }

@@ -93,6 +93,14 @@ pub(super) fn refuse_inputs<'a>(
     }
 }
 
+/// Refuses an output that exists, unless it may be overwritten.
+pub(super) fn refuse_existing(output: Option<&Path>, overwrite: bool) -> Result<(), CliError> {
+    match output.filter(|output| !overwrite && output.exists()) {
+        Some(output) => Err(CliError::Exists(output.into())),
+        None => Ok(()),
+    }
+}
+
 /// What the extension of an output stands for, in any case.
 ///
 /// * `known`: extensions and what they stand for
@@ -141,6 +149,11 @@ pub(super) fn print(text: &str) -> Result<(), CliError> {
 /// Writes a JSON document to standard output.
 pub(super) fn print_document(json: &str) -> Result<(), CliError> {
     print_painted(&document(json))
+}
+
+/// Writes a text or a JSON document to standard output.
+pub(super) fn show(text: &str, is_json: bool) -> Result<(), CliError> {
+    if is_json { print_document(text) } else { print(text) }
 }
 
 /// The same for a text with colours, in which what is cited from a file is escaped already.

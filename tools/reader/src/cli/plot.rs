@@ -10,7 +10,7 @@ use clap::Args;
 use super::{
     chosen::Chosen,
     outcome::{CliError, Exit, has_colour, losses, say, say_left_out, say_parts},
-    output::{by_extension, refuse_inputs, write},
+    output::{by_extension, refuse_existing, refuse_inputs, write},
 };
 use percuss_picture::Medium;
 
@@ -82,9 +82,7 @@ impl PlotArguments {
         say_parts(&self.files);
         refuse_inputs(self.output.as_deref(), self.files.iter())?;
         let medium = self.output.as_deref().map_or(Ok(terminal()), medium)?;
-        if let Some(output) = self.output.as_ref().filter(|output| output.exists() && !self.force) {
-            return Err(CliError::Exists(output.clone()));
-        }
+        refuse_existing(self.output.as_deref(), self.force)?;
         let log = self.log.as_deref().unwrap_or_default();
         let request = Request {
             topics: self.chosen.topics.clone(),

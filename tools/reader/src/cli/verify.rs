@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{
     outcome::{CliError, Exit, say_parts},
-    output::{print, print_document},
+    output::show,
 };
 use crate::{command::verify::verify, recording::Limits};
 
@@ -38,11 +38,8 @@ impl VerifyArguments {
         for file in &self.files {
             let report = verify(file, limits)?;
             let name = file.to_string_lossy();
-            if self.json {
-                print_document(&format!("{}\n", report.to_json(&name)))?;
-            } else {
-                print(&report.to_text(&name))?;
-            }
+            let text = if self.json { format!("{}\n", report.to_json(&name)) } else { report.to_text(&name) };
+            show(&text, self.json)?;
             exit = match (report.is_sound(), report.partial) {
                 (false, _) => Exit::No,
                 (true, true) if exit == Exit::Done => Exit::Loss,

@@ -3,6 +3,7 @@
 use std::{
     cmp::Ordering,
     collections::{HashMap, VecDeque},
+    ops::Range,
     sync::Arc,
 };
 
@@ -237,7 +238,7 @@ impl<'a> Aligner<'a> {
             let [a, b] = &self.waiting;
             match (a.front(), b.front()) {
                 (Some(x), Some(y)) => match key(x).cmp(&key(y)) {
-                    Ordering::Equal if self.may_be_last() => return self.wait(),
+                    Ordering::Equal if self.may_be_last(0..2) => return self.wait(),
                     Ordering::Equal => self.compare_front(watch)?,
                     Ordering::Less => self.unmatched(0),
                     Ordering::Greater => self.unmatched(1),
@@ -284,21 +285,23 @@ impl<'a> Aligner<'a> {
     }
 
     /// True if the pair of messages that was counted last is not one of those to compare.
-    fn is_left_out(&self) -> bool {
-        let is_last = (0..2).any(|side| self.over[side] && self.waiting[side].is_empty());
+    ///
+    /// * `sides`: those of which every message counts
+    fn is_left_out(&self, mut sides: Range<usize>) -> bool {
+        let is_last = sides.any(|side| self.over[side] && self.waiting[side].is_empty());
         self.options.window.leaves_out(self.pairs - 1) && !is_last
     }
 
     /// True if the next pair of messages is compared only if it is the last one, which is not known yet.
-    fn may_be_last(&self) -> bool {
-        let is_open = (0..2).any(|side| !self.over[side] && self.waiting[side].len() == 1);
+    fn may_be_last(&self, mut sides: Range<usize>) -> bool {
+        let is_open = sides.any(|side| !self.over[side] && self.waiting[side].len() == 1);
         self.options.window.leaves_out(self.pairs) && is_open
     }
 
     fn compare_front(&mut self, watch: &mut Option<Watch<'_>>) -> Result<(), CompareError> {
         let (Some(a), Some(b)) = (self.pop(0), self.pop(1)) else { return Ok(()) };
         self.pairs += 1;
-        if self.is_left_out() {
+        if self.is_left_out(0..2) {
             return Ok(());
         }
         if let Some(watch) = watch {
@@ -380,8 +383,7 @@ impl<'a> Aligner<'a> {
                 self.unmatched(0);
                 continue;
             }
-            if self.options.window.leaves_out(self.pairs) && self.waiting[0].len() == 1 && !self.over[0] {
-                // it may be the last one
+            if self.may_be_last(0..1) {
                 return self.wait();
             }
             let Some(a) = self.pop(0) else { return Ok(()) };
@@ -389,8 +391,7 @@ impl<'a> Aligner<'a> {
             if self.exact.1 != Some(time) && self.waiting[1].iter().any(|b| b.moment.time == time) {
                 self.exact = (self.exact.0 + 1, Some(time));
             }
-            let is_last = self.over[0] && self.waiting[0].is_empty();
-            if is_last || !self.options.window.leaves_out(self.pairs - 1) {
+            if !self.is_left_out(0..1) {
                 self.compare_between(&a, mode);
             }
         }

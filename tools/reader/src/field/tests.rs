@@ -84,14 +84,6 @@ fn listed_axes_are_interpolated_inside() {
 }
 
 #[test]
-fn axis_fields_are_no_columns_and_units_are_found() {
-    let channel = channel(&[("axis.p", "r0,dr"), ("unit.p", "Pa")]);
-    let columns = columns(&channel, &Selection::default(), &mut |_| array(2)).expect("columns");
-    let names: Vec<String> = columns.fields.iter().map(|column| column.heading.with_unit()).collect();
-    assert_eq!(names, ["p[0] [Pa]", "p[1] [Pa]"]);
-}
-
-#[test]
 fn refusals_are_explained() {
     let channel = channel(&[]);
     let select = |field: &str, at: Option<&str>| {

@@ -43,22 +43,3 @@ impl<W: Write> Sink for Json<W> {
         self.output.flush()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_document_of_units_and_rows() {
-        let mut output = Vec::new();
-        let mut json = Json::new(&mut output);
-        let force = Heading::new("force", Some("N"));
-        json.begin(&[force, Heading::new("x", None)]).expect("begin");
-        json.row(&[Cell::Double(0.5), Cell::Empty]).expect("row");
-        json.row(&[Cell::Double(1.5), Cell::Text("\"".into())]).expect("row");
-        json.end().expect("end");
-        let document: Value = serde_json::from_slice(&output).expect("JSON");
-        let rows = serde_json::json!([{ "force": 0.5, "x": null }, { "force": 1.5, "x": "\"" }]);
-        assert_eq!(document, serde_json::json!({ "units": { "force": "N" }, "rows": rows }));
-    }
-}
