@@ -52,8 +52,7 @@ impl Axis {
                 _ => Self::Unknown,
             };
         }
-        let numbers: Option<Vec<f64>> = text.split(',').map(|item| item.trim().parse().ok()).collect();
-        if let Some(positions) = numbers {
+        if let Some(positions) = convention::numbers(text) {
             return Self::Listed(positions);
         }
         let mut names = text.split(',').map(find);
@@ -87,11 +86,7 @@ impl Axis {
 
     /// Name of the coordinate of an array; lists carry no name, they are radii.
     pub(crate) fn coordinate(&self) -> &str {
-        match self {
-            Self::Uniform { coordinate, .. } => coordinate,
-            Self::Listed(_) => "r",
-            Self::Matrix { .. } | Self::Unknown => "index",
-        }
+        if self.is_matrix() { "index" } else { self.coordinates().first().copied().unwrap_or("index") }
     }
 
     /// First position and step of a uniform axis as they are in a message.
@@ -147,11 +142,6 @@ impl Nodes<'_> {
             Self::Unknown => None,
         }
     }
-}
-
-/// Value of an array at a position of its axis, as [`between`] has it.
-pub(crate) fn at(list: &List, nodes: Nodes<'_>, even: bool, position: f64) -> Option<f64> {
-    between(list.len(), nodes, even, position, |i| list.number(i))
 }
 
 /// Value of an array of `length` elements at a position of its axis.

@@ -5,13 +5,7 @@ use std::{
     sync::Arc,
 };
 
-use crate::{
-    convention,
-    instant::Instant,
-    prefix::Prefixed,
-    recording::{seconds, seconds_since},
-    wire::Layout,
-};
+use crate::{convention, instant::Instant, prefix::Prefixed, wire::Layout};
 
 /// A channel.
 #[derive(Clone, Debug)]
@@ -52,21 +46,9 @@ impl Channel {
         (layout.leaves[leaf].is_single && layout.leaves[leaf].kind.is_number()).then_some(leaf)
     }
 
-    /// Time of a message: its field `time`, else its log time in seconds.
-    pub fn time_of(&self, bytes: &[u8], log_time: u64) -> f64 {
-        let time = self.layout.as_ref().and_then(|layout| layout.peek(self.time_leaf()?, bytes));
-        time.unwrap_or_else(|| seconds(log_time))
-    }
-
-    /// Unit of [`time_of`](Self::time_of) a message.
+    /// Unit of the times of messages.
     pub fn time_unit(&self) -> Option<&str> {
         if self.has_time() { self.unit(convention::TIME) } else { Some("s") }
-    }
-
-    /// Time of a message: its field `time`, else the time from the origin to its log time in seconds.
-    pub fn time_since_origin(&self, bytes: &[u8], log_time: u64) -> f64 {
-        let time = self.layout.as_ref().and_then(|layout| layout.peek(self.time_leaf()?, bytes));
-        time.unwrap_or_else(|| seconds_since(log_time, self.origin))
     }
 
     /// When a message is: by its field `time`, else by its log time from the origin.
@@ -82,9 +64,7 @@ impl Channel {
 
     /// Radii and depths of the points whose values are the elements of every array, if it is a channel of points.
     pub(crate) fn points(&self) -> Option<Vec<[f64; 2]>> {
-        let list = |key: &str| -> Option<Vec<f64>> {
-            self.metadata.get(key)?.split(',').map(|number| number.trim().parse().ok()).collect()
-        };
+        let list = |key: &str| convention::numbers(self.metadata.get(key)?);
         let (r, z) = (list("r")?, list("z")?);
         (r.len() == z.len()).then(|| r.into_iter().zip(z).map(|(r, z)| [r, z]).collect())
     }

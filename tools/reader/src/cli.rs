@@ -18,11 +18,8 @@ mod trace;
 mod units;
 mod verify;
 
-use std::path::PathBuf;
-
 use clap::{Parser, Subcommand};
 
-use outcome::say_parts;
 pub use outcome::{CliError, Exit, report};
 
 use crate::recording::Limits;
@@ -120,26 +117,6 @@ enum Command {
     Schema(SchemaArguments),
 }
 
-impl Command {
-    /// What is read.
-    fn files(&self) -> &[PathBuf] {
-        match self {
-            Self::Info(arguments) => arguments.files(),
-            Self::Trace(arguments) => arguments.files(),
-            Self::Summary(arguments) => arguments.files(),
-            Self::Plot(arguments) => arguments.files(),
-            Self::Verify(arguments) => arguments.files(),
-            Self::Recover(arguments) => arguments.files(),
-            Self::Replay(arguments) => arguments.files(),
-            Self::Report(arguments) => arguments.files(),
-            Self::Export(arguments) => arguments.files(),
-            Self::Cat(arguments) => arguments.files(),
-            Self::Schema(arguments) => arguments.files(),
-            Self::Diff(arguments) => arguments.files(),
-        }
-    }
-}
-
 impl Arguments {
     /// Carries out the command.
     ///
@@ -148,7 +125,6 @@ impl Arguments {
     /// Why it failed; to be handed to [`report`].
     pub fn run(&self) -> Result<Exit, CliError> {
         let limits = Limits { memory: self.max_memory };
-        say_parts(self.command.files());
         match &self.command {
             Command::Info(arguments) => arguments.run(limits),
             Command::Trace(arguments) => arguments.run(limits),

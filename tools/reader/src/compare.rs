@@ -205,7 +205,7 @@ fn scales(
         let Some(layout) = &channel.layout else { return Ok(()) };
         let values = values.entry(message.channel).or_insert_with(|| layout.values());
         let time = clock::time(channel, starts[&message.channel], message.data, message.log_time);
-        if !options.window.holds_instant(time) || layout.decode(message.data, values).is_err() {
+        if !options.window.holds(time) || layout.decode(message.data, values).is_err() {
             return Ok(());
         }
         for (leaf, list) in values.lists.iter().enumerate() {

@@ -129,6 +129,11 @@ pub fn axis(field: &str) -> String {
     format!("{AXIS}{field}")
 }
 
+/// The numbers of a list in metadata, separated by commas; `None` if one is none.
+pub fn numbers(list: &str) -> Option<Vec<f64>> {
+    list.split(',').map(|number| number.trim().parse().ok()).collect()
+}
+
 /// Begins the keys of axes.
 pub const AXIS: &str = "axis.";
 

@@ -170,7 +170,7 @@ impl Directory {
 
     fn refuse(&mut self, what: String) {
         if self.refused.len() < MAX_REFUSED {
-            self.refused.push(Damage { offset: 0, bytes: 0, reason: format!("no room for {what}") });
+            self.refused.push(Damage::refusal(format!("no room for {what}")));
         }
     }
 
@@ -185,10 +185,9 @@ impl Directory {
         let mut refused = self.refused.clone();
         if self.overflowed {
             let room = self.limits.directory();
-            let reason = format!(
+            refused.push(Damage::refusal(format!(
                 "schemas, channels and metadata take more than {room} bytes; the rest is left out (--max-memory)"
-            );
-            refused.push(Damage { offset: 0, bytes: 0, reason });
+            )));
         }
         refused
     }

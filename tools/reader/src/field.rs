@@ -8,8 +8,8 @@ use prost_reflect::EnumDescriptor;
 use crate::{
     axis::{Axis, at_point, between},
     extent::Reach,
+    instant::Instant,
     nest::Spot,
-    recording::seconds_since,
     table::{Cell, Heading},
     wire::{List, Values},
 };
@@ -79,7 +79,7 @@ impl Column {
     pub fn cell(&self, values: &Values, log_time: u64) -> Cell {
         let list = self.leaf.map(|leaf| &values.lists[leaf]);
         match (&self.take, list) {
-            (Take::LogTime { origin }, _) => Cell::Double(seconds_since(log_time, *origin)),
+            (Take::LogTime { origin }, _) => Cell::Double(Instant::log(log_time, *origin).number()),
             (_, None) => Cell::Empty,
             (Take::Element { spot, enumeration }, Some(list)) => {
                 spot.rank(values, 0).map_or(Cell::Empty, |rank| cell(list, rank, enumeration.as_ref()))
@@ -104,7 +104,7 @@ impl Column {
 }
 
 /// A value as a cell; empty where there is none.
-fn cell(list: &List, index: usize, enumeration: Option<&EnumDescriptor>) -> Cell {
+pub(crate) fn cell(list: &List, index: usize, enumeration: Option<&EnumDescriptor>) -> Cell {
     let cell = match list {
         List::Double(list) => list.get(index).map(|&value| Cell::Double(value)),
         List::Float(list) => list.get(index).map(|&value| Cell::Float(value)),

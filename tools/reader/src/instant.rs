@@ -1,8 +1,6 @@
-//! When a message is: its log time in whole nanoseconds, or a number of its own.
+//! When a message is: its log time in whole nanoseconds, or a number of its own; and log times in seconds.
 
 use std::cmp::Ordering;
-
-use crate::recording::seconds;
 
 /// When a message is.
 #[derive(Clone, Copy, Debug)]
@@ -58,12 +56,6 @@ impl Instant {
         }
     }
 
-    /// The number of a key.
-    pub(crate) fn of_number_key(key: i128) -> Self {
-        let key = key as u64;
-        Self::Number(f64::from_bits(if key >> 63 == 1 { key & !(1 << 63) } else { !key }))
-    }
-
     pub(crate) fn total_cmp(self, other: Self) -> Ordering {
         match (self, other) {
             (Self::Log(a), Self::Log(b)) => a.cmp(&b),
@@ -90,6 +82,20 @@ impl PartialOrd for Instant {
     }
 }
 
+/// A log time in seconds: the number next to it, so that its shortest text is that of the decimal fraction.
+///
+/// * `log_time`: \[ns\]
+pub(crate) fn seconds(log_time: u64) -> f64 {
+    const SECOND: u64 = 1_000_000_000;
+    // one rounding: up to here numerator and denominator are exact; beyond, the whole seconds are, and the rounding of
+    // the rest is far below a unit in the last place of the sum
+    if log_time <= 1 << f64::MANTISSA_DIGITS {
+        log_time as f64 / SECOND as f64
+    } else {
+        (log_time / SECOND) as f64 + (log_time % SECOND) as f64 / SECOND as f64
+    }
+}
+
 /// Nanoseconds as seconds with all their digits.
 pub(crate) fn exact_seconds(nanoseconds: i128) -> String {
     const SECOND: u128 = 1_000_000_000;
@@ -101,6 +107,19 @@ pub(crate) fn exact_seconds(nanoseconds: i128) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn log_times_are_the_seconds_next_to_them() {
+        let known = [60_000_000, 8_999_640_000, 1_700_000_000_150_000_000, 1 << 53, (1 << 53) + 1, 0];
+        // and some that look random
+        let many = (0..20_000u64).map(|k| k.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (k % 60));
+        for log_time in known.into_iter().chain(many) {
+            let text = format!("{}.{:09}", log_time / 1_000_000_000, log_time % 1_000_000_000);
+            assert_eq!(Ok(seconds(log_time)), text.parse(), "{log_time} ns");
+        }
+        assert_eq!(seconds(1_700_000_000_150_000_000).to_string(), "1700000000.15");
+        assert_eq!(seconds(60_000_000).to_string(), "0.06");
+    }
 
     #[test]
     fn log_times_a_nanosecond_apart_are_two() {

@@ -15,6 +15,7 @@
 //! |---|---|
 //! | [`recording`] | opening a file, limits, checksums, the index, records in the order of the file, skipping damage |
 //! | [`messages`] | a recording that is open: its channels, and the messages of some of them, by the index if there is one |
+//! | `instant` | when a message is: by its own time or by its log time, to the nanosecond |
 //! | [`channel`], [`directory`] | what a channel is, and how the definitions of a file become channels |
 //! | [`convention`] | what the reader knows of percuss |
 //! | [`wire`] | messages decoded into typed lists, one per leaf of their type |

@@ -19,7 +19,7 @@ use mcap::records::Record;
 use crate::{
     channel::Channel,
     convention::{self, Ending},
-    recording::{Damage, Limits, OpenError, Scan, log_times},
+    recording::{Damage, Limits, OpenError, Scan},
 };
 
 /// Pause before looking again for more of a file that is being written.
@@ -97,6 +97,11 @@ impl Recording {
         self.limits
     }
 
+    /// The error of what has to be kept of it and has no room.
+    pub(crate) fn no_room(&self, what: &'static str) -> OpenError {
+        OpenError::Memory { path: self.path.clone(), what }
+    }
+
     /// First log time \[ns\], where log times are dates: later than any recording that counts from 0 lasts.
     pub fn start_date(&self) -> Option<u64> {
         /// A year \[ns\].
@@ -134,7 +139,11 @@ impl Recording {
 
     /// Log times of a window of message times \[s or the unit of `time`\], if their relation is known.
     pub fn log_window(&self, from: Option<f64>, to: Option<f64>) -> Option<(u64, u64)> {
-        Some(log_times(from, to, convention::playback_rate(self.entries(convention::RUN)?)?))
+        let rate = convention::playback_rate(self.entries(convention::RUN)?)?;
+        // a nanosecond of room for rounding
+        let low = from.map_or(0, |from| (from * rate * 1e9).floor().max(1.0) as u64 - 1);
+        let high = to.map_or(u64::MAX, |to| ((to * rate * 1e9).ceil().max(0.0) as u64).saturating_add(1));
+        Some((low, high))
     }
 
     /// The messages of some channels, in the order of the file.

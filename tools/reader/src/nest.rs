@@ -7,6 +7,7 @@
 use std::{
     collections::{BTreeSet, HashMap},
     fmt,
+    ops::Range,
 };
 
 use prost_reflect::Kind;
@@ -265,30 +266,25 @@ impl Nest {
             places.insert(elements.clone());
             return;
         };
-        let (count, first) = match part.count.map(|leaf| &values.lists[leaf]) {
-            Some(List::UInt(counts)) => {
-                let count = counts.get(number).copied().unwrap_or(0);
-                (count, counts.iter().take(number).sum::<u64>())
-            }
-            _ if part.is_list => (values.lists[self.leaf].len() as u64, 0),
-            _ => (1, number as u64),
+        let held = match part.count {
+            Some(leaf) => held(values, leaf, number).unwrap_or(0..0),
+            None if part.is_list => 0..values.lists[self.leaf].len(),
+            None => number..number + 1,
         };
-        for element in 0..count {
+        for (element, index) in held.enumerate() {
             if places.len() >= most {
                 return;
             }
             if part.is_list {
-                let key =
-                    |(leaf, _): &(usize, Type)| Key::at(&values.lists[*leaf], (first + element) as usize);
                 elements.push(match &part.keys {
-                    Some(keys) => match key(keys) {
+                    Some((leaf, _)) => match Key::at(&values.lists[*leaf], index) {
                         Some(key) => Element::Key(key),
                         None => continue,
                     },
-                    None => Element::Number(element as usize),
+                    None => Element::Number(element),
                 });
             }
-            self.descend(parts, (first + element) as usize, values, most, elements, places);
+            self.descend(parts, index, values, most, elements, places);
             if part.is_list {
                 elements.pop();
             }
@@ -327,7 +323,7 @@ impl Spot {
         for step in &self.steps {
             if step.index.is_none() {
                 return match step.count {
-                    Some(leaf) => count(values, leaf, number).unwrap_or(0) as usize,
+                    Some(leaf) => held(values, leaf, number).map_or(0, |held| held.len()),
                     None => values.lists[self.leaf].len(),
                 };
             }
@@ -340,11 +336,13 @@ impl Spot {
     }
 }
 
-fn count(values: &Values, leaf: usize, number: usize) -> Option<u64> {
-    match &values.lists[leaf] {
-        List::UInt(counts) => counts.get(number).copied(),
-        _ => None,
-    }
+/// Numbers of the elements that a message holds, `number` among those of its path, among all of their path.
+///
+/// * `leaf`: counts them
+fn held(values: &Values, leaf: usize, number: usize) -> Option<Range<usize>> {
+    let List::UInt(counts) = &values.lists[leaf] else { return None };
+    let first = usize::try_from(counts.get(..number)?.iter().sum::<u64>()).ok()?;
+    Some(first..first.checked_add(usize::try_from(*counts.get(number)?).ok()?)?)
 }
 
 /// From the number of a message among those of its path to that of an element it holds; `None` if it does not.
@@ -354,18 +352,10 @@ fn follow(values: &Values, number: usize, step: &Step, element: usize) -> Option
         Some(Element::Number(number)) => *number,
         Some(Element::Key(key)) => return entry(values, number, step, key),
     };
-    match step.count {
-        // the only list on the way
-        None => Some(index),
-        Some(leaf) => {
-            let List::UInt(counts) = &values.lists[leaf] else { return None };
-            if index as u64 >= *counts.get(number)? {
-                return None;
-            }
-            let before: u64 = counts[..number].iter().sum();
-            usize::try_from(before).ok()?.checked_add(index)
-        }
-    }
+    // without a count it is the only list on the way
+    let Some(leaf) = step.count else { return Some(index) };
+    let held = held(values, leaf, number)?;
+    (index < held.len()).then(|| held.start + index)
 }
 
 /// Number of the entry with a key among those of all maps of its path, of the map of a message.
@@ -377,7 +367,5 @@ fn entry(values: &Values, number: usize, step: &Step, key: &Key) -> Option<usize
     if counts.iter().sum::<u64>() != keys.len() as u64 {
         return None;
     }
-    let first = usize::try_from(counts.get(..number)?.iter().sum::<u64>()).ok()?;
-    let last = first.checked_add(usize::try_from(*counts.get(number)?).ok()?)?;
-    (first..last).find(|&index| key.is_at(keys, index))
+    held(values, step.count?, number)?.find(|&index| key.is_at(keys, index))
 }

@@ -26,10 +26,6 @@ impl Sink for Largest {
         }
         Ok(())
     }
-
-    fn end(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 impl Largest {
@@ -95,10 +91,6 @@ impl Sink for InUnits<'_> {
 
     fn group(&mut self) -> io::Result<()> {
         self.sink.group()
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.sink.flush()
     }
 
     fn end(&mut self) -> io::Result<()> {

@@ -17,8 +17,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::select::Window;
-
 pub(crate) use budget::Budget;
 pub use file::{is_part, open_file, without_part};
 pub use index::Index;
@@ -85,52 +83,6 @@ impl Limits {
     pub fn waiting(self) -> usize {
         self.share(16).max(LEAST_WAITING)
     }
-}
-
-/// A log time in seconds: the number next to it, so that its shortest text is that of the decimal fraction.
-///
-/// * `log_time`: \[ns\]
-pub fn seconds(log_time: u64) -> f64 {
-    const SECOND: u64 = 1_000_000_000;
-    // one rounding: up to here numerator and denominator are exact; beyond, the whole seconds are, and the rounding of
-    // the rest is far below a unit in the last place of the sum
-    if log_time <= 1 << f64::MANTISSA_DIGITS {
-        log_time as f64 / SECOND as f64
-    } else {
-        (log_time / SECOND) as f64 + (log_time % SECOND) as f64 / SECOND as f64
-    }
-}
-
-/// The time from an origin to a log time in seconds; exact before it is rounded.
-///
-/// * `log_time`, `origin`: \[ns\]
-pub fn seconds_since(log_time: u64, origin: u64) -> f64 {
-    match log_time.checked_sub(origin) {
-        Some(since) => seconds(since),
-        None => -seconds(origin - log_time),
-    }
-}
-
-/// Log times of a window of seconds from an origin on \[ns\].
-///
-/// * `origin`: \[ns\]
-pub(crate) fn log_times_since(origin: u64, window: &Window) -> (u64, u64) {
-    let at = |time: i128| {
-        let sum = time.saturating_add(origin.into()).clamp(0, u64::MAX.into());
-        u64::try_from(sum).unwrap_or(u64::MAX)
-    };
-    let low = window.from.map_or(0, |from| at(from.nanoseconds().1));
-    let high = window.to.map_or(u64::MAX, |to| at(to.nanoseconds().0));
-    (low, high)
-}
-
-/// Log times of a window of times, with a nanosecond of room for rounding \[ns\].
-///
-/// * `rate`: log time that passes in a unit of these times \[s\]
-pub fn log_times(from: Option<f64>, to: Option<f64>, rate: f64) -> (u64, u64) {
-    let low = from.map_or(0, |from| (from * rate * 1e9).floor().max(1.0) as u64 - 1);
-    let high = to.map_or(u64::MAX, |to| ((to * rate * 1e9).ceil().max(0.0) as u64).saturating_add(1));
-    (low, high)
 }
 
 /// Why a file cannot be read at all, or not what is asked for.
@@ -216,20 +168,9 @@ pub struct Damage {
     pub reason: String,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn log_times_are_the_seconds_next_to_them() {
-        let known = [60_000_000, 8_999_640_000, 1_700_000_000_150_000_000, 1 << 53, (1 << 53) + 1, 0];
-        // and some that look random
-        let many = (0..20_000u64).map(|k| k.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (k % 60));
-        for log_time in known.into_iter().chain(many) {
-            let text = format!("{}.{:09}", log_time / 1_000_000_000, log_time % 1_000_000_000);
-            assert_eq!(Ok(seconds(log_time)), text.parse(), "{log_time} ns");
-        }
-        assert_eq!(seconds(1_700_000_000_150_000_000).to_string(), "1700000000.15");
-        assert_eq!(seconds(60_000_000).to_string(), "0.06");
+impl Damage {
+    /// What was left out, of no place in the file.
+    pub(crate) fn refusal(reason: String) -> Self {
+        Self { offset: 0, bytes: 0, reason }
     }
 }

@@ -148,15 +148,21 @@ pub struct Window {
 }
 
 impl Window {
-    /// True if a time is not before the first or after the last.
-    pub fn holds(&self, time: f64) -> bool {
-        !(self.from.is_some_and(|from| time < from.number) || self.to.is_some_and(|to| time > to.number))
+    /// True if a time is not before the first or after the last; of log times, to the nanosecond.
+    pub(crate) fn holds(&self, time: Instant) -> bool {
+        let is_before =
+            |from: Bound| time.nanoseconds().map_or(time.number() < from.number, |ns| ns < from.ceil);
+        let is_after = |to: Bound| time.nanoseconds().map_or(time.number() > to.number, |ns| ns > to.floor);
+        !(self.from.is_some_and(is_before) || self.to.is_some_and(is_after))
     }
 
-    /// The same of a time that may be a log time, to the nanosecond.
-    pub(crate) fn holds_instant(&self, instant: Instant) -> bool {
-        let Some(time) = instant.nanoseconds() else { return self.holds(instant.number()) };
-        !(self.from.is_some_and(|from| time < from.ceil) || self.to.is_some_and(|to| time > to.floor))
+    /// First and last log time, where its times are seconds from an origin \[ns\].
+    pub(crate) fn log_times(&self, origin: u64) -> (u64, u64) {
+        let at = |time: i128| {
+            let sum = time.saturating_add(origin.into()).clamp(0, u64::MAX.into());
+            u64::try_from(sum).unwrap_or(u64::MAX)
+        };
+        (self.from.map_or(0, |from| at(from.ceil)), self.to.map_or(u64::MAX, |to| at(to.floor)))
     }
 
     /// First and last time as numbers.
@@ -182,20 +188,13 @@ pub fn channels(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>,
     }
     let mut ids = Vec::new();
     for pattern in patterns {
-        let fitting = recording.channels.iter().filter(|(_, channel)| pattern.fits(&channel.topic));
-        let before = ids.len();
-        let mut found = false;
-        for (&id, _) in fitting {
-            found = true;
-            if !ids[..before].contains(&id) {
-                ids.push(id);
-            }
-        }
-        if !found {
-            let known = known(recording);
+        let fitting = || recording.channels.iter().filter(|(_, channel)| pattern.fits(&channel.topic));
+        if fitting().next().is_none() {
             let (path, topic) = (recording.path.clone(), pattern.text.clone());
-            return Err(OpenError::UnknownTopic { path, topic, known });
+            return Err(OpenError::UnknownTopic { path, topic, known: known(recording) });
         }
+        let new: Vec<u16> = fitting().map(|(&id, _)| id).filter(|id| !ids.contains(id)).collect();
+        ids.extend(new);
     }
     Ok(ids)
 }

@@ -22,14 +22,10 @@ use percuss_picture::{Colours, Image};
 /// An array over its axis at one time.
 #[derive(Clone, Debug)]
 pub struct Profile {
-    /// Path of the field.
-    pub name: String,
-    /// Unit of the field.
-    pub unit: Option<String>,
-    /// Name of the coordinate, `index` if the array has no axis.
-    pub coordinate: String,
-    /// Unit of the coordinate.
-    pub coordinate_unit: Option<String>,
+    /// Path and unit of the field.
+    pub field: Heading,
+    /// Name and unit of the coordinate, `index` if the array has no axis.
+    pub axis: Heading,
     /// Time of the message.
     pub time: f64,
     /// Positions and values.
@@ -51,34 +47,18 @@ pub struct Slice {
     pub rows: Side,
     /// Columns.
     pub columns: Side,
-    /// Names of the coordinates of rows and columns.
-    pub coordinates: [String; 2],
-    /// Unit of the coordinates of rows and columns.
-    pub units: [Option<String>; 2],
+    /// Names and units of the coordinates of rows and columns.
+    pub axes: [Heading; 2],
     /// True if the columns are even about their origin.
     pub even: bool,
     /// Row-major.
     pub values: Vec<f64>,
 }
 
-impl Profile {
-    /// Name and unit of the field.
-    pub fn heading(&self) -> Heading {
-        Heading { name: self.name.clone(), unit: self.unit.clone(), ..Heading::default() }
-    }
-
-    /// Name and unit of the coordinate.
-    pub fn axis_heading(&self) -> Heading {
-        Heading { name: self.coordinate.clone(), unit: self.coordinate_unit.clone(), ..Heading::default() }
-    }
-}
-
 impl Slice {
     /// Name and unit of the field; `values` say no more than their topic does.
     pub fn heading(&self) -> Heading {
-        let last = self.topic.rsplit('/').next().filter(|_| self.name == "values");
-        let name = last.unwrap_or(&self.name).to_owned();
-        Heading { name, unit: self.unit.clone(), ..Heading::default() }
+        Heading::new(shown_name(&self.topic, &self.name), self.unit.as_deref())
     }
 
     /// Topic and time in one line.
@@ -88,19 +68,16 @@ impl Slice {
 
     /// The matrix as a picture shows it.
     pub fn image(&self) -> Image {
-        let label = |i: usize| match &self.units[i] {
-            Some(unit) => format!("{} [{unit}]", self.coordinates[i]),
-            None => self.coordinates[i].clone(),
-        };
+        let [rows, columns] = &self.axes;
         Image {
             title: self.title(),
             value_label: self.heading().with_unit(),
-            row_label: label(0),
-            column_label: label(1),
+            row_label: rows.with_unit(),
+            column_label: columns.with_unit(),
             rows: self.rows,
             columns: self.columns,
             values: self.values.clone(),
-            is_equal: self.units[0] == self.units[1],
+            is_equal: rows.unit == columns.unit,
             colours: Colours::Diverging,
             ..Image::default()
         }
@@ -201,7 +178,7 @@ pub fn moments(
     let mut nearest: Vec<Option<(Instant, Vec<u8>)>> = vec![None; times.len().max(1)];
     let mut span = Span::default();
     let mut budget = Budget::new(recording.limits().kept());
-    let memory = || OpenError::Memory { path: recording.path.clone(), what: "the messages at these times" };
+    let memory = || recording.no_room("the messages at these times");
     messages.for_each(|message| {
         let time = channel.instant(message.data, message.log_time, channel.origin);
         span.add(time.number());
@@ -260,7 +237,7 @@ pub fn visit(
     let mut show = |log_time: u64, bytes: &[u8]| {
         let mut values = layout.values();
         if layout.decode(bytes, &mut values).is_ok() {
-            take(Moment { time: channel.time_since_origin(bytes, log_time), values });
+            take(Moment { time: channel.instant(bytes, log_time, channel.origin).number(), values });
         }
     };
     messages.for_each(|message| -> Result<(), OpenError> {
@@ -280,9 +257,14 @@ pub fn visit(
     Ok(messages.damages().to_vec())
 }
 
-fn unit_of_coordinate(channel: &Channel, axis: &str) -> Option<String> {
-    // the unit of the field that holds the first position is that of all
-    channel.unit(&format!("{axis}0")).or_else(|| channel.unit(axis)).map(str::to_owned)
+/// Name and unit of a coordinate: the unit of the field that holds the first position is that of all.
+pub(crate) fn coordinate(channel: &Channel, name: &str) -> Heading {
+    Heading::new(name, channel.unit(&format!("{name}0")).or_else(|| channel.unit(name)))
+}
+
+/// What a field is called where it is drawn: `values` says no more than the topic does.
+pub(crate) fn shown_name<'a>(topic: &'a str, path: &'a str) -> &'a str {
+    topic.rsplit('/').next().filter(|_| path == "values").unwrap_or(path)
 }
 
 /// Elements that are drawn of an array inside lists.
@@ -314,15 +296,9 @@ pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profil
         };
         places.iter().enumerate().filter_map(|(i, place)| Some((position(i), value(place)?))).collect()
     };
-    let coordinate = axis.coordinate().to_owned();
-    Some(Profile {
-        name: field.path.clone(),
-        unit: channel.unit(&field.path).map(str::to_owned),
-        coordinate_unit: unit_of_coordinate(channel, &coordinate),
-        coordinate,
-        time: moment.time,
-        points,
-    })
+    let (field, axis) =
+        (Heading::new(&field.path, channel.unit(&field.path)), coordinate(channel, axis.coordinate()));
+    Some(Profile { field, axis, time: moment.time, points })
 }
 
 /// A matrix of a message; `None` if the field is none.
@@ -341,8 +317,7 @@ pub fn slice(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Slice> {
         time: moment.time,
         rows: grid.rows,
         columns: grid.columns,
-        units: [0, 1].map(|i: usize| unit_of_coordinate(channel, &coordinates[i])),
-        coordinates,
+        axes: coordinates.map(|name| coordinate(channel, &name)),
         even: convention::is_even(&channel.metadata, &name),
         name,
         values,
@@ -373,7 +348,7 @@ impl Slice {
 
     /// The matrix at a position of one of its coordinates, over the other; `None` for other coordinates and outside.
     pub fn line(&self, coordinate: &str, position: f64) -> Option<Profile> {
-        let along = self.coordinates.iter().position(|name| name == coordinate)?;
+        let along = self.axes.iter().position(|axis| axis.name == coordinate)?;
         let width = self.columns.length;
         let (across, over, even) = match along {
             0 => (&self.rows, &self.columns, false),
@@ -389,10 +364,8 @@ impl Slice {
         };
         let points: Vec<(f64, f64)> = (0..over.length).filter_map(point).collect();
         (!points.is_empty()).then(|| Profile {
-            name: format!("{}@{coordinate}={position}", self.name),
-            unit: self.unit.clone(),
-            coordinate: self.coordinates[1 - along].clone(),
-            coordinate_unit: self.units[1 - along].clone(),
+            field: Heading::new(&format!("{}@{coordinate}={position}", self.name), self.unit.as_deref()),
+            axis: self.axes[1 - along].clone(),
             time: self.time,
             points,
         })

@@ -1,6 +1,6 @@
 //! Named columns with units, and what takes their rows.
 
-use std::io;
+use std::{fmt, io};
 
 /// Largest number of columns an array is spread over.
 pub const MAX_COLUMNS: usize = 10_000;
@@ -38,6 +38,11 @@ pub struct Heading {
 }
 
 impl Heading {
+    /// A column of numbers.
+    pub fn new(name: &str, unit: Option<&str>) -> Self {
+        Self { name: name.into(), unit: unit.map(str::to_owned), kind: CellType::Double }
+    }
+
     /// Name with the unit in brackets.
     pub fn with_unit(&self) -> String {
         match &self.unit {
@@ -75,6 +80,21 @@ impl Cell {
             Self::Float(value) => Some(f64::from(*value)),
             Self::Double(value) => Some(*value),
             Self::Empty | Self::Bool(_) | Self::Text(_) => None,
+        }
+    }
+}
+
+impl fmt::Display for Cell {
+    /// Numbers in the shortest form that reads back, with an exponent where that is shorter; nothing for an empty cell.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => Ok(()),
+            Self::Bool(value) => write!(f, "{value}"),
+            Self::Int(value) => write!(f, "{value}"),
+            Self::UInt(value) => write!(f, "{value}"),
+            Self::Float(value) => write!(f, "{value:?}"),
+            Self::Double(value) => write!(f, "{value:?}"),
+            Self::Text(value) => f.write_str(value),
         }
     }
 }
@@ -118,5 +138,7 @@ pub trait Sink {
     /// # Errors
     ///
     /// The output cannot be written.
-    fn end(&mut self) -> io::Result<()>;
+    fn end(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }

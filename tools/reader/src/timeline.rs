@@ -212,10 +212,8 @@ impl Timeline {
             let known = |event: &Event| self.channels.contains_key(&event.channel);
             if let Some(event) = message.filter(known).filter(&is_wanted) {
                 if !budget.spend(event.weight()) {
-                    return Err(OpenError::Memory {
-                        path: self.path.clone(),
-                        what: "the messages of a chunk",
-                    });
+                    let (path, what) = (self.path.clone(), "the messages of a chunk");
+                    return Err(OpenError::Memory { path, what });
                 }
                 events.push(event);
             }

@@ -8,11 +8,11 @@ use std::{
 use clap::Args;
 
 use super::{
-    outcome::{CliError, Exit, loss},
-    output::explain,
+    outcome::{CliError, Exit, loss, say_parts},
+    output::{explain, unless_closed},
 };
 use crate::{
-    command::cat::{CatError, Request, cat},
+    command::cat::{Request, cat},
     recording::Limits,
 };
 
@@ -32,21 +32,11 @@ pub(super) struct CatArguments {
 }
 
 impl CatArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(std::slice::from_ref(&self.file));
         let mut output = BufWriter::new(io::stdout());
         let result = cat(&self.file, &self.request, limits, &mut output);
-        let damages = match result {
-            Err(CatError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
-                return Ok(Exit::Done);
-            }
-            Err(CatError::Output(error)) => return Err(explain(None, error)),
-            other => other?,
-        };
+        let Some(damages) = unless_closed(result, None)? else { return Ok(Exit::Done) };
         output.flush().map_err(|error| explain(None, error))?;
         Ok(loss(&self.file, &damages))
     }

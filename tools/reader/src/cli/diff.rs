@@ -7,14 +7,14 @@ use serde_json::json;
 
 use super::{
     align::Align,
-    outcome::{CliError, Exit, has_colour, say},
-    output::{by_extension, print, print_document, print_painted, refuse_inputs, write},
+    outcome::{CliError, Exit, has_colour, say, say_parts},
+    output::{by_extension, print, print_document, print_painted, refuse_existing, refuse_inputs, write},
     plot::medium,
 };
 use crate::{
     command::diff::{
-        DiffWriter, JSON_VERSION, Job, Style, Verdict, bless, diff, is_whole, jobs, picture, summary,
-        to_json, to_text, verdict,
+        JSON_VERSION, Job, Style, Verdict, bless, diff, is_whole, jobs, picture, summary, to_json, to_text,
+        verdict,
     },
     compare::{ChannelReport, Comparison, Mode, NanRule, Options, Rule, Rules, Tolerance},
     recording::Limits,
@@ -125,12 +125,8 @@ struct Outcome {
 }
 
 impl DiffArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        &self.files
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(&self.files);
         let options = self.options()?;
         let jobs = jobs(&self.files).map_err(|error| CliError::Usage(error.to_string()))?;
         self.check_outputs(&jobs)?;
@@ -169,9 +165,7 @@ impl DiffArguments {
         let outputs = [&self.plot, &self.write_diff];
         for output in outputs.into_iter().flatten() {
             refuse_inputs(Some(output), jobs.iter().flat_map(|job| job.a.iter().chain(&job.b)))?;
-            if output.exists() && !self.force {
-                return Err(CliError::Exists(output.clone()));
-            }
+            refuse_existing(Some(output), self.force)?;
         }
         if jobs.len() > 1 && outputs.iter().any(|output| output.is_some()) {
             return Err(CliError::Usage("--plot and --write-diff need just two recordings".into()));
@@ -195,8 +189,8 @@ impl DiffArguments {
         limits: Limits,
         result: &mut Outcome,
     ) -> Result<(), CliError> {
-        let mut writer = self.write_diff.as_ref().map(|path| DiffWriter::new(path, self.force));
-        let comparison = diff(a, b, options, limits, writer.as_mut())?;
+        let written = self.write_diff.as_deref().map(|path| (path, self.force));
+        let comparison = diff(a, b, options, limits, written)?;
         self.report_unwritten(&comparison);
         result.fitting.iter_mut().zip(&comparison.fitting).for_each(|(any, fits)| *any |= fits);
         let names = (a.to_string_lossy(), b.to_string_lossy());

@@ -8,7 +8,7 @@ use std::{
 use clap::Args;
 
 use super::{
-    outcome::{CliError, Exit, loss, say},
+    outcome::{CliError, Exit, loss, say, say_parts},
     output::{by_extension, explain, is_same_file, print, refuse_inputs, write},
 };
 use crate::{
@@ -55,12 +55,8 @@ pub(super) struct ExportArguments {
 }
 
 impl ExportArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(std::slice::from_ref(&self.file));
         refuse_inputs(self.output.as_deref(), std::iter::once(&self.file))?;
         if let Some(name) = &self.attachment {
             let (content, others) = attachment(&self.file, name, limits)?;
@@ -91,18 +87,15 @@ impl ExportArguments {
         const EXTENSIONS: [(&str, &str); 4] =
             [("png", "png"), ("jpg", "jpg"), ("jpeg", "jpg"), ("webp", "webp")];
         let named = by_extension(output, &EXTENSIONS, None)?;
-        let (written, damages) = camera.image(self.at_time, |time, image| {
-            if image.extension != named {
-                let (path, extension) = (output.display(), image.extension);
-                return Err(CliError::Usage(format!(
-                    "`{path}`: the image is a .{extension}; name the output like that"
-                )));
-            }
-            write(Some(output), self.force, &image.bytes)?;
-            say(&format!("image at {time}"));
-            Ok(())
-        })?;
-        written?;
+        let (moment, damages) = camera.moment(self.at_time)?;
+        let image = camera.read(&moment.values)?;
+        if image.extension != named {
+            let (path, extension) = (output.display(), image.extension);
+            let text = format!("`{path}`: the image is a .{extension}; name the output like that");
+            return Err(CliError::Usage(text));
+        }
+        write(Some(output), self.force, &image.bytes)?;
+        say(&format!("image at {}", moment.time));
         Ok(loss(&self.file, &damages))
     }
 

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    outcome::{CliError, Exit, loss},
-    output::{print, print_document},
+    outcome::{CliError, Exit, loss, say_parts},
+    output::show,
 };
 use crate::{command::info::info, recording::Limits};
 
@@ -20,18 +20,10 @@ pub(super) struct InfoArguments {
 }
 
 impl InfoArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(std::slice::from_ref(&self.file));
         let (text, recording) = info(&self.file, self.json, limits)?;
-        if self.json {
-            print_document(&text)?
-        } else {
-            print(&text)?
-        };
+        show(&text, self.json)?;
         Ok(loss(&self.file, &recording.damages))
     }
 }

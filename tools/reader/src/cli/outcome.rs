@@ -124,7 +124,6 @@ pub fn report(error: &CliError) -> ExitCode {
             | ExportError::NoAttachment { .. }
             | ExportError::NoMatrix(_)
             | ExportError::Several { .. }
-            | ExportError::SeveralCameras { .. }
             | ExportError::Moment(MomentError::Outside { .. }),
         )
         | CliError::Cat(CatError::Open(OpenError::UnknownTopic { .. }))

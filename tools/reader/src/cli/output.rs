@@ -6,7 +6,10 @@ use std::{
 };
 
 use super::outcome::CliError;
-use crate::text::{document, lines};
+use crate::{
+    command::{cat::CatError, summary::SummaryError, trace::TraceError},
+    text::{document, lines},
+};
 
 /// Standard output, or a file that is begun with the first byte and gets its name at the end: a request that fails leaves none.
 pub(super) struct Output {
@@ -90,6 +93,14 @@ pub(super) fn refuse_inputs<'a>(
     }
 }
 
+/// Refuses an output that exists, unless it may be overwritten.
+pub(super) fn refuse_existing(output: Option<&Path>, overwrite: bool) -> Result<(), CliError> {
+    match output.filter(|output| !overwrite && output.exists()) {
+        Some(output) => Err(CliError::Exists(output.into())),
+        None => Ok(()),
+    }
+}
+
 /// What the extension of an output stands for, in any case.
 ///
 /// * `known`: extensions and what they stand for
@@ -140,14 +151,14 @@ pub(super) fn print_document(json: &str) -> Result<(), CliError> {
     print_painted(&document(json))
 }
 
+/// Writes a text or a JSON document to standard output.
+pub(super) fn show(text: &str, is_json: bool) -> Result<(), CliError> {
+    if is_json { print_document(text) } else { print(text) }
+}
+
 /// The same for a text with colours, in which what is cited from a file is escaped already.
 pub(super) fn print_painted(text: &str) -> Result<(), CliError> {
-    match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(CliError::Output { path: "standard output".into(), error })
-        }
-        _ => Ok(()),
-    }
+    write(None, false, text.as_bytes())
 }
 
 /// Writes a whole file, a new one unless it may be overwritten; without a path to standard output.
@@ -169,4 +180,21 @@ pub(super) fn explain(path: Option<&Path>, error: io::Error) -> CliError {
         io::ErrorKind::AlreadyExists => CliError::Exists(path),
         _ => CliError::Output { path, error },
     }
+}
+
+/// What came of a command that writes as it reads; nothing if the reader of its output has had enough.
+pub(super) fn unless_closed<T>(
+    result: Result<T, impl Into<CliError>>,
+    path: Option<&Path>,
+) -> Result<Option<T>, CliError> {
+    let error = match result.map_err(Into::into) {
+        Ok(done) => return Ok(Some(done)),
+        Err(
+            CliError::Cat(CatError::Output(error))
+            | CliError::Summary(SummaryError::Output(error))
+            | CliError::Trace(TraceError::Output(error)),
+        ) => error,
+        Err(error) => return Err(error),
+    };
+    if error.kind() == io::ErrorKind::BrokenPipe { Ok(None) } else { Err(explain(path, error)) }
 }

@@ -9,8 +9,8 @@ use clap::Args;
 
 use super::{
     chosen::Chosen,
-    outcome::{CliError, Exit, has_colour, losses, say, say_left_out},
-    output::{by_extension, refuse_inputs, write},
+    outcome::{CliError, Exit, has_colour, losses, say, say_left_out, say_parts},
+    output::{by_extension, refuse_existing, refuse_inputs, write},
 };
 use percuss_picture::Medium;
 
@@ -78,17 +78,11 @@ fn terminal() -> Medium {
 }
 
 impl PlotArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        &self.files
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(&self.files);
         refuse_inputs(self.output.as_deref(), self.files.iter())?;
         let medium = self.output.as_deref().map_or(Ok(terminal()), medium)?;
-        if let Some(output) = self.output.as_ref().filter(|output| output.exists() && !self.force) {
-            return Err(CliError::Exists(output.clone()));
-        }
+        refuse_existing(self.output.as_deref(), self.force)?;
         let log = self.log.as_deref().unwrap_or_default();
         let request = Request {
             topics: self.chosen.topics.clone(),

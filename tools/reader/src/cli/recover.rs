@@ -8,7 +8,7 @@ use percuss_output::Output;
 use serde_json::json;
 
 use super::{
-    outcome::{CliError, Exit},
+    outcome::{CliError, Exit, say_parts},
     output::{by_extension, explain, print, print_document, refuse_inputs},
 };
 use crate::{
@@ -45,12 +45,8 @@ pub(super) struct RecoverArguments {
 const RECOVER_VERSION: u32 = 1;
 
 impl RecoverArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(std::slice::from_ref(&self.file));
         refuse_inputs(Some(&self.output), std::iter::once(&self.file))?;
         by_extension(&self.output, &[("mcap", ())], Some(()))?;
         // what is no recording leaves no new file

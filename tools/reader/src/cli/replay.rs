@@ -4,7 +4,7 @@ use std::{path::PathBuf, sync::Arc};
 
 use clap::Args;
 
-use super::outcome::{CliError, Exit, loss, say};
+use super::outcome::{CliError, Exit, loss, say, say_parts};
 use crate::{
     command::replay::{News, Request, replay},
     recording::Limits,
@@ -31,12 +31,8 @@ pub(super) struct ReplayArguments {
 }
 
 impl ReplayArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(std::slice::from_ref(&self.file));
         let mut exit = Exit::Done;
         let mut tell = |news: News<'_>| match news {
             News::Line(line) => say(line),

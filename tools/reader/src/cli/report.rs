@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    outcome::{CliError, Exit, loss, say},
+    outcome::{CliError, Exit, loss, say, say_parts},
     output::{by_extension, refuse_inputs, write},
 };
 use crate::{
@@ -34,12 +34,8 @@ pub(super) struct ReportArguments {
 }
 
 impl ReportArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(std::slice::from_ref(&self.file));
         let default =
             || PathBuf::from(without_part(&self.file).with_extension("html").file_name().unwrap_or_default());
         let output = self.output.clone().unwrap_or_else(default);

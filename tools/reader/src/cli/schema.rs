@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    outcome::{CliError, Exit},
+    outcome::{CliError, Exit, say_parts},
     output::print,
 };
 use crate::{command::schema::schema, recording::Limits, select::Pattern};
@@ -26,12 +26,8 @@ pub(super) struct SchemaArguments {
 }
 
 impl SchemaArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        std::slice::from_ref(&self.file)
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(std::slice::from_ref(&self.file));
         print(&schema(&self.file, &self.topics, limits)?)?;
         Ok(Exit::Done)
     }

@@ -1,21 +1,19 @@
 //! Arguments of `summary`.
 
-use std::{
-    io::{self, BufWriter},
-    path::PathBuf,
-};
+use std::{io::BufWriter, path::PathBuf};
 
 use clap::{Args, ValueEnum};
 
 use super::{
-    outcome::{CliError, Exit, losses, say},
-    output::{Output, chosen_format, commit, explain, refuse_inputs},
+    outcome::{CliError, Exit, losses, say, say_parts},
+    output::{Output, chosen_format, commit, refuse_inputs, unless_closed},
     units::UnitChoice,
 };
 use crate::{
-    command::summary::{Outcome, SummaryError, summary},
+    command::summary::{Outcome, summary},
     format::{aligned::Aligned, csv::Csv, json::Json, parquet::Parquet},
     recording::Limits,
+    table::Sink,
 };
 
 const SUMMARY_HELP: &str = "\
@@ -80,28 +78,23 @@ enum Format {
 }
 
 impl SummaryArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        &self.files
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(&self.files);
         refuse_inputs(self.output.as_deref(), self.files.iter())?;
         let format = self.format()?;
         let prefixed = self.units == UnitChoice::Prefixed && matches!(format, Format::Text | Format::Csv);
         let mut output = BufWriter::new(Output::new(self.output.as_deref(), self.force));
-        let result = match format {
-            Format::Text => summary(&self.files, prefixed, limits, &mut Aligned::new(&mut output)),
-            Format::Csv => summary(&self.files, prefixed, limits, &mut Csv::new(&mut output)),
-            Format::Json => summary(&self.files, prefixed, limits, &mut Json::new(&mut output)),
-            Format::Parquet => summary(&self.files, prefixed, limits, &mut Parquet::new(&mut output, limits)),
+        let mut sink: Box<dyn Sink> = match format {
+            Format::Text => Box::new(Aligned::new(&mut output)),
+            Format::Csv => Box::new(Csv::new(&mut output)),
+            Format::Json => Box::new(Json::new(&mut output)),
+            Format::Parquet => Box::new(Parquet::new(&mut output, limits)),
         };
+        let result = summary(&self.files, prefixed, limits, &mut *sink);
+        drop(sink);
         let result = result.and_then(|outcome| Ok(commit(output).map(|()| outcome)?));
-        match result {
-            Err(SummaryError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => Ok(Exit::Done),
-            Err(SummaryError::Output(error)) => Err(explain(self.output.as_deref(), error)),
-            other => Ok(report(&other?)),
-        }
+        let outcome = unless_closed(result, self.output.as_deref())?;
+        Ok(outcome.map_or(Exit::Done, |outcome| report(&outcome)))
     }
 
     fn format(&self) -> Result<Format, CliError> {

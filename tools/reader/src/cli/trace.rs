@@ -1,20 +1,17 @@
 //! Arguments of `trace`.
 
-use std::{
-    io::{self, BufWriter},
-    path::PathBuf,
-};
+use std::{io::BufWriter, path::PathBuf};
 
 use clap::{Args, ValueEnum};
 
 use super::{
     chosen::Chosen,
-    outcome::{CliError, Exit, losses, say, say_left_out},
-    output::{Output, chosen_format, commit, explain, refuse_inputs},
+    outcome::{CliError, Exit, losses, say, say_left_out, say_parts},
+    output::{Output, chosen_format, commit, refuse_inputs, unless_closed},
     units::UnitChoice,
 };
 use crate::{
-    command::trace::{Outcome, Request, TraceError, trace, trace_prefixed},
+    command::trace::{Outcome, Prefixes, Request, trace},
     format::{
         csv::Csv,
         json_lines::JsonLines,
@@ -22,6 +19,7 @@ use crate::{
         parquet::Parquet,
     },
     recording::Limits,
+    table::Sink,
 };
 
 const TRACE_EXAMPLES: &str = "\
@@ -76,46 +74,32 @@ enum Format {
 }
 
 impl TraceArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        &self.files
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(&self.files);
+        refuse_inputs(self.output.as_deref(), self.files.iter())?;
+        let format = self.format()?;
         let request = Request {
             topics: self.chosen.topics.clone(),
             selection: self.chosen.selection(),
+            prefixes: match (format, self.units) {
+                (Format::Csv, None) => Prefixes::OfPercuss,
+                (Format::Csv, Some(UnitChoice::Prefixed)) => Prefixes::Always,
+                _ => Prefixes::Never,
+            },
             ..self.request.clone()
         };
-        refuse_inputs(self.output.as_deref(), self.files.iter())?;
-        let format = self.format()?;
         let mut output = BufWriter::new(Output::new(self.output.as_deref(), self.force));
-        let result = match format {
-            Format::Csv if self.units != Some(UnitChoice::Base) => {
-                let in_any_case = self.units.is_some();
-                trace_prefixed(&self.files, &request, limits, &mut Csv::new(&mut output), in_any_case)
-            }
-            Format::Csv => trace(&self.files, &request, limits, &mut Csv::new(&mut output)),
-            Format::Jsonl => trace(&self.files, &request, limits, &mut JsonLines::new(&mut output)),
-            Format::Parquet => trace(&self.files, &request, limits, &mut Parquet::new(&mut output, limits)),
-            Format::Npy => {
-                trace(&self.files, &request, limits, &mut Npy::new(&mut output, Shape::Matrix, limits.memory))
-            }
-            Format::Npz => trace(
-                &self.files,
-                &request,
-                limits,
-                &mut Npy::new(&mut output, Shape::Archive, limits.memory),
-            ),
+        let mut sink: Box<dyn Sink> = match format {
+            Format::Csv => Box::new(Csv::new(&mut output)),
+            Format::Jsonl => Box::new(JsonLines::new(&mut output)),
+            Format::Parquet => Box::new(Parquet::new(&mut output, limits)),
+            Format::Npy => Box::new(Npy::new(&mut output, Shape::Matrix, limits.memory)),
+            Format::Npz => Box::new(Npy::new(&mut output, Shape::Archive, limits.memory)),
         };
+        let result = trace(&self.files, &request, limits, &mut *sink);
+        drop(sink);
         let result = result.and_then(|outcome| Ok(commit(output).map(|()| outcome)?));
-        let outcome = match result {
-            Err(TraceError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
-                return Ok(Exit::Done);
-            }
-            Err(TraceError::Output(error)) => return Err(explain(self.output.as_deref(), error)),
-            other => other?,
-        };
+        let Some(outcome) = unless_closed(result, self.output.as_deref())? else { return Ok(Exit::Done) };
         say_left_out(&outcome.left_out);
         self.say_empty(&outcome);
         if outcome.undecoded > 0 {

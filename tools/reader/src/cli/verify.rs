@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    outcome::{CliError, Exit},
-    output::{print, print_document},
+    outcome::{CliError, Exit, say_parts},
+    output::show,
 };
 use crate::{command::verify::verify, recording::Limits};
 
@@ -32,21 +32,14 @@ pub(super) struct VerifyArguments {
 }
 
 impl VerifyArguments {
-    /// What is read.
-    pub(super) fn files(&self) -> &[PathBuf] {
-        &self.files
-    }
-
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
+        say_parts(&self.files);
         let mut exit = Exit::Done;
         for file in &self.files {
             let report = verify(file, limits)?;
             let name = file.to_string_lossy();
-            if self.json {
-                print_document(&format!("{}\n", report.to_json(&name)))?;
-            } else {
-                print(&report.to_text(&name))?;
-            }
+            let text = if self.json { format!("{}\n", report.to_json(&name)) } else { report.to_text(&name) };
+            show(&text, self.json)?;
             exit = match (report.is_sound(), report.partial) {
                 (false, _) => Exit::No,
                 (true, true) if exit == Exit::Done => Exit::Loss,

@@ -77,8 +77,7 @@ pub fn cat(
     loop {
         messages.for_each(|message| {
             let channel = &recording.channels[&message.channel];
-            if !request.window.holds_instant(channel.instant(message.data, message.log_time, channel.origin))
-            {
+            if !request.window.holds(channel.instant(message.data, message.log_time, channel.origin)) {
                 return Ok(());
             }
             let count = seen.entry(message.channel).or_default();

@@ -18,7 +18,8 @@ pub use json::JSON_VERSION;
 pub use json::to_json;
 pub use picture::picture;
 pub use text::{Style, summary, to_text};
-pub use write::DiffWriter;
+
+use write::DiffWriter;
 
 use crate::{
     compare::{CompareError, Comparison, Options, compare},
@@ -121,6 +122,8 @@ fn recordings(folder: &Path) -> io::Result<BTreeSet<PathBuf>> {
 
 /// Compares two recordings, writing their difference as well if that is asked for.
 ///
+/// * `written`: file for the difference, and whether one of this name is replaced
+///
 /// # Errors
 ///
 /// A file cannot be read or written.
@@ -129,19 +132,15 @@ pub fn diff(
     b: &Path,
     options: &Options,
     limits: Limits,
-    written: Option<&mut DiffWriter>,
+    written: Option<(&Path, bool)>,
 ) -> Result<Comparison, CompareError> {
     let open = |path: &Path| -> Result<Recording, OpenError> { Recording::open(path, limits.of_two()) };
     let (a, b) = (open(a)?, open(b)?);
-    match written {
-        None => compare(&a, &b, options, None),
-        Some(writer) => {
-            writer.begin(&a, &b).map_err(CompareError::Watch)?;
-            let comparison = compare(&a, &b, options, Some(&mut |matched| writer.take(matched)))?;
-            writer.finish().map_err(CompareError::Watch)?;
-            Ok(comparison)
-        }
-    }
+    let Some((path, overwrite)) = written else { return compare(&a, &b, options, None) };
+    let mut writer = DiffWriter::begin(path, overwrite, &a, &b).map_err(CompareError::Watch)?;
+    let comparison = compare(&a, &b, options, Some(&mut |matched| writer.take(matched)))?;
+    writer.finish().map_err(CompareError::Watch)?;
+    Ok(comparison)
 }
 
 /// True if a recording is undamaged, and came to its planned end if it says so.

@@ -19,7 +19,7 @@ use crate::{
     messages::Recording,
     recording::{Damage, Limits, OpenError},
     select::{self, Bound, Pattern},
-    slice::{MomentError, Slice, moments, slice},
+    slice::{Moment, MomentError, Slice, moments, slice},
 };
 
 pub use image::{Camera, Image};
@@ -45,19 +45,13 @@ pub enum ExportError {
     #[error("`{0}` holds no matrix (an array with two axes in its metadata) and no images")]
     NoMatrix(String),
     /// There are several.
-    #[error("`{topic}` names several matrices, {known}; choose one of them")]
+    #[error("`{topic}` names several {what}, {known}; choose one of them")]
     Several {
         /// Pattern asked for.
         topic: String,
-        /// Topics and fields.
-        known: String,
-    },
-    /// There are several channels with images.
-    #[error("`{topic}` names several topics with images, {known}; choose one of them")]
-    SeveralCameras {
-        /// Pattern asked for.
-        topic: String,
-        /// Topics.
+        /// What there are several of.
+        what: &'static str,
+        /// Their topics.
         known: String,
     },
     /// A message holds no image that can be written.
@@ -88,6 +82,12 @@ pub enum ExportError {
     /// The picture cannot be drawn.
     #[error("cannot draw: {0}")]
     Draw(String),
+}
+
+impl ExportError {
+    fn several<'a>(topic: &Pattern, what: &'static str, known: impl Iterator<Item = &'a str>) -> Self {
+        Self::Several { topic: topic.text().into(), what, known: known.collect::<Vec<_>>().join(", ") }
+    }
 }
 
 /// A form for matrices.
@@ -214,18 +214,24 @@ pub fn matrix(
         [] => return Err(ExportError::NoMatrix(topic.text().into())),
         [matrix] => *matrix,
         several => {
-            let topics: Vec<&str> = several.iter().map(|(_, channel, _)| channel.topic.as_str()).collect();
-            return Err(ExportError::Several { topic: topic.text().into(), known: topics.join(", ") });
+            let topics = several.iter().map(|(_, channel, _)| channel.topic.as_str());
+            return Err(ExportError::several(topic, "matrices", topics));
         }
     };
-    let (moments, damages) = moments(&recording, id, time.as_slice())?;
+    let (moment, damages) = moment(&recording, id, time)?;
     let name = || channel.topic.clone();
-    let moment = moments.first().ok_or_else(|| ExportError::NoMessages(name()))?;
-    let slice = slice(channel, leaf, moment)
+    let slice = slice(channel, leaf, &moment)
         .ok_or_else(|| ExportError::Misshapen { topic: name(), time: moment.time })?;
     let extent = Extents::read(&recording, &[id])?.of(id, leaf);
     let slice = slice.whole(&extent, limits).ok_or_else(|| ExportError::TooLarge(name()))?;
     Ok((slice, damages))
+}
+
+/// The message of a channel nearest to `time`, or the last.
+fn moment(recording: &Recording, id: u16, time: Option<Bound>) -> Result<(Moment, Vec<Damage>), ExportError> {
+    let (mut moments, damages) = moments(recording, id, time.as_slice())?;
+    let none = || ExportError::NoMessages(recording.channels[&id].topic.clone());
+    Ok((moments.pop().ok_or_else(none)?, damages))
 }
 
 /// A matrix in a form.

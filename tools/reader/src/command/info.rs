@@ -8,8 +8,9 @@ use crate::{
     channel::Channel,
     command::trace::iso,
     convention::{RUN, STATUS},
+    instant::seconds,
     messages::Recording,
-    recording::{Damage, Limits, OpenError, seconds},
+    recording::{Damage, Limits, OpenError},
     table::Heading,
     text::{printable, short},
 };
@@ -189,8 +190,7 @@ fn units(channel: &Channel) -> String {
     let names = fields().take(MAX_SHOWN).map(|leaf| {
         let array = if leaf.ends_in_list { "[]" } else { "" };
         let name = format!("{}{array}", short(&leaf.path));
-        let unit = channel.unit(&leaf.path).map(|unit| short(unit).into_owned());
-        Heading { name, unit, ..Heading::default() }.with_unit()
+        Heading::new(&name, channel.unit(&leaf.path).map(short).as_deref()).with_unit()
     });
     let names = names.collect::<Vec<_>>().join(", ");
     match fields().count() {

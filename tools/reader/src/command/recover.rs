@@ -16,7 +16,8 @@ use percuss_output::cause;
 
 use crate::{
     convention,
-    recording::{Budget, Damage, FileRecord, Limits, OpenError, Scan, seconds},
+    instant::seconds,
+    recording::{Budget, Damage, FileRecord, Limits, OpenError, Scan},
     text::short,
 };
 
@@ -116,17 +117,19 @@ struct Copy<W: Write> {
     topics: BTreeMap<u16, String>,
     schemas: BTreeSet<u16>,
     unknown: BTreeMap<u16, u64>,
-    /// The chunk being copied and the messages taken of it.
-    chunk: Option<(u64, BTreeMap<u16, u64>)>,
-    /// A chunk that was lost, whose indexes may still list what was in it.
-    lost: Option<Lost>,
+    /// The chunk being copied.
+    chunk: Option<Chunk>,
 }
 
-struct Lost {
-    text: String,
+struct Chunk {
+    offset: u64,
     span: (u64, u64),
+    /// Messages of every channel that were copied.
     kept: BTreeMap<u16, u64>,
+    /// Messages of every channel that its indexes list; they come after a damage.
     indexed: BTreeMap<u16, u64>,
+    /// How it was lost.
+    lost: Option<String>,
 }
 
 impl<W: Write> Copy<W> {
@@ -139,7 +142,6 @@ impl<W: Write> Copy<W> {
             schemas: BTreeSet::new(),
             unknown: BTreeMap::new(),
             chunk: None,
-            lost: None,
         }
     }
 
@@ -216,10 +218,9 @@ impl<W: Write> Copy<W> {
         self.define(&record)?;
         match record {
             Record::Chunk { header, .. } => {
-                self.chunk = Some((offset, BTreeMap::new()));
                 let span = (header.message_start_time, header.message_end_time);
                 let (kept, indexed) = (BTreeMap::new(), BTreeMap::new());
-                self.lost = Some(Lost { text: String::new(), span, kept, indexed });
+                self.chunk = Some(Chunk { offset, span, kept, indexed, lost: None });
             }
             Record::Message { header, data } => {
                 if !self.topics.contains_key(&header.channel_id) {
@@ -228,13 +229,13 @@ impl<W: Write> Copy<W> {
                 }
                 self.writer.write_to_known_channel(&header, &data)?;
                 self.result.messages += 1;
-                if let Some((_, taken)) = &mut self.chunk {
-                    *taken.entry(header.channel_id).or_default() += 1;
+                if let Some(chunk) = &mut self.chunk {
+                    *chunk.kept.entry(header.channel_id).or_default() += 1;
                 }
             }
             Record::MessageIndex(index) => {
-                if let Some(lost) = &mut self.lost {
-                    lost.indexed.insert(index.channel_id, index.records.len() as u64);
+                if let Some(chunk) = &mut self.chunk {
+                    chunk.indexed.insert(index.channel_id, index.records.len() as u64);
                 }
             }
             Record::Attachment { header, data, .. } if self.has_place("attachment", &header.name) => {
@@ -260,34 +261,31 @@ impl<W: Write> Copy<W> {
     fn lose(&mut self, damage: &Damage) {
         let Damage { offset, bytes, reason } = damage;
         let text = format!("{bytes} bytes at byte {offset}: {reason}");
-        match (&self.chunk, &mut self.lost) {
-            (Some((chunk, taken)), Some(lost)) if chunk == offset => {
-                lost.text = text;
-                lost.kept.clone_from(taken);
-            }
-            _ => self.result.lost.push(text),
+        match self.chunk.as_mut().filter(|chunk| chunk.offset == *offset) {
+            Some(chunk) => chunk.lost = Some(text),
+            None => self.result.lost.push(text),
         }
     }
 
     /// Called once all that belongs to a chunk has been seen.
     fn end_chunk(&mut self) -> Result<(), McapError> {
-        let Some((_, taken)) = self.chunk.take() else { return Ok(()) };
+        let Some(Chunk { span, kept, indexed, lost, .. }) = self.chunk.take() else { return Ok(()) };
         self.writer.flush()?;
-        self.result.chunks += u64::from(!taken.is_empty());
-        let Some(lost) = self.lost.take().filter(|lost| !lost.text.is_empty()) else { return Ok(()) };
+        self.result.chunks += u64::from(!kept.is_empty());
+        let Some(lost) = lost else { return Ok(()) };
         let count = |(id, indexed): (&u16, &u64)| {
-            let missing = indexed - lost.kept.get(id).copied().unwrap_or(0).min(*indexed);
+            let missing = indexed - kept.get(id).copied().unwrap_or(0).min(*indexed);
             let topic =
                 self.topics.get(id).map_or_else(|| format!("channel {id}"), |topic| short(topic).into());
             format!("{missing} of {topic}")
         };
-        let mut counts: Vec<String> = lost.indexed.iter().take(MAX_TOPICS).map(count).collect();
-        if lost.indexed.len() > MAX_TOPICS {
-            counts.push(format!("and of {} more", lost.indexed.len() - MAX_TOPICS));
+        let mut counts: Vec<String> = indexed.iter().take(MAX_TOPICS).map(count).collect();
+        if indexed.len() > MAX_TOPICS {
+            counts.push(format!("and of {} more", indexed.len() - MAX_TOPICS));
         }
         let what = if counts.is_empty() { "unknown messages".into() } else { counts.join(", ") };
-        let (from, to) = (seconds(lost.span.0), seconds(lost.span.1));
-        self.result.lost.push(format!("{}; a chunk of log time {from} s to {to} s with {what}", lost.text));
+        let (from, to) = (seconds(span.0), seconds(span.1));
+        self.result.lost.push(format!("{lost}; a chunk of log time {from} s to {to} s with {what}"));
         Ok(())
     }
 

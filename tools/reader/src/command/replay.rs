@@ -15,8 +15,9 @@ use percuss_serve::{
 use crate::{
     command::recover::{RecoverError, recover},
     convention,
+    instant::seconds,
     messages::Recording,
-    recording::{Damage, Limits, OpenError, log_times_since, open_file, seconds},
+    recording::{Damage, Limits, OpenError, open_file},
     select::{Bound, Window},
     timeline::{Event, Timeline, TimelineError},
 };
@@ -162,7 +163,7 @@ fn window(recording: &Recording, request: &Request) -> (u64, u64) {
             let log_time = |time: Bound| (1e9 * rate * time.number()).round() as u64;
             (from.map_or(0, log_time), to.map_or(u64::MAX, log_time))
         }
-        None => log_times_since(0, &Window { from, to, every: 1 }),
+        None => Window { from, to, every: 1 }.log_times(0),
     }
 }
 
@@ -176,7 +177,7 @@ fn open(path: &Path, limits: Limits, say: &mut dyn FnMut(News<'_>)) -> Result<Ti
     let copy = temporary.try_clone().map_err(ReplayError::Temporary)?;
     let recovered = recover(path, copy, limits)?;
     for reason in recovered.lost {
-        say(News::Loss(&Damage { offset: 0, bytes: 0, reason }));
+        say(News::Loss(&Damage::refusal(reason)));
     }
     Timeline::open(Box::new(temporary), path, limits)?.ok_or(ReplayError::Nothing)
 }

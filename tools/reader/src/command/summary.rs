@@ -3,14 +3,14 @@
 mod measures;
 
 use std::{
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     io,
     path::{Path, PathBuf},
 };
 
 use toml::Value;
 
-pub use measures::{Measures, Reading, Units};
+use measures::{Measure, Reading};
 
 use crate::{
     convention::{RESOLVED_CASE, RUN},
@@ -68,70 +68,11 @@ pub struct Outcome {
     pub partial: Vec<(PathBuf, String)>,
 }
 
-/// What a column is, and with it the unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Quantity {
-    Number,
-    Time,
-    Length,
-    Speed,
-    Force,
-    Impulse,
-    Energy,
-}
-
-impl Quantity {
-    /// Units whose product is that of the quantity; `None` if one of them is not known.
-    fn factors(self, units: &Units) -> Option<Vec<&str>> {
-        let factors = match self {
-            Self::Number => vec![],
-            Self::Time => vec![&units.time],
-            Self::Length => vec![&units.length],
-            Self::Speed => vec![&units.speed],
-            Self::Force => vec![&units.force],
-            Self::Impulse => vec![&units.force, &units.time],
-            Self::Energy => vec![&units.energy],
-        };
-        factors.into_iter().map(Option::as_deref).collect()
-    }
-
-    fn unit(self, units: &Units) -> Option<String> {
-        let factors = self.factors(units)?;
-        match factors.as_slice() {
-            [] => None,
-            ["N", "s"] => Some("N s".into()),
-            ["N/m", "s"] => Some("N s/m".into()),
-            factors => Some(factors.join("·")),
-        }
-    }
-}
-
-type Measure = (&'static str, Quantity, fn(&Measures) -> Option<f64>);
-
-/// Columns: name, quantity, value.
-const COLUMNS: [Measure; 14] = [
-    ("peak_force", Quantity::Force, |measures| measures.peak_force),
-    ("peak_time", Quantity::Time, |measures| measures.peak_time),
-    ("impulse", Quantity::Impulse, |measures| measures.impulse),
-    ("contact_duration", Quantity::Time, |measures| measures.contact_duration),
-    ("contact_radius", Quantity::Length, |measures| measures.contact_radius),
-    ("depth", Quantity::Length, |measures| measures.depth),
-    ("rebound_velocity", Quantity::Speed, |measures| measures.rebound_velocity),
-    ("restitution", Quantity::Number, |measures| measures.restitution),
-    ("t_ext", Quantity::Time, |measures| measures.t_ext),
-    ("energy_left", Quantity::Energy, |measures| measures.energy_left),
-    ("largest_strain", Quantity::Number, |measures| measures.strain),
-    ("largest_strain_r", Quantity::Length, |measures| measures.strain_r),
-    ("largest_strain_z", Quantity::Length, |measures| measures.strain_z),
-    ("largest_strain_time", Quantity::Time, |measures| measures.strain_time),
-];
-
 /// A recording that has been read.
 struct Read {
-    path: PathBuf,
     recording: Recording,
     reading: Reading,
-    case: toml::map::Map<String, Value>,
+    case: BTreeMap<String, Value>,
 }
 
 impl Read {
@@ -142,10 +83,8 @@ impl Read {
         }
         let reading = Reading::of(&recording)?;
         let case = recording.attachment(RESOLVED_CASE)?;
-        let case = case
-            .and_then(|case| toml_keys::entries(&case, &mut Budget::new(limits.kept())))
-            .unwrap_or_default();
-        Ok(Self { path: path.into(), recording, reading, case: case.into_iter().collect() })
+        let case = case.and_then(|case| toml_keys::entries(&case, &mut Budget::new(limits.kept())));
+        Ok(Self { recording, reading, case: case.unwrap_or_default() })
     }
 
     fn title(&self) -> Cell {
@@ -157,7 +96,7 @@ impl Read {
     fn cells(&self, reference: &Self, scales: &Scales) -> Result<Vec<Cell>, SummaryError> {
         let Reading { measures, units, .. } = &self.reading;
         let cell = |&(column, quantity, value): &Measure| {
-            let Some(value) = value(measures) else { return Ok(Cell::Empty) };
+            let Some(value) = value else { return Ok(Cell::Empty) };
             let factors = quantity.factors(units).zip(quantity.factors(&reference.reading.units));
             let pairs =
                 factors.map(|(from, to)| from.into_iter().zip(to).collect::<Vec<_>>()).unwrap_or_default();
@@ -165,15 +104,15 @@ impl Read {
             let conversions: Option<Vec<Conversion>> =
                 different.map(|(from, to)| scales.conversion(from, to)).collect();
             let conversions = conversions.ok_or_else(|| SummaryError::Units {
-                path: self.path.clone(),
-                reference: reference.path.clone(),
+                path: self.recording.path.clone(),
+                reference: reference.recording.path.clone(),
                 column,
                 first: quantity.unit(&reference.reading.units).unwrap_or_default(),
                 other: quantity.unit(units).unwrap_or_default(),
             })?;
             Ok(Cell::Double(conversions.into_iter().fold(value, |value, by| by.apply(value))))
         };
-        COLUMNS.iter().map(cell).collect()
+        measures.iter().map(cell).collect()
     }
 }
 
@@ -190,26 +129,26 @@ pub fn summary(
     limits: Limits,
     sink: &mut dyn Sink,
 ) -> Result<Outcome, SummaryError> {
-    let mut files = paths.iter().map(|path| Read::open(path, limits)).collect::<Result<Vec<_>, _>>()?;
+    let files = paths.iter().map(|path| Read::open(path, limits)).collect::<Result<Vec<_>, _>>()?;
     let Some(first) = files.first() else { return Ok(Outcome::default()) };
     let parameters = parameters(&files);
-    let headings = headings(&parameters, &first.reading.units);
+    let headings = headings(&parameters, &first.reading);
     let mut rows = Vec::new();
     for file in &files {
         let scales = Scales::between(&file.recording, &first.recording);
-        let start = [Cell::Text(file.path.display().to_string()), file.title()];
+        let start = [Cell::Text(file.recording.path.display().to_string()), file.title()];
         let case = parameters.iter().map(|(key, is_number)| parameter(file.case.get(key), *is_number));
         rows.push(start.into_iter().chain(case).chain(file.cells(first, &scales)?).collect::<Vec<Cell>>());
     }
     write(&headings, &rows, prefixed, sink)?;
     let mut outcome = Outcome::default();
-    for file in &mut files {
-        outcome.undecoded += file.reading.undecoded;
-        outcome.damages.extend(file.reading.damages.drain(..).map(|damage| (file.path.clone(), damage)));
-        if file.recording.is_partial() {
-            let status = file.recording.status().unwrap_or("without a status");
-            outcome.partial.push((file.path.clone(), status.to_owned()));
+    for Read { recording, reading, .. } in files {
+        outcome.undecoded += reading.undecoded;
+        if recording.is_partial() {
+            let status = recording.status().unwrap_or("without a status").to_owned();
+            outcome.partial.push((recording.path.clone(), status));
         }
+        outcome.damages.extend(reading.damages.into_iter().map(|damage| (recording.path.clone(), damage)));
     }
     Ok(outcome)
 }
@@ -249,13 +188,14 @@ fn parameter(value: Option<&Value>, is_number: bool) -> Cell {
     }
 }
 
-fn headings(parameters: &[(String, bool)], units: &Units) -> Vec<Heading> {
+fn headings(parameters: &[(String, bool)], first: &Reading) -> Vec<Heading> {
     let heading = |name: &str, unit, kind| Heading { name: name.into(), unit, kind };
     let mut headings = vec![heading("file", None, CellType::Text), heading("title", None, CellType::Text)];
     headings.extend(parameters.iter().map(|(key, is_number)| {
         heading(key, None, if *is_number { CellType::Double } else { CellType::Text })
     }));
-    let measure = |(name, quantity, _): &Measure| heading(name, quantity.unit(units), CellType::Double);
-    headings.extend(COLUMNS.iter().map(measure));
+    let measure =
+        |(name, quantity, _): &Measure| heading(name, quantity.unit(&first.units), CellType::Double);
+    headings.extend(first.measures.iter().map(measure));
     headings
 }

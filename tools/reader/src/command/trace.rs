@@ -21,10 +21,13 @@ pub use clock::TimeForm;
 pub(crate) use clock::iso;
 pub use join::Align;
 use join::{Joiner, Rows};
-pub use request::{Outcome, Request, TraceError};
+pub use request::{Outcome, Prefixes, Request, TraceError};
 use source::{Step, Traced};
 
 /// Writes a table of the requested fields: a row per time, a column per file, topic and field.
+///
+/// In prefixed units SI columns get the prefix that suits their largest number, those of one array the same. That takes a
+/// first pass over the messages, if there are such columns; what is still being written keeps its units.
 ///
 /// # Errors
 ///
@@ -35,42 +38,6 @@ pub fn trace(
     request: &Request,
     limits: Limits,
     sink: &mut dyn Sink,
-) -> Result<Outcome, TraceError> {
-    write_table(paths, request, limits, sink, Prefixes::Never)
-}
-
-/// The same in prefixed units if the recordings are of percuss, or in any case: SI columns get the prefix that suits their largest number, those of one array the same. That
-/// takes a first pass over the messages, if there are such columns; what is still being written keeps its units.
-///
-/// # Errors
-///
-/// As those of [`trace`].
-pub fn trace_prefixed(
-    paths: &[PathBuf],
-    request: &Request,
-    limits: Limits,
-    sink: &mut dyn Sink,
-    in_any_case: bool,
-) -> Result<Outcome, TraceError> {
-    let prefixes = if in_any_case { Prefixes::Always } else { Prefixes::OfPercuss };
-    write_table(paths, request, limits, sink, if request.follow { Prefixes::Never } else { prefixes })
-}
-
-/// When SI columns get prefixes.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Prefixes {
-    Never,
-    /// If all recordings are of percuss.
-    OfPercuss,
-    Always,
-}
-
-fn write_table(
-    paths: &[PathBuf],
-    request: &Request,
-    limits: Limits,
-    sink: &mut dyn Sink,
-    prefixes: Prefixes,
 ) -> Result<Outcome, TraceError> {
     let mut outcome = Outcome::default();
     let mut files = Vec::new();
@@ -87,8 +54,9 @@ fn write_table(
         headings(&files, paths.len() > 1, request)
     };
     let is_percuss = |file: &Traced| file.recording.entries(convention::RUN).is_some();
-    let prefixed = match prefixes {
+    let prefixed = match request.prefixes {
         Prefixes::Never => false,
+        _ if request.follow => false,
         Prefixes::OfPercuss => files.iter().all(is_percuss),
         Prefixes::Always => true,
     };
@@ -275,7 +243,7 @@ fn headings(files: &[Traced], many_files: bool, request: &Request) -> Vec<Headin
     let slots = || files.iter().flat_map(|file| &file.slots);
     let first = slots().next().map(|slot| slot.time.heading.clone());
     let same = |time: &Heading| slots().all(|slot| slot.time.heading == *time);
-    let time = first.filter(same).unwrap_or(Heading { name: "time".into(), ..Heading::default() });
+    let time = first.filter(same).unwrap_or(Heading::new("time", None));
     let interpolated = request.align == Align::Linear && slots().count() > 1;
     let kind = |kind: CellType| match kind {
         CellType::Float | CellType::Int | CellType::UInt if interpolated => CellType::Double,

@@ -3,14 +3,15 @@
 use std::{
     cmp::Ordering,
     collections::{HashMap, VecDeque},
+    ops::Range,
     sync::Arc,
 };
 
 use super::{
-    clock::{self, Start},
+    clock,
     convert::Converter,
     error::CompareError,
-    field::{Channelwise, ComparedField},
+    field::ComparedField,
     measure::Place,
     meter::Sample,
     mode::{Alignment, LOOKED_AT, Mode, Moment, choose, have_common_step},
@@ -61,7 +62,7 @@ struct Waiting {
 pub(super) struct Aligner<'a> {
     a: &'a Channel,
     b: &'a Channel,
-    ids: [u16; 2],
+    id: u16,
     layouts: Option<[Arc<Layout>; 2]>,
     /// The same bytes mean the same in both.
     interchangeable: bool,
@@ -79,7 +80,7 @@ pub(super) struct Aligner<'a> {
     /// First and last time of the messages of both.
     spans: [Option<(Instant, Instant)>; 2],
     options: &'a Options,
-    starts: Option<[Start; 2]>,
+    starts: Option<[Instant; 2]>,
     room: usize,
     pairs: u64,
     waiting: [VecDeque<Waiting>; 2],
@@ -120,7 +121,7 @@ impl<'a> Aligner<'a> {
         Self {
             a: channel_a,
             b: channel_b,
-            ids: [pair.a, pair.b],
+            id: pair.a,
             layouts,
             interchangeable,
             values,
@@ -162,7 +163,7 @@ impl<'a> Aligner<'a> {
             Instant::Number(number) if side == 1 => Instant::Number(self.converter.time(number)),
             time => time,
         };
-        if !self.options.window.holds_instant(time) {
+        if !self.options.window.holds(time) {
             return Ok(());
         }
         let time = if self.is_mixed { Instant::Number(time.number()) } else { time };
@@ -237,7 +238,7 @@ impl<'a> Aligner<'a> {
             let [a, b] = &self.waiting;
             match (a.front(), b.front()) {
                 (Some(x), Some(y)) => match key(x).cmp(&key(y)) {
-                    Ordering::Equal if self.may_be_last() => return self.wait(),
+                    Ordering::Equal if self.may_be_last(0..2) => return self.wait(),
                     Ordering::Equal => self.compare_front(watch)?,
                     Ordering::Less => self.unmatched(0),
                     Ordering::Greater => self.unmatched(1),
@@ -284,27 +285,28 @@ impl<'a> Aligner<'a> {
     }
 
     /// True if the pair of messages that was counted last is not one of those to compare.
-    fn is_left_out(&self) -> bool {
-        let is_last = (0..2).any(|side| self.over[side] && self.waiting[side].is_empty());
+    ///
+    /// * `sides`: those of which every message counts
+    fn is_left_out(&self, mut sides: Range<usize>) -> bool {
+        let is_last = sides.any(|side| self.over[side] && self.waiting[side].is_empty());
         self.options.window.leaves_out(self.pairs - 1) && !is_last
     }
 
     /// True if the next pair of messages is compared only if it is the last one, which is not known yet.
-    fn may_be_last(&self) -> bool {
-        let is_open = (0..2).any(|side| !self.over[side] && self.waiting[side].len() == 1);
+    fn may_be_last(&self, mut sides: Range<usize>) -> bool {
+        let is_open = sides.any(|side| !self.over[side] && self.waiting[side].len() == 1);
         self.options.window.leaves_out(self.pairs) && is_open
     }
 
     fn compare_front(&mut self, watch: &mut Option<Watch<'_>>) -> Result<(), CompareError> {
         let (Some(a), Some(b)) = (self.pop(0), self.pop(1)) else { return Ok(()) };
         self.pairs += 1;
-        if self.is_left_out() {
+        if self.is_left_out(0..2) {
             return Ok(());
         }
         if let Some(watch) = watch {
-            let [channel, other] = self.ids;
-            let log_time = a.item.log_time;
-            let matched = Matched { channel, other, log_time, a: &a.item.bytes, b: &b.item.bytes };
+            let (channel, log_time) = (self.id, a.item.log_time);
+            let matched = Matched { channel, log_time, a: &a.item.bytes, b: &b.item.bytes };
             watch(&matched).map_err(CompareError::Watch)?;
         }
         self.compare_stamps(&a.item, &b.item);
@@ -348,7 +350,7 @@ impl<'a> Aligner<'a> {
     fn measure(&mut self, place: &Place, interpolated: bool) {
         // asked for, or with a tolerance, times count from the start; else they are compared as they are
         let is_from_start = |field: &ComparedField| self.options.relative || field.is_tolerant();
-        let starts = self.starts.map(|[a, b]| [a.time(), self.converter.time(b.time())]);
+        let starts = self.starts.map(|[a, b]| [a.number(), self.converter.time(b.number())]);
         let [a, b] = self.values.as_slice() else { return };
         for field in self.fields.iter_mut().filter(|field| !field.ignored) {
             let starts = starts.filter(|_| is_from_start(field));
@@ -381,8 +383,7 @@ impl<'a> Aligner<'a> {
                 self.unmatched(0);
                 continue;
             }
-            if self.options.window.leaves_out(self.pairs) && self.waiting[0].len() == 1 && !self.over[0] {
-                // it may be the last one
+            if self.may_be_last(0..1) {
                 return self.wait();
             }
             let Some(a) = self.pop(0) else { return Ok(()) };
@@ -390,8 +391,7 @@ impl<'a> Aligner<'a> {
             if self.exact.1 != Some(time) && self.waiting[1].iter().any(|b| b.moment.time == time) {
                 self.exact = (self.exact.0 + 1, Some(time));
             }
-            let is_last = self.over[0] && self.waiting[0].is_empty();
-            if is_last || !self.options.window.leaves_out(self.pairs - 1) {
+            if !self.is_left_out(0..1) {
                 self.compare_between(&a, mode);
             }
         }
@@ -449,16 +449,9 @@ impl<'a> Aligner<'a> {
         let interval = self.fields.iter().find_map(|field| field.interval(samples)).unwrap_or(f64::NAN);
         let between = self.mode.is_some_and(Mode::is_between);
         self.report.interpolated = between && samples > 0 && self.report.messages != [self.exact.0; 2];
-        let mut channel = Channelwise {
-            is_tolerant: self.is_tolerant,
-            axes_differ: self.report.axes_differ,
-            between,
-            interpolated: self.report.interpolated,
-            relative: false,
-        };
         let fields = self.fields.into_iter().map(|field| {
-            channel.relative = self.starts.is_some() && (self.options.relative || field.is_tolerant());
-            field.report(interval, &channel)
+            let relative = self.starts.is_some() && (self.options.relative || field.is_tolerant());
+            field.report(interval, &self.report, self.is_tolerant, between, relative)
         });
         self.report.fields = fields.collect();
         let is_moved = self.starts.is_some() && !self.options.relative;
@@ -470,7 +463,7 @@ impl<'a> Aligner<'a> {
         }
         self.report.hint = self.report.hint.filter(|_| self.report.is_different());
         let mode = self.mode.filter(|_| self.report.messages != [0; 2]);
-        let starts = self.starts.map(|starts| starts.map(Start::time));
+        let starts = self.starts.map(|starts| starts.map(Instant::number));
         self.report.alignment = Alignment { mode, automatic: self.options.mode.is_none(), starts };
         self.report
     }

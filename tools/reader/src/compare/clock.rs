@@ -6,78 +6,38 @@
 
 use super::options::Options;
 use crate::{
-    channel::Channel,
-    convention,
-    instant::Instant,
-    messages::Recording,
-    recording::{OpenError, seconds},
-    scales::Scales,
+    channel::Channel, convention, instant::Instant, messages::Recording, recording::OpenError, scales::Scales,
 };
 
-/// Where the times of a channel count from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Start {
-    /// Time of a message, by its field `time`.
-    Message(f64),
-    /// Log time \[ns\].
-    Log(u64),
-}
-
-impl Start {
-    /// The start as a time of its clock.
-    pub(super) fn time(self) -> f64 {
-        match self {
-            Self::Message(time) => time,
-            Self::Log(log_time) => seconds(log_time),
-        }
-    }
-}
-
 /// When a message is, from the start if there is one. Log times stay whole numbers.
-pub(super) fn time(channel: &Channel, start: Option<Start>, bytes: &[u8], log_time: u64) -> Instant {
-    match start {
-        None => channel.instant(bytes, log_time, 0),
-        Some(Start::Message(start)) => Instant::Number(channel.time_of(bytes, log_time) - start),
-        Some(Start::Log(start)) => Instant::log(log_time, start),
+pub(super) fn time(channel: &Channel, start: Option<Instant>, bytes: &[u8], log_time: u64) -> Instant {
+    let time = channel.instant(bytes, log_time, 0);
+    match (time, start) {
+        (_, None) => time,
+        (Instant::Log(time), Some(Instant::Log(start))) => Instant::Log(time - start),
+        (time, Some(start)) => Instant::Number(time.number() - start.number()),
     }
 }
 
-/// First and last time of a recording, by clock.
-struct Spans {
-    message: Option<(f64, f64)>,
-    log: Option<(u64, u64)>,
-}
-
-impl Spans {
-    /// Reads all messages that have a time, if that is needed; the log times are known.
-    fn of(recording: &Recording, by_message: bool) -> Result<Self, OpenError> {
-        let mut spans = Self { message: None, log: recording.span };
-        if !by_message {
-            return Ok(spans);
-        }
+/// First and last time of a recording by the fields `time` of its messages and by its log times. The messages are read only
+/// if that is needed; the log times are known.
+fn spans(recording: &Recording, by_message: bool) -> Result<[Option<(Instant, Instant)>; 2], OpenError> {
+    let log = recording.span.map(|(first, last)| (Instant::log(first, 0), Instant::log(last, 0)));
+    let mut span: Option<(f64, f64)> = None;
+    if by_message {
         let timed = recording.channels.iter().filter(|(_, channel)| channel.has_time()).map(|(&id, _)| id);
         let mut messages = recording.messages(timed, None)?;
         messages.for_each(|message| -> Result<(), OpenError> {
-            let time = recording.channels[&message.channel].time_of(message.data, message.log_time);
+            let channel = &recording.channels[&message.channel];
+            let time = channel.instant(message.data, message.log_time, 0).number();
             if time.is_finite() {
-                let (first, last) = spans.message.unwrap_or((time, time));
-                spans.message = Some((first.min(time), last.max(time)));
+                let (first, last) = span.unwrap_or((time, time));
+                span = Some((first.min(time), last.max(time)));
             }
             Ok(())
         })?;
-        Ok(spans)
     }
-
-    /// Start and span of the clock of a channel.
-    fn of_channel(&self, channel: &Channel) -> Option<(Start, (Instant, Instant))> {
-        if channel.has_time() {
-            let (first, last) = self.message?;
-            Some((Start::Message(first), (Instant::Number(first), Instant::Number(last))))
-        } else {
-            let (first, last) = self.log?;
-            Some((Start::Log(first), (Instant::log(first, 0), Instant::log(last, 0))))
-        }
-    }
+    Ok([span.map(|(first, last)| (Instant::Number(first), Instant::Number(last))), log])
 }
 
 /// True if no time is in both spans.
@@ -119,7 +79,7 @@ pub(super) fn starts(
     b: &Recording,
     options: &Options,
     pairs: &[[u16; 2]],
-) -> Result<Vec<Option<[Start; 2]>>, OpenError> {
+) -> Result<Vec<Option<[Instant; 2]>>, OpenError> {
     // runs of percuss: their message times follow from their log times, so that the messages need not be read
     let follow = [a, b].iter().all(|recording| recording.log_window(None, None).is_some());
     let is_asked = options.relative;
@@ -127,12 +87,12 @@ pub(super) fn starts(
         return Ok(vec![None; pairs.len()]);
     }
     let has_time = |recording: &Recording, id: u16| recording.channels[&id].has_time();
-    let spans_a = Spans::of(a, pairs.iter().any(|pair| has_time(a, pair[0])))?;
-    let spans_b = Spans::of(b, pairs.iter().any(|pair| has_time(b, pair[1])))?;
-    let starts = pairs.iter().map(|[id_a, id_b]| {
-        let (start_a, span_a) = spans_a.of_channel(&a.channels[id_a])?;
-        let (start_b, span_b) = spans_b.of_channel(&b.channels[id_b])?;
-        (is_asked || are_apart(span_a, span_b)).then_some([start_a, start_b])
+    let spans_a = spans(a, pairs.iter().any(|pair| has_time(a, pair[0])))?;
+    let spans_b = spans(b, pairs.iter().any(|pair| has_time(b, pair[1])))?;
+    let starts = pairs.iter().map(|&[id_a, id_b]| {
+        let span_a = spans_a[usize::from(!has_time(a, id_a))]?;
+        let span_b = spans_b[usize::from(!has_time(b, id_b))]?;
+        (is_asked || are_apart(span_a, span_b)).then_some([span_a.0, span_b.0])
     });
     Ok(starts.collect())
 }

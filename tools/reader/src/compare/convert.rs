@@ -3,6 +3,7 @@
 use crate::{
     axis::Axis,
     channel::Channel,
+    convention,
     scales::{Conversion, Scales},
     wire::{Leaf, List, Type, Values},
 };
@@ -107,9 +108,8 @@ pub(super) fn explains(
     scales: &Scales,
 ) -> bool {
     let Some(conversion) = conversion(a, b, scales) else { return false };
-    let list =
-        |text: &str| text.split(',').map(|item| item.trim().parse::<f64>().ok()).collect::<Option<Vec<_>>>();
-    match (key, length(conversion, scales), list(text_a), list(text_b)) {
+    let [list_a, list_b] = [text_a, text_b].map(convention::numbers);
+    match (key, length(conversion, scales), list_a, list_b) {
         ("unit", ..) => true,
         ("axis", Some(length), Some(a), Some(b)) => {
             are_near(&a, &b.iter().map(|position| length.apply(*position)).collect::<Vec<_>>())

@@ -7,7 +7,7 @@ use super::{
     measure::Place,
     meter::{Meter, Sample},
     options::Options,
-    report::FieldReport,
+    report::{ChannelReport, FieldReport},
     resample::common,
     structure::WHOLE,
     sums::Scale,
@@ -175,12 +175,22 @@ impl ComparedField {
     /// Ends the comparison.
     ///
     /// * `interval`: time from one sample to the next
-    pub(super) fn report(mut self, interval: f64, channel: &Channelwise) -> FieldReport {
-        let Channelwise { is_tolerant, axes_differ, between, interpolated, relative } = *channel;
+    /// * `channel`: what is known of it
+    /// * `is_tolerant`: something is allowed of one of its fields
+    /// * `between`: messages did not have to belong together one by one
+    /// * `relative`: times count from the start of each recording
+    pub(super) fn report(
+        mut self,
+        interval: f64,
+        channel: &ChannelReport,
+        is_tolerant: bool,
+        between: bool,
+        relative: bool,
+    ) -> FieldReport {
         self.meter.finish();
-        let is_axis_part = self.is_axis_part && axes_differ && is_tolerant;
+        let is_axis_part = self.is_axis_part && channel.axes_differ && is_tolerant;
         let ignored = self.ignored || is_axis_part || self.is_unseen(between, relative);
-        let is_between = self.is_resampled || (interpolated && !(self.is_axis_part && is_tolerant));
+        let is_between = self.is_resampled || (channel.interpolated && !(self.is_axis_part && is_tolerant));
         let untolerated = !ignored && is_between && self.is_bitwise() && self.meter.measure.elements > 0;
         let shift = self.meter.shift.best().filter(|_| !between && !ignored);
         FieldReport {
@@ -195,20 +205,6 @@ impl ComparedField {
             shift: shift.map(|(samples, left)| (samples, samples as f64 * interval, left)),
         }
     }
-}
-
-/// What is known of a channel once it is compared.
-pub(super) struct Channelwise {
-    /// Something is allowed of one of its fields.
-    pub(super) is_tolerant: bool,
-    /// Arrays were compared on the common range of different axes.
-    pub(super) axes_differ: bool,
-    /// Messages did not have to belong together one by one.
-    pub(super) between: bool,
-    /// Not all of them did.
-    pub(super) interpolated: bool,
-    /// Times count from the start of each recording.
-    pub(super) relative: bool,
 }
 
 /// Times from the starts of both recordings; the same if they agree up to the rounding of the times themselves.
@@ -240,56 +236,32 @@ mod tests {
     use prost_reflect::{
         DescriptorPool,
         prost_types::{
-            DescriptorProto, FieldDescriptorProto, FileDescriptorProto,
-            field_descriptor_proto::{Label, Type as Wire},
+            FieldDescriptorProto,
+            field_descriptor_proto::{Label, Type},
         },
     };
 
     use super::*;
+    use crate::wire::schema::tests::{field, file, message};
 
     #[test]
     fn fields_that_say_when_are_known_by_name_and_type() {
-        let field = |name: &str, number, label: Label, kind: Wire, of: &str| FieldDescriptorProto {
-            name: Some(name.into()),
-            number: Some(number),
-            label: Some(label.into()),
-            r#type: Some(kind.into()),
-            type_name: (!of.is_empty()).then(|| of.into()),
-            ..Default::default()
-        };
-        let (one, many) = (Label::Optional, Label::Repeated);
+        let double = |name: &str, number| field(name, number, Type::Double, None);
+        let inner = |name: &str, number, of: &str| field(name, number, Type::Message, Some(of));
         let stamp = ".google.protobuf.Timestamp";
-        let message =
-            |name: &str, field| DescriptorProto { name: Some(name.into()), field, ..Default::default() };
-        let file = FileDescriptorProto {
-            name: Some("robot.proto".into()),
-            package: Some("lab".into()),
-            syntax: Some("proto3".into()),
-            dependency: vec!["google/protobuf/timestamp.proto".into()],
-            message_type: vec![
-                message(
-                    "Header",
-                    vec![
-                        field("stamp", 1, one, Wire::Message, stamp),
-                        field("seconds", 2, one, Wire::Double, ""),
-                    ],
-                ),
-                message(
-                    "Pose",
-                    vec![
-                        field("time", 1, one, Wire::Double, ""),
-                        field("header", 2, one, Wire::Message, ".lab.Header"),
-                        field("history", 3, many, Wire::Message, stamp),
-                        field("timestamp", 4, one, Wire::Message, stamp),
-                        field("x", 5, one, Wire::Double, ""),
-                    ],
-                ),
-            ],
-            ..Default::default()
-        };
+        let header = vec![inner("stamp", 1, stamp), double("seconds", 2)];
+        let pose = vec![
+            double("time", 1),
+            inner("header", 2, ".Header"),
+            FieldDescriptorProto { label: Some(Label::Repeated.into()), ..inner("history", 3, stamp) },
+            inner("timestamp", 4, stamp),
+            double("x", 5),
+        ];
+        let mut file = file("robot.proto", vec![message("Header", header), message("Pose", pose)]);
+        file.dependency.push("google/protobuf/timestamp.proto".into());
         let mut pool = DescriptorPool::global();
         pool.add_file_descriptor_proto(file).expect("a sound schema");
-        let layout = Layout::of(&pool.get_message_by_name("lab.Pose").expect("the message"));
+        let layout = Layout::of(&pool.get_message_by_name("Pose").expect("the message"));
         let keys = (0..layout.leaves.len()).filter(|&leaf| is_key(&layout, leaf));
         let keys: Vec<&str> = keys.map(|leaf| layout.leaves[leaf].path.as_str()).collect();
         let expected =

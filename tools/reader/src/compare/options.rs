@@ -69,8 +69,6 @@ impl NanRule {
 pub struct Matched<'a> {
     /// Channel of the reference.
     pub channel: u16,
-    /// Channel of the new recording.
-    pub other: u16,
     /// Log time of the reference \[ns\].
     pub log_time: u64,
     /// Message of the reference.

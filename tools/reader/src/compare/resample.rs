@@ -4,7 +4,7 @@ use percuss_picture::Side;
 
 use super::values::is_same;
 use crate::{
-    axis::{Axis, Grid, Nodes, at},
+    axis::{Axis, Grid, Nodes, between},
     wire::{Layout, List, Type, Values},
 };
 
@@ -133,7 +133,7 @@ fn on_common_axis(
     }
     let place = |nodes: Nodes<'_>, i: usize| nodes.position(i).filter(|position| position.is_finite());
     let element = |i: usize| match place(nodes_a, i) {
-        Some(position) => Some((i, a.number(i)?, at(b, nodes_b, even, position)?)),
+        Some(x) => Some((i, a.number(i)?, between(b.len(), nodes_b, even, x, |i| b.number(i))?)),
         // nothing but its number says where it belongs
         None => Some((i, a.number(i)?, b.number(i)?)),
     };
@@ -170,7 +170,7 @@ fn on_common_grid((a, grid_a): (&List, &Grid), (b, grid_b): (&List, &Grid)) -> C
         Some((i, x - i as f64))
     };
     // between the values of an element and the next, which need not be there if it has no share
-    let between = |i: usize, share: f64, value: &dyn Fn(usize) -> Option<f64>| {
+    let weighted = |i: usize, share: f64, value: &dyn Fn(usize) -> Option<f64>| {
         let near = value(i)?;
         if share == 0.0 { Some(near) } else { Some(near + (value(i + 1)? - near) * share) }
     };
@@ -183,8 +183,8 @@ fn on_common_grid((a, grid_a): (&List, &Grid), (b, grid_b): (&List, &Grid)) -> C
         let down = split(&grid_b.rows, grid_a.rows.at(j));
         let element = move |(i, across): (usize, &Option<(usize, f64)>)| {
             let ((row, down), (column, right)) = (down?, (*across)?);
-            let along = |row: usize| between(column, right, &|column| b.number(row * width + column));
-            Some((j * columns + i, a.number(j * columns + i)?, between(row, down, &along)?))
+            let along = |row: usize| weighted(column, right, &|column| b.number(row * width + column));
+            Some((j * columns + i, a.number(j * columns + i)?, weighted(row, down, &along)?))
         };
         across.iter().enumerate().filter_map(element)
     });

@@ -9,7 +9,6 @@ use std::{
 use prost_reflect::EnumDescriptor;
 
 use super::{
-    clock::Start,
     convert::{self, Converter},
     error::CompareError,
     options::Options,
@@ -18,6 +17,7 @@ use super::{
 use crate::{
     channel::Channel,
     convention,
+    instant::Instant,
     messages::Recording,
     recording::{Budget, OpenError},
     scales::Scales,
@@ -83,7 +83,7 @@ pub(super) struct Pair {
     /// What puts the new channel into the units of the reference.
     pub(super) converter: Converter,
     /// Where the times of both count from; `None` if they are on one clock.
-    pub(super) starts: Option<[Start; 2]>,
+    pub(super) starts: Option<[Instant; 2]>,
 }
 
 /// For every rule, whether it fits a topic or field of one of the recordings.

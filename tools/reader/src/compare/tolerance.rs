@@ -16,8 +16,7 @@ use crate::{convention, select::Pattern};
 /// or by `ulp` units in the last place, or lie in the `tube` around the reference. `l2_rel` is asked of the field as a
 /// whole: ‖a − b‖₂ ≤ l2_rel·‖a‖₂; as the only rule, it leaves single elements free. Equal bits are always equal: NaN equals
 /// itself. Without any of these, all bits must agree: −0 is not +0.
-#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
+#[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct Tolerance {
     /// Absolute.
     #[arg(long, value_name = "X", help = "Absolute tolerance of all other fields")]
@@ -46,7 +45,6 @@ pub struct Tolerance {
     pub tube: Option<Tube>,
     /// Not compared at all.
     #[arg(skip)]
-    #[serde(default)]
     pub ignore: bool,
 }
 

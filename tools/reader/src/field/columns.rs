@@ -33,11 +33,7 @@ pub fn columns(
     selection: &Selection,
     extent: &mut dyn FnMut(usize) -> Extent,
 ) -> Result<Columns, SelectionError> {
-    let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::NotProtobuf {
-        topic: channel.topic.clone(),
-        encoding: channel.encoding.clone(),
-        schema: channel.schema.clone(),
-    })?;
+    let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::not_decoded(channel))?;
     let (counts, at) = (Counts::of(layout), selection.at.as_slice());
     let (used, for_curves) = (vec![false; at.len()], selection.for_curves);
     let mut picker = Picker { channel, layout, counts, at, used, for_curves, extent };
@@ -91,7 +87,7 @@ impl Picker<'_> {
         // a field of this name is no time if it is in lists, or need not be there
         let is_free = origin > 0 && self.layout.find(convention::TIME).is_none();
         let name = if is_free { convention::TIME } else { "log_time" };
-        let heading = Heading { name: name.into(), unit: Some("s".into()), kind: CellType::Double };
+        let heading = Heading::new(name, Some("s"));
         Column { heading, leaf: None, take: Take::LogTime { origin } }
     }
 

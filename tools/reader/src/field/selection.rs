@@ -218,6 +218,12 @@ pub enum SelectionError {
 }
 
 impl SelectionError {
+    /// The error of a channel whose messages are not decoded.
+    pub(crate) fn not_decoded(channel: &Channel) -> Self {
+        let (topic, encoding) = (channel.topic.clone(), channel.encoding.clone());
+        Self::NotProtobuf { topic, encoding, schema: channel.schema.clone() }
+    }
+
     /// The error of positions that none of some channels has the axes for.
     pub(crate) fn no_axis(channels: &[&Channel], at: &Positions) -> Self {
         let mut known: Vec<String> = Vec::new();

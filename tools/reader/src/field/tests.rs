@@ -1,9 +1,16 @@
 //! Columns of a small message: axes, positions, and what is refused.
 
 use super::*;
-use crate::{channel::Channel, extent::Extent, wire::Layout};
+use crate::{
+    channel::Channel,
+    extent::Extent,
+    wire::{
+        Layout,
+        schema::tests::{field, file, message},
+    },
+};
 use prost_reflect::prost_types::{
-    DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet,
+    FieldDescriptorProto, FileDescriptorSet,
     field_descriptor_proto::{Label, Type},
 };
 use prost_reflect::{DescriptorPool, DynamicMessage, Value, prost::Message};
@@ -11,29 +18,10 @@ use std::collections::BTreeMap;
 
 /// `message P { double time = 1; double r0 = 2; double dr = 3; repeated double p = 4; }`
 fn channel(metadata: &[(&str, &str)]) -> Channel {
-    let field = |name: &str, number, label: Label| FieldDescriptorProto {
-        name: Some(name.into()),
-        number: Some(number),
-        label: Some(label.into()),
-        r#type: Some(Type::Double.into()),
-        ..Default::default()
-    };
-    let message = DescriptorProto {
-        name: Some("P".into()),
-        field: vec![
-            field("time", 1, Label::Optional),
-            field("r0", 2, Label::Optional),
-            field("dr", 3, Label::Optional),
-            field("p", 4, Label::Repeated),
-        ],
-        ..Default::default()
-    };
-    let file = FileDescriptorProto {
-        name: Some("p.proto".into()),
-        syntax: Some("proto3".into()),
-        message_type: vec![message],
-        ..Default::default()
-    };
+    let double = |name: &str, number| field(name, number, Type::Double, None);
+    let array = FieldDescriptorProto { label: Some(Label::Repeated.into()), ..double("p", 4) };
+    let message = message("P", vec![double("time", 1), double("r0", 2), double("dr", 3), array]);
+    let file = file("p.proto", vec![message]);
     let pool = DescriptorPool::from_file_descriptor_set(FileDescriptorSet { file: vec![file] });
     Channel {
         topic: "/p".into(),
@@ -52,7 +40,7 @@ fn array(length: usize) -> Extent {
     Extent { length, ..Extent::default() }
 }
 
-fn message(channel: &Channel, p: &[f64]) -> Values {
+fn values(channel: &Channel, p: &[f64]) -> Values {
     let layout = channel.layout.as_ref().expect("a type");
     let mut message = DynamicMessage::new(layout.descriptor().clone());
     message.set_field_by_name("r0", Value::F64(0.05));
@@ -66,7 +54,7 @@ fn message(channel: &Channel, p: &[f64]) -> Values {
 fn cells(channel: &Channel, at: &str, p: &[f64]) -> Vec<Cell> {
     let selection = Selection { at: vec![at.parse().expect("positions")], ..Selection::default() };
     let columns = columns(channel, &selection, &mut |_| array(9)).expect("a selection");
-    columns.fields.iter().map(|column| column.cell(&message(channel, p), 0)).collect()
+    columns.fields.iter().map(|column| column.cell(&values(channel, p), 0)).collect()
 }
 
 #[test]
@@ -93,14 +81,6 @@ fn listed_axes_are_interpolated_inside() {
     let outside = Selection { at: vec!["r=1.1".parse().expect("positions")], ..Selection::default() };
     let error = columns(&listed, &outside, &mut |_| Extent::default()).expect_err("outside");
     assert!(error.to_string().contains("from r=0 to r=1"), "{error}");
-}
-
-#[test]
-fn axis_fields_are_no_columns_and_units_are_found() {
-    let channel = channel(&[("axis.p", "r0,dr"), ("unit.p", "Pa")]);
-    let columns = columns(&channel, &Selection::default(), &mut |_| array(2)).expect("columns");
-    let names: Vec<String> = columns.fields.iter().map(|column| column.heading.with_unit()).collect();
-    assert_eq!(names, ["p[0] [Pa]", "p[1] [Pa]"]);
 }
 
 #[test]

@@ -62,12 +62,9 @@ impl<W: Write> Sink for Aligned<W> {
 fn text(cell: &Cell) -> String {
     match cell {
         Cell::Empty => "-".into(),
-        Cell::Bool(value) => value.to_string(),
-        Cell::Int(value) => value.to_string(),
-        Cell::UInt(value) => value.to_string(),
         Cell::Float(value) => short(f64::from(*value)),
         Cell::Double(value) => short(*value),
-        Cell::Text(value) => printable(value).into_owned(),
+        other => printable(&other.to_string()).into_owned(),
     }
 }
 
@@ -86,8 +83,8 @@ mod tests {
     fn columns_are_aligned() {
         let mut output = Vec::new();
         let mut table = Aligned::new(&mut output);
-        let force = Heading { name: "force".into(), unit: Some("µN".into()), ..Heading::default() };
-        table.begin(&[Heading { name: "file".into(), ..Heading::default() }, force]).expect("begin");
+        let force = Heading::new("force", Some("µN"));
+        table.begin(&[Heading::new("file", None), force]).expect("begin");
         table.row(&[Cell::Text("a".into()), Cell::Double(2.0 / 3.0)]).expect("row");
         table.row(&[Cell::Text("b.mcap".into()), Cell::Empty]).expect("row");
         table.row(&[Cell::Text("c\u{1b}".into()), Cell::Double(12.0)]).expect("row");

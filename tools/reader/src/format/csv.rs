@@ -32,7 +32,7 @@ impl<W: Write> Sink for Csv<W> {
     }
 
     fn row(&mut self, cells: &[Cell]) -> io::Result<()> {
-        self.write(cells.iter().map(text))
+        self.write(cells.iter().map(Cell::to_string))
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -41,19 +41,6 @@ impl<W: Write> Sink for Csv<W> {
 
     fn end(&mut self) -> io::Result<()> {
         self.writer.flush()
-    }
-}
-
-fn text(cell: &Cell) -> String {
-    match cell {
-        Cell::Empty => String::new(),
-        Cell::Bool(value) => value.to_string(),
-        Cell::Int(value) => value.to_string(),
-        Cell::UInt(value) => value.to_string(),
-        // the Debug form is the shortest that reads back, with an exponent where that is shorter
-        Cell::Float(value) => format!("{value:?}"),
-        Cell::Double(value) => format!("{value:?}"),
-        Cell::Text(value) => value.clone(),
     }
 }
 

@@ -38,31 +38,8 @@ impl<W: Write> Sink for Json<W> {
         Ok(())
     }
 
-    fn flush(&mut self) -> io::Result<()> {
-        self.output.flush()
-    }
-
     fn end(&mut self) -> io::Result<()> {
         self.output.write_all(b"\n]}\n")?;
         self.output.flush()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_document_of_units_and_rows() {
-        let mut output = Vec::new();
-        let mut json = Json::new(&mut output);
-        let force = Heading { name: "force".into(), unit: Some("N".into()), ..Heading::default() };
-        json.begin(&[force, Heading { name: "x".into(), ..Heading::default() }]).expect("begin");
-        json.row(&[Cell::Double(0.5), Cell::Empty]).expect("row");
-        json.row(&[Cell::Double(1.5), Cell::Text("\"".into())]).expect("row");
-        json.end().expect("end");
-        let document: Value = serde_json::from_slice(&output).expect("JSON");
-        let rows = serde_json::json!([{ "force": 0.5, "x": null }, { "force": 1.5, "x": "\"" }]);
-        assert_eq!(document, serde_json::json!({ "units": { "force": "N" }, "rows": rows }));
     }
 }

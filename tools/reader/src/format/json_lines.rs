@@ -74,7 +74,8 @@ impl Serialize for Value<'_> {
     }
 }
 
-fn special(value: f64) -> &'static str {
+/// A number that JSON has no form for, as the JSON mapping of protobuf writes it.
+pub(crate) fn special(value: f64) -> &'static str {
     if value.is_nan() {
         "NaN"
     } else if value > 0.0 {
@@ -92,7 +93,7 @@ mod tests {
     fn rows_are_objects() {
         let mut output = Vec::new();
         let mut lines = JsonLines::new(&mut output);
-        let heading = |name: &str| Heading { name: name.into(), ..Heading::default() };
+        let heading = |name: &str| Heading::new(name, None);
         lines.begin(&["b", "a", "c", "d"].map(heading)).expect("begin");
         let row = [Cell::Double(0.1), Cell::Empty, Cell::Double(f64::NEG_INFINITY), Cell::Text("x\"".into())];
         lines.row(&row).expect("row");

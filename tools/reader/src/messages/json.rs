@@ -45,7 +45,7 @@ impl Recording {
                 channel.layout = Some(Arc::new(layout.within(self.limits.values())));
             } else {
                 let reason = format!("no room for the fields of `{}` (--max-memory)", short(&channel.topic));
-                self.refused.push(Damage { offset: 0, bytes: 0, reason });
+                self.refused.push(Damage::refusal(reason));
             }
         }
         Ok(())

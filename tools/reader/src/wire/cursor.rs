@@ -1,6 +1,6 @@
 //! Fields of a message as they stand on the wire.
 
-use super::DecodeError;
+use super::leaf::DecodeError;
 use crate::recording::Budget;
 
 /// Spends memory of the message that is decoded.

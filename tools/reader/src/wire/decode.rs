@@ -3,10 +3,13 @@
 use prost_reflect::{Kind, prost::Message};
 
 use super::{
-    DecodeError, Layout, List, Values,
     cursor::{Wire, spend},
-    dynamic, json,
-    layout::{Content, Node, Scalar, Slot},
+    dynamic::dynamic,
+    json,
+    layout::{Content, Layout, Node, Scalar, Slot},
+    leaf::DecodeError,
+    list::{List, Values},
+    seen::{BLOCK, Seen, complete, size},
 };
 use crate::recording::Budget;
 
@@ -75,9 +78,6 @@ impl Layout {
     }
 }
 
-/// Memory of a text or byte string, besides its bytes: its place in a list and its block \[bytes\].
-pub(super) const BLOCK: usize = 24 + 16;
-
 fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -> Result<(), Stop> {
     // also what takes no memory takes time
     spend(budget, node.slots.len())?;
@@ -138,65 +138,10 @@ fn keep(field: &[u8], lists: &mut [List], budget: &mut Budget) -> Result<(), Dec
     Ok(())
 }
 
-/// Adds what follows from what the message holds: counts, and defaults of what it does not hold.
-pub(super) fn complete(
-    node: &Node,
-    seen: &Seen,
-    lists: &mut [List],
-    budget: &mut Budget,
-) -> Result<(), DecodeError> {
-    for (index, slot) in node.slots.iter().enumerate() {
-        let number = seen.count(index);
-        if let Some(List::UInt(list)) = slot.count.map(|leaf| &mut lists[leaf]) {
-            spend(budget, 8)?;
-            list.push(number);
-        }
-        if let Content::Scalar(Scalar { leaf, .. }) = slot.content
-            && number == 0
-            && !slot.is_list
-            && !slot.has_presence
-        {
-            spend(budget, size(&lists[leaf]))?;
-            lists[leaf].push_default();
-        }
-    }
-    Ok(())
-}
-
 /// True if another member of the slot's oneof has been there.
 fn others_seen(node: &Node, slot: &Slot, index: usize, seen: &Seen) -> bool {
     let of_group = |(i, other): (usize, &Slot)| i != index && other.group == slot.group && seen.count(i) > 0;
     node.slots.iter().enumerate().any(of_group)
-}
-
-/// How many values each slot of a message has had.
-#[derive(Default)]
-pub(super) struct Seen {
-    near: [u32; 16],
-    far: Vec<u64>,
-}
-
-impl Seen {
-    pub(super) fn count(&self, index: usize) -> u64 {
-        match self.near.get(index) {
-            Some(&count) => u64::from(count),
-            None => self.far.get(index - self.near.len()).copied().unwrap_or(0),
-        }
-    }
-
-    pub(super) fn add(&mut self, index: usize, more: u64, is_list: bool) {
-        let count = if is_list { self.count(index).saturating_add(more) } else { 1 };
-        match self.near.get_mut(index) {
-            Some(near) => *near = u32::try_from(count).unwrap_or(u32::MAX),
-            None => {
-                let far = index - self.near.len();
-                if self.far.len() <= far {
-                    self.far.resize(far + 1, 0);
-                }
-                self.far[far] = count;
-            }
-        }
-    }
 }
 
 /// Reads one value, or a packed list of them.
@@ -287,12 +232,4 @@ fn single(
 /// The signed integer of a zigzag one.
 fn zigzag(value: u64) -> i64 {
     (value >> 1) as i64 ^ -((value & 1) as i64)
-}
-
-/// Memory of a value \[bytes\]; of a text or byte string, what it takes besides its bytes.
-pub(super) fn size(list: &List) -> usize {
-    match list {
-        List::Text(_) | List::Bytes(_) => BLOCK,
-        numbers => numbers.width(),
-    }
 }

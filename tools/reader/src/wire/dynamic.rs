@@ -3,8 +3,8 @@
 use prost_reflect::{DynamicMessage, FieldDescriptor, Kind, MessageDescriptor, Value};
 
 use super::{
-    DecodeError,
     cursor::{Wire, spend},
+    leaf::DecodeError,
 };
 use crate::recording::Budget;
 

@@ -26,10 +26,9 @@ mod schema;
 use std::collections::HashMap;
 
 pub(super) use decode::decode;
-pub(super) use descriptor::Names;
 pub(crate) use schema::shape;
 
-use super::Layout;
+use super::layout::Layout;
 use crate::recording::Budget;
 
 /// Deepest nesting that becomes fields; what lies deeper is text.

@@ -4,7 +4,10 @@ use std::collections::{BTreeMap, HashMap};
 
 use prost_reflect::{FieldDescriptor, Kind, MessageDescriptor};
 
-use super::{COUNT, Leaf, List, MAX_LEAVES, Type, UNKNOWN, Values, json::Names};
+use super::{
+    leaf::{COUNT, Leaf, MAX_LEAVES, Type, UNKNOWN},
+    list::{List, Values},
+};
 use crate::recording::Limits;
 
 /// Greatest total length of the paths of the leaves \[bytes\]; what lies beyond stays bytes.
@@ -28,6 +31,17 @@ pub struct Layout {
     pub(crate) room: usize,
     /// Memory that the layout takes \[bytes\].
     weight: usize,
+}
+
+/// The fields of an object by their names in JSON.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Names {
+    /// Numbers of the fields.
+    pub(super) numbers: HashMap<String, u32>,
+    /// The fields of objects inside, by the numbers of the fields that hold them.
+    pub(super) inner: HashMap<u32, Names>,
+    /// True if a message is no object but the value of its only field.
+    pub(super) is_value: bool,
 }
 
 /// A message type, or that of a message inside it, as the decoder walks through it.

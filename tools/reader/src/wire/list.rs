@@ -1,6 +1,6 @@
 //! The values of a decoded message: one typed list per leaf.
 
-use super::Type;
+use super::leaf::Type;
 
 /// The values of a leaf in one message.
 #[derive(Clone, Debug, PartialEq)]

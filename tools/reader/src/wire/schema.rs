@@ -49,4 +49,4 @@ fn is_entry(message: &MessageDescriptor) -> bool {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -2,7 +2,7 @@
 
 use prost_reflect::Kind;
 
-use super::Layout;
+use super::layout::Layout;
 
 /// Messages whose fields are a time together.
 const TIMES: [&str; 2] = ["google.protobuf.Timestamp", "google.protobuf.Duration"];

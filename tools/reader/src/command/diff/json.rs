@@ -1,11 +1,13 @@
 //! A comparison for scripts.
 
+use clap::ValueEnum;
 use serde_json::{Value, json};
 
 use super::verdict;
 use crate::{
     command::info::damage_json,
-    compare::{ChannelReport, Comparison, Difference, Divergence, FieldReport, Mode, Place},
+    compare::{ChannelReport, Comparison, Difference, Divergence, FieldReport, Place},
+    format::json_lines::special,
 };
 
 /// Version of the JSON form. 2: verdict `not_compared`, `gaps`, `starts`, `outside_a` and `outside_b` for `outside`.
@@ -63,14 +65,8 @@ pub fn to_json(names: (&str, &str), comparison: &Comparison) -> Value {
 }
 
 fn channel_json(channel: &ChannelReport) -> Value {
-    let mode = channel.alignment.mode.map(|mode| match mode {
-        Mode::Step => "step",
-        Mode::Time => "time",
-        Mode::Order => "order",
-        Mode::Nearest => "nearest",
-        Mode::Linear => "linear",
-        Mode::Cubic => "cubic",
-    });
+    // as they are typed
+    let mode = channel.alignment.mode.and_then(|mode| Some(mode.to_possible_value()?.get_name().to_owned()));
     json!({
         "topic": channel.topic,
         "within": channel.is_within(),
@@ -154,10 +150,5 @@ fn place_json(place: &Place) -> Value {
 }
 
 fn number(value: f64) -> Value {
-    match value {
-        value if value.is_finite() => value.into(),
-        value if value.is_nan() => "NaN".into(),
-        value if value > 0.0 => "Infinity".into(),
-        _ => "-Infinity".into(),
-    }
+    if value.is_finite() { value.into() } else { special(value).into() }
 }

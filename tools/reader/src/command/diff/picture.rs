@@ -97,7 +97,7 @@ fn curve(
         ..Request::default()
     };
     match traces(&[PathBuf::from(path)], &request, limits) {
-        Ok((mut panel, _)) => {
+        Ok(mut panel) => {
             let curve = panel.curves.pop().map(|mut curve| {
                 curve.points.iter_mut().for_each(|point| point.0 -= start);
                 curve

@@ -193,22 +193,23 @@ fn short(text: &str) -> String {
 
 fn channel_text(channel: &ChannelReport, style: Style) -> String {
     let mut text = format!("{}  {}\n", style.paint("1", &channel.topic), alignment(channel));
-    let counts = [(channel.only_a, "only in the reference"), (channel.only_b, "only in the new recording")];
-    for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
-        let wanted = what == "only in the reference";
-        let first = channel.first_unmatched.as_ref().filter(|(_, in_a)| *in_a == wanted);
+    let mut remarks = Vec::new();
+    for (count, what, of_a) in [
+        (channel.only_a, "only in the reference", true),
+        (channel.only_b, "only in the new recording", false),
+    ] {
+        let first = channel.first_unmatched.as_ref().filter(|(_, in_a)| *in_a == of_a);
         let first = first.map_or(String::new(), |(place, _)| format!(", the first {}", when(place)));
-        text.push_str(&format!("  {} {count} messages {what}{first}\n", style.paint("1;31", "!")));
+        remarks.extend((count > 0).then(|| format!("{count} messages {what}{first}")));
     }
-    for gap in channel.gaps().filter(|gap| matches!(gap, Gap::Apart { .. })) {
-        text.push_str(&format!("  {} {gap}\n", style.paint("1;31", "!")));
-    }
-    if let Some(hint) = channel.hint {
-        text.push_str(&format!("  {} {hint}\n", style.paint("1;31", "!")));
-    }
+    let apart = channel.gaps().filter(|gap| matches!(gap, Gap::Apart { .. }));
+    remarks.extend(apart.map(|gap| gap.to_string()));
+    remarks.extend(channel.hint.map(|hint| hint.to_string()));
     if channel.undecoded > 0 {
-        let mark = style.paint("1;31", "!");
-        text.push_str(&format!("  {mark} {} messages do not fit their schema\n", channel.undecoded));
+        remarks.push(format!("{} messages do not fit their schema", channel.undecoded));
+    }
+    for remark in remarks {
+        text.push_str(&format!("  {} {remark}\n", style.paint("1;31", "!")));
     }
     if channel.axes_differ {
         text.push_str("  the axes differ: arrays are compared on their common range, interpolated\n");

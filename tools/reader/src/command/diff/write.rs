@@ -4,7 +4,7 @@ use std::{
     collections::{BTreeMap, HashMap},
     error::Error,
     io::BufWriter,
-    path::{Path, PathBuf},
+    path::Path,
 };
 
 use mcap::{
@@ -19,13 +19,8 @@ use crate::{channel::Channel, compare::Matched, convention, messages::Recording,
 
 /// Writes differences: on `/diff/TOPIC`, in the message type of the topic, every floating-point number but times and
 /// axes is b − a, all else is that of the reference. Viewers show such a file like a recording.
-pub struct DiffWriter {
-    path: PathBuf,
-    overwrite: bool,
-    open: Option<Open>,
-}
-
-struct Open {
+pub(super) struct DiffWriter<'a> {
+    path: &'a Path,
     writer: Writer<NoSeek<BufWriter<Output>>>,
     channels: HashMap<u16, Target>,
     sequence: u32,
@@ -42,25 +37,27 @@ struct Target {
     kept: Vec<String>,
 }
 
-impl DiffWriter {
-    /// Will write to a file; an existing one only if that is wanted.
-    pub fn new(path: &Path, overwrite: bool) -> Self {
-        Self { path: path.into(), overwrite, open: None }
-    }
+/// Why a file cannot be written.
+fn fail(path: &Path) -> impl Fn(&(dyn Error + 'static)) -> String {
+    move |error| format!("cannot write `{}`: {}", path.display(), cause(error))
+}
 
-    fn fail(&self) -> impl Fn(&(dyn Error + 'static)) -> String + use<> {
-        let path = self.path.clone();
-        move |error| format!("cannot write `{}`: {}", path.display(), cause(error))
-    }
-
+impl<'a> DiffWriter<'a> {
     /// Creates the file with a channel for every topic that both recordings have.
+    ///
+    /// * `overwrite`: replace a file of this name
     ///
     /// # Errors
     ///
     /// The file cannot be written.
-    pub(super) fn begin(&mut self, a: &Recording, b: &Recording) -> Result<(), String> {
-        let fail = self.fail();
-        let file = Output::create(&self.path, self.overwrite).map_err(|error| fail(&error))?;
+    pub(super) fn begin(
+        path: &'a Path,
+        overwrite: bool,
+        a: &Recording,
+        b: &Recording,
+    ) -> Result<Self, String> {
+        let fail = fail(path);
+        let file = Output::create(path, overwrite).map_err(|error| fail(&error))?;
         let options = WriteOptions::new()
             .library(concat!("percuss-read/", env!("CARGO_PKG_VERSION")))
             .compression_threads(0)
@@ -97,8 +94,7 @@ impl DiffWriter {
             entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect::<BTreeMap<_, _>>();
         let record = Metadata { name: convention::DIFFERENCE.into(), metadata };
         writer.write_metadata(&record).map_err(|error| fail(&error))?;
-        self.open = Some(Open { writer, channels, sequence: 0, room: a.limits().values() / 2 });
-        Ok(())
+        Ok(Self { path, writer, channels, sequence: 0, room: a.limits().values() / 2 })
     }
 
     /// Writes the difference of two messages.
@@ -107,22 +103,21 @@ impl DiffWriter {
     ///
     /// The file cannot be written.
     pub(super) fn take(&mut self, matched: &Matched<'_>) -> Result<(), String> {
-        let fail = self.fail();
-        let Some(open) = &mut self.open else { return Ok(()) };
-        let Some(target) = open.channels.get(&matched.channel) else { return Ok(()) };
-        let decode = |descriptor, data| dynamic(descriptor, data, open.room);
+        let Some(target) = self.channels.get(&matched.channel) else { return Ok(()) };
+        let decode = |descriptor, data| dynamic(descriptor, data, self.room);
         let (Ok(mut a), Ok(b)) = (decode(&target.a, matched.a), decode(&target.b, matched.b)) else {
             return Ok(());
         };
         subtract(&mut a, &b, "", &target.kept);
         let header = MessageHeader {
             channel_id: target.id,
-            sequence: open.sequence,
+            sequence: self.sequence,
             log_time: matched.log_time,
             publish_time: matched.log_time,
         };
-        open.sequence = open.sequence.wrapping_add(1);
-        open.writer.write_to_known_channel(&header, &a.encode_to_vec()).map_err(|error| fail(&error))
+        self.sequence = self.sequence.wrapping_add(1);
+        let written = self.writer.write_to_known_channel(&header, &a.encode_to_vec());
+        written.map_err(|error| fail(self.path)(&error))
     }
 
     /// Ends the file.
@@ -130,11 +125,10 @@ impl DiffWriter {
     /// # Errors
     ///
     /// The file cannot be written.
-    pub(super) fn finish(&mut self) -> Result<(), String> {
-        let fail = self.fail();
-        let Some(mut open) = self.open.take() else { return Ok(()) };
-        open.writer.finish().map_err(|error| fail(&error))?;
-        let buffer = open.writer.into_inner().into_inner();
+    pub(super) fn finish(mut self) -> Result<(), String> {
+        let fail = fail(self.path);
+        self.writer.finish().map_err(|error| fail(&error))?;
+        let buffer = self.writer.into_inner().into_inner();
         let output = buffer.into_inner().map_err(|error| fail(error.error()))?;
         output.commit().map_err(|error| fail(&error))
     }

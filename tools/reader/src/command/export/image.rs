@@ -7,12 +7,12 @@ use std::{borrow::Cow, path::Path};
 
 use png::{BitDepth, ColorType, Encoder};
 
-use super::ExportError;
+use super::{ExportError, moment};
 use crate::{
     messages::Recording,
     recording::{Damage, Limits},
     select::{self, Bound, Pattern},
-    slice::moments,
+    slice::Moment,
     wire::{Layout, List, Type, Values},
 };
 
@@ -83,26 +83,18 @@ impl Camera {
             &[(id, leaves)] => Ok(Some(Self { recording, id, leaves })),
             several => {
                 let topics = several.iter().map(|(id, _)| recording.channels[id].topic.as_str());
-                let known = topics.collect::<Vec<_>>().join(", ");
-                Err(ExportError::SeveralCameras { topic: topic.text().into(), known })
+                Err(ExportError::several(topic, "topics with images", topics))
             }
         }
     }
 
-    /// Hands the image nearest to a time, or the last, to `take`.
+    /// The message nearest to a time, or the last.
     ///
     /// # Errors
     ///
-    /// The file cannot be read, there is no such image, or it is none.
-    pub fn image<T>(
-        &self,
-        time: Option<Bound>,
-        take: impl FnOnce(f64, Image<'_>) -> T,
-    ) -> Result<(T, Vec<Damage>), ExportError> {
-        let (moments, damages) = moments(&self.recording, self.id, time.as_slice())?;
-        let topic = &self.recording.channels[&self.id].topic;
-        let moment = moments.first().ok_or_else(|| ExportError::NoMessages(topic.clone()))?;
-        Ok((take(moment.time, self.read(&moment.values)?), damages))
+    /// The file cannot be read, or there is no such message.
+    pub fn moment(&self, time: Option<Bound>) -> Result<(Moment, Vec<Damage>), ExportError> {
+        moment(&self.recording, self.id, time)
     }
 
     /// Hands all images to `take`, with their log times.
@@ -135,7 +127,12 @@ impl Camera {
         ExportError::NoImage { topic, why: why.into() }
     }
 
-    fn read<'a>(&self, values: &'a Values) -> Result<Image<'a>, ExportError> {
+    /// The image in a message.
+    ///
+    /// # Errors
+    ///
+    /// It is none.
+    pub fn read<'a>(&self, values: &'a Values) -> Result<Image<'a>, ExportError> {
         match self.leaves {
             Leaves::Packed { format, data } => {
                 let (format, bytes) = (text(values, format), content(values, data));

@@ -43,11 +43,14 @@ pub(super) fn panel(x: &Heading, left: Vec<Line>, right: Vec<Line>, request: &Re
     let side = |lines: Vec<Line>, ends: Option<(f64, f64)>| {
         let shown = lines.iter().flat_map(|line| &line.curve.points).filter(|point| is_shown(point.0));
         let largest = largest(ends, shown.map(|point| point.1));
-        let is_one = units(&lines).len() == 1;
-        let factor = |line: &Line| if is_one { prefixed(&line.heading, largest).1 } else { 1.0 };
-        let y_factor = lines.first().map_or(1.0, factor);
-        let heading = |line: &Line| {
-            if is_one { prefixed(&line.heading, largest).0 } else { line.heading.clone() }
+        let unit = match units(&lines).as_slice() {
+            [Some(unit)] => Prefixed::choose(unit, largest),
+            _ => None,
+        };
+        let y_factor = unit.as_ref().map_or(1.0, |unit| unit.factor);
+        let heading = |line: &Line| match &unit {
+            Some(unit) => Heading::new(&line.heading.name, Some(&unit.unit)),
+            None => line.heading.clone(),
         };
         let headings: Vec<Heading> = lines.iter().map(heading).collect();
         let mut curves: Vec<Curve> = lines.into_iter().map(|line| line.curve).collect();
@@ -130,21 +133,13 @@ pub(super) fn common_label(headings: &[Heading]) -> String {
     }
 }
 
-/// What the rows, the columns and the values of an image are.
-pub(super) struct Quantities {
-    pub(super) rows: Heading,
-    pub(super) columns: Heading,
-    pub(super) values: Heading,
-}
-
 /// An image and the ends of its colours with labels and with the prefixes that fit, rows and columns of one unit with the
 /// same.
 pub(super) fn labelled(
     image: Image,
-    quantities: &Quantities,
+    [rows, columns, values]: &[Heading; 3],
     range: Option<(f64, f64)>,
 ) -> (Image, Option<(f64, f64)>) {
-    let Quantities { rows, columns, values } = quantities;
     let reach = |side: &Side| largest(None, [side.at(0), side.at(side.length.saturating_sub(1))].into_iter());
     let (mut down, mut along) = (reach(&image.rows), reach(&image.columns));
     if rows.unit == columns.unit {
@@ -166,22 +161,13 @@ pub(super) fn labelled(
     (image, scaled(range, factor))
 }
 
-/// A time in words: `time 0.5`, or with the prefix that fits it, `time 12.5 µs`.
+/// A time in words: `time 0.5`, or with the prefix that fits it, `time 12.5 µs`; to six digits after the point.
 pub(super) fn time_label(time: f64, unit: Option<&str>) -> String {
-    match unit.and_then(|unit| Prefixed::choose(unit, time)) {
-        Some(Prefixed { factor, unit }) => format!("time {} {unit}", Round(time * factor)),
-        None => format!("time {}", Round(time)),
-    }
-}
-
-/// A number to six digits after the point, without the zeros at the end.
-struct Round(f64);
-
-impl std::fmt::Display for Round {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let text = format!("{:.6}", self.0);
-        f.write_str(if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text })
-    }
+    let prefixed = unit.and_then(|unit| Prefixed::choose(unit, time));
+    let number = format!("{:.6}", time * prefixed.as_ref().map_or(1.0, |prefixed| prefixed.factor));
+    let number =
+        if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { &number };
+    prefixed.map_or_else(|| format!("time {number}"), |prefixed| format!("time {number} {}", prefixed.unit))
 }
 
 #[cfg(test)]
@@ -189,7 +175,7 @@ mod tests {
     use super::*;
 
     fn line(name: &str, unit: &str, points: &[(f64, f64)]) -> Line {
-        let heading = Heading { name: name.into(), unit: Some(unit.into()), ..Heading::default() };
+        let heading = Heading::new(name, Some(unit));
         Line { curve: Curve { name: name.into(), points: points.to_vec(), ..Curve::default() }, heading }
     }
 
@@ -221,7 +207,7 @@ mod tests {
 
     #[test]
     fn axes_have_the_prefix_of_what_they_show() {
-        let time = Heading { name: "time".into(), unit: Some("s".into()), ..Heading::default() };
+        let time = Heading::new("time", Some("s"));
         let left = || vec![line("force", "N", &[(0.0, 0.0), (2e-6, 4000.0), (5e-6, 3e9)])];
         let right = vec![line("velocity", "m/s", &[(0.0, 2500.0)])];
         let request = Request { x_range: Some((0.0, 3e-6)), ..Request::default() };

@@ -51,10 +51,6 @@ impl Sink for Curves {
         }
         Ok(())
     }
-
-    fn end(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 /// Curves over an axis, and how reading them went.
@@ -65,15 +61,11 @@ pub(super) struct Lines {
 }
 
 /// Fields against time, without those that only count, in the units of the recording.
-pub(crate) fn traces(
-    paths: &[PathBuf],
-    request: &Request,
-    limits: Limits,
-) -> Result<(Panel, Outcome), PlotError> {
-    let Lines { time, lines, outcome } = lines(paths, request, limits)?;
+pub(crate) fn traces(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Panel, PlotError> {
+    let Lines { time, lines, .. } = lines(paths, request, limits)?;
     let (curves, headings): (Vec<Curve>, Vec<Heading>) =
         lines.into_iter().map(|line| (line.curve, line.heading)).unzip();
-    let panel = Panel {
+    Ok(Panel {
         x_label: time.with_unit(),
         y_label: common_label(&headings),
         curves,
@@ -82,8 +74,7 @@ pub(crate) fn traces(
         x_range: request.x_range,
         y_range: request.range,
         ..Panel::default()
-    };
-    Ok((panel, outcome))
+    })
 }
 
 /// Fields against time, without those that only count.

@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, path::PathBuf};
 use percuss_picture::{Curve, Image, Medium, Panel, draw, draw_image};
 
 use super::{
-    axes::{Line, Quantities, labelled, panel, time_label},
+    axes::{Line, labelled, panel, time_label},
     cut::cut,
     request::{Drawn, PlotError, Request},
 };
@@ -13,14 +13,12 @@ use crate::{
     axis::Axis,
     channel::Channel,
     command::trace::names,
-    convention,
     extent::{Extent, Extents},
     field::{Positions, SelectionError, Used},
     messages::Recording,
     recording::Limits,
-    select::{self, Bound},
+    select::Bound,
     slice::{Moment, Profile, Slice, moments, profile, slice},
-    table::Heading,
 };
 
 /// Profiles and images at some times.
@@ -46,17 +44,11 @@ pub(super) fn at_times(
     limits: Limits,
     medium: Medium,
 ) -> Result<Drawn, PlotError> {
-    let default = [convention::INTERFACE.parse().expect("a plain topic")];
-    let topics = if request.topics.is_empty() { &default[..] } else { &request.topics };
     let used = Used::new(&request.selection);
     let (mut frames, mut damages) = (Frames { profiles: Vec::new(), images: Vec::new(), used }, Vec::new());
     for (path, name) in paths.iter().zip(names(paths)) {
         let file = if paths.len() > 1 { format!("{name}: ") } else { String::new() };
-        let mut recording = Recording::open(path, limits)?;
-        if request.epoch {
-            recording.count_from(0);
-        }
-        let ids = select::channels(&recording, topics)?;
+        let (recording, ids) = request.open_arrays(path, limits)?;
         for &id in ids.iter().filter(|id| holds_arrays(&recording.channels[id])) {
             let (moments, damaged) = moments(&recording, id, times)?;
             damages.extend(damaged.into_iter().map(|damage| (path.clone(), damage)));
@@ -150,7 +142,7 @@ impl Frames {
     }
 
     fn draw(&self, request: &Request, title: &str, medium: Medium) -> Result<Vec<u8>, PlotError> {
-        let coordinates: BTreeSet<_> = self.profiles.iter().map(|named| &named.profile.coordinate).collect();
+        let coordinates: BTreeSet<_> = self.profiles.iter().map(|named| &named.profile.axis.name).collect();
         if coordinates.len() > 1 {
             let names: Vec<&str> = coordinates.into_iter().map(String::as_str).collect();
             let text =
@@ -190,7 +182,7 @@ pub(super) fn too_large() -> PlotError {
 fn lines(slice: &Slice, at: &Positions, extent: &Extent) -> Result<Vec<Profile>, SelectionError> {
     let mut lines = Vec::new();
     for (name, positions) in &at.coordinates {
-        let along = slice.coordinates.iter().position(|known| known == name);
+        let along = slice.axes.iter().position(|axis| axis.name == *name);
         if let Some(reach) = along.and_then(|along| extent.reaches.get(along)) {
             SelectionError::check(reach, &slice.topic, &slice.name, name, positions)?;
         }
@@ -204,12 +196,8 @@ fn image_of(slice: &Slice, time: &str, request: &Request, medium: Medium) -> Res
         return Err(PlotError::Unfit("--log is for curves, not for an image".into()));
     }
     let title = request.title.clone().unwrap_or_else(|| format!("{} at {time}", slice.topic));
-    let coordinate = |i: usize| Heading {
-        name: slice.coordinates[i].clone(),
-        unit: slice.units[i].clone(),
-        ..Heading::default()
-    };
-    let quantities = Quantities { rows: coordinate(0), columns: coordinate(1), values: slice.heading() };
+    let [rows, columns] = slice.axes.clone();
+    let quantities = [rows, columns, slice.heading()];
     let (image, range) = labelled(
         Image { title, ..cut(slice.image(), request.x_range, request.y_range)? },
         &quantities,
@@ -225,16 +213,16 @@ impl Named {
 }
 
 fn profiles_panel(profiles: &[Named], request: &Request) -> Panel {
-    let names: BTreeSet<&str> = profiles.iter().map(|named| named.profile.name.as_str()).collect();
+    let names: BTreeSet<&str> = profiles.iter().map(|named| named.profile.field.name.as_str()).collect();
     let line = |Named { file, time, profile }: &Named| {
-        let field = if names.len() > 1 { format!("{}, ", profile.name) } else { String::new() };
+        let field = if names.len() > 1 { format!("{}, ", profile.field.name) } else { String::new() };
         let curve = Curve {
             name: format!("{file}{field}{time}"),
             points: profile.points.clone(),
             ..Curve::default()
         };
-        Line { curve, heading: profile.heading() }
+        Line { curve, heading: profile.field.clone() }
     };
-    let x = profiles.first().map(|named| named.profile.axis_heading()).unwrap_or_default();
+    let x = profiles.first().map(|named| named.profile.axis.clone()).unwrap_or_default();
     panel(&x, profiles.iter().map(line).collect(), Vec::new(), request)
 }

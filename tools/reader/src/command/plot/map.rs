@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use percuss_picture::{Colours, Image, Medium, Side, draw_image};
 
 use super::{
-    axes::{Quantities, labelled},
+    axes::labelled,
     cut::cut,
     frames::{misshapen, too_large},
     request::{Drawn, PlotError, Request},
@@ -17,9 +17,8 @@ use crate::{
     extent::{Extent, Extents, Reach},
     field::{Positions, SelectionError},
     messages::Recording,
-    recording::{Budget, Damage, Limits, OpenError},
-    select,
-    slice::{Moment, profile, slice},
+    recording::{Budget, Damage, Limits},
+    slice::{Moment, coordinate, profile, shown_name, slice},
     table::Heading,
     wire::Layout,
 };
@@ -43,28 +42,25 @@ pub(super) fn over_time(
         let text = "--log and --x-range are for curves; --from and --to choose the times of a map";
         return Err(PlotError::Unfit(text.into()));
     }
-    let mut recording = Recording::open(path, limits)?;
-    if request.epoch {
-        recording.count_from(0);
-    }
-    let default = [convention::INTERFACE.parse().expect("a plain topic")];
-    let topics = if request.topics.is_empty() { &default[..] } else { &request.topics };
-    let [id] = select::channels(&recording, topics)?[..] else {
+    let (recording, ids) = request.open_arrays(path, limits)?;
+    let [id] = ids[..] else {
         return Err(PlotError::Unfit("--map draws one topic; choose it with --topic".into()));
     };
-    let channel = &recording.channels[&id];
     let array = Array::choose(&recording, id, request)?;
     let times = array.times(request)?;
     let room = array.places.length.saturating_mul(times.len()).saturating_mul(size_of::<f64>());
     if !Budget::new(limits.kept()).spend(room) {
         return Err(too_large());
     }
-    let taken = array.take(&times)?;
-    let (image, range) = array.image(channel, &times, taken.columns, request)?;
+    let (columns, undecoded, damages) = array.take(&times)?;
+    let (image, range) = array.image(&times, columns, request)?;
     let picture = draw_image(&image, range, medium).map_err(PlotError::Draw)?;
-    let damages = taken.damages.into_iter().map(|damage| (path.clone(), damage)).collect();
-    Ok(Drawn { picture, damages, undecoded: taken.undecoded, left_out: Vec::new() })
+    let damages = damages.into_iter().map(|damage| (path.clone(), damage)).collect();
+    Ok(Drawn { picture, damages, undecoded, left_out: Vec::new() })
 }
+
+/// The values of an array at its places at one time, if there is a message.
+type Column = Option<Vec<f64>>;
 
 /// The array that is drawn.
 struct Array<'a> {
@@ -81,21 +77,10 @@ struct Array<'a> {
     places: Side,
 }
 
-/// Columns of a map, one for every time, and how reading them went.
-struct Taken {
-    columns: Vec<Option<Vec<f64>>>,
-    damages: Vec<Damage>,
-    undecoded: u64,
-}
-
 impl<'a> Array<'a> {
     fn choose(recording: &'a Recording, id: u16, request: &Request) -> Result<Self, PlotError> {
         let channel = &recording.channels[&id];
-        let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::NotProtobuf {
-            topic: channel.topic.clone(),
-            encoding: channel.encoding.clone(),
-            schema: channel.schema.clone(),
-        })?;
+        let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::not_decoded(channel))?;
         let leaf = leaf(channel, layout, &request.selection.fields)?;
         let axis = Axis::of(leaf, layout, channel);
         let extent = Extents::read(recording, &[id])?.of(id, leaf);
@@ -153,13 +138,10 @@ impl<'a> Array<'a> {
         messages.for_each(|message| {
             let instant = channel.instant(message.data, message.log_time, channel.origin);
             let time = instant.number();
-            if request.window.holds_instant(instant) && time.is_finite() {
+            if request.window.holds(instant) && time.is_finite() {
                 // a list grows to twice its length
                 if !budget.spend(2 * size_of::<(f64, u64)>()) {
-                    return Err(OpenError::Memory {
-                        path: recording.path.clone(),
-                        what: "the times of the messages",
-                    });
+                    return Err(recording.no_room("the times of the messages"));
                 }
                 known.push((time, number));
             }
@@ -187,29 +169,27 @@ impl<'a> Array<'a> {
         Ok((0..count).map(nearest).collect())
     }
 
-    /// The columns of a map: messages by their numbers.
-    fn take(&self, times: &[(u64, f64)]) -> Result<Taken, PlotError> {
+    /// The columns of a map, one for every time: messages by their numbers. Also how many were not decoded, and the damages.
+    fn take(&self, times: &[(u64, f64)]) -> Result<(Vec<Column>, u64, Vec<Damage>), PlotError> {
         let channel = self.channel();
         let layout = channel.layout.as_deref();
         let mut messages = self.recording.messages([self.id], None)?;
-        let mut taken = Taken { columns: vec![None; times.len()], damages: Vec::new(), undecoded: 0 };
-        let mut number = 0;
+        let (mut columns, mut undecoded, mut number) = (vec![None; times.len()], 0, 0);
         messages.for_each(|message| -> Result<(), PlotError> {
             number += 1;
             let wanted: Vec<usize> = (0..times.len()).filter(|&i| times[i].0 == number - 1).collect();
             let Some(layout) = layout.filter(|_| !wanted.is_empty()) else { return Ok(()) };
             let mut values = layout.values();
             if layout.decode(message.data, &mut values).is_err() {
-                taken.undecoded += 1;
+                undecoded += 1;
                 return Ok(());
             }
-            let time = channel.time_since_origin(message.data, message.log_time);
+            let time = channel.instant(message.data, message.log_time, channel.origin).number();
             let column = self.column(&Moment { time, values })?;
-            wanted.into_iter().for_each(|i| taken.columns[i] = Some(column.clone()));
+            wanted.into_iter().for_each(|i| columns[i] = Some(column.clone()));
             Ok(())
         })?;
-        taken.damages = messages.damages().to_vec();
-        Ok(taken)
+        Ok((columns, undecoded, messages.damages().to_vec()))
     }
 
     /// The array at one time at all places.
@@ -236,12 +216,11 @@ impl<'a> Array<'a> {
 
     fn image(
         &self,
-        channel: &Channel,
         times: &[(u64, f64)],
-        columns: Vec<Option<Vec<f64>>>,
+        columns: Vec<Column>,
         request: &Request,
     ) -> Result<(Image, Option<(f64, f64)>), PlotError> {
-        let count = times.len();
+        let (channel, count) = (self.channel(), times.len());
         let start = times.first().map_or(0.0, |(_, time)| *time);
         let step = times.last().map_or(1.0, |(_, last)| (last - start) / (count.max(2) - 1) as f64);
         let mut values = vec![f64::NAN; self.places.length * count];
@@ -253,22 +232,12 @@ impl<'a> Array<'a> {
         let path = channel.layout.as_deref().map_or("", |layout| &layout.leaves[self.leaf].path);
         let place =
             self.line.as_ref().map_or(String::new(), |(name, position)| format!(" at {name}={position}"));
-        let heading = |name: &str, unit: Option<&str>| Heading {
-            name: name.into(),
-            unit: unit.map(str::to_owned),
-            ..Heading::default()
-        };
-        // fields of matrices are called by their topic
-        let name = channel.topic.rsplit('/').next().filter(|_| path == "values").unwrap_or(path);
-        let unit = channel.unit(&format!("{}0", self.coordinate)).or_else(|| channel.unit(&self.coordinate));
-        let quantities = Quantities {
-            rows: heading(self.label(), unit),
-            columns: heading(
-                if channel.has_time() { convention::TIME } else { "log_time" },
-                channel.time_unit(),
-            ),
-            values: heading(name, channel.unit(path)),
-        };
+        let time = if channel.has_time() { convention::TIME } else { "log_time" };
+        let quantities = [
+            Heading { name: self.label().into(), ..coordinate(channel, &self.coordinate) },
+            Heading::new(time, channel.time_unit()),
+            Heading::new(shown_name(&channel.topic, path), channel.unit(path)),
+        ];
         let image = Image {
             title: request.title.clone().unwrap_or_else(|| format!("{}{place}", channel.topic)),
             rows: self.places,

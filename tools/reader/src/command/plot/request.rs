@@ -1,14 +1,16 @@
 //! What to draw, and why there is no picture.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use crate::{
     command::trace::TraceError,
+    convention,
     field::{Selection, SelectionError},
-    recording::{Damage, OpenError},
-    select::{Bound, Pattern, Window, finite_time},
+    messages::Recording,
+    recording::{Damage, Limits, OpenError},
+    select::{self, Bound, Pattern, Window, finite_time},
     slice::MomentError,
 };
 
@@ -68,6 +70,22 @@ pub struct Request {
 }
 
 impl Request {
+    /// A recording, and the topics whose arrays are drawn: the stress of the interface if none are named.
+    pub(super) fn open_arrays(
+        &self,
+        path: &Path,
+        limits: Limits,
+    ) -> Result<(Recording, Vec<u16>), PlotError> {
+        let mut recording = Recording::open(path, limits)?;
+        if self.epoch {
+            recording.count_from(0);
+        }
+        let default = [convention::INTERFACE.parse().expect("a plain topic")];
+        let topics = if self.topics.is_empty() { &default[..] } else { &self.topics };
+        let ids = select::channels(&recording, topics)?;
+        Ok((recording, ids))
+    }
+
     /// Refuses what only images have.
     pub(super) fn check_curves(&self) -> Result<(), PlotError> {
         match self.y_range {

@@ -82,8 +82,8 @@ pub(super) fn of_columns(
 /// Name and unit in the head of a column, `force [kN]`.
 fn heading(text: &str) -> Heading {
     let with_unit = text.strip_suffix(']').and_then(|text| text.rsplit_once(" ["));
-    let (name, unit) = with_unit.map_or((text, None), |(name, unit)| (name, Some(unit.to_owned())));
-    Heading { name: name.into(), unit, ..Heading::default() }
+    let (name, unit) = with_unit.map_or((text, None), |(name, unit)| (name, Some(unit)));
+    Heading::new(name, unit)
 }
 
 #[cfg(test)]

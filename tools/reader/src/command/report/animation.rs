@@ -9,6 +9,7 @@ use crate::{
     messages::Recording,
     recording::{Damage, OpenError},
     slice::{Side, Slice, slice, visit},
+    table::Heading,
 };
 
 /// Frames, at most.
@@ -43,7 +44,7 @@ impl Bounds {
         let values = slice.values.iter().step_by(step).map(|value| value.abs());
         self.samples.extend(values.filter(|value| *value > 0.0 && value.is_finite()));
         self.unit = slice.unit;
-        [self.length_unit, _] = slice.units;
+        [Heading { unit: self.length_unit, .. }, _] = slice.axes;
     }
 
     /// The value that the share of those to be distinguished does not exceed.
@@ -133,8 +134,7 @@ mod tests {
             time: 0.0,
             rows: side(2),
             columns: side(2),
-            coordinates: ["z".into(), "r".into()],
-            units: [None, None],
+            axes: [Heading::new("z", None), Heading::new("r", None)],
             even: false,
             values: vec![1.0, -1.0, 0.5, f64::NAN],
         };

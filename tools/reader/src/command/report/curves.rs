@@ -6,6 +6,7 @@ use percuss_picture::{Curve, Panel};
 use serde_json::{Value, json};
 
 use crate::{
+    channel::Channel,
     command::plot::{PlotError, Request, traces},
     convention::{self, CHARTS, EVENT, WARNING},
     field::Selection,
@@ -28,10 +29,11 @@ const PROFILE_POINTS: usize = 300;
 pub fn charts(path: &Path, recording: &Recording, limits: Limits) -> Result<Vec<Value>, PlotError> {
     let mut charts = Vec::new();
     for (id, title, topic, fields) in CHARTS {
-        let channel = recording.channels.values().find(|channel| channel.topic == topic && channel.count > 0);
-        let Some(layout) = channel.and_then(|channel| channel.layout.as_ref()) else { continue };
+        let Some(id_of_channel) = super::find(recording, |known| known == topic) else { continue };
+        let channel = &recording.channels[&id_of_channel];
+        let leaves = || channel.layout.iter().flat_map(|layout| &layout.leaves);
         // recordings of earlier versions have fewer fields
-        let fields = fields.iter().filter(|field| layout.leaves.iter().any(|leaf| leaf.path == **field));
+        let fields = fields.iter().filter(|field| leaves().any(|leaf| leaf.path == **field));
         let request = Request {
             topics: vec![topic.parse().expect("a plain topic")],
             selection: Selection {
@@ -40,18 +42,16 @@ pub fn charts(path: &Path, recording: &Recording, limits: Limits) -> Result<Vec<
             },
             ..Request::default()
         };
-        let (panel, _) = traces(&[path.to_owned()], &request, limits)?;
-        charts.push(chart(id, title, &panel, recording, topic));
+        let panel = traces(&[path.to_owned()], &request, limits)?;
+        charts.push(chart(id, title, &panel, channel));
     }
     Ok(charts)
 }
 
-fn chart(id: &str, title: &str, panel: &Panel, recording: &Recording, topic: &str) -> Value {
+fn chart(id: &str, title: &str, panel: &Panel, channel: &Channel) -> Value {
     // the radii of the probes are the axis of their array
-    let channel = recording.channels.values().find(|channel| channel.topic == topic);
-    let radii: Vec<&str> = channel
-        .and_then(|channel| channel.metadata.get(&convention::axis("stress")))
-        .map_or_else(Vec::new, |axis| axis.split(',').map(str::trim).collect());
+    let axis = channel.metadata.get(&convention::axis("stress"));
+    let radii: Vec<&str> = axis.map_or_else(Vec::new, |axis| axis.split(',').map(str::trim).collect());
     let name = |(i, curve): (usize, &Curve)| match radii.get(i) {
         Some(radius) if id == "probes" => format!("r = {radius}"),
         _ => curve.name.rsplit(['/', '.', ':']).next().unwrap_or_default().to_owned(),
@@ -120,7 +120,7 @@ pub fn profiles(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> Re
             "x": points.iter().map(|point| number(point.0)).collect::<Vec<_>>(),
             "y": points.iter().map(|point| number(point.1)).collect::<Vec<_>>(),
         }));
-        labels = json!([profile.axis_heading().with_unit(), profile.heading().with_unit()]);
+        labels = json!([profile.axis.with_unit(), profile.field.with_unit()]);
     })?);
     Ok(json!({ "frames": frames, "x": labels[0], "y": labels[1] }))
 }

@@ -16,7 +16,7 @@ pub fn prefix(data: &mut Value) {
         scale(&mut data["events"], "time", &time);
         // what is not recorded stays null
         data.pointer_mut("/profiles/frames").into_iter().for_each(|frames| scale(frames, "time", &time));
-        data.pointer_mut("/field/times").into_iter().for_each(|times| scale_list(times, &time));
+        data.pointer_mut("/field/times").into_iter().for_each(|times| scale_numbers(times, &time));
         data["charts"]
             .as_array_mut()
             .into_iter()
@@ -60,24 +60,18 @@ fn axis(chart: &mut Value, curves: &str, coordinate: &str, unit: Option<&Prefixe
     }
 }
 
+/// Scales what objects in a list have under a key.
 fn scale(list: &mut Value, key: &str, unit: &Prefixed) {
-    for object in list.as_array_mut().into_iter().flatten() {
-        match object.get_mut(key) {
-            Some(value) if value.is_array() => scale_list(value, unit),
-            Some(value) => scale_one(value, unit),
-            None => {}
-        }
-    }
+    let objects = list.as_array_mut().into_iter().flatten();
+    objects.filter_map(|object| object.get_mut(key)).for_each(|value| scale_numbers(value, unit));
 }
 
-fn scale_list(list: &mut Value, unit: &Prefixed) {
-    list.as_array_mut().into_iter().flatten().for_each(|value| scale_one(value, unit));
-}
-
-fn scale_one(value: &mut Value, unit: &Prefixed) {
+/// Scales a number, or all numbers of a list.
+fn scale_numbers(value: &mut Value, unit: &Prefixed) {
     if let Some(known) = value.as_f64() {
         *value = number(unit.apply(known));
     }
+    value.as_array_mut().into_iter().flatten().for_each(|value| scale_numbers(value, unit));
 }
 
 /// The range of the colours, and the size of the section.
@@ -85,12 +79,12 @@ fn field(field: &mut Value) {
     let number = |value: &Value| value.as_f64().unwrap_or_default();
     let unit = |value: &Value, largest| Prefixed::choose(value.as_str()?, largest);
     if let Some(unit) = unit(&field["unit"], number(&field["range"])) {
-        scale_one(&mut field["range"], &unit);
+        scale_numbers(&mut field["range"], &unit);
         field["unit"] = json!(unit.unit);
     }
     let largest = number(&field["width"]).max(number(&field["depth"]));
     if let Some(unit) = unit(&field["length_unit"], largest) {
-        ["width", "depth"].into_iter().for_each(|side| scale_one(&mut field[side], &unit));
+        ["width", "depth"].into_iter().for_each(|side| scale_numbers(&mut field[side], &unit));
         field["length_unit"] = json!(unit.unit);
     }
 }

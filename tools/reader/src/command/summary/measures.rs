@@ -3,73 +3,80 @@
 use crate::{
     channel::Channel,
     convention::{DRAG, ENERGY, EVENT, EXTENSION, LARGEST_STRAIN, RECONTACT, SEPARATION, VALIDITY, VELOCITY},
-    extent::Extent,
-    field::{Column, Columns, Selection, columns},
+    field::cell,
     messages::Recording,
     recording::{Damage, OpenError},
     table::Cell,
-    wire::Values,
+    wire::{Layout, Type, Values},
 };
-
-/// What a recording says of an impact; `None` where it does not.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Measures {
-    /// Largest force, and when it is first reached.
-    pub peak_force: Option<f64>,
-    /// Time of the largest force.
-    pub peak_time: Option<f64>,
-    /// ∫F dt over all messages, by trapezia.
-    pub impulse: Option<f64>,
-    /// From the first to the last message with contact.
-    pub contact_duration: Option<f64>,
-    /// Largest contact radius.
-    pub contact_radius: Option<f64>,
-    /// Largest displacement of the indenter.
-    pub depth: Option<f64>,
-    /// Velocity of the indenter when contact ends for good, if it moves back then.
-    pub rebound_velocity: Option<f64>,
-    /// −V/V0: rebound velocity over the first velocity.
-    pub restitution: Option<f64>,
-    /// Time at which the interface first needs tension.
-    pub t_ext: Option<f64>,
-    /// Kinetic and strain energy of the target when contact ends for good, if the run has frames.
-    pub energy_left: Option<f64>,
-    /// Largest strain.
-    pub strain: Option<f64>,
-    /// Radius of the largest strain.
-    pub strain_r: Option<f64>,
-    /// Depth of the largest strain.
-    pub strain_z: Option<f64>,
-    /// Time of the largest strain.
-    pub strain_time: Option<f64>,
-}
 
 /// Units of what was measured, from the metadata of the channels.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Units {
+pub(super) struct Units {
     /// Of times.
-    pub time: Option<String>,
+    time: Option<String>,
     /// Of lengths.
-    pub length: Option<String>,
+    length: Option<String>,
     /// Of velocities.
-    pub speed: Option<String>,
+    speed: Option<String>,
     /// Of forces.
-    pub force: Option<String>,
+    force: Option<String>,
     /// Of energies.
-    pub energy: Option<String>,
+    energy: Option<String>,
 }
+
+/// What a column is, and with it the unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Quantity {
+    Number,
+    Time,
+    Length,
+    Speed,
+    Force,
+    Impulse,
+    Energy,
+}
+
+impl Quantity {
+    /// Units whose product is that of the quantity; `None` if one of them is not known.
+    pub(super) fn factors(self, units: &Units) -> Option<Vec<&str>> {
+        let factors = match self {
+            Self::Number => vec![],
+            Self::Time => vec![&units.time],
+            Self::Length => vec![&units.length],
+            Self::Speed => vec![&units.speed],
+            Self::Force => vec![&units.force],
+            Self::Impulse => vec![&units.force, &units.time],
+            Self::Energy => vec![&units.energy],
+        };
+        factors.into_iter().map(Option::as_deref).collect()
+    }
+
+    pub(super) fn unit(self, units: &Units) -> Option<String> {
+        let factors = self.factors(units)?;
+        match factors.as_slice() {
+            [] => None,
+            ["N", "s"] => Some("N s".into()),
+            ["N/m", "s"] => Some("N s/m".into()),
+            factors => Some(factors.join("·")),
+        }
+    }
+}
+
+/// A column: its name, what it is, and its value if the recording says it.
+pub(super) type Measure = (&'static str, Quantity, Option<f64>);
 
 /// What was measured, and what could not be read.
 #[derive(Debug, Default)]
-pub struct Reading {
-    /// The numbers.
-    pub measures: Measures,
+pub(super) struct Reading {
+    /// The numbers, in the order of the columns.
+    pub(super) measures: Vec<Measure>,
     /// Their units.
-    pub units: Units,
+    pub(super) units: Units,
     /// Damaged parts of the file.
-    pub damages: Vec<Damage>,
+    pub(super) damages: Vec<Damage>,
     /// Messages that do not fit their schema.
-    pub undecoded: u64,
+    pub(super) undecoded: u64,
 }
 
 impl Reading {
@@ -78,7 +85,7 @@ impl Reading {
     /// # Errors
     ///
     /// The file cannot be read.
-    pub fn of(recording: &Recording) -> Result<Self, OpenError> {
+    pub(super) fn of(recording: &Recording) -> Result<Self, OpenError> {
         let mut events = [Source::open(recording, EVENT, ["kind", "since"])];
         let mut story = Story::default();
         visit(recording, &mut events, |_, time, [kind, since]| {
@@ -109,22 +116,23 @@ impl Reading {
         let strain = |suffix: &str| {
             recording.entries(VALIDITY)?.get(&format!("{LARGEST_STRAIN}{suffix}"))?.parse().ok()
         };
-        let measures = Measures {
-            peak_force: drag.peak.map(|(force, _)| force),
-            peak_time: drag.peak.map(|(_, time)| time),
-            impulse: drag.impulse,
-            contact_duration: drag.contact.map(|(first, last)| last - first),
-            contact_radius: drag.radius,
-            depth: motion.depth,
-            rebound_velocity: rebound,
-            restitution: rebound.zip(motion.first).map(|(rebound, first)| -rebound / first),
-            t_ext: story.extension,
-            energy_left: left.value,
-            strain: strain(""),
-            strain_r: strain(".r"),
-            strain_z: strain(".z"),
-            strain_time: strain(".time"),
-        };
+        let (peak_force, peak_time) = drag.peak.unzip();
+        let measures = vec![
+            ("peak_force", Quantity::Force, peak_force),
+            ("peak_time", Quantity::Time, peak_time),
+            ("impulse", Quantity::Impulse, drag.impulse),
+            ("contact_duration", Quantity::Time, drag.contact.map(|(first, last)| last - first)),
+            ("contact_radius", Quantity::Length, drag.radius),
+            ("depth", Quantity::Length, motion.depth),
+            ("rebound_velocity", Quantity::Speed, rebound),
+            ("restitution", Quantity::Number, rebound.zip(motion.first).map(|(last, first)| -last / first)),
+            ("t_ext", Quantity::Time, story.extension),
+            ("energy_left", Quantity::Energy, left.value),
+            ("largest_strain", Quantity::Number, strain("")),
+            ("largest_strain_r", Quantity::Length, strain(".r")),
+            ("largest_strain_z", Quantity::Length, strain(".z")),
+            ("largest_strain_time", Quantity::Time, strain(".time")),
+        ];
         Ok(Self { measures, units, damages, undecoded })
     }
 }
@@ -133,27 +141,28 @@ impl Reading {
 struct Source<'a> {
     id: u16,
     channel: &'a Channel,
+    layout: &'a Layout,
     values: Values,
-    time: Column,
-    fields: [Option<Column>; 2],
+    fields: [Option<usize>; 2],
 }
 
 impl<'a> Source<'a> {
     fn open(recording: &'a Recording, topic: &str, fields: [&str; 2]) -> Option<Self> {
         let (&id, channel) = recording.channels.iter().find(|(_, channel)| channel.topic == topic)?;
-        let chosen = |field: &str| {
-            let selection = Selection { fields: vec![field.to_owned()], ..Selection::default() };
-            columns(channel, &selection, &mut |_| Extent::default()).ok()
-        };
-        let mut found = fields.map(chosen);
-        let time = found.iter().flatten().next()?.time.clone();
-        let values = channel.layout.as_ref()?.values();
-        let fields = [0, 1].map(|i| found[i].take().and_then(|Columns { mut fields, .. }| fields.pop()));
-        Some(Self { id, channel, values, time, fields })
+        let layout = channel.layout.as_deref()?;
+        let fields = fields.map(|field| layout.find(field));
+        fields.iter().flatten().next()?;
+        Some(Self { id, channel, layout, values: layout.values(), fields })
     }
 
     fn unit(&self, field: usize) -> Option<String> {
-        self.fields[field].as_ref()?.heading.unit.clone()
+        self.channel.unit(&self.layout.leaves[self.fields[field]?].path).map(str::to_owned)
+    }
+
+    fn cell(&self, field: usize) -> Cell {
+        let Some(leaf) = self.fields[field] else { return Cell::Empty };
+        let names = if let Type::Enum(names) = &self.layout.leaves[leaf].kind { Some(names) } else { None };
+        cell(&self.values.lists[leaf], 0, names)
     }
 }
 
@@ -171,14 +180,12 @@ fn visit(
             |source: &Option<Source<'_>>| source.as_ref().is_some_and(|source| source.id == message.channel);
         let Some(index) = sources.iter().position(fits) else { return Ok(()) };
         let Some(source) = &mut sources[index] else { return Ok(()) };
-        let Some(layout) = &source.channel.layout else { return Ok(()) };
-        if layout.decode(message.data, &mut source.values).is_err() {
+        if source.layout.decode(message.data, &mut source.values).is_err() {
             undecoded += 1;
             return Ok(());
         }
-        let cell = |column: &Column| column.cell(&source.values, message.log_time);
-        let cells = source.fields.each_ref().map(|column| column.as_ref().map_or(Cell::Empty, cell));
-        let time = cell(&source.time).number().unwrap_or(f64::NAN);
+        let cells = [0, 1].map(|field| source.cell(field));
+        let time = source.channel.instant(message.data, message.log_time, source.channel.origin).number();
         source.values.release();
         take(index, time, cells);
         Ok(())
@@ -190,7 +197,7 @@ fn units([drag, motion, energy, event]: &[Option<Source<'_>>; 4]) -> Units {
     let of = |source: &Option<Source<'_>>, field| source.as_ref().and_then(|source| source.unit(field));
     let sources = || [drag, motion, energy, event].into_iter().flatten();
     Units {
-        time: sources().find_map(|source| source.time.heading.unit.clone()),
+        time: sources().find_map(|source| source.channel.time_unit().map(str::to_owned)),
         length: of(motion, 1).or_else(|| of(drag, 1)),
         speed: of(motion, 0),
         force: of(drag, 0),

@@ -37,6 +37,9 @@ pub enum Align {
     Linear,
 }
 
+/// A time, and the cells of every channel that has some then.
+type Row = (Instant, Vec<Option<Vec<Cell>>>);
+
 /// Takes finished rows.
 pub(super) struct Rows<'a> {
     pub(super) window: Window,
@@ -49,7 +52,7 @@ pub(super) struct Rows<'a> {
     pub(super) filled: &'a mut Vec<bool>,
     pub(super) cells: Vec<Cell>,
     /// The newest row, if it is not one of every n-th: the last one stays.
-    pub(super) left_out: Option<(Instant, Vec<Option<Vec<Cell>>>)>,
+    pub(super) left_out: Option<Row>,
 }
 
 impl Rows<'_> {
@@ -88,9 +91,7 @@ pub(super) struct Joiner {
     memory: usize,
     taken: usize,
     /// Exact: rows by time, and by number among rows of the same time.
-    rows: BTreeMap<(i128, usize), Vec<Option<Vec<Cell>>>>,
-    /// Exact: they are by log time.
-    is_log: bool,
+    rows: BTreeMap<(i128, usize), Row>,
     /// Exact: samples that each slot has had at the times of these rows.
     counts: HashMap<i128, Vec<usize>>,
     /// Otherwise: samples of every slot that are still needed.
@@ -107,7 +108,7 @@ impl Joiner {
         let (queues, over) = (vec![VecDeque::new(); widths.len()], vec![false; widths.len()]);
         let align = if widths.len() == 1 { Align::Exact } else { align };
         let (rows, counts) = (BTreeMap::new(), HashMap::new());
-        Self { align, widths, room, memory, taken: 0, rows, is_log: false, counts, queues, over }
+        Self { align, widths, room, memory, taken: 0, rows, counts, queues, over }
     }
 
     pub(super) fn put(&mut self, slot: usize, time: Instant, cells: Vec<Cell>) {
@@ -116,17 +117,15 @@ impl Joiner {
             self.queues[slot].push_back((time, cells));
             return;
         }
-        // all are of one kind
         let key = time.key();
-        self.is_log = time.nanoseconds().is_some();
         let slots = self.widths.len();
         // the n-th sample of a slot at a time goes into the n-th row of that time
         let count = &mut self.counts.entry(key).or_insert_with(|| vec![0; slots])[slot];
         let row = self.rows.entry((key, *count)).or_insert_with(|| {
             self.taken += ROW + slots * (GROUP + size_of::<usize>());
-            vec![None; slots]
+            (time, vec![None; slots])
         });
-        row[slot] = Some(cells);
+        row.1[slot] = Some(cells);
         *count += 1;
     }
 
@@ -149,13 +148,12 @@ impl Joiner {
             return self.drain_queues(all, rows);
         }
         while self.rows.len() > if all { 0 } else { self.room } || self.taken > self.memory {
-            let Some(((key, _), groups)) = self.rows.pop_first() else { break };
+            let Some(((key, _), (time, groups))) = self.rows.pop_first() else { break };
             self.taken -= ROW + groups.len() * (GROUP + size_of::<usize>());
             self.taken -= groups.iter().flatten().map(|cells| weight(cells)).sum::<usize>();
             if self.rows.first_key_value().is_none_or(|((next, _), _)| *next != key) {
                 self.counts.remove(&key);
             }
-            let time = if self.is_log { Instant::Log(key) } else { Instant::of_number_key(key) };
             rows.take(time, groups, &self.widths)?;
         }
         Ok(())

@@ -38,6 +38,21 @@ pub struct Request {
     /// Keep reading a recording that is still being written
     #[arg(long)]
     pub follow: bool,
+    /// When SI columns get prefixes.
+    #[arg(skip)]
+    pub prefixes: Prefixes,
+}
+
+/// When SI columns get prefixes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Prefixes {
+    /// Never.
+    #[default]
+    Never,
+    /// If all recordings are of percuss.
+    OfPercuss,
+    /// Whatever program wrote them.
+    Always,
 }
 
 /// How much there was.

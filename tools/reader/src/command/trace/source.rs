@@ -9,7 +9,7 @@ use crate::{
     field::{Column, Columns, Positions, Selection, SelectionError, Used, columns},
     instant::Instant,
     messages::{Messages, POLL, Recording},
-    recording::{Limits, OpenError, log_times_since},
+    recording::{Limits, OpenError},
     select,
     table::{Cell, MAX_TABLE},
     wire::Values,
@@ -103,10 +103,10 @@ impl Traced {
         let (from, to) = request.window.numbers();
         let window = match (by_time, self.origin()) {
             (true, _) => self.recording.log_window(from, to),
-            (false, 0) => Some(log_times_since(0, &request.window)),
+            (false, 0) => Some(request.window.log_times(0)),
             (false, origin) => {
                 let by_log_time = self.slots.iter().all(|slot| slot.time.leaf.is_none());
-                by_log_time.then(|| log_times_since(origin, &request.window))
+                by_log_time.then(|| request.window.log_times(origin))
             }
         };
         let mut messages = self.recording.messages(self.slots.iter().map(|slot| slot.id), window)?;
@@ -204,7 +204,7 @@ impl Stream<'_> {
                 let cell = |column: &Column| column.cell(&values[index], message.log_time);
                 let sample = request
                     .window
-                    .holds_instant(instant)
+                    .holds(instant)
                     .then(|| (index, time, slot.columns.iter().map(cell).collect()));
                 values[index].release();
                 sample

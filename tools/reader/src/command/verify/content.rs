@@ -30,12 +30,10 @@ pub(super) struct Content<'a> {
     schemas: HashSet<u16>,
     chunk: Option<Chunk>,
     indexed_chunks: u64,
-    attachments: u32,
-    /// Where the index says that attachments and metadata records are, and their names.
-    places: [HashSet<(u64, &'a str)>; 2],
+    attachments: Extras<'a>,
     pub(super) attachment_names: Vec<String>,
+    metadata_records: Extras<'a>,
     pub(super) metadata: Vec<Metadata>,
-    metadata_count: u32,
     /// Messages that no checksum covers.
     unchecked: u64,
     is_first: bool,
@@ -52,6 +50,34 @@ pub(super) struct Series {
     /// Messages that are earlier than those before them.
     backwards: u64,
     values: Option<Values>,
+}
+
+/// Records beside the messages, attachments or metadata.
+struct Extras<'a> {
+    what: &'static str,
+    /// How many the index lists, and where it says that they are, with their names.
+    listed: usize,
+    places: HashSet<(u64, &'a str)>,
+    /// How many there are.
+    count: u32,
+}
+
+impl<'a> Extras<'a> {
+    fn new(what: &'static str, listed: impl ExactSizeIterator<Item = (u64, &'a str)>) -> Self {
+        Self { what, listed: listed.len(), places: listed.collect(), count: 0 }
+    }
+
+    /// Counts a record, and finds it in the index if there is one.
+    fn take(&mut self, offset: u64, name: &str, report: &mut Report) {
+        self.count += 1;
+        if !self.places.is_empty() && !self.places.contains(&(offset, name)) {
+            report.problem(offset, format!("{} `{}` is not in the index", self.what, short(name)));
+        }
+    }
+
+    fn are_missing(&self) -> bool {
+        self.listed as u32 > self.count
+    }
 }
 
 /// A chunk and the messages in it.
@@ -92,14 +118,16 @@ impl<'a> Content<'a> {
             schemas: HashSet::new(),
             chunk: None,
             indexed_chunks: 0,
-            attachments: 0,
-            places: [
-                index.attachments.iter().map(|entry| (entry.offset, entry.name.as_str())).collect(),
-                index.metadata.iter().map(|entry| (entry.offset, entry.name.as_str())).collect(),
-            ],
+            attachments: Extras::new(
+                "attachment",
+                index.attachments.iter().map(|entry| (entry.offset, entry.name.as_str())),
+            ),
             attachment_names: Vec::new(),
+            metadata_records: Extras::new(
+                "metadata",
+                index.metadata.iter().map(|entry| (entry.offset, entry.name.as_str())),
+            ),
             metadata: Vec::new(),
-            metadata_count: 0,
             unchecked: 0,
             is_first: true,
             summary: BTreeMap::new(),
@@ -256,22 +284,14 @@ impl<'a> Content<'a> {
     }
 
     fn attachment(&mut self, offset: u64, name: String) {
-        self.attachments += 1;
-        let [places, _] = &self.places;
-        if !places.is_empty() && !places.contains(&(offset, name.as_str())) {
-            self.report.problem(offset, format!("attachment `{}` is not in the index", short(&name)));
-        }
+        self.attachments.take(offset, &name, &mut self.report);
         if self.directory.has_room(256 + name.len()) {
             self.attachment_names.push(name);
         }
     }
 
     fn metadata(&mut self, offset: u64, record: Metadata) {
-        self.metadata_count += 1;
-        let [_, places] = &self.places;
-        if !places.is_empty() && !places.contains(&(offset, record.name.as_str())) {
-            self.report.problem(offset, format!("metadata `{}` is not in the index", short(&record.name)));
-        }
+        self.metadata_records.take(offset, &record.name, &mut self.report);
         if self.directory.has_room(record.weight()) {
             self.metadata.push(record);
         }
@@ -303,9 +323,7 @@ impl<'a> Content<'a> {
             let text = format!("the chunk index lists {missing} chunks that are not there");
             self.report.problem(index.start, text);
         }
-        if index.attachments.len() as u32 > self.attachments
-            || index.metadata.len() as u32 > self.metadata_count
-        {
+        if self.attachments.are_missing() || self.metadata_records.are_missing() {
             self.report.problem(index.start, "the summary lists attachments or metadata that are not there");
         }
         if let Some(statistics) = &index.statistics {
@@ -341,8 +359,12 @@ impl<'a> Content<'a> {
             ("messages", statistics.message_count, self.report.messages),
             ("schemas", u64::from(statistics.schema_count), self.schemas.len() as u64),
             ("channels", u64::from(statistics.channel_count), self.channels.len() as u64),
-            ("attachments", u64::from(statistics.attachment_count), u64::from(self.attachments)),
-            ("metadata records", u64::from(statistics.metadata_count), u64::from(self.metadata_count)),
+            ("attachments", u64::from(statistics.attachment_count), u64::from(self.attachments.count)),
+            (
+                "metadata records",
+                u64::from(statistics.metadata_count),
+                u64::from(self.metadata_records.count),
+            ),
             ("chunks", u64::from(statistics.chunk_count), self.report.chunks),
             ("first log time", statistics.message_start_time, span.0),
             ("last log time", statistics.message_end_time, span.1),

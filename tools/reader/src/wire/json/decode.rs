@@ -8,14 +8,15 @@ use serde::{
 };
 use serde_json::value::RawValue;
 
-use super::{Names, observe::special};
+use super::observe::special;
 use crate::{
     recording::Budget,
     wire::{
-        DecodeError, List,
         cursor::spend,
-        decode::{BLOCK, Seen, complete, size},
-        layout::{Content, Node, Slot},
+        layout::{Content, Names, Node, Slot},
+        leaf::DecodeError,
+        list::List,
+        seen::{BLOCK, Seen, complete, size},
     },
 };
 

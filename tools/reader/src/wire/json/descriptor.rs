@@ -11,18 +11,7 @@ use prost_reflect::{
 };
 
 use super::{Fields, Shape};
-use crate::wire::MAX_LEAVES;
-
-/// The fields of an object by their names in JSON.
-#[derive(Clone, Debug, Default)]
-pub(in crate::wire) struct Names {
-    /// Numbers of the fields.
-    pub(super) numbers: HashMap<String, u32>,
-    /// The fields of objects inside, by the numbers of the fields that hold them.
-    pub(super) inner: HashMap<u32, Names>,
-    /// True if a message is no object but the value of its only field.
-    pub(super) is_value: bool,
-}
+use crate::wire::{layout::Names, leaf::MAX_LEAVES};
 
 /// The message type of a shape; `None` if nothing is known of it.
 pub(super) fn message(shape: &Shape, name: &str) -> Option<(MessageDescriptor, Names)> {

@@ -1,6 +1,6 @@
 //! Why a descriptor set is not used.
 
-use crate::wire::DecodeError;
+use crate::wire::leaf::DecodeError;
 
 /// Why a descriptor set is not used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -4,7 +4,7 @@ use super::{
     error::SchemaError,
     imports::{File, MAX_FILES},
 };
-use crate::wire::{DecodeError, cursor::Wire};
+use crate::wire::{cursor::Wire, leaf::DecodeError};
 
 /// Deepest nesting of messages, as in other readers of protobuf.
 const MAX_DEPTH: usize = 100;

@@ -13,7 +13,7 @@ use super::{filter::put_block, *};
 
 const ROOM: usize = 64 << 20;
 
-fn field(name: &str, number: i32, kind: Type, type_name: Option<&str>) -> FieldDescriptorProto {
+pub(crate) fn field(name: &str, number: i32, kind: Type, type_name: Option<&str>) -> FieldDescriptorProto {
     FieldDescriptorProto {
         name: Some(name.into()),
         number: Some(number),
@@ -24,7 +24,7 @@ fn field(name: &str, number: i32, kind: Type, type_name: Option<&str>) -> FieldD
     }
 }
 
-fn file(name: &str, message_type: Vec<DescriptorProto>) -> FileDescriptorProto {
+pub(crate) fn file(name: &str, message_type: Vec<DescriptorProto>) -> FileDescriptorProto {
     FileDescriptorProto {
         name: Some(name.into()),
         syntax: Some("proto3".into()),
@@ -33,7 +33,7 @@ fn file(name: &str, message_type: Vec<DescriptorProto>) -> FileDescriptorProto {
     }
 }
 
-fn message(name: &str, field: Vec<FieldDescriptorProto>) -> DescriptorProto {
+pub(crate) fn message(name: &str, field: Vec<FieldDescriptorProto>) -> DescriptorProto {
     DescriptorProto { name: Some(name.into()), field, ..Default::default() }
 }
 
