@@ -16,7 +16,8 @@ use std::io;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    grid::{Geometry, Grid},
+    geometry::Geometry,
+    grid::Grid,
     indenter::Indenter,
     shape::Shape,
     state::{StateError, StateReader, StateWriter},

@@ -15,18 +15,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::geometry::Geometry;
+
 mod edge;
 pub use edge::Edge;
-
-/// Symmetry of the problem.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Geometry {
-    /// Rotational symmetry about `r = 0`.
-    Axisymmetric,
-    /// Plane strain strip symmetric about `r = 0` (there `r` is the paper's `x`).
-    Plane,
-}
 
 /// Placement of nodes along `r`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

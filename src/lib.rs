@@ -132,6 +132,7 @@ mod contact;
 #[cfg(feature = "cli")]
 mod cost;
 pub mod exact;
+pub mod geometry;
 pub mod grid;
 mod indenter;
 pub mod layout;

@@ -18,7 +18,7 @@
 //! This is the quasistatic estimate on a half-space. A steel ball on PMMA: q = 2.1 %, the force is 0.8 % too high; on alumina: 168 %,
 //! the force is 1.48 times too high.
 
-use crate::{case::Case, grid::Geometry, shape::Head};
+use crate::{case::Case, geometry::Geometry, shape::Head};
 
 /// Excess of the peak force above which `percuss run` and `percuss check` warn.
 pub const NOTED: f64 = 0.05;

@@ -3,7 +3,7 @@
 //! A shape knows nothing of meshes, motion or contact rules. Averages are those of the *prescribed* motion,
 //! in which every point of the surface moves with the indenter from the time of contact on.
 
-use crate::grid::{Geometry, Support};
+use crate::{geometry::Geometry, grid::Support};
 
 mod profile;
 

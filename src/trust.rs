@@ -26,7 +26,7 @@ use crate::{
     case::Case,
     contact::Rule,
     exact::{elastic_paraboloid::ElasticParaboloid, paraboloid::Paraboloid},
-    grid::Geometry,
+    geometry::Geometry,
     model::ModelKind,
     shape::Head,
     table::table,

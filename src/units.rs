@@ -14,7 +14,7 @@
 
 use std::f64::consts::PI;
 
-use crate::grid::Geometry;
+use crate::geometry::Geometry;
 
 /// Physical dimension of a number in a case or recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,7 +9,8 @@ use super::{
 };
 use crate::{
     contact::Rule,
-    grid::{Geometry, Grid, MeshKind, Spacing},
+    geometry::Geometry,
+    grid::{Grid, MeshKind, Spacing},
     material::{Material, Preset},
     model::{
         Field, Gauges, Line, ModelKind,

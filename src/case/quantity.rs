@@ -3,7 +3,7 @@
 //! A quantity is written as a number and a unit, `"10 mm"`. All units are powers of ten of their SI unit: the number is read with its
 //! exponent moved, so that `"10 mm"` and `"0.01 m"` are the same double.
 
-use crate::{grid::Geometry, units::Dimension};
+use crate::{geometry::Geometry, units::Dimension};
 
 /// Units of a dimension, with their powers of ten in SI units.
 type Units = &'static [(&'static str, i32)];

@@ -19,7 +19,8 @@ use super::{
 };
 use crate::{
     contact::Rule,
-    grid::{Geometry, MeshKind},
+    geometry::Geometry,
+    grid::MeshKind,
     model::{
         Field, ModelKind, elastic,
         scheme::{LARGEST_DAMPING, Order},

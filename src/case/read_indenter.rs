@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     contact::Rule,
-    grid::Geometry,
+    geometry::Geometry,
     material::Preset,
     shape::Head,
     units::{Dimension, Scales},

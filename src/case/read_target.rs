@@ -10,7 +10,7 @@ use super::{
     system::System,
 };
 use crate::{
-    grid::Geometry,
+    geometry::Geometry,
     material::{Elastic, Material, PRESETS, Preset},
     model::ModelKind,
     units::{Dimension, Scales},

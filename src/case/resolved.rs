@@ -7,7 +7,8 @@ use serde::Serialize;
 use super::{Frames, Parameters, Stop, Value, ViewChannel, quantity::si_unit};
 use crate::{
     contact::Rule,
-    grid::{Geometry, MeshKind},
+    geometry::Geometry,
+    grid::MeshKind,
     model::{Field, Line, ModelKind, scheme::Order},
     recording::Compression,
     shape::Head,

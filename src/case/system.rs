@@ -14,7 +14,7 @@ use super::{
     quantity::{self, QuantityError},
 };
 use crate::{
-    grid::Geometry,
+    geometry::Geometry,
     units::{Dimension, Scales, Units},
 };
 

@@ -2,7 +2,7 @@
 
 use crate::{
     case::Case,
-    grid::Geometry,
+    geometry::Geometry,
     rigidity::Rigidity,
     units::{Dimension, Scales, Units, engineering, name},
 };

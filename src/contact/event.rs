@@ -149,7 +149,7 @@ impl Watch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grid::Geometry;
+    use crate::geometry::Geometry;
 
     /// Kinds of events but the rebound, with the times of their steps and of the loss of contact.
     fn watch(nodes: &[usize], hold: f64, velocity: f64) -> Vec<(EventKind, f64, Option<f64>)> {

@@ -1,7 +1,8 @@
 //! Partial contact: hat-weighted averages under an indenter whose contact spreads.
 
 use crate::{
-    grid::{Geometry, Grid, Support},
+    geometry::Geometry,
+    grid::{Grid, Support},
     shape::{Average, Shape},
 };
 

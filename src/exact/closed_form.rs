@@ -14,7 +14,8 @@ use super::{
 use crate::{
     case::Case,
     contact::{HALF_WIDTH, Rule},
-    grid::{Geometry, MeshKind},
+    geometry::Geometry,
+    grid::MeshKind,
     model::ModelKind,
     shape::Head,
     view::{Interface, StressAt, View},

@@ -7,7 +7,7 @@ use super::{
     reference::Level,
     scheme::{self, RadialWeights},
 };
-use crate::grid::{Geometry, Grid};
+use crate::{geometry::Geometry, grid::Grid};
 
 /// The scheme of cells on a mesh.
 #[derive(Clone, Debug)]

@@ -47,7 +47,7 @@
 //! ```
 
 use super::scheme::{self, RadialWeights};
-use crate::grid::{Geometry, Grid};
+use crate::{geometry::Geometry, grid::Grid};
 
 /// Constants of the material on a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]

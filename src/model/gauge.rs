@@ -266,7 +266,10 @@ impl Nodes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grid::{Geometry, MeshKind, Spacing};
+    use crate::{
+        geometry::Geometry,
+        grid::{MeshKind, Spacing},
+    };
 
     fn grid() -> Grid {
         let spacing = Spacing { dr: 0.1, dz: 0.2, layer_rows: Some(5) };

@@ -197,7 +197,8 @@ mod tests {
 
     use super::*;
     use crate::{
-        grid::{Geometry, MeshKind, Spacing},
+        geometry::Geometry,
+        grid::{MeshKind, Spacing},
         model::scheme::Order,
     };
 

@@ -54,7 +54,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::grid::{Geometry, Grid};
+use crate::{geometry::Geometry, grid::Grid};
 
 /// Radial weights of a column times `λ²/4`: the quarter belongs to the mean U.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,7 +12,8 @@
 use std::f64::consts::PI;
 
 use percuss::{
-    grid::{Geometry, Grid, MeshKind, Spacing},
+    geometry::Geometry,
+    grid::{Grid, MeshKind, Spacing},
     model::{FrameFields, Model, Request, elastic},
     surface::Surface,
 };

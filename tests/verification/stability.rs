@@ -5,7 +5,8 @@
 //! energy whatever their amplitude (measured: up to 21 times that at the beginning).
 
 use percuss::{
-    grid::{Geometry, Grid, MeshKind, Spacing},
+    geometry::Geometry,
+    grid::{Grid, MeshKind, Spacing},
     model::{
         Coverage, Field, FrameFields, Model, Request,
         rakhmatulin::Rakhmatulin,

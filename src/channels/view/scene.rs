@@ -6,7 +6,7 @@ use super::{INDENTER, Sheet, Viewport, WORLD, colours, entity, viewport::range, 
 use crate::{
     case::Case,
     channels::{Channel, FieldNote, Outlet},
-    grid::Geometry,
+    geometry::Geometry,
     message::foxglove::{
         ArrowPrimitive, Color, LinePrimitive, Point3, Pose, Quaternion, SceneEntity, SceneUpdate,
         TextPrimitive, TriangleListPrimitive, line_primitive,

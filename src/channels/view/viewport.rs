@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::world::World;
 use crate::{
     case::{Case, Sizes},
-    grid::Geometry,
+    geometry::Geometry,
     model::{Field, ModelKind},
     shape::{Head, Shape},
 };

@@ -4,7 +4,8 @@ use rayon::ThreadPool;
 
 use super::*;
 use crate::{
-    grid::{Geometry, MeshKind, Spacing},
+    geometry::Geometry,
+    grid::{MeshKind, Spacing},
     model::{
         Field, Frame, Gauges, Line, Sample, TargetEnergy, elastic,
         rakhmatulin::Rakhmatulin,

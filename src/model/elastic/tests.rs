@@ -6,7 +6,8 @@ use super::*;
 use crate::{
     case::Case,
     contact::Contact,
-    grid::{Geometry, MeshKind, Spacing},
+    geometry::Geometry,
+    grid::{MeshKind, Spacing},
     indenter::Indenter,
     model::{Model, Request},
     surface::Surface,

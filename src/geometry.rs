@@ -1,0 +1,13 @@
+//! Geometry: rotational symmetry or plane strain.
+
+use serde::{Deserialize, Serialize};
+
+/// Symmetry of the problem.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Geometry {
+    /// Rotational symmetry about `r = 0`.
+    Axisymmetric,
+    /// Plane strain strip symmetric about `r = 0` (there `r` is the paper's `x`).
+    Plane,
+}
