@@ -31,21 +31,21 @@
 //! | Module | Owns |
 //! |---|---|
 //! | [`case`] | cases, from files or built: reading, checking, derived sizes, the built-in cases |
-//! | [`units`], [`material`] | names of units and SI scales; elastic constants |
-//! | [`shape`] | indenter profiles and the share of a cell that they cover |
+//! | [`geometry`], [`units`], [`material`] | axisymmetric or plane; names of units and SI scales; elastic constants |
+//! | [`shape`] | indenter profiles and the covered area fraction of a cell |
 //! | [`grid`] | mesh and geometry as positions and weights |
 //! | [`indenter`] | the rigid body |
 //! | [`surface`] | what model and contact exchange on z = 0 |
 //! | [`contact`] | contact rules, active set, drag, events |
-//! | [`model`] | the target behind the surface: the trait, [`model::scheme`] and its plain stepper [`model::reference`], one file per model, and the fast engine, private to it |
+//! | [`model`] | the interior of the target: the trait, [`model::scheme`] and its plain stepper [`model::reference`], one file per model, and the fast engine, private to it |
 //! | [`simulation`] | the order of one step |
 //! | [`mod@state`] | the state of a run as a stream of bytes |
-//! | [`checkpoint`] | the file around a state, from which a run continues |
+//! | [`checkpoint`] | the file around a state, from which a run continues, and the observer that writes it |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
 //! | [`admissible`] | the impact velocity that keeps the strain within the limit, by trials |
 //! | [`trust`] | estimated error of the simplified theory against the full one |
 //! | [`rigidity`] | how far an indenter of a known material is from rigid |
-//! | [`warnings`] | where the results of a case mislead, in words |
+//! | [`warnings`] | warnings outside the range of validity; [`warnings::Warned`] adds them to the events of a run |
 //! | [`mod@table`] | tables of measured numbers, for `trust` and `grid` |
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::closed_form`] chooses the one for a case |
 //! | [`study`] | a case on refined meshes: orders, extrapolated values, error bars |
@@ -58,19 +58,13 @@
 //! | [`live`] | serving a run to viewers, and its pace |
 //! | [`cli`] | the command line |
 //!
-//! Parts meet at plain types only. [`surface::Surface`]: the model predicts a free surface and its compliance, the
-//! contact answers with a pressure. [`view::View`]: what a step shows. Messages: the content of the file, with units
+//! Modules exchange plain data types only. [`surface::Surface`]: the model predicts a free surface and its compliance, the
+//! contact answers with a pressure. [`view::View`]: the output of a step. Messages: the content of the file, with units
 //! and axes in channel metadata. The reader (`tools/reader`) uses none of this crate: the file is the only link.
 //!
-//! `units, material, shape, indenter, grid, surface` use nothing of ours but each other's plain types; `model` uses
-//! `surface, grid`; `contact` uses `surface, shape, indenter, grid`; `simulation` uses `case, model, contact, view`;
-//! `channels` use `view, recording`; `recording` knows no physics; `exact` uses `case, view`, never the solver; `session` uses
-//! `simulation, exact, channels, recording` and is the loop of `study`, `admissible` and `cli`. `trust` uses
-//! `case, exact`, never the solver; `rigidity` uses `case`; `warnings` uses `trust, rigidity, validity`. `study` and `admissible`
-//! record nothing; `cost` uses `case, channels` and computes nothing.
-//!
-//! Whatever has state writes it through `state`, which knows none of them; `checkpoint` uses `case, simulation`, and of the modules
-//! above only `session` uses it.
+//! Which module may use which is a test, `tests/house.rs`: from names and limits at the bottom over the numerics, the contact and the
+//! case to the session with its checkpoints, the warnings and the program; nothing uses what is above it, and there are no circles.
+//! Layers of a target belong in [`model`]: weights per row beside those per column.
 //!
 //! [`cli`], [`live`] and [`cost`] belong to the program and its default feature `cli`.
 //!
@@ -87,20 +81,20 @@
 //! * Viewers of a live run are served from what is written; they can neither slow the run nor change the file.
 //! * Nothing from clock, host or thread count enters a channel. The same case gives the same bytes on any number of
 //!   threads: every sum is taken in the order of rows and nodes.
-//! * No kernel asks for geometry or mesh: [`grid::Grid`] turns both into weights.
+//! * Kernels do not branch on geometry or mesh: [`grid::Grid`] turns both into weights.
 //! * The numerics are in [`model::scheme`], [`model::cells`] and [`model::reference`]; the fast engine gives the same bits and is tested
 //!   against them. It skips nodes outside the light cone, and may run its interior behind the surface, many steps in one pass
 //!   and on other threads; frames, points and lines are sampled in the pass, and steps are yielded in order.
-//! * Vectors of any width give the same bits: no operation is fused, sums over a row are taken in blocks of one size.
-//! * `unsafe` stands only in `model::blocked`, each block with its proof.
+//! * Vectors of any width give the same bits: FMA is not used, sums over a row are taken in blocks of one size.
+//! * `unsafe` occurs only in `model::blocked`; every block has a SAFETY comment.
 //! * A run that is interrupted and continues, on any number of threads, gives the same messages as one that is not.
 //! * A recording reproduces its run: `percuss run` on its attachment `case.resolved.toml` gives the same messages.
 //!
 //! | To add | Touch |
 //! |---|---|
-//! | indenter shape | a variant of [`shape::Head`], its keys in `src/case/read_indenter.rs` and `src/case/resolved.rs`; the compiler lists the arms |
-//! | contact rule, mesh | a variant in [`contact`], [`grid`]; the compiler lists the arms |
-//! | field of frames | a variant of [`model::Field`]; the compiler lists the arms: how models show it, its unit, its colours |
+//! | indenter shape | a variant of [`shape::Head`], its keys in `src/case/read_indenter.rs` and `src/case/resolved.rs`; the exhaustive matches fail to compile until extended |
+//! | contact rule, mesh | a variant in [`contact`], [`grid`]; the exhaustive matches fail to compile until extended |
+//! | field of frames | a variant of [`model::Field`]; the exhaustive matches fail to compile until extended: how models show it, its unit, its colours |
 //! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in `tests/schemas.rs`, which writes its messages, and in [`channels::Catalogue::new`] |
 //! | channel for viewers | `src/channels/view/<x>.rs`, a variant of [`case::ViewChannel`]; a panel in [`layout`] |
 //! | model | its operators beside [`model::scheme`] and [`model::cells`], `src/model/<x>.rs` ([`model::reference::Scheme`] is enough to run whole cases), one line in [`simulation`] |

@@ -4,6 +4,7 @@
 mod checkpoint;
 mod cli;
 mod golden;
+mod house;
 mod live;
 mod recording;
 mod schemas;
