@@ -17,8 +17,8 @@ use crate::{
 };
 
 const ESTIMATES: &str = "\
-Recording and run time are estimated from the sizes of the case. They depend on how well its waves compress and on the machine: within a
-factor of 3. A run that its stop condition ends earlier takes less.";
+Recording and run time are estimated from the sizes of the case. The size of a recording depends on how well its waves compress, within a
+factor of 3, and the time on the machine: it is an order of magnitude. A run that its stop condition ends earlier takes less of both.";
 
 /// Validates a case.
 #[derive(Debug, Args)]

@@ -99,7 +99,7 @@ mod tests {
     fn the_simplified_theory_has_its_closed_form() {
         // κ = 1 and tanh for T: isotropic, so only h·c_s of the closed form matters
         for (h, nodes) in [(0.12, 120), (0.5, 60), (3.0, 40)] {
-            let kernel = LayerKernel::new(h, 2.0, |x| 2.0 / ((2.0 * x).exp() + 1.0));
+            let kernel = LayerKernel::simplified(h, 2.0);
             let strip = ElasticStripStiffness::with_nodes(h, 1.0, &kernel, nodes);
             let closed = StripStiffness::new(h / 0.5, 0.5).expect("parameters");
             let slopes = [strip.drag_slope(), closed.drag_slope()];
