@@ -7,7 +7,7 @@ use std::{
     path::Path,
     process::{Child, Command, Output, Stdio},
     sync::Arc,
-    thread::sleep,
+    thread::{self, sleep},
     time::{Duration, Instant},
 };
 
@@ -196,6 +196,25 @@ fn checkpoints_change_no_message() {
     }
 }
 
+/// Sends a signal to a run, which ends at once with a status.
+fn interrupt(child: &mut Child, signal: &str, code: i32) {
+    let start = Instant::now();
+    let sent = Command::new("kill").args(["-s", signal, &child.id().to_string()]).status();
+    assert!(sent.expect("kill").success());
+    assert_eq!(child.wait().expect("it has ended").code(), Some(code));
+    assert!(start.elapsed() < Duration::from_secs(2), "{:?}", start.elapsed());
+}
+
+#[test]
+fn a_run_that_computes_is_interrupted_too() {
+    let folder = folder();
+    let long = ["fig5", "mesh.cells=400", "run.end_time=2000", "mesh.outer_radius=2", "record.frames=10"];
+    let mut child = command(folder.path(), &long, &["--quiet"]).spawn().expect("the program starts");
+    wait_for(&folder.path().join("a.mcap.part"));
+    sleep(Duration::from_millis(300));
+    interrupt(&mut child, "INT", 130);
+}
+
 #[test]
 fn an_interrupted_run_continues_as_often_as_it_takes() {
     let case = &CASES[0];
@@ -203,20 +222,20 @@ fn an_interrupted_run_continues_as_often_as_it_takes() {
     // what is handled here cannot be ignored in the programs started here, as it would be under `nohup`
     flag::register(SIGHUP, Arc::default()).expect("a handler");
     // with a checkpoint at the interruption only
-    for (number, (signal, code)) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)].into_iter().enumerate() {
-        let first = if number == 0 { &[][..] } else { &["--resume"] };
+    for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
+        let first = if signal == "INT" { &[][..] } else { &["--resume"] };
         let mut command = command(folder.path(), case, &["--pace", "3", "--set", "run.checkpoint_every=0"]);
         let mut child = command.args(first).spawn().expect("the program starts");
         wait_for(&folder.path().join("a.mcap.part"));
         sleep(Duration::from_millis(300));
-        let start = Instant::now();
-        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status();
-        assert!(sent.expect("kill").success());
-        assert_eq!(child.wait().expect("it has ended").code(), Some(code));
-        assert!(start.elapsed() < Duration::from_secs(2), "{:?}", start.elapsed());
+        interrupt(&mut child, signal, code);
         assert_eq!(names(folder.path()), ["a.mcap.checkpoint", "a.mcap.part"]);
         let part = contents(&folder.path().join("a.mcap.part"));
-        assert_eq!(part.metadata["percuss.status"]["status"], "interrupted");
+        let status = &part.metadata["percuss.status"];
+        assert_eq!(status["status"], "interrupted");
+        assert_eq!(status["message"], format!("interrupted by SIG{signal}"));
+        let steps = part.messages.iter().filter(|(topic, ..)| topic == "/drag").count();
+        assert_eq!((steps - 1).to_string(), status["last_step"], "every step that was done is there");
     }
     resume(folder.path(), case, "2");
     compare(&expected, &folder.path().join("a.mcap"));
@@ -224,29 +243,35 @@ fn an_interrupted_run_continues_as_often_as_it_takes() {
 
 #[test]
 fn a_run_that_is_killed_at_any_instant_continues() {
-    for (seed, case) in CASES.iter().enumerate() {
-        let (expected, folder) = (expected(case), folder());
-        let (part, checkpoint) = (folder.path().join("a.mcap.part"), folder.path().join("a.mcap.checkpoint"));
-        let mut noise = seed as u64 + 1;
-        for attempt in 1.. {
-            let threads = (1 + attempt % 3).to_string();
-            // so early that there may be nothing, no checkpoint, or a copy under way; ever later, so that it ends
-            noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            let instant = Duration::from_millis((noise >> 33) % (80 * attempt));
-            let can_resume = part.exists() && checkpoint.exists();
-            let how = if can_resume { "--resume" } else { "--force" };
-            let mut child = start(folder.path(), case, &[how, "--threads", &threads]);
-            sleep(instant);
-            child.kill().expect("a process");
-            let status = child.wait().expect("it has ended");
-            if folder.path().join("a.mcap").exists() && !part.exists() {
-                break;
-            }
-            assert!(!status.success() && status.code().is_none(), "{status}, attempt {attempt}");
+    // side by side: they wait most of the time
+    thread::scope(|scope| {
+        let runs = (0..).zip(&CASES).map(|(seed, case)| scope.spawn(move || kill_at_any_instant(seed, case)));
+        runs.collect::<Vec<_>>().into_iter().for_each(|run| run.join().expect("it continues"));
+    });
+}
+
+fn kill_at_any_instant(seed: u64, case: &[&str]) {
+    let (expected, folder) = (expected(case), folder());
+    let (part, checkpoint) = (folder.path().join("a.mcap.part"), folder.path().join("a.mcap.checkpoint"));
+    let mut noise = seed + 1;
+    for attempt in 1.. {
+        let threads = (1 + attempt % 3).to_string();
+        // so early that there may be nothing, no checkpoint, or a copy under way; ever later, so that it ends
+        noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let instant = Duration::from_millis((noise >> 33) % (80 * attempt));
+        let can_resume = part.exists() && checkpoint.exists();
+        let how = if can_resume { "--resume" } else { "--force" };
+        let mut child = start(folder.path(), case, &[how, "--threads", &threads]);
+        sleep(instant);
+        child.kill().expect("a process");
+        let status = child.wait().expect("it has ended");
+        if folder.path().join("a.mcap").exists() && !part.exists() {
+            break;
         }
-        compare(&expected, &folder.path().join("a.mcap"));
-        assert!(!folder.path().join("a.mcap.part.new").exists());
+        assert!(!status.success() && status.code().is_none(), "{status}, attempt {attempt}");
     }
+    compare(&expected, &folder.path().join("a.mcap"));
+    assert!(!folder.path().join("a.mcap.part.new").exists());
 }
 
 /// The first chunk of a recording: its record.

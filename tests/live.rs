@@ -3,8 +3,8 @@
 use std::{
     io::{BufRead, BufReader, Read, Write},
     net::TcpStream,
-    path::Path,
-    process::{Child, Command, Stdio},
+    process::{Command, Stdio},
+    thread,
     time::{Duration, Instant},
 };
 
@@ -13,28 +13,37 @@ use crate::{
     viewer::{Stamped, Viewer},
 };
 
-const LONG: Duration = Duration::from_secs(60);
+#[test]
+fn points_are_at_their_times_at_any_pace() {
+    // side by side: they wait most of the time
+    thread::scope(|scope| {
+        let paces = [&[][..], &["--pace", "10"], &["--pace"]];
+        let runs = paces.map(|pace| scope.spawn(move || watch_at_pace(pace)));
+        runs.into_iter().for_each(|run| run.join().expect("points at their times"));
+    });
+}
 
-/// A live run of Fig. 5 with 300 steps, and its address.
-fn live(folder: &Path, arguments: &[&str]) -> (Child, String) {
+/// A live run of Fig. 5 with 300 steps, from the last subscription to its end.
+fn watch_at_pace(pace: &[&str]) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
     let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss"));
-    command.args(["run", "fig5", "-o", "run.mcap", "--live", "0"]).args(arguments);
-    serving(command.current_dir(folder))
-}
-
-/// Receives until the last log line of the run and the last drag.
-fn watch_to_the_end(viewer: &mut Viewer) {
+    command.args(["run", "fig5", "-o", "run.mcap", "--live", "0", "--wait"]).args(pace);
+    let (mut child, url) = serving(command.current_dir(&folder));
+    let mut viewer = Viewer::connect(&url);
+    // panel by panel: the run begins after the last subscription
+    for topic in ["/drag", "/view/scene", "/log", "/velocity"] {
+        viewer.subscribe(&[topic]);
+        viewer.watch(Duration::from_millis(450), |_| false);
+    }
     let is_end = |message: &Stamped| message.data.windows(9).any(|part| part == b"completed");
-    viewer.watch(LONG, |viewer| viewer.messages["/log"].iter().any(is_end));
+    viewer.watch(Duration::from_secs(60), |viewer| viewer.messages["/log"].iter().any(is_end));
     viewer.watch(Duration::from_millis(300), |_| false);
-}
-
-/// `t = k/50` for k = 0 … 300 \[ns\].
-fn times() -> Vec<u64> {
-    (0..=300).map(|step| step * 20_000_000).collect()
-}
-
-fn ends(mut child: Child, viewer: Viewer) {
+    // t = k/50 [ns]
+    let times: Vec<u64> = (0..=300).map(|step| step * 20_000_000).collect();
+    assert_eq!((&viewer.times("/drag"), &viewer.times("/velocity")), (&times, &times), "pace {pace:?}");
+    assert_eq!(viewer.times("/log").first(), Some(&0));
+    assert!(!viewer.times("/view/scene").is_empty());
+    assert_eq!(viewer.jumps, 0, "pace {pace:?}");
     viewer.leave();
     let start = Instant::now();
     assert!(child.wait().expect("it ends").success());
@@ -46,79 +55,11 @@ fn ends(mut child: Child, viewer: Viewer) {
 }
 
 #[test]
-fn points_are_at_their_times_at_any_pace() {
-    for pace in [&[][..], &["--pace", "10"], &["--pace"]] {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let (child, url) = live(folder.path(), &[&["--wait"], pace].concat());
-        let mut viewer = Viewer::connect(&url);
-        // panel by panel: the run begins after the last subscription
-        for topic in ["/drag", "/view/scene", "/log", "/velocity"] {
-            viewer.subscribe(&[topic]);
-            viewer.watch(Duration::from_millis(450), |_| false);
-        }
-        watch_to_the_end(&mut viewer);
-        assert_eq!((viewer.times("/drag"), viewer.times("/velocity")), (times(), times()), "pace {pace:?}");
-        assert_eq!(viewer.times("/log").first(), Some(&0));
-        assert!(!viewer.times("/view/scene").is_empty());
-        assert_eq!(viewer.jumps, 0, "pace {pace:?}");
-        ends(child, viewer);
-    }
-}
-
-#[test]
-fn late_viewers_and_panels_receive_the_beginning() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (child, url) = live(folder.path(), &["--pace", "2"]);
-    let mut viewer = Viewer::connect(&url);
-    for (topic, pause) in [("/drag", 500), ("/log", 500), ("/velocity", 400)] {
-        viewer.watch(Duration::from_millis(pause), |_| false);
-        viewer.subscribe(&[topic]);
-    }
-    watch_to_the_end(&mut viewer);
-    assert_eq!((viewer.times("/drag"), viewer.times("/velocity")), (times(), times()));
-    assert_eq!(viewer.times("/log").first(), Some(&0));
-    assert!(viewer.jumps > 0, "the run was under way");
-    // after the last step
-    let mut late = Viewer::connect(&url);
-    late.subscribe(&["/drag", "/log", "/view/scene"]);
-    watch_to_the_end(&mut late);
-    assert_eq!(late.times("/drag"), times());
-    assert_eq!(late.times("/view/scene"), [6_000_000_000]);
-    viewer.leave();
-    ends(child, late);
-}
-
-#[test]
-fn idle_connections_do_not_hold_the_end() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (mut child, url) = live(folder.path(), &["--set", "mesh.cells=10", "--pace", "6"]);
-    let silent = TcpStream::connect(url.trim_start_matches("ws://")).expect("it listens");
-    let mut half = TcpStream::connect(url.trim_start_matches("ws://")).expect("it listens");
-    half.write_all(b"GET / HTTP/1.1\r\nHost: localhost\r\n").expect("it reads");
-    let unsubscribed = Viewer::connect(&url);
-    let start = Instant::now();
-    assert!(child.wait().expect("it ends").success());
-    assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
-    drop((silent, half, unsubscribed));
-}
-
-#[test]
 fn a_foreign_page_is_refused_and_the_option_that_allows_it_named() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (allowed, status) in [(&[][..], "403"), (&["--allow-origin", "https://viewer.example"], "101")] {
         let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss"));
-        command.args([
-            "run",
-            "fig5",
-            "-o",
-            "run.mcap",
-            "--force",
-            "--live",
-            "0",
-            "--wait",
-            "--set",
-            "mesh.cells=10",
-        ]);
+        command.args("run fig5 -o run.mcap --force --live 0 --wait --set mesh.cells=10".split(' '));
         let mut child = command
             .args(allowed)
             .current_dir(folder.path())

@@ -2,13 +2,12 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use mcap::Summary;
 use percuss::{
     case::Case,
     message::{foxglove, percuss as message},
 };
 
-use super::{folder, messages, metadata, record};
+use super::{channels, check_levels, folder, layout, messages, metadata, pressed, record};
 
 /// A steel ball that strikes a layer.
 const BALL: &str = "model = \"elastic\"\n\
@@ -31,12 +30,7 @@ impl Recorded {
         let case =
             Case::parse("ball", text, &overrides, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
         let bytes = record(&case, path);
-        let summary = Summary::read(&bytes).expect("a sound file").expect("a summary");
-        let index = summary.attachment_indexes.iter().find(|index| index.name == "layout.json");
-        let layout = mcap::read::attachment(&bytes, index.expect("a layout")).expect("an attachment").data;
-        let layout = serde_json::from_slice(&layout).expect("JSON");
-        let channels = summary.channels.values();
-        let channels = channels.map(|channel| (channel.topic.clone(), channel.metadata.clone())).collect();
+        let (channels, layout) = (channels(&bytes), layout(&bytes));
         Self { bytes, channels, layout }
     }
 
@@ -197,13 +191,7 @@ fn pictures_are_in_metres() {
     let profile: message::SurfaceProfile = ball.last("/view/profile");
     let interface: message::InterfaceStress = ball.last("/interface/stress");
     assert_eq!((profile.step, profile.time), (interface.step, time));
-    let mut pressed = 0;
-    for (r, p) in profile.r.iter().zip(&profile.stress) {
-        let place = ((f64::from(*r) - interface.r0) / interface.dr).round() as usize;
-        assert_eq!(*p, interface.stress.get(place).copied().unwrap_or(0.0) as f32);
-        pressed += usize::from(*p > 1e6);
-    }
-    assert!(pressed > 5);
+    assert!(pressed(&profile, &interface).iter().filter(|i| profile.stress[**i] > 1e6).count() > 5);
     let tip = f64::from(profile.indenter[0]);
     assert!((tip / motion.displacement - 1.0).abs() < 0.01, "{tip}, {}", motion.displacement);
 
@@ -258,32 +246,11 @@ fn levels_are_steps_of_recorded_values() {
     assert!(near(corner.y, -(rows as f64) * size.y) && (-0.0085..-0.008).contains(&corner.y), "{corner:?}");
     for (number, name) in ["stress", "velocity", "displacement"].iter().enumerate() {
         let field: message::FieldSlice = ball.last(&format!("/field/{name}"));
-        let step = ball.number("/view/field", &format!("level.step.{name}"));
-        let range = 126.0 * step;
+        let range = 126.0 * ball.number("/view/field", &format!("level.step.{name}"));
         let (_, high) =
             ball.channels["/view/field"][&format!("colour_range.{name}")].split_once(',').expect("two ends");
         assert!(near(range, high.parse().expect("a number")) && high.len() <= 10, "a round number: {high}");
-        let mut seen = 0;
-        for (row, cells) in grid.data.chunks_exact(grid.row_stride as usize).enumerate() {
-            for (column, cell) in cells.chunks_exact(grid.cell_stride as usize).enumerate() {
-                let x = corner.x + (column as f64 + 0.5) * size.x;
-                let z = -(corner.y + (row as f64 + 0.5) * size.y);
-                let places = [(x.abs() - field.r0) / field.dr, z / field.dz];
-                // halfway between nodes, rounding in metres and in R may differ
-                if places.iter().any(|place| (place.fract().abs() - 0.5).abs() < 1e-6) {
-                    continue;
-                }
-                let [i, j] = places.map(|place| place.round().max(0.0) as usize);
-                let inside = i < field.nr as usize && j < field.nz as usize;
-                let value = if inside { f64::from(field.values[j * field.nr as usize + i]) } else { 0.0 };
-                let shown = (f64::from(cell[number]) - 128.0) * step;
-                assert!(
-                    (shown - value.clamp(-range, range)).abs() <= 0.51 * step,
-                    "{name} at {x}, {z}: {value}"
-                );
-                seen += usize::from(value.abs() > step);
-            }
-        }
+        let seen = check_levels(&ball.channels, &grid, number, name, &field);
         assert!(seen > 100, "{name}: there is something to see");
     }
 }

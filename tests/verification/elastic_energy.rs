@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use super::{case, run};
+use super::{case, energy_and_momentum::energies};
 
 /// Case, and settings beside those of all.
 const CASES: [(&str, &[&str]); 6] = [
@@ -45,12 +45,7 @@ fn energy_is_conserved_or_taken_out() {
             ];
             let overrides: Vec<&str> =
                 common.iter().map(String::as_str).chain(settings.iter().copied()).collect();
-            let mut events = BTreeSet::new();
-            let seen = run(&case(name, &overrides), |view| {
-                events.extend(view.events.iter().map(|event| format!("{:?}", event.kind)));
-                view.frame.as_ref().map(|frame| frame.energy)
-            });
-            let energies: Vec<_> = seen.into_iter().flatten().collect();
+            let (energies, events) = energies(&case(name, &overrides));
             let scale = energies.iter().map(|energy| energy.work.abs() + energy.indenter).fold(0.0, f64::max);
             let residual = energies.iter().map(|energy| energy.residual.abs()).fold(0.0, f64::max) / scale;
             let name = format!("{name}, {geometry}, c_s = {c_s}, σ = {damping}");

@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use percuss::{
     geometry::Geometry,
     grid::{Grid, MeshKind, Spacing},
-    model::{FrameFields, Model, Request, elastic},
+    model::{Coverage, FrameFields, Model, Request, elastic},
     surface::Surface,
 };
 use rayon::prelude::*;
@@ -114,8 +114,9 @@ fn computed(c_s: f64, places: &[f64], damping: f64, cells: usize) -> Vec<(f64, V
     let nodes: Vec<usize> = places.iter().map(|x| (x / step) as usize).collect();
     let mut seen: Vec<_> = nodes.iter().map(|&i| (grid.r(i), Vec::new())).collect();
     let area = grid.area[0];
-    let mut target =
-        elastic::theory(grid, c_s, damping).reference::<()>(FrameFields { fields: Vec::new(), every: 1 });
+    let shown = FrameFields { fields: Vec::new(), every: 1 };
+    let mut target: Box<dyn Model<()>> =
+        elastic::theory(grid, c_s, damping).blocked(Coverage::Everything, shown);
     let mut surface = Surface::new(nr);
     surface.loaded = 1;
     for k in 0..steps {
@@ -130,7 +131,7 @@ fn computed(c_s: f64, places: &[f64], damping: f64, cells: usize) -> Vec<(f64, V
             series.push((t + step, surface.displacement[i]));
         }
         target.advance(&surface, (), Request::default());
-        while target.next(true).is_some() {}
+        while target.next(k + 1 == steps).is_some() {}
     }
     seen
 }

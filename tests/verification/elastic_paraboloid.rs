@@ -37,7 +37,7 @@ fn errors(c_s: f64, cells: usize) -> [f64; 2] {
         r#"record.fields=["stress"]"#.to_owned(),
         format!("record.field_every={}", cells / 2),
     ];
-    let case = on_mesh("fig2-prescribed", cells, &overrides.each_ref().map(String::as_str));
+    let case = on_mesh("fig2-prescribed", cells, &overrides);
     let exact = closed_form(c_s);
     let seen = run(&case, |view| {
         let inside = view.frame.as_ref().map(|frame| {
@@ -84,7 +84,7 @@ fn unilateral(c_s: f64, damping: f64, cells: usize, end: f64) -> Vec<(f64, f64, 
         format!("target.shear_wave_speed={c_s}"),
         format!("mesh.damping={damping:?}"),
     ];
-    let case = on_mesh("fig2", cells, &overrides.each_ref().map(String::as_str));
+    let case = on_mesh("fig2", cells, &overrides);
     run(&case, |view| (view.time, view.interface.stress_at(0.0), view.drag))
 }
 

@@ -26,7 +26,7 @@ fn error(c_s: f64, growth: f64, damping: f64, cells: usize) -> f64 {
         format!("target.shear_wave_speed={c_s}"),
         format!("mesh.damping={damping:?}"),
     ];
-    let case = on_mesh("fig4", cells, &overrides.each_ref().map(String::as_str));
+    let case = on_mesh("fig4", cells, &overrides);
     let rows = run(&case, |view| (view.time, view.drag));
     let known = rows.into_iter().filter(|row| row.0 > 0.2);
     known.map(|(t, drag)| (drag - 1.0 - growth * t).abs()).fold(0.0, f64::max)

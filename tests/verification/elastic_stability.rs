@@ -1,16 +1,12 @@
 //! Model `elastic`: cases whose scheme would not be stable are refused, and say why. Its spectrum is tested beside the scheme.
 
-use percuss::{
-    case::{Case, builtin},
-    model::elastic::largest_damping,
-};
+use percuss::{case::Case, model::elastic::largest_damping};
 
 /// Problems of the flat punch on a layer in the full theory, or its damping.
 fn damping(overrides: &[&str]) -> Result<f64, String> {
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     let settings = [vec!["model=elastic".to_owned()], overrides].concat();
-    let text = builtin::find("fig5").expect("a built-in case");
-    let case = Case::parse("fig5", text, &settings, "".as_ref());
+    let case = Case::load("fig5", &settings);
     case.map(|case| case.mesh.damping).map_err(|errors| format!("{errors:?}"))
 }
 

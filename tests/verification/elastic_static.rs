@@ -20,7 +20,7 @@ fn error(c_s: f64, layer: Option<f64>, cells: usize) -> f64 {
         format!("target.shear_wave_speed={c_s}"),
         format!("run.end_time={to}"),
     ];
-    let case = on_mesh(name, cells, &overrides.each_ref().map(String::as_str));
+    let case = on_mesh(name, cells, &overrides);
     let rows = run(&case, |view| (view.time, view.drag));
     let late: Vec<(f64, f64)> = rows.into_iter().filter(|row| row.0 > from).collect();
     let expected = layer.unwrap_or(8.0 / PI * c_s * c_s * (1.0 - c_s * c_s));

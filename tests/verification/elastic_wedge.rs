@@ -21,7 +21,7 @@ fn pressure_behind_the_edge() {
             "record.frames=0".to_owned(),
             format!("mesh.cells={cells}"),
         ];
-        let case = case("fig6a", &overrides.each_ref().map(String::as_str));
+        let case = case("fig6a", &overrides);
         let grid = case.grid();
         let s = 1.0 / speed;
         let b = c_s * c_s;

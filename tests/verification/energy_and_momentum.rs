@@ -24,10 +24,9 @@ fn bilateral_contact_conserves_energy() {
                     "impact.contact=bilateral".to_owned(),
                     "record.frames=50".to_owned(),
                 ];
-                let case = case(name, &overrides.each_ref().map(String::as_str));
+                let case = case(name, &overrides);
                 let initial = 0.5 * case.indenter.mass;
-                let frames = run(&case, |view| view.frame.as_ref().map(|frame| frame.energy));
-                let energies: Vec<_> = frames.into_iter().flatten().collect();
+                let (energies, _) = energies(&case);
                 assert_eq!(energies.len(), 50);
                 let residuals = energies.iter().map(|energy| energy.residual.abs() / initial);
                 let worst = residuals.fold(0.0, f64::max);
@@ -42,7 +41,7 @@ fn unilateral_contact_dissipates_energy() {
     for name in ["fig2", "fig3", "fig6c", "fig7b", "fig8-m2.5", "fig9-m1"] {
         let case = case(name, &["mesh.cells=50", "run.stop=never", "record.frames=100"]);
         let mut last = 0.0;
-        for energy in run(&case, |view| view.frame.as_ref().map(|frame| frame.energy)).into_iter().flatten() {
+        for energy in energies(&case).0 {
             assert!(energy.dissipated >= last, "{name}: {energy:?}");
             let scale = energy.work + energy.indenter + energy.kinetic + energy.strain;
             assert!(energy.residual.abs() <= 1e-12 * scale, "{name}: {energy:?}");
@@ -56,7 +55,7 @@ fn unilateral_contact_dissipates_energy() {
 fn prescribed_motion_does_the_work() {
     for name in ["fig6a", "fig7a"] {
         let case = case(name, &["mesh.cells=50", "record.frames=30"]);
-        for energy in run(&case, |view| view.frame.as_ref().map(|frame| frame.energy)).into_iter().flatten() {
+        for energy in energies(&case).0 {
             assert_eq!(energy.dissipated, 0.0);
             assert!(energy.residual.abs() <= 1e-12 * energy.work.max(1e-3), "{name}: {energy:?}");
         }
@@ -90,7 +89,7 @@ fn a_profile_of_points_equals_its_shape() {
 }
 
 /// Energies of the frames of a case, and the kinds of its events.
-fn energies(case: &Case) -> (Vec<Energy>, BTreeSet<String>) {
+pub fn energies(case: &Case) -> (Vec<Energy>, BTreeSet<String>) {
     let rows = run(case, |view| {
         let kinds: Vec<String> = view.events.iter().map(|event| format!("{:?}", event.kind)).collect();
         (view.frame.as_ref().map(|frame| frame.energy), kinds)
@@ -126,7 +125,7 @@ fn neither_partial_contact_nor_damping_adds_energy() {
                 "mesh.cells=20".into(),
                 "record.frames=200".into(),
             ];
-            let case = case(name, &overrides.each_ref().map(String::as_str));
+            let case = case(name, &overrides);
             let initial = 0.5 * mass * case.impact.velocity.powi(2);
             let name = format!("{name}, mass {mass}, {geometry}, order {order}, damping {damping}");
             let (energies, kinds) = energies(&case);

@@ -22,7 +22,7 @@ fn slopes(geometry: &str, h: f64, c_s: f64) -> (f64, [(f64, f64); 6]) {
         format!("target.thickness={h:?}"),
         format!("target.shear_wave_speed={c_s}"),
     ];
-    let case = on_mesh("fig5", 100, &overrides.each_ref().map(String::as_str));
+    let case = on_mesh("fig5", 100, &overrides);
     let grid = case.grid();
     let nodes = RADII.map(|r| ((r - grid.r0) / grid.dr).round() as usize);
     let rows = run(&case, |view| (view.time, view.drag, nodes.map(|i| view.interface.pressure[i])));

@@ -46,7 +46,7 @@ fn worst(name: &str, cells: usize) -> f64 {
     const RADII: [f64; 5] = [0.1, 0.25, 0.5, 1.0, 2.0];
     let rate = if name == "fig6b" { 4.0 } else { 2.0 };
     let columns = compare(name, cells, "run.end_time=3", RADII);
-    let dt = on_mesh(name, cells, &[]).sizes.dt;
+    let dt = on_mesh(name, cells, &[""; 0]).sizes.dt;
     let error = |(r, column): (f64, Vec<_>)| error_between(&column, r / rate + FRONT * dt, f64::INFINITY);
     RADII.into_iter().zip(columns).map(error).fold(0.0, f64::max)
 }
@@ -72,7 +72,7 @@ fn a_cone_on_a_layer() {
     const RINGING: f64 = 0.25;
     let [ahead, behind, overshoot] = stated("the same, tan φ = 2 on a layer, r = 0.5, 1, 2");
     let columns = compare("fig7a", 200, "run.end_time=4", RADII);
-    let dt = on_mesh("fig7a", 200, &[]).sizes.dt;
+    let dt = on_mesh("fig7a", 200, &[""; 0]).sizes.dt;
     let mut worst = [0.0; 3];
     for (r, column) in RADII.into_iter().zip(columns) {
         // a plane front that moves along the surface with V* = 2, reflected by the backing

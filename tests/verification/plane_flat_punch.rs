@@ -100,7 +100,7 @@ fn drag_is_exact_without_the_corner_term() {
                 "mesh.order=2".to_owned(),
                 "mesh.damping=0.0".to_owned(),
             ];
-            let case = on_mesh("fig4", cells, &overrides.each_ref().map(String::as_str));
+            let case = on_mesh("fig4", cells, &overrides);
             let worst = drag_error(&case, c_s, 0.0);
             assert_rounding(&format!("c_s = {c_s}, {contact}, {cells} cells"), worst, rounding);
         }

@@ -15,7 +15,7 @@ use percuss::case::Case;
 use super::{case, run};
 
 /// Signs of the arrivals of both sums at row `j` of `rows` until step `step`, and u/(V0·Δt).
-fn arrivals(step: u64, j: u64, rows: u64) -> [f64; 3] {
+pub fn arrivals(step: u64, j: u64, rows: u64) -> [f64; 3] {
     let half = |front: u64| match step.cmp(&front) {
         std::cmp::Ordering::Less => 0.0,
         std::cmp::Ordering::Equal => 0.5,

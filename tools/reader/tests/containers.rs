@@ -16,7 +16,14 @@ use percuss_reader::{
     table::{Cell, Heading, Sink},
 };
 
-use crate::forge;
+use crate::{
+    forge,
+    raw::{
+        ChunkEntry, Counts, attachment, attachment_index, channel_of, chunk_at, double, map, message_at,
+        metadata, metadata_index, record, statistics, text,
+    },
+    watchdog::types::lab,
+};
 
 /// Features of a file.
 #[derive(Clone, Copy, Debug, Default)]
@@ -71,163 +78,99 @@ const CONTENTS: [Content; 6] = [
     Content { schema: true, messages: 10, attachment: true, metadata: true },
 ];
 
-#[derive(Default)]
-struct File {
-    bytes: Vec<u8>,
-    padding: bool,
-}
-
-fn text(text: &str) -> Vec<u8> {
-    [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat()
-}
-
-fn map(entries: &[(&str, &str)]) -> Vec<u8> {
-    let entries: Vec<u8> =
-        entries.iter().flat_map(|(key, value)| [text(key), text(value)].concat()).collect();
-    [&(entries.len() as u32).to_le_bytes()[..], &entries].concat()
-}
-
-impl File {
-    fn record(&mut self, opcode: u8, body: &[u8]) -> (u64, u64) {
-        let start = self.bytes.len() as u64;
-        let padding: &[u8] = if self.padding { &[1, 2, 3] } else { &[] };
-        // the footer has a fixed size, and a message ends with its data
-        let padding = if matches!(opcode, 0x02 | 0x05) { &[] } else { padding };
-        self.bytes.push(opcode);
-        self.bytes.extend(((body.len() + padding.len()) as u64).to_le_bytes());
-        self.bytes.extend(body);
-        self.bytes.extend(padding);
-        (start, self.bytes.len() as u64 - start)
+/// Appends a record, with bytes behind its fields if they are asked for; its offset and length.
+fn put(bytes: &mut Vec<u8>, mut record: Vec<u8>, padding: bool) -> (u64, u64) {
+    // the footer has a fixed size, and a message ends with its data
+    if padding && !matches!(record[0], 0x02 | 0x05) {
+        record.extend([1, 2, 3]);
+        let length = (record.len() - 9) as u64;
+        record[1..9].copy_from_slice(&length.to_le_bytes());
     }
-}
-
-fn schema_body() -> Vec<u8> {
-    use prost_reflect::prost::Message;
-    let set = prost_reflect::prost_types::FileDescriptorSet { file: vec![forge::file()] }.encode_to_vec();
-    let data = [&(set.len() as u32).to_le_bytes()[..], &set].concat();
-    [1u16.to_le_bytes().to_vec(), text("lab.Scalar"), text("protobuf"), data].concat()
-}
-
-fn channel_body(schema: bool) -> Vec<u8> {
-    let ids = [1u16.to_le_bytes(), u16::from(schema).to_le_bytes()].concat();
-    let encoding = if schema { "protobuf" } else { "json" };
-    [ids, text("/scalar"), text(encoding), map(&[("unit.force", "N")])].concat()
-}
-
-fn message_body(k: u32) -> Vec<u8> {
-    let head = [&1u16.to_le_bytes()[..], &k.to_le_bytes(), &u64::from(k).to_le_bytes(), &1u64.to_le_bytes()];
-    let time = [&[0x11][..], &(f64::from(k) * 0.5).to_le_bytes()].concat();
-    let force = [&[0x19][..], &f64::from(k).to_le_bytes()].concat();
-    [head.concat(), time, force].concat()
+    let offset = bytes.len() as u64;
+    bytes.extend(&record);
+    (offset, record.len() as u64)
 }
 
 /// A file with a content and features.
 fn build(content: Content, features: Features) -> Vec<u8> {
-    let mut file = File { bytes: mcap::MAGIC.to_vec(), padding: features.padding };
-    file.record(0x01, &[text(""), text("tests")].concat());
-    let mut data = File { bytes: Vec::new(), padding: features.padding };
-    let mut offsets = Vec::new();
-    if content.messages > 0 {
-        if content.schema {
-            data.record(0x03, &schema_body());
-        }
-        data.record(0x04, &channel_body(content.schema));
-        for k in 0..content.messages {
-            let (offset, _) = data.record(0x05, &message_body(k));
-            offsets.push((u64::from(k), offset));
-        }
+    let put = |bytes: &mut Vec<u8>, record| put(bytes, record, features.padding);
+    let mut file = mcap::MAGIC.to_vec();
+    put(&mut file, record(0x01, &[text(b""), text(b"tests")].concat()));
+    let has_messages = content.messages > 0;
+    let schema = Some(lab(1, "Scalar")).filter(|_| has_messages && content.schema);
+    let encoding = if content.schema { "protobuf" } else { "json" };
+    let unit = map(&[("unit.force", "N")]);
+    let channel = channel_of(1, content.schema.into(), "/scalar", encoding, &unit);
+    let channel = Some(channel).filter(|_| has_messages);
+    let message =
+        |k: u32| message_at(1, k.into(), &[double(2, f64::from(k) * 0.5), double(3, f64::from(k))].concat());
+    let mut data = Vec::new();
+    for definition in [&schema, &channel].into_iter().flatten() {
+        put(&mut data, definition.clone());
     }
-    let last = u64::from(content.messages.saturating_sub(1));
+    let entry = |k: u32| [u64::from(k).to_le_bytes(), put(&mut data, message(k)).0.to_le_bytes()].concat();
+    let entries: Vec<u8> = (0..content.messages).flat_map(entry).collect();
+    let times = (0, u64::from(content.messages.saturating_sub(1)));
     let mut chunk_index = None;
-    if content.messages > 0 && features.chunks {
-        let size = data.bytes.len() as u64;
-        let head = [0u64.to_le_bytes(), last.to_le_bytes(), size.to_le_bytes()].concat();
-        let body =
-            [head, 0u32.to_le_bytes().to_vec(), text(""), size.to_le_bytes().to_vec(), data.bytes].concat();
-        let (chunk, chunk_length) = file.record(0x06, &body);
-        let mut index = (file.bytes.len() as u64, 0);
+    if has_messages && features.chunks {
+        let size = data.len() as u64;
+        let (offset, length) = put(&mut file, chunk_at(times, size, b"", &data));
+        let (mut channels, mut index_length) = (Vec::new(), 0);
         if features.message_index {
-            let entries: Vec<u8> = offsets
-                .iter()
-                .flat_map(|(time, at)| [time.to_le_bytes(), at.to_le_bytes()].concat())
-                .collect();
-            let body = [&1u16.to_le_bytes()[..], &(entries.len() as u32).to_le_bytes(), &entries].concat();
-            index = file.record(0x07, &body);
+            channels = vec![(1, file.len() as u64)];
+            let index = record(0x07, &[&1u16.to_le_bytes()[..], &text(&entries)].concat());
+            (_, index_length) = put(&mut file, index);
         }
-        let listed = if features.message_index {
-            [&10u32.to_le_bytes()[..], &1u16.to_le_bytes(), &index.0.to_le_bytes()].concat()
-        } else {
-            0u32.to_le_bytes().to_vec()
-        };
-        let head = [0, last, chunk, chunk_length].map(u64::to_le_bytes).concat();
-        let tail = [size.to_le_bytes(), size.to_le_bytes()].concat();
-        chunk_index = Some([head, listed, index.1.to_le_bytes().to_vec(), text(""), tail].concat());
+        let (compression, packed, unpacked) = ("", size, size);
+        let entry =
+            ChunkEntry { times, offset, length, channels, index_length, compression, packed, unpacked };
+        chunk_index = Some(entry.record());
     } else {
-        file.bytes.extend(data.bytes);
+        file.extend(data);
     }
-    let (mut attachment, mut metadata) = (None, None);
-    if content.attachment {
-        let times = [2u64.to_le_bytes(), 1u64.to_le_bytes()].concat();
-        let body = [times.clone(), text("myFile"), text("text"), 3u64.to_le_bytes().to_vec(), vec![7, 8, 9]]
-            .concat();
-        let crc = crc32fast::hash(&body);
-        let (offset, length) = file.record(0x09, &[body, crc.to_le_bytes().to_vec()].concat());
-        let places = [offset.to_le_bytes(), length.to_le_bytes()].concat();
-        attachment =
-            Some([places, times, 3u64.to_le_bytes().to_vec(), text("myFile"), text("text")].concat());
-    }
-    if content.metadata {
-        let (offset, length) = file.record(0x0c, &[text("myMetadata"), map(&[("foo", "bar")])].concat());
-        metadata =
-            Some([offset.to_le_bytes().to_vec(), length.to_le_bytes().to_vec(), text("myMetadata")].concat());
-    }
-    file.record(0x0f, &0u32.to_le_bytes());
-    let summary_start = file.bytes.len() as u64;
-    let mut groups = Vec::new();
-    let mut group = |file: &mut File, opcode: u8, body: Option<Vec<u8>>| {
-        if let Some(body) = body {
-            let (start, length) = file.record(opcode, &body);
-            groups.push((opcode, start, length));
-        }
-    };
-    let with_messages = content.messages > 0;
-    group(&mut file, 0x03, (features.repeated_schemas && with_messages && content.schema).then(schema_body));
-    let channel = (features.repeated_channels && with_messages).then(|| channel_body(content.schema));
-    // a channel is of no use without its schema
-    let channel = channel.filter(|_| !content.schema || features.repeated_schemas);
-    group(&mut file, 0x04, channel);
-    let statistics = features.statistics.then(|| {
-        let one = |flag: bool| u32::from(flag).to_le_bytes();
-        let schemas = u16::from(with_messages && content.schema).to_le_bytes();
-        let counts = if with_messages {
-            [&10u32.to_le_bytes()[..], &1u16.to_le_bytes(), &u64::from(content.messages).to_le_bytes()]
-                .concat()
-        } else {
-            0u32.to_le_bytes().to_vec()
-        };
-        let chunks = with_messages && features.chunks;
-        let numbers =
-            [one(with_messages), one(content.attachment), one(content.metadata), one(chunks)].concat();
-        let times = [0u64.to_le_bytes(), last.to_le_bytes()].concat();
-        [u64::from(content.messages).to_le_bytes().to_vec(), schemas.to_vec(), numbers, times, counts]
-            .concat()
+    let attachment = content.attachment.then(|| {
+        let (offset, length) = put(&mut file, attachment("myFile", &[7, 8, 9]));
+        attachment_index(offset, length, 3, "myFile")
     });
-    group(&mut file, 0x0b, statistics);
-    group(&mut file, 0x0a, attachment.filter(|_| features.attachment_index));
-    group(&mut file, 0x0d, metadata.filter(|_| features.metadata_index));
-    group(&mut file, 0x08, chunk_index.filter(|_| features.chunk_index));
-    let offsets_start = file.bytes.len() as u64;
-    if features.summary_offsets {
-        for (opcode, start, length) in &groups {
-            file.record(0x0e, &[&[*opcode][..], &start.to_le_bytes(), &length.to_le_bytes()].concat());
-        }
+    let metadata = content.metadata.then(|| {
+        let (offset, length) = put(&mut file, metadata("myMetadata", &[("foo", "bar")]));
+        metadata_index(offset, length, "myMetadata")
+    });
+    put(&mut file, record(0x0f, &[0; 4]));
+    let summary_start = file.len() as u64;
+    let statistics = statistics(&Counts {
+        messages: content.messages.into(),
+        schemas: schema.is_some().into(),
+        channels: channel.is_some().into(),
+        attachments: content.attachment.into(),
+        metadata: content.metadata.into(),
+        chunks: (has_messages && features.chunks).into(),
+        times,
+        of_channels: channel.iter().map(|_| (1, content.messages.into())).collect(),
+    });
+    let is_described = !content.schema || features.repeated_schemas;
+    let summary = [
+        schema.filter(|_| features.repeated_schemas),
+        // a channel is of no use without its schema
+        channel.filter(|_| features.repeated_channels && is_described),
+        features.statistics.then_some(statistics),
+        attachment.filter(|_| features.attachment_index),
+        metadata.filter(|_| features.metadata_index),
+        chunk_index.filter(|_| features.chunk_index),
+    ];
+    let groups = summary.into_iter().flatten().map(|record| (record[0], put(&mut file, record)));
+    let groups: Vec<(u8, (u64, u64))> = groups.collect();
+    let offsets_start = file.len() as u64;
+    for (opcode, (start, length)) in groups.iter().filter(|_| features.summary_offsets) {
+        let body = [&[*opcode][..], &start.to_le_bytes(), &length.to_le_bytes()].concat();
+        put(&mut file, record(0x0e, &body));
     }
     let has_offsets = features.summary_offsets && !groups.is_empty();
     let starts =
         [if groups.is_empty() { 0 } else { summary_start }, if has_offsets { offsets_start } else { 0 }];
-    file.record(0x02, &[starts.map(u64::to_le_bytes).concat(), vec![0; 4]].concat());
-    file.bytes.extend(mcap::MAGIC);
-    file.bytes
+    put(&mut file, record(0x02, &[starts.map(u64::to_le_bytes).concat(), vec![0; 4]].concat()));
+    file.extend(mcap::MAGIC);
+    file
 }
 
 #[derive(Default)]
@@ -365,21 +308,10 @@ fn a_growing_file_is_read_to_its_last_whole_chunk_and_on() {
 /// Topics whose messages know no time but their log time, so many nanoseconds after a start: they are the values.
 fn by_log_time(start: u64, topics: &[(&str, &[u64])]) -> Vec<u8> {
     let mut recording = forge::forge(1, 3);
-    recording.channels.clear();
-    let place = forge::pool(&recording.file).get_message_by_name("lab.Place").expect("the message");
-    for (topic, times) in topics {
-        let message = |&time: &u64| {
-            let mut message = prost_reflect::DynamicMessage::new(place.clone());
-            message.set_field_by_name("x", prost_reflect::Value::F64(time as f64));
-            (start + time, message)
-        };
-        recording.channels.push(forge::Channel {
-            topic: (*topic).into(),
-            message: "Place".into(),
-            metadata: Default::default(),
-            messages: times.iter().map(message).collect(),
-        });
-    }
+    let channel = |(topic, times): &(&str, &[u64])| {
+        forge::by_log_time(topic, times.iter().map(|time| (start + time, *time as f64)))
+    };
+    recording.channels = topics.iter().map(channel).collect();
     recording.write(forge::plain())
 }
 

@@ -15,13 +15,23 @@ impl Desk {
     pub fn new(files: &[(&str, Vec<u8>)]) -> Self {
         let desk = Self(tempfile::tempdir().expect("a folder"));
         for (name, bytes) in files {
-            fs::write(desk.path(name), bytes).expect("a file");
+            desk.put(name, bytes);
         }
         desk
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
+    }
+
+    /// Writes a file.
+    pub fn put(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        fs::write(self.path(name), bytes).expect("a file");
+    }
+
+    /// The bytes of a file.
+    pub fn bytes(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).expect("a file")
     }
 
     pub fn command(&self, arguments: &[&str]) -> Command {
@@ -51,6 +61,11 @@ impl Desk {
     /// Standard error of a run that ends with a status.
     pub fn error(&self, status: i32, arguments: &[&str]) -> String {
         self.both(status, arguments).1
+    }
+
+    /// The document that a run prints.
+    pub fn json(&self, status: i32, arguments: &[&str]) -> serde_json::Value {
+        serde_json::from_str(&self.text(status, arguments)).expect("JSON")
     }
 
     /// Lines of a run that succeeds.

@@ -1,45 +1,52 @@
 //! `diff` finds whatever is different, tells where, and nothing else: 500 random mutations, 100 equal pairs, and one
 //! test per way of comparing.
 
-use std::{fs, path::PathBuf};
-
 use mcap::{Compression, WriteOptions};
 use percuss_reader::{
     command::diff::{Style, Verdict, to_text, verdict},
-    compare::{Comparison, Difference, Hint, Mode, NanRule, Options, Rules, compare},
+    compare::{
+        Change, ChannelReport, Comparison, Difference, FieldReport, Finding, Hint, Mode, NanRule, Options,
+        Rules, compare,
+    },
     messages::Recording,
     recording::Limits,
     select::Window,
+    wire::Layout,
 };
-use prost_reflect::Value;
-use tempfile::TempDir;
+use prost_reflect::{
+    DynamicMessage, Value,
+    prost::Message,
+    prost_types::field_descriptor_proto::{Label, Type},
+};
 
-use crate::forge::{self, Dice, Forged, forge, plain, time};
+use crate::{
+    desk::Desk,
+    forge::{self, Dice, Forged, by_log_time, forge, list, number, plain, time},
+    raw,
+};
 
-struct Desk {
-    folder: TempDir,
+/// Compares two files.
+fn compared(a: &[u8], b: &[u8], options: &Options) -> Comparison {
+    let desk = Desk::new(&[("a.mcap", a.to_vec()), ("b.mcap", b.to_vec())]);
+    let open = |name| Recording::open(&desk.path(name), Limits::default()).expect("a recording");
+    compare(&open("a.mcap"), &open("b.mcap"), options, None).expect("a comparison")
 }
 
-impl Desk {
-    fn new() -> Self {
-        Self { folder: tempfile::tempdir().expect("a folder") }
-    }
+fn forged(a: &Forged, b: &Forged, options: &Options) -> Comparison {
+    compared(&a.write(plain()), &b.write(plain()), options)
+}
 
-    fn put(&self, name: &str, bytes: &[u8]) -> PathBuf {
-        let path = self.folder.path().join(name);
-        fs::write(&path, bytes).expect("a file");
-        path
-    }
+fn verdict_of(a: &Forged, b: &Forged, options: &Options) -> Verdict {
+    verdict(&forged(a, b, options))
+}
 
-    fn compare(&self, a: &[u8], b: &[u8], options: &Options) -> Comparison {
-        let open =
-            |name, bytes| Recording::open(&self.put(name, bytes), Limits::default()).expect("a recording");
-        compare(&open("a.mcap", a), &open("b.mcap", b), options, None).expect("a comparison")
-    }
+fn channel<'a>(comparison: &'a Comparison, topic: &str) -> &'a ChannelReport {
+    comparison.channels.iter().find(|channel| channel.topic == topic).expect("the channel")
+}
 
-    fn forged(&self, a: &Forged, b: &Forged, options: &Options) -> Comparison {
-        self.compare(&a.write(plain()), &b.write(plain()), options)
-    }
+fn field<'a>(comparison: &'a Comparison, topic: &str, path: &str) -> &'a FieldReport {
+    let fields = &channel(comparison, topic).fields;
+    fields.iter().find(|field| field.path == path).expect("the field")
 }
 
 fn rules(rules: &[&str]) -> Options {
@@ -81,14 +88,23 @@ fn add(value: &mut Value, how: usize) {
     }
 }
 
+/// Sets an element of a list in a message.
+fn set_element(message: &mut DynamicMessage, field: &str, i: usize, value: Value) {
+    let mut list = message.get_field_by_name(field).expect("a field").into_owned();
+    if let Value::List(list) = &mut list {
+        list[i] = value;
+    }
+    message.set_field_by_name(field, list);
+}
+
 /// Sets /profile.p[3] of a step.
 fn zero(recording: &mut Forged, step: usize, zero: f64) {
-    let message = &mut recording.channel("/profile").messages[step].1;
-    let mut list = message.get_field_by_name("p").expect("a field").into_owned();
-    if let Value::List(list) = &mut list {
-        list[3] = Value::F64(zero);
-    }
-    message.set_field_by_name("p", list);
+    set_element(&mut recording.channel("/profile").messages[step].1, "p", 3, Value::F64(zero));
+}
+
+/// The number of a step.
+fn step_of(message: &DynamicMessage) -> u64 {
+    message.get_field_by_name("step").and_then(|step| step.as_u64()).expect("a number")
 }
 
 /// Changes one thing somewhere in a recording.
@@ -104,7 +120,7 @@ fn mutate(recording: &mut Forged, dice: &mut Dice) -> Expected {
             let channel = recording.channel(topic);
             let at = dice.below(channel.messages.len());
             let message = &mut channel.messages[at].1;
-            let step = message.get_field_by_name("step").expect("a step").as_u64().expect("a number");
+            let step = step_of(message);
             let mut value = message.get_field_by_name(field).expect("a field").into_owned();
             let name = match &mut value {
                 Value::List(list) => {
@@ -139,8 +155,7 @@ fn mutate(recording: &mut Forged, dice: &mut Dice) -> Expected {
             let channel = recording.channel(topic);
             let at = dice.below(channel.messages.len());
             let (_, message) = channel.messages.remove(at);
-            let step = message.get_field_by_name("step").expect("a step").as_u64().expect("a number");
-            Expected::Unmatched(step, topic)
+            Expected::Unmatched(step_of(&message), topic)
         }
         5 => {
             let (message, topic) = [(0, "/scalar"), (1, "/profile")][dice.below(2)];
@@ -173,27 +188,30 @@ fn mutate(recording: &mut Forged, dice: &mut Dice) -> Expected {
             let channel = recording.channel("/note");
             let at = dice.below(channel.messages.len());
             let message = &mut channel.messages[at].1;
-            let step = message.get_field_by_name("step").expect("a step").as_u64().expect("a number");
-            let mut list = message.get_field_by_name("parts").expect("a field").into_owned();
-            let name = match (dice.below(3), &mut list) {
-                (0, _) => {
+            let part = |name: &str, value| {
+                let mut part = message.get_field_by_name("place").expect("a field").into_owned();
+                if let Value::Message(part) = &mut part {
+                    part.set_field_by_name(name, value);
+                }
+                part
+            };
+            let name = match dice.below(3) {
+                0 => {
                     message.set_field_by_name("text", Value::String("other".into()));
                     "/note.text"
                 }
-                (1, Value::List(parts)) => {
-                    let Value::Message(part) = &mut parts[1] else { panic!("a message") };
-                    part.set_field_by_name("x", Value::F64(-7.0));
+                1 => {
+                    let part = part("x", Value::F64(-7.0));
+                    set_element(message, "parts", 1, part);
                     "/note.parts[1].x"
                 }
-                (_, Value::List(parts)) => {
-                    let Value::Message(part) = &mut parts[0] else { panic!("a message") };
-                    part.set_field_by_name("tags", Value::List(vec![Value::I32(1), Value::I32(-3)]));
+                _ => {
+                    let part = part("tags", Value::List(vec![Value::I32(1), Value::I32(-3)]));
+                    set_element(message, "parts", 0, part);
                     "/note.parts.tags[1]"
                 }
-                _ => panic!("a list"),
             };
-            message.set_field_by_name("parts", list);
-            Expected::At(step, name.into())
+            Expected::At(step_of(message), name.into())
         }
         _ => {
             let at = dice.below(recording.channel("/profile").messages.len());
@@ -205,7 +223,6 @@ fn mutate(recording: &mut Forged, dice: &mut Dice) -> Expected {
 
 #[test]
 fn five_hundred_mutations_are_found_and_located() {
-    let desk = Desk::new();
     let mut dice = Dice(20_261_121);
     for round in 0..500 {
         let mut a = forge(60, round);
@@ -214,12 +231,12 @@ fn five_hundred_mutations_are_found_and_located() {
         if let Expected::Zero(at) = expected {
             zero(&mut a, at, 0.0);
         }
-        let comparison = desk.forged(&a, &b, &Options::default());
+        let comparison = forged(&a, &b, &Options::default());
         match expected {
             Expected::Zero(at) => {
                 assert_eq!(verdict(&comparison), Verdict::Different, "round {round}");
                 assert_eq!(first(&comparison), Some((at as u64, "/profile.p[3]".into())), "round {round}");
-                let tolerant = desk.forged(&a, &b, &rules(&["abs=0"]));
+                let tolerant = forged(&a, &b, &rules(&["abs=0"]));
                 assert_eq!(verdict(&tolerant), Verdict::Within, "round {round}");
             }
             Expected::At(step, name) => {
@@ -228,15 +245,14 @@ fn five_hundred_mutations_are_found_and_located() {
             }
             Expected::Unmatched(step, topic) => {
                 assert_eq!(verdict(&comparison), Verdict::Different, "round {round}: {topic}");
-                let channel =
-                    comparison.channels.iter().find(|channel| channel.topic == topic).expect("the channel");
+                let channel = channel(&comparison, topic);
                 assert_eq!((channel.only_a, channel.only_b), (1, 0), "round {round}: {topic}");
                 let (place, in_a) = channel.first_unmatched.as_ref().expect("a place");
                 assert_eq!((place.step, *in_a), (Some(step), true), "round {round}: {topic}");
             }
             Expected::Structure(name) => {
                 assert_eq!(verdict(&comparison), Verdict::Different, "round {round}: {name}");
-                let reported = |finding: &percuss_reader::compare::Finding| {
+                let reported = |finding: &Finding| {
                     format!("{}.{}", finding.topic, finding.field.clone().unwrap_or_default()) == name
                 };
                 assert!(
@@ -251,7 +267,6 @@ fn five_hundred_mutations_are_found_and_located() {
 
 #[test]
 fn a_hundred_equal_pairs_raise_no_alarm() {
-    let desk = Desk::new();
     let containers = || {
         [
             plain(),
@@ -265,7 +280,7 @@ fn a_hundred_equal_pairs_raise_no_alarm() {
         let recording = forge(40, round);
         let a = recording.write(containers()[round as usize % 5].clone());
         let b = recording.write(containers()[round as usize / 5 % 5].clone());
-        let comparison = desk.compare(&a, &b, &Options::default());
+        let comparison = compared(&a, &b, &Options::default());
         assert_eq!(verdict(&comparison), Verdict::Equal, "round {round}");
         assert!(!comparison.is_lossy() && comparison.first(false).is_none());
         let compared: u64 = comparison.channels.iter().map(|channel| channel.compared).sum();
@@ -275,52 +290,44 @@ fn a_hundred_equal_pairs_raise_no_alarm() {
 
 #[test]
 fn not_a_number_is_the_same_bits() {
-    let desk = Desk::new();
     let holding = |bits: u64| {
         let mut recording = forge(30, 1);
-        recording.channel("/scalar").messages[7]
-            .1
-            .set_field_by_name("force", Value::F64(f64::from_bits(bits)));
+        recording.set("/scalar", 7, "force", Value::F64(f64::from_bits(bits)));
         recording
     };
     let a = holding(f64::NAN.to_bits());
     for tolerance in [&[] as &[&str], &["abs=1,rel=1"]] {
-        let copy = desk.forged(&a, &a, &rules(tolerance));
+        let copy = forged(&a, &a, &rules(tolerance));
         assert_eq!(verdict(&copy), Verdict::Equal, "a copy is equal, {tolerance:?}");
     }
     // beside another difference too, where messages are not the same bytes
     let mut beside = a.clone();
-    beside.channel("/scalar").messages[7].1.set_field_by_name("count", Value::I64(-9));
-    let comparison = desk.forged(&a, &beside, &Options::default());
+    beside.set("/scalar", 7, "count", Value::I64(-9));
+    let comparison = forged(&a, &beside, &Options::default());
     assert_eq!(first(&comparison), Some((7, "/scalar.count".into())));
-    assert_eq!(verdict(&desk.forged(&a, &beside, &rules(&["/scalar.count:ignore"]))), Verdict::Equal);
+    assert_eq!(verdict_of(&a, &beside, &rules(&["/scalar.count:ignore"])), Verdict::Equal);
     // other bits differ, unless all that are no numbers are alike
     let other = holding(f64::NAN.to_bits() | 5);
-    let strict = desk.forged(&a, &other, &Options::default());
+    let strict = forged(&a, &other, &Options::default());
     assert_eq!((verdict(&strict), first(&strict)), (Verdict::Different, Some((7, "/scalar.force".into()))));
-    let reported = strict.first(false).map(|(_, _, divergence)| (divergence.a.clone(), divergence.b.clone()));
-    assert_ne!(
-        reported.as_ref().map(|reported| &reported.0),
-        reported.as_ref().map(|reported| &reported.1),
-        "distinguished: {reported:?}"
-    );
-    let asked = desk.forged(&a, &other, &Options { nan: NanRule::EqualsItself, ..Options::default() });
+    let (_, _, divergence) = strict.first(false).expect("a difference");
+    assert_ne!(divergence.a, divergence.b, "distinguished");
+    let asked = forged(&a, &other, &Options { nan: NanRule::EqualsItself, ..Options::default() });
     assert_eq!(verdict(&asked), Verdict::Equal);
     // against a number it differs still, unless it stands for no value
     let whole = forge(30, 1);
     let [strict, skipped] = [NanRule::EqualsItself, NanRule::Skipped]
-        .map(|nan| desk.forged(&whole, &a, &Options { nan, ..Options::default() }));
+        .map(|nan| forged(&whole, &a, &Options { nan, ..Options::default() }));
     assert_eq!(first(&strict), Some((7, "/scalar.force".into())));
     assert_eq!(verdict(&skipped), Verdict::Equal);
 }
 
 #[test]
 fn tolerances_apply_to_what_they_name() {
-    let desk = Desk::new();
     let a = forge(60, 2);
     let mut b = a.clone();
     for (_, message) in &mut b.channel("/scalar").messages {
-        let force = message.get_field_by_name("force").and_then(|force| force.as_f64()).expect("a number");
+        let force = number(message, "force");
         message.set_field_by_name("force", Value::F64(force * (1.0 + 1e-6)));
     }
     for (given, expected) in [
@@ -338,33 +345,24 @@ fn tolerances_apply_to_what_they_name() {
         (&["/profile:abs=1"], Verdict::Different),
         (&["/scalar.force:bitwise", "*:abs=1"], Verdict::Different),
         (&["/scalar.force:ignore"], Verdict::Equal),
-        (&["/scalar:tube=0.01:1e-9"], Verdict::Within),
-    ] {
-        let comparison = desk.forged(&a, &b, &rules(given));
         // the curve has a maximum: there no neighbour reaches a value that is a millionth larger
-        let expected = if given == ["/scalar:tube=0.01:1e-9"] { Verdict::Different } else { expected };
-        assert_eq!(verdict(&comparison), expected, "{given:?}");
+        (&["/scalar:tube=0.01:1e-9"], Verdict::Different),
+        (&["/scalar:tube=0.01:4e-6"], Verdict::Within),
+    ] {
+        assert_eq!(verdict_of(&a, &b, &rules(given)), expected, "{given:?}");
     }
-    assert_eq!(verdict(&desk.forged(&a, &b, &rules(&["/scalar:tube=0.01:4e-6"]))), Verdict::Within);
 }
 
 #[test]
 fn a_late_series_is_reported_as_late() {
-    let desk = Desk::new();
-    let (a, mut b) = (forge(120, 3), forge(120, 3));
-    let force = |step: u64| (3.0 * time(step)).sin();
-    let set = |recording: &mut Forged, late: u64| {
-        for (step, (_, message)) in (0..).zip(&mut recording.channel("/scalar").messages) {
-            let step = if step < 30 { step } else { step - late };
-            message.set_field_by_name("force", Value::F64(force(step)));
-        }
+    let late = |late: usize| {
+        let mut recording = forge(120, 3);
+        let step = |k| if k < 30 { k } else { k - late };
+        recording.set_all("/scalar", "force", |k| Value::F64((3.0 * time(step(k) as u64)).sin()));
+        recording
     };
-    let mut a = a;
-    set(&mut a, 0);
-    set(&mut b, 3);
-    let comparison = desk.forged(&a, &b, &Options::default());
-    let channel = comparison.channels.iter().find(|channel| channel.topic == "/scalar").expect("the channel");
-    let field = channel.fields.iter().find(|field| field.path == "force").expect("the field");
+    let comparison = forged(&late(0), &late(3), &Options::default());
+    let field = field(&comparison, "/scalar", "force");
     let (samples, duration, _) = field.shift.expect("a shift");
     assert_eq!(samples, 3);
     assert!((duration - 0.03).abs() < 1e-9);
@@ -376,172 +374,145 @@ fn sampled(steps: u64, interval: f64, dr: f64, n: usize) -> Forged {
     let mut recording = forge(steps, 0);
     recording.channels.truncate(2);
     let f = |t: f64, r: f64| (2.0 * t).sin() * (1.0 - r * r) + t;
-    for (step, (at, message)) in (0..).zip(&mut recording.channel("/profile").messages) {
-        let t = f64::from(step) * interval;
-        *at = (t * 1e9).round() as u64;
-        message.set_field_by_name("time", Value::F64(t));
-        message.set_field_by_name("r0", Value::F64(dr / 2.0));
-        message.set_field_by_name("dr", Value::F64(dr));
-        let p = (0..n).map(|i| Value::F64(f(t, (i as f64 + 0.5) * dr))).collect();
-        message.set_field_by_name("p", Value::List(p));
+    let t = |step: usize| step as f64 * interval;
+    for channel in &mut recording.channels {
+        channel.messages.iter_mut().enumerate().for_each(|(k, (at, _))| *at = (t(k) * 1e9).round() as u64);
     }
-    for (step, (at, message)) in (0..).zip(&mut recording.channel("/scalar").messages) {
-        let t = f64::from(step) * interval;
-        *at = (t * 1e9).round() as u64;
-        message.set_field_by_name("time", Value::F64(t));
-        message.set_field_by_name("force", Value::F64(f(t, 0.0)));
-        message.set_field_by_name("load", Value::F32(0.0));
+    for topic in ["/profile", "/scalar"] {
+        recording.set_all(topic, "time", |k| Value::F64(t(k)));
     }
+    recording.set_all("/profile", "r0", |_| Value::F64(dr / 2.0));
+    recording.set_all("/profile", "dr", |_| Value::F64(dr));
+    recording.set_all("/profile", "p", |k| list((0..n).map(|i| f(t(k), (i as f64 + 0.5) * dr))));
+    recording.set_all("/scalar", "force", |k| Value::F64(f(t(k), 0.0)));
+    recording.set_all("/scalar", "load", |_| Value::F32(0.0));
     recording
 }
 
 #[test]
 fn other_times_and_meshes_are_interpolated() {
-    let desk = Desk::new();
     let (coarse, fine) = (sampled(50, 0.02, 0.1, 10), sampled(140, 0.007, 0.03, 31));
     let loose = |mode| {
         let options = rules(&["/scalar.count:ignore", "/scalar.flag:ignore", "*:abs=10"]);
         Options { mode, ..options }
     };
-    let worst = |comparison: &Comparison, topic: &str, field: &str| {
-        let channel = comparison.channels.iter().find(|channel| channel.topic == topic).expect("the channel");
-        let field = channel.fields.iter().find(|candidate| candidate.path == field).expect("the field");
-        field.measure.max.as_ref().map_or(0.0, |(max, _)| *max)
+    let worst = |comparison: &Comparison, topic: &str, path: &str| {
+        field(comparison, topic, path).measure.max.as_ref().map_or(0.0, |(max, _)| *max)
     };
-    let linear = desk.forged(&coarse, &fine, &loose(None));
+    let linear = forged(&coarse, &fine, &loose(None));
     assert_eq!(verdict(&linear), Verdict::Within, "{:?}", linear.structure);
-    let profile = linear.channels.iter().find(|channel| channel.topic == "/profile").expect("the channel");
+    let profile = channel(&linear, "/profile");
     assert_eq!(profile.alignment.mode, Some(Mode::Linear));
     assert!(profile.alignment.automatic && profile.axes_differ);
     // the fine recording ends at 139 · 0.007 = 0.973
     assert_eq!((profile.compared, profile.outside), (49, [1, 0]));
-    let reversed = desk.forged(&fine, &coarse, &loose(None));
-    let profile = reversed.channels.iter().find(|channel| channel.topic == "/profile").expect("the channel");
-    assert_eq!(
-        (profile.compared, profile.outside),
-        (140, [0, 1]),
-        "what is left of the new one is reported too"
-    );
-    let (by_linear, by_cubic, by_nearest) = (
-        worst(&linear, "/scalar", "force"),
-        worst(&desk.forged(&coarse, &fine, &loose(Some(Mode::Cubic))), "/scalar", "force"),
-        worst(&desk.forged(&coarse, &fine, &loose(Some(Mode::Nearest))), "/scalar", "force"),
-    );
+    let reversed = forged(&fine, &coarse, &loose(None));
+    let profile = channel(&reversed, "/profile");
+    assert_eq!((profile.compared, profile.outside), (140, [0, 1]), "the rest of the new one is reported too");
+    let [by_linear, by_cubic, by_nearest] = [None, Some(Mode::Cubic), Some(Mode::Nearest)]
+        .map(|mode| worst(&forged(&coarse, &fine, &loose(mode)), "/scalar", "force"));
     // f'' = 4: h²/8·f'' = 2.5e-5; the cubic's error is of fourth order; the nearest is off by up to h/2·f'
     assert!((1e-6..2.5e-5).contains(&by_linear), "{by_linear}");
     assert!(by_cubic < 1e-7, "{by_cubic}");
     assert!((1e-3..1.2e-2).contains(&by_nearest), "{by_nearest}");
     assert!(worst(&linear, "/profile", "p") < 4e-4, "interpolated in the radius too");
     // unasked, other radii are a difference like any other
-    assert_eq!(verdict(&desk.forged(&coarse, &fine, &Options::default())), Verdict::Different);
+    assert_eq!(verdict_of(&coarse, &fine, &Options::default()), Verdict::Different);
 }
 
 #[test]
 fn matrices_on_other_grids_are_compared_where_both_are() {
-    let desk = Desk::new();
     let make = |dr: f64, nr: u32, dz: f64, nz: u32| {
-        let mut recording = forge(30, 0);
-        recording.channels.retain(|channel| channel.topic == "/slice");
-        for (_, message) in &mut recording.channel("/slice").messages {
-            message.set_field_by_name("dr", Value::F64(dr));
-            message.set_field_by_name("dz", Value::F64(dz));
-            message.set_field_by_name("nr", Value::U32(nr));
-            message.set_field_by_name("nz", Value::U32(nz));
-            let value = |j: u32, i: u32| (2.0 * f64::from(j) * dz + 3.0 * f64::from(i) * dr) as f32;
-            let values = (0..nz).flat_map(|j| (0..nr).map(move |i| Value::F32(value(j, i)))).collect();
-            message.set_field_by_name("values", Value::List(values));
+        let mut recording = forge(30, 0).only("/slice");
+        let value = |j: u32, i: u32| (2.0 * f64::from(j) * dz + 3.0 * f64::from(i) * dr) as f32;
+        let values = (0..nz).flat_map(|j| (0..nr).map(move |i| Value::F32(value(j, i)))).collect();
+        let fields = [
+            ("dr", Value::F64(dr)),
+            ("dz", Value::F64(dz)),
+            ("nr", Value::U32(nr)),
+            ("nz", Value::U32(nz)),
+            ("values", Value::List(values)),
+        ];
+        for (name, value) in fields {
+            recording.set_all("/slice", name, |_| value.clone());
         }
         recording
     };
     let options = rules(&["*:abs=1e-5"]);
-    let comparison = desk.forged(&make(0.1, 6, 0.2, 4), &make(0.04, 20, 0.05, 9), &options);
+    let comparison = forged(&make(0.1, 6, 0.2, 4), &make(0.04, 20, 0.05, 9), &options);
     assert_eq!(verdict(&comparison), Verdict::Within);
-    let channel = &comparison.channels[0];
-    let values = channel.fields.iter().find(|field| field.path == "values").expect("the field");
     // rows to 0.4 of 0.6, columns to 0.5 of 0.5
-    assert_eq!((values.measure.elements, channel.axes_differ), (3 * 3 * 6, true));
+    assert_eq!(field(&comparison, "/slice", "values").measure.elements, 3 * 3 * 6);
+    assert!(comparison.channels[0].axes_differ);
     // the same grid, cut off elsewhere: the common part agrees, the sizes do not
-    let cut = desk.forged(&make(0.1, 6, 0.2, 4), &make(0.1, 5, 0.2, 3), &options);
+    let cut = forged(&make(0.1, 6, 0.2, 4), &make(0.1, 5, 0.2, 3), &options);
     assert_eq!(verdict(&cut), Verdict::Different);
-    let wrong: Vec<&str> = cut.channels[0]
-        .fields
-        .iter()
-        .filter(|field| !field.within)
-        .map(|field| field.path.as_str())
-        .collect();
-    assert_eq!(wrong, ["nr", "nz"]);
+    let wrong = cut.channels[0].fields.iter().filter(|field| !field.within);
+    assert_eq!(wrong.map(|field| &field.path).collect::<Vec<_>>(), ["nr", "nz"]);
+}
+
+/// Gives the scalars of a recording the type that its file has now.
+fn retype_scalars(recording: &mut Forged) {
+    let descriptor = forge::pool(&recording.file).get_message_by_name("lab.Scalar").expect("the message");
+    for (_, message) in &mut recording.channel("/scalar").messages {
+        let bytes = message.encode_to_vec();
+        *message = DynamicMessage::decode(descriptor.clone(), &bytes[..]).expect("a message");
+    }
 }
 
 #[test]
 fn schemas_of_different_versions_are_aligned() {
-    let desk = Desk::new();
     let a = forge(30, 4);
     let mut b = a.clone();
     let fields = &mut b.file.message_type[0].field;
     fields[3].name = Some("weight".into());
     fields.remove(5);
-    fields.push(forge::field(
-        "extra",
-        11,
-        prost_reflect::prost_types::field_descriptor_proto::Label::Optional,
-        prost_reflect::prost_types::field_descriptor_proto::Type::Double,
-        None,
-    ));
-    // the same values in the new type
-    let pool = forge::pool(&b.file);
-    let descriptor = pool.get_message_by_name("lab.Scalar").expect("the message");
+    fields.push(forge::field("extra", 11, Label::Optional, Type::Double, None));
     for (_, message) in &mut b.channel("/scalar").messages {
         message.clear_field_by_name("flag");
-        let bytes = prost_reflect::prost::Message::encode_to_vec(message);
-        *message =
-            prost_reflect::DynamicMessage::decode(descriptor.clone(), bytes.as_slice()).expect("a message");
     }
-    let comparison = desk.forged(&a, &b, &Options::default());
+    retype_scalars(&mut b);
+    let comparison = forged(&a, &b, &Options::default());
     let kinds: Vec<(Option<&str>, &Difference)> =
         comparison.structure.iter().map(|finding| (finding.field.as_deref(), &finding.difference)).collect();
     assert!(kinds.contains(&(Some("load"), &Difference::Renamed("weight".into()))), "{kinds:?}");
     assert!(kinds.contains(&(Some("flag"), &Difference::Missing)), "{kinds:?}");
     assert!(kinds.contains(&(Some("extra"), &Difference::Extra)), "{kinds:?}");
-    let scalar = comparison.channels.iter().find(|channel| channel.topic == "/scalar").expect("the channel");
+    let scalar = channel(&comparison, "/scalar");
     assert!(scalar.fields.iter().all(|field| field.within), "what both have agrees");
     let ignoring =
-        desk.forged(&a, &b, &rules(&["/scalar.load:ignore", "/scalar.flag:ignore", "/scalar.extra:ignore"]));
+        forged(&a, &b, &rules(&["/scalar.load:ignore", "/scalar.flag:ignore", "/scalar.extra:ignore"]));
     assert_eq!(verdict(&ignoring), Verdict::Equal, "{:?}", ignoring.structure);
+}
+
+/// What the recordings say differently of themselves.
+fn provenance(comparison: &Comparison) -> Vec<String> {
+    let change = |change: &Change| {
+        let [a, b] = [&change.a, &change.b].map(|text| text.clone().unwrap_or_default());
+        format!("{} {}: {a} -> {b}", change.place, change.key)
+    };
+    comparison.provenance.iter().map(change).collect()
 }
 
 #[test]
 fn what_the_case_says_differently_is_reported() {
-    let desk = Desk::new();
     let a = forge(30, 5);
     let mut b = a.clone();
     b.attachments[0].1 = b"seed = 6\nsteps = 30\n[mesh]\ncells = 4\n".to_vec();
     b.metadata[0].1.insert("who".into(), "you".into());
-    let comparison = desk.forged(&a, &b, &Options::default());
+    let comparison = forged(&a, &b, &Options::default());
     assert_eq!(
         verdict(&comparison),
         Verdict::Equal,
         "provenance is reported, and is no difference of numbers"
     );
-    let reported: Vec<String> = comparison
-        .provenance
-        .iter()
-        .map(|change| format!("{} {} {:?} {:?}", change.place, change.key, change.a, change.b))
-        .collect();
-    let expected = [
-        "lab who Some(\"me\") Some(\"you\")",
-        "case.toml mesh.cells None Some(\"4\")",
-        "case.toml seed Some(\"5\") Some(\"6\")",
-    ];
-    assert_eq!(reported, expected);
+    let expected = ["lab who: me -> you", "case.toml mesh.cells:  -> 4", "case.toml seed: 5 -> 6"];
+    assert_eq!(provenance(&comparison), expected);
 }
 
 #[test]
 fn programs_of_another_commit_or_numerics_are_mentioned() {
-    let desk = Desk::new();
-    let record = |name: &str, entries: &[(&str, &str)]| {
-        let text = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-        (name.to_owned(), entries.iter().map(text).collect())
-    };
+    let record = |name: &str, entries: &[(&str, &str)]| (name.to_owned(), forge::text_map(entries));
     let of = |version: &str, numerics: &str, commit: &str, host: &str| {
         let mut recording = forge(20, 5);
         let run = [("percuss_version", version), ("numerics", numerics)];
@@ -550,7 +521,7 @@ fn programs_of_another_commit_or_numerics_are_mentioned() {
         recording
     };
     let mentioned = |b: &Forged| -> Vec<String> {
-        let comparison = desk.forged(&of("0.1.0", "1", "aaa", "here"), b, &Options::default());
+        let comparison = forged(&of("0.1.0", "1", "aaa", "here"), b, &Options::default());
         assert_eq!(verdict(&comparison), Verdict::Equal);
         let text = to_text(("a", "b"), &comparison, Style::default());
         let lines = text.lines().filter_map(|line| line.trim().strip_prefix("percuss."));
@@ -565,49 +536,43 @@ fn programs_of_another_commit_or_numerics_are_mentioned() {
 
 #[test]
 fn topics_derived_in_one_recording_only_are_compared_either_way() {
-    let desk = Desk::new();
     let own = forge(20, 5);
     let mut derived = own.clone();
     derived.channel("/scalar").metadata.insert("derived".into(), "/profile".into());
     for (a, b) in [(&own, &derived), (&derived, &own)] {
-        let comparison = desk.forged(a, b, &Options::default());
+        let comparison = forged(a, b, &Options::default());
         assert_eq!((verdict(&comparison), comparison.derived.len()), (Verdict::Equal, 0));
         assert_eq!(channel(&comparison, "/scalar").compared, 20);
         assert_eq!(comparison.provenance.len(), 1, "{:?}", comparison.provenance);
     }
-    let comparison = desk.forged(&derived, &derived, &Options::default());
+    let comparison = forged(&derived, &derived, &Options::default());
     assert_eq!(comparison.derived.iter().collect::<Vec<_>>(), ["/scalar"]);
 }
 
 #[test]
 fn damaged_recordings_are_compared_as_far_as_they_are_sound() {
-    let desk = Desk::new();
     let a = forge(400, 6).write(plain());
     let cut = &a[..a.len() * 2 / 3];
-    let comparison = desk.compare(&a, cut, &Options::default());
+    let comparison = compared(&a, cut, &Options::default());
     assert!(comparison.is_lossy());
-    let scalar = comparison.channels.iter().find(|channel| channel.topic == "/scalar").expect("the channel");
+    let scalar = channel(&comparison, "/scalar");
     assert!(scalar.compared > 100 && scalar.only_a > 50 && scalar.only_b == 0);
     assert!(scalar.fields.iter().all(|field| field.measure.differing == 0));
 }
 
 #[test]
 fn recordings_in_other_orders_are_equal_or_refused() {
-    let desk = Desk::new();
     let a = forge(300, 8);
     let mut b = a.clone();
     // all profiles at the end of the file
     for (at, _) in &mut b.channel("/profile").messages {
         *at += 1_000_000_000_000;
     }
-    let open = |name: &str, bytes: &[u8], memory| {
-        Recording::open(&desk.put(name, bytes), Limits { memory }).expect("a recording")
-    };
+    let desk = Desk::new(&[("a.mcap", a.write(plain())), ("b.mcap", b.write(plain()))]);
     let run = |memory, topics: &[&str]| {
+        let open = |name| Recording::open(&desk.path(name), Limits { memory }).expect("a recording");
         let topics = topics.iter().map(|topic| topic.parse().expect("a topic")).collect();
-        let options = Options { topics, ..Options::default() };
-        let (a, b) = (open("a.mcap", &a.write(plain()), memory), open("b.mcap", &b.write(plain()), memory));
-        compare(&a, &b, &options, None)
+        compare(&open("a.mcap"), &open("b.mcap"), &Options { topics, ..Options::default() }, None)
     };
     assert_eq!(verdict(&run(1 << 30, &[]).expect("a comparison")), Verdict::Equal);
     let refused = run(1 << 20, &[]).expect_err("no room to wait");
@@ -618,15 +583,10 @@ fn recordings_in_other_orders_are_equal_or_refused() {
 #[test]
 fn maps_in_another_order_are_equal() {
     // two entries of `sizes` as two writers may order them
-    let entry = |key: &str, value: f64| {
-        let mut inner = vec![0x0a, key.len() as u8];
-        inner.extend(key.bytes());
-        inner.push(0x11);
-        inner.extend(value.to_le_bytes());
-        [vec![0x42, inner.len() as u8], inner].concat()
-    };
+    let entry =
+        |key: &str, value| raw::block(8, &[raw::block(1, key.as_bytes()), raw::double(2, value)].concat());
     let descriptor = forge::pool(&forge::file()).get_message_by_name("lab.Note").expect("the message");
-    let layout = percuss_reader::wire::Layout::of(&descriptor);
+    let layout = Layout::of(&descriptor);
     let decode = |bytes: &[u8]| {
         let mut values = layout.values();
         layout.decode(bytes, &mut values).expect("a message");
@@ -636,58 +596,27 @@ fn maps_in_another_order_are_equal() {
     assert_eq!(decode(&[a.clone(), b.clone()].concat()), decode(&[b, a].concat()));
 }
 
-/// A topic whose messages know no time but their log time: x at every time \[ns\].
-fn by_log_time(recording: &mut Forged, topic: &str, messages: impl IntoIterator<Item = (u64, f64)>) {
-    let place = forge::pool(&recording.file).get_message_by_name("lab.Place").expect("the message");
-    let message = |x: f64| {
-        let mut message = prost_reflect::DynamicMessage::new(place.clone());
-        message.set_field_by_name("x", Value::F64(x));
-        message
-    };
-    recording.channels.push(forge::Channel {
-        topic: topic.into(),
-        message: "Place".into(),
-        metadata: Default::default(),
-        messages: messages.into_iter().map(|(at, x)| (at, message(x))).collect(),
-    });
-}
-
-/// The same later by some nanoseconds: log times, and times of messages.
-fn later(mut recording: Forged, by: u64) -> Forged {
-    for (at, message) in recording.channels.iter_mut().flat_map(|channel| &mut channel.messages) {
-        *at += by;
-        if let Some(time) = message.get_field_by_name("time").and_then(|time| time.as_f64()) {
-            message.set_field_by_name("time", Value::F64(time + by as f64 / 1e9));
-        }
-    }
-    recording
-}
-
-fn channel<'a>(comparison: &'a Comparison, topic: &str) -> &'a percuss_reader::compare::ChannelReport {
-    comparison.channels.iter().find(|channel| channel.topic == topic).expect("the channel")
-}
-
 #[test]
 fn wall_clocks_are_compared_from_the_start_of_each_recording() {
-    let desk = Desk::new();
     let wall = |start: u64, changed: Option<usize>, count: u64| {
         let mut recording = forge(60, 3);
         let x = |k: u64| (k as f64 * 0.1).sin() + if changed == Some(k as usize) { 1e-9 } else { 0.0 };
-        by_log_time(&mut recording, "/place", (0..count).map(|k| (30_000_000 + k * 3_000_001, x(k))));
-        later(recording, start)
+        let messages = (0..count).map(|k| (30_000_000 + k * 3_000_001, x(k)));
+        recording.channels.push(by_log_time("/place", messages));
+        recording.later(start)
     };
     let a = wall(1_700_000_000_123_456_789, None, 200);
     let day = 86_400_000_000_017;
     // by step where messages have one, by exact log time else: whole nanoseconds are subtracted
     let apart = wall(1_700_000_000_123_456_789 + day, None, 200);
-    let strict = desk.forged(&a, &apart, &Options::default());
+    let strict = forged(&a, &apart, &Options::default());
     let [scalar, place] = ["/scalar", "/place"].map(|topic| channel(&strict, topic));
     assert_eq!((scalar.hint, place.hint), (Some(Hint::Relative), None), "times of messages are values");
     assert_eq!((verdict(&strict), place.is_different()), (Verdict::Different, false));
     let (asked, time) = (Options { relative: true, ..Options::default() }, || rules(&["time:ignore"]));
-    let from_start = desk.forged(&a, &apart, &asked);
+    let from_start = forged(&a, &apart, &asked);
     assert_eq!(verdict(&from_start), Verdict::Equal, "{:?}", first(&from_start));
-    let same = desk.forged(&a, &apart, &time());
+    let same = forged(&a, &apart, &time());
     assert_eq!(verdict(&same), Verdict::Equal, "{:?}, {:?}", same.gaps, first(&same));
     let modes = |topic| channel(&same, topic).alignment.mode;
     assert_eq!((modes("/scalar"), modes("/place")), (Some(Mode::Step), Some(Mode::Time)));
@@ -698,44 +627,43 @@ fn wall_clocks_are_compared_from_the_start_of_each_recording() {
         assert!((start_b - start_a - 86_400.0).abs() < 1e-6, "{start_b}");
     }
     // where they differ is reported from the start
-    let changed = desk.forged(&a, &wall(5, Some(100), 200), &time());
+    let changed = forged(&a, &wall(5, Some(100), 200), &time());
     assert_eq!(verdict(&changed), Verdict::Different);
     let (topic, _, divergence) = changed.first(true).expect("a difference");
     assert_eq!((topic, divergence.place.time), ("/place", 0.3300001));
     // 200 messages against 201: the one more is counted
-    let more = desk.forged(&a, &wall(5, None, 201), &time());
+    let more = forged(&a, &wall(5, None, 201), &time());
     assert_eq!(verdict(&more), Verdict::Different);
     assert_eq!((channel(&more, "/place").only_a, channel(&more, "/place").only_b), (0, 1));
     // the window counts from the start too
     let options =
         Options { window: Window { from: Some(0.295.into()), to: Some(0.335.into()), every: 1 }, ..time() };
-    let window = desk.forged(&a, &wall(5, Some(150), 200), &options);
+    let window = forged(&a, &wall(5, Some(150), 200), &options);
     assert_eq!((verdict(&window), channel(&window, "/scalar").compared), (Verdict::Equal, 4));
     // all channels have the same start: one that is late stays late
     let mut late = wall(5, None, 200);
     late.channel("/place").messages.iter_mut().for_each(|(at, _)| *at += 50_000_000);
-    assert_eq!(verdict(&desk.forged(&a, &late, &time())), Verdict::Different);
+    assert_eq!(verdict_of(&a, &late, &time()), Verdict::Different);
     // on one clock nothing is moved, unless that is asked for
     let (early, later) = (wall(5, None, 200), wall(100_000_005, None, 200));
-    let moved = desk.forged(&early, &later, &Options::default());
+    let moved = forged(&early, &later, &Options::default());
     assert!(moved.channels.iter().all(|channel| channel.alignment.starts.is_none()));
     assert_ne!(verdict(&moved), Verdict::Equal);
-    let asked = desk.forged(&early, &later, &Options { relative: true, ..Options::default() });
+    let asked = forged(&early, &later, &Options { relative: true, ..Options::default() });
     assert_eq!(verdict(&asked), Verdict::Equal);
 }
 
 #[test]
 fn long_recordings_of_wall_clocks_need_no_room_to_wait() {
-    let desk = Desk::new();
     let wall = |start: u64| {
         let mut recording = forge(1, 3);
-        by_log_time(&mut recording, "/place", (0..20_000).map(|k| (k * 1_000_000, k as f64)));
-        let place = recording.channels.pop().expect("the channel");
-        recording.channels = vec![place];
-        desk.put(&format!("{start}.mcap"), &later(recording, start).write(plain()))
+        recording.channels = vec![by_log_time("/place", (0..20_000).map(|k| (k * 1_000_000, k as f64)))];
+        recording.later(start).write(plain())
     };
-    let open = |path: PathBuf| Recording::open(&path, Limits { memory: 1 << 20 }).expect("a recording");
-    let (a, b) = (open(wall(1_700_000_000_000_000_000)), open(wall(1_800_000_000_000_000_000)));
+    let [a, b] = [1_700_000_000_000_000_000, 1_800_000_000_000_000_000].map(wall);
+    let desk = Desk::new(&[("a.mcap", a), ("b.mcap", b)]);
+    let [a, b] = ["a.mcap", "b.mcap"]
+        .map(|name| Recording::open(&desk.path(name), Limits { memory: 1 << 20 }).expect("a recording"));
     for (a, b) in [(&a, &b), (&b, &a)] {
         let comparison = compare(a, b, &Options::default(), None).expect("a comparison");
         assert_eq!((verdict(&comparison), comparison.channels[0].compared), (Verdict::Equal, 20_000));
@@ -744,18 +672,17 @@ fn long_recordings_of_wall_clocks_need_no_room_to_wait() {
 
 #[test]
 fn what_has_no_time_in_common_is_not_equal() {
-    let desk = Desk::new();
     // the recordings have times in common, the channel has none
     let half = |at: u64| {
         let mut recording = forge(60, 3);
-        by_log_time(&mut recording, "/place", (0..5).map(|k| (at + k * 1_000_000, 1.0)));
+        recording.channels.push(by_log_time("/place", (0..5).map(|k| (at + k * 1_000_000, 1.0))));
         recording
     };
     let (a, b) = (half(0), half(500_000_000));
-    let strict = desk.forged(&a, &b, &Options::default());
+    let strict = forged(&a, &b, &Options::default());
     assert_eq!(verdict(&strict), Verdict::Different, "messages without a counterpart at their time");
     let loose = rules(&["/place:abs=1"]);
-    let comparison = desk.forged(&a, &b, &loose);
+    let comparison = forged(&a, &b, &loose);
     assert_eq!(verdict(&comparison), Verdict::NotCompared);
     let reported: Vec<String> = comparison.gaps.iter().map(ToString::to_string).collect();
     assert!(
@@ -764,12 +691,12 @@ fn what_has_no_time_in_common_is_not_equal() {
     );
     // a difference elsewhere is certain all the same
     let mut c = b.clone();
-    c.channel("/scalar").messages[7].1.set_field_by_name("force", Value::F64(7.0));
-    assert_eq!(verdict(&desk.forged(&a, &c, &loose)), Verdict::Different);
+    c.set("/scalar", 7, "force", Value::F64(7.0));
+    assert_eq!(verdict_of(&a, &c, &loose), Verdict::Different);
     // one that was asked for moves no times
     for mode in [Mode::Nearest, Mode::Linear, Mode::Cubic] {
         let options = Options { mode: Some(mode), ..Options::default() };
-        let apart = desk.forged(&forge(60, 3), &later(forge(60, 3), 10_000_000_000), &options);
+        let apart = forged(&forge(60, 3), &forge(60, 3).later(10_000_000_000), &options);
         assert_eq!(verdict(&apart), Verdict::NotCompared, "{mode:?}");
         // one side has messages that the other has not
         let mut empty = forge(60, 3);
@@ -778,33 +705,29 @@ fn what_has_no_time_in_common_is_not_equal() {
             let scalar = channel(comparison, "/scalar");
             (verdict(comparison), scalar.only_a, scalar.only_b)
         };
-        let missing = desk.forged(&forge(60, 3), &empty, &options);
+        let missing = forged(&forge(60, 3), &empty, &options);
         assert_eq!(of(&missing), (Verdict::Different, 60, 0), "{mode:?}");
-        let extra = desk.forged(&empty, &forge(60, 3), &options);
+        let extra = forged(&empty, &forge(60, 3), &options);
         assert_eq!(of(&extra), (Verdict::Different, 0, 60), "{mode:?}");
     }
 }
 
 #[test]
 fn arrays_without_a_common_part_are_not_equal() {
-    let desk = Desk::new();
     let at = |topic: &str, start: &str, value: f64| {
-        let mut recording = forge(30, 0);
-        recording.channels.retain(|channel| channel.topic == topic);
-        for (_, message) in &mut recording.channel(topic).messages {
-            message.set_field_by_name(start, Value::F64(value));
-        }
+        let mut recording = forge(30, 0).only(topic);
+        recording.set_all(topic, start, |_| Value::F64(value));
         recording
     };
     for (topic, start, field) in [("/profile", "r0", "p"), ("/slice", "z0", "values")] {
         let a = at(topic, start, 0.025);
         for mode in [None, Some(Mode::Linear)] {
             let options = Options { mode, ..rules(&["*:abs=100"]) };
-            let comparison = desk.forged(&a, &at(topic, start, 50.0), &options);
+            let comparison = forged(&a, &at(topic, start, 50.0), &options);
             assert_eq!(verdict(&comparison), Verdict::NotCompared, "{topic}");
             let reported = comparison.gaps[0].to_string();
             assert!(reported.starts_with(&format!("`{topic}.{field}`: the axes")), "{reported}");
-            let near = desk.forged(&a, &at(topic, start, 0.075), &options);
+            let near = forged(&a, &at(topic, start, 0.075), &options);
             assert_eq!(verdict(&near), Verdict::Within, "{topic}: {:?}", near.gaps);
         }
     }
@@ -812,46 +735,31 @@ fn arrays_without_a_common_part_are_not_equal() {
 
 #[test]
 fn bytes_are_compared_or_unmatched() {
-    let desk = Desk::new();
-    let plain_text = |times: &[u64], content: &str| {
-        let mut writer = plain().library("x").create(std::io::Cursor::new(Vec::new())).expect("a writer");
-        let id = writer.add_channel(0, "/text", "text", &Default::default()).expect("a channel");
-        for &log_time in times {
-            let header = mcap::records::MessageHeader {
-                channel_id: id,
-                sequence: 0,
-                log_time,
-                publish_time: log_time,
-            };
-            writer.write_to_known_channel(&header, content.as_bytes()).expect("a message");
-        }
-        writer.finish().expect("the end");
-        writer.into_inner().into_inner()
-    };
+    let plain_text =
+        |times: &[u64], content: &str| forge::of_texts("/text", "text", times.iter().copied(), content);
     let (even, odd) = ([10, 20, 30, 40, 50, 60], [15, 25, 35, 45, 55]);
     let a = plain_text(&even, "{}");
     for mode in [None, Some(Mode::Linear), Some(Mode::Nearest), Some(Mode::Cubic)] {
         let options = Options { mode, ..Options::default() };
-        assert_eq!(verdict(&desk.compare(&a, &a, &options)), Verdict::Equal, "{mode:?}");
-        let other = desk.compare(&a, &plain_text(&even, "[]"), &options);
+        assert_eq!(verdict(&compared(&a, &a, &options)), Verdict::Equal, "{mode:?}");
+        let other = compared(&a, &plain_text(&even, "[]"), &options);
         assert_eq!(verdict(&other), Verdict::Different, "{mode:?}");
-        let between = desk.compare(&a, &plain_text(&odd, "{}"), &options);
+        let between = compared(&a, &plain_text(&odd, "{}"), &options);
         assert_eq!((between.channels[0].only_a, between.channels[0].only_b), (6, 5), "{mode:?}");
     }
-    let ignoring = desk.compare(&a, &plain_text(&even, "[]"), &rules(&["/text.(message):ignore"]));
+    let ignoring = compared(&a, &plain_text(&even, "[]"), &rules(&["/text.(message):ignore"]));
     assert_eq!(verdict(&ignoring), Verdict::NotCompared, "what is ignored is not compared");
 }
 
 #[test]
 fn an_infinite_reference_is_no_reason_to_allow_all() {
-    let desk = Desk::new();
     let holding = |x: f64| {
         let mut recording = forge(30, 1);
-        recording.channel("/scalar").messages[7].1.set_field_by_name("force", Value::F64(x));
+        recording.set("/scalar", 7, "force", Value::F64(x));
         recording
     };
     let a = holding(f64::INFINITY);
-    let verdict_of = |b: f64| verdict(&desk.forged(&a, &holding(b), &rules(&["rel=1e-6"])));
+    let verdict_of = |b: f64| verdict_of(&a, &holding(b), &rules(&["rel=1e-6"]));
     assert_eq!(verdict_of(f64::INFINITY), Verdict::Equal);
     assert_eq!(verdict_of(f64::NEG_INFINITY), Verdict::Different);
     assert_eq!(verdict_of(1.0), Verdict::Different);
@@ -859,8 +767,7 @@ fn an_infinite_reference_is_no_reason_to_allow_all() {
 
 /// Messages of `/scalar` that all say the same at steps and times of one's own.
 fn constant(moments: impl Iterator<Item = (u64, f64)>) -> Forged {
-    let mut recording = forge(1, 3);
-    recording.channels.retain(|channel| channel.topic == "/scalar");
+    let mut recording = forge(1, 3).only("/scalar");
     let (_, first) = recording.channels[0].messages[0].clone();
     let message = |(step, time): (u64, f64)| {
         let mut message = first.clone();
@@ -874,7 +781,6 @@ fn constant(moments: impl Iterator<Item = (u64, f64)>) -> Forged {
 
 #[test]
 fn without_a_tolerance_nothing_interpolated_is_equal() {
-    let desk = Desk::new();
     let whole = || (0..40).map(|step| (step, step as f64 * 0.1));
     let base = constant(whole());
     let third = constant(whole().step_by(3).map(|(step, time)| (step + 1000, time)));
@@ -884,7 +790,7 @@ fn without_a_tolerance_nothing_interpolated_is_equal() {
     let hints = [Some(Hint::Between), Some(Hint::Between), Some(Hint::Between), Some(Hint::Relative)];
     for ((i, other), hint) in [third, scaled, shifted, far].iter().enumerate().zip(hints) {
         for (a, b) in [(&base, other), (other, &base)] {
-            let strict = desk.forged(a, b, &Options::default());
+            let strict = forged(a, b, &Options::default());
             assert_eq!(verdict(&strict), Verdict::Different, "{i}");
             assert_eq!(strict.channels[0].hint, hint, "{i}");
             let text = to_text(("a", "b"), &strict, Style::default());
@@ -895,7 +801,7 @@ fn without_a_tolerance_nothing_interpolated_is_equal() {
             );
             // a mode that is asked for is not a tolerance
             for mode in [Mode::Linear, Mode::Nearest, Mode::Cubic] {
-                let asked = desk.forged(a, b, &Options { mode: Some(mode), ..Options::default() });
+                let asked = forged(a, b, &Options { mode: Some(mode), ..Options::default() });
                 let expected = if i == 3 { Verdict::NotCompared } else { Verdict::Different };
                 assert_eq!(verdict(&asked), expected, "{i}, {mode:?}");
             }
@@ -903,155 +809,128 @@ fn without_a_tolerance_nothing_interpolated_is_equal() {
     }
     // with one, the report says what was done, with the messages of both
     let third = constant(whole().step_by(3).map(|(step, time)| (step + 1000, time)));
-    let loose = desk.forged(&base, &third, &rules(&["l2_rel=1e-9"]));
+    let loose = forged(&base, &third, &rules(&["l2_rel=1e-9"]));
     assert_eq!(verdict(&loose), Verdict::Within);
     let text = to_text(("a", "b"), &loose, Style::default());
     let expected = "interpolated linearly in time, 40 messages in the reference and 14 in the new recording";
     assert!(text.contains(expected), "{text}");
-    let partly = desk.forged(&base, &third, &rules(&["/scalar.force:l2_rel=1e-9"]));
+    let partly = forged(&base, &third, &rules(&["/scalar.force:l2_rel=1e-9"]));
     assert_eq!(verdict(&partly), Verdict::Different, "the other fields have no tolerance");
     // messages at the same times are not interpolated, whatever is asked for
     let linear = Options { mode: Some(Mode::Linear), ..Options::default() };
-    assert_eq!(verdict(&desk.forged(&base, &base, &linear)), Verdict::Equal);
+    assert_eq!(verdict_of(&base, &base, &linear), Verdict::Equal);
 }
 
 #[test]
 fn times_and_steps_are_compared_like_fields() {
-    let desk = Desk::new();
     let whole = || (0..40).map(|step| (step, step as f64 * 0.1));
     let base = constant(whole());
     let scaled = constant(whole().map(|(step, time)| (step, time * 1.01)));
-    let strict = desk.forged(&base, &scaled, &Options::default());
+    let strict = forged(&base, &scaled, &Options::default());
     assert_eq!(first(&strict), Some((1, "/scalar.time".into())));
     for rule in ["time:ignore", "time:rel=0.02", "/scalar.time:rel=0.02", "/scalar.time:ignore"] {
-        let comparison = desk.forged(&base, &scaled, &rules(&[rule]));
+        let comparison = forged(&base, &scaled, &rules(&[rule]));
         assert!(comparison.is_within(), "{rule}: {:?}", first(&comparison));
         assert!(comparison.fitting[0], "{rule}");
     }
-    assert_eq!(verdict(&desk.forged(&base, &scaled, &rules(&["time:rel=0.005"]))), Verdict::Different);
+    assert_eq!(verdict_of(&base, &scaled, &rules(&["time:rel=0.005"])), Verdict::Different);
     // from the start of each recording too
     let numbered = constant(whole().map(|(step, time)| (step + 100, time + 1e6)));
     let relative = Options { relative: true, ..Options::default() };
     assert_eq!(
-        first(&desk.forged(&base, &numbered, &relative)).map(|(_, name)| name),
+        first(&forged(&base, &numbered, &relative)).map(|(_, name)| name),
         Some("/scalar.step".into())
     );
     let stretched = constant(whole().map(|(step, time)| (step, 1e6 + time * (1.0 + 1e-5))));
     assert_eq!(
-        first(&desk.forged(&base, &stretched, &relative)).map(|(_, name)| name),
+        first(&forged(&base, &stretched, &relative)).map(|(_, name)| name),
         Some("/scalar.time".into())
     );
     let moved = constant(whole().map(|(step, time)| (step, 1e6 + time)));
-    assert_eq!(verdict(&desk.forged(&base, &moved, &relative)), Verdict::Equal);
+    assert_eq!(verdict_of(&base, &moved, &relative), Verdict::Equal);
 }
 
 /// `/profile` with positions as a list in its metadata, and p at each step.
 fn listed(axis: &str, p: impl Fn(usize) -> Vec<f64>) -> Forged {
-    let mut recording = forge(20, 3);
-    recording.channels.retain(|channel| channel.topic == "/profile");
+    let mut recording = forge(20, 3).only("/profile");
     recording.channels[0].metadata.insert("axis.p".into(), axis.into());
-    for (step, (_, message)) in recording.channels[0].messages.iter_mut().enumerate() {
-        message.set_field_by_name("p", Value::List(p(step).into_iter().map(Value::F64).collect()));
-    }
+    recording.set_all("/profile", "p", |step| list(p(step)));
     recording
 }
 
 #[test]
 fn what_cannot_be_aligned_is_compared_by_number() {
-    let desk = Desk::new();
     let at = |changed: usize| move |step: usize| vec![1.0, if step == changed { 3.0 } else { 2.0 }];
     for axis in ["0,nan", "nan,nan", "nan,1", "0", "1,1", "0,inf"] {
         let (a, b) = (listed(axis, at(99)), listed(axis, at(3)));
-        let strict = desk.forged(&a, &b, &Options::default());
+        let strict = forged(&a, &b, &Options::default());
         assert_eq!(first(&strict), Some((3, "/profile.p[1]".into())), "{axis}");
         assert!(!channel(&strict, "/profile").axes_differ, "{axis}: equal texts are equal places");
-        assert_eq!(verdict(&desk.forged(&a, &b, &rules(&["abs=0.1"]))), Verdict::Different, "{axis}");
-        assert_eq!(verdict(&desk.forged(&a, &a, &Options::default())), Verdict::Equal, "{axis}");
+        assert_eq!(verdict_of(&a, &b, &rules(&["abs=0.1"])), Verdict::Different, "{axis}");
+        assert_eq!(verdict_of(&a, &a, &Options::default()), Verdict::Equal, "{axis}");
     }
     // of axes that differ, too
     let (a, b) = (listed("0,nan", at(99)), listed("0,1", at(3)));
-    let loose = desk.forged(&a, &b, &rules(&["abs=0.1"]));
+    let loose = forged(&a, &b, &rules(&["abs=0.1"]));
     assert_eq!(first(&loose), Some((3, "/profile.p[1]".into())));
 }
 
 #[test]
 fn places_that_are_no_numbers_are_compared_by_number() {
-    let desk = Desk::new();
     for (topic, field, start) in
         [("/profile", "p", "r0"), ("/slice", "values", "z0"), ("/slice", "values", "dr")]
     {
-        let mut a = forge(30, 0);
-        a.channels.retain(|channel| channel.topic == topic);
-        a.channel(topic)
-            .messages
-            .iter_mut()
-            .for_each(|(_, m)| m.set_field_by_name(start, Value::F64(f64::NAN)));
+        let mut a = forge(30, 0).only(topic);
+        a.set_all(topic, start, |_| Value::F64(f64::NAN));
         let mut b = a.clone();
-        let message = &mut b.channel(topic).messages[1].1;
-        let mut list = message.get_field_by_name(field).expect("a field").into_owned();
-        if let Value::List(list) = &mut list {
-            list[1] = if topic == "/slice" { Value::F32(77.0) } else { Value::F64(77.0) };
-        }
-        message.set_field_by_name(field, list);
+        let other = if topic == "/slice" { Value::F32(77.0) } else { Value::F64(77.0) };
+        set_element(&mut b.channel(topic).messages[1].1, field, 1, other);
         for options in [Options::default(), rules(&["abs=0.1"])] {
-            let comparison = desk.forged(&a, &b, &options);
+            let comparison = forged(&a, &b, &options);
             assert_eq!(verdict(&comparison), Verdict::Different, "{topic}.{start}");
-            assert_eq!(verdict(&desk.forged(&a, &a, &options)), Verdict::Equal, "{topic}.{start}");
+            assert_eq!(verdict_of(&a, &a, &options), Verdict::Equal, "{topic}.{start}");
         }
     }
 }
 
 #[test]
 fn elements_that_resampling_drops_are_counted_as_not_compared() {
-    let desk = Desk::new();
     let profile = |r0: f64, dr: f64, n: usize| {
         let mut recording = listed("r0,dr", |_| (0..n).map(|i| r0 + i as f64 * dr).collect());
-        for (_, message) in &mut recording.channel("/profile").messages {
-            message.set_field_by_name("r0", Value::F64(r0));
-            message.set_field_by_name("dr", Value::F64(dr));
-        }
+        recording.set_all("/profile", "r0", |_| Value::F64(r0));
+        recording.set_all("/profile", "dr", |_| Value::F64(dr));
         recording
     };
     let p = |comparison: &Comparison| {
-        let fields = &channel(comparison, "/profile").fields;
-        fields
-            .iter()
-            .find(|field| field.path == "p")
-            .map(|field| (field.within, field.measure.elements, field.measure.dropped))
+        let FieldReport { within, measure, .. } = field(comparison, "/profile", "p");
+        (*within, measure.elements, measure.dropped)
     };
     // 1, 2, ..., 10 against 1, 1.5, ..., 4: five, and none of the finer ones
     let (coarse, fine) = (profile(1.0, 1.0, 10), profile(1.0, 0.5, 7));
-    let loose = desk.forged(&coarse, &fine, &rules(&["abs=1e-9"]));
-    assert_eq!(p(&loose), Some((true, 20 * 4, 20 * 6)));
+    let loose = forged(&coarse, &fine, &rules(&["abs=1e-9"]));
+    assert_eq!(p(&loose), (true, 20 * 4, 20 * 6));
     let text = to_text(("a", "b"), &loose, Style::default());
     assert!(text.contains("120 elements outside the common range of the axes are not compared"), "{text}");
     // the other way around those of the coarse one beyond 4
-    assert_eq!(p(&desk.forged(&fine, &coarse, &rules(&["abs=1e-9"]))), Some((true, 20 * 7, 20 * 6)));
+    assert_eq!(p(&forged(&fine, &coarse, &rules(&["abs=1e-9"]))), (true, 20 * 7, 20 * 6));
     // without a tolerance nothing resampled is equal
-    let strict = desk.forged(&coarse, &fine, &Options::default());
+    let strict = forged(&coarse, &fine, &Options::default());
     assert_eq!(verdict(&strict), Verdict::Different);
     let flat = |mut recording: Forged| {
-        let zeros = Value::List(vec![Value::F64(0.0); 8]);
-        recording
-            .channel("/profile")
-            .messages
-            .iter_mut()
-            .for_each(|(_, m)| m.set_field_by_name("p", zeros.clone()));
+        recording.set_all("/profile", "p", |_| list([0.0; 8]));
         recording
     };
     let (a, b) = (flat(profile(1.0, 1.0, 8)), flat(profile(1.0, 0.5, 8)));
-    assert_eq!(verdict(&desk.forged(&a, &b, &Options::default())), Verdict::Different);
-    assert_eq!(verdict(&desk.forged(&a, &b, &rules(&["*:abs=0"]))), Verdict::Within);
+    assert_eq!(verdict_of(&a, &b, &Options::default()), Verdict::Different);
+    assert_eq!(verdict_of(&a, &b, &rules(&["*:abs=0"])), Verdict::Within);
 }
 
 #[test]
 fn log_times_are_compared_in_nanoseconds() {
     const DATE: u64 = 1_700_000_000_123_456_789;
-    let desk = Desk::new();
     let placed = |times: &dyn Fn(u64) -> u64, x: &dyn Fn(u64) -> f64| {
         let mut recording = forge(1, 3);
-        recording.channels.clear();
-        by_log_time(&mut recording, "/place", (0..40).map(|k| (times(k), x(k))));
+        recording.channels = vec![by_log_time("/place", (0..40).map(|k| (times(k), x(k))))];
         recording
     };
     // seconds as floating-point numbers are the same
@@ -1064,35 +943,34 @@ fn log_times_are_compared_in_nanoseconds() {
             &|_| 1.0,
         );
         for (a, b) in [(&a, &b), (&b, &a)] {
-            let comparison = desk.forged(a, b, &Options::default());
+            let comparison = forged(a, b, &Options::default());
             assert_eq!(verdict(&comparison), Verdict::Different, "{start} {interval}");
             let place = channel(&comparison, "/place");
             assert_eq!((place.only_a, place.only_b), (1, 1), "{start} {interval}");
             assert_eq!(place.alignment.mode, Some(Mode::Time));
         }
-        let text = to_text(("a", "b"), &desk.forged(&b, &a, &Options::default()), Style::default());
+        let text = to_text(("a", "b"), &forged(&b, &a, &Options::default()), Style::default());
         let first = start + if interval == 1 { late + 1 } else { late * interval };
         let first = format!("the first at time {}.{:09}", first / 1_000_000_000, first % 1_000_000_000);
         assert!(text.contains(first.trim_end_matches('0')), "{first}: {text}");
-        assert_eq!(verdict(&desk.forged(&a, &a, &Options::default())), Verdict::Equal);
+        assert_eq!(verdict_of(&a, &a, &Options::default()), Verdict::Equal);
     }
     // interpolated between times a nanosecond apart
     let line =
         |offset: u64, step: u64| placed(&|k| DATE + offset + k * step, &|k| (offset + k * step) as f64);
     let loose = Options { mode: Some(Mode::Linear), ..rules(&["abs=1e-9"]) };
-    let comparison = desk.forged(&line(1, 2), &line(0, 2), &loose);
+    let comparison = forged(&line(1, 2), &line(0, 2), &loose);
     assert_eq!((verdict(&comparison), channel(&comparison, "/place").compared), (Verdict::Within, 39));
     // a window of them
     let bound = |text: &str| Some(text.parse().expect("a time"));
     let window = |from, to| Window { from: bound(from), to: bound(to), every: 1 };
     let window = window("1700000000.123456799", "1700000000.123456808");
     let options = Options { window, ..Options::default() };
-    assert_eq!(channel(&desk.forged(&line(0, 1), &line(0, 1), &options), "/place").compared, 10);
+    assert_eq!(channel(&forged(&line(0, 1), &line(0, 1), &options), "/place").compared, 10);
 }
 
 #[test]
 fn what_differs_and_is_not_compared_is_mentioned_once() {
-    let desk = Desk::new();
     let a = forge(30, 5);
     let mut b = a.clone();
     // log and publish times of three messages of two topics, whose field `time` rules
@@ -1103,13 +981,9 @@ fn what_differs_and_is_not_compared_is_mentioned_once() {
     let calm = &mut b.file.enum_type[0].value[0];
     calm.name = Some("QUIET".into());
     b.metadata.push(("percuss.status".into(), forge::text_map(&[("status", "failed")])));
-    let comparison = desk.forged(&a, &b, &Options::default());
+    let comparison = forged(&a, &b, &Options::default());
     assert!(!comparison.is_different(), "{:?}", comparison.structure);
-    let change = |change: &percuss_reader::compare::Change| {
-        let [a, b] = [&change.a, &change.b].map(|text| text.clone().unwrap_or_default());
-        format!("{} {}: {a} -> {b}", change.place, change.key)
-    };
-    let mut reported: Vec<String> = comparison.provenance.iter().map(change).collect();
+    let mut reported = provenance(&comparison);
     reported.sort();
     let expected = [
         "/note.kind name of 0: CALM -> QUIET",
@@ -1125,23 +999,16 @@ fn what_differs_and_is_not_compared_is_mentioned_once() {
 
 #[test]
 fn residuals_of_rounding_are_compared_where_they_are_named() {
-    let desk = Desk::new();
     let with = |residual: f64| {
         let mut recording = forge(30, 5);
         recording.file.message_type[0].field[2].name = Some("residual".into());
-        let descriptor = forge::pool(&recording.file).get_message_by_name("lab.Scalar").expect("the message");
-        let channel = recording.channel("/scalar");
-        channel.topic = "/energy".into();
-        for (_, message) in &mut channel.messages {
-            let bytes = prost_reflect::prost::Message::encode_to_vec(message);
-            *message =
-                prost_reflect::DynamicMessage::decode(descriptor.clone(), &bytes[..]).expect("a message");
-            message.set_field_by_name("residual", Value::F64(residual));
-        }
+        retype_scalars(&mut recording);
+        recording.set_all("/scalar", "residual", |_| Value::F64(residual));
+        recording.channel("/scalar").topic = "/energy".into();
         recording
     };
     let (a, b) = (with(0.0), with(4e-16));
-    let comparison = desk.forged(&a, &b, &Options::default());
+    let comparison = forged(&a, &b, &Options::default());
     assert_eq!(verdict(&comparison), Verdict::Equal);
     assert!(
         to_text(("a", "b"), &comparison, Style::default())
@@ -1153,8 +1020,8 @@ fn residuals_of_rounding_are_compared_where_they_are_named() {
         ("/energy:abs=1e-20", Verdict::Equal),
         ("/energy.residual:ignore", Verdict::Equal),
     ] {
-        assert_eq!(verdict(&desk.forged(&a, &b, &rules(&[rule]))), expected, "{rule}");
+        assert_eq!(verdict_of(&a, &b, &rules(&[rule])), expected, "{rule}");
     }
     let named = Options { fields: vec!["residual".parse().expect("a field")], ..Options::default() };
-    assert_eq!(verdict(&desk.forged(&a, &b, &named)), Verdict::Different);
+    assert_eq!(verdict_of(&a, &b, &named), Verdict::Different);
 }

@@ -1,5 +1,4 @@
 //! Recordings made for tests: of another writer than percuss, with everything a message can hold.
-#![allow(dead_code, reason = "each test program uses some of it")]
 
 use std::{collections::BTreeMap, io::Cursor};
 
@@ -8,14 +7,15 @@ use mcap::{
     records::{MessageHeader, Metadata},
 };
 use prost_reflect::{
-    DescriptorPool, DynamicMessage, MapKey, MessageDescriptor, Value,
+    DescriptorPool, DynamicMessage, Value,
     prost::Message,
     prost_types::{
         DescriptorProto, EnumDescriptorProto, EnumValueDescriptorProto, FieldDescriptorProto,
-        FileDescriptorProto, FileDescriptorSet, MessageOptions,
+        FileDescriptorProto, FileDescriptorSet, MessageOptions, OneofDescriptorProto,
         field_descriptor_proto::{Label, Type},
     },
 };
+use serde_json::{Value as Json, json};
 
 /// Numbers that look random and are the same every time (xorshift64*).
 pub struct Dice(pub u64);
@@ -54,90 +54,110 @@ pub fn field(
     }
 }
 
-/// Messages of the tests: `Scalar`, `Profile`, `Slice`, `Note`.
-pub fn file() -> FileDescriptorProto {
-    let one = |name: &str, number, kind| field(name, number, Label::Optional, kind, None);
-    let many = |name: &str, number, kind| field(name, number, Label::Repeated, kind, None);
-    let message = |name: &str, field: Vec<FieldDescriptorProto>| DescriptorProto {
-        name: Some(name.into()),
-        field,
-        ..Default::default()
+/// Adds a field by its name and type: `double`, `?double` (optional), `[double]`, `map<string,double>`, `Place` (of the package),
+/// `google.protobuf.Timestamp`, `=Mode` (the enumeration).
+fn add(message: &mut DescriptorProto, package: &str, number: i32, name: &str, kind: &str) {
+    let (label, kind) = match kind.strip_prefix('[').and_then(|kind| kind.strip_suffix(']')) {
+        Some(kind) => (Label::Repeated, kind),
+        None => (Label::Optional, kind),
     };
-    let start = || vec![one("step", 1, Type::Uint64), one("time", 2, Type::Double)];
-    let with = |more: Vec<FieldDescriptorProto>| [start(), more].concat();
-    let mut note = message(
-        "Note",
-        with(vec![
-            one("text", 3, Type::String),
-            field("kind", 4, Label::Optional, Type::Enum, Some(".lab.Kind")),
-            field("place", 5, Label::Optional, Type::Message, Some(".lab.Place")),
-            field("parts", 6, Label::Repeated, Type::Message, Some(".lab.Place")),
-            one("raw", 7, Type::Bytes),
-            field("sizes", 8, Label::Repeated, Type::Message, Some(".lab.Note.SizesEntry")),
-            field("inner", 9, Label::Optional, Type::Message, Some(".lab.Note")),
-        ]),
-    );
-    note.nested_type = vec![DescriptorProto {
-        name: Some("SizesEntry".into()),
-        field: vec![one("key", 1, Type::String), one("value", 2, Type::Double)],
-        options: Some(MessageOptions { map_entry: Some(true), ..Default::default() }),
-        ..Default::default()
-    }];
-    let values = ["CALM", "LOUD"].iter().zip(0..).map(|(name, number)| EnumValueDescriptorProto {
-        name: Some((*name).into()),
-        number: Some(number),
-        ..Default::default()
+    let full =
+        |name: &str| if name.contains('.') { format!(".{name}") } else { format!(".{package}.{name}") };
+    let scalar = |kind: &str| Type::from_str_name(&format!("TYPE_{}", kind.to_uppercase()));
+    let map = kind.strip_prefix("map<").and_then(|kind| kind.strip_suffix('>')?.split_once(','));
+    message.field.push(if let Some((key, value)) = map {
+        let mut entry = type_of(&format!("Entry{number}"), Vec::new());
+        add(&mut entry, package, 1, "key", key);
+        add(&mut entry, package, 2, "value", value);
+        entry.options = Some(MessageOptions { map_entry: Some(true), ..Default::default() });
+        message.nested_type.push(entry);
+        let entry = format!(".{package}.{}.Entry{number}", message.name());
+        field(name, number, Label::Repeated, Type::Message, Some(&entry))
+    } else if let Some(kind) = kind.strip_prefix('=') {
+        field(name, number, label, Type::Enum, Some(&full(kind)))
+    } else if let Some(kind) = kind.strip_prefix('?').and_then(scalar) {
+        let group = OneofDescriptorProto { name: Some(format!("_{name}")), options: None };
+        message.oneof_decl.push(group);
+        FieldDescriptorProto {
+            oneof_index: Some(message.oneof_decl.len() as i32 - 1),
+            proto3_optional: Some(true),
+            ..field(name, number, label, kind, None)
+        }
+    } else if let Some(kind) = scalar(kind) {
+        field(name, number, label, kind, None)
+    } else {
+        field(name, number, label, Type::Message, Some(&full(kind)))
     });
+}
+
+pub fn type_of(name: &str, field: Vec<FieldDescriptorProto>) -> DescriptorProto {
+    DescriptorProto { name: Some(name.into()), field, ..Default::default() }
+}
+
+/// A file of types.
+pub fn file_of(name: &str, message_type: Vec<DescriptorProto>) -> FileDescriptorProto {
+    let (name, syntax) = (Some(name.into()), Some("proto3".into()));
+    FileDescriptorProto { name, syntax, message_type, ..Default::default() }
+}
+
+/// Types of a package, and an enumeration with its values.
+///
+/// * `messages`: a line for each, with its name and its fields as `NAME:TYPE`, numbered from 1
+pub fn types(package: &str, messages: &str, (name, values): (&str, [&str; 2])) -> FileDescriptorProto {
+    let message = |line: &str| {
+        let mut words = line.split_whitespace();
+        let mut message = type_of(words.next().expect("a name"), Vec::new());
+        for (field, number) in words.zip(1..) {
+            let (name, kind) = field.split_once(':').expect("a type");
+            add(&mut message, package, number, name, kind);
+        }
+        message
+    };
+    let value = |(name, number): (&str, i32)| EnumValueDescriptorProto {
+        name: Some(name.into()),
+        number: Some(number),
+        options: None,
+    };
+    let value = values.into_iter().zip(0..).map(value).collect();
     FileDescriptorProto {
-        name: Some("lab.proto".into()),
-        package: Some("lab".into()),
-        syntax: Some("proto3".into()),
-        message_type: vec![
-            message(
-                "Scalar",
-                with(vec![
-                    one("force", 3, Type::Double),
-                    one("load", 4, Type::Float),
-                    one("count", 5, Type::Sint64),
-                    one("flag", 6, Type::Bool),
-                ]),
-            ),
-            message(
-                "Profile",
-                with(vec![
-                    one("r0", 3, Type::Double),
-                    one("dr", 4, Type::Double),
-                    many("p", 5, Type::Double),
-                ]),
-            ),
-            message(
-                "Slice",
-                with(vec![
-                    one("r0", 3, Type::Double),
-                    one("dr", 4, Type::Double),
-                    one("nr", 5, Type::Uint32),
-                    one("z0", 6, Type::Double),
-                    one("dz", 7, Type::Double),
-                    one("nz", 8, Type::Uint32),
-                    many("values", 9, Type::Float),
-                ]),
-            ),
-            message("Place", vec![one("x", 1, Type::Double), many("tags", 2, Type::Int32)]),
-            note,
-        ],
-        enum_type: vec![EnumDescriptorProto {
-            name: Some("Kind".into()),
-            value: values.collect(),
-            ..Default::default()
-        }],
-        ..Default::default()
+        package: Some(package.into()),
+        enum_type: vec![EnumDescriptorProto { name: Some(name.into()), value, ..Default::default() }],
+        ..file_of(&format!("{package}.proto"), messages.lines().map(message).collect())
     }
+}
+
+/// Messages of the tests.
+pub fn file() -> FileDescriptorProto {
+    let messages = "Scalar step:uint64 time:double force:double load:float count:sint64 flag:bool\n\
+        Profile step:uint64 time:double r0:double dr:double p:[double]\n\
+        Slice step:uint64 time:double r0:double dr:double nr:uint32 z0:double dz:double nz:uint32 values:[float]\n\
+        Place x:double tags:[int32]\n\
+        Note step:uint64 time:double text:string kind:=Kind place:Place parts:[Place] raw:bytes \
+        sizes:map<string,double> inner:Note";
+    types("lab", messages, ("Kind", ["CALM", "LOUD"]))
+}
+
+/// A message of the package `lab`, given in the JSON mapping.
+pub fn message(pool: &DescriptorPool, name: &str, content: &Json) -> DynamicMessage {
+    let descriptor = pool.get_message_by_name(&format!("lab.{name}")).expect("the type");
+    DynamicMessage::deserialize(descriptor, content).expect("a message")
+}
+
+/// A field of a message that is a number.
+pub fn number(message: &DynamicMessage, field: &str) -> f64 {
+    message.get_field_by_name(field).and_then(|value| value.as_f64()).expect("a number")
+}
+
+/// A list of numbers as a field.
+pub fn list(numbers: impl IntoIterator<Item = f64>) -> Value {
+    Value::List(numbers.into_iter().map(Value::F64).collect())
 }
 
 /// A channel with its messages.
 #[derive(Clone)]
 pub struct Channel {
     pub topic: String,
+    /// Name of the type; without one they are JSON.
     pub message: String,
     pub metadata: BTreeMap<String, String>,
     pub messages: Vec<(u64, DynamicMessage)>,
@@ -173,86 +193,73 @@ pub fn time(step: u64) -> f64 {
 pub fn forge(steps: u64, seed: u64) -> Forged {
     let file = file();
     let pool = pool(&file);
-    let descriptor = |name: &str| pool.get_message_by_name(&format!("lab.{name}")).expect("the message");
-    let mut dice = Dice(seed.wrapping_mul(2_654_435_761).wrapping_add(1));
-    let phase = dice.unit();
-    let start = |descriptor: MessageDescriptor, step: u64| {
-        let mut message = DynamicMessage::new(descriptor);
-        message.set_field_by_name("step", Value::U64(step));
-        message.set_field_by_name("time", Value::F64(time(step)));
-        message
+    let phase = Dice(seed.wrapping_mul(2_654_435_761).wrapping_add(1)).unit();
+    let at = |name: &str, step: u64, mut content: Json| {
+        (content["step"], content["time"]) = (step.into(), time(step).into());
+        (step * STEP_NS, message(&pool, name, &content))
     };
-    let (mut scalars, mut profiles, mut slices, mut notes) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for step in 0..steps {
+    let scalar = |step: u64| {
         let t = time(step);
-        let mut scalar = start(descriptor("Scalar"), step);
-        scalar.set_field_by_name("force", Value::F64((3.0 * t + phase).sin() + 2.0));
-        scalar.set_field_by_name("load", Value::F32((1.0 + t).sqrt() as f32));
-        scalar.set_field_by_name("count", Value::I64(step as i64 * 7 - 3));
-        scalar.set_field_by_name("flag", Value::Bool(step % 3 == 0));
-        scalars.push((step * STEP_NS, scalar));
-        let mut profile = start(descriptor("Profile"), step);
-        profile.set_field_by_name("r0", Value::F64(0.025));
-        profile.set_field_by_name("dr", Value::F64(0.05));
-        let p = |i: u64| (phase + t * 2.0 - 0.05 * i as f64).cos() + 1.5;
-        profile.set_field_by_name("p", Value::List((0..12 + step / 20).map(|i| Value::F64(p(i))).collect()));
-        profiles.push((step * STEP_NS, profile));
-        if step % 10 == 0 {
-            let mut slice = start(descriptor("Slice"), step);
-            for (name, value) in [("r0", 0.0), ("dr", 0.1), ("z0", 0.0), ("dz", 0.2)] {
-                slice.set_field_by_name(name, Value::F64(value));
-            }
-            slice.set_field_by_name("nr", Value::U32(6));
-            slice.set_field_by_name("nz", Value::U32(4));
-            let value = |i: u32| (t as f32 + i as f32 * 0.3 + phase as f32).sin();
-            slice.set_field_by_name("values", Value::List((0..24).map(|i| Value::F32(value(i))).collect()));
-            slices.push((step * STEP_NS, slice));
-        }
-        if step % 25 == 5 {
-            let mut note = start(descriptor("Note"), step);
-            note.set_field_by_name("text", Value::String(format!("step {step}")));
-            note.set_field_by_name("kind", Value::EnumNumber((step % 2) as i32));
-            let mut place = DynamicMessage::new(descriptor("Place"));
-            place.set_field_by_name("x", Value::F64(t));
-            place.set_field_by_name("tags", Value::List(vec![Value::I32(1), Value::I32(-2)]));
-            note.set_field_by_name("place", Value::Message(place.clone()));
-            note.set_field_by_name(
-                "parts",
-                Value::List(vec![Value::Message(place.clone()), Value::Message(place)]),
-            );
-            note.set_field_by_name("raw", Value::Bytes(vec![1, 2, 3].into()));
-            let sizes = [("b", 2.0), ("a", 1.0)];
-            let sizes = sizes.map(|(key, value)| (MapKey::String(key.into()), Value::F64(value)));
-            note.set_field_by_name("sizes", Value::Map(sizes.into_iter().collect()));
-            notes.push((step * STEP_NS, note));
-        }
-    }
+        let (force, load) = ((3.0 * t + phase).sin() + 2.0, (1.0 + t).sqrt() as f32);
+        let (count, flag) = (step as i64 * 7 - 3, step.is_multiple_of(3));
+        at("Scalar", step, json!({"force": force, "load": load, "count": count, "flag": flag}))
+    };
+    let profile = |step: u64| {
+        let p = |i: u64| (phase + time(step) * 2.0 - 0.05 * i as f64).cos() + 1.5;
+        let p: Vec<f64> = (0..12 + step / 20).map(p).collect();
+        at("Profile", step, json!({"r0": 0.025, "dr": 0.05, "p": p}))
+    };
+    let slice = |step: u64| {
+        let value = |i: u32| (time(step) as f32 + i as f32 * 0.3 + phase as f32).sin();
+        let values: Vec<f32> = (0..24).map(value).collect();
+        let content = json!({"r0": 0.0, "dr": 0.1, "nr": 6, "z0": 0.0, "dz": 0.2, "nz": 4, "values": values});
+        at("Slice", step, content)
+    };
+    let note = |step: u64| {
+        let place = json!({"x": time(step), "tags": [1, -2]});
+        let content = json!({
+            "text": format!("step {step}"),
+            "kind": step % 2,
+            "place": place,
+            "parts": [place, place],
+            "raw": "AQID",
+            "sizes": {"a": 1.0, "b": 2.0},
+        });
+        at("Note", step, content)
+    };
     let channel = |topic: &str, message: &str, metadata: &[(&str, &str)], messages| Channel {
         topic: topic.into(),
         message: message.into(),
         metadata: text_map(metadata),
         messages,
     };
+    let of_profile = [("unit.p", "Pa"), ("unit.r0", "m"), ("axis.p", "r0,dr")];
+    let of_slice = [("axis.values", "z0,dz,nz;r0,dr,nr"), ("unit.values", "Pa")];
+    let of_scalar = [("unit.force", "N"), ("unit.time", "s")];
+    let slices = (0..steps).step_by(10).map(slice).collect();
+    let channels = vec![
+        channel("/scalar", "Scalar", &of_scalar, (0..steps).map(scalar).collect()),
+        channel("/profile", "Profile", &of_profile, (0..steps).map(profile).collect()),
+        channel("/slice", "Slice", &of_slice, slices),
+        channel("/note", "Note", &[], (5..steps).step_by(25).map(note).collect()),
+    ];
     Forged {
         file,
-        channels: vec![
-            channel("/scalar", "Scalar", &[("unit.force", "N"), ("unit.time", "s")], scalars),
-            channel(
-                "/profile",
-                "Profile",
-                &[("unit.p", "Pa"), ("unit.r0", "m"), ("axis.p", "r0,dr")],
-                profiles,
-            ),
-            channel(
-                "/slice",
-                "Slice",
-                &[("axis.values", "z0,dz,nz;r0,dr,nr"), ("unit.values", "Pa")],
-                slices,
-            ),
-            channel("/note", "Note", &[], notes),
-        ],
+        channels,
         attachments: vec![("case.toml".into(), format!("seed = {seed}\nsteps = {steps}\n").into_bytes())],
         metadata: vec![("lab".into(), text_map(&[("who", "me")]))],
+    }
+}
+
+/// A topic whose messages know no time but their log time: x at every time \[ns\].
+pub fn by_log_time(topic: &str, messages: impl IntoIterator<Item = (u64, f64)>) -> Channel {
+    let pool = pool(&file());
+    let message = |(at, x): (u64, f64)| (at, message(&pool, "Place", &json!({ "x": x })));
+    Channel {
+        topic: topic.into(),
+        message: "Place".into(),
+        metadata: BTreeMap::new(),
+        messages: messages.into_iter().map(message).collect(),
     }
 }
 
@@ -274,10 +281,13 @@ impl Forged {
         }
         let mut all: Vec<(u64, u16, Vec<u8>)> = Vec::new();
         for channel in &self.channels {
-            let schema =
-                writer.add_schema(&format!("lab.{}", channel.message), "protobuf", &set).expect("a schema");
+            let (schema, encoding) = match channel.message.as_str() {
+                "" => (Ok(0), "json"),
+                name => (writer.add_schema(&format!("lab.{name}"), "protobuf", &set), "protobuf"),
+            };
+            let schema = schema.expect("a schema");
             let id =
-                writer.add_channel(schema, &channel.topic, "protobuf", &channel.metadata).expect("a channel");
+                writer.add_channel(schema, &channel.topic, encoding, &channel.metadata).expect("a channel");
             all.extend(channel.messages.iter().map(|(at, message)| (*at, id, message.encode_to_vec())));
         }
         all.sort_by_key(|(at, id, _)| (*at, *id));
@@ -296,6 +306,46 @@ impl Forged {
     pub fn channel(&mut self, topic: &str) -> &mut Channel {
         self.channels.iter_mut().find(|channel| channel.topic == topic).expect("the channel")
     }
+
+    /// Sets a field of one message of a topic.
+    pub fn set(&mut self, topic: &str, message: usize, field: &str, value: Value) {
+        self.channel(topic).messages[message].1.set_field_by_name(field, value);
+    }
+
+    /// Sets a field of every message of a topic, by the number of the message.
+    pub fn set_all(&mut self, topic: &str, field: &str, value: impl Fn(usize) -> Value) {
+        let messages = self.channel(topic).messages.iter_mut().enumerate();
+        messages.for_each(|(i, (_, message))| message.set_field_by_name(field, value(i)));
+    }
+
+    /// The recording without other topics.
+    pub fn only(mut self, topic: &str) -> Self {
+        self.channels.retain(|channel| channel.topic == topic);
+        self
+    }
+
+    /// The same later by some nanoseconds: log times, and times of messages.
+    pub fn later(mut self, by: u64) -> Self {
+        for (at, message) in self.channels.iter_mut().flat_map(|channel| &mut channel.messages) {
+            *at += by;
+            if let Some(time) = message.get_field_by_name("time").and_then(|time| time.as_f64()) {
+                message.set_field_by_name("time", Value::F64(time + by as f64 / 1e9));
+            }
+        }
+        self
+    }
+}
+
+/// A recording of a topic without a type, with the same text at some log times \[ns\].
+pub fn of_texts(topic: &str, encoding: &str, times: impl IntoIterator<Item = u64>, content: &str) -> Vec<u8> {
+    let mut writer = plain().library("x").create(Cursor::new(Vec::new())).expect("a writer");
+    let channel_id = writer.add_channel(0, topic, encoding, &BTreeMap::new()).expect("a channel");
+    for log_time in times {
+        let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: log_time };
+        writer.write_to_known_channel(&header, content.as_bytes()).expect("a message");
+    }
+    writer.finish().expect("the end");
+    writer.into_inner().into_inner()
 }
 
 /// Chunks of 8 KiB, no compression.

@@ -3,16 +3,9 @@
 use std::{collections::BTreeMap, io::Cursor};
 
 use mcap::{Compression, WriteOptions, Writer, records::MessageHeader};
-use prost_reflect::{
-    DescriptorPool, DynamicMessage,
-    prost::Message,
-    prost_types::{
-        DescriptorProto, EnumDescriptorProto, EnumValueDescriptorProto, FileDescriptorProto, MessageOptions,
-        field_descriptor_proto::{Label, Type},
-    },
-};
+use prost_reflect::{DescriptorPool, DynamicMessage, prost::Message};
 
-use crate::forge::field;
+use crate::forge;
 
 /// Log time of the first messages: 2023-11-14T22:13:20Z \[ns\].
 pub const START: u64 = 1_700_000_000_000_000_000;
@@ -20,72 +13,10 @@ pub const START: u64 = 1_700_000_000_000_000_000;
 /// Nanoseconds between messages.
 pub const STEP: u64 = 100_000_000;
 
-/// A field by its name and type: `double`, `[double]`, `map<string,double>`, `google.protobuf.Timestamp`, `=Mode` (an enum).
-fn add(message: &mut DescriptorProto, number: i32, name: &str, kind: &str) {
-    let (label, kind) = match kind.strip_prefix('[').and_then(|kind| kind.strip_suffix(']')) {
-        Some(kind) => (Label::Repeated, kind),
-        None => (Label::Optional, kind),
-    };
-    let scalar = |kind: &str| match kind {
-        "double" => Some(Type::Double),
-        "float" => Some(Type::Float),
-        "int32" => Some(Type::Int32),
-        "uint32" => Some(Type::Uint32),
-        "uint64" => Some(Type::Uint64),
-        "bool" => Some(Type::Bool),
-        "string" => Some(Type::String),
-        "bytes" => Some(Type::Bytes),
-        _ => None,
-    };
-    if let Some((key, value)) =
-        kind.strip_prefix("map<").and_then(|kind| kind.strip_suffix('>')?.split_once(','))
-    {
-        let mut entry =
-            DescriptorProto { name: Some(format!("Entry{number}")), ..DescriptorProto::default() };
-        add(&mut entry, 1, "key", key);
-        add(&mut entry, 2, "value", value);
-        entry.options = Some(MessageOptions { map_entry: Some(true), ..MessageOptions::default() });
-        message.nested_type.push(entry);
-        let entry = format!(".guest.{}.Entry{number}", message.name());
-        message.field.push(field(name, number, Label::Repeated, Type::Message, Some(&entry)));
-    } else if let Some(kind) = scalar(kind) {
-        message.field.push(field(name, number, label, kind, None));
-    } else if let Some(kind) = kind.strip_prefix('=') {
-        message.field.push(field(name, number, label, Type::Enum, Some(&format!(".guest.{kind}"))));
-    } else {
-        let full = if kind.contains('.') { format!(".{kind}") } else { format!(".guest.{kind}") };
-        message.field.push(field(name, number, label, Type::Message, Some(&full)));
-    }
-}
-
-/// Types of messages in the package `guest`, with an enum `Mode` of `IDLE` and `RUN`.
-pub fn types(messages: &[(&str, &[(&str, &str)])]) -> DescriptorPool {
-    let message = |(name, fields): &(&str, &[(&str, &str)])| {
-        let mut message = DescriptorProto { name: Some((*name).into()), ..DescriptorProto::default() };
-        for ((name, kind), number) in fields.iter().zip(1..) {
-            add(&mut message, number, name, kind);
-        }
-        message
-    };
-    let values = ["IDLE", "RUN"].iter().zip(0..).map(|(name, number)| EnumValueDescriptorProto {
-        name: Some((*name).into()),
-        number: Some(number),
-        ..EnumValueDescriptorProto::default()
-    });
-    let mode = EnumDescriptorProto {
-        name: Some("Mode".into()),
-        value: values.collect(),
-        ..EnumDescriptorProto::default()
-    };
-    let file = FileDescriptorProto {
-        name: Some("guest.proto".into()),
-        package: Some("guest".into()),
-        syntax: Some("proto3".into()),
-        dependency: ["timestamp", "duration"].map(|name| format!("google/protobuf/{name}.proto")).to_vec(),
-        message_type: messages.iter().map(message).collect(),
-        enum_type: vec![mode],
-        ..FileDescriptorProto::default()
-    };
+/// Types of messages in the package `guest`, a line for each, with an enum `Mode` of `IDLE` and `RUN`.
+pub fn types(messages: &str) -> DescriptorPool {
+    let mut file = forge::types("guest", messages, ("Mode", ["IDLE", "RUN"]));
+    file.dependency = ["timestamp", "duration"].map(|name| format!("google/protobuf/{name}.proto")).to_vec();
     let mut pool = DescriptorPool::global();
     pool.add_file_descriptor_proto(file).expect("sound types");
     pool

@@ -3,7 +3,6 @@
 mod cli;
 mod closed_forms;
 mod containers;
-mod damage;
 mod diff;
 mod hostile;
 mod mutations;

@@ -1,7 +1,5 @@
 //! What definitions are charged against what they take: by itself in its process, whose memory is measured.
 
-mod forge;
-
 use std::{borrow::Cow, fs};
 
 use mcap::records::{Record, SchemaHeader};
@@ -9,8 +7,8 @@ use percuss_reader::{directory::Directory, recording::Limits};
 use prost_reflect::{
     prost::Message,
     prost_types::{
-        DescriptorProto, EnumDescriptorProto, EnumValueDescriptorProto, FileDescriptorProto,
-        FileDescriptorSet,
+        DescriptorProto, EnumDescriptorProto, EnumValueDescriptorProto, FieldDescriptorProto,
+        FileDescriptorProto, FileDescriptorSet,
         field_descriptor_proto::{Label, Type},
     },
 };
@@ -29,7 +27,13 @@ fn file(name: &str) -> FileDescriptorProto {
 #[test]
 fn types_that_are_accepted_fit_into_their_share() {
     const MANY: i32 = 20_000;
-    let field = |i: i32| forge::field(&format!("f{i}"), i + 1, Label::Optional, Type::Double, None);
+    let field = |i: i32| FieldDescriptorProto {
+        name: Some(format!("f{i}")),
+        number: Some(i + 1),
+        label: Some(Label::Optional.into()),
+        r#type: Some(Type::Double.into()),
+        ..Default::default()
+    };
     // numbers that protobuf keeps for itself
     let fields = (0..MANY).map(field).filter(|field| !(19_000..20_000).contains(&field.number()));
     let value =

@@ -3,7 +3,8 @@
 //! What is changed is detected (`verify` finds it not sound) or harmless (every schema, channel, message, metadata record and
 //! attachment is that of the original). The recordings are the seeds of the fuzzer: without compression, lz4 and zstd, with and
 //! without an index, and one of JSON without chunks. `PERCUSS_MUTATIONS=100000 cargo test -p percuss-reader mutations` flips so many bits, and
-//! does each of the others a tenth as often; the numbers are the same in every run.
+//! does each of the others a tenth as often; the numbers are the same in every run. `PERCUSS_FULL=1` flips every bit of the smallest ones,
+//! and cuts all of them off at every byte.
 
 use std::{
     collections::{BTreeMap, hash_map::DefaultHasher},
@@ -15,16 +16,18 @@ use std::{
     time::Instant,
 };
 
-use mcap::records::Record;
+use mcap::{Compression, WriteOptions, records::Record};
 use percuss_reader::{
     command::{recover::recover, verify::verify_scan},
     messages::Recording,
     recording::{Limits, OpenError, Scan},
 };
 
+use crate::forge::{Dice, forge};
+
 const LIMITS: Limits = Limits { memory: 64 << 20 };
 /// Flipped bits unless the environment says otherwise.
-const FLIPS: usize = 2100;
+const FLIPS: usize = 5000;
 
 /// A way to damage a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -37,8 +40,6 @@ enum Damage {
 }
 
 use Damage::{CutOff, Doubled, Flipped, Swapped, Zeroed};
-
-use crate::forge::Dice;
 
 impl Damage {
     fn apply(self, bytes: &[u8], dice: &mut Dice) -> Vec<u8> {
@@ -82,6 +83,11 @@ fn seeds() -> Vec<(String, Vec<u8>)> {
         (name, fs::read(path).expect("a recording"))
     };
     paths.into_iter().map(read).collect()
+}
+
+/// True for the full form of what takes minutes.
+fn is_full() -> bool {
+    env::var_os("PERCUSS_FULL").is_some()
 }
 
 fn scan(bytes: &[u8]) -> Option<Scan> {
@@ -189,12 +195,58 @@ fn every_bit_of_the_smallest_recordings() {
         seeds().into_iter().filter(|(name, _)| name.starts_with("json") || name.starts_with("zstd-"))
     {
         let whole = content(&bytes);
-        let stride = if name.starts_with("json") { 1 } else { 7 };
+        let stride = if name.starts_with("json") || is_full() { 1 } else { 7 };
         for bit in (0..8 * bytes.len()).step_by(stride) {
             let mut spoiled = bytes.clone();
             spoiled[bit / 8] ^= 1 << (bit % 8);
             if is_sound(&spoiled) {
                 assert_eq!(content(&spoiled), whole, "{name}: bit {} of byte {}", bit % 8, bit / 8);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_place_to_cut_a_recording_off() {
+    for (name, bytes) in seeds() {
+        let stride = if name.starts_with("json") || is_full() { 1 } else { 13 };
+        for length in (0..bytes.len()).step_by(stride) {
+            assert!(!is_sound(&bytes[..length]), "{name}: cut off at {length} of {}", bytes.len());
+        }
+    }
+}
+
+#[test]
+fn what_is_sound_is_recovered_and_what_is_lost_is_reported() {
+    let mut dice = Dice(11);
+    let folder = tempfile::tempdir().expect("a folder");
+    let [path, target, whole] = ["a.mcap", "b.mcap", "whole.mcap"].map(|name| folder.path().join(name));
+    for (seed, compression) in [(1, Some(Compression::Zstd)), (2, Some(Compression::Lz4)), (3, None)] {
+        let options = WriteOptions::new().compression(compression).chunk_size(Some(6 << 10));
+        let file = forge(250, seed).write(options);
+        fs::write(&whole, &file).expect("a file");
+        let (original, _) = messages(&whole);
+        for round in 0..20 {
+            let mut spoiled = file.clone();
+            let place = 100 + dice.below(file.len() - 100);
+            if round % 2 == 0 {
+                spoiled.truncate(place);
+            } else {
+                spoiled[place] ^= 1 << dice.below(8);
+            }
+            fs::write(&path, &spoiled).expect("a file");
+            let output = fs::File::create(&target).expect("a file");
+            let recovered = recover(&path, output, LIMITS).expect("a recovered file");
+            assert!(!recovered.lost.is_empty(), "round {round}: the loss is reported");
+            let bytes = fs::read(&target).expect("the recovered file");
+            assert!(is_sound(&bytes), "round {round}: the recovered file is sound");
+            // everything in it was in the original; chunks are lost as wholes
+            let (kept, _) = messages(&target);
+            assert_eq!(kept.len() as u64, recovered.messages);
+            let mut rest = original.iter();
+            assert!(kept.iter().all(|message| rest.any(|other| other == message)), "round {round}");
+            if round % 2 == 1 {
+                assert!(kept.len() * 2 > original.len(), "round {round}: one bit costs one chunk at most");
             }
         }
     }

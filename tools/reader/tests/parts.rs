@@ -140,16 +140,21 @@ fn ten_gigabytes_of_nothing_end_at_once() {
     assert!(said.contains("NOT SOUND"), "{said}");
 }
 
-/// A source that fails, or ends, at some byte.
+/// A source that fails, or ends, at some byte; what is behind another one can be read.
 struct Failing {
     bytes: Cursor<Vec<u8>>,
     at: u64,
+    tail: u64,
     kind: std::io::ErrorKind,
 }
 
 impl Read for Failing {
     fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
-        let left = self.at.saturating_sub(self.bytes.position());
+        let position = self.bytes.position();
+        if position >= self.tail {
+            return self.bytes.read(into);
+        }
+        let left = self.at.saturating_sub(position);
         if left == 0 && self.kind == std::io::ErrorKind::UnexpectedEof {
             return Ok(0);
         }
@@ -179,8 +184,7 @@ fn errors_of_the_system_say_what_where_and_why() {
         // the end is read first, to find the summary
         let at = bytes.len() as u64 / 2;
         let tail = bytes.len() as u64 - 37;
-        let source = Failing { bytes: Cursor::new(bytes.clone()), at, kind };
-        let source = Late { source, tail };
+        let source = Failing { bytes: Cursor::new(bytes.clone()), at, tail, kind };
         let mut scan =
             Scan::of(Box::new(source), Path::new("a.mcap"), Limits::default()).expect("a beginning");
         let error = loop {
@@ -195,29 +199,8 @@ fn errors_of_the_system_say_what_where_and_why() {
     }
 }
 
-/// The same, but its end can be read.
-struct Late {
-    source: Failing,
-    tail: u64,
-}
-
-impl Read for Late {
-    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
-        if self.source.bytes.position() >= self.tail {
-            return self.source.bytes.read(into);
-        }
-        self.source.read(into)
-    }
-}
-
-impl Seek for Late {
-    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
-        self.source.seek(to)
-    }
-}
-
 #[test]
-fn twenty_thousand_opens_leave_no_file_open() {
+fn five_thousand_opens_leave_no_file_open() {
     let sound = forge::forge(3, 1).write(forge::plain());
     let mut damaged = sound.clone();
     damaged[300..400].fill(0xff);
@@ -231,7 +214,7 @@ fn twenty_thousand_opens_leave_no_file_open() {
     let open_files = || fs::read_dir("/proc/self/fd").expect("the files that are open").count();
     let before = open_files();
     let (mut read, mut refused, mut most) = (0, 0, before);
-    for round in 0..20_000 {
+    for round in 0..5000 {
         let name = ["a.mcap", "b.mcap", "c.mcap", "d.mcap", "none.mcap"][round % 5];
         let ends = Recording::open(&desk.path(name), Limits::default()).and_then(|recording| {
             let mut messages = recording.messages(recording.channels.keys().copied(), None)?;
@@ -247,7 +230,7 @@ fn twenty_thousand_opens_leave_no_file_open() {
             most = most.max(open_files());
         }
     }
-    assert_eq!((read, refused), (12_000, 8000));
+    assert_eq!((read, refused), (3000, 2000));
     // other tests of this program have files open for a moment
     assert!(most.max(open_files()) < before + 60, "{before} files were open, then up to {most}");
 }

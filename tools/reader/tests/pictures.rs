@@ -6,7 +6,7 @@ use prost_reflect::Value;
 
 use crate::{
     desk::Desk,
-    forge::{Forged, forge, plain},
+    forge::{Forged, forge, list, number, plain},
 };
 
 /// A folder with a recording `a.mcap`.
@@ -57,7 +57,7 @@ fn physical() -> Forged {
     let mut recording = forge(60, 1);
     for (_, message) in &mut recording.channel("/scalar").messages {
         for (field, factor) in [("force", 1e6), ("time", 1e-6)] {
-            let value = message.get_field_by_name(field).and_then(|value| value.as_f64()).expect("a number");
+            let value = number(message, field);
             message.set_field_by_name(field, Value::F64(value * factor));
         }
     }
@@ -79,14 +79,10 @@ fn axes_have_prefixes_and_arguments_have_none() {
 /// A profile of ones that grows from 12 to 14 elements, and matrices of the numbers of their rows.
 fn plateau() -> Forged {
     let mut recording = forge(60, 1);
-    for (step, (_, message)) in (0..).zip(&mut recording.channel("/profile").messages) {
-        let ones = (0..12 + step / 20).map(|_| Value::F64(1.0)).collect();
-        message.set_field_by_name("p", Value::List(ones));
-    }
-    for (_, message) in &mut recording.channel("/slice").messages {
-        let rows = (0..24_u8).map(|i| Value::F32(f32::from(i / 6))).collect();
-        message.set_field_by_name("values", Value::List(rows));
-    }
+    recording.set_all("/profile", "p", |step| list(vec![1.0; 12 + step / 20]));
+    recording.set_all("/slice", "values", |_| {
+        Value::List((0..24_u8).map(|i| Value::F32(f32::from(i / 6))).collect())
+    });
     recording
 }
 
@@ -143,7 +139,7 @@ fn documents_repeat_byte_for_byte() {
     for name in ["a.pdf", "b.pdf"] {
         desk.text(0, &["plot", "a.mcap", "--topic", "/scalar", "-o", name]);
     }
-    let [a, b] = ["a.pdf", "b.pdf"].map(|name| fs::read(desk.path(name)).expect("a document"));
+    let [a, b] = ["a.pdf", "b.pdf"].map(|name| desk.bytes(name));
     assert!(a.starts_with(b"%PDF-") && a == b);
     // without the whole font
     assert!(a.len() < 100_000, "{}", a.len());
@@ -182,7 +178,7 @@ fn columns_of_a_table_are_curves() {
         assert!(error.contains(part), "{arguments:?}: {error}");
     }
     let rows: String = (0..60_000).map(|i| format!("{i},{i}\n")).collect();
-    fs::write(desk.path("long.csv"), format!("a,b\n{rows}")).expect("a file");
+    desk.put("long.csv", format!("a,b\n{rows}"));
     let error = desk.error(1, &["plot", "long.csv", "--x", "a", "--y", "b", "--max-memory", "8MB"]);
     assert!(error.contains("--max-memory"), "{error}");
     let error = desk.error(2, &["plot", "long.csv", "--x", "a", "--y", "b", "--by", "a"]);

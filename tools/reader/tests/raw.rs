@@ -3,10 +3,12 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::{Command, Stdio},
+    process::Stdio,
 };
 
 use tempfile::TempDir;
+
+use crate::watchdog::watch;
 
 /// A folder with one file in it.
 pub fn folder(bytes: &[u8]) -> (TempDir, PathBuf) {
@@ -25,21 +27,8 @@ pub fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
 
 /// The same with what it prints.
 pub fn run_all(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
-    // addresses, not only memory in use: what asks for more than this is refused by the system and aborts
-    const ADDRESSES_KIB: u64 = 600_000;
-    /// The machine may be busy: what takes longer than this takes for ever \[s\].
-    const LONGEST: u64 = 120;
-    let program = assert_cmd::cargo::cargo_bin!("percuss-read");
-    let script =
-        format!("ulimit -v {ADDRESSES_KIB}; exec timeout -s KILL {LONGEST} \"$0\" --max-memory 64MiB \"$@\"");
-    let output = Command::new("sh")
-        .args(["-c", &script])
-        .arg(program)
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .expect("a shell");
+    let mut command = watch::command(folder, watch::MEMORY, watch::ADDRESSES, arguments);
+    let output = command.stdout(Stdio::piped()).output().expect("a shell");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     // that of a shell whose child was killed
     let status = output.status.code().filter(|status| *status < 128);
@@ -80,8 +69,13 @@ pub fn map(entries: &[(&str, &str)]) -> Vec<u8> {
 }
 
 pub fn channel(id: u16, schema: u16, topic: &str, metadata: &[u8]) -> Vec<u8> {
-    let head = [&id.to_le_bytes()[..], &schema.to_le_bytes()].concat();
-    record(0x04, &[head, text(topic.as_bytes()), text(b"protobuf"), text(metadata)].concat())
+    channel_of(id, schema, topic, "protobuf", metadata)
+}
+
+/// * `encoding`: of its messages
+pub fn channel_of(id: u16, schema: u16, topic: &str, encoding: &str, metadata: &[u8]) -> Vec<u8> {
+    let ids = [id.to_le_bytes(), schema.to_le_bytes()].concat();
+    record(0x04, &[ids, text(topic.as_bytes()), text(encoding.as_bytes()), text(metadata)].concat())
 }
 
 pub fn schema(id: u16, name: &str, data: &[u8]) -> Vec<u8> {

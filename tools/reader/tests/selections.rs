@@ -2,17 +2,12 @@
 
 use std::fs;
 
-use prost_reflect::{
-    DynamicMessage, Value,
-    prost_types::{
-        DescriptorProto, FieldDescriptorProto, FileDescriptorProto, OneofDescriptorProto,
-        field_descriptor_proto::{Label, Type},
-    },
-};
+use prost_reflect::Value;
+use serde_json::{Value as Json, json};
 
 use crate::{
     desk::Desk,
-    forge::{Channel, Forged, field, forge, plain, pool, text_map},
+    forge::{Channel, Forged, forge, list, message, plain, pool, text_map, types},
 };
 
 fn desk_of(recordings: &[(&str, &Forged)]) -> Desk {
@@ -20,94 +15,39 @@ fn desk_of(recordings: &[(&str, &Forged)]) -> Desk {
     Desk::new(&files.collect::<Vec<_>>())
 }
 
-/// An `optional` field of proto3: in a group of its own.
-fn optional(name: &str, number: i32, group: i32) -> FieldDescriptorProto {
-    FieldDescriptorProto {
-        oneof_index: Some(group),
-        proto3_optional: Some(true),
-        ..field(name, number, Label::Optional, Type::Double, None)
-    }
-}
-
-/// `Arm { double time = 1; Base base = 2; repeated Joint joints = 3; }`,
-/// `Joint { optional double angle = 1; Pose pose = 2; repeated int32 tags = 3; double load = 4; }`,
-/// `Pose { double x = 1; optional double y = 2; }`
-fn arms() -> FileDescriptorProto {
-    let one = |name: &str, number, kind| field(name, number, Label::Optional, kind, None);
-    let group = |name: &str| OneofDescriptorProto { name: Some(name.into()), ..Default::default() };
-    let message = |name: &str, field, oneof_decl| DescriptorProto {
-        name: Some(name.into()),
-        field,
-        oneof_decl,
-        ..Default::default()
-    };
-    let joints = field("joints", 2, Label::Repeated, Type::Message, Some(".lab.Joint"));
-    let pose = field("pose", 2, Label::Optional, Type::Message, Some(".lab.Pose"));
-    let tags = field("tags", 3, Label::Repeated, Type::Int32, None);
-    let joint = vec![optional("angle", 1, 0), pose, tags, one("load", 4, Type::Double)];
-    FileDescriptorProto {
-        name: Some("arm.proto".into()),
-        package: Some("lab".into()),
-        syntax: Some("proto3".into()),
-        message_type: vec![
-            message("Arm", vec![one("time", 1, Type::Double), joints], vec![]),
-            message("Joint", joint, vec![group("_angle")]),
-            message("Pose", vec![one("x", 1, Type::Double), optional("y", 2, 0)], vec![group("_y")]),
-        ],
-        ..Default::default()
-    }
-}
-
-/// Joints at two times: angle, pose (x, y), tags.
-type Joint = (Option<f64>, Option<(f64, Option<f64>)>, Vec<i32>);
-
-fn arm_recording(messages: &[Vec<Joint>]) -> Forged {
-    let (file, pool) = (arms(), pool(&arms()));
-    let new = |name: &str| {
-        let descriptor = pool.get_message_by_name(&format!("lab.{name}"));
-        DynamicMessage::new(descriptor.expect("the message"))
-    };
-    let joint = |(angle, pose, tags): &Joint| {
-        let mut joint = new("Joint");
-        if let Some(angle) = angle {
-            joint.set_field_by_name("angle", Value::F64(*angle));
-        }
-        if let Some((x, y)) = pose {
-            let mut pose = new("Pose");
-            pose.set_field_by_name("x", Value::F64(*x));
-            if let Some(y) = y {
-                pose.set_field_by_name("y", Value::F64(*y));
-            }
-            joint.set_field_by_name("pose", Value::Message(pose));
-        }
-        joint.set_field_by_name("tags", Value::List(tags.iter().map(|tag| Value::I32(*tag)).collect()));
-        Value::Message(joint)
-    };
-    let arm = |(k, joints): (usize, &Vec<Joint>)| {
-        let mut arm = new("Arm");
-        arm.set_field_by_name("time", Value::F64(k as f64));
-        arm.set_field_by_name("joints", Value::List(joints.iter().map(joint).collect()));
-        (k as u64 * 1_000_000_000, arm)
+/// Joints at two times: of some angles, poses and tags.
+fn arm_recording(messages: &[Json]) -> Forged {
+    let types_of_arm = "Arm time:double joints:[Joint]\n\
+        Joint angle:?double pose:Pose tags:[int32] load:double\n\
+        Pose x:double y:?double";
+    let file = types("lab", types_of_arm, ("Unused", ["NONE", "SOME"]));
+    let pool = pool(&file);
+    let arm = |(k, joints): (u64, &Json)| {
+        (k * 1_000_000_000, message(&pool, "Arm", &json!({"time": k as f64, "joints": joints})))
     };
     let channel = Channel {
         topic: "/arm".into(),
         message: "Arm".into(),
         metadata: text_map(&[]),
-        messages: messages.iter().enumerate().map(arm).collect(),
+        messages: (0..).zip(messages).map(arm).collect(),
     };
     Forged { file, channels: vec![channel], attachments: Vec::new(), metadata: Vec::new() }
 }
 
 /// Angles 1, none, 3; then only the second joint has one. Poses likewise, with an own gap in y.
+fn arms() -> [Json; 2] {
+    [
+        json!([
+            {"angle": 1, "pose": {"x": 10, "y": 11}, "tags": [1, 2]},
+            {},
+            {"angle": 3, "pose": {"x": 30}, "tags": [3]},
+        ]),
+        json!([{}, {"angle": 2, "pose": {"x": 20, "y": 21}, "tags": [4, 5, 6]}]),
+    ]
+}
+
 fn arm() -> Forged {
-    arm_recording(&[
-        vec![
-            (Some(1.0), Some((10.0, Some(11.0))), vec![1, 2]),
-            (None, None, vec![]),
-            (Some(3.0), Some((30.0, None)), vec![3]),
-        ],
-        vec![(None, None, vec![]), (Some(2.0), Some((20.0, Some(21.0))), vec![4, 5, 6])],
-    ])
+    arm_recording(&arms())
 }
 
 #[test]
@@ -153,18 +93,9 @@ fn an_index_stands_on_the_part_that_repeats() {
     let (_, notes) = desk.both(0, &["trace", "arm.mcap", "--topic", "/arm", "--field", "joints[7].angle"]);
     assert!(notes.contains("without a value in any row: joints[7].angle"), "{notes}");
     // diff names the same place
-    let mut other = arm();
-    let arm = &mut other.channels[0].messages[0].1;
-    let mut joints = arm.get_field_by_name("joints").expect("joints").into_owned();
-    if let Value::List(list) = &mut joints
-        && let Value::Message(joint) = &mut list[0]
-        && let Some(Value::Message(mut pose)) = joint.get_field_by_name("pose").map(|pose| pose.into_owned())
-    {
-        pose.set_field_by_name("x", Value::F64(-1.0));
-        joint.set_field_by_name("pose", Value::Message(pose));
-    }
-    arm.set_field_by_name("joints", joints);
-    fs::write(desk.path("other.mcap"), other.write(plain())).expect("a file");
+    let mut other = arms();
+    other[0][0]["pose"]["x"] = json!(-1);
+    desk.put("other.mcap", arm_recording(&other).write(plain()));
     let (text, _) = desk.both(1, &["diff", "arm.mcap", "other.mcap"]);
     assert!(text.contains("/arm.joints[0].pose.x"), "{text}");
 }
@@ -191,9 +122,7 @@ fn profiles_keep_places_too() {
 #[test]
 fn a_large_array_is_left_out_of_a_whole_topic() {
     let mut recording = forge(3, 1);
-    for (_, message) in &mut recording.channel("/profile").messages {
-        message.set_field_by_name("p", Value::List(vec![Value::F64(1.0); 10_001]));
-    }
+    recording.set_all("/profile", "p", |_| list([1.0; 10_001]));
     let desk = desk_of(&[("a.mcap", &recording)]);
     let (rows, notes) = desk.both(0, &["trace", "a.mcap", "--topic", "/profile"]);
     assert_eq!(rows, "time,step\n0.0,0\n0.01,1\n0.02,2\n");
@@ -210,11 +139,9 @@ fn a_large_array_is_left_out_of_a_whole_topic() {
 #[test]
 fn columns_of_points_keep_the_depth() {
     let mut recording = forge(3, 1);
-    let channel = recording.channel("/profile");
-    channel.metadata = text_map(&[("r", "0,0"), ("z", "0,0.002"), ("unit.r", "m"), ("unit.z", "m")]);
-    for (_, message) in &mut channel.messages {
-        message.set_field_by_name("p", Value::List([1.5, 2.5].map(Value::F64).to_vec()));
-    }
+    recording.channel("/profile").metadata =
+        text_map(&[("r", "0,0"), ("z", "0,0.002"), ("unit.r", "m"), ("unit.z", "m")]);
+    recording.set_all("/profile", "p", |_| list([1.5, 2.5]));
     let desk = desk_of(&[("a.mcap", &recording)]);
     let trace = |more: &[&str]| desk.text(0, &[&["trace", "a.mcap", "--topic", "/profile"], more].concat());
     let rows = trace(&["--to", "0"]);
@@ -231,15 +158,14 @@ fn columns_of_points_keep_the_depth() {
 /// 6 and 7. The axes begin at z = 0 and r = 0.05, the steps are 0.2 and 0.1.
 fn growing() -> Forged {
     let mut recording = forge(60, 1);
-    for (k, (_, message)) in (0_u32..).zip(&mut recording.channel("/slice").messages) {
-        let (nr, nz) = (2 + k, 1 + k);
-        message.set_field_by_name("r0", Value::F64(0.05));
-        message.set_field_by_name("nr", Value::U32(nr));
-        message.set_field_by_name("nz", Value::U32(nz));
-        let value = |j: u32, i: u32| 6.0 + 2.0 * j as f32 + 10.0 * i as f32;
-        let values = (0..nz).flat_map(|j| (0..nr).map(move |i| Value::F32(value(j, i))));
-        message.set_field_by_name("values", Value::List(values.collect()));
-    }
+    let (nr, nz) = (|k: usize| 2 + k as u32, |k: usize| 1 + k as u32);
+    let value = |j: u32, i: u32| Value::F32(6.0 + 2.0 * j as f32 + 10.0 * i as f32);
+    recording.set_all("/slice", "r0", |_| Value::F64(0.05));
+    recording.set_all("/slice", "nr", |k| Value::U32(nr(k)));
+    recording.set_all("/slice", "nz", |k| Value::U32(nz(k)));
+    recording.set_all("/slice", "values", |k| {
+        Value::List((0..nz(k)).flat_map(|j| (0..nr(k)).map(move |i| value(j, i))).collect())
+    });
     recording
 }
 
@@ -371,7 +297,7 @@ fn an_exported_matrix_has_the_shape_of_the_recording() {
     let mut more = two.channel("/slice").clone();
     more.topic = "/slice/more".into();
     two.channels.push(more);
-    fs::write(desk.path("two.mcap"), two.write(plain())).expect("a file");
+    desk.put("two.mcap", two.write(plain()));
     let text = desk.error(2, &["export", "two.mcap", "--topic", "/slice*", "-o", "x.npy"]);
     assert!(text.contains("/slice, /slice/more"), "{text}");
 }

@@ -21,7 +21,7 @@ fn column(rows: &[serde_json::Map<String, Value>], name: &str) -> Vec<f64> {
 /// The row of a recording, and the units.
 fn summary(desk: &Desk, arguments: &[&str]) -> (Vec<Value>, Value) {
     let arguments = [&["summary", "--format", "json"], arguments].concat();
-    let document: Value = serde_json::from_str(&desk.text(0, &arguments)).expect("JSON");
+    let document = desk.json(0, &arguments);
     (document["rows"].as_array().expect("rows").clone(), document["units"].clone())
 }
 
@@ -80,7 +80,7 @@ fn measures_of_a_rebound_are_those_of_the_messages() {
         column(&energy, "kinetic").iter().zip(column(&energy, "strain")).map(|(a, b)| a + b).collect();
     near(&row["energy_left"], linear(&column(&energy, "time"), &target, separation));
 
-    let validity = si::entries(&fs::read(desk.path("m1.mcap")).expect("a file"), "percuss.validity");
+    let validity = si::entries(&desk.bytes("m1.mcap"), "percuss.validity");
     for (name, key) in [("", ""), ("_r", ".r"), ("_z", ".z"), ("_time", ".time")] {
         let recorded = validity[&format!("largest_strain{key}")].parse().expect("a number");
         near(&row[format!("largest_strain{name}")], recorded);
@@ -139,7 +139,7 @@ fn what_is_not_recorded_is_empty_and_what_differs_is_shown() {
     assert!(csv.starts_with("file,title,indenter.mass,") && csv.contains("depth [R]"), "{csv}");
     assert!(desk.error(1, &["summary", "a.mcap", "-o", "s.csv"]).contains("--force"));
     desk.text(0, &["summary", "a.mcap", "-o", "s.parquet"]);
-    assert!(fs::read(desk.path("s.parquet")).expect("a table").starts_with(b"PAR1"));
+    assert!(desk.bytes("s.parquet").starts_with(b"PAR1"));
 }
 
 #[test]
@@ -178,14 +178,14 @@ fn units_are_those_of_the_first_recording() {
 fn partial_recordings_are_used_and_others_refused() {
     let desk = Desk::new(&[]);
     si::record("fig9-m1", &["mesh.cells=20"], &desk.path("a.mcap"));
-    let bytes = fs::read(desk.path("a.mcap")).expect("a file");
-    fs::write(desk.path("cut.mcap"), &bytes[..bytes.len() * 4 / 5]).expect("a file");
+    let bytes = desk.bytes("a.mcap");
+    desk.put("cut.mcap", &bytes[..bytes.len() * 4 / 5]);
     let (text, warnings) = desk.both(3, &["summary", "cut.mcap", "--format", "json"]);
     let document: Value = serde_json::from_str(&text).expect("JSON");
     assert!(document["rows"][0]["peak_force"].is_number(), "{text}");
     assert!(document["rows"][0]["largest_strain"].is_null(), "{text}");
     assert!(warnings.contains("not finished"), "{warnings}");
-    fs::write(desk.path("other.mcap"), mcap_of_another_program()).expect("a file");
+    desk.put("other.mcap", mcap_of_another_program());
     assert!(desk.error(2, &["summary", "other.mcap"]).contains("is not a percuss recording"));
 }
 

@@ -21,9 +21,8 @@ use crate::{
 fn desk() -> Desk {
     let a = forge(60, 1);
     let mut b = a.clone();
-    let message = &mut b.channel("/scalar").messages[20].1;
-    let force = message.get_field_by_name("force").and_then(|force| force.as_f64()).expect("a number");
-    message.set_field_by_name("force", Value::F64(force + 1e-6));
+    let force = forge::number(&b.channel("/scalar").messages[20].1, "force");
+    b.set("/scalar", 20, "force", Value::F64(force + 1e-6));
     let [a, b] = [a, b].map(|recording| recording.write(plain()));
     Desk::new(&[("a.mcap", a.clone()), ("same.mcap", a), ("b.mcap", b)])
 }
@@ -45,8 +44,7 @@ fn diff_says_where_and_ends_accordingly() {
     let explained = desk.text(0, &["diff", "a.mcap", "b.mcap", "--tol", "/scalar.*:rel=1e-3", "--explain"]);
     assert!(explained.contains("rule rel=1e-3 (--tol /scalar.*:rel=1e-3)"), "{explained}");
     assert!(explained.contains("rule bitwise"), "{explained}");
-    fs::write(desk.path("t.toml"), "[[tolerance]]\nfield = '/scalar.force'\npeak_rel = 1e-6\n")
-        .expect("a file");
+    desk.put("t.toml", "[[tolerance]]\nfield = '/scalar.force'\npeak_rel = 1e-6\n");
     desk.text(0, &["diff", "a.mcap", "b.mcap", "--tolerances", "t.toml"]);
     // to compare nothing is no answer
     for more in [["--topic", "/nowhere"], ["--field", "nothing"]] {
@@ -76,11 +74,11 @@ fn diff_says_where_and_ends_accordingly() {
     assert!(desk.error(2, &["diff", "a.mcap", "none.mcap"]).contains("none.mcap"));
     assert!(desk.error(2, &["diff", "a.mcap"]).contains("FILE"));
     assert!(desk.error(2, &["diff", "a.mcap", "b.mcap", "--tol", "size=1"]).contains("no tolerance"));
-    fs::write(desk.path("bad.toml"), "[[tolerance]]\nfield = '*'\nsize = 1\n").expect("a file");
+    desk.put("bad.toml", "[[tolerance]]\nfield = '*'\nsize = 1\n");
     assert!(desk.error(2, &["diff", "a.mcap", "b.mcap", "--tolerances", "bad.toml"]).contains("size"));
     // a damaged one: what is sound is compared
-    let bytes = fs::read(desk.path("a.mcap")).expect("a file");
-    fs::write(desk.path("cut.mcap"), &bytes[..bytes.len() - 3000]).expect("a file");
+    let bytes = desk.bytes("a.mcap");
+    desk.put("cut.mcap", &bytes[..bytes.len() - 3000]);
     assert!(desk.text(3, &["diff", "a.mcap", "cut.mcap"]).contains("damaged"));
 }
 
@@ -91,10 +89,9 @@ fn diff_leaves_derived_channels_to_what_they_are_made_from() {
     b.channels = a.channels.clone();
     for (name, recording, force) in [("c.mcap", &a, 1.0), ("d.mcap", &b, 2.0)] {
         let mut recording = recording.clone();
-        let channel = recording.channel("/scalar");
-        channel.metadata.insert("derived".into(), "from elsewhere".into());
-        channel.messages[20].1.set_field_by_name("force", Value::F64(force));
-        fs::write(desk.path(name), recording.write(plain())).expect("a file");
+        recording.channel("/scalar").metadata.insert("derived".into(), "from elsewhere".into());
+        recording.set("/scalar", 20, "force", Value::F64(force));
+        desk.put(name, recording.write(plain()));
     }
     let text = desk.text(0, &["diff", "c.mcap", "d.mcap"]);
     assert!(text.contains("not compared, made from the others: /scalar"), "{text}");
@@ -105,8 +102,7 @@ fn diff_leaves_derived_channels_to_what_they_are_made_from() {
 #[test]
 fn diff_as_json() {
     let desk = desk();
-    let json: Json =
-        serde_json::from_str(&desk.text(1, &["diff", "a.mcap", "b.mcap", "--json"])).expect("JSON");
+    let json = desk.json(1, &["diff", "a.mcap", "b.mcap", "--json"]);
     assert_eq!((&json["version"], &json["verdict"]), (&Json::from(2), &Json::from("different")));
     let comparison = &json["comparisons"][0];
     assert_eq!(comparison["first_beyond"]["step"], 20);
@@ -142,8 +138,7 @@ fn folders_are_compared_file_by_file() {
     let fast = desk.text(1, &["diff", "old", "new", "--fail-fast"]);
     let counted = ["1 comparisons: DIFFERENT; 2 more were not made (--fail-fast)", "2 more"];
     assert!(counted.iter().all(|part| fast.contains(part)), "{fast}");
-    let json: Json =
-        serde_json::from_str(&desk.text(1, &["diff", "old", "new", "--fail-fast", "--json"])).expect("JSON");
+    let json = desk.json(1, &["diff", "old", "new", "--fail-fast", "--json"]);
     assert_eq!(json["not_made"], 2);
     desk.text(0, &["diff", "old", "new", "--abs", "1"]);
     fs::remove_file(desk.path("new/x.mcap")).expect("a file");
@@ -159,9 +154,9 @@ fn folders_without_anything_in_common_are_not_equal() {
     }
     fs::copy(desk.path("a.mcap"), desk.path("old/x.mcap")).expect("a file");
     fs::copy(desk.path("a.mcap"), desk.path("new/y.mcap")).expect("a file");
-    fs::write(desk.path("void/notes.txt"), "none").expect("a file");
+    desk.put("void/notes.txt", "none");
     assert!(desk.error(2, &["diff", "empty", "void"]).contains("no recording"));
-    let json: Json = serde_json::from_str(&desk.text(2, &["diff", "empty", "void", "--json"])).expect("JSON");
+    let json = desk.json(2, &["diff", "empty", "void", "--json"]);
     assert_eq!(json["verdict"], "not_compared");
     assert!(desk.error(1, &["diff", "old", "new"]).contains("no recording is in both folders"));
     let text = desk.text(1, &["diff", "old", "new"]);
@@ -175,7 +170,7 @@ fn folders_without_anything_in_common_are_not_equal() {
 #[test]
 fn a_folder_is_accepted_with_what_is_new_in_it() {
     let desk = desk();
-    let bytes = |name: &str| fs::read(desk.path(name)).expect("a file");
+    let bytes = |name: &str| desk.bytes(name);
     for (folder, names) in [("old", ["x", "gone"]), ("new", ["x", "sub/y"])] {
         fs::create_dir_all(desk.path(folder).join("sub")).expect("a folder");
         let source = if folder == "old" { "a.mcap" } else { "b.mcap" };
@@ -198,7 +193,7 @@ fn a_folder_is_accepted_with_what_is_new_in_it() {
     desk.text(0, &["diff", "old", "new"]);
     // a damaged one is not taken over
     let whole = bytes("a.mcap");
-    fs::write(desk.path("new/cut.mcap"), &whole[..whole.len() - 3000]).expect("a file");
+    desk.put("new/cut.mcap", &whole[..whole.len() - 3000]);
     assert!(desk.error(2, &["diff", "old", "new", "--bless"]).contains("`new/cut.mcap` is damaged"));
     assert!(!desk.path("old/cut.mcap").exists());
 }
@@ -206,11 +201,10 @@ fn a_folder_is_accepted_with_what_is_new_in_it() {
 #[test]
 fn tolerances_that_fit_nothing_are_reported() {
     let desk = desk();
-    fs::write(
-        desk.path("t.toml"),
+    desk.put(
+        "t.toml",
         "[[tolerance]]\nfield = '/scalar.*'\nabs = 1\n[[tolerance]]\nfield = '/skalar.*'\nabs = 1\n",
-    )
-    .expect("a file");
+    );
     let command = ["diff", "a.mcap", "b.mcap", "--abs", "1", "--tolerances", "t.toml"];
     let more = ["--tol", "/slice.valeus:abs=1", "--tol", "/slice.values:abs=1", "--ignore", "/not,/note"];
     let reported = desk.error(0, &[&command[..], &more[..]].concat());
@@ -227,9 +221,7 @@ fn tolerances_that_fit_nothing_are_reported() {
         );
     }
     // what fits in one of several comparisons is no mistake
-    let mut other = forge(60, 1);
-    other.channels.retain(|channel| channel.topic == "/scalar");
-    fs::write(desk.path("scalar.mcap"), other.write(plain())).expect("a file");
+    desk.put("scalar.mcap", forge(60, 1).only("/scalar").write(plain()));
     let reported = desk.error(1, &["diff", "scalar.mcap", "scalar.mcap", "a.mcap", "--tol", "/note:abs=1"]);
     assert_eq!(reported, "");
 }
@@ -252,8 +244,7 @@ fn selections_without_values_are_not_equal() {
         let reported = desk.error(2, &same(more));
         assert!(reported.starts_with("error: ") && reported.contains(why), "{more:?}: {reported}");
         assert!(desk.text(2, &same(more)).starts_with("a.mcap -> same.mcap: NOT COMPARED\n"), "{more:?}");
-        let json: Json =
-            serde_json::from_str(&desk.text(2, &same(&[more, &["--json"]].concat()))).expect("JSON");
+        let json = desk.json(2, &same(&[more, &["--json"]].concat()));
         assert_eq!(
             (&json["verdict"], &json["comparisons"][0]["verdict"]),
             (&"not_compared".into(), &"not_compared".into())
@@ -269,44 +260,26 @@ fn selections_without_values_are_not_equal() {
     let text = desk.text(0, &same(&["--to", "0.01"]));
     assert!(text.contains("\nno message in either: /note\n"), "{text}");
     // one has messages in the window, the other has not
-    fs::write(desk.path("long.mcap"), forge(120, 1).write(plain())).expect("a file");
+    desk.put("long.mcap", forge(120, 1).write(plain()));
     let text = desk.text(1, &["diff", "a.mcap", "long.mcap", "--from", "0.8"]);
     assert!(text.contains("40 messages only in the new recording, the first at step 80, time 0.8"), "{text}");
     // all values are left out as NaN
     let mut hollow = forge(60, 1);
-    for (_, message) in &mut hollow.channel("/scalar").messages {
-        message.set_field_by_name("force", Value::F64(f64::NAN));
-    }
-    fs::write(desk.path("hollow.mcap"), hollow.write(plain())).expect("a file");
+    hollow.set_all("/scalar", "force", |_| Value::F64(f64::NAN));
+    desk.put("hollow.mcap", hollow.write(plain()));
     let hollow = ["diff", "a.mcap", "hollow.mcap", "--skip-nan", "--topic", "/scalar"];
     desk.text(2, &[&hollow[..], &["--field", "force"]].concat());
     assert!(desk.text(0, &[&hollow[..], &["--explain"]].concat()).contains("force [N]  no value"));
 }
 
 /// A recording of JSON messages, which have no fields here.
-fn json_messages(times: impl Iterator<Item = u64>) -> Vec<u8> {
-    let mut writer = plain().library("x").create(std::io::Cursor::new(Vec::new())).expect("a writer");
-    let id = writer.add_channel(0, "/status", "json", &Default::default()).expect("a channel");
-    for log_time in times {
-        let header =
-            mcap::records::MessageHeader { channel_id: id, sequence: 0, log_time, publish_time: log_time };
-        writer.write_to_known_channel(&header, b"{}").expect("a message");
-    }
-    writer.finish().expect("the end");
-    writer.into_inner().into_inner()
+fn json_messages(times: impl IntoIterator<Item = u64>) -> Vec<u8> {
+    forge::of_texts("/status", "json", times, "{}")
 }
 
 #[test]
 fn no_two_of_ten_unrelated_recordings_are_equal() {
     let desk = desk();
-    let later = |mut recording: forge::Forged, by: u64| {
-        for (at, message) in recording.channels.iter_mut().flat_map(|channel| &mut channel.messages) {
-            *at += by;
-            let time = message.get_field_by_name("time").and_then(|time| time.as_f64()).expect("a time");
-            message.set_field_by_name("time", Value::F64(time + by as f64 / 1e9));
-        }
-        recording
-    };
     let mut other_topics = forge(60, 5);
     other_topics.channels.iter_mut().for_each(|channel| channel.topic.push_str("/other"));
     let mut empty_channels = forge(60, 6);
@@ -317,16 +290,13 @@ fn no_two_of_ten_unrelated_recordings_are_equal() {
     for channel in &mut derived.channels {
         channel.metadata.insert("derived".into(), "others".into());
     }
-    let mut elsewhere = forge(60, 9);
-    elsewhere.channels.retain(|channel| channel.topic == "/profile");
-    for (_, message) in &mut elsewhere.channel("/profile").messages {
-        message.set_field_by_name("r0", Value::F64(1e3));
-    }
+    let mut elsewhere = forge(60, 9).only("/profile");
+    elsewhere.set_all("/profile", "r0", |_| Value::F64(1e3));
     let recordings = [
         forge(60, 1).write(plain()),
-        later(forge(200, 2), 1_000_000_000_000).write(plain()),
-        later(forge(201, 3), 1_700_000_000_123_456_789).write(plain()),
-        later(forge(201, 4), 1_750_000_000_987_654_321).write(plain()),
+        forge(200, 2).later(1_000_000_000_000).write(plain()),
+        forge(201, 3).later(1_700_000_000_123_456_789).write(plain()),
+        forge(201, 4).later(1_750_000_000_987_654_321).write(plain()),
         other_topics.write(plain()),
         empty_channels.write(plain()),
         no_channels.write(plain()),
@@ -336,25 +306,21 @@ fn no_two_of_ten_unrelated_recordings_are_equal() {
     ];
     let name = |i: usize| format!("{i}.mcap");
     for (i, bytes) in recordings.iter().enumerate() {
-        fs::write(desk.path(&name(i)), bytes).expect("a file");
+        desk.put(&name(i), bytes);
     }
     for i in 0..recordings.len() {
         for j in (0..recordings.len()).filter(|&j| j != i) {
             for more in [&[] as &[&str], &["--align", "relative"], &["--align", "linear"]] {
                 let (a, b) = (name(i), name(j));
                 let output = desk.read(&[&["diff", &a, &b][..], more].concat());
-                let status = output.status.code();
-                assert!(matches!(status, Some(1 | 2)), "{i} and {j} {more:?}: {status:?}");
-                let (text, reported) =
-                    (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-                if status == Some(2) {
-                    assert!(
-                        text.contains("NOT COMPARED") && reported.contains("error: "),
-                        "{i} and {j}: {reported}"
-                    );
-                } else {
-                    assert!(text.contains("DIFFERENT"), "{i} and {j}: {text}");
-                }
+                let [text, said] =
+                    [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("text"));
+                let is_right = match output.status.code() {
+                    Some(1) => text.contains("DIFFERENT"),
+                    Some(2) => text.contains("NOT COMPARED") && said.contains("error: "),
+                    _ => false,
+                };
+                assert!(is_right, "{i} and {j} {more:?}: {}: {text}{said}", output.status);
             }
         }
     }
@@ -372,11 +338,10 @@ fn no_two_of_ten_unrelated_recordings_are_equal() {
 fn log_times_are_decimal_fractions() {
     let desk = desk();
     let times = [1_700_000_000_150_000_000, 1_700_000_000_200_000_000, 1_700_000_008_999_640_000];
-    fs::write(desk.path("wall.mcap"), json_messages(times.into_iter())).expect("a file");
+    desk.put("wall.mcap", json_messages(times));
     let text = desk.text(0, &["info", "wall.mcap"]);
     assert!(text.contains("1700000000.15 s to 1700000008.99964 s"), "{text}");
-    fs::write(desk.path("early.mcap"), json_messages([60_000_000, 8_999_640_000].into_iter()))
-        .expect("a file");
+    desk.put("early.mcap", json_messages([60_000_000, 8_999_640_000]));
     let text = desk.text(0, &["info", "early.mcap"]);
     assert!(text.contains("0.06 s to 8.99964 s"), "{text}");
 }
@@ -384,18 +349,15 @@ fn log_times_are_decimal_fractions() {
 #[test]
 fn a_new_recording_is_accepted_only_when_asked() {
     let desk = desk();
-    let before = fs::read(desk.path("a.mcap")).expect("a file");
+    let before = desk.bytes("a.mcap");
     desk.text(1, &["diff", "a.mcap", "b.mcap"]);
-    assert_eq!(fs::read(desk.path("a.mcap")).expect("a file"), before);
+    assert_eq!(desk.bytes("a.mcap"), before);
     desk.text(0, &["diff", "a.mcap", "b.mcap", "--bless"]);
-    assert_eq!(
-        fs::read(desk.path("a.mcap")).expect("a file"),
-        fs::read(desk.path("b.mcap")).expect("a file")
-    );
-    let bytes = fs::read(desk.path("a.mcap")).expect("a file");
-    fs::write(desk.path("cut.mcap"), &bytes[..bytes.len() - 3000]).expect("a file");
+    assert_eq!(desk.bytes("a.mcap"), desk.bytes("b.mcap"));
+    let bytes = desk.bytes("a.mcap");
+    desk.put("cut.mcap", &bytes[..bytes.len() - 3000]);
     assert!(desk.error(2, &["diff", "a.mcap", "cut.mcap", "--bless"]).contains("damaged"));
-    assert_eq!(fs::read(desk.path("a.mcap")).expect("a file"), bytes);
+    assert_eq!(desk.bytes("a.mcap"), bytes);
 }
 
 #[test]
@@ -423,9 +385,9 @@ fn the_difference_is_a_picture_and_a_recording() {
 fn verify_and_recover() {
     let desk = desk();
     assert!(desk.text(0, &["verify", "a.mcap"]).contains("sound"));
-    let bytes = fs::read(desk.path("a.mcap")).expect("a file");
-    fs::write(desk.path("cut.mcap"), &bytes[..bytes.len() / 2]).expect("a file");
-    let json: Json = serde_json::from_str(&desk.text(1, &["verify", "--json", "cut.mcap"])).expect("JSON");
+    let bytes = desk.bytes("a.mcap");
+    desk.put("cut.mcap", &bytes[..bytes.len() / 2]);
+    let json = desk.json(1, &["verify", "--json", "cut.mcap"]);
     assert_eq!((&json["version"], &json["sound"]), (&1.into(), &false.into()));
     let text = desk.text(3, &["recover", "cut.mcap", "-o", "whole.mcap"]);
     assert!(text.contains("lost:"), "{text}");
@@ -442,30 +404,14 @@ fn verify_and_recover() {
 #[test]
 fn topics_and_files_share_rows() {
     let desk = desk();
-    let rows = desk.text(
-        0,
-        &["trace", "a.mcap", "--topic", "/scalar,/slice", "--field", "force,values[3]", "--to", "0.1"],
-    );
+    let both = ["trace", "a.mcap", "--topic", "/scalar,/slice", "--field", "force,values[3]", "--to", "0.1"];
+    let rows = desk.text(0, &both);
     let lines: Vec<&str> = rows.lines().collect();
     assert_eq!(lines[0], "time,/scalar.force [N],/slice.values[3] [Pa]");
     assert_eq!(lines.len(), 1 + 11);
     let gaps: Vec<usize> = (1..12).filter(|&i| lines[i].ends_with(',')).collect();
     assert_eq!(gaps, [2, 3, 4, 5, 6, 7, 8, 9, 10], "a slice every tenth step");
-    let rows = desk.text(
-        0,
-        &[
-            "trace",
-            "a.mcap",
-            "--topic",
-            "/scalar,/slice",
-            "--field",
-            "force,values[3]",
-            "--to",
-            "0.1",
-            "--align",
-            "linear",
-        ],
-    );
+    let rows = desk.text(0, &[&both[..], &["--align", "linear"]].concat());
     assert!(rows.lines().all(|line| !line.ends_with(',')), "{rows}");
     let rows = desk.text(0, &["trace", "a.mcap", "b.mcap", "--topic", "/scalar", "--field", "force"]);
     assert_eq!(rows.lines().next(), Some("time [s],a:force [N],b:force [N]"));
@@ -495,7 +441,7 @@ fn tables_in_every_format() {
     for name in ["t.csv", "t.jsonl", "t.parquet", "t.npy", "t.npz"] {
         desk.text(0, &["trace", "a.mcap", "--topic", "/scalar", "-o", name]);
     }
-    let start = |name: &str, length: usize| fs::read(desk.path(name)).expect("a table")[..length].to_vec();
+    let start = |name: &str, length: usize| desk.bytes(name)[..length].to_vec();
     assert_eq!(start("t.parquet", 4), b"PAR1");
     assert_eq!(start("t.npy", 6), b"\x93NUMPY");
     assert_eq!(start("t.npz", 2), b"PK");
@@ -516,40 +462,14 @@ fn tables_in_every_format() {
 #[test]
 fn pictures_in_every_medium() {
     let desk = desk();
-    for arguments in [
-        &["plot", "a.mcap", "b.mcap", "--topic", "/scalar", "--field", "force", "-o", "p.svg"] as &[_],
-        &["plot", "a.mcap", "--topic", "/profile", "--at-time", "0.1,0.5", "-o", "q.svg"],
-        &["plot", "a.mcap", "--topic", "/slice", "--at-time", "0.3", "-o", "r.png"],
-        &[
-            "plot",
-            "a.mcap",
-            "--topic",
-            "/slice",
-            "--at",
-            "z=0.3",
-            "--at-time",
-            "0.3",
-            "--log",
-            "x",
-            "-o",
-            "s.svg",
-        ],
-        &[
-            "plot",
-            "a.mcap",
-            "--topic",
-            "/scalar",
-            "--field",
-            "force",
-            "--range",
-            "-1,4",
-            "--x-range",
-            "0,1",
-            "-o",
-            "t.png",
-        ],
+    for command in [
+        "plot a.mcap b.mcap --topic /scalar --field force -o p.svg",
+        "plot a.mcap --topic /profile --at-time 0.1,0.5 -o q.svg",
+        "plot a.mcap --topic /slice --at-time 0.3 -o r.png",
+        "plot a.mcap --topic /slice --at z=0.3 --at-time 0.3 --log x -o s.svg",
+        "plot a.mcap --topic /scalar --field force --range -1,4 --x-range 0,1 -o t.png",
     ] {
-        desk.text(0, arguments);
+        desk.text(0, &command.split(' ').collect::<Vec<_>>());
     }
     let svg = |name: &str| fs::read_to_string(desk.path(name)).expect("a picture");
     for part in ["force [N]", "a:force", "b:force", "time [ms]"] {
@@ -560,7 +480,7 @@ fn pictures_in_every_medium() {
     }
     assert!(svg("s.svg").contains("values [mPa]"));
     for name in ["r.png", "t.png"] {
-        assert_eq!(fs::read(desk.path(name)).expect("a picture")[..4], *b"\x89PNG");
+        assert_eq!(desk.bytes(name)[..4], *b"\x89PNG");
     }
     let drawn = desk.text(0, &["plot", "a.mcap", "--topic", "/scalar", "--field", "force"]);
     assert!(drawn.lines().count() >= 20 && drawn.contains("time [ms]"), "{drawn}");
@@ -582,7 +502,7 @@ fn fields_and_attachments_are_exported() {
     let matrix: ndarray::Array2<f64> = ndarray_npy::read_npy(desk.path("f.npy")).expect("a matrix");
     assert_eq!(matrix.dim(), (4, 6));
     desk.text(0, &["export", "a.mcap", "--topic", "/slice", "-o", "f.vti"]);
-    let vti = fs::read(desk.path("f.vti")).expect("a file");
+    let vti = desk.bytes("f.vti");
     let head = String::from_utf8_lossy(&vti[..600]).into_owned();
     assert!(head.contains("WholeExtent=\"0 5 0 3 0 0\"") && head.contains("Spacing=\"0.1 0.2 1\""), "{head}");
     assert_eq!(desk.text(0, &["export", "a.mcap", "--attachment", "case.toml"]), "seed = 1\nsteps = 60\n");
@@ -702,7 +622,7 @@ fn reports_colour_fields_as_the_views_of_the_recording_do() {
     recording.channel("/slice").topic = "/field/stress".into();
     recording.metadata.push(("percuss.run".into(), forge::text_map(&[("title", "a run")])));
     let range = |name: &str, recording: &forge::Forged| {
-        fs::write(desk.path(&format!("{name}.mcap")), recording.write(plain())).expect("a file");
+        desk.put(&format!("{name}.mcap"), recording.write(plain()));
         desk.text(0, &["report", &format!("{name}.mcap")]);
         let page = fs::read_to_string(desk.path(&format!("{name}.html"))).expect("a page");
         let text = page.split("\"range\":").nth(1).and_then(|rest| rest.split(',').next()).expect("a range");

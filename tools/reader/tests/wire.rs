@@ -1,14 +1,7 @@
 //! Messages taken apart: what the general decoder of `prost-reflect` says, for everything a message can hold.
 
 use percuss_reader::wire::{COUNT, Layout, List, UNKNOWN, Values};
-use prost_reflect::{
-    DescriptorPool, DynamicMessage, ReflectMessage, Value,
-    prost::Message,
-    prost_types::{
-        DescriptorProto,
-        field_descriptor_proto::{Label, Type},
-    },
-};
+use prost_reflect::{DescriptorPool, DynamicMessage, ReflectMessage, Value, prost::Message};
 
 use crate::forge;
 
@@ -122,14 +115,8 @@ fn numbers_of_lists_may_be_single_or_packed() {
 
 #[test]
 fn an_integer_of_32_bits_is_what_the_lowest_bits_are() {
-    let kinds = [Type::Uint32, Type::Int32, Type::Sint32, Type::Enum, Type::Uint64, Type::Int64, Type::Bool];
-    let mut file = forge::file();
-    let fields = kinds.iter().zip(1..).map(|(&kind, number)| {
-        let name = (kind == Type::Enum).then_some(".lab.Kind");
-        forge::field(&format!("f{number}"), number, Label::Optional, kind, name)
-    });
-    let name = Some("Numbers".into());
-    file.message_type.push(DescriptorProto { name, field: fields.collect(), ..Default::default() });
+    let numbers = "Numbers f1:uint32 f2:int32 f3:sint32 f4:=Kind f5:uint64 f6:int64 f7:bool";
+    let file = forge::types("lab", numbers, ("Kind", ["CALM", "LOUD"]));
     let layout = Layout::of(&forge::pool(&file).get_message_by_name("lab.Numbers").expect("the message"));
     // 2^32 + 2^31 + 1 as a varint
     let long = [0x81, 0x80, 0x80, 0x80, 0x18];

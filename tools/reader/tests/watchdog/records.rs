@@ -47,6 +47,19 @@ pub const CASES: &[Case] = &[
     }),
     ("a million channels in the summary", || whole(&[], &many(300_000, |i| channel(i as u16, 0, "/t", &[])))),
     ("a million schemas", || whole(&[packed(&[many(300_000, |i| schema((i as u16).max(1), "", &[]))])], &[])),
+    ("a million schemas in the summary", || {
+        whole(&[], &many(400_000, |i| schema((i as u16).max(1), "", &[])))
+    }),
+    ("channels with long names", || {
+        let name = |i: u32| format!("/{i}{}", "x".repeat(60_000));
+        let part = |k: u32| packed(&[many(20, |i| channel((20 * k + i) as u16, 0, &name(20 * k + i), &[]))]);
+        whole(&(0..150).map(part).collect::<Vec<_>>(), &[])
+    }),
+    ("a record that is longer than its chunk", || {
+        // found by fuzzing: the unpacker subtracted what was not there
+        let data = [&message(1, &[])[..], &[0x05], &1000_u64.to_le_bytes(), &[0; 20]].concat();
+        whole(&[channel(1, 0, "/a", &[]), chunk(data.len() as u64, b"", &data)], &[])
+    }),
     ("a million metadata records", || whole(&[many(200_000, |_| metadata("m", &[]))], &[])),
     ("a million entries of one metadata record", || {
         let index = many(150_000, |_| metadata_index(first_offset(), metadata("m", &[]).len() as u64, "m"));

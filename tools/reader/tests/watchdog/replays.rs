@@ -12,7 +12,7 @@ use tungstenite::{ClientRequestBuilder, Message, client};
 use wait4::Wait4;
 
 use super::{
-    first_lines, on_threads,
+    alone, first_lines, on_threads, tell,
     watch::{Ending, MEMORY, command, complaints},
 };
 
@@ -50,7 +50,6 @@ fn view(url: &str) -> Option<()> {
 /// Replays a file to a viewer, much faster than it was recorded.
 fn replay(folder: &std::path::Path) -> Ending {
     let arguments = ["replay", "a.mcap", "--addr", "127.0.0.1:0", "--once", "--hold", "0", "--speed", "1e12"];
-    let started = Instant::now();
     let mut child =
         command(folder, MEMORY, ADDRESSES, &arguments).stderr(Stdio::piped()).spawn().expect("a shell");
     let mut stderr = String::new();
@@ -67,14 +66,17 @@ fn replay(folder: &std::path::Path) -> Ending {
         stderr,
         memory: used.rusage.maxrss >> 20,
         time: used.rusage.utime + used.rusage.stime,
-        elapsed: started.elapsed(),
     }
 }
 
 #[test]
 fn replays_of_hostile_files_end() {
+    alone("replays::replays_of_hostile_files_end", watch_replays);
+}
+
+fn watch_replays() {
     let (wrong, most) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
-    on_threads(THREADS, |what, folder| {
+    on_threads(THREADS, |_, what, folder| {
         let ending = replay(folder);
         let mut all = complaints(&ending, MEMORY);
         if ending.status != Some(0) && ending.stderr.is_empty() {
@@ -83,13 +85,9 @@ fn replays_of_hostile_files_end() {
         let said = first_lines(&ending.stderr);
         let mut wrong = wrong.lock().expect("no panic");
         wrong.extend(all.into_iter().map(|complaint| format!("{what}: {complaint}: {said}")));
-        most.lock().expect("no panic").push((ending.memory, ending.elapsed, ending.status, what.to_owned()));
+        most.lock().expect("no panic").push((ending.memory, ending.time, what.to_owned()));
     });
-    let mut most = most.into_inner().expect("no panic");
-    most.sort_by_key(|(memory, ..)| std::cmp::Reverse(*memory));
-    for (memory, elapsed, status, what) in most.iter().take(10) {
-        println!("{what:<60} {memory:>4} MiB {:>6.2} s {status:?}", elapsed.as_secs_f64());
-    }
+    tell(most.into_inner().expect("no panic"));
     let wrong = wrong.into_inner().expect("no panic");
     assert!(wrong.is_empty(), "{}:\n{}", wrong.len(), wrong.join("\n"));
 }

@@ -9,9 +9,12 @@ use prost_reflect::{
     },
 };
 
-use super::{Case, records::many};
+use super::{
+    Case,
+    records::{many, timed},
+};
 use crate::{
-    forge,
+    forge::{self, file_of, type_of},
     raw::{
         block, channel, chunk, double, message, message_at, packed, packed_repeats, schema, varint, whole,
         whole_number,
@@ -26,13 +29,13 @@ pub const CASES: &[Case] = &[
     }),
     ("two types that hold each other", || {
         let inner = |next: &str| (1..20).map(|n| of_type(&format!("f{n}"), n, next)).collect();
-        of_types(vec![kind("T0", inner(".U")), kind("U", inner(".T0"))])
+        of_types(vec![type_of("T0", inner(".U")), type_of("U", inner(".T0"))])
     }),
     ("a type of 10 000 fields", || {
-        let types = vec![kind("T0", (1..=10_000).map(number).collect())];
+        let types = vec![type_of("T0", (1..=10_000).map(number).collect())];
         of_types_with(types, &many(10_000, |i| double(i as usize + 1, 1.0)))
     }),
-    ("a type of 60 000 fields", || of_types(vec![kind("T0", (20_000..80_000).map(number).collect())])),
+    ("a type of 60 000 fields", || of_types(vec![type_of("T0", (20_000..80_000).map(number).collect())])),
     ("types nested 10 000 deep", || {
         let nested = (0..10_000).fold(Vec::new(), |inner, _| [block(1, b"A"), block(3, &inner)].concat());
         of_schema("A", &in_file(&block(4, &nested)))
@@ -40,7 +43,7 @@ pub const CASES: &[Case] = &[
     ("an enumeration of 60 000 values", || {
         let value =
             |i| EnumValueDescriptorProto { name: Some(format!("V{i}")), number: Some(i), options: None };
-        let mut file = file_of("t.proto", vec![kind("T0", vec![typed("e", 1, Type::Enum, Some(".E"))])]);
+        let mut file = file_of("t.proto", vec![type_of("T0", vec![typed("e", 1, Type::Enum, Some(".E"))])]);
         file.enum_type = vec![EnumDescriptorProto {
             name: Some("E".into()),
             value: (0..60_000).map(value).collect(),
@@ -51,14 +54,14 @@ pub const CASES: &[Case] = &[
     ("names that are no text", || of_schema("A", &in_file(&block(4, &block(1, &[0xff, 0xfe, 0x80]))))),
     ("names that are no names", || {
         of_types(vec![
-            kind("T0", vec![]),
-            kind("", vec![number(1)]),
-            kind("a.b", vec![]),
-            kind("\u{1b}[2J", vec![]),
+            type_of("T0", vec![]),
+            type_of("", vec![number(1)]),
+            type_of("a.b", vec![]),
+            type_of("\u{1b}[2J", vec![]),
         ])
     }),
     ("imports that are not there", || {
-        let mut file = file_of("t.proto", vec![kind("T0", vec![of_type("x", 1, ".nowhere.X")])]);
+        let mut file = file_of("t.proto", vec![type_of("T0", vec![of_type("x", 1, ".nowhere.X")])]);
         file.dependency = vec!["nowhere.proto".into(), "t.proto".into()];
         file.public_dependency = vec![-1, 7];
         of_schema("T0", &set(vec![file]))
@@ -68,13 +71,13 @@ pub const CASES: &[Case] = &[
         for (i, other) in ["b.proto", "a.proto"].into_iter().enumerate() {
             (files[i].dependency, files[i].public_dependency) = (vec![other.into()], vec![0]);
         }
-        files[0].message_type = vec![kind("T0", vec![])];
+        files[0].message_type = vec![type_of("T0", vec![])];
         of_schema("T0", &set(files.to_vec()))
     }),
     ("editions", || of_syntax("editions")),
     ("a syntax of the future", || of_syntax("proto9\u{1b}[2J")),
     ("groups and extensions", || {
-        let mut file = file_of("t.proto", vec![kind("T0", vec![typed("g", 1, Type::Group, Some(".T0"))])]);
+        let mut file = file_of("t.proto", vec![type_of("T0", vec![typed("g", 1, Type::Group, Some(".T0"))])]);
         file.syntax = Some("proto2".into());
         file.extension = vec![FieldDescriptorProto { extendee: Some(".T0".into()), ..number(1) }];
         let message = [[0x0b].repeat(5000), [0x0c].repeat(5000)].concat();
@@ -83,11 +86,11 @@ pub const CASES: &[Case] = &[
     ("maps that are none", || {
         let options = MessageOptions { map_entry: Some(true), ..Default::default() };
         let with =
-            |name: &str, field| DescriptorProto { options: Some(options.clone()), ..kind(name, field) };
+            |name: &str, field| DescriptorProto { options: Some(options.clone()), ..type_of(name, field) };
         let entry = with("E", vec![of_type("key", 1, ".E"), of_type("value", 2, ".T0")]);
         let map = FieldDescriptorProto { label: Some(Label::Repeated.into()), ..of_type("m", 1, ".E") };
         of_types_with(
-            vec![kind("T0", vec![map]), entry, with("F", vec![])],
+            vec![type_of("T0", vec![map]), entry, with("F", vec![])],
             &block(1, &block(2, &[])).repeat(1000),
         )
     }),
@@ -96,35 +99,35 @@ pub const CASES: &[Case] = &[
         let one =
             |name: &str, n, of| FieldDescriptorProto { options: options.clone(), ..typed(name, n, of, None) };
         let fields = vec![one("s", 1, Type::String), one("b", 2, Type::Bytes), one("d", 3, Type::Double)];
-        of_types_with(vec![kind("T0", fields)], &[block(1, &[0xff; 9]), block(3, &[0; 12])].concat())
+        of_types_with(vec![type_of("T0", fields)], &[block(1, &[0xff; 9]), block(3, &[0; 12])].concat())
     }),
     ("members of no oneof", || {
         let at = |n, index| FieldDescriptorProto { oneof_index: Some(index), ..number(n) };
-        let mut of = kind("T0", vec![at(1, -1), at(2, i32::MAX), at(3, 0)]);
+        let mut of = type_of("T0", vec![at(1, -1), at(2, i32::MAX), at(3, 0)]);
         of.oneof_decl = vec![OneofDescriptorProto { name: None, options: None }];
         of_types(vec![of])
     }),
     ("oneofs of very many members", || {
         let member = |n| FieldDescriptorProto { oneof_index: Some(0), ..number(n) };
-        let mut of = kind("T0", (1..9000).map(member).collect());
+        let mut of = type_of("T0", (1..9000).map(member).collect());
         of.oneof_decl = vec![OneofDescriptorProto { name: Some("o".into()), options: None }];
         of_types_with(vec![of], &many(300, |i| double(i as usize % 2 * 7000 + 1, 1.0)))
     }),
     ("numbers of fields that cannot be", || {
-        of_types(vec![kind("T0", [0, -1, 19_000, i32::MAX, i32::MIN].map(number).to_vec())])
+        of_types(vec![type_of("T0", [0, -1, 19_000, i32::MAX, i32::MIN].map(number).to_vec())])
     }),
     ("names and numbers twice", || {
-        of_types(vec![kind("T0", vec![number(1), number(1)]), kind("T0", vec![])])
+        of_types(vec![type_of("T0", vec![number(1), number(1)]), type_of("T0", vec![])])
     }),
     ("types and labels that are none", || {
         let odd = |n, label, of| FieldDescriptorProto { label, r#type: of, ..number(n) };
-        of_types(vec![kind(
+        of_types(vec![type_of(
             "T0",
             vec![odd(1, Some(99), None), odd(2, None, Some(99)), odd(3, Some(0), Some(-1))],
         )])
     }),
     ("a type that is an enumeration", || {
-        let mut file = file_of("t.proto", vec![kind("T0", vec![of_type("x", 1, ".E")])]);
+        let mut file = file_of("t.proto", vec![type_of("T0", vec![of_type("x", 1, ".E")])]);
         let enumeration = EnumDescriptorProto { name: Some("E".into()), ..Default::default() };
         (file.enum_type, file.message_type[0].field[0].default_value) = (vec![enumeration], Some("x".into()));
         of_schema("T0", &set(vec![file]))
@@ -133,15 +136,22 @@ pub const CASES: &[Case] = &[
     ("descriptors that unpack 400 times", || {
         of_schema("A", &in_file(&block(4, &[block(1, &[b'A'; 4000]), block(2, &[]).repeat(50_000)].concat())))
     }),
+    ("descriptors of four million empty types", || of_schema("A", &in_file(&block(4, &[]).repeat(4 << 20)))),
     ("a package of very many parts", || of_schema("A", &in_file(&block(2, &b"a.".repeat(100_000))))),
     ("very many comments", || {
         let one = block(4, &block(1, b"A"));
         let comments = block(9, &block(1, &[block(1, &[4, 0]), block(3, b"x")].concat()).repeat(200_000));
         of_schema("A", &in_file(&[one, comments].concat()))
     }),
+    ("very many places without a comment", || {
+        // they mean nothing, and take no room
+        let places = block(9, &block(1, &[]).repeat(4 << 20));
+        of_schema("A", &in_file(&[block(4, &block(1, b"A")), places].concat()))
+    }),
     ("a descriptor set that is none", || of_schema("A", &[0xff; 5000])),
     ("very many schemas with types", || {
-        let types: Vec<_> = (0..200).map(|i| kind(&format!("T{i}"), (1..40).map(number).collect())).collect();
+        let types: Vec<_> =
+            (0..200).map(|i| type_of(&format!("T{i}"), (1..40).map(number).collect())).collect();
         let data = set(vec![file_of("t.proto", types)]);
         let all = many(300, |i| {
             [schema(i as u16 + 1, "T0", &data), channel(i as u16, i as u16 + 1, "/a", &[])].concat()
@@ -153,13 +163,14 @@ pub const CASES: &[Case] = &[
     ("packed numbers of a byte", || of_note(&block(5, &block(2, &vec![0; 8 * MANY])))),
     ("fields that are not known", || of_note(&[0x78, 0].repeat(MANY))),
     ("parts that have to be merged", || of_note(&block(5, &[]).repeat(MANY))),
+    ("submessages of a type inside itself", || of_note(&block(9, &block(9, &[]).repeat(MANY)))),
     ("parts to be merged, one in the other", || {
         of_note(&(0..1000).fold(vec![], |i, _| [block(9, &i), block(9, &[])].concat()))
     }),
     ("messages nested 10 000 deep", || of_note(&(0..10_000).fold(Vec::new(), |inner, _| block(9, &inner)))),
     ("messages that are broken", broken),
     ("very many empty messages of a wide type", || {
-        let types = vec![kind("T0", (1..=2000).map(number).collect())];
+        let types = vec![type_of("T0", (1..=2000).map(number).collect())];
         let definitions = [schema(1, "T0", &set(vec![file_of("t.proto", types)])), channel(1, 1, "/a", &[])];
         whole(&[packed(&[definitions.concat(), message(1, &[]).repeat(2000)])], &[])
     }),
@@ -186,7 +197,7 @@ pub const CASES: &[Case] = &[
     ("lists in lists", || {
         let inner = FieldDescriptorProto { label: Some(Label::Repeated.into()), ..of_type("l", 1, ".U") };
         let list = FieldDescriptorProto { label: Some(Label::Repeated.into()), ..number(1) };
-        let types = vec![kind("T0", vec![inner]), kind("U", vec![list])];
+        let types = vec![type_of("T0", vec![inner]), type_of("U", vec![list])];
         let definitions =
             [schema(1, "T0", &set(vec![file_of("t.proto", types)])), channel(1, 1, "/a", &[])].concat();
         let data = block(1, &block(1, &1_f64.to_le_bytes())).repeat(9000);
@@ -198,15 +209,15 @@ pub const CASES: &[Case] = &[
             oneof_index: Some(n - 1),
             ..number(n)
         });
-        let mut value = kind("V", fields.collect());
+        let mut value = type_of("V", fields.collect());
         let oneof = |n: i32| OneofDescriptorProto { name: Some(format!("_f{n}")), options: None };
         value.oneof_decl = (1..=1000).map(oneof).collect();
         let options = MessageOptions { map_entry: Some(true), ..Default::default() };
         let entry = vec![typed("key", 1, Type::String, None), of_type("value", 2, ".V")];
-        let entry = DescriptorProto { options: Some(options), ..kind("MEntry", entry) };
+        let entry = DescriptorProto { options: Some(options), ..type_of("MEntry", entry) };
         let map =
             FieldDescriptorProto { label: Some(Label::Repeated.into()), ..of_type("m", 1, ".T0.MEntry") };
-        let of = DescriptorProto { nested_type: vec![entry], ..kind("T0", vec![map]) };
+        let of = DescriptorProto { nested_type: vec![entry], ..type_of("T0", vec![map]) };
         let key = |i: u32| block(1, &block(1, format!("{i:0>1000}").as_bytes()));
         of_types_with(vec![of, value], &many(900, key))
     }),
@@ -289,13 +300,8 @@ fn in_file(content: &[u8]) -> Vec<u8> {
     block(1, &[&block(1, b"a")[..], &block(12, b"proto3"), content].concat())
 }
 
-fn file_of(name: &str, message_type: Vec<DescriptorProto>) -> FileDescriptorProto {
-    let (name, syntax) = (Some(name.into()), Some("proto3".into()));
-    FileDescriptorProto { name, syntax, message_type, ..Default::default() }
-}
-
 fn of_syntax(syntax: &str) -> Vec<u8> {
-    let mut file = file_of("e.proto", vec![kind("A", vec![number(1)])]);
+    let mut file = file_of("e.proto", vec![type_of("A", vec![number(1)])]);
     file.syntax = Some(syntax.into());
     of_schema("A", &set(vec![file]))
 }
@@ -312,15 +318,11 @@ fn of_type(name: &str, number: i32, type_name: &str) -> FieldDescriptorProto {
     typed(name, number, Type::Message, Some(type_name))
 }
 
-fn kind(name: &str, field: Vec<FieldDescriptorProto>) -> DescriptorProto {
-    DescriptorProto { name: Some(name.into()), field, ..Default::default() }
-}
-
 /// A type that holds the next one in every field; the last holds nothing.
 fn chain(i: usize, length: usize, fields: &[&str]) -> DescriptorProto {
     let next = format!(".T{}", i + 1);
     let fields = fields.iter().zip(1..).filter(|_| i + 1 < length);
-    kind(&format!("T{i}"), fields.map(|(name, n)| of_type(name, n, &next)).collect())
+    type_of(&format!("T{i}"), fields.map(|(name, n)| of_type(name, n, &next)).collect())
 }
 
 fn of_types(types: Vec<DescriptorProto>) -> Vec<u8> {
@@ -338,7 +340,8 @@ fn of_schema(name: &str, data: &[u8]) -> Vec<u8> {
 /// A schema, a channel and two messages of it.
 fn of_schema_with(name: &str, data: &[u8], content: &[u8]) -> Vec<u8> {
     let messages = [message_at(1, 0, content), message_at(1, 1_000_000_000, content)].concat();
-    whole(&[packed(&[schema(1, name, data), channel(1, 1, "/a", &[]), messages])], &[])
+    let records = [schema(1, name, data), channel(1, 1, "/a", &[]), messages].concat();
+    whole(&[timed((0, 1_000_000_000), &records)], &[])
 }
 
 /// A message of the other tests, in a chunk.

@@ -1,13 +1,24 @@
 //! Hostile values: times, axes, JSON, texts, metadata of percuss, images.
 
+use prost_reflect::{
+    prost::Message,
+    prost_types::{
+        FileDescriptorSet,
+        field_descriptor_proto::{Label, Type},
+    },
+};
+
 use super::{
     Case,
     records::{many, timed},
     types::lab,
 };
-use crate::raw::{
-    Counts, attachment, block, channel, double, first_offset, indexed, map, message_at, metadata,
-    metadata_index, packed, record, statistics, text, whole, whole_number,
+use crate::{
+    forge,
+    raw::{
+        Counts, attachment, block, channel, channel_of, double, first_offset, indexed, map, message_at,
+        metadata, metadata_index, packed, record, schema, statistics, text, whole, whole_number,
+    },
 };
 
 pub const CASES: &[Case] = &[
@@ -58,20 +69,21 @@ pub const CASES: &[Case] = &[
         whole(&[lab(1, "Profile"), channel(1, 1, "/interface/stress", &axis), packed(&[many(49, one)])], &[])
     }),
     ("matrices of 10^12 values that are four", || {
-        of_slices(&[(1_000_000, 1_000_000, 4), (u32::MAX, u32::MAX, 1), (0, 0, 4)])
+        of_sizes(&[(1_000_000, 1_000_000, 4), (u32::MAX, u32::MAX, 1), (0, 0, 4)])
     }),
-    ("matrices that are wide and high in turn", || {
-        of_slices(&[(1, 200_000, 200_000), (200_000, 1, 200_000)])
+    ("matrices that are wide and high in turn", || of_sizes(&[(1, 200_000, 200_000), (200_000, 1, 200_000)])),
+    ("matrices whose elements have no size", || {
+        let odd = [1e-300, 1e300, f64::NAN, f64::INFINITY, 0.0];
+        let one = |dr: &f64| odd.map(|dz| slice([*dr, dz], [2, 2], 4)).concat();
+        of_slices(odd.iter().flat_map(one).collect())
     }),
-    ("matrices of one row", || of_slices(&[(400_000, 1, 400_000), (3, 2, 6)])),
+    ("matrices of one row", || of_sizes(&[(400_000, 1, 400_000), (3, 2, 6)])),
     ("axes of a million points", || {
-        let axis = map(&[("axis.p", &("0,".repeat(300_000) + "0")), ("axis.r0", &";,".repeat(100_000))]);
-        whole(&[lab(1, "Profile"), channel(1, 1, "/a", &axis), message_at(1, 0, &block(5, &[0; 160]))], &[])
+        of_axes(&[("axis.p", &("0,".repeat(300_000) + "0")), ("axis.r0", &";,".repeat(100_000))])
     }),
+    ("axes of two million points", || of_axes(&[("axis.p", &("0,".repeat(2_000_000) + "0"))])),
     ("axes that name each other", || {
-        let axis =
-            map(&[("axis.p", "p,p,p;p,p,p"), ("axis.r0", "axis.r0"), ("axis.", ",;,"), ("axis.dr", "p,dr")]);
-        whole(&[lab(1, "Profile"), channel(1, 1, "/a", &axis), message_at(1, 0, &block(5, &[0; 160]))], &[])
+        of_axes(&[("axis.p", "p,p,p;p,p,p"), ("axis.r0", "axis.r0"), ("axis.", ",;,"), ("axis.dr", "p,dr")])
     }),
     ("JSON nested 10 000 deep", || {
         of_json("", &[&"[".repeat(10_000), &"{\"a\":".repeat(10_000), &nested(120), &nested(127)])
@@ -114,6 +126,9 @@ pub const CASES: &[Case] = &[
     }),
     ("JSON that is none", || {
         of_json("not JSON", &["", "nul", "\u{0}", "{\"a\":NaN}", "{} {}", "\"\\ud800\""])
+    }),
+    ("a JSON schema nested 100 000 deep", || {
+        of_json(&format!("{}{{}}{}", "{\"items\":".repeat(100_000), "}".repeat(100_000)), &["{\"a\":1}"])
     }),
     ("a JSON schema in circles", || {
         let inner = r##""a":{"$ref":"#/$defs/A"},"b":{"$ref":"#/$defs/A"},"c":{"$ref":"#"}"##;
@@ -266,17 +281,28 @@ fn of_times(count: u32, time: impl Fn(u32) -> u64) -> Vec<u8> {
     })
 }
 
-/// Matrices by their numbers of rows, of columns and of values.
-fn of_slices(slices: &[(u32, u32, usize)]) -> Vec<u8> {
-    let one = |(nz, nr, length): &(u32, u32, usize)| {
-        let steps =
-            [double(4, 0.1), double(7, 0.1), whole_number(5, (*nr).into()), whole_number(8, (*nz).into())];
-        message_at(1, 0, &[steps.concat(), block(9, &1_f32.to_le_bytes().repeat(*length))].concat())
-    };
+/// A matrix by its steps and numbers of columns and rows, with so many values.
+fn slice([dr, dz]: [f64; 2], [nr, nz]: [u32; 2], length: usize) -> Vec<u8> {
+    let steps = [double(4, dr), double(7, dz), whole_number(5, nr.into()), whole_number(8, nz.into())];
+    message_at(1, 0, &[steps.concat(), block(9, &1_f32.to_le_bytes().repeat(length))].concat())
+}
+
+/// A recording of matrices.
+fn of_slices(messages: Vec<u8>) -> Vec<u8> {
     let axis = map(&[("axis.values", "z0,dz,nz;r0,dr,nr")]);
     let run = metadata("percuss.run", &[("format_version", "2.0")]);
-    let messages = slices.iter().flat_map(one).collect();
     whole(&[run, lab(1, "Slice"), channel(1, 1, "/field/stress", &axis), packed(&[messages])], &[])
+}
+
+/// Matrices by their numbers of rows, of columns and of values.
+fn of_sizes(slices: &[(u32, u32, usize)]) -> Vec<u8> {
+    of_slices(slices.iter().flat_map(|&(nz, nr, length)| slice([0.1, 0.1], [nr, nz], length)).collect())
+}
+
+/// A profile of 20 elements whose channel says this of its axes.
+fn of_axes(axes: &[(&str, &str)]) -> Vec<u8> {
+    let channel = channel(1, 1, "/a", &map(axes));
+    whole(&[lab(1, "Profile"), channel, message_at(1, 0, &block(5, &[0; 160]))], &[])
 }
 
 fn nested(depth: usize) -> String {
@@ -290,8 +316,7 @@ fn keys(from: usize, count: usize) -> String {
 /// A schema and a channel of JSON messages.
 fn json_channel(schema: &str, topic: &str) -> Vec<u8> {
     let schema = [&[1, 0][..], &text(b"J"), &text(b"jsonschema"), &text(schema.as_bytes())].concat();
-    let channel = [&[1, 0, 1, 0][..], &text(topic.as_bytes()), &text(b"json"), &text(&[])].concat();
-    [record(0x03, &schema), record(0x04, &channel)].concat()
+    [record(0x03, &schema), channel_of(1, 1, topic, "json", &[])].concat()
 }
 
 fn of_json(schema: &str, messages: &[&str]) -> Vec<u8> {
@@ -318,17 +343,8 @@ fn of_percuss(run: &[(&str, &str)], case: &[u8]) -> Vec<u8> {
 
 /// A schema with the fields of a packed image.
 fn camera() -> Vec<u8> {
-    use prost_reflect::{
-        prost::Message,
-        prost_types::{
-            DescriptorProto, FileDescriptorProto, FileDescriptorSet,
-            field_descriptor_proto::{Label, Type},
-        },
-    };
-    let field = |name: &str, number, kind| crate::forge::field(name, number, Label::Optional, kind, None);
+    let field = |name: &str, number, kind| forge::field(name, number, Label::Optional, kind, None);
     let fields = vec![field("data", 2, Type::Bytes), field("format", 3, Type::String)];
-    let message = DescriptorProto { name: Some("Image".into()), field: fields, ..Default::default() };
-    let (name, syntax) = (Some("image.proto".into()), Some("proto3".into()));
-    let file = FileDescriptorProto { name, syntax, message_type: vec![message], ..Default::default() };
-    crate::raw::schema(1, "Image", &FileDescriptorSet { file: vec![file] }.encode_to_vec())
+    let image = forge::file_of("image.proto", vec![forge::type_of("Image", fields)]);
+    schema(1, "Image", &FileDescriptorSet { file: vec![image] }.encode_to_vec())
 }
