@@ -125,8 +125,7 @@ mod resolved;
 mod sizes;
 mod system;
 
-/// Form of the head, in the parameters of the case file.
-pub use crate::shape::Head as HeadKind;
+pub use crate::shape::Head;
 pub use builder::{CaseBuilder, Value};
 pub use errors::{CaseErrors, Problem};
 pub use frames::{FrameSteps, Frames};

@@ -1,6 +1,6 @@
-//! Models of the target: what lies behind the surface.
+//! Models of the target's interior.
 //!
-//! A model owns the displacement fields and advances them. It meets the contact only through [`Surface`] and shows
+//! A model owns the displacement fields and advances them. It is coupled to the contact only through [`Surface`] and outputs
 //! its fields only as a [`Frame`]; it knows nothing of indenters, contact rules or recordings.
 //!
 //! | Model | Unknowns | File |
@@ -9,43 +9,43 @@
 //! | `elastic` | `u_z`, `u_r` (\[KA\] Eqs. 2, 3) | [`elastic`] |
 //!
 //! The numerics are [`scheme`] (one displacement), [`cells`] (two) and [`mod@reference`]: scalar operators and the plain stepper over them. `blocked` is the fast
-//! engine, which nothing outside this module sees; it gives the same numbers, and a test proves it:
+//! engine, which nothing outside this module sees; tests compare it with the plain stepper bit by bit:
 //!
 //! ```text
 //! vector     SIMD trait and types
 //! patch      part of a field, as the kernels get it
-//! energy     energy of rows                                     <- vector
-//! corner     rows of nodes with the corner term                 <- energy, patch
-//! kernel     rows of nodes                                      <- corner
+//! energy     energy of rows
+//! corner     rows of nodes with the mixed-derivative correction
+//! kernel     rows of nodes
 //! damping    lateral damping of a row
-//! cells      rows of nodes of the full theory                   <- energy, damping
-//! dispatch   choice of instructions                             <- kernel, cells
+//! cells      rows of nodes of the full theory
+//! dispatch   choice of instructions
 //! levels     a field in memory
-//! domain     levels and weights                                 <- dispatch, levels
+//! domain     levels and weights
 //! active     light cone: active rows and columns per level
 //! parts      numbers that several threads write
-//! sampler    frames and energies of a level, as tiles pass it   <- domain, parts
-//! gauge      points and lines of a level, as tiles pass it      <- domain, parts
-//! strains    largest strain of a level, as tiles pass it        <- domain
-//! tiles      time-skewed tiling behind the near-surface band    <- sampler, gauge, strains, active
-//! workers    threads that work on the tiles                     <- tiles
-//! state      the engine as a stream of bytes                    <- workers
+//! sampler    frames and energies of a level, as tiles pass it
+//! gauge      points and lines of a level, as tiles pass it
+//! strains    largest strain of a level, as tiles pass it
+//! tiles      time-skewed tiling behind the near-surface band
+//! workers    threads that work on the tiles
+//! state      the engine as a stream of bytes
 //! ```
 //!
 //! # Mesh noise
 //!
 //! The scheme propagates waves along z, and on the matched mesh along r too, without dispersion, up to the frequency of the mesh.
-//! Three sources of noise at that frequency remain, and no refinement makes them smaller; percuss treats each:
+//! Three sources of noise at that frequency remain, and refinement does not reduce them; percuss treats each:
 //!
-//! * Oblique waves lag behind, so fronts that are not parallel to the mesh drag a tail and overshoot. One more operator, which is zero
+//! * Oblique waves have too low a phase velocity, so fronts that are not parallel to the mesh have a dispersive tail and overshoot. One more operator, which is zero
 //!   for waves along z and r, makes the scheme fourth order in all directions (`mesh.order = 4`, the default).
-//! * The shortest oblique waves have no right speed on any mesh. The same operator on the velocity takes them out
+//! * Near the grid cutoff the phase error of oblique waves does not vanish under refinement. The same operator on the velocity damps them
 //!   (`mesh.damping = 1.0`, the default), at third order, and leaves fronts as steep as they are; it is the only dissipation, and
 //!   `/energy` has what it takes (`damped`).
 //! * A contact edge that moves over nodes one by one excites waves at the frequency of the crossing. Nodes in partial contact take
 //!   the hat-weighted average of the indenter's penetration, in r and over one and a half steps.
 //!
-//! The page of the figures has a table of noise and overshoot with and without these. Where waves of a contact or a tip are shorter than the
+//! The figures page has a table of noise and overshoot with and without these. Where waves of a contact or a tip are shorter than the
 //! mesh, some remain: the reflection of a cone overshoots by 1.1 %, p(0, t) of Figs. 3 and 7b carries 2e-4 of them. `mesh.order = 2` with `mesh.damping = 0.0` is the scheme of
 //! the paper; on its mesh (`mesh.kind = "paper"`) nodes are points, and all three sources are there.
 
@@ -87,7 +87,7 @@ pub enum ModelKind {
 impl ModelKind {
     /// Numbers in memory for every node: displacements at all levels that are kept.
     ///
-    /// * `corner`: the corner term of the simplified theory, if there is one
+    /// * `corner`: the mixed-derivative correction of the simplified theory, if there is one
     pub fn numbers_per_node(self, corner: Option<&scheme::Corner>) -> usize {
         match self {
             Self::Rakhmatulin => scheme::Corner::levels(corner),
@@ -351,7 +351,7 @@ pub struct Request {
 }
 
 /// A step as a model hands it out: what it was given with it, its frame, the values of its gauges.
-pub type Handed<T> = (T, Option<Frame>, Option<GaugeValues>);
+pub type CompletedStep<T> = (T, Option<Frame>, Option<GaugeValues>);
 
 /// An elastic target, advanced explicitly in time.
 ///
@@ -372,7 +372,7 @@ pub trait Model<T>: Send {
     /// complete, or when no step is left.
     ///
     /// * `finish`: complete it now; no step is to follow soon
-    fn next(&mut self, finish: bool) -> Option<Handed<T>>;
+    fn next(&mut self, finish: bool) -> Option<CompletedStep<T>>;
 
     /// Largest strain on the surface at level k by magnitude, between [`Model::predict`] and [`Model::advance`], and its column.
     ///
@@ -390,7 +390,7 @@ pub trait Model<T>: Send {
     /// First place `(r, z)` where the displacement is not finite, if any \[R\].
     fn find_non_finite(&mut self) -> Option<(f64, f64)>;
 
-    /// Writes the target between two steps, all of which have been handed out, and goes on as if nothing had been.
+    /// Writes the target between two steps, all of which have been returned; the run can continue afterwards.
     ///
     /// # Errors
     ///
@@ -398,7 +398,7 @@ pub trait Model<T>: Send {
     ///
     /// # Panics
     ///
-    /// If a step has not been handed out, see [`Model::next`].
+    /// If a step has not been returned, see [`Model::next`].
     fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()>;
 
     /// Takes up what [`Model::save`] has written, in place of a target at rest.

@@ -276,7 +276,7 @@ impl Trace {
 }
 
 /// Time at which a quantity has fallen to 0, which it has at the last of some steps but not at the one before: linear between
-/// the two if it goes on below 0, else, cut off at 0, from the two steps before.
+/// the two if it continues below 0, else, cut off at 0, from the two steps before.
 fn zero_of(times: &[f64], values: &[f64]) -> f64 {
     match (times, values) {
         (&[.., t0, t1], &[.., v0, v1]) if v0 > 0.0 && v1 < 0.0 => t0 + (t1 - t0) * v0 / (v0 - v1),

@@ -4,10 +4,11 @@
 //! of a run, so that recordings have them.
 
 use crate::{
-    case::{Case, HeadKind},
+    case::Case,
     model::ModelKind,
     rigidity::Rigidity,
     session::{Status, Steps},
+    shape::Head,
     simulation::{Simulation, SimulationError},
     state::SaveState,
     trust::TheoryError,
@@ -74,10 +75,10 @@ pub fn of_case(case: &Case) -> Vec<Warning> {
 fn sharp_edge(case: &Case) -> Option<String> {
     let radius = case.indenter.radius.filter(|_| case.reaches_edge())?;
     let remedy = match case.indenter.head {
-        HeadKind::Flat { edge_radius } if edge_radius >= CORNER_CELLS * case.sizes.dr => return None,
-        HeadKind::Flat { edge_radius: 0.0 } => "; indenter.edge_radius rounds it",
-        HeadKind::Flat { .. } => ", as its corner is smaller than two cells",
-        HeadKind::Sphere { nose_radius } if nose_radius == radius => return None,
+        Head::Flat { edge_radius } if edge_radius >= CORNER_CELLS * case.sizes.dr => return None,
+        Head::Flat { edge_radius: 0.0 } => "; indenter.edge_radius rounds it",
+        Head::Flat { .. } => ", as its corner is smaller than two cells",
+        Head::Sphere { nose_radius } if nose_radius == radius => return None,
         _ => "",
     };
     Some(format!(

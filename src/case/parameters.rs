@@ -88,7 +88,7 @@ impl Parameters {
         self.model.lateral_speed(self.target.material.shear_wave_speed)
     }
 
-    /// The corner term of the scheme with one displacement, if there is one.
+    /// The mixed-derivative correction of the scheme with one displacement, if there is one.
     pub fn corner(&self) -> Option<Corner> {
         Corner::new(self.mesh.order?, self.mesh.damping)
     }

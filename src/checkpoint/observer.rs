@@ -80,7 +80,7 @@ impl Observer for Checkpoints<'_> {
         }
         let head = Head::new(self.case, self.engine, self.recording.seal()?);
         if let Err(error) = write(path, &head, state) {
-            (self.say)(&format!("warning: {error}; the run goes on without it"));
+            (self.say)(&format!("warning: {error}; the run continues without it"));
         }
         self.last = Instant::now();
         Ok(())

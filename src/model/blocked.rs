@@ -1,6 +1,6 @@
 //! The fast engine: the schemes of [`super::scheme`] and [`super::cells`] in vectors, tiles and threads.
 //!
-//! Two levels of a displacement are kept, with the corner term and with cells three, rows 0 (the surface) to nz (the backing), in the order of radii; the next level overwrites
+//! Two levels of a displacement are kept, with the mixed-derivative correction and with cells three, rows 0 (the surface) to nz (the backing), in the order of radii; the next level overwrites
 //! the oldest. A band near the surface goes step by step; the interior follows behind it in passes over many
 //! levels ([`tiles`], [`workers`]). Frames, points and lines are sampled on the way, and the largest strain is taken ([`sampler`], [`gauge`], [`strains`]), and steps wait in the engine
 //! until theirs are complete.
@@ -15,7 +15,7 @@
 use std::{collections::VecDeque, io, sync::Arc};
 
 use super::{
-    Coverage, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Handed, Model, Request, Sampling, StrainPeak,
+    CompletedStep, Coverage, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Model, Request, Sampling, StrainPeak,
     cell_scheme::CellScheme,
     larger_strain, scheme,
     scheme::{Corner, RadialWeights},
@@ -83,7 +83,7 @@ pub struct Engine<T> {
     behind: Vec<LevelTask>,
     shown: FrameFields,
     gauges: Arc<GaugePlan>,
-    /// Steps that have not been handed out.
+    /// Steps that have not been returned.
     steps: VecDeque<Waiting<T>>,
     /// Level that the interior has reached, passes that are over.
     reached: usize,
@@ -100,7 +100,7 @@ pub struct Engine<T> {
     free: [Vec<f64>; 2],
 }
 
-/// A step that has not been handed out.
+/// A step that has not been returned.
 struct Waiting<T> {
     step: T,
     /// What samples it, if it is a frame.
@@ -122,7 +122,7 @@ impl<T> Engine<T> {
     /// A target at rest.
     ///
     /// * `weights`: radial weights of the scheme, by column
-    /// * `corner`: the corner term with its radial weights, if there is one
+    /// * `corner`: the mixed-derivative correction with its radial weights, if there is one
     /// * `courant`: radial Courant number, at most 1
     /// * `shown`: what is shown
     pub fn new(
@@ -213,7 +213,7 @@ impl<T> Engine<T> {
         self.note_passes();
     }
 
-    /// Takes note of passes that have ended.
+    /// Records passes that have ended.
     fn note_passes(&mut self) {
         while let Some(Ended { level, peaks: [earlier, last] }) = self.field.ended() {
             self.reached = level;
@@ -222,7 +222,7 @@ impl<T> Engine<T> {
         }
     }
 
-    /// Takes note of a peak of the row before the backing. That of the newest level counts only once the surface has gone
+    /// Records a peak of the row before the backing. That of the newest level counts only once the surface has gone
     /// on.
     fn note_peak(&mut self, peak: RowPeak) {
         let [settled, newest] = &mut self.peaks;
@@ -232,7 +232,7 @@ impl<T> Engine<T> {
         }
     }
 
-    /// Takes note of the last row that moves, if the near-surface band of `rows` rows has it.
+    /// Records the last row that moves, if the near-surface band of `rows` rows has it.
     fn note_peak_in_band(&mut self, rows: usize) {
         let last_row = self.field.domain().last_row();
         if last_row >= rows {
@@ -324,7 +324,7 @@ impl<T: Send> Model<T> for Engine<T> {
         self.note_peak_in_band(rows);
     }
 
-    fn next(&mut self, finish: bool) -> Option<Handed<T>> {
+    fn next(&mut self, finish: bool) -> Option<CompletedStep<T>> {
         if !self.is_complete() {
             self.note_passes();
         }

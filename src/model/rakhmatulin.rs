@@ -24,7 +24,7 @@ pub struct Rakhmatulin {
     courant: f64,
     /// `c_s²·Δz/Δr`
     stiffness: f64,
-    /// The corner term with its weights, if there is one.
+    /// The mixed-derivative correction with its weights, if there is one.
     corner: Option<(Corner, Vec<RadialWeights>)>,
 }
 
@@ -35,7 +35,7 @@ impl Rakhmatulin {
     /// The theory on a mesh.
     ///
     /// * `c_s`: shear wave speed \[c_p\]
-    /// * `corner`: the corner term, on a matched mesh
+    /// * `corner`: the mixed-derivative correction, on a matched mesh
     ///
     /// # Panics
     ///
@@ -90,7 +90,7 @@ impl Rakhmatulin {
         move |dj, di| self.at(u, j as isize + dj, i as isize + di)
     }
 
-    /// What the corner term adds to node (j, i), `factor·(−C)(u − share·before)`.
+    /// What the mixed-derivative correction adds to node (j, i), `factor·(−C)(u − share·before)`.
     ///
     /// * `factor`: relative to α
     fn corner(&self, before: &Level<1>, u: &Level<1>, [factor, share]: [f64; 2], j: usize, i: usize) -> f64 {
@@ -99,7 +99,7 @@ impl Rakhmatulin {
         factor * scheme::corner(|dj, di| u(dj, di) - share * before(dj, di), weights[i])
     }
 
-    /// Energy that the corner term has taken out between the half steps before and after level `now`:
+    /// Energy that the mixed-derivative correction has taken out between the half steps before and after level `now`:
     /// `½·m·(u^{k+1} − u^{k−1})·σC(u^k − u^{k−1})/Δt²` \[πR³γc_p²\].
     #[cfg(test)]
     pub(super) fn damped(&self, [before, now, next]: [&Level<1>; 3]) -> f64 {
@@ -149,14 +149,14 @@ impl Scheme<1> for Rakhmatulin {
                 energy.kinetic += scheme::kinetic_energy(mass, later_u - earlier_u, dt);
                 let added = self.corner(earlier, later, [conservative, 0.0], j, i);
                 energy.strain += scheme::corner_energy(mass, earlier_u, added, dt);
-                let stretches = levels.map(|u| u[[j + 1, i]] - u[[j, i]]);
-                energy.strain += scheme::axial_energy(area[i], stretches, dz);
+                let axial_differences = levels.map(|u| u[[j + 1, i]] - u[[j, i]]);
+                energy.strain += scheme::axial_energy(area[i], axial_differences, dz);
                 if i + 1 < self.grid.nr() {
-                    let slides = levels.map(|u| {
+                    let shear_differences = levels.map(|u| {
                         let mean = |i: usize| 0.5 * (u[[j, i]] + u[[j + 1, i]]);
                         mean(i + 1) - mean(i)
                     });
-                    energy.strain += scheme::shear_energy(self.stiffness * face[i], slides);
+                    energy.strain += scheme::shear_energy(self.stiffness * face[i], shear_differences);
                 }
             }
         }

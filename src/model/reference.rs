@@ -2,15 +2,15 @@
 //!
 //! It asks a [`Scheme`] for each node by itself, keeps three whole levels and knows nothing of light cones, tiles, vectors or
 //! threads. New physics starts here: a [`Scheme`] is enough to run whole cases,
-//! `percuss run --engine reference`. The fast engine is proved against it.
+//! `percuss run --engine reference`. The fast engine is tested bitwise against it.
 
 use std::{collections::VecDeque, io};
 
 use ndarray::{Array2, ArrayView1};
 
 use super::{
-    Field, Frame, FrameFields, GaugePlan, GaugeValues, Handed, Lattice, Model, PointState, Request, Sample,
-    Sampling, StrainPeak, TargetEnergy,
+    CompletedStep, Field, Frame, FrameFields, GaugePlan, GaugeValues, Lattice, Model, PointState, Request,
+    Sample, Sampling, StrainPeak, TargetEnergy,
     strain::{CellPeak, Watched},
 };
 use crate::{
@@ -25,7 +25,7 @@ pub type Level<const FIELDS: usize> = [Array2<f64>; FIELDS];
 /// Three consecutive levels, k−1, k and k+1.
 pub type Levels<'a, const FIELDS: usize> = [&'a Level<FIELDS>; 3];
 
-/// A model of the target as the plain stepper wants it: what each node does, from whole levels.
+/// Interface required by the reference stepper: the update of each node from whole levels.
 pub trait Scheme<const FIELDS: usize>: Send {
     /// Displacements of node (j, i) at level k+1, if the surface were free of stress.
     ///
@@ -38,7 +38,7 @@ pub trait Scheme<const FIELDS: usize>: Send {
     /// Energy between two consecutive levels.
     fn energy(&self, earlier: &Level<FIELDS>, later: &Level<FIELDS>) -> TargetEnergy;
 
-    /// What `field` shows of node (j, i) at level k.
+    /// Value of `field` at node (j, i) and level k.
     ///
     /// * `pressure`: on the surface during the step from k to k+1, shape `(nr,)` \[γc_p²\]
     fn show(&self, field: Field, levels: Levels<'_, FIELDS>, pressure: &[f64], j: usize, i: usize) -> f64;
@@ -68,7 +68,7 @@ pub struct Reference<T, S, const FIELDS: usize> {
     level: u64,
     /// Largest strain of cells, and on the backing, which is that of row `nz`.
     peaks: [CellPeak; 2],
-    steps: VecDeque<Handed<T>>,
+    steps: VecDeque<CompletedStep<T>>,
     /// Rows and columns beyond these are held at rest.
     rows: usize,
     columns: usize,
@@ -111,7 +111,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         (self.rows, self.columns) = (rows, columns);
     }
 
-    /// Takes note of the strains of cells and on the backing at level k.
+    /// Records the strains of cells and on the backing at level k.
     ///
     /// * `loaded`: number of surface nodes that have been in contact
     fn note_strains(&mut self, loaded: usize) {
@@ -209,7 +209,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         self.level += 1;
     }
 
-    fn next(&mut self, _finish: bool) -> Option<Handed<T>> {
+    fn next(&mut self, _finish: bool) -> Option<CompletedStep<T>> {
         self.steps.pop_front()
     }
 
@@ -237,7 +237,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
     }
 
     fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
-        assert!(self.steps.is_empty(), "{} steps have not been handed out", self.steps.len());
+        assert!(self.steps.is_empty(), "{} steps have not been returned", self.steps.len());
         out.put(&self.peaks)?;
         for level in [&self.before, &self.now] {
             level

@@ -23,7 +23,7 @@
 //!
 //! so nothing is dispersed along z, and for λ = 1 nothing along r either; it is stable for λ ≤ 1.
 //!
-//! # The corner term
+//! # The mixed-derivative correction
 //!
 //! Exact along z and along r is not exact in between. With `A = sin²(q_z/2)`, `B = λ²·sin²(q_r/2)` the relation above is
 //! `sin²(ω/2) = s = A + B − AB`, and at λ = 1 `(ω/2)² = (q_z/2)² + (q_r/2)² − (q_z q_r)²/48 + …`: oblique waves lag, most at
@@ -71,7 +71,7 @@ pub struct RadialWeights {
 pub enum Order {
     /// The scheme of the paper.
     Second,
-    /// With the conservative part of the corner term.
+    /// With the conservative part of the mixed-derivative correction.
     Fourth,
 }
 
@@ -97,7 +97,7 @@ impl TryFrom<u8> for Order {
 }
 
 impl Order {
-    /// Factor of u^k in the conservative part of the corner term.
+    /// Factor of u^k in the conservative part of the mixed-derivative correction.
     fn corner(self) -> f64 {
         match self {
             Self::Second => 0.0,
@@ -106,7 +106,7 @@ impl Order {
     }
 }
 
-/// The corner term: `C[α·(u^k − ρ·u^{k−1})]`, with `α = 4/3 + σ` (order 2: σ) and `ρ = σ/α`.
+/// The mixed-derivative correction: `C[α·(u^k − ρ·u^{k−1})]`, with `α = 4/3 + σ` (order 2: σ) and `ρ = σ/α`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
     /// α
@@ -160,7 +160,7 @@ pub fn radial_weights(grid: &Grid, c_s: f64) -> Vec<RadialWeights> {
     pairs.map(|(out, inw)| RadialWeights { outward: scaled(out), inward: scaled(inw) }).collect()
 }
 
-/// Radial weights of E_r times `λ²/256`, by column, shape `(nr,)`. That times α are the weights of the corner term.
+/// Radial weights of E_r times `λ²/256`, by column, shape `(nr,)`. That times α are the weights of the mixed-derivative correction.
 ///
 /// * `c_s`: shear wave speed \[c_p\]
 /// * `factor`: α
@@ -195,17 +195,17 @@ pub fn corner_axial(above: f64, here: f64, below: f64) -> f64 {
     2.0 * here - (above + below)
 }
 
-/// `outward·(outer − here) − inward·(here − inner)` over columns i−2, i, i+2. With the weights of the corner term, what it adds to
+/// `outward·(outer − here) − inward·(here − inner)` over columns i−2, i, i+2. With the weights of the mixed-derivative correction, what it adds to
 /// u^{k+1} of a node, `−α·E_z E_r d`; with those of the lateral damping, `−σ·E_r d`.
 ///
-/// * `axial`: values at columns i−2, i, i+2, for the corner term `16·E_z d`
+/// * `axial`: values at columns i−2, i, i+2, for the mixed-derivative correction `16·E_z d`
 #[inline]
 pub fn double_radial(axial: [f64; 3], weights: RadialWeights) -> f64 {
     let [inner, here, outer] = axial;
     weights.outward * (outer - here) - weights.inward * (here - inner)
 }
 
-/// What the corner term adds to u^{k+1} of a node.
+/// What the mixed-derivative correction adds to u^{k+1} of a node.
 ///
 /// * `d`: combination of levels around the node, with images
 #[inline]
@@ -310,9 +310,9 @@ pub fn kinetic_energy(mass: f64, moved: f64, dt: f64) -> f64 {
 ///
 /// The scheme conserves kinetic energy plus the strain energy in this form, the product of strains at both levels.
 ///
-/// * `stretches`: `u_{j+1} − u_j` at either level
-pub fn axial_energy(area: f64, stretches: [f64; 2], dz: f64) -> f64 {
-    0.5 * area * stretches[0] * stretches[1] / dz
+/// * `axial_differences`: `u_{j+1} − u_j` at either level
+pub fn axial_energy(area: f64, axial_differences: [f64; 2], dz: f64) -> f64 {
+    0.5 * area * axial_differences[0] * axial_differences[1] / dz
 }
 
 /// Strain energy between two levels of the face from column i to i+1, rows j to j+1: `½·c_s²·(Δz/Δr)·b·Δ_r ū^k·Δ_r ū^{k−1}`
@@ -321,12 +321,12 @@ pub fn axial_energy(area: f64, stretches: [f64; 2], dz: f64) -> f64 {
 /// The mean in ū, taken twice, is the U of the scheme.
 ///
 /// * `stiffness`: `c_s²·(Δz/Δr)·b`, with the weight b of the face
-/// * `slides`: `ū_{i+1} − ū_i` at either level
-pub fn shear_energy(stiffness: f64, slides: [f64; 2]) -> f64 {
-    0.5 * stiffness * slides[0] * slides[1]
+/// * `shear_differences`: `ū_{i+1} − ū_i` at either level
+pub fn shear_energy(stiffness: f64, shear_differences: [f64; 2]) -> f64 {
+    0.5 * stiffness * shear_differences[0] * shear_differences[1]
 }
 
-/// Strain energy between two levels of a cell from the conservative part of the corner term, `½·m·u^{k−1}·(4/3)·C u^k/Δt²`
+/// Strain energy between two levels of a cell from the conservative part of the mixed-derivative correction, `½·m·u^{k−1}·(4/3)·C u^k/Δt²`
 /// \[πR³γc_p²\].
 ///
 /// * `mass`: `a·Δz`, on the surface half of it

@@ -106,7 +106,7 @@ impl Disk {
         })
     }
 
-    /// Takes note of a closed chunk.
+    /// Records a closed chunk.
     fn chunk(&self) -> io::Result<()> {
         match self {
             Self::Here(file) => file.synchronise(),

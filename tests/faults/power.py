@@ -45,7 +45,7 @@ def order_of_run(part, when):
         if call.name == "write":
             before[written] = is_synced
             crossed = [finish for finish in ends[:-1] if written < finish < written + call.result]
-            part.check(when != "chunk" or not crossed, f"{what}: a write goes on from chunk to chunk, at {crossed}")
+            part.check(when != "chunk" or not crossed, f"{what}: a write continues from chunk to chunk, at {crossed}")
             written, is_synced = written + call.result, False
         elif call.name in ("fsync", "fdatasync"):
             synced, is_synced = synced + 1, True

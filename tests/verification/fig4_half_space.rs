@@ -57,7 +57,7 @@ fn both_meshes_tend_to_the_same_drag() {
 
 #[test]
 fn stress_is_that_of_a_plane_wave_until_the_edge_wave_arrives() {
-    // without dispersion along z and, at Courant number 1, along r: the same to the last bit; the corner term reaches 24 nodes
+    // without dispersion along z and, at Courant number 1, along r: the same to the last bit; the mixed-derivative correction reaches 24 nodes
     // farther than the wave, and its sums round
     for (scheme, ahead, nodes, rounding) in
         [(&["mesh.order=2", "mesh.damping=0.0"][..], 0.5, 4800, 0.0), (&["mesh.order=4"], 25.0, 2700, 1e-13)]

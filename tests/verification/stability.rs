@@ -1,6 +1,6 @@
 //! The scheme is stable: fields of random numbers stay bounded for 10⁵ steps, with the energy that they have.
 //!
-//! At λ = 1, where the bound on the time step holds with equality, and close to it; with and without the corner term and
+//! At λ = 1, where the bound on the time step holds with equality, and close to it; with and without the mixed-derivative correction and
 //! its damping, up to the most that is allowed. The largest displacement varies: at the limit the shortest waves have next to no
 //! energy whatever their amplitude (measured: up to 21 times that at the beginning).
 

@@ -16,7 +16,7 @@
 //! cosh²(κ/2) = v²(1 − λ²)/(λ²(1 − v²))
 //! ```
 //!
-//! With the corner term the scheme passes on two nodes per step. Along z waves grow at
+//! With the mixed-derivative correction the scheme passes on two nodes per step. Along z waves grow at
 //!
 //! ```text
 //! w² − (2 − 4s − (4/3 + σ)C)·w + 1 − σC = 0,   sin²(q_z/2) → −sinh²(κ/2)
@@ -52,7 +52,7 @@ pub struct ActiveRegion {
 /// What is left of a wave of height 1 where nodes are taken to be at rest: rounding cannot tell it from 0.
 const NOTHING: f64 = 1e-20;
 
-/// Rows and columns ahead of the wave front that the corner term moves.
+/// Rows and columns ahead of the wave front that the mixed-derivative correction moves.
 pub const CORNER_MARGIN: usize = 24;
 
 /// How far the light cone is at its level.
@@ -75,7 +75,7 @@ pub struct LightCone {
     coverage: Coverage,
     /// Radial Courant number.
     courant: f64,
-    /// Rows and columns that the scheme passes on per step, 2 with the corner term.
+    /// Rows and columns that the scheme passes on per step, 2 with the mixed-derivative correction.
     reach: usize,
     /// Row of the backing, number of columns.
     nz: usize,
@@ -108,7 +108,7 @@ impl LightCone {
         Self { growth: growth.collect(), ..Self::new(coverage, courant, 1, rows, nr) }
     }
 
-    /// Goes on to `level`, the next one, `loaded` columns of the surface being loaded on the way.
+    /// Continues to `level`, the next one, `loaded` columns of the surface being loaded on the way.
     pub fn advance(&mut self, level: usize, loaded: usize) {
         self.state.front = (self.state.front + self.courant).max(loaded as f64);
         while self.decay(level as f64, self.state.margin as f64) < -libm::log(NOTHING) {

@@ -1,4 +1,4 @@
-//! Rows of nodes with the corner term of the scheme: [`super::kernel`] reaching two rows and columns.
+//! Rows of nodes with the mixed-derivative correction of the scheme: [`super::kernel`] reaching two rows and columns.
 //!
 //! The operations are those of [`crate::model::scheme`] in the same order, so the bits are the same.
 
@@ -11,7 +11,7 @@ use super::{
 };
 use crate::model::scheme::{self, RadialWeights};
 
-/// What the corner term needs of a vector of a row: sums over z.
+/// What the mixed-derivative correction needs of a vector of a row: sums over z.
 #[derive(Clone, Copy)]
 struct CornerSums<V> {
     /// `u_{j−1} + u_{j+1}` at level k.
@@ -125,7 +125,7 @@ impl<V: Vector> CornerSums<V> {
         }
     }
 
-    /// Differences of `4·U` to the next column, and of the sums of the corner term to the second next, in the vector before
+    /// Differences of `4·U` to the next column, and of the sums of the mixed-derivative correction to the second next, in the vector before
     /// `after`.
     ///
     /// # Safety
@@ -144,7 +144,7 @@ impl<V: Vector> CornerSums<V> {
     }
 }
 
-/// Advances `N` rows from row `j` on with the corner term, vector by vector outwards: [`scheme::advanced`] and
+/// Advances `N` rows from row `j` on with the mixed-derivative correction, vector by vector outwards: [`scheme::advanced`] and
 /// [`scheme::double_radial`] on vectors.
 ///
 /// # Safety
@@ -215,7 +215,7 @@ pub unsafe fn corner_march<V: Vector, const N: usize, const COUNTS: bool>(
     }
 }
 
-/// Adds the corner term to surface nodes at level k+1: [`scheme::corner`] with the images of [`scheme::image_row`] and
+/// Adds the mixed-derivative correction to surface nodes at level k+1: [`scheme::corner`] with the images of [`scheme::image_row`] and
 /// [`scheme::image_column`], column by column.
 ///
 /// * `rows`: u_0 and u_2 at level k−1, then at level k, two nodes more than `free`

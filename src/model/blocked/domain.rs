@@ -52,13 +52,13 @@ pub struct AxialWeights {
     pub area: Vec<f64>,
     /// Radial weights of the scheme.
     weights: Weights,
-    /// The corner term with its radial weights, if there is one.
+    /// The mixed-derivative correction with its radial weights, if there is one.
     corner: Option<(Corner, Weights)>,
 }
 
 impl AxialWeights {
     /// * `weights`: radial weights of the scheme, by column
-    /// * `corner`: the corner term with its radial weights, if there is one
+    /// * `corner`: the mixed-derivative correction with its radial weights, if there is one
     /// * `columns`: of the field, whole blocks
     fn new(
         grid: &Grid,
@@ -78,7 +78,7 @@ impl AxialWeights {
         [&self.weights.outward, &self.weights.inward]
     }
 
-    /// The corner term, if there is one.
+    /// The mixed-derivative correction, if there is one.
     pub fn corner(&self) -> Option<CornerTerm<'_>> {
         let (corner, Weights { outward, inward }) = self.corner.as_ref()?;
         Some(CornerTerm { share: corner.share, outward, inward })
@@ -104,7 +104,7 @@ impl Domain {
     /// A mesh at rest.
     ///
     /// * `weights`: radial weights of the scheme, by column
-    /// * `corner`: the corner term with its radial weights, if there is one
+    /// * `corner`: the mixed-derivative correction with its radial weights, if there is one
     pub fn new(
         grid: &Grid,
         weights: &[RadialWeights],
@@ -206,7 +206,7 @@ impl Domain {
             inward,
             corner: weights.corner(),
         };
-        // SAFETY: rows and columns lie inside the arrays with a row and a block around them, and with the corner term, which
+        // SAFETY: rows and columns lie inside the arrays with a row and a block around them, and with the mixed-derivative correction, which
         // reads two rows, with the images beyond row 0 and the backing, as has just been checked; the caller promises the rest
         unsafe {
             match energies {

@@ -1,7 +1,7 @@
 //! How passes are handed over between the thread of the run and its helpers.
 //!
 //! The thread of the run ends a lag by handing over a pass, does the first tile rows of it itself (the band needs those
-//! rows), and goes on with the band, the contact and the recording; helpers in the pool take the other tile rows, in order,
+//! rows), and continues with the band, the contact and the recording; helpers in the pool take the other tile rows, in order,
 //! pass after pass. So no thread waits for a whole pass, what one thread has to do alone is done while the others have
 //! work, and threads that lose their core for a while seldom hold up the others.
 //!

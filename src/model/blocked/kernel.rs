@@ -13,7 +13,7 @@ use crate::model::scheme::{self, RadialWeights};
 
 /// Rows that are marched side by side: what two of them carry fits into 16 registers.
 const ABREAST: usize = 2;
-/// The same with the corner term, whose sums over z reach two rows up and down.
+/// The same with the mixed-derivative correction, whose sums over z reach two rows up and down.
 const CORNER_ABREAST: usize = 2;
 
 /// Advances `rows` of `columns`, whole vectors, and adds their energy to `energies` if `COUNTS` says so.
@@ -27,7 +27,7 @@ const CORNER_ABREAST: usize = 2;
 /// # Safety
 ///
 /// The machine must have the instructions of `V`. The nodes of the patch and their neighbours, one row above and below
-/// and one vector on either side, must be numbers that may be read at level k, with the corner term two rows above and below
+/// and one vector on either side, must be numbers that may be read at level k, with the mixed-derivative correction two rows above and below
 /// at levels k−1 and k; the nodes of the patch must be numbers that may be read at level k−1 and written at level k+1, which no
 /// other thread may touch meanwhile.
 #[inline(always)]

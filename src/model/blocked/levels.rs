@@ -1,7 +1,7 @@
 //! Levels of a field in memory that several threads work on.
 //!
-//! Without the corner term a node needs itself at level k−1 and its neighbours at level k, so two levels do: k+1 overwrites
-//! k−1. The corner term reads neighbours two rows and columns away at level k−1 too; with it there are three levels. So there are in
+//! Without the mixed-derivative correction a node needs itself at level k−1 and its neighbours at level k, so two levels do: k+1 overwrites
+//! k−1. The mixed-derivative correction reads neighbours two rows and columns away at level k−1 too; with it there are three levels. So there are in
 //! the full theory, whose damping reads neighbours four columns away.
 
 use std::{cell::UnsafeCell, ops::Range};

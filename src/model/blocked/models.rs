@@ -48,7 +48,7 @@ struct Kind {
     lag: usize,
 }
 
-/// One displacement, without the corner term and with it.
+/// One displacement, without the mixed-derivative correction and with it.
 const PLAIN: Kind = Kind { levels: 2, reach: 1, lag: 2 };
 const CORNER: Kind = Kind { levels: 3, reach: 2, lag: 1 };
 
@@ -108,7 +108,7 @@ impl Field {
                 for row in around(&(j..j + 1), reach, self.active.rows) {
                     for near in around(&(block..block + 1), 1, self.active.columns / BLOCK) {
                         self.read(level - 1, row, near);
-                        // without the corner term a node needs itself alone at the level before
+                        // without the mixed-derivative correction a node needs itself alone at the level before
                         if levels > 2 || (row, near) == (j, block) {
                             self.read(level - 2, row, near);
                         }
@@ -204,7 +204,7 @@ fn tiles_see_what_is_above_and_to_the_left(kind: Kind) {
         let other = Arc::clone(&pass);
         let below = thread::spawn(move || other.advance(1));
         pass.advance(0);
-        // the band goes on as soon as the first tile row is done
+        // the band continues as soon as the first tile row is done
         advance_bands(&field, kind.lag);
         wait_until(|| pass.order.is_over());
         (0..field.active.rows).for_each(|j| {

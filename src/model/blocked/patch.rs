@@ -7,7 +7,7 @@ pub struct Patch<'a> {
     pub before: *const f64,
     /// Node (0, 0) of level k.
     pub now: *const f64,
-    /// Node (0, 0) of level k+1, which is written; without the corner term it may be level k−1 itself.
+    /// Node (0, 0) of level k+1, which is written; without the mixed-derivative correction it may be level k−1 itself.
     pub next: *mut f64,
     /// Distance from a node to the one below it, in numbers.
     pub stride: usize,
@@ -15,11 +15,11 @@ pub struct Patch<'a> {
     pub outward: &'a [f64],
     /// Radial weights times `λ²/4`, by column. 0 where there is no neighbour.
     pub inward: &'a [f64],
-    /// The corner term, if there is one.
+    /// The mixed-derivative correction, if there is one.
     pub corner: Option<CornerTerm<'a>>,
 }
 
-/// The corner term of the scheme, see [`crate::model::scheme::Corner`].
+/// The mixed-derivative correction of the scheme, see [`crate::model::scheme::Corner`].
 #[derive(Clone, Copy)]
 pub struct CornerTerm<'a> {
     /// ρ: share of level k−1 in the combination of levels.

@@ -13,7 +13,7 @@ struct Progress {
 impl Progress {
     /// Number of bands that a tile row has done; what was done in them has happened before.
     fn bands_done(&self, tile_row: usize) -> usize {
-        // with the release in `Order::advance`: all that was written to a band is seen by whoever sees the band done
+        // with the release in `Order::advance`: all that was written to a band is visible to every thread that sees the band done
         self.done[tile_row].load(Ordering::Acquire)
     }
 

@@ -25,7 +25,7 @@ impl<T> Engine<T> {
     }
 
     pub(super) fn write_state(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
-        assert!(self.steps.is_empty(), "{} steps have not been handed out", self.steps.len());
+        assert!(self.steps.is_empty(), "{} steps have not been returned", self.steps.len());
         self.catch_up();
         out.put(&EngineState { cone: self.cone.state(), peaks: self.peaks, strain: self.strains.peak() })?;
         self.field.save(self.written_columns(), out)

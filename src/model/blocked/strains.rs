@@ -18,13 +18,13 @@ impl Strains {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes note of a peak.
+    /// Records a peak.
     pub fn note(&self, peak: CellPeak) {
         let mut largest = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         *largest = largest.larger(peak);
     }
 
-    /// Takes note of the cells below `rows` of `columns` that are watched.
+    /// Records the cells below `rows` of `columns` that are watched.
     ///
     /// # Safety
     ///

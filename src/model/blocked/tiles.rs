@@ -201,7 +201,7 @@ impl Pass {
             // - in the pass before, this tile row, those above and the one below are done. If that one's rows end at row f
             //   before any shift, this tile row writes up to row f − R − 1 and reads up to f − 1; what is farther down
             //   begins at f + T and is shifted up by R·lag ≤ T at most: it writes from f on and reads from f − R on;
-            // - the near-surface band goes on when the first tile row is done. It has B = R·lag + R + 1 rows, R less in every
+            // - the near-surface band continues when the first tile row is done. It has B = R·lag + R + 1 rows, R less in every
             //   level, so it writes up to row B − R − 1 and reads up to B − 1; the second tile row begins at row
             //   B + T before any shift, so it writes from B on and reads from B − R on.
             #[expect(unsafe_code, reason = "tiles of one array are updated in place by several threads")]
@@ -224,7 +224,7 @@ impl Pass {
         }
     }
 
-    /// Takes note of displacements or strains of the last row at level t, from column `first` on.
+    /// Records displacements or strains of the last row at level t, from column `first` on.
     fn note_peak(&self, row: &[f64], t: usize, first: usize) {
         let largest = row.chunks(BLOCK).fold([0.0; BLOCK], |mut largest: [f64; BLOCK], block| {
             for (a, b) in largest.iter_mut().zip(block) {

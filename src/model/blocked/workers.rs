@@ -100,7 +100,7 @@ impl Workers {
     /// Both displacements of the surface at `level` if it were free of stress, see [`Domain::free_surface`].
     pub fn free_surface(&self, level: usize, weights: &CellWeights, free: &mut [Vec<f64>; 2]) {
         self.check(1);
-        // SAFETY: passes under way do not come up to rows 0 and 1, and nobody writes to them meanwhile
+        // SAFETY: passes under way do not come up to rows 0 and 1, and no thread writes to them meanwhile
         unsafe { self.domain.free_surface(level, weights, free) }
     }
 

@@ -322,7 +322,7 @@ fn waves_are_those_of_the_dispersion_relation() {
 
 #[test]
 fn longitudinal_waves_along_z_and_r_are_exact() {
-    // c = 1 for every wave number: cos(q(x − t)) goes on as itself. Along z with damping too. Over 20 steps away from boundaries.
+    // c = 1 for every wave number: cos(q(x − t)) continues as itself. Along z with damping too. Over 20 steps away from boundaries.
     const STEPS: usize = 20;
     for c_s in SPEEDS {
         for q in [0.1, 0.7, 1.9, 3.1] {

@@ -77,7 +77,7 @@ fn saved(simulation: &mut Simulation) -> Vec<u8> {
     bytes
 }
 
-/// How a run goes on after it has been written down.
+/// How a run continues after it has been written down.
 #[derive(Clone, Copy, PartialEq)]
 enum Then {
     /// As if nothing had been.

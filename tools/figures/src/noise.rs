@@ -1,4 +1,4 @@
-//! Mesh noise in curves, before and after the corner term of the scheme.
+//! Mesh noise in curves, before and after the mixed-derivative correction of the scheme.
 
 use crate::{
     Failure,
@@ -73,7 +73,7 @@ pub fn table(lab: &Lab<'_>) -> Result<Table, Failure> {
         let percent = |value: f64| format!("{:.1} %", 100.0 * value);
         row("fig7a", format!("overshoot of the reflection at r = {r}"), "-".into(), over, percent);
     }
-    let text = "Without the corner term oblique waves lag behind, the more the shorter they are; fronts that are not parallel to the mesh drag a \
+    let text = "Without the mixed-derivative correction oblique waves have too low a phase velocity, the lower the shorter they are; fronts that are not parallel to the mesh have a \
                 tail of waves of grid frequency, which meet on the axis, and no mesh makes their amplitude smaller. Order 4 lets waves run alike in \
                 every direction, and damping takes out those that the mesh does not resolve. What is left: the overshoot of a front over its own \
                 width of some steps, and on the paper's mesh, where waves along r are dispersed and a contact grows node by node, all of it. \

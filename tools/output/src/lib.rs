@@ -1,4 +1,4 @@
-//! Output files that are whole or not there, for the programs of percuss.
+//! Atomic output files, for the programs of percuss.
 //!
 //! A file is written under another name beside the one asked for, synchronised with the disk and renamed; then its folder is
 //! synchronised. So whatever happens, a crash or a full disk, the name asked for stands for what was there before or for the whole new

@@ -121,7 +121,7 @@ struct Part {
     is_list: bool,
     /// Leaf that counts it for each message that may hold it; `None` where its number needs no counting.
     count: Option<usize>,
-    /// Leaf of the keys, where it is a map and the way goes on to its values.
+    /// Leaf of the keys, where it is a map and the way continues to its values.
     keys: Option<(usize, Type)>,
 }
 
@@ -363,7 +363,7 @@ fn entry(values: &Values, number: usize, step: &Step, key: &Key) -> Option<usize
     let (List::UInt(counts), keys) = (&values.lists[step.count?], &values.lists[step.keys?]) else {
         return None;
     };
-    // every entry has its key, or none can be told apart
+    // every entry has its key, or entries cannot be distinguished
     if counts.iter().sum::<u64>() != keys.len() as u64 {
         return None;
     }

@@ -2,7 +2,7 @@
 //!
 //! [`Scan`] walks over the records of a file and unpacks its chunks; the parsing and unpacking is that of the `mcap`
 //! crate. Every checksum is verified, chunks before any message of theirs comes out. A damaged part is skipped and
-//! reported: reading goes on with the next sound record, and [`Scan::damages`] lists what was lost. With the
+//! reported: reading continues with the next sound record, and [`Scan::damages`] lists what was lost. With the
 //! [`Index`] at the end of a file, chunks that hold nothing of interest are not even read.
 
 mod budget;

@@ -92,7 +92,7 @@ impl std::str::FromStr for Bound {
 
 /// Whole nanoseconds not after and not before a decimal number of seconds; `None` beyond all log times.
 fn nanoseconds(text: &str) -> Option<(i128, i128)> {
-    /// Digits of nanoseconds that are told apart.
+    /// Digits of nanoseconds that are distinguished.
     const DIGITS: i64 = 30;
     let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
     let (is_negative, mantissa) = match mantissa.strip_prefix('-') {

@@ -132,7 +132,7 @@ impl Timeline {
         self.scan.damages()
     }
 
-    /// Goes on with the first message at or after a log time \[ns\].
+    /// Continues with the first message at or after a log time \[ns\].
     pub fn go_to(&mut self, time: u64) {
         (self.from, self.next_chunk, self.waiting_bytes) = (time, 0, 0);
         self.waiting.clear();

@@ -7,7 +7,7 @@
 //!
 //! # Who is served
 //!
-//! By default whoever is at this machine ([`Address`]), and no page of a foreign site in a browser at this machine: see
+//! By default clients on this machine ([`Address`]), and no page of a foreign site in a browser at this machine: see
 //! [`access`]. Nothing that a client sends is written or shown anywhere, with two exceptions: a report of a refusal names a
 //! well-formed origin or host, and an error goes back to its sender, short and without control characters.
 //!

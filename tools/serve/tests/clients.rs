@@ -58,7 +58,7 @@ fn read_to_end(stream: &mut TcpStream) -> Vec<u8> {
         Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
             panic!("the connection is still open after {} bytes", bytes.len())
         }
-        // closed, or reset as there were bytes that nobody read
+        // closed, or reset as there were unread bytes
         _ => bytes,
     }
 }

@@ -121,7 +121,7 @@ pub fn replay(
         let (from, to) = (from.unwrap_or(0.0), to.unwrap_or(f64::INFINITY));
         return Err(ReplayError::Empty { from, to });
     };
-    // nobody need wait for a file of which nothing can be played
+    // a file of which nothing can be played is refused before viewers are awaited
     timeline.go_to(span.0);
     let first = timeline.next_event()?;
     timeline.damages().iter().for_each(|damage| say(News::Loss(damage)));

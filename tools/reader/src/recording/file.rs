@@ -9,7 +9,7 @@ use std::{
 use super::OpenError;
 use crate::convention::PART;
 
-/// Opens a file; what is none is refused before it is opened, as a pipe that nobody writes would wait for ever.
+/// Opens a file; what is none is refused before it is opened, as opening a pipe without a writer blocks.
 ///
 /// # Errors
 ///

@@ -160,7 +160,7 @@ impl Scan {
         self.grows = true;
     }
 
-    /// Goes on at a record of the file, a chunk for example. The checksum over the whole file cannot be verified then; that
+    /// Continues at a record of the file, a chunk for example. The checksum over the whole file cannot be verified then; that
     /// of every chunk that is read still is.
     ///
     /// # Errors

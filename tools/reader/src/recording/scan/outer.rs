@@ -74,7 +74,7 @@ impl Scan {
         }
     }
 
-    /// Ends a file without a footer, or goes on where it has grown meanwhile.
+    /// Ends a file without a footer, or continues where it has grown meanwhile.
     fn ends_early(&mut self, offset: u64, reason: &str) -> io::Result<Outer> {
         if self.grows {
             let known = self.length;
@@ -105,7 +105,7 @@ impl Scan {
             self.damage(self.position, rest, "the magic bytes at the end are missing".into());
         } else if rest > magic.len() as u64 {
             let position = self.position + magic.len() as u64;
-            self.damage(position, rest - magic.len() as u64, "the file goes on after its end".into());
+            self.damage(position, rest - magic.len() as u64, "the file continues after its end".into());
         } else if was == Part::Data && !self.has_damage() {
             self.damage(self.position, 0, "the end of the data is not marked".into());
         }
