@@ -13,14 +13,13 @@
 //!
 //! ```text
 //! vector     SIMD trait and types
-//! patch      part of a field, as the kernels get it
 //! energy     energy of rows
 //! corner     rows of nodes with the mixed-derivative correction
 //! kernel     rows of nodes
 //! damping    lateral damping of a row
 //! cells      rows of nodes of the full theory
 //! dispatch   choice of instructions
-//! levels     a field in memory
+//! levels     a field in memory, and the part of it that kernels get
 //! domain     levels and weights
 //! active     light cone: active rows and columns per level
 //! parts      numbers that several threads write

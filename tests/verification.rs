@@ -17,7 +17,6 @@ mod elastic_energy;
 mod elastic_lamb;
 mod elastic_paraboloid;
 mod elastic_plane_punch;
-mod elastic_stability;
 mod elastic_static;
 mod elastic_wedge;
 mod energy_and_momentum;

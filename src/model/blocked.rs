@@ -41,7 +41,6 @@ mod levels;
 #[cfg(all(test, loom))]
 mod models;
 mod parts;
-mod patch;
 mod progress;
 mod sampler;
 mod state;

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::{
     energy::EnergySum,
-    patch::{CornerTerm, Patch},
+    levels::{CornerTerm, Patch},
     vector::Vector,
 };
 use crate::model::scheme::{self, RadialWeights};

@@ -6,7 +6,7 @@ use super::{
     cells::{CellPatch, CellRow, cell_march},
     energy::EnergySum,
     kernel::advance,
-    patch::Patch,
+    levels::Patch,
     vector::{Lanes, Vector},
 };
 

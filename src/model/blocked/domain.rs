@@ -7,8 +7,7 @@ use super::{
     damping,
     dispatch::Instructions,
     energy::EnergySum,
-    levels::Levels,
-    patch::{CornerTerm, Patch},
+    levels::{CornerTerm, Levels, Patch},
     vector::{BLOCK, padded},
 };
 use crate::{

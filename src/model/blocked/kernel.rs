@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use super::{corner::corner_march, energy::EnergySum, patch::Patch, vector::Vector};
+use super::{corner::corner_march, energy::EnergySum, levels::Patch, vector::Vector};
 use crate::model::scheme::{self, RadialWeights};
 
 /// Rows that are marched side by side: what two of them carry fits into 16 registers.

@@ -1,4 +1,4 @@
-//! Levels of a field in memory that several threads work on.
+//! Levels of a field in memory that several threads work on, and the part of it that kernels get.
 //!
 //! Without the mixed-derivative correction a node needs itself at level k−1 and its neighbours at level k, so two levels do: k+1 overwrites
 //! k−1. The mixed-derivative correction reads neighbours two rows and columns away at level k−1 too; with it there are three levels. So there are in
@@ -263,4 +263,34 @@ impl Levels {
             std::slice::from_raw_parts_mut(first, IMAGES + columns)
         }
     }
+}
+
+/// Part of a field that is advanced in place.
+#[derive(Clone, Copy)]
+pub struct Patch<'a> {
+    /// Node (0, 0) of level k−1.
+    pub before: *const f64,
+    /// Node (0, 0) of level k.
+    pub now: *const f64,
+    /// Node (0, 0) of level k+1, which is written; without the mixed-derivative correction it may be level k−1 itself.
+    pub next: *mut f64,
+    /// Distance from a node to the one below it, in numbers.
+    pub stride: usize,
+    /// Radial weights times `λ²/4`, by column. 0 where there is no neighbour.
+    pub outward: &'a [f64],
+    /// Radial weights times `λ²/4`, by column. 0 where there is no neighbour.
+    pub inward: &'a [f64],
+    /// The mixed-derivative correction, if there is one.
+    pub corner: Option<CornerTerm<'a>>,
+}
+
+/// The mixed-derivative correction of the scheme, see [`crate::model::scheme::Corner`].
+#[derive(Clone, Copy)]
+pub struct CornerTerm<'a> {
+    /// ρ: share of level k−1 in the combination of levels.
+    pub share: f64,
+    /// Radial weights times α, by column, see [`crate::model::scheme::corner_weights`].
+    pub outward: &'a [f64],
+    /// Radial weights times α, by column.
+    pub inward: &'a [f64],
 }

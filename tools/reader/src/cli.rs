@@ -1,6 +1,5 @@
 //! The command line: arguments, and which of them carries out what.
 
-mod align;
 mod cat;
 mod chosen;
 mod diff;
@@ -15,7 +14,6 @@ mod report;
 mod schema;
 mod summary;
 mod trace;
-mod units;
 mod verify;
 
 use clap::{Parser, Subcommand};

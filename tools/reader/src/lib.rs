@@ -174,7 +174,6 @@ mod instant;
 pub mod messages;
 mod nest;
 pub mod prefix;
-pub mod prefixed;
 pub mod recording;
 pub mod scales;
 pub mod select;

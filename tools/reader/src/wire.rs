@@ -23,7 +23,6 @@ mod leaf;
 mod list;
 pub(crate) mod schema;
 mod seen;
-mod stamp;
 
 pub(crate) use dynamic::dynamic;
 pub use layout::Layout;

@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum, builder::PossibleValue};
 use serde_json::json;
 
 use super::{
-    align::Align,
     outcome::{CliError, Exit, has_colour, say, say_parts},
     output::{by_extension, print, print_document, print_painted, refuse_existing, refuse_inputs, write},
     plot::medium,
@@ -19,6 +18,37 @@ use crate::{
     compare::{ChannelReport, Comparison, Mode, NanRule, Options, Rule, Rules, Tolerance},
     recording::Limits,
 };
+
+/// Value of `--align`: a mode, or one by itself with relative times.
+#[derive(Clone, Copy, Debug)]
+enum Align {
+    Mode(Mode),
+    Relative,
+}
+
+impl ValueEnum for Align {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[
+            Self::Mode(Mode::Step),
+            Self::Mode(Mode::Time),
+            Self::Mode(Mode::Order),
+            Self::Mode(Mode::Nearest),
+            Self::Mode(Mode::Linear),
+            Self::Mode(Mode::Cubic),
+            Self::Relative,
+        ]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        match self {
+            Self::Mode(mode) => mode.to_possible_value(),
+            Self::Relative => Some(
+                PossibleValue::new("relative")
+                    .help("Times count from the start of each recording; then by step, exact time or linear"),
+            ),
+        }
+    }
+}
 
 const DIFF_EXAMPLES: &str = "\
 Examples:

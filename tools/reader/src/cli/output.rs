@@ -5,11 +5,23 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use clap::ValueEnum;
+
 use super::outcome::CliError;
 use crate::{
     command::{cat::CatError, summary::SummaryError, trace::TraceError},
     text::{document, lines},
 };
+
+/// Units of SI columns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum UnitChoice {
+    /// With the prefix that suits the largest number of a column: µs, kN, MPa
+    #[default]
+    Prefixed,
+    /// As they are recorded: s, N, Pa
+    Base,
+}
 
 /// Standard output, or a file that is begun with the first byte and gets its name at the end: a request that fails leaves none.
 pub(super) struct Output {

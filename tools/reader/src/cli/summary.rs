@@ -6,8 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::{
     outcome::{CliError, Exit, losses, say, say_parts},
-    output::{Output, chosen_format, commit, refuse_inputs, unless_closed},
-    units::UnitChoice,
+    output::{Output, UnitChoice, chosen_format, commit, refuse_inputs, unless_closed},
 };
 use crate::{
     command::summary::{Outcome, summary},

@@ -7,8 +7,7 @@ use clap::{Args, ValueEnum};
 use super::{
     chosen::Chosen,
     outcome::{CliError, Exit, losses, say, say_left_out, say_parts},
-    output::{Output, chosen_format, commit, refuse_inputs, unless_closed},
-    units::UnitChoice,
+    output::{Output, UnitChoice, chosen_format, commit, refuse_inputs, unless_closed},
 };
 use crate::{
     command::trace::{Outcome, Prefixes, Request, trace},

@@ -15,7 +15,7 @@ use measures::{Measure, Reading};
 use crate::{
     convention::{RESOLVED_CASE, RUN},
     messages::Recording,
-    prefixed::{InUnits, Largest},
+    prefix::{InUnits, Largest},
     recording::{Budget, Damage, Limits, OpenError},
     scales::{Conversion, Scales},
     table::{Cell, CellType, Heading, Sink},

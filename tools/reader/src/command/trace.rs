@@ -11,7 +11,7 @@ use crate::{
     convention,
     field::Column,
     messages::{POLL, Recording},
-    prefixed::{InUnits, Largest, takes_prefix},
+    prefix::{InUnits, Largest, takes_prefix},
     recording::{Limits, without_part},
     table::{Cell, CellType, Heading, Sink},
 };

@@ -10,7 +10,7 @@ use mcap::{
     records::{self, ChunkIndex, Record, Statistics, op},
 };
 
-use super::{Budget, Limits, checksum, parse::parse};
+use super::{Budget, CHECKSUMS_COUNT, Limits, parse::parse};
 
 /// Bytes of opcode and length before every record.
 pub(crate) const PREFIX: u64 = 9;
@@ -69,7 +69,7 @@ impl Index {
         let mut crc = crc32fast::Hasher::new();
         crc.update(&summary);
         crc.update(&footer[..footer.len() - 4]);
-        if checksum::COUNT && content.summary_crc != 0 && content.summary_crc != crc.finalize() {
+        if CHECKSUMS_COUNT && content.summary_crc != 0 && content.summary_crc != crc.finalize() {
             return Ok(None);
         }
         Ok(Self::parse(&summary, content.summary_start, limits))

@@ -19,7 +19,7 @@ use mcap::{
 };
 
 use super::{
-    Damage, Index, Limits, OpenError, checksum,
+    CHECKSUMS_COUNT, Damage, Index, Limits, OpenError,
     file::open_file,
     index::PREFIX,
     parse::{explain, parse},

@@ -16,6 +16,9 @@ const MAX_PATHS: usize = 4 << 20;
 /// Deepest nesting that is unfolded; what lies beyond stays bytes.
 const MAX_DEPTH: usize = 32;
 
+/// Messages whose fields are a time together.
+const TIMES: [&str; 2] = ["google.protobuf.Timestamp", "google.protobuf.Duration"];
+
 /// A message type as a list of leaves, and how to find them on the wire.
 #[derive(Clone, Debug)]
 pub struct Layout {
@@ -271,5 +274,33 @@ impl Builder {
             && self.slots + message.fields().len() < MAX_LEAVES
             && self.paths < MAX_PATHS
             && !self.open.iter().any(|name| name == message.full_name())
+    }
+}
+
+impl Layout {
+    /// True for what is in a `header`, a `stamp` or a `timestamp`, or in a message or object that is a time: of type
+    /// `google.protobuf.Timestamp` or `Duration`, or with seconds in `sec` beside `nsec` or `nanosec`.
+    pub fn says_when(&self, leaf: usize) -> bool {
+        let path = &self.leaves[leaf].path;
+        let (parents, name) = path.rsplit_once('.').unwrap_or(("", path));
+        let beside = |name: &str| self.find(&format!("{parents}.{name}")).is_some();
+        let is_time = !parents.is_empty() && beside("sec") && (beside("nsec") || beside("nanosec"));
+        path.starts_with("header.")
+            || path.split('.').any(|part| matches!(part, "stamp" | "timestamp"))
+            || (is_time && matches!(name, "sec" | "nsec" | "nanosec"))
+            || self.is_inside(leaf, &TIMES)
+    }
+
+    /// True if a leaf is in a message of one of some types.
+    fn is_inside(&self, leaf: usize, types: &[&str]) -> bool {
+        let mut message = self.descriptor().clone();
+        for &number in &self.leaves[leaf].numbers {
+            match message.get_field(number).map(|field| field.kind()) {
+                Some(Kind::Message(inner)) if types.contains(&inner.full_name()) => return true,
+                Some(Kind::Message(inner)) => message = inner,
+                _ => return false,
+            }
+        }
+        false
     }
 }

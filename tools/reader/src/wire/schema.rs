@@ -7,18 +7,44 @@
 //! not come back) are refused here: another syntax than proto2 and proto3, files that import each other publicly in
 //! circles, maps that are none.
 
-mod error;
 mod filter;
 mod imports;
 
 use prost_reflect::{DescriptorPool, Kind, MessageDescriptor};
 
-pub(crate) use error::SchemaError;
 use filter::Filter;
 use imports::refuse_circles;
 
+use super::leaf::DecodeError;
+
 /// Most comments, times the elements that they are looked up for.
 const MAX_LOOKUPS: usize = 1 << 30;
+
+/// Why a descriptor set is not used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum SchemaError {
+    /// It would take more memory than there is for it.
+    #[error("it unpacks to more than the {room} bytes that are left for definitions (--max-memory)")]
+    TooLarge {
+        /// Memory that is left \[bytes\].
+        room: usize,
+    },
+    /// It is not what it should be.
+    #[error("{0}")]
+    Unsound(String),
+}
+
+impl SchemaError {
+    fn unsound(text: impl Into<String>) -> Self {
+        Self::Unsound(text.into())
+    }
+}
+
+impl From<DecodeError> for SchemaError {
+    fn from(_: DecodeError) -> Self {
+        Self::unsound("it is no descriptor set")
+    }
+}
 
 /// The types of a descriptor set, and the memory they take \[bytes\].
 ///

@@ -2,7 +2,7 @@
 
 use mcap::records::{Record, op};
 
-use super::{Part, Scan, checksum, parse};
+use super::{CHECKSUMS_COUNT, Part, Scan, parse};
 
 impl Scan {
     /// Adds a record to the checksum of its part of the file, and compares where the part ends.
@@ -27,7 +27,7 @@ impl Scan {
         }
         if let Some(saved) = saved {
             let calculated = self.crc.take().map(crc32fast::Hasher::finalize);
-            let wrong = calculated.filter(|&calculated| checksum::COUNT && saved != 0 && saved != calculated);
+            let wrong = calculated.filter(|&calculated| CHECKSUMS_COUNT && saved != 0 && saved != calculated);
             if let Some(calculated) = wrong.filter(|_| !self.has_damage()) {
                 let part = if opcode == op::DATA_END { "data section" } else { "summary" };
                 let reason =

@@ -8,7 +8,7 @@ use mcap::{
     sans_io::linear_reader::{LinearReader, LinearReaderOptions},
 };
 
-use super::{LARGE, Open, Outer, PREFIX, Part, Scan, checksum, parse};
+use super::{CHECKSUMS_COUNT, LARGE, Open, Outer, PREFIX, Part, Scan, parse};
 
 impl Scan {
     /// Reads the next record of the file into `body`; chunks are opened.
@@ -145,7 +145,7 @@ impl Scan {
             let options = LinearReaderOptions::default()
                 .with_skip_start_magic(true)
                 .with_skip_end_magic(true)
-                .with_prevalidate_chunk_crcs(checksum::COUNT)
+                .with_prevalidate_chunk_crcs(CHECKSUMS_COUNT)
                 .with_record_length_limit(limit);
             LinearReader::new_with_options(options)
         });
@@ -161,7 +161,7 @@ impl Scan {
 
 /// True if a chunk has the checksum that it states, if any.
 fn has_checksum(data: &[u8], stated: u32) -> bool {
-    !checksum::COUNT || stated == 0 || crc32fast::hash(data) == stated
+    !CHECKSUMS_COUNT || stated == 0 || crc32fast::hash(data) == stated
 }
 
 /// True if the records of a chunk end where it ends.

@@ -1,7 +1,7 @@
 //! Copies what the reader uses of a descriptor set, counting what it takes in memory.
 
 use super::{
-    error::SchemaError,
+    SchemaError,
     imports::{File, MAX_FILES},
 };
 use crate::wire::{cursor::Wire, leaf::DecodeError};

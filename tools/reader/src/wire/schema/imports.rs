@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::error::SchemaError;
+use super::SchemaError;
 
 /// Most ways over which files import each other publicly, counted once for each import.
 const MAX_WAYS: usize = 1 << 14;
