@@ -17,11 +17,11 @@ use crate::{
 };
 
 /// Node updates per second and core: full theory, simplified theory of order 2 and 4 (measured, AMD EPYC, Zen 4).
-const ELASTIC_RATE: f64 = 1e8;
-const SECOND_RATE: f64 = 8e8;
-const FOURTH_RATE: f64 = 4e8;
+const ELASTIC_RATE: f64 = 2.5e8;
+const SECOND_RATE: f64 = 2e9;
+const FOURTH_RATE: f64 = 1e9;
 /// Time of a step beside its nodes \[s\].
-const STEP_TIME: f64 = 1e-4;
+const STEP_TIME: f64 = 1e-5;
 /// Rate at which messages are compressed and written \[bytes/s\].
 const WRITING_RATE: f64 = 2e8;
 

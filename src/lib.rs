@@ -66,7 +66,7 @@
 //! case to the session with its checkpoints, the warnings and the program; nothing uses what is above it, and there are no circles.
 //! Layers of a target belong in [`model`]: weights per row beside those per column.
 //!
-//! [`cli`], [`live`] and [`cost`] belong to the program and its default feature `cli`.
+//! [`cli`] and [`live`] belong to the program and its default feature `cli`.
 //!
 //! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader and by the
 //! figures), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
@@ -123,8 +123,7 @@ pub mod checkpoint;
 #[cfg(feature = "cli")]
 pub mod cli;
 mod contact;
-#[cfg(feature = "cli")]
-mod cost;
+pub mod cost;
 pub mod exact;
 pub mod geometry;
 pub mod grid;

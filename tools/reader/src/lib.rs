@@ -23,10 +23,10 @@
 //! | [`extent`] | how far arrays reach over all messages |
 //! | [`select`] | patterns of topics and windows of times, the same for every verb |
 //! | [`mod@slice`] | arrays over their axis and matrices, at one time |
-//! | [`prefix`] | engineering prefixes of SI units |
+//! | [`prefix`] | engineering prefixes of SI units, and tables in prefixed units |
 //! | [`scales`] | numbers of one recording in the units of another |
 //! | `toml_keys` | TOML files by dotted keys |
-//! | [`table`], [`prefixed`], [`mod@format`] | named columns with units, the same with prefixes, and what takes their rows: one file per output format |
+//! | [`table`], [`mod@format`] | named columns with units, and what takes their rows: one file per output format |
 //! | [`timeline`] | messages by their log time, from any time on |
 //! | `percuss-serve` | messages to viewers over the Foxglove WebSocket protocol, a crate of its own |
 //! | [`compare`] | two recordings number by number: structure, alignment, tolerances, measures. Pure: no output |
@@ -34,7 +34,7 @@
 //! | [`command`] | one file per verb |
 //! | [`cli`] | arguments, errors, exit status |
 //!
-//! A module uses only modules that do not use it: there are no circles among them.
+//! There are no circles among modules: `tests/house.rs` of percuss reads what each file uses.
 //!
 //! # Damage and limits
 //!
