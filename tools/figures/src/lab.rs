@@ -19,6 +19,8 @@ use crate::{Failure, Progress};
 /// The folder of recordings, and the progress shown.
 pub struct Lab<'a> {
     folder: PathBuf,
+    /// Meshes are so many times as coarse as they are asked for.
+    coarser: usize,
     progress: &'a Progress,
 }
 
@@ -36,8 +38,16 @@ pub struct Made {
 
 impl<'a> Lab<'a> {
     /// A lab that keeps its recordings in `folder`.
-    pub fn new(folder: PathBuf, progress: &'a Progress) -> Self {
-        Self { folder, progress }
+    ///
+    /// * `coarser`: meshes are so many times as coarse as they are asked for
+    pub fn new(folder: PathBuf, coarser: usize, progress: &'a Progress) -> Self {
+        Self { folder, coarser, progress }
+    }
+
+    /// A setting, of cells fewer if meshes are to be coarser.
+    fn set(&self, set: &str) -> String {
+        let cells = set.strip_prefix("mesh.cells=").and_then(|cells| cells.parse::<usize>().ok());
+        cells.map_or_else(|| set.to_owned(), |cells| format!("mesh.cells={}", cells / self.coarser))
     }
 
     /// Computes a case.
@@ -53,7 +63,7 @@ impl<'a> Lab<'a> {
     fn make(&self, verb: &str, name: &str, case: &str, sets: &[&str]) -> Result<Made, Failure> {
         let file = format!("{name}.mcap");
         let mut words = vec!["percuss".to_owned(), verb.into(), case.into()];
-        words.extend(sets.iter().flat_map(|set| ["--set".to_owned(), (*set).to_owned()]));
+        words.extend(sets.iter().flat_map(|set| ["--set".to_owned(), self.set(set)]));
         words.extend(["-o".to_owned(), file.clone()]);
         let command = words.join(" ");
         self.progress.next(&command);

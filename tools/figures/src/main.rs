@@ -40,6 +40,7 @@ mod theories;
 Examples:
   percuss-figures                     into the folder `figures`: index.html, index.md, pictures, recordings
   percuss-figures --only theories     the simplified against the full theory alone: theories.html, theories.md
+  percuss-figures --only paper --quick -o draft
   percuss-figures -o /tmp/page --force"
 )]
 struct Arguments {
@@ -52,6 +53,9 @@ struct Arguments {
     /// Write this page alone
     #[arg(long, value_enum)]
     only: Option<Which>,
+    /// Take meshes a quarter as fine: a look at the paper's page in half a minute, with larger errors
+    #[arg(long)]
+    quick: bool,
 }
 
 /// A page.
@@ -118,7 +122,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.only != Some(Which::Theories) {
         let recordings = folder.join("recordings");
         fs::create_dir_all(&recordings)?;
-        let lab = Lab::new(recordings, &progress);
+        let lab = Lab::new(recordings, if arguments.quick { 4 } else { 1 }, &progress);
         let figures = paper::figures(&lab)?;
         let tables = vec![paper::closed_forms(&progress)?, noise::table(&lab)?];
         index = Some(write("index", &Page::of_the_paper(figures, tables), folder, &progress)?);
