@@ -11,7 +11,7 @@
 //! all little-endian. The head has the version of percuss, the revision of its numerics, the engine, the complete case, the step and the number of messages of
 //! every channel; the state is that of the [`Simulation`]. Channels have none.
 //!
-//! A state is taken up only if percuss, numerics, engine and case are the same: then the run gives the same messages, bit for bit, as one
+//! A state is restored only if percuss, numerics, engine and case are the same: then the run gives the same messages, bit for bit, as one
 //! that was never interrupted, whatever the number of threads is. When checkpoints are written, and how often, changes no message, so
 //! `run.checkpoint_every` may differ.
 //!
@@ -72,7 +72,7 @@ pub struct Head {
     pub progress: Progress,
 }
 
-/// Why a checkpoint cannot be written or taken up.
+/// Why a checkpoint cannot be written or restored.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// The system refuses.

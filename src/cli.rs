@@ -143,7 +143,7 @@ pub enum CliError {
     /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A checkpoint cannot be taken up.
+    /// A checkpoint cannot be restored.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
     /// No admissible velocity is found.

@@ -1,4 +1,4 @@
-//! A session: the loop over the steps of a run, and what observes them.
+//! A session: the loop over the steps of a run, and its observers.
 //!
 //! [`run`] is the only loop over steps. Their source is a computed case ([`Simulation`]) or a closed form ([`ExactSteps`]);
 //! recording, progress, pace and the collecting of studies are [`Observer`]s.

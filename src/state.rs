@@ -1,4 +1,4 @@
-//! The state of a computation as a stream of bytes, to be taken up again bit for bit.
+//! The state of a computation as a stream of bytes, restored bit for bit.
 //!
 //! Stateful types write their state in some order and read it in the same one: small records with [`StateWriter::put`], arrays with
 //! [`StateWriter::numbers`], straight from where they are and back, so that no copy of a large field is made. The stream knows
@@ -16,7 +16,7 @@ pub const LONGEST_RECORD: usize = 1 << 26;
 /// Numbers that are converted at a time.
 const PIECE: usize = 4096;
 
-/// Why a state cannot be taken up.
+/// Why a state cannot be restored.
 #[derive(Debug, thiserror::Error)]
 pub enum StateError {
     /// The stream cannot be read, or has ended too soon.

@@ -1,4 +1,4 @@
-//! The checksum of a file, on the way.
+//! The checksum of a file, computed while it is read or written.
 
 use std::{
     fs::File,

@@ -1,4 +1,4 @@
-//! Checkpoints as files: written, taken up, damaged, of others.
+//! Checkpoints as files: written, restored, damaged, and those of other programs.
 
 use std::fs;
 

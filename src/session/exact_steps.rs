@@ -1,4 +1,4 @@
-//! The steps of a closed form, shown like those of a computed run.
+//! The steps of a closed form, returned like those of a computed run.
 
 use super::{Source, Status, Steps};
 use crate::{

@@ -121,7 +121,7 @@ impl Recording {
         Ok(recording)
     }
 
-    /// * `resumed`: step after which the run was taken up
+    /// * `resumed`: step after which the run was resumed
     fn begin(
         mut recorder: Recorder,
         case: &Case,
@@ -276,7 +276,7 @@ fn run_record(case: &Case) -> BTreeMap<String, String> {
 
 /// Place, time and program of the computation, padded to a fixed length.
 ///
-/// * `resumed`: step after which it was taken up
+/// * `resumed`: step after which it was resumed
 fn host_record(resumed: Option<u64>) -> BTreeMap<String, String> {
     let clip = |text: String| text.chars().take(100).collect::<String>();
     let build = if cfg!(debug_assertions) { "debug" } else { "release" };

@@ -1,4 +1,4 @@
-//! What threads hand work over with: atomics, locks and pauses.
+//! Synchronisation primitives: atomics, locks and pauses.
 //!
 //! Those of the standard library; in tests under `--cfg loom` those of loom, so that the models check the code that runs. Reference
 //! counts are the standard library's in both cases: they keep memory alive, and no order between threads rests on them.

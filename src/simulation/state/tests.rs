@@ -1,4 +1,4 @@
-//! Runs that are written down and taken up again, at every sixteenth and with other threads, against runs that are not.
+//! Runs that are saved and restored, at every sixteenth and with other numbers of threads, against uninterrupted runs.
 
 use rayon::ThreadPool;
 
@@ -9,7 +9,7 @@ use crate::{
     view::{Energy, View},
 };
 
-/// Parts of a run after each of which it is written down.
+/// Parts of a run after each of which it is saved.
 const PARTS: u64 = 16;
 
 /// Points at nodes and between them, lines along both axes, frames and fields on some nodes: all that waits for the interior.
@@ -77,7 +77,7 @@ fn saved(simulation: &mut Simulation) -> Vec<u8> {
     bytes
 }
 
-/// How a run continues after it has been written down.
+/// How a run continues after it has been saved.
 #[derive(Clone, Copy, PartialEq)]
 enum Then {
     /// As if nothing had been.

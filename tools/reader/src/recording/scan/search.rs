@@ -1,4 +1,4 @@
-//! Where reading can go on after damage.
+//! Where reading can continue after damage.
 
 use std::io::{self, Read};
 
