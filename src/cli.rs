@@ -21,6 +21,7 @@ use std::{
 
 use clap::{Args, Parser, Subcommand};
 use miette::{GraphicalReportHandler, GraphicalTheme};
+use percuss_output::OutputError;
 use percuss_serve::ServeError;
 
 use crate::{
@@ -131,9 +132,9 @@ pub enum CliError {
     /// The arguments are invalid.
     #[error("{0}")]
     Usage(String),
-    /// The output exists.
-    #[error("`{}` exists; choose another output with -o, or overwrite it with --force", .0.display())]
-    Exists(PathBuf),
+    /// The output exists, or cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// The disk has no room for the output.
     #[error("{0}")]
     Full(String),

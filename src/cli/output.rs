@@ -1,7 +1,7 @@
 //! What commands that write a recording share: output path, threads, signals.
 
 use std::{
-    fs, io,
+    fs,
     num::NonZeroUsize,
     path::{Path, PathBuf},
     sync::{
@@ -173,10 +173,5 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 ///
 /// * `overwrite`: replace what is at `path`
 pub(super) fn write_file(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
-    percuss_output::write(path, bytes, overwrite).map_err(|error| {
-        if error.kind() == io::ErrorKind::AlreadyExists {
-            return CliError::Exists(path.into());
-        }
-        CliError::system(format!("cannot write `{}`", path.display()), error)
-    })
+    Ok(percuss_output::write(path, bytes, overwrite)?)
 }

@@ -6,6 +6,7 @@ use std::{
 };
 
 use clap::Args;
+use percuss_output::OutputError;
 
 use super::{
     CaseArguments, CliError, Exit,
@@ -69,9 +70,7 @@ impl StudyArguments {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let output =
             self.output.as_deref().map(|path| Ok::<_, CliError>((path, format(path)?))).transpose()?;
-        if let Some((path, _)) = output.filter(|(path, _)| path.exists() && !self.force) {
-            return Err(CliError::Exists(path.into()));
-        }
+        OutputError::refuse_existing(self.output.as_deref(), self.force)?;
         let cases = self.cases()?;
         let plan = self.plan(&cases[0])?;
         let pool = self.threads.pool()?;

@@ -31,7 +31,7 @@ mod signals;
 mod unfinished;
 
 pub use counted::Counted;
-pub use output::{Output, write};
+pub use output::{Output, OutputError, write};
 pub use part::{Left, Part, PartError, part_of};
 #[cfg(feature = "signals")]
 pub use signals::{discard_at_signals, ending_signals};

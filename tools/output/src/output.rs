@@ -77,15 +77,57 @@ impl Write for Output {
     }
 }
 
+/// Why there is no output.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The file exists and is not to be replaced.
+    #[error("`{}` exists; choose another output with -o, or overwrite it with --force", .0.display())]
+    Exists(PathBuf),
+    /// The system refuses.
+    #[error("cannot write `{}`: {error}", path.display())]
+    System {
+        /// The file.
+        path: PathBuf,
+        /// Cause.
+        error: io::Error,
+    },
+}
+
+impl OutputError {
+    /// An error of the system, which also says that a file exists.
+    pub fn new(path: impl Into<PathBuf>, error: io::Error) -> Self {
+        let path = path.into();
+        match error.kind() {
+            io::ErrorKind::AlreadyExists => Self::Exists(path),
+            _ => Self::System { path, error },
+        }
+    }
+
+    /// Refuses an output that exists, unless it may be overwritten.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Exists`].
+    pub fn refuse_existing(output: Option<&Path>, overwrite: bool) -> Result<(), Self> {
+        match output.filter(|output| !overwrite && output.exists()) {
+            Some(output) => Err(Self::Exists(output.into())),
+            None => Ok(()),
+        }
+    }
+}
+
 /// Writes a whole file, see [`Output`].
 ///
 /// # Errors
 ///
 /// Those of [`Output::create`] and [`Output::commit`].
-pub fn write(path: &Path, bytes: &[u8], overwrite: bool) -> io::Result<()> {
-    let mut output = Output::create(path, overwrite)?;
-    output.write_all(bytes)?;
-    output.commit()
+pub fn write(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), OutputError> {
+    let write = || {
+        let mut output = Output::create(path, overwrite)?;
+        output.write_all(bytes)?;
+        output.commit()
+    };
+    write().map_err(|error| OutputError::new(path, error))
 }
 
 /// Beginning of the temporary name of a file.

@@ -9,14 +9,16 @@ use std::{
 
 use tempfile::TempPath;
 
-use crate::{Place, counted::Counted, open_device, output::rename, repeated, synchronise_folder};
+use crate::{
+    OutputError, Place, counted::Counted, open_device, output::rename, repeated, synchronise_folder,
+};
 
 /// Why a file cannot be begun.
 #[derive(Debug, thiserror::Error)]
 pub enum PartError {
     /// The file exists and is not to be replaced.
-    #[error("`{}` exists; choose another output with -o, or overwrite it with --force", .0.display())]
-    Exists(PathBuf),
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// An earlier attempt has left this, and it is not to be replaced.
     #[error(
         "`{}` is left of an earlier run that did not end; `percuss run` continues it with --resume, --force overwrites it",
@@ -75,14 +77,14 @@ impl Part {
             Place::File(path) => path,
         };
         if !overwrite && path.exists() {
-            return Err(PartError::Exists(path));
+            return Err(OutputError::Exists(path).into());
         }
         let part = part_of(&path);
         let file = open_locked(&part, overwrite)?;
         // it may have been completed by another process since
         if !overwrite && path.exists() {
             drop(fs::remove_file(&part));
-            return Err(PartError::Exists(path));
+            return Err(OutputError::Exists(path).into());
         }
         Ok(Self { file: Counted::new(file), names: Some((part, path)), overwrite })
     }
@@ -102,7 +104,7 @@ impl Part {
             Place::File(path) => path,
         };
         if !overwrite && path.exists() {
-            return Err(PartError::Exists(path));
+            return Err(OutputError::Exists(path).into());
         }
         let part = part_of(&path);
         let left = match OpenOptions::new().read(true).write(true).open(&part) {

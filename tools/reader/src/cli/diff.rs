@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum, builder::PossibleValue};
+use percuss_output::OutputError;
 use serde_json::json;
 
 use super::{
     outcome::{CliError, Exit, has_colour, say, say_parts},
-    output::{by_extension, print, print_document, print_painted, refuse_existing, refuse_inputs, write},
+    output::{by_extension, print, print_document, print_painted, refuse_inputs, write},
     plot::medium,
 };
 use crate::{
@@ -195,7 +196,7 @@ impl DiffArguments {
         let outputs = [&self.plot, &self.write_diff];
         for output in outputs.into_iter().flatten() {
             refuse_inputs(Some(output), jobs.iter().flat_map(|job| job.a.iter().chain(&job.b)))?;
-            refuse_existing(Some(output), self.force)?;
+            OutputError::refuse_existing(Some(output), self.force)?;
         }
         if jobs.len() > 1 && outputs.iter().any(|output| output.is_some()) {
             return Err(CliError::Usage("--plot and --write-diff need just two recordings".into()));
@@ -364,7 +365,7 @@ impl DiffArguments {
             let text = "a damaged or partial recording is not accepted as a reference (--bless)";
             return Err(CliError::Usage(text.into()));
         }
-        bless(a, b).map_err(|error| CliError::Output { path: a.into(), error })?;
+        bless(a, b).map_err(|error| OutputError::new(a, error))?;
         say(&format!("`{}` is now `{}`", a.display(), b.display()));
         Ok(())
     }
@@ -387,7 +388,7 @@ impl DiffArguments {
             return Err(CliError::Usage(text));
         }
         let reference = first.join(name);
-        bless(&reference, new).map_err(|error| CliError::Output { path: reference.clone(), error })?;
+        bless(&reference, new).map_err(|error| OutputError::new(&reference, error))?;
         say(&format!("`{}` is new, it is `{}`", reference.display(), new.display()));
         Ok(true)
     }

@@ -7,6 +7,8 @@ use std::{
     process::ExitCode,
 };
 
+use percuss_output::OutputError;
+
 use crate::{
     command::{
         cat::CatError, export::ExportError, plot::PlotError, recover::RecoverError, replay::ReplayError,
@@ -82,23 +84,15 @@ pub enum CliError {
     /// The command line asks for something that does not go together.
     #[error("{0}")]
     Usage(String),
-    /// The output exists.
-    #[error("`{}` exists; choose another output with -o, or overwrite it with --force", .0.display())]
-    Exists(PathBuf),
     /// Output would go where the input is.
     #[error("`{}` is the recording itself; choose another output with -o", .0.display())]
     SameFile(PathBuf),
     /// Signals cannot be watched for.
     #[error("cannot watch for signals: {0}")]
     Signals(io::Error),
-    /// The output cannot be created or written.
-    #[error("cannot write `{}`: {error}", path.display())]
-    Output {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: io::Error,
-    },
+    /// The output exists, or cannot be created or written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
 }
 
 /// Prints an error to stderr and returns its exit status.

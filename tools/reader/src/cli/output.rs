@@ -6,6 +6,7 @@ use std::{
 };
 
 use clap::ValueEnum;
+use percuss_output::OutputError;
 
 use super::outcome::CliError;
 use crate::{
@@ -105,14 +106,6 @@ pub(super) fn refuse_inputs<'a>(
     }
 }
 
-/// Refuses an output that exists, unless it may be overwritten.
-pub(super) fn refuse_existing(output: Option<&Path>, overwrite: bool) -> Result<(), CliError> {
-    match output.filter(|output| !overwrite && output.exists()) {
-        Some(output) => Err(CliError::Exists(output.into())),
-        None => Ok(()),
-    }
-}
-
 /// What the extension of an output stands for, in any case.
 ///
 /// * `known`: extensions and what they stand for
@@ -187,11 +180,7 @@ pub(super) fn write(path: Option<&Path>, overwrite: bool, bytes: &[u8]) -> Resul
 
 /// Why an output could not be written.
 pub(super) fn explain(path: Option<&Path>, error: io::Error) -> CliError {
-    let path = path.map_or_else(|| "standard output".into(), Path::to_path_buf);
-    match error.kind() {
-        io::ErrorKind::AlreadyExists => CliError::Exists(path),
-        _ => CliError::Output { path, error },
-    }
+    OutputError::new(path.unwrap_or("standard output".as_ref()), error).into()
 }
 
 /// What came of a command that writes as it reads; nothing if the reader of its output has had enough.

@@ -6,14 +6,14 @@ use std::{
 };
 
 use clap::Args;
+use percuss_output::OutputError;
+use percuss_picture::Medium;
 
 use super::{
     chosen::Chosen,
     outcome::{CliError, Exit, has_colour, losses, say, say_left_out, say_parts},
-    output::{by_extension, refuse_existing, refuse_inputs, write},
+    output::{by_extension, refuse_inputs, write},
 };
-use percuss_picture::Medium;
-
 use crate::{
     command::plot::{Request, plot},
     recording::Limits,
@@ -82,7 +82,7 @@ impl PlotArguments {
         say_parts(&self.files);
         refuse_inputs(self.output.as_deref(), self.files.iter())?;
         let medium = self.output.as_deref().map_or(Ok(terminal()), medium)?;
-        refuse_existing(self.output.as_deref(), self.force)?;
+        OutputError::refuse_existing(self.output.as_deref(), self.force)?;
         let log = self.log.as_deref().unwrap_or_default();
         let request = Request {
             topics: self.chosen.topics.clone(),
