@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     case::Case,
     recording::NUMERICS,
-    session::Progress,
+    session::Recorded,
     simulation::{Engine, Simulation},
     state::{SaveState, StateError, StateReader, StateWriter},
 };
@@ -69,7 +69,7 @@ pub struct Head {
     /// The case with every default written out.
     case: String,
     /// What was recorded.
-    pub progress: Progress,
+    pub recorded: Recorded,
 }
 
 /// Why a checkpoint cannot be written or restored.
@@ -131,13 +131,13 @@ pub fn checkpoint_of(recording: &Path) -> PathBuf {
 
 impl Head {
     /// The head of a checkpoint of `case`.
-    pub fn new(case: &Case, engine: Engine, progress: Progress) -> Self {
+    pub fn new(case: &Case, engine: Engine, recorded: Recorded) -> Self {
         Self {
             percuss: env!("CARGO_PKG_VERSION").into(),
             numerics: NUMERICS,
             engine: engine.name().into(),
             case: case.resolved_toml(),
-            progress,
+            recorded,
         }
     }
 }
@@ -247,7 +247,7 @@ impl Checkpoint {
         let load = || -> Result<(), StateError> {
             let mut state = zstd::Decoder::with_buffer(packed)?;
             simulation.load(&mut StateReader::new(&mut state))?;
-            let (next, expected) = (simulation.next_step(), head.progress.step + 1);
+            let (next, expected) = (simulation.next_step(), head.recorded.step + 1);
             StateError::unless(next == expected, "number of the next step", next)
         };
         match load() {

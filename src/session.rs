@@ -17,7 +17,7 @@ mod exact_steps;
 mod recording;
 
 pub use exact_steps::ExactSteps;
-pub use recording::{Progress, Recording, Source};
+pub use recording::{Recorded, Recording, Source};
 
 /// How a run has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -20,8 +20,8 @@ fn written(path: &Path, case: &Case) -> Head {
             simulation.interrupt();
         }
     }
-    let progress = Progress { step: last.0, time: last.1, messages: vec![3, 0, 11] };
-    let head = Head::new(case, Engine::Blocked, progress);
+    let recorded = Recorded { step: last.0, time: last.1, messages: vec![3, 0, 11] };
+    let head = Head::new(case, Engine::Blocked, recorded);
     let size = write(path, &head, &mut simulation).expect("room");
     assert_eq!(size, fs::metadata(path).expect("a file").len());
     head
@@ -42,7 +42,7 @@ fn a_checkpoint_is_taken_up() {
     let mut simulation = Simulation::new(&case);
     let checkpoint = Checkpoint::open(&path, &case, Engine::Blocked).expect("a checkpoint");
     assert_eq!(checkpoint.load(&mut simulation).expect("a state"), head);
-    assert_eq!(simulation.next_step(), head.progress.step + 1);
+    assert_eq!(simulation.next_step(), head.recorded.step + 1);
     // nothing else is left, also by a second one
     written(&path, &case);
     assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1);
@@ -79,7 +79,7 @@ fn checkpoints_of_others_are_refused_with_what_differs() {
     let expected = format!("revision {there} of the numerics, this is revision {NUMERICS} of the numerics");
     assert!(text.contains(&expected) && text.contains("--force"), "{text}");
     // the head of another step
-    (head.numerics, head.progress.step) = (NUMERICS, 4);
+    (head.numerics, head.recorded.step) = (NUMERICS, 4);
     write(&path, &head, &mut simulation).expect("room");
     let checkpoint = Checkpoint::open(&path, &here, Engine::Blocked).expect("a checkpoint");
     let error = checkpoint.load(&mut Simulation::new(&here)).expect_err("another step");

@@ -26,7 +26,7 @@ use crate::{
     checkpoint::{self, Checkpoint, Checkpoints, checkpoint_of},
     live::{self, Pace},
     recording::Destination,
-    session::{self, Progress as Recorded, Recording, RunError, Source, Status},
+    session::{self, Recorded, Recording, RunError, Source, Status},
     simulation::{Engine, Simulation},
     view::View,
     warnings::Warned,
@@ -194,7 +194,7 @@ impl Run {
             );
             return Err(CliError::Usage(text));
         }
-        Ok(Checkpoint::open(&checkpoint, case, self.engine)?.load(simulation)?.progress)
+        Ok(Checkpoint::open(&checkpoint, case, self.engine)?.load(simulation)?.recorded)
     }
 
     fn remark(&self, text: &str) {

@@ -62,8 +62,8 @@ impl Source {
 }
 
 /// How much of a run is recorded.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Progress {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Recorded {
     /// Last step that is recorded.
     pub step: u64,
     /// Its time \[R/c_p\].
@@ -112,12 +112,12 @@ impl Recording {
     pub fn resume(
         destination: &Destination,
         case: &Case,
-        progress: &Progress,
+        recorded: &Recorded,
     ) -> Result<Self, RecordingError> {
         let (recorder, left) = Recorder::resume(destination, case.record.compression)?;
-        let mut recording = Self::begin(recorder, case, Source::Simulation, Some(progress.step))?;
-        recording.recorder.copy(left, progress.messages.clone())?;
-        recording.last = Some((progress.step, progress.time));
+        let mut recording = Self::begin(recorder, case, Source::Simulation, Some(recorded.step))?;
+        recording.recorder.copy(left, recorded.messages.clone())?;
+        recording.last = Some((recorded.step, recorded.time));
         Ok(recording)
     }
 
@@ -166,9 +166,9 @@ impl Recording {
     /// # Errors
     ///
     /// The first error of the recorder.
-    pub fn seal(&mut self) -> Result<Progress, RecordingError> {
+    pub(crate) fn seal(&mut self) -> Result<Recorded, RecordingError> {
         let (step, time) = self.last.unwrap_or_default();
-        Ok(Progress { step, time, messages: self.recorder.seal()? })
+        Ok(Recorded { step, time, messages: self.recorder.seal()? })
     }
 
     fn validity_record(&self, validity: &Validity) -> BTreeMap<String, String> {

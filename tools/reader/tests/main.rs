@@ -1,4 +1,6 @@
 //! What the reader promises, as a library and as a program.
+//!
+//! With `PERCUSS_FULL=1` what takes minutes is done in full: see `mutations` and `watchdog`.
 
 mod cli;
 mod closed_forms;
@@ -29,3 +31,8 @@ mod si;
 mod program;
 #[path = "../../serve/tests/viewer.rs"]
 mod viewer;
+
+/// True for the full form of what takes minutes.
+fn is_full() -> bool {
+    std::env::var_os("PERCUSS_FULL").is_some()
+}

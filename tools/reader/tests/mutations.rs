@@ -23,7 +23,10 @@ use percuss_reader::{
     recording::{Limits, OpenError, Scan},
 };
 
-use crate::forge::{Dice, forge};
+use crate::{
+    forge::{Dice, forge},
+    is_full,
+};
 
 const LIMITS: Limits = Limits { memory: 64 << 20 };
 /// Flipped bits unless the environment says otherwise.
@@ -83,11 +86,6 @@ fn seeds() -> Vec<(String, Vec<u8>)> {
         (name, fs::read(path).expect("a recording"))
     };
     paths.into_iter().map(read).collect()
-}
-
-/// True for the full form of what takes minutes.
-fn is_full() -> bool {
-    env::var_os("PERCUSS_FULL").is_some()
 }
 
 fn scan(bytes: &[u8]) -> Option<Scan> {

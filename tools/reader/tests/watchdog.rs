@@ -27,7 +27,7 @@ use std::{
 use tempfile::TempDir;
 use watch::{MEMORY, complaints, watch, watch_with};
 
-use crate::forge;
+use crate::{forge, is_full};
 
 /// A hostile file: what it is, and what makes it.
 type Case = (&'static str, fn() -> Vec<u8>);
@@ -185,14 +185,13 @@ fn every_verb_over_every_hostile_file() {
 }
 
 fn watch_every_verb() {
-    let is_full = std::env::var_os("PERCUSS_FULL").is_some();
     let sound = forge::forge(30, 1).write(forge::plain());
     let (wrong, measured) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
     let threads = thread::available_parallelism().map_or(2, usize::from);
     let runs = AtomicUsize::new(0);
     on_threads(threads, |number, what, folder| {
         fs::write(folder.join("b.mcap"), &sound).expect("a file");
-        let forms = FORMS.iter().enumerate().filter(|(i, _)| is_full || (number + i) % SHARE == 0);
+        let forms = FORMS.iter().enumerate().filter(|(i, _)| is_full() || (number + i) % SHARE == 0);
         for verb in VERBS.into_iter().chain(forms.map(|(_, form)| *form)) {
             runs.fetch_add(1, Ordering::Relaxed);
             let arguments: Vec<&str> = verb.split(' ').collect();
