@@ -12,6 +12,9 @@
 //!   paper:        •--|--•--|--•--|           r_i = iΔr, faces at (i+½)Δr; cell 0 is half a cell
 //!                 0     1     2
 //! ```
+//!
+//! Along z a mesh has one or more layers of whole numbers of rows, each with its own distance; all rows of nodes are numbered through. The first and
+//! the last row belong to a layer: an interface has two rows at one depth, the last of the upper and the first of the lower layer.
 
 use serde::{Deserialize, Serialize};
 
@@ -97,6 +100,51 @@ impl Spacing {
     }
 }
 
+/// Far side of the target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Back {
+    /// Smooth and rigid, u = 0.
+    Rigid,
+    /// Free of stress.
+    Free,
+}
+
+/// How a layer is joined to the one above it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bond {
+    /// Both displacements are shared.
+    Welded,
+    /// u_z is shared, and there is no shear stress.
+    Sliding,
+}
+
+/// Rows of a layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layer {
+    /// Number of its first row of nodes.
+    pub first: usize,
+    /// Number of axial steps; its last row has the number `first + steps`.
+    pub steps: usize,
+    /// Depth of the first row \[R\].
+    pub top: f64,
+    /// Distance of rows \[R\].
+    pub dz: f64,
+    /// How it is joined to the layer above.
+    pub bond: Bond,
+}
+
+impl Layer {
+    /// Number of its last row of nodes.
+    pub fn last(&self) -> usize {
+        self.first + self.steps
+    }
+
+    /// Depth of row `j` of the layer \[R\].
+    pub fn z(&self, j: usize) -> f64 {
+        self.top + (j - self.first) as f64 * self.dz
+    }
+}
+
 /// Part of the surface, with weights, that a node represents.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Support {
@@ -158,10 +206,14 @@ pub struct Grid {
     pub r0: f64,
     /// Radial distance of nodes \[R\].
     pub dr: f64,
-    /// Axial distance of nodes \[R\], equal to the time step \[R/c_p\].
+    /// Axial distance of nodes \[R\], in the first of several layers.
     pub dz: f64,
-    /// Number of axial steps: row `nz` is the backing and stays at rest.
+    /// Number of the last row: the backing, which stays at rest if it is rigid.
     pub nz: usize,
+    /// Layers from the surface down.
+    pub layers: Vec<Layer>,
+    /// Far side of the last layer.
+    pub back: Back,
     /// Cell areas a_i, shape `(nr,)`: `2∫r dr` over the cell \[R²\], plane `∫dx` \[R\].
     pub area: Vec<f64>,
     /// Weight of the face between nodes i and i+1, shape `(nr,)`: `2 r_{i+½}`, plane 1; the last one is 0, no flux
@@ -172,6 +224,7 @@ pub struct Grid {
     /// True if the scheme has cells between nodes, in which displacements along r alternate freely.
     pub cells_between_nodes: bool,
     half_cell_start: bool,
+    dt: f64,
 }
 
 impl Grid {
@@ -190,6 +243,9 @@ impl Grid {
             dr,
             dz: spacing.dz,
             nz,
+            layers: vec![Layer { first: 0, steps: nz, top: 0.0, dz: spacing.dz, bond: Bond::Welded }],
+            back: Back::Rigid,
+            dt: spacing.dz,
             area: Vec::new(),
             face: Vec::new(),
             is_layer: spacing.layer_rows.is_some(),
@@ -224,14 +280,55 @@ impl Grid {
         self
     }
 
+    /// The same mesh with other layers.
+    ///
+    /// * `dt`: time step \[R/c_p\]
+    /// * `layers`: axial steps of each, their distance and how it is joined to the one above, from the surface down
+    ///
+    /// # Panics
+    ///
+    /// If there is no layer.
+    pub fn with_layers(mut self, dt: f64, layers: &[(usize, f64, Bond)], back: Back) -> Self {
+        let (mut first, mut top) = (0, 0.0);
+        self.layers = Vec::new();
+        for &(steps, dz, bond) in layers {
+            self.layers.push(Layer { first, steps, top, dz, bond });
+            (first, top) = (first + steps + 1, top + steps as f64 * dz);
+        }
+        (self.dz, self.nz, self.dt, self.back) = (self.layers[0].dz, first - 1, dt, back);
+        self
+    }
+
+    /// Number of the layer that row `j` belongs to.
+    pub fn layer_of(&self, j: usize) -> usize {
+        self.layers.partition_point(|layer| layer.last() < j)
+    }
+
+    /// Number of the interface that row `j` is at, which is that of the layer above it, if it is at one.
+    pub fn interface_of(&self, j: usize) -> Option<usize> {
+        let number = self.layer_of(j);
+        let Layer { first, .. } = self.layers[number];
+        match number {
+            0 if j == 0 => None,
+            _ if j == first => Some(number - 1),
+            _ if j == self.layers[number].last() && number + 1 < self.layers.len() => Some(number),
+            _ => None,
+        }
+    }
+
+    /// Depth of row `j` \[R\].
+    pub fn z(&self, j: usize) -> f64 {
+        self.layers[self.layer_of(j)].z(j)
+    }
+
     /// Number of nodes along r.
     pub fn nr(&self) -> usize {
         self.area.len()
     }
 
-    /// Time step Δt = Δz: Courant number 1 along z \[R/c_p\].
+    /// Time step Δt = Δz/c_p of every layer: Courant number 1 along z \[R/c_p\].
     pub fn dt(&self) -> f64 {
-        self.dz
+        self.dt
     }
 
     /// Radius of node `i` \[R\].

@@ -33,7 +33,7 @@
 //! | [`case`] | cases, from files or built: reading, checking, derived sizes, the built-in cases |
 //! | [`geometry`], [`units`], [`material`] | axisymmetric or plane; names of units and SI scales; elastic constants |
 //! | [`shape`] | indenter profiles and the covered area fraction of a cell |
-//! | [`grid`] | mesh and geometry as positions and weights |
+//! | [`grid`] | mesh and geometry as positions and weights; layers of rows |
 //! | [`indenter`] | the rigid body |
 //! | [`surface`] | what model and contact exchange on z = 0 |
 //! | [`contact`] | contact rules, active set, drag, events |
@@ -64,7 +64,6 @@
 //!
 //! Which module may use which is a test, `tests/house.rs`: from names and limits at the bottom over the numerics, the contact and the
 //! case to the session with its checkpoints, the warnings and the program; nothing uses what is above it, and there are no circles.
-//! Layers of a target belong in [`model`]: weights per row beside those per column.
 //!
 //! [`cli`] and [`live`] belong to the program and its default feature `cli`.
 //!
@@ -83,7 +82,7 @@
 //!   threads: every sum is taken in the order of rows and nodes.
 //! * Kernels do not branch on geometry or mesh: [`grid::Grid`] turns both into weights.
 //! * The numerics are in [`model::scheme`], [`model::cells`] and [`model::reference`]; the fast engine gives the same bits and is tested
-//!   against them. It skips nodes outside the light cone, and may run its interior behind the surface, many steps in one pass
+//!   against them. Targets of several layers and free backs are in the numerics, not yet in the engine, and no case has them. It skips nodes outside the light cone, and may run its interior behind the surface, many steps in one pass
 //!   and on other threads; frames, points and lines are sampled in the pass, and steps are yielded in order.
 //! * Vectors of any width give the same bits: FMA is not used, sums over a row are taken in blocks of one size.
 //! * `unsafe` occurs only in `model::blocked`; every block has a SAFETY comment.

@@ -13,6 +13,32 @@ pub struct Material {
     pub si: Option<Elastic>,
 }
 
+/// What the schemes need to know of a layer, in units of c_p and γ of the struck one. Its longitudinal wave speed is in the
+/// distance of its rows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waves {
+    /// Impedance Z of longitudinal waves \[γc_p\].
+    pub impedance: f64,
+    /// Shear wave speed c_s \[c_p\].
+    pub shear: f64,
+}
+
+impl Waves {
+    /// The only layer, or the struck one.
+    ///
+    /// * `shear`: shear wave speed c_s \[c_p\]
+    pub fn struck(shear: f64) -> Self {
+        Self { impedance: 1.0, shear }
+    }
+
+    /// Shares of two joined layers in the acceleration of the nodes between them: half the mass of a row of cells of either belongs
+    /// to them, `m = ½(Z₁ + Z₂)`.
+    pub fn shares(upper: &Self, lower: &Self) -> [f64; 2] {
+        let sum = upper.impedance + lower.impedance;
+        [upper.impedance / sum, lower.impedance / sum]
+    }
+}
+
 /// Two elastic constants and the density, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elastic {

@@ -65,6 +65,8 @@ pub mod cell_scheme;
 pub mod cells;
 pub mod elastic;
 mod gauge;
+#[cfg(test)]
+mod layers;
 pub mod rakhmatulin;
 pub mod reference;
 pub mod scheme;
@@ -223,7 +225,7 @@ pub struct StrainPeak {
 impl StrainPeak {
     /// On the backing, column `i`.
     fn on_backing(grid: &Grid, strain: f64, level: usize, i: usize) -> Self {
-        Self { strain, r: grid.r(i), z: grid.nz as f64 * grid.dz, step: level as u64 }
+        Self { strain, r: grid.r(i), z: grid.z(grid.nz), step: level as u64 }
     }
 
     /// The larger of the strain of a cell and that on the backing, which only a layer has.

@@ -1,46 +1,74 @@
-//! The scheme of [`super::cells`] on a mesh: weights by column, and operators node by node, for the plain stepper and for what
-//! the fast engine shows.
+//! The scheme of [`super::cells`] on a mesh: weights by layer and column, and operators node by node, for the plain stepper and for
+//! what the fast engine shows. Targets of several layers are computed by the plain stepper.
 
 use super::{
     Field,
-    cells::{self, Cell, CellStrains, Column, ColumnWeights, Medium, Row, Strain},
+    cells::{self, Cell, CellStrains, Column, ColumnWeights, Medium, Row, Strain, Stress},
     reference::Level,
     scheme::{self, RadialWeights},
 };
-use crate::{geometry::Geometry, grid::Grid};
+use crate::{
+    geometry::Geometry,
+    grid::{Back, Bond, Grid, Layer},
+    material::Waves,
+};
 
 /// The scheme of cells on a mesh.
 #[derive(Clone, Debug)]
 pub struct CellScheme {
     pub(super) grid: Grid,
-    pub(super) medium: Medium,
-    pub(super) weights: Vec<ColumnWeights>,
+    /// Layers from the surface down.
+    pub(super) layers: Vec<CellLayer>,
     /// Lateral damping σ.
     damping_number: f64,
     /// Weights of the lateral damping, if there is any.
     damping: Option<[Vec<RadialWeights>; 2]>,
 }
 
+/// A layer by itself.
+#[derive(Clone, Debug)]
+pub(super) struct CellLayer {
+    pub(super) waves: Waves,
+    pub(super) medium: Medium,
+    pub(super) weights: Vec<ColumnWeights>,
+    /// Distance of rows \[R\].
+    dz: f64,
+    /// Unit of its stresses, Z·c_p \[γc_p² of the struck layer\].
+    stress: f64,
+}
+
 impl CellScheme {
     /// The scheme on a mesh, see [`Grid::with_cells_between_nodes`].
     ///
-    /// * `c_s`: shear wave speed \[c_p\]
+    /// * `layers`: as many as the mesh has
     /// * `damping`: σ of the lateral damping
-    pub(super) fn new(grid: Grid, c_s: f64, damping: f64) -> Self {
-        let medium = Medium::new(&grid, c_s);
-        let weights = cells::column_weights(&grid, &medium);
+    pub(super) fn new(grid: Grid, layers: &[Waves], damping: f64) -> Self {
+        assert_eq!(layers.len(), grid.layers.len(), "layers of the mesh");
+        let layer = |(waves, layer): (&Waves, &Layer)| {
+            let c_p = layer.dz / grid.dt();
+            let medium = Medium::new(&grid, layer.dz, waves.shear / c_p);
+            let weights = cells::column_weights(&grid, &medium);
+            CellLayer { waves: *waves, medium, weights, dz: layer.dz, stress: waves.impedance * c_p }
+        };
+        let layers = layers.iter().zip(&grid.layers).map(layer).collect();
         let damping_number = damping;
         let damping = (damping > 0.0).then(|| cells::damping_weights(&grid, damping));
-        Self { grid, medium, weights, damping_number, damping }
+        Self { layers, grid, damping_number, damping }
     }
 
-    /// Where row `j` is.
+    /// Where row `j` is in its layer.
     fn row(&self, j: usize) -> Row {
+        let layer = &self.grid.layers[self.grid.layer_of(j)];
         match j {
-            0 => Row::Surface,
-            j if j == self.grid.nz => Row::Backing,
+            j if j == layer.first => Row::Surface,
+            j if j == layer.last() => Row::Backing,
             _ => Row::Interior,
         }
+    }
+
+    /// The layer of row `j`.
+    pub(super) fn layer(&self, j: usize) -> &CellLayer {
+        &self.layers[self.grid.layer_of(j)]
     }
 
     /// Displacement number `field` in column `i`, which may be an image about the axis or at rest beyond the mesh.
@@ -63,10 +91,11 @@ impl CellScheme {
             let [u, v] = [0, 1].map(|field| rows.map(|j| at(field, j, i as isize + di)));
             Column::new(self.row(j), u, v)
         });
-        (columns, [&self.weights[i], &self.weights[i + 1]])
+        let weights = &self.layer(j).weights;
+        (columns, [&weights[i], &weights[i + 1]])
     }
 
-    /// `Δt²` times the accelerations of node (j, i) but for damping.
+    /// `Δt²` times the accelerations of node (j, i) but for damping, if its layer were by itself.
     ///
     /// * `at`: displacements, see [`CellScheme::columns`]
     pub(super) fn accelerations(
@@ -76,8 +105,9 @@ impl CellScheme {
         i: usize,
     ) -> [f64; 2] {
         let (columns, weights) = self.columns(at, j, i);
+        let medium = &self.layer(j).medium;
         let [inner, outer] =
-            [0, 1].map(|cell| Cell::new(&columns[cell], &columns[cell + 1], weights[cell], &self.medium));
+            [0, 1].map(|cell| Cell::new(&columns[cell], &columns[cell + 1], weights[cell], medium));
         cells::accelerations(&inner, &outer, weights[0])
     }
 
@@ -108,7 +138,8 @@ impl CellScheme {
         let [u, v] = [0, 1].map(|field| {
             [i as isize - 1, i as isize].map(|i| [j, j + 1].map(|j| self.at(level, field, j, i)))
         });
-        cells::cell_strains(u, v, &self.weights[i], &self.medium)
+        let CellLayer { weights, medium, .. } = self.layer(j);
+        cells::cell_strains(u, v, &weights[i], medium)
     }
 
     /// Strains at node (j, i).
@@ -126,16 +157,62 @@ impl CellScheme {
             Geometry::Axisymmetric => at(1, j, i as isize) / self.grid.r(i),
             Geometry::Plane => 0.0,
         };
+        let CellLayer { weights, medium, dz, stress, .. } = self.layer(j);
+        let on_face = |pressure: f64, shear_stress: f64| {
+            let v = [-1, 0, 1].map(|di| at(1, j, i as isize + di));
+            let strain =
+                Strain::on_surface(v, [&weights[i], &weights[i + 1]], medium, *dz, hoop, pressure / stress);
+            Strain { shear: shear_stress / (stress * medium.shear), ..strain }
+        };
         if j == 0 {
-            let v = [-1, 0, 1].map(|di| at(1, 0, i as isize + di));
-            let weights = [&self.weights[i], &self.weights[i + 1]];
-            return Strain::on_surface(v, weights, &self.medium, self.grid.dz, hoop, pressure);
+            return on_face(pressure, 0.0);
         }
-        let (columns, weights) = self.columns(at, j, i);
-        let [inner, here, outer] = &columns;
-        let mean = Strain::mean([inner, here, outer], weights, &self.medium, self.grid.dz, hoop);
+        if let Some(interface) = self.grid.interface_of(j) {
+            let [pressure, shear_stress] = self.interface_stress(&at, interface, i);
+            return on_face(pressure, shear_stress);
+        }
+        if j == self.grid.nz && self.grid.back == Back::Free {
+            return on_face(0.0, 0.0);
+        }
+        let mean = self.mean_strain(&at, j, i, hoop);
         // the backing is smooth
         if j == self.grid.nz { Strain { shear: 0.0, ..mean } } else { mean }
+    }
+
+    /// Mean strains of the cells around node (j, i) in its layer.
+    fn mean_strain(&self, at: impl Fn(usize, usize, isize) -> f64, j: usize, i: usize, hoop: f64) -> Strain {
+        let CellLayer { medium, dz, .. } = self.layer(j);
+        let (columns, weights) = self.columns(at, j, i);
+        let [inner, here, outer] = &columns;
+        Strain::mean([inner, here, outer], weights, medium, *dz, hoop)
+    }
+
+    /// −σ_zz and σ_rz at an interface in column `i` \[γc_p²\], which cells on either side have in their middle but for half their mass times
+    /// the acceleration that both share: `σ = (Z₂σ₁ + Z₁σ₂)/(Z₁ + Z₂)`.
+    fn interface_stress(
+        &self,
+        at: impl Fn(usize, usize, isize) -> f64,
+        interface: usize,
+        i: usize,
+    ) -> [f64; 2] {
+        let last = self.grid.layers[interface].last();
+        let [upper, lower] = [last, last + 1].map(|j| {
+            let CellLayer { medium, stress, .. } = self.layer(j);
+            // neither component has the hoop strain
+            let Stress { zz, rz, .. } = self.mean_strain(&at, j, i, 0.0).stress(medium);
+            [-stress * zz, stress * rz]
+        });
+        let shares = self.shares(interface);
+        let joined = |component: usize| shares[1] * upper[component] + shares[0] * lower[component];
+        match self.grid.layers[interface + 1].bond {
+            Bond::Welded => [joined(0), joined(1)],
+            Bond::Sliding => [joined(0), 0.0],
+        }
+    }
+
+    /// Shares of the layers on either side of an interface in its acceleration.
+    pub(super) fn shares(&self, interface: usize) -> [f64; 2] {
+        Waves::shares(&self.layers[interface].waves, &self.layers[interface + 1].waves)
     }
 
     /// The largest principal strain by magnitude in the middle of the cell between rows j and j+1 at the inner side of column `i`.
@@ -144,18 +221,20 @@ impl CellScheme {
     pub(super) fn largest_strain(&self, at: impl Fn(usize, usize, isize) -> f64, j: usize, i: usize) -> f64 {
         let [u, v] = [0, 1]
             .map(|field| [i as isize - 1, i as isize].map(|column| [j, j + 1].map(|j| at(field, j, column))));
-        let ColumnWeights { inner, outer, hoop, .. } = self.weights[i];
-        cells::largest_strain(u, v, [inner, outer], hoop, self.medium.courant) / (2.0 * self.grid.dz)
+        let CellLayer { weights, medium, dz, .. } = self.layer(j);
+        let ColumnWeights { inner, outer, hoop, .. } = weights[i];
+        cells::largest_strain(u, v, [inner, outer], hoop, medium.courant) / (2.0 * dz)
     }
 
-    /// What a field of stress shows.
+    /// What a field of stress shows in row `j`.
     ///
     /// # Panics
     ///
     /// If the field is none of stress.
-    pub(super) fn stress(&self, field: Field, strain: &Strain) -> f64 {
-        let stress = strain.stress(&self.medium);
-        match field {
+    pub(super) fn stress(&self, field: Field, strain: &Strain, j: usize) -> f64 {
+        let CellLayer { medium, stress: unit, .. } = self.layer(j);
+        let stress = strain.stress(medium);
+        unit * match field {
             Field::Stress => -stress.zz,
             Field::StressRr => -stress.rr,
             Field::StressTt => -stress.tt,
@@ -179,14 +258,24 @@ impl CellScheme {
         &self.grid
     }
 
-    /// Constants of the material.
-    pub(super) fn medium(&self) -> &Medium {
-        &self.medium
+    /// The only layer.
+    ///
+    /// # Panics
+    ///
+    /// If there are several.
+    fn only_layer(&self) -> &CellLayer {
+        let [layer] = &self.layers[..] else { panic!("the engine computes one layer") };
+        layer
     }
 
-    /// Weights by column, shape `(nr + 1,)`.
+    /// Constants of the material of the only layer.
+    pub(super) fn medium(&self) -> &Medium {
+        &self.only_layer().medium
+    }
+
+    /// Weights of the only layer by column, shape `(nr + 1,)`.
     pub(super) fn weights(&self) -> &[ColumnWeights] {
-        &self.weights
+        &self.only_layer().weights
     }
 
     /// Lateral damping σ.
@@ -199,9 +288,10 @@ impl CellScheme {
         self.damping.as_ref()
     }
 
-    /// Share of a row's cells in the mass of its nodes.
+    /// Share of a row's cells of its layer in the mass of its nodes, per area.
     pub(super) fn depth(&self, j: usize) -> f64 {
-        if j == 0 || j == self.grid.nz { 0.5 * self.grid.dz } else { self.grid.dz }
+        let whole = self.layer(j).waves.impedance * self.grid.dt();
+        if self.row(j) == Row::Interior { whole } else { 0.5 * whole }
     }
 }
 

@@ -27,6 +27,12 @@
 //! `k = min(4β²(2 − β²)/3, 0.6)` makes S waves at 45° fourth order; the limit keeps clear of that of the free surface, about 0.7.
 //! Stability at the axis asks for the mass `3/2·Δr²` of v at node 0; u has 5/4 there, by lumping.
 //!
+//! # Layers
+//!
+//! All of that is in units of the layer: its c_p, and `Z·Δt` for masses and stiffnesses of its cells. A layer by itself is a plate with free
+//! faces; at an interface u, and v if it is welded, have the mean of both faces' accelerations, weighted by the impedances. If it
+//! slides each face keeps its v. In units of the struck layer stresses of a layer have the factor `Z·c_p = Z·Δz/Δt`.
+//!
 //! # Lateral damping
 //!
 //! `u^{k+1} −= 4σ·E_r²(u^k − u^{k−1})`, the same for v (odd about the axis), with E_r of [`super::scheme`] at λ = 1, `E_r ~ y(1 − y)`: 0 for
@@ -63,11 +69,12 @@ pub struct Medium {
 }
 
 impl Medium {
-    /// * `c_s`: shear wave speed \[c_p\], below √3/2
-    pub fn new(grid: &Grid, c_s: f64) -> Self {
+    /// * `dz`: distance of rows \[R\]
+    /// * `c_s`: shear wave speed \[c_p of the layer\], below √3/2
+    pub fn new(grid: &Grid, dz: f64, c_s: f64) -> Self {
         let shear = c_s * c_s;
         let hourglass = (4.0 * shear * (2.0 - shear) / 3.0).min(0.6);
-        Self { shear, lame: 1.0 - 2.0 * shear, hourglass, courant: grid.dz / grid.dr }
+        Self { shear, lame: 1.0 - 2.0 * shear, hourglass, courant: dz / grid.dr }
     }
 }
 

@@ -15,7 +15,10 @@ use super::{
     reference::{Level, Levels, Reference, Scheme},
     scheme,
 };
-use crate::grid::Grid;
+use crate::{
+    grid::{Back, Bond, Grid},
+    material::Waves,
+};
 
 /// Largest lateral damping σ on any target. Stable inside it are `σ ≤ 2(1 − k)`, and k is 0.6 at most.
 pub const LARGEST_DAMPING: f64 = 0.8;
@@ -53,10 +56,25 @@ pub fn largest_damping(c_s: f64) -> f64 {
 ///
 /// If the scheme is not stable: `Δt > Δr`, or with that damping.
 pub fn theory(grid: Grid, c_s: f64, damping: f64) -> CellScheme {
-    let scheme = CellScheme::new(grid, c_s, damping);
-    let courant = scheme.medium().courant;
-    assert!(courant <= 1.0 + ROUNDING, "unstable: Courant number {courant}");
-    assert!((0.0..=largest_damping(c_s)).contains(&damping), "unstable: damping {damping}");
+    layered(grid, &[Waves::struck(c_s)], damping)
+}
+
+/// The full theory on a mesh of layers.
+///
+/// * `layers`: as many as the mesh has
+/// * `damping`: σ of the lateral damping, see [`largest_damping`] of every layer
+///
+/// # Panics
+///
+/// If the scheme is not stable: `Δz > Δr`, or with that damping, in a layer.
+pub fn layered(grid: Grid, layers: &[Waves], damping: f64) -> CellScheme {
+    let scheme = CellScheme::new(grid, layers, damping);
+    for layer in &scheme.layers {
+        let courant = layer.medium.courant;
+        assert!(courant <= 1.0 + ROUNDING, "unstable: Courant number {courant}");
+        let largest = largest_damping(layer.medium.shear.sqrt());
+        assert!((0.0..=largest).contains(&damping), "unstable: damping {damping}");
+    }
     scheme
 }
 
@@ -86,30 +104,44 @@ impl CellScheme {
         shown: Sampling,
         instructions: Instructions,
     ) -> Engine<T> {
+        assert_eq!(self.grid.back, Back::Rigid, "the engine computes a rigid back");
         Engine::with_cells(self, coverage, shown, instructions)
     }
 }
 
 impl Scheme<2> for CellScheme {
     fn next(&self, before: &Level<2>, now: &Level<2>, j: usize, i: usize) -> [f64; 2] {
-        let accelerations = self.accelerations(self.reading(now), j, i);
-        let next = [0, 1].map(|field| {
-            let free = cells::advanced(before[field][[j, i]], now[field][[j, i]], accelerations[field]);
-            match self.damped(before, now, field, j, i) {
-                Some(added) => free + added,
-                None => free,
-            }
-        });
-        // the backing does not yield
-        if j == self.grid.nz { [0.0, next[1]] } else { next }
+        let by_itself = |j: usize| {
+            let accelerations = self.accelerations(self.reading(now), j, i);
+            [0, 1].map(|field| {
+                let free = cells::advanced(before[field][[j, i]], now[field][[j, i]], accelerations[field]);
+                match self.damped(before, now, field, j, i) {
+                    Some(added) => free + added,
+                    None => free,
+                }
+            })
+        };
+        if let Some(interface) = self.grid.interface_of(j) {
+            let last = self.grid.layers[interface].last();
+            let [upper, lower] = [last, last + 1].map(by_itself);
+            let joined =
+                [0, 1].map(|field| scheme::joined(self.shares(interface), [upper[field], lower[field]]));
+            return match self.grid.layers[interface + 1].bond {
+                Bond::Welded => joined,
+                Bond::Sliding => [joined[0], if j == last { upper[1] } else { lower[1] }],
+            };
+        }
+        let next = by_itself(j);
+        // a rigid backing does not yield
+        if j == self.grid.nz && self.grid.back == Back::Rigid { [0.0, next[1]] } else { next }
     }
 
     fn compliance(&self, _i: usize) -> f64 {
-        scheme::compliance(self.grid.dt(), self.grid.dz)
+        scheme::compliance(self.grid.dt(), self.grid.dt())
     }
 
     fn energy(&self, earlier: &Level<2>, later: &Level<2>) -> TargetEnergy {
-        let Grid { dz, nz, .. } = self.grid;
+        let Grid { nz, .. } = self.grid;
         let mut energy = TargetEnergy::default();
         for j in 0..=nz {
             for i in 0..self.grid.nr() {
@@ -121,10 +153,14 @@ impl Scheme<2> for CellScheme {
                 }
             }
         }
-        for j in 0..nz {
-            for i in 0..=self.grid.nr() {
-                let [a, b] = [earlier, later].map(|level| self.cell_strains(level, j, i));
-                energy.strain += cells::strain_energy(a, b, self.weights[i].cell / dz, &self.medium);
+        for (number, layer) in self.layers.iter().enumerate() {
+            let rows = &self.grid.layers[number];
+            for j in rows.first..rows.last() {
+                for i in 0..=self.grid.nr() {
+                    let [a, b] = [earlier, later].map(|level| self.cell_strains(level, j, i));
+                    let weight = layer.waves.impedance * layer.weights[i].cell / self.grid.dt();
+                    energy.strain += cells::strain_energy(a, b, weight, &layer.medium);
+                }
             }
         }
         energy
@@ -139,7 +175,7 @@ impl Scheme<2> for CellScheme {
             Field::DisplacementR => now[1][[j, i]],
             Field::Velocity => velocity(0),
             Field::VelocityR => velocity(1),
-            _ => self.stress(field, &self.strain(self.reading(now), pressure[i], j, i)),
+            _ => self.stress(field, &self.strain(self.reading(now), pressure[i], j, i), j),
         }
     }
 
@@ -148,7 +184,9 @@ impl Scheme<2> for CellScheme {
     }
 
     fn cell_strain(&self, now: &Level<2>, j: usize, i: usize) -> f64 {
-        self.largest_strain(self.reading(now), j, i)
+        // no cell lies between the two rows of an interface
+        let is_last = j == self.grid.layers[self.grid.layer_of(j)].last();
+        if is_last { 0.0 } else { self.largest_strain(self.reading(now), j, i) }
     }
 
     fn backing_strain(&self, level: &Level<2>, i: usize) -> f64 {

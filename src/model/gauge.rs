@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::grid::Grid;
+use crate::grid::{Grid, Layer};
 
 /// Memory of the gauges of steps that are under way \[bytes\]; two steps may be in any case.
 pub(crate) const UNDER_WAY: usize = 64 << 20;
@@ -171,7 +171,11 @@ impl Around {
 
 /// Rows around a depth.
 fn rows(grid: &Grid, z: f64) -> Vec<Term> {
-    linear(z / grid.dz, grid.nz + 1)
+    // at an interface the upper of its two rows
+    let inside = |layer: &&Layer| z <= layer.z(layer.last()) + SNAP * layer.dz;
+    let layer = grid.layers.iter().find(inside).unwrap_or(&grid.layers[grid.layers.len() - 1]);
+    let rows = linear((z - layer.top) / layer.dz, layer.steps + 1);
+    rows.into_iter().map(|(row, weight)| (layer.first + row, weight)).collect()
 }
 
 /// Columns around a radius.

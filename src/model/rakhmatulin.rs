@@ -5,7 +5,7 @@
 //! ```
 //!
 //! The scheme is derived in [`super::scheme`]. This module puts its operators together, node by node, for the plain stepper,
-//! and its weights, column by column, for the fast engine.
+//! and its weights, column by column, for the fast engine. Targets of several layers are computed by the plain stepper.
 
 use super::{
     Coverage, Field, Model, Sampling, TargetEnergy,
@@ -13,19 +13,32 @@ use super::{
     reference::{Level, Levels, Reference, Scheme},
     scheme::{self, Corner, RadialWeights},
 };
-use crate::grid::Grid;
+use crate::{
+    grid::{Back, Grid, Layer},
+    material::Waves,
+};
 
 /// The simplified theory on a mesh, as the plain stepper wants it.
 #[derive(Clone, Debug)]
 pub struct Rakhmatulin {
     grid: Grid,
+    /// Layers from the surface down.
+    layers: Vec<Plate>,
+    /// The mixed-derivative correction, if there is one.
+    corner: Option<Corner>,
+}
+
+/// A layer by itself.
+#[derive(Clone, Debug)]
+struct Plate {
+    waves: Waves,
     weights: Vec<RadialWeights>,
+    /// Weights of the mixed-derivative correction, if there is one.
+    corner: Vec<RadialWeights>,
     /// Radial Courant number.
     courant: f64,
-    /// `c_s²·Δz/Δr`
+    /// `Z·c_s²·Δt/Δr`
     stiffness: f64,
-    /// The mixed-derivative correction with its weights, if there is one.
-    corner: Option<(Corner, Vec<RadialWeights>)>,
 }
 
 /// Slack for a Courant number of 1 but for rounding.
@@ -41,11 +54,32 @@ impl Rakhmatulin {
     ///
     /// If the scheme is not stable: `c_s·Δt > Δr`.
     pub fn new(grid: Grid, c_s: f64, corner: Option<Corner>) -> Self {
-        let courant = scheme::radial_courant(&grid, c_s);
-        assert!(courant <= 1.0 + ROUNDING, "unstable: radial Courant number {courant}");
-        let weights = scheme::radial_weights(&grid, c_s);
-        let corner = corner.map(|corner| (corner, scheme::corner_weights(&grid, c_s, corner.factor)));
-        Self { weights, courant, stiffness: c_s * c_s * grid.dz / grid.dr, corner, grid }
+        Self::layered(grid, &[Waves::struck(c_s)], corner)
+    }
+
+    /// The theory on a mesh of layers.
+    ///
+    /// * `layers`: as many as the mesh has
+    /// * `corner`: the mixed-derivative correction, on a matched mesh
+    ///
+    /// # Panics
+    ///
+    /// If the scheme is not stable: `c_s·Δt > Δr` in a layer.
+    pub fn layered(grid: Grid, layers: &[Waves], corner: Option<Corner>) -> Self {
+        assert_eq!(layers.len(), grid.layers.len(), "layers of the mesh");
+        let plate = |waves: &Waves| {
+            let courant = scheme::radial_courant(&grid, waves.shear);
+            assert!(courant <= 1.0 + ROUNDING, "unstable: radial Courant number {courant}");
+            let corner = corner.map(|corner| scheme::corner_weights(&grid, waves.shear, corner.factor));
+            Plate {
+                waves: *waves,
+                weights: scheme::radial_weights(&grid, waves.shear),
+                corner: corner.unwrap_or_default(),
+                courant,
+                stiffness: waves.impedance * waves.shear * waves.shear * grid.dt() / grid.dr,
+            }
+        };
+        Self { layers: layers.iter().map(plate).collect(), corner, grid }
     }
 
     /// A target at rest under the fast engine.
@@ -66,9 +100,11 @@ impl Rakhmatulin {
         shown: Sampling,
         instructions: Instructions,
     ) -> Engine<T> {
-        let corner = self.corner.as_ref().map(|(corner, weights)| (*corner, &weights[..]));
-        let courant = self.courant.min(1.0);
-        Engine::new(self.grid, &self.weights, corner, courant, coverage, shown, instructions)
+        let [plate] = &self.layers[..] else { panic!("the engine computes one layer") };
+        assert_eq!(self.grid.back, Back::Rigid, "the engine computes a rigid back");
+        let corner = self.corner.map(|corner| (corner, &plate.corner[..]));
+        let courant = plate.courant.min(1.0);
+        Engine::new(self.grid, &plate.weights, corner, courant, coverage, shown, instructions)
     }
 
     /// A target at rest under the plain stepper.
@@ -78,85 +114,117 @@ impl Rakhmatulin {
         Reference::new(self.grid.clone(), self, shown)
     }
 
-    /// Displacement at node (j, i) of level `u`, with what stands beyond the boundaries.
-    fn at(&self, [u]: &Level<1>, j: isize, i: isize) -> f64 {
-        let ((j, sign), i) = (scheme::image_row(j, self.grid.nz), scheme::image_column(i));
+    /// Displacement at node (j, i) of level `u`, with what stands beyond the boundaries of a layer.
+    fn at(&self, layer: usize, [u]: &Level<1>, j: isize, i: isize) -> f64 {
+        let (Layer { first, steps, .. }, i) = (self.grid.layers[layer], scheme::image_column(i));
+        let local = j - first as isize;
+        let (j, sign) = if layer + 1 == self.layers.len() && self.grid.back == Back::Rigid {
+            scheme::image_row(local, steps)
+        } else {
+            (scheme::image_row_of_plate(local, steps), 1.0)
+        };
         // nothing moves beyond the outermost column
-        if i < self.grid.nr() { sign * u[[j, i]] } else { 0.0 }
+        if i < self.grid.nr() { sign * u[[first + j, i]] } else { 0.0 }
     }
 
-    /// Level `u` around node (j, i).
+    /// Level `u` around node (j, i), as its layer sees it.
     fn around<'a>(&'a self, u: &'a Level<1>, j: usize, i: usize) -> impl Fn(isize, isize) -> f64 + 'a {
-        move |dj, di| self.at(u, j as isize + dj, i as isize + di)
+        let layer = self.grid.layer_of(j);
+        move |dj, di| self.at(layer, u, j as isize + dj, i as isize + di)
+    }
+
+    /// u^{k+1} of node (j, i) if its layer were by itself.
+    fn by_itself(&self, before: &Level<1>, now: &Level<1>, j: usize, i: usize) -> f64 {
+        let (weights, u) = (self.layers[self.grid.layer_of(j)].weights[i], self.around(now, j, i));
+        let next = match i {
+            0 => scheme::axis(u, before[0][[j, i]], weights),
+            _ => scheme::interior(u, before[0][[j, i]], weights),
+        };
+        match &self.corner {
+            Some(corner) => next + self.corner(before, now, [1.0, corner.share], j, i),
+            None => next,
+        }
     }
 
     /// What the mixed-derivative correction adds to node (j, i), `factor·(−C)(u − share·before)`.
     ///
     /// * `factor`: relative to α
     fn corner(&self, before: &Level<1>, u: &Level<1>, [factor, share]: [f64; 2], j: usize, i: usize) -> f64 {
-        let Some((_, weights)) = &self.corner else { return 0.0 };
+        let Some(weights) = self.layers[self.grid.layer_of(j)].corner.get(i) else { return 0.0 };
         let (u, before) = (self.around(u, j, i), self.around(before, j, i));
-        factor * scheme::corner(|dj, di| u(dj, di) - share * before(dj, di), weights[i])
+        factor * scheme::corner(|dj, di| u(dj, di) - share * before(dj, di), *weights)
     }
 
     /// Energy that the mixed-derivative correction has taken out between the half steps before and after level `now`:
     /// `½·m·(u^{k+1} − u^{k−1})·σC(u^k − u^{k−1})/Δt²` \[πR³γc_p²\].
     #[cfg(test)]
     pub(super) fn damped(&self, [before, now, next]: [&Level<1>; 3]) -> f64 {
-        let Some((corner, _)) = self.corner else { return 0.0 };
+        let Some(corner) = self.corner else { return 0.0 };
         let node = |(j, i): (usize, usize)| {
             let added = self.corner(before, now, [corner.share, 1.0], j, i);
             let moved = next[0][[j, i]] - before[0][[j, i]];
             scheme::corner_energy(self.mass(j, i), moved, added, self.grid.dt())
         };
-        (0..self.grid.nz).flat_map(|j| (0..self.grid.nr()).map(move |i| (j, i))).map(node).sum()
+        (0..=self.grid.nz).flat_map(|j| (0..self.grid.nr()).map(move |i| (j, i))).map(node).sum()
     }
 
-    /// Mass of a cell: the surface has half a cell.
+    /// Mass of a node of a layer by itself: its first and last row have half a row of cells.
     fn mass(&self, j: usize, i: usize) -> f64 {
-        let depth = if j == 0 { 0.5 * self.grid.dz } else { self.grid.dz };
+        let number = self.grid.layer_of(j);
+        let whole = self.layers[number].waves.impedance * self.grid.dt();
+        let layer = &self.grid.layers[number];
+        let depth = if j == layer.first || j == layer.last() { 0.5 * whole } else { whole };
         depth * self.grid.area[i]
+    }
+
+    /// The layers on either side of an interface.
+    fn sides(&self, interface: usize) -> [&Waves; 2] {
+        [&self.layers[interface].waves, &self.layers[interface + 1].waves]
     }
 }
 
 impl Scheme<1> for Rakhmatulin {
     fn next(&self, before: &Level<1>, now: &Level<1>, j: usize, i: usize) -> [f64; 1] {
-        let (weights, u) = (self.weights[i], self.around(now, j, i));
-        let next = match i {
-            0 => scheme::axis(u, before[0][[j, i]], weights),
-            _ => scheme::interior(u, before[0][[j, i]], weights),
+        let Some(interface) = self.grid.interface_of(j) else {
+            return [self.by_itself(before, now, j, i)];
         };
-        [match &self.corner {
-            Some((corner, _)) => next + self.corner(before, now, [1.0, corner.share], j, i),
-            None => next,
-        }]
+        let [upper, lower] = self.sides(interface);
+        let last = self.grid.layers[interface].last();
+        let faces = [last, last + 1].map(|j| self.by_itself(before, now, j, i));
+        [scheme::joined(Waves::shares(upper, lower), faces)]
     }
 
     fn compliance(&self, _i: usize) -> f64 {
-        scheme::compliance(self.grid.dt(), self.grid.dz)
+        scheme::compliance(self.grid.dt(), self.grid.dt())
     }
 
     fn energy(&self, earlier: &Level<1>, later: &Level<1>) -> TargetEnergy {
-        let Grid { dz, nz, ref area, ref face, .. } = self.grid;
+        let Grid { ref area, ref face, .. } = self.grid;
+        let dt = self.grid.dt();
         let levels = [&earlier[0], &later[0]];
         // share of the conservative part, 4/3, in α
-        let conservative = self.corner.as_ref().map_or(0.0, |(corner, _)| 1.0 - corner.share);
+        let conservative = self.corner.map_or(0.0, |corner| 1.0 - corner.share);
         let mut energy = TargetEnergy::default();
-        for j in 0..nz {
+        for j in 0..=self.grid.nz {
+            let number = self.grid.layer_of(j);
+            let Plate { waves, stiffness, .. } = &self.layers[number];
             for i in 0..self.grid.nr() {
                 let [earlier_u, later_u] = levels.map(|u| u[[j, i]]);
-                let (mass, dt) = (self.mass(j, i), self.grid.dt());
+                let mass = self.mass(j, i);
                 energy.kinetic += scheme::kinetic_energy(mass, later_u - earlier_u, dt);
                 let added = self.corner(earlier, later, [conservative, 0.0], j, i);
                 energy.strain += scheme::corner_energy(mass, earlier_u, added, dt);
+                if j == self.grid.layers[number].last() {
+                    continue;
+                }
                 let axial_differences = levels.map(|u| u[[j + 1, i]] - u[[j, i]]);
-                energy.strain += scheme::axial_energy(area[i], axial_differences, dz);
+                energy.strain += waves.impedance * scheme::axial_energy(area[i], axial_differences, dt);
                 if i + 1 < self.grid.nr() {
                     let shear_differences = levels.map(|u| {
                         let mean = |i: usize| 0.5 * (u[[j, i]] + u[[j + 1, i]]);
                         mean(i + 1) - mean(i)
                     });
-                    energy.strain += scheme::shear_energy(self.stiffness * face[i], shear_differences);
+                    energy.strain += scheme::shear_energy(stiffness * face[i], shear_differences);
                 }
             }
         }
@@ -169,10 +237,19 @@ impl Scheme<1> for Rakhmatulin {
             Field::Displacement => now[0][[j, i]],
             Field::Velocity => scheme::velocity(before[0][[j, i]], next[0][[j, i]], self.grid.dt()),
             Field::Stress if j == 0 => pressure[i],
-            Field::Stress => {
-                let u = self.around(now, j, i);
-                scheme::stress(u(-1, 0), u(1, 0), self.grid.dz)
-            }
+            Field::Stress => match self.grid.interface_of(j) {
+                Some(interface) => {
+                    let impedances = self.sides(interface).map(|waves| waves.impedance);
+                    let last = self.grid.layers[interface].last();
+                    let [above, below] = [last - 1, last + 2].map(|j| now[0][[j, i]]);
+                    scheme::interface_stress(impedances, above, below, self.grid.dt())
+                }
+                None => {
+                    let u = self.around(now, j, i);
+                    let impedance = self.layers[self.grid.layer_of(j)].waves.impedance;
+                    impedance * scheme::stress(u(-1, 0), u(1, 0), self.grid.dt())
+                }
+            },
             other => unreachable!("a case of this model does not show {other:?}"),
         }
     }
@@ -182,12 +259,14 @@ impl Scheme<1> for Rakhmatulin {
     }
 
     fn cell_strain(&self, [u]: &Level<1>, j: usize, i: usize) -> f64 {
-        (u[[j + 1, i]] - u[[j, i]]).abs() / self.grid.dz
+        let layer = &self.grid.layers[self.grid.layer_of(j)];
+        // no cell lies between the two rows of an interface
+        if j == layer.last() { 0.0 } else { (u[[j + 1, i]] - u[[j, i]]).abs() / layer.dz }
     }
 
     fn backing_strain(&self, level: &Level<1>, i: usize) -> f64 {
         let u = self.around(level, self.grid.nz, i);
-        -scheme::stress(u(-1, 0), u(1, 0), self.grid.dz)
+        -scheme::stress(u(-1, 0), u(1, 0), self.grid.layers[self.layers.len() - 1].dz)
     }
 }
 

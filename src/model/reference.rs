@@ -231,7 +231,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
     fn find_non_finite(&mut self) -> Option<(f64, f64)> {
         let find = |level: &Array2<f64>| {
             let bad = level.indexed_iter().find(|(_, u)| !u.is_finite());
-            bad.map(|((j, i), _)| (self.grid.r(i), j as f64 * self.grid.dz))
+            bad.map(|((j, i), _)| (self.grid.r(i), self.grid.z(j)))
         };
         self.now.iter().find_map(find)
     }

@@ -47,6 +47,21 @@
 //! Both parts are one stencil on one combination of two levels, `α·d = α·(u^k − ρ·u^{k−1})` ([`Corner`]); the factors α and
 //! λ²/256 belong to its radial weights ([`corner_weights`]).
 //!
+//! # Layers
+//!
+//! Layers have `Δz_k = c_k·Δt`, so that a plane wave passes one row per step in each. The energy is a sum over cells between rows; those of a
+//! layer have masses and stiffnesses in proportion to its impedance `Z_k = γ_k·c_k`, and λ_k. A layer by itself is a plate: free faces are
+//! images, even about both. At an interface both displacements are one, with half the mass of a row of cells of either side, so that its acceleration
+//! is the mean of what it would be on either plate alone ([`joined`]):
+//!
+//! ```text
+//! u^{k+1} = [Z₁·u₁^{k+1} + Z₂·u₂^{k+1}]/(Z₁ + Z₂)
+//! ```
+//!
+//! whose axial part, `2(Z₁u_{j−1} + Z₂u_{j+1})/(Z₁ + Z₂) − u^{k−1}`, has the coefficients of reflection and transmission of d'Alembert's
+//! solution. E_z has no difference across an interface by that; one with a mean of weights there is not stable. A free back is a
+//! free face like the surface.
+//!
 //! [`interior`], [`axis`] and [`corner`] are the operators; [`image_row`] and [`image_column`] are the images that boundary
 //! conditions and symmetry put beyond surface, backing and axis, so that the same operators hold there. Operators read nodes
 //! through a closure `u(dj, di)`: the value dj rows below and di columns outside the node. [`super::reference`] steps with them as they stand; the fast engine repeats
@@ -270,6 +285,31 @@ pub fn image_row(j: isize, backing: usize) -> (usize, f64) {
         sign = -sign;
     }
     (j, sign)
+}
+
+/// Row whose displacement stands in row `j` of a layer that is free at its last row, too.
+#[inline]
+pub fn image_row_of_plate(j: isize, last: usize) -> usize {
+    image_row(j, last).0
+}
+
+/// u^{k+1} at an interface, from what it would be at the free faces of the upper and the lower layer.
+///
+/// * `shares`: see [`crate::material::Waves::shares`]
+#[inline]
+pub fn joined(shares: [f64; 2], faces: [f64; 2]) -> f64 {
+    shares[0] * faces[0] + shares[1] * faces[1]
+}
+
+/// Stress −σ_zz at an interface at level k \[γc_p²\]. The half cells on either side have `∓Z_k(u_{j±1} − u_j)/Δt` in their middle;
+/// without the acceleration of the interface, which both share, that is `Z₁Z₂/(Z₁ + Z₂)·(u_{j−1} − u_{j+1})/Δt`.
+///
+/// * `impedances`: of the upper and the lower layer
+/// * `above`, `below`: u of the rows before and after the interface
+#[inline]
+pub fn interface_stress(impedances: [f64; 2], above: f64, below: f64, dt: f64) -> f64 {
+    let [upper, lower] = impedances;
+    upper * lower / (upper + lower) * (above - below) / dt
 }
 
 /// Column whose displacement stands in column `i` of a matched mesh: u is even in r, `u_{−1−i} = u_i`.

@@ -67,6 +67,7 @@ impl CellPeak {
             (true, 0) => 0.0,
             (true, i) => grid.r(i) - 0.5 * grid.dr,
         };
-        (r, (self.row as f64 + 0.5) * grid.dz)
+        let layer = &grid.layers[grid.layer_of(self.row)];
+        (r, layer.top + ((self.row - layer.first) as f64 + 0.5) * layer.dz)
     }
 }

@@ -142,7 +142,7 @@ impl Gauge {
             };
         };
         let strain = weights.scheme.strain(at, pressure.unwrap_or_default(), j, i);
-        weights.scheme.stress(Field::Stress, &strain)
+        weights.scheme.stress(Field::Stress, &strain, j)
     }
 
     /// What has been recorded.

@@ -65,7 +65,7 @@ impl Sampler {
         let stress = |i: usize| {
             let pressure = motion.filter(|_| j == 0).map_or(0.0, |motion| motion.pressure[i]);
             let strain = weights.scheme.strain(|field, j, i| at(now, field, j, i), pressure, j, i);
-            weights.scheme.stress(field, &strain)
+            weights.scheme.stress(field, &strain, j)
         };
         for (value, i) in row.iter_mut().zip(shown.columns.clone().step_by(self.every)) {
             *value = match field {

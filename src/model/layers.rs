@@ -1,0 +1,395 @@
+//! Tests of both theories on layered targets, under the plain stepper's operators.
+
+use ndarray::Array2;
+
+use super::{
+    cell_scheme::CellScheme,
+    elastic,
+    rakhmatulin::Rakhmatulin,
+    reference::{Level, Scheme},
+    scheme::{Corner, Order},
+};
+use crate::{
+    geometry::Geometry,
+    grid::{Back, Bond, Grid, MeshKind, Spacing},
+    material::Waves,
+};
+
+const GEOMETRIES: [Geometry; 2] = [Geometry::Axisymmetric, Geometry::Plane];
+
+/// Numbers that look random and repeat.
+struct Noise(u64);
+
+impl Noise {
+    /// Between 0 and 1.
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f64 / (1u64 << 24) as f64
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        (self.next() * count as f64) as usize
+    }
+}
+
+/// A layer of a stack: axial steps, impedance, c_p and c_s.
+#[derive(Clone, Copy, Debug)]
+struct Ply {
+    steps: usize,
+    impedance: f64,
+    c_p: f64,
+    c_s: f64,
+    bond: Bond,
+}
+
+#[derive(Clone, Debug)]
+struct Stack {
+    plies: Vec<Ply>,
+    back: Back,
+    geometry: Geometry,
+}
+
+const DT: f64 = 0.1;
+
+impl Stack {
+    /// A mesh of `nr` columns, as dense as the faster of the speeds allows.
+    ///
+    /// * `speed`: along r, of a layer
+    fn grid(&self, nr: usize, speed: impl Fn(&Ply) -> f64) -> Grid {
+        let dr = DT * self.plies.iter().map(speed).fold(0.0, f64::max);
+        let spacing = Spacing { dr, dz: DT, layer_rows: Some(1) };
+        let layers: Vec<_> = self.plies.iter().map(|ply| (ply.steps, ply.c_p * DT, ply.bond)).collect();
+        Grid::new(self.geometry, MeshKind::Matched, spacing, nr, 1).with_layers(DT, &layers, self.back)
+    }
+
+    fn waves(&self) -> Vec<Waves> {
+        self.plies.iter().map(|ply| Waves { impedance: ply.impedance, shear: ply.c_s }).collect()
+    }
+
+    fn simplified(&self, nr: usize, corner: Option<Corner>) -> (Grid, Rakhmatulin) {
+        let grid = self.grid(nr, |ply| ply.c_s);
+        (grid.clone(), Rakhmatulin::layered(grid, &self.waves(), corner))
+    }
+
+    fn full(&self, nr: usize, damping: f64) -> (Grid, CellScheme) {
+        let grid = self.grid(nr, |ply| ply.c_p).with_cells_between_nodes();
+        (grid.clone(), elastic::layered(grid, &self.waves(), damping))
+    }
+
+    /// A random stack of 1 to 4 layers.
+    fn random(noise: &mut Noise) -> Self {
+        let count = 1 + noise.below(4);
+        let ply = |number: usize, noise: &mut Noise| {
+            let c_p = 0.4 + 1.2 * noise.next();
+            Ply {
+                steps: if count == 1 { 4 } else { 2 } + noise.below(5),
+                impedance: if number == 0 { 1.0 } else { 100f64.powf(noise.next() * 2.0 - 1.0) },
+                c_p,
+                c_s: c_p * (0.2 + 0.6 * noise.next()),
+                bond: [Bond::Welded, Bond::Sliding][noise.below(2)],
+            }
+        };
+        Self {
+            plies: (0..count).map(|number| ply(number, noise)).collect(),
+            back: [Back::Rigid, Back::Free][noise.below(2)],
+            geometry: GEOMETRIES[noise.below(2)],
+        }
+    }
+}
+
+fn rest<const FIELDS: usize>(grid: &Grid) -> Level<FIELDS> {
+    [(); FIELDS].map(|()| Array2::zeros((grid.nz + 1, grid.nr())))
+}
+
+/// Three consecutive levels.
+struct Levels<const FIELDS: usize> {
+    before: Level<FIELDS>,
+    now: Level<FIELDS>,
+}
+
+impl<const FIELDS: usize> Levels<FIELDS> {
+    fn at_rest(grid: &Grid) -> Self {
+        Self { before: rest(grid), now: rest(grid) }
+    }
+
+    /// Goes on by a step, and returns the level before.
+    ///
+    /// * `surface`: u_z of surface node i, given that of the free surface
+    fn step(
+        &mut self,
+        scheme: &impl Scheme<FIELDS>,
+        mut surface: impl FnMut(usize, f64) -> f64,
+    ) -> Level<FIELDS> {
+        let mut next = self.now.clone();
+        let (rows, columns) = self.now[0].dim();
+        for j in 0..rows {
+            for i in 0..columns {
+                let values = scheme.next(&self.before, &self.now, j, i);
+                for (level, value) in next.iter_mut().zip(values) {
+                    level[[j, i]] = value;
+                }
+                if j == 0 {
+                    next[0][[0, i]] = surface(i, values[0]);
+                }
+            }
+        }
+        std::mem::replace(&mut self.before, std::mem::replace(&mut self.now, next))
+    }
+}
+
+/// Interface stress per step of a surface set in motion with V0 = 1, by the recursion of Goupillaud: waves pass one row of cells
+/// per step, and at a node between impedances Z₁, Z₂ velocities a from above and b from below make `(2Z₁a + 2Z₂b)/(Z₁ + Z₂)`.
+fn goupillaud(stack: &Stack, steps: usize) -> Vec<f64> {
+    let impedances: Vec<f64> =
+        stack.plies.iter().flat_map(|ply| std::iter::repeat_n(ply.impedance, ply.steps)).collect();
+    let rows = impedances.len();
+    let (mut down, mut up) = (vec![0.0; rows], vec![0.0; rows]);
+    let (mut last, mut pressures) = (0.0, Vec::new());
+    for _ in 0..steps {
+        let (from_above, from_below) = (down.clone(), up.clone());
+        down[0] = 1.0 - from_below[0];
+        for node in 1..rows {
+            let (a, b) = (from_above[node - 1], from_below[node]);
+            let (upper, lower) = (impedances[node - 1], impedances[node]);
+            let velocity = 2.0 * (upper * a + lower * b) / (upper + lower);
+            (down[node], up[node - 1]) = (velocity - b, velocity - a);
+        }
+        let end = from_above[rows - 1];
+        up[rows - 1] = if stack.back == Back::Rigid { -end } else { end };
+        let pressure = down[0] - from_below[0];
+        pressures.push(0.5 * (last + pressure));
+        last = pressure;
+    }
+    pressures
+}
+
+/// Interface stress in column 0 per step of a surface set in motion with V0 = 1.
+fn plane_wave<const FIELDS: usize>(grid: &Grid, scheme: &impl Scheme<FIELDS>, steps: usize) -> Vec<f64> {
+    let mut levels = Levels::at_rest(grid);
+    let pressure = |step: usize| {
+        let mut found = 0.0;
+        levels.step(scheme, |i, free| {
+            let u = (step + 1) as f64 * DT;
+            if i == 0 {
+                found = (u - free) / scheme.compliance(0);
+            }
+            u
+        });
+        found
+    };
+    (0..steps).map(pressure).collect()
+}
+
+#[test]
+fn normal_incidence_is_exact_for_any_stack() {
+    const STEPS: usize = 70;
+    let mut noise = Noise(1);
+    for count in [1, 2, 5, 12] {
+        for back in [Back::Rigid, Back::Free] {
+            let ply = |number: usize| Ply {
+                steps: 4 + number % 3,
+                impedance: if number == 0 { 1.0 } else { 10f64.powf(2.0 * noise.next() - 1.0) },
+                c_p: 0.5 + noise.next(),
+                c_s: 0.3,
+                bond: Bond::Welded,
+            };
+            let plies: Vec<Ply> = (0..count).map(ply).collect();
+            let stack = Stack { plies, back, geometry: Geometry::Axisymmetric };
+            let exact = goupillaud(&stack, STEPS);
+            let largest = exact.iter().fold(1.0, |largest: f64, p| largest.max(p.abs()));
+            let check = |found: Vec<f64>, name: &str| {
+                let errors = found.iter().zip(&exact).map(|(a, b)| (a - b).abs());
+                let error = errors.fold(0.0, f64::max) / largest;
+                assert!(error < 1e-13, "{count} layers, {back:?}, {name}: {error:e}");
+            };
+            // columns enough that what the outermost one does is not there yet
+            for order in [Order::Second, Order::Fourth] {
+                let (grid, scheme) = stack.simplified(2 * STEPS + 4, Corner::new(order, 1.0));
+                check(plane_wave(&grid, &scheme, STEPS), &format!("simplified, {order:?}"));
+            }
+            let (grid, scheme) = stack.full(STEPS + 6, 0.0);
+            check(plane_wave(&grid, &scheme, STEPS), "full");
+        }
+    }
+}
+
+/// Largest difference of two levels relative to the larger, the first cut by an interface after `row`.
+fn difference<const FIELDS: usize>(cut: &Level<FIELDS>, whole: &Level<FIELDS>, row: usize) -> f64 {
+    let (mut error, mut size) = (0.0, 0.0);
+    for (cut, whole) in cut.iter().zip(whole) {
+        for ((j, i), u) in cut.indexed_iter() {
+            let expected = whole[[if j > row { j - 1 } else { j }, i]];
+            (error, size) = (f64::max(error, (u - expected).abs()), f64::max(size, expected.abs()));
+        }
+    }
+    error / size
+}
+
+#[test]
+fn two_layers_of_one_material_are_one_layer() {
+    fn check<const FIELDS: usize>([cut, whole]: [(Grid, impl Scheme<FIELDS>); 2], row: usize, name: &str) {
+        let [mut a, mut b] = [Levels::at_rest(&cut.0), Levels::at_rest(&whole.0)];
+        let (mut pushes, mut same) = (Noise(7), Noise(7));
+        for _ in 0..40 {
+            a.step(&cut.1, |i, free| if i < 4 { free + 0.1 * pushes.next() } else { free });
+            b.step(&whole.1, |i, free| if i < 4 { free + 0.1 * same.next() } else { free });
+        }
+        let error = difference(&a.now, &b.now, row);
+        assert!(error < 1e-14, "{name}: {error:e}");
+    }
+    let ply = Ply { steps: 9, impedance: 1.0, c_p: 1.0, c_s: 0.5, bond: Bond::Welded };
+    for geometry in GEOMETRIES {
+        for back in [Back::Rigid, Back::Free] {
+            let stack = |plies: Vec<Ply>| Stack { plies, back, geometry };
+            let cut = stack(vec![Ply { steps: 4, ..ply }, Ply { steps: 5, ..ply }]);
+            let whole = stack(vec![ply]);
+            // the mixed-derivative correction has no difference across an interface
+            let second = [&cut, &whole].map(|stack| stack.simplified(14, None));
+            check(second, 4, &format!("simplified, {geometry:?}, {back:?}"));
+            let full = [&cut, &whole].map(|stack| stack.full(14, 0.5));
+            check(full, 4, &format!("full, {geometry:?}, {back:?}"));
+        }
+    }
+}
+
+/// Largest displacement in the second half of `steps` relative to that in the first, after a random start at rest.
+fn growth<const FIELDS: usize>(grid: &Grid, scheme: &impl Scheme<FIELDS>, seed: u64, steps: usize) -> f64 {
+    let mut noise = Noise(seed);
+    let mut levels = Levels::at_rest(grid);
+    for values in &mut levels.now {
+        values.iter_mut().for_each(|u| *u = noise.next() - 0.5);
+    }
+    // what is one node moves as one
+    for interface in 1..grid.layers.len() {
+        let first = grid.layers[interface].first;
+        for (field, values) in levels.now.iter_mut().enumerate() {
+            if field == 0 || grid.layers[interface].bond == Bond::Welded {
+                let row = values.row(first - 1).to_owned();
+                values.row_mut(first).assign(&row);
+            }
+        }
+    }
+    if grid.back == Back::Rigid {
+        levels.now[0].row_mut(grid.nz).fill(0.0);
+    }
+    levels.before = levels.now.clone();
+    let mut largest = || {
+        (0..steps / 2).fold(0.0, |largest: f64, _| {
+            levels.step(scheme, |_, free| free);
+            levels.now.iter().flatten().fold(largest, |largest, u| largest.max(u.abs()))
+        })
+    };
+    let first = largest();
+    largest() / first
+}
+
+#[test]
+fn random_stacks_are_stable() {
+    // λ_max·Δt²/4 = 1 + ε grows as e^(2√ε) per step: by 400 in the second 300 steps for ε = 1e-4
+    let (stacks, steps) = if std::env::var_os("PERCUSS_FULL").is_some() { (200, 3000) } else { (24, 600) };
+    let mut noise = Noise(3);
+    for number in 0..stacks {
+        let stack = Stack::random(&mut noise);
+        let order = [Order::Second, Order::Fourth][noise.below(2)];
+        let damping = [0.0, 1.0, 4.0 / 3.0][noise.below(3)];
+        let (grid, scheme) = stack.simplified(12, Corner::new(order, damping));
+        let found = growth(&grid, &scheme, number, steps);
+        assert!(found < 4.0, "simplified, {stack:?}, {order:?}, {damping}: {found}");
+        let damping = [0.0, 0.5][noise.below(2)];
+        let (grid, scheme) = stack.full(12, damping);
+        let found = growth(&grid, &scheme, number, steps);
+        assert!(found < 4.0, "full, {stack:?}, {damping}: {found}");
+    }
+}
+
+#[test]
+fn stacks_keep_the_energy_that_the_surface_gives() {
+    fn check<const FIELDS: usize>(grid: &Grid, scheme: &impl Scheme<FIELDS>, name: &str) {
+        let (mut levels, mut noise, mut work, mut gross) = (Levels::at_rest(grid), Noise(11), 0.0, 0.0);
+        for _ in 0..120 {
+            let pushes: Vec<f64> = (0..grid.nr()).map(|_| noise.next() - 0.5).collect();
+            let before = levels.step(scheme, |i, free| free + pushes[i]);
+            for (i, push) in pushes.iter().enumerate() {
+                let moved = levels.now[0][[0, i]] - before[0][[0, i]];
+                let done = 0.5 * grid.area[i] * push / scheme.compliance(i) * moved;
+                (work, gross) = (work + done, gross + done.abs());
+            }
+        }
+        let energy = scheme.energy(&levels.before, &levels.now);
+        let rest = work - energy.kinetic - energy.strain;
+        assert!(rest.abs() < 1e-12 * gross, "{name}: {rest:e} of {gross}");
+    }
+    let mut noise = Noise(5);
+    for _ in 0..12 {
+        let stack = Stack::random(&mut noise);
+        for order in [Order::Second, Order::Fourth] {
+            let (grid, scheme) = stack.simplified(9, Corner::new(order, 0.0));
+            check(&grid, &scheme, &format!("simplified, {stack:?}, {order:?}"));
+        }
+        let (grid, scheme) = stack.full(9, 0.0);
+        check(&grid, &scheme, &format!("full, {stack:?}"));
+    }
+}
+
+#[test]
+fn a_stack_upside_down_passes_as_much() {
+    // free–free, a plane wave in the simplified theory: a push on the surface moves the back as one on the back moves the surface
+    let ply = |impedance: f64, steps: usize| Ply { steps, impedance, c_p: 1.0, c_s: 0.4, bond: Bond::Welded };
+    let plies = [ply(1.0, 3), ply(0.07, 5), ply(4.0, 2), ply(0.9, 6)];
+    let passed = |plies: Vec<Ply>| -> Vec<f64> {
+        let stack = Stack { plies, back: Back::Free, geometry: Geometry::Plane };
+        let (grid, scheme) = stack.simplified(130, Corner::new(Order::Fourth, 1.0));
+        let mut levels = Levels::at_rest(&grid);
+        // the same force, which moves half a row of cells
+        let push = 1.0 / stack.plies[0].impedance;
+        let step = |number: usize| {
+            levels.step(&scheme, |_, free| if number == 0 { free + push } else { free });
+            levels.now[0][[grid.nz, 0]]
+        };
+        (0..60).map(step).collect()
+    };
+    let [down, up] = [passed(plies.to_vec()), passed(plies.into_iter().rev().collect())];
+    assert!(down.iter().any(|u| u.abs() > 0.1));
+    for (step, (a, b)) in down.iter().zip(&up).enumerate() {
+        assert!((a - b).abs() < 1e-13, "step {step}: {a} {b}");
+    }
+}
+
+#[test]
+fn what_a_force_moves_elsewhere_is_reciprocal() {
+    // u_z at B after a push at A, times the mass of B, is u_z at A after that push at B, times the mass of A
+    fn check<const FIELDS: usize>(
+        grid: &Grid,
+        scheme: &impl Scheme<FIELDS>,
+        mass: impl Fn(usize, usize) -> f64,
+    ) {
+        let (a, b) = ([0, 0], [grid.layers[1].first + 1, 3]);
+        let answer = |from: [usize; 2], to: [usize; 2]| -> Vec<f64> {
+            let mut levels = Levels::at_rest(grid);
+            levels.now[0][from] = 1.0;
+            let step = |_| {
+                levels.step(scheme, |_, free| free);
+                levels.now[0][to] * mass(to[0], to[1])
+            };
+            (0..50).map(step).collect()
+        };
+        let (there, back) = (answer(a, b), answer(b, a));
+        let size = there.iter().fold(0.0, |size: f64, u| size.max(u.abs()));
+        let error = there.iter().zip(&back).fold(0.0, |error: f64, (a, b)| error.max((a - b).abs()));
+        assert!(size > 0.0 && error < 1e-12 * size, "{error:e} of {size:e}");
+    }
+    let ply =
+        |impedance: f64, c_p: f64| Ply { steps: 5, impedance, c_p, c_s: 0.5 * c_p, bond: Bond::Sliding };
+    for geometry in GEOMETRIES {
+        let plies = vec![ply(1.0, 1.0), ply(0.1, 0.6), ply(3.0, 1.3)];
+        let stack = Stack { plies, back: Back::Free, geometry };
+        let mass = |grid: &Grid, j: usize, i: usize| {
+            let depth = if j == 0 { 0.5 } else { 1.0 };
+            depth * stack.plies[grid.layer_of(j)].impedance * grid.area[i]
+        };
+        let (grid, scheme) = stack.simplified(9, Corner::new(Order::Fourth, 0.0));
+        check(&grid, &scheme, |j, i| mass(&grid, j, i));
+        let (grid, scheme) = stack.full(9, 0.0);
+        check(&grid, &scheme, |j, i| mass(&grid, j, i));
+    }
+}
