@@ -20,6 +20,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::{geometry::Geometry, table::table};
 
+mod steps;
+
+pub use steps::LayerSteps;
+
 /// Placement of nodes along `r`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

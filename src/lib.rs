@@ -33,7 +33,7 @@
 //! | [`case`] | cases, from files or built: reading, checking, derived sizes, the built-in cases |
 //! | [`geometry`], [`units`], [`material`] | axisymmetric or plane; names of units and SI scales; elastic constants |
 //! | [`shape`] | indenter profiles and the covered area fraction of a cell |
-//! | [`grid`] | mesh and geometry as positions and weights; layers of rows |
+//! | [`grid`] | mesh and geometry as positions and weights; layers of rows, and the time step that fits them |
 //! | [`indenter`] | the rigid body |
 //! | [`surface`] | what model and contact exchange on z = 0 |
 //! | [`contact`] | contact rules, active set, drag, events |
