@@ -305,7 +305,7 @@ impl Grid {
 
     /// Number of the layer that row `j` belongs to.
     pub fn layer_of(&self, j: usize) -> usize {
-        self.layers.partition_point(|layer| layer.last() < j)
+        if j <= self.layers[0].last() { 0 } else { self.layers.partition_point(|layer| layer.last() < j) }
     }
 
     /// Number of the interface that row `j` is at, which is that of the layer above it, if it is at one.

@@ -87,9 +87,10 @@ impl CellScheme {
         i: usize,
     ) -> ([Column; 3], [&ColumnWeights; 2]) {
         let rows = [j.saturating_sub(1), j, (j + 1).min(self.grid.nz)];
+        let row = self.row(j);
         let columns = [-1, 0, 1].map(|di| {
             let [u, v] = [0, 1].map(|field| rows.map(|j| at(field, j, i as isize + di)));
-            Column::new(self.row(j), u, v)
+            Column::new(row, u, v)
         });
         let weights = &self.layer(j).weights;
         (columns, [&weights[i], &weights[i + 1]])
