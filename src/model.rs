@@ -67,6 +67,8 @@ pub mod elastic;
 mod gauge;
 #[cfg(test)]
 mod layers;
+#[cfg(test)]
+mod noise;
 pub mod rakhmatulin;
 pub mod reference;
 pub mod scheme;

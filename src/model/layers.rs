@@ -5,6 +5,7 @@ use ndarray::Array2;
 use super::{
     cell_scheme::CellScheme,
     elastic,
+    noise::Noise,
     rakhmatulin::Rakhmatulin,
     reference::{Level, Scheme},
     scheme::{Corner, Order},
@@ -16,21 +17,6 @@ use crate::{
 };
 
 const GEOMETRIES: [Geometry; 2] = [Geometry::Axisymmetric, Geometry::Plane];
-
-/// Numbers that look random and repeat.
-struct Noise(u64);
-
-impl Noise {
-    /// Between 0 and 1.
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f64 / (1u64 << 24) as f64
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        (self.next() * count as f64) as usize
-    }
-}
 
 /// A layer of a stack: axial steps, impedance, c_p and c_s.
 #[derive(Clone, Copy, Debug)]
@@ -80,12 +66,12 @@ impl Stack {
     fn random(noise: &mut Noise) -> Self {
         let count = 1 + noise.below(4);
         let ply = |number: usize, noise: &mut Noise| {
-            let c_p = 0.4 + 1.2 * noise.next();
+            let c_p = 0.4 + 1.2 * noise.unit();
             Ply {
                 steps: if count == 1 { 4 } else { 2 } + noise.below(5),
-                impedance: if number == 0 { 1.0 } else { 100f64.powf(noise.next() * 2.0 - 1.0) },
+                impedance: if number == 0 { 1.0 } else { 100f64.powf(noise.unit() * 2.0 - 1.0) },
                 c_p,
-                c_s: c_p * (0.2 + 0.6 * noise.next()),
+                c_s: c_p * (0.2 + 0.6 * noise.unit()),
                 bond: [Bond::Welded, Bond::Sliding][noise.below(2)],
             }
         };
@@ -188,8 +174,8 @@ fn normal_incidence_is_exact_for_any_stack() {
         for back in [Back::Rigid, Back::Free] {
             let ply = |number: usize| Ply {
                 steps: 4 + number % 3,
-                impedance: if number == 0 { 1.0 } else { 10f64.powf(2.0 * noise.next() - 1.0) },
-                c_p: 0.5 + noise.next(),
+                impedance: if number == 0 { 1.0 } else { 10f64.powf(2.0 * noise.unit() - 1.0) },
+                c_p: 0.5 + noise.unit(),
                 c_s: 0.3,
                 bond: Bond::Welded,
             };
@@ -231,8 +217,8 @@ fn two_layers_of_one_material_are_one_layer() {
         let [mut a, mut b] = [Levels::at_rest(&cut.0), Levels::at_rest(&whole.0)];
         let (mut pushes, mut same) = (Noise(7), Noise(7));
         for _ in 0..40 {
-            a.step(&cut.1, |i, free| if i < 4 { free + 0.1 * pushes.next() } else { free });
-            b.step(&whole.1, |i, free| if i < 4 { free + 0.1 * same.next() } else { free });
+            a.step(&cut.1, |i, free| if i < 4 { free + 0.1 * pushes.unit() } else { free });
+            b.step(&whole.1, |i, free| if i < 4 { free + 0.1 * same.unit() } else { free });
         }
         let error = difference(&a.now, &b.now, row);
         assert!(error < 1e-14, "{name}: {error:e}");
@@ -257,7 +243,7 @@ fn growth<const FIELDS: usize>(grid: &Grid, scheme: &impl Scheme<FIELDS>, seed: 
     let mut noise = Noise(seed);
     let mut levels = Levels::at_rest(grid);
     for values in &mut levels.now {
-        values.iter_mut().for_each(|u| *u = noise.next() - 0.5);
+        values.iter_mut().for_each(|u| *u = noise.unit() - 0.5);
     }
     // what is one node moves as one
     for interface in 1..grid.layers.len() {
@@ -307,7 +293,7 @@ fn stacks_keep_the_energy_that_the_surface_gives() {
     fn check<const FIELDS: usize>(grid: &Grid, scheme: &impl Scheme<FIELDS>, name: &str) {
         let (mut levels, mut noise, mut work, mut gross) = (Levels::at_rest(grid), Noise(11), 0.0, 0.0);
         for _ in 0..120 {
-            let pushes: Vec<f64> = (0..grid.nr()).map(|_| noise.next() - 0.5).collect();
+            let pushes: Vec<f64> = (0..grid.nr()).map(|_| noise.unit() - 0.5).collect();
             let before = levels.step(scheme, |i, free| free + pushes[i]);
             for (i, push) in pushes.iter().enumerate() {
                 let moved = levels.now[0][[0, i]] - before[0][[0, i]];

@@ -278,7 +278,7 @@ mod tests {
     use crate::{
         geometry::Geometry,
         grid::{MeshKind, Spacing},
-        model::scheme::Order,
+        model::{noise::Noise, scheme::Order},
     };
 
     /// Kinetic and strain energy, what damping has taken, and the work of the surface, after some steps of a surface pushed at
@@ -289,14 +289,12 @@ mod tests {
         let theory = Rakhmatulin::new(grid.clone(), 0.5, corner);
         let rest = || [Array2::zeros((8, 9))];
         let [mut before, mut now, mut next]: [Level<1>; 3] = [rest(), rest(), rest()];
-        let (mut damped, mut work, mut noise) = (0.0, 0.0, 1u64);
+        let (mut damped, mut work, mut noise) = (0.0, 0.0, Noise(1));
         for _ in 0..60 {
             for ((j, i), u) in next[0].indexed_iter_mut() {
                 *u = theory.next(&before, &now, j, i)[0];
                 if j == 0 {
-                    noise =
-                        noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                    let push = (noise >> 40) as f64 / (1u64 << 24) as f64 - 0.5;
+                    let push = noise.unit() - 0.5;
                     *u += push;
                     work += 0.5 * grid.area[i] * push / theory.compliance(i) * (*u - before[0][[0, i]]);
                 }

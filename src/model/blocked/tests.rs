@@ -8,6 +8,7 @@ use crate::{
     grid::{MeshKind, Spacing},
     model::{
         Field, Frame, Gauges, Line, Sample, TargetEnergy, elastic,
+        noise::Noise,
         rakhmatulin::Rakhmatulin,
         reference::{Reference, Scheme},
         scheme::{Corner, Order},
@@ -16,29 +17,19 @@ use crate::{
 
 mod small;
 
-/// Numbers that look random and repeat.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self, below: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 33) as usize) % below
-    }
-}
-
 /// Random points and lines, at nodes, between them and a little beyond the mesh; none now and then.
 fn gauges(noise: &mut Noise, grid: &Grid) -> Gauges {
-    let radius = |noise: &mut Noise| match noise.next(3) {
-        0 => grid.r(noise.next(grid.nr())),
-        _ => 1.05 * grid.nr() as f64 * grid.dr * noise.next(1000) as f64 / 1000.0,
+    let radius = |noise: &mut Noise| match noise.below(3) {
+        0 => grid.r(noise.below(grid.nr())),
+        _ => 1.05 * grid.nr() as f64 * grid.dr * noise.below(1000) as f64 / 1000.0,
     };
-    let depth = |noise: &mut Noise| match noise.next(4) {
-        0 => grid.dz * noise.next(grid.nz + 1) as f64,
-        1 => grid.dz * [0, grid.nz][noise.next(2)] as f64,
-        _ => 1.05 * grid.nz as f64 * grid.dz * noise.next(1000) as f64 / 1000.0,
+    let depth = |noise: &mut Noise| match noise.below(4) {
+        0 => grid.dz * noise.below(grid.nz + 1) as f64,
+        1 => grid.dz * [0, grid.nz][noise.below(2)] as f64,
+        _ => 1.05 * grid.nz as f64 * grid.dz * noise.below(1000) as f64 / 1000.0,
     };
-    let (points, lines) = (noise.next(4) * noise.next(20), noise.next(4));
-    let line = |noise: &mut Noise| match noise.next(2) {
+    let (points, lines) = (noise.below(4) * noise.below(20), noise.below(4));
+    let line = |noise: &mut Noise| match noise.below(2) {
         0 => Line::R(radius(noise)),
         _ => Line::Z(depth(noise)),
     };
@@ -71,9 +62,9 @@ impl Setting {
     fn random(noise: &mut Noise, seed: u64) -> Self {
         let instructions = Instructions::all();
         Self {
-            instructions: instructions[noise.next(instructions.len())],
-            coverage: [Coverage::Field, Coverage::Everything][noise.next(3) / 2],
-            every: 1 + noise.next(2) * noise.next(5),
+            instructions: instructions[noise.below(instructions.len())],
+            coverage: [Coverage::Field, Coverage::Everything][noise.below(3) / 2],
+            every: 1 + noise.below(2) * noise.below(5),
             threads: 1 + seed as usize % 3,
         }
     }
@@ -100,10 +91,11 @@ impl Setting {
 impl Twins<CellScheme, 2> {
     /// A random mesh of the full theory.
     fn elastic(noise: &mut Noise, seed: u64) -> Self {
-        let geometry = [Geometry::Axisymmetric, Geometry::Plane][noise.next(2)];
-        let (nr, nz) = (1 + noise.next(250), 1 + noise.next(if seed.is_multiple_of(4) { 300 } else { 100 }));
-        let spacing = Spacing { dr: [0.1, 0.12][noise.next(2)], dz: 0.1, layer_rows: Some(nz) };
-        let (c_s, damping) = ([0.3, 0.5, 0.7][noise.next(3)], [0.0, 0.5][noise.next(2)]);
+        let geometry = [Geometry::Axisymmetric, Geometry::Plane][noise.below(2)];
+        let (nr, nz) =
+            (1 + noise.below(250), 1 + noise.below(if seed.is_multiple_of(4) { 300 } else { 100 }));
+        let spacing = Spacing { dr: [0.1, 0.12][noise.below(2)], dz: 0.1, layer_rows: Some(nz) };
+        let (c_s, damping) = ([0.3, 0.5, 0.7][noise.below(3)], [0.0, 0.5][noise.below(2)]);
         let grid = Grid::new(geometry, MeshKind::Matched, spacing, nr, nz);
         let grid = grid.with_cells_between_nodes();
         let theory = elastic::theory(grid.clone(), c_s, damping);
@@ -117,16 +109,17 @@ impl Twins<CellScheme, 2> {
 impl Twins<Rakhmatulin, 1> {
     /// A random mesh.
     fn new(noise: &mut Noise, seed: u64) -> Self {
-        let geometry = [Geometry::Axisymmetric, Geometry::Plane][noise.next(2)];
-        let kind = [MeshKind::Matched, MeshKind::Paper][noise.next(2)];
+        let geometry = [Geometry::Axisymmetric, Geometry::Plane][noise.below(2)];
+        let kind = [MeshKind::Matched, MeshKind::Paper][noise.below(2)];
         // deep ones, too, where the interior lags as far behind as it may
-        let (nr, nz) = (1 + noise.next(400), 1 + noise.next(if seed.is_multiple_of(4) { 600 } else { 150 }));
+        let (nr, nz) =
+            (1 + noise.below(400), 1 + noise.below(if seed.is_multiple_of(4) { 600 } else { 150 }));
         let spacing = Spacing { dr: 0.1, dz: 0.2, layer_rows: Some(nz) };
         let grid = Grid::new(geometry, kind, spacing, nr, nz);
         let orders = [Order::Second, Order::Fourth];
-        let corner = Corner::new(orders[noise.next(2)], [0.0, 1.0, 4.0 / 3.0][noise.next(3)]);
+        let corner = Corner::new(orders[noise.below(2)], [0.0, 1.0, 4.0 / 3.0][noise.below(3)]);
         let corner = corner.filter(|_| kind == MeshKind::Matched);
-        let c_s = 0.5 * (1 + noise.next(100)) as f64 / 100.0;
+        let c_s = 0.5 * (1 + noise.below(100)) as f64 / 100.0;
         let theory = Rakhmatulin::new(grid.clone(), c_s, corner);
         let setting = Setting::random(noise, seed);
         let shown = setting.shown(all_fields().fields, gauges(noise, &grid));
@@ -146,11 +139,11 @@ impl<S: Scheme<FIELDS>, const FIELDS: usize> Twins<S, FIELDS> {
         assert_eq!(surface.free[..known], plain.free[..known], "{}, step {step}", self.name);
         assert_eq!(surface.compliance, plain.compliance);
         for i in 0..nr {
-            let push = if i < surface.loaded { noise.next(1000) as f64 / 1000.0 } else { 0.0 };
+            let push = if i < surface.loaded { noise.below(1000) as f64 / 1000.0 } else { 0.0 };
             surface.displacement[i] = surface.free[i] + push;
             surface.pressure[i] = push;
         }
-        surface.loaded = nr.min(surface.loaded + noise.next(2));
+        surface.loaded = nr.min(surface.loaded + noise.below(2));
         let pressure = &surface.pressure[..surface.loaded];
         assert_eq!(
             self.engine.surface_strain(pressure),
@@ -217,18 +210,18 @@ fn compare<S: Scheme<FIELDS>, const FIELDS: usize>(
     let mut noise = Noise(seed);
     let mut twins = twins(&mut noise, seed);
     let mut surface = Surface::new(twins.grid.nr());
-    surface.loaded = 1 + noise.next(twins.grid.nr());
+    surface.loaded = 1 + noise.below(twins.grid.nr());
     // looked at often, or so seldom that passes run into each other
-    let [seldom, few] = [[9, 400][noise.next(2)], [1, 3, 50, 1000][noise.next(4)]];
-    let steps = fewest_steps + noise.next(more);
+    let [seldom, few] = [[9, 400][noise.below(2)], [1, 3, 50, 1000][noise.below(4)]];
+    let steps = fewest_steps + noise.below(more);
     let mut shown = Vec::new();
     for step in 0..steps {
-        let is_frame = noise.next(few) == 0 || step + 1 == steps;
-        let request = Request { frame: is_frame, lines: noise.next(3) == 0 };
+        let is_frame = noise.below(few) == 0 || step + 1 == steps;
+        let request = Request { frame: is_frame, lines: noise.below(3) == 0 };
         twins.advance(&mut surface, &mut noise, step, request);
-        let is_impatient = noise.next(2) == 0;
+        let is_impatient = noise.below(2) == 0;
         shown.extend(twins.pool.install(|| twins.engine.next(is_impatient)));
-        if noise.next(seldom) == 0 || step < 3 || step + 1 == steps {
+        if noise.below(seldom) == 0 || step < 3 || step + 1 == steps {
             twins.compare(step);
         }
     }

@@ -9,7 +9,7 @@ use crate::{
     geometry::Geometry,
     grid::{MeshKind, Spacing},
     indenter::Indenter,
-    model::{Model, Request},
+    model::{Model, Request, noise::Noise},
     surface::Surface,
 };
 
@@ -22,16 +22,6 @@ fn layer(geometry: Geometry, rows: usize, columns: usize, dr: f64, c_s: f64, dam
     let spacing = Spacing { dr, dz: 1.0, layer_rows: Some(rows) };
     let grid = Grid::new(geometry, MeshKind::Matched, spacing, columns, rows);
     theory(grid.with_cells_between_nodes(), c_s, damping)
-}
-
-/// Numbers that look random and repeat.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f64 / (1u64 << 24) as f64 - 0.5
-    }
 }
 
 impl CellScheme {
@@ -52,7 +42,7 @@ impl CellScheme {
 
     fn random(&self, seed: u64) -> Level<2> {
         let mut noise = Noise(seed);
-        self.level(|_, _, _| noise.next())
+        self.level(|_, _, _| noise.unit() - 0.5)
     }
 
     fn mass(&self, field: usize, j: usize, i: usize) -> f64 {

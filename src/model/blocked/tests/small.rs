@@ -25,15 +25,15 @@ fn setting(noise: &mut Noise, seed: u64) -> Setting {
     Setting {
         threads: [3, 1, 2][turn % 3],
         instructions: Instructions::PLAIN[[2, 0, 1][(turn + turn / 3) % 3]],
-        coverage: [Coverage::Field, Coverage::Everything][noise.next(2)],
-        every: 1 + noise.next(3),
+        coverage: [Coverage::Field, Coverage::Everything][noise.below(2)],
+        every: 1 + noise.below(3),
     }
 }
 
 /// A mesh with up to five tile rows and several bands.
 fn grid(noise: &mut Noise, seed: u64, kind: MeshKind) -> Grid {
     let more = if cfg!(miri) { [3, 3] } else { [24, 14] };
-    let (nr, nz) = (17 + noise.next(more[0]), 12 + noise.next(more[1]));
+    let (nr, nz) = (17 + noise.below(more[0]), 12 + noise.below(more[1]));
     let spacing = Spacing { dr: 0.1, dz: 0.1, layer_rows: Some(nz) };
     Grid::new([Geometry::Axisymmetric, Geometry::Plane][seed as usize % 2], kind, spacing, nr, nz)
 }
@@ -62,7 +62,7 @@ fn axial(
 ) -> Twins<Rakhmatulin, 1> {
     let mut setting = setting(noise, seed);
     let kinds = [MeshKind::Matched, MeshKind::Paper];
-    let kind = if corner.is_some() { MeshKind::Matched } else { kinds[noise.next(2)] };
+    let kind = if corner.is_some() { MeshKind::Matched } else { kinds[noise.below(2)] };
     let grid = grid(noise, seed, kind);
     let shown = setting.small(all_fields().fields, coverage);
     let theory = Rakhmatulin::new(grid.clone(), 0.4, corner);
@@ -134,7 +134,7 @@ fn compare_surface<S: Scheme<FIELDS>, const FIELDS: usize>(
         let columns = twins.engine.cone.active_columns();
         assert_eq!(surface.free[..columns], plain.free[..columns], "{}, step {step}", twins.name);
         for i in 0..twins.grid.nr() {
-            surface.displacement[i] = if i < 5 { noise.next(1000) as f64 } else { surface.free[i] };
+            surface.displacement[i] = if i < 5 { noise.below(1000) as f64 } else { surface.free[i] };
         }
         twins.pool.install(|| twins.engine.advance(&surface, step, Request::default()));
         assert_eq!(twins.engine.next(false), Some((step, None, None)));
