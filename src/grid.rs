@@ -20,8 +20,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::{geometry::Geometry, table::table};
 
+mod layers;
 mod steps;
 
+pub use layers::{Back, Bond, Layer};
 pub use steps::LayerSteps;
 
 /// Placement of nodes along `r`.
@@ -101,51 +103,6 @@ impl Spacing {
             }
         };
         Some(Self { dr: step, dz: step, layer_rows })
-    }
-}
-
-/// Far side of the target.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Back {
-    /// Smooth and rigid, u = 0.
-    Rigid,
-    /// Free of stress.
-    Free,
-}
-
-/// How a layer is joined to the one above it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Bond {
-    /// Both displacements are shared.
-    Welded,
-    /// u_z is shared, and there is no shear stress.
-    Sliding,
-}
-
-/// Rows of a layer.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layer {
-    /// Number of its first row of nodes.
-    pub first: usize,
-    /// Number of axial steps; its last row has the number `first + steps`.
-    pub steps: usize,
-    /// Depth of the first row \[R\].
-    pub top: f64,
-    /// Distance of rows \[R\].
-    pub dz: f64,
-    /// How it is joined to the layer above.
-    pub bond: Bond,
-}
-
-impl Layer {
-    /// Number of its last row of nodes.
-    pub fn last(&self) -> usize {
-        self.first + self.steps
-    }
-
-    /// Depth of row `j` of the layer \[R\].
-    pub fn z(&self, j: usize) -> f64 {
-        self.top + (j - self.first) as f64 * self.dz
     }
 }
 
@@ -282,47 +239,6 @@ impl Grid {
         }
         self.cells_between_nodes = true;
         self
-    }
-
-    /// The same mesh with other layers.
-    ///
-    /// * `dt`: time step \[R/c_p\]
-    /// * `layers`: axial steps of each, their distance and how it is joined to the one above, from the surface down
-    ///
-    /// # Panics
-    ///
-    /// If there is no layer.
-    pub fn with_layers(mut self, dt: f64, layers: &[(usize, f64, Bond)], back: Back) -> Self {
-        let (mut first, mut top) = (0, 0.0);
-        self.layers = Vec::new();
-        for &(steps, dz, bond) in layers {
-            self.layers.push(Layer { first, steps, top, dz, bond });
-            (first, top) = (first + steps + 1, top + steps as f64 * dz);
-        }
-        (self.dz, self.nz, self.dt, self.back) = (self.layers[0].dz, first - 1, dt, back);
-        self
-    }
-
-    /// Number of the layer that row `j` belongs to.
-    pub fn layer_of(&self, j: usize) -> usize {
-        if j <= self.layers[0].last() { 0 } else { self.layers.partition_point(|layer| layer.last() < j) }
-    }
-
-    /// Number of the interface that row `j` is at, which is that of the layer above it, if it is at one.
-    pub fn interface_of(&self, j: usize) -> Option<usize> {
-        let number = self.layer_of(j);
-        let Layer { first, .. } = self.layers[number];
-        match number {
-            0 if j == 0 => None,
-            _ if j == first => Some(number - 1),
-            _ if j == self.layers[number].last() && number + 1 < self.layers.len() => Some(number),
-            _ => None,
-        }
-    }
-
-    /// Depth of row `j` \[R\].
-    pub fn z(&self, j: usize) -> f64 {
-        self.layers[self.layer_of(j)].z(j)
     }
 
     /// Number of nodes along r.

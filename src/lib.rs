@@ -82,8 +82,9 @@
 //!   threads: every sum is taken in the order of rows and nodes.
 //! * Kernels do not branch on geometry or mesh: [`grid::Grid`] turns both into weights.
 //! * The numerics are in [`model::scheme`], [`model::cells`] and [`model::reference`]; the fast engine gives the same bits and is tested
-//!   against them. Targets of several layers and free backs are in the numerics, not yet in the engine, and no case has them. It skips nodes outside the light cone, and may run its interior behind the surface, many steps in one pass
-//!   and on other threads; frames, points and lines are sampled in the pass, and steps are yielded in order.
+//!   against them. It skips nodes outside the light cone, and may run its interior behind the surface, many steps in one pass
+//!   and on other threads; frames, points and lines are sampled in the pass, and steps are yielded in order. Targets of several layers
+//!   and free backs are in the numerics, not yet in the engine, and no case has them.
 //! * Vectors of any width give the same bits: FMA is not used, sums over a row are taken in blocks of one size.
 //! * `unsafe` occurs only in `model::blocked`; every block has a SAFETY comment.
 //! * A run that is interrupted and continues, on any number of threads, gives the same messages as one that is not.

@@ -31,11 +31,11 @@ impl Waves {
         Self { impedance: 1.0, shear }
     }
 
-    /// Shares of two joined layers in the acceleration of the nodes between them: half the mass of a row of cells of either belongs
-    /// to them, `m = ½(Z₁ + Z₂)`.
-    pub fn shares(upper: &Self, lower: &Self) -> [f64; 2] {
-        let sum = upper.impedance + lower.impedance;
-        [upper.impedance / sum, lower.impedance / sum]
+    /// Shares of this layer and the one below it in the acceleration of the nodes between them: half the mass of a row of cells of
+    /// either belongs to them, `m = ½(Z₁ + Z₂)`.
+    pub fn shares(&self, lower: &Self) -> [f64; 2] {
+        let sum = self.impedance + lower.impedance;
+        [self.impedance / sum, lower.impedance / sum]
     }
 }
 

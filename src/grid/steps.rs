@@ -44,30 +44,27 @@ impl LayerSteps {
             let [fewest, most] = [transit / largest - ROUNDING, transit / smallest + ROUNDING];
             (fewest.ceil() as usize).max(FEWEST)..=most.floor() as usize
         };
-        let candidates = transits.iter().flat_map(|transit| {
-            whole(transit).map(move |steps| transit / steps as f64).chain([transit / FEWEST as f64])
-        });
-        let fits = candidates
-            .chain([smallest, largest])
-            .filter_map(|dt| Self::near(transits, dt.clamp(smallest, largest), [smallest, largest]));
+        let candidates =
+            transits.iter().flat_map(|transit| whole(transit).map(move |steps| transit / steps as f64));
+        let near = |dt: f64| Self::near(transits, dt, [smallest, largest]);
         let better = |a: &Self, b: &Self| {
             let (x, y) = (a.largest_change(), b.largest_change());
             // changes that differ by rounding are equal
             if (x - y).abs() <= ROUNDING { a.dt > b.dt } else { x < y }
         };
-        let best = fits.reduce(|best, fit| if better(&fit, &best) { fit } else { best });
-        best.ok_or(0)
+        let fits = candidates.chain([smallest]).map(near);
+        Ok(fits.fold(near(largest), |best, fit| if better(&fit, &best) { fit } else { best }))
     }
 
     /// The best step for the axial steps that layers have at a step `dt`.
-    fn near(transits: &[f64], dt: f64, [smallest, largest]: [f64; 2]) -> Option<Self> {
+    fn near(transits: &[f64], dt: f64, [smallest, largest]: [f64; 2]) -> Self {
         let steps: Vec<usize> =
             transits.iter().map(|transit| ((transit / dt).round() as usize).max(FEWEST)).collect();
         let rates = || steps.iter().zip(transits).map(|(steps, transit)| *steps as f64 / transit);
         let (least, most) = rates().fold((f64::INFINITY, 0.0f64), |(a, b), x| (a.min(x), b.max(x)));
         let dt = (2.0 / (least + most)).clamp(smallest, largest);
         let changes = rates().map(|rate| 1.0 / (rate * dt) - 1.0).collect();
-        (dt > 0.0).then_some(Self { dt, steps, changes })
+        Self { dt, steps, changes }
     }
 
     /// The largest change of a wave speed by magnitude.

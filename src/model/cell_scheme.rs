@@ -58,7 +58,7 @@ impl CellScheme {
 
     /// Where row `j` is in its layer.
     fn row(&self, j: usize) -> Row {
-        let layer = &self.grid.layers[self.grid.layer_of(j)];
+        let layer = self.grid.layer(j);
         match j {
             j if j == layer.first => Row::Surface,
             j if j == layer.last() => Row::Backing,
@@ -188,8 +188,7 @@ impl CellScheme {
         Strain::mean([inner, here, outer], weights, medium, *dz, hoop)
     }
 
-    /// −σ_zz and σ_rz at an interface in column `i` \[γc_p²\], which cells on either side have in their middle but for half their mass times
-    /// the acceleration that both share: `σ = (Z₂σ₁ + Z₁σ₂)/(Z₁ + Z₂)`.
+    /// −σ_zz and σ_rz at an interface in column `i` \[γc_p²\], see [`scheme::interface_stress`].
     fn interface_stress(
         &self,
         at: impl Fn(usize, usize, isize) -> f64,
@@ -204,16 +203,16 @@ impl CellScheme {
             [-stress * zz, stress * rz]
         });
         let shares = self.shares(interface);
-        let joined = |component: usize| shares[1] * upper[component] + shares[0] * lower[component];
+        let joined = [0, 1].map(|part| scheme::interface_stress(shares, [upper[part], lower[part]]));
         match self.grid.layers[interface + 1].bond {
-            Bond::Welded => [joined(0), joined(1)],
-            Bond::Sliding => [joined(0), 0.0],
+            Bond::Welded => joined,
+            Bond::Sliding => [joined[0], 0.0],
         }
     }
 
     /// Shares of the layers on either side of an interface in its acceleration.
     pub(super) fn shares(&self, interface: usize) -> [f64; 2] {
-        Waves::shares(&self.layers[interface].waves, &self.layers[interface + 1].waves)
+        self.layers[interface].waves.shares(&self.layers[interface + 1].waves)
     }
 
     /// The largest principal strain by magnitude in the middle of the cell between rows j and j+1 at the inner side of column `i`.
@@ -291,8 +290,7 @@ impl CellScheme {
 
     /// Share of a row's cells of its layer in the mass of its nodes, per area.
     pub(super) fn depth(&self, j: usize) -> f64 {
-        let whole = self.layer(j).waves.impedance * self.grid.dt();
-        if self.row(j) == Row::Interior { whole } else { 0.5 * whole }
+        self.grid.cell_rows(j) * (self.layer(j).waves.impedance * self.grid.dt())
     }
 }
 

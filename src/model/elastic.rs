@@ -185,7 +185,7 @@ impl Scheme<2> for CellScheme {
 
     fn cell_strain(&self, now: &Level<2>, j: usize, i: usize) -> f64 {
         // no cell lies between the two rows of an interface
-        let is_last = j == self.grid.layers[self.grid.layer_of(j)].last();
+        let is_last = j == self.grid.layer(j).last();
         if is_last { 0.0 } else { self.largest_strain(self.reading(now), j, i) }
     }
 

@@ -117,12 +117,10 @@ impl Rakhmatulin {
     /// Displacement at node (j, i) of level `u`, with what stands beyond the boundaries of a layer.
     fn at(&self, layer: usize, [u]: &Level<1>, j: isize, i: isize) -> f64 {
         let (Layer { first, steps, .. }, i) = (self.grid.layers[layer], scheme::image_column(i));
-        let local = j - first as isize;
-        let (j, sign) = if layer + 1 == self.layers.len() && self.grid.back == Back::Rigid {
-            scheme::image_row(local, steps)
-        } else {
-            (scheme::image_row_of_plate(local, steps), 1.0)
-        };
+        let (j, sign) = scheme::image_row(j - first as isize, steps);
+        // a face that is free has an even image
+        let is_rigid = layer + 1 == self.layers.len() && self.grid.back == Back::Rigid;
+        let sign = if is_rigid { sign } else { 1.0 };
         // nothing moves beyond the outermost column
         if i < self.grid.nr() { sign * u[[first + j, i]] } else { 0.0 }
     }
@@ -170,16 +168,13 @@ impl Rakhmatulin {
 
     /// Mass of a node of a layer by itself: its first and last row have half a row of cells.
     fn mass(&self, j: usize, i: usize) -> f64 {
-        let number = self.grid.layer_of(j);
-        let whole = self.layers[number].waves.impedance * self.grid.dt();
-        let layer = &self.grid.layers[number];
-        let depth = if j == layer.first || j == layer.last() { 0.5 * whole } else { whole };
-        depth * self.grid.area[i]
+        let impedance = self.layers[self.grid.layer_of(j)].waves.impedance;
+        self.grid.cell_rows(j) * (impedance * self.grid.dt()) * self.grid.area[i]
     }
 
-    /// The layers on either side of an interface.
-    fn sides(&self, interface: usize) -> [&Waves; 2] {
-        [&self.layers[interface].waves, &self.layers[interface + 1].waves]
+    /// Shares of the layers on either side of an interface in its acceleration.
+    fn shares(&self, interface: usize) -> [f64; 2] {
+        self.layers[interface].waves.shares(&self.layers[interface + 1].waves)
     }
 }
 
@@ -188,10 +183,9 @@ impl Scheme<1> for Rakhmatulin {
         let Some(interface) = self.grid.interface_of(j) else {
             return [self.by_itself(before, now, j, i)];
         };
-        let [upper, lower] = self.sides(interface);
         let last = self.grid.layers[interface].last();
         let faces = [last, last + 1].map(|j| self.by_itself(before, now, j, i));
-        [scheme::joined(Waves::shares(upper, lower), faces)]
+        [scheme::joined(self.shares(interface), faces)]
     }
 
     fn compliance(&self, _i: usize) -> f64 {
@@ -239,10 +233,12 @@ impl Scheme<1> for Rakhmatulin {
             Field::Stress if j == 0 => pressure[i],
             Field::Stress => match self.grid.interface_of(j) {
                 Some(interface) => {
-                    let impedances = self.sides(interface).map(|waves| waves.impedance);
                     let last = self.grid.layers[interface].last();
-                    let [above, below] = [last - 1, last + 2].map(|j| now[0][[j, i]]);
-                    scheme::interface_stress(impedances, above, below, self.grid.dt())
+                    let cells = [(interface, last - 1), (interface + 1, last + 1)].map(|(layer, j)| {
+                        let impedance = self.layers[layer].waves.impedance;
+                        impedance * (now[0][[j, i]] - now[0][[j + 1, i]]) / self.grid.dt()
+                    });
+                    scheme::interface_stress(self.shares(interface), cells)
                 }
                 None => {
                     let u = self.around(now, j, i);
@@ -259,14 +255,14 @@ impl Scheme<1> for Rakhmatulin {
     }
 
     fn cell_strain(&self, [u]: &Level<1>, j: usize, i: usize) -> f64 {
-        let layer = &self.grid.layers[self.grid.layer_of(j)];
+        let layer = self.grid.layer(j);
         // no cell lies between the two rows of an interface
         if j == layer.last() { 0.0 } else { (u[[j + 1, i]] - u[[j, i]]).abs() / layer.dz }
     }
 
     fn backing_strain(&self, level: &Level<1>, i: usize) -> f64 {
         let u = self.around(level, self.grid.nz, i);
-        -scheme::stress(u(-1, 0), u(1, 0), self.grid.layers[self.layers.len() - 1].dz)
+        -scheme::stress(u(-1, 0), u(1, 0), self.grid.layer(self.grid.nz).dz)
     }
 }
 

@@ -287,12 +287,6 @@ pub fn image_row(j: isize, backing: usize) -> (usize, f64) {
     (j, sign)
 }
 
-/// Row whose displacement stands in row `j` of a layer that is free at its last row, too.
-#[inline]
-pub fn image_row_of_plate(j: isize, last: usize) -> usize {
-    image_row(j, last).0
-}
-
 /// u^{k+1} at an interface, from what it would be at the free faces of the upper and the lower layer.
 ///
 /// * `shares`: see [`crate::material::Waves::shares`]
@@ -301,15 +295,13 @@ pub fn joined(shares: [f64; 2], faces: [f64; 2]) -> f64 {
     shares[0] * faces[0] + shares[1] * faces[1]
 }
 
-/// Stress −σ_zz at an interface at level k \[γc_p²\]. The half cells on either side have `∓Z_k(u_{j±1} − u_j)/Δt` in their middle;
-/// without the acceleration of the interface, which both share, that is `Z₁Z₂/(Z₁ + Z₂)·(u_{j−1} − u_{j+1})/Δt`.
+/// Stress at an interface from those in the middle of the rows of cells above and below it. They differ from it by half the mass of their
+/// cells times the acceleration that both share: `σ = (Z₂σ₁ + Z₁σ₂)/(Z₁ + Z₂)`.
 ///
-/// * `impedances`: of the upper and the lower layer
-/// * `above`, `below`: u of the rows before and after the interface
+/// * `shares`: see [`crate::material::Waves::shares`]
 #[inline]
-pub fn interface_stress(impedances: [f64; 2], above: f64, below: f64, dt: f64) -> f64 {
-    let [upper, lower] = impedances;
-    upper * lower / (upper + lower) * (above - below) / dt
+pub fn interface_stress(shares: [f64; 2], cells: [f64; 2]) -> f64 {
+    shares[1] * cells[0] + shares[0] * cells[1]
 }
 
 /// Column whose displacement stands in column `i` of a matched mesh: u is even in r, `u_{−1−i} = u_i`.

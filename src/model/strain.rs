@@ -67,7 +67,7 @@ impl CellPeak {
             (true, 0) => 0.0,
             (true, i) => grid.r(i) - 0.5 * grid.dr,
         };
-        let layer = &grid.layers[grid.layer_of(self.row)];
+        let layer = grid.layer(self.row);
         (r, layer.top + ((self.row - layer.first) as f64 + 0.5) * layer.dz)
     }
 }
