@@ -56,14 +56,15 @@ impl CellScheme {
         Self { layers, grid, damping_number, damping }
     }
 
-    /// Where row `j` is in its layer.
-    fn row(&self, j: usize) -> Row {
-        let layer = self.grid.layer(j);
-        match j {
-            j if j == layer.first => Row::Surface,
-            j if j == layer.last() => Row::Backing,
+    /// Row `j`.
+    pub(super) fn at_row(&self, j: usize) -> NodeRow<'_> {
+        let rows = self.grid.layer(j);
+        let row = match j {
+            j if j == rows.first => Row::Surface,
+            j if j == rows.last() => Row::Backing,
             _ => Row::Interior,
-        }
+        };
+        NodeRow { scheme: self, layer: self.layer(j), interface: self.grid.interface_of(j), j, row }
     }
 
     /// The layer of row `j`.
@@ -75,41 +76,6 @@ impl CellScheme {
     pub(super) fn at(&self, level: &Level<2>, field: usize, j: usize, i: isize) -> f64 {
         let (column, sign) = image(field, i);
         if column < self.grid.nr() { sign * level[field][[j, column]] } else { 0.0 }
-    }
-
-    /// Columns i−1, i, i+1 around row `j`, and the weights of the cells between them.
-    ///
-    /// * `at`: displacements by their number, row and column; that of images about the axis and of nodes beyond the mesh, too
-    fn columns(
-        &self,
-        at: impl Fn(usize, usize, isize) -> f64,
-        j: usize,
-        i: usize,
-    ) -> ([Column; 3], [&ColumnWeights; 2]) {
-        let rows = [j.saturating_sub(1), j, (j + 1).min(self.grid.nz)];
-        let row = self.row(j);
-        let columns = [-1, 0, 1].map(|di| {
-            let [u, v] = [0, 1].map(|field| rows.map(|j| at(field, j, i as isize + di)));
-            Column::new(row, u, v)
-        });
-        let weights = &self.layer(j).weights;
-        (columns, [&weights[i], &weights[i + 1]])
-    }
-
-    /// `Δt²` times the accelerations of node (j, i) but for damping, if its layer were by itself.
-    ///
-    /// * `at`: displacements, see [`CellScheme::columns`]
-    pub(super) fn accelerations(
-        &self,
-        at: impl Fn(usize, usize, isize) -> f64,
-        j: usize,
-        i: usize,
-    ) -> [f64; 2] {
-        let (columns, weights) = self.columns(at, j, i);
-        let medium = &self.layer(j).medium;
-        let [inner, outer] =
-            [0, 1].map(|cell| Cell::new(&columns[cell], &columns[cell + 1], weights[cell], medium));
-        cells::accelerations(&inner, &outer, weights[0])
     }
 
     /// What lateral damping adds to displacement number `field` of node (j, i).
@@ -143,51 +109,6 @@ impl CellScheme {
         cells::cell_strains(u, v, &weights[i], medium)
     }
 
-    /// Strains at node (j, i).
-    ///
-    /// * `at`: displacements, see [`CellScheme::columns`]
-    /// * `pressure`: on the surface at this node
-    pub(super) fn strain(
-        &self,
-        at: impl Fn(usize, usize, isize) -> f64,
-        pressure: f64,
-        j: usize,
-        i: usize,
-    ) -> Strain {
-        let hoop = match self.grid.geometry {
-            Geometry::Axisymmetric => at(1, j, i as isize) / self.grid.r(i),
-            Geometry::Plane => 0.0,
-        };
-        let CellLayer { weights, medium, dz, stress, .. } = self.layer(j);
-        let on_face = |pressure: f64, shear_stress: f64| {
-            let v = [-1, 0, 1].map(|di| at(1, j, i as isize + di));
-            let strain =
-                Strain::on_surface(v, [&weights[i], &weights[i + 1]], medium, *dz, hoop, pressure / stress);
-            Strain { shear: shear_stress / (stress * medium.shear), ..strain }
-        };
-        if j == 0 {
-            return on_face(pressure, 0.0);
-        }
-        if let Some(interface) = self.grid.interface_of(j) {
-            let [pressure, shear_stress] = self.interface_stress(&at, interface, i);
-            return on_face(pressure, shear_stress);
-        }
-        if j == self.grid.nz && self.grid.back == Back::Free {
-            return on_face(0.0, 0.0);
-        }
-        let mean = self.mean_strain(&at, j, i, hoop);
-        // the backing is smooth
-        if j == self.grid.nz { Strain { shear: 0.0, ..mean } } else { mean }
-    }
-
-    /// Mean strains of the cells around node (j, i) in its layer.
-    fn mean_strain(&self, at: impl Fn(usize, usize, isize) -> f64, j: usize, i: usize, hoop: f64) -> Strain {
-        let CellLayer { medium, dz, .. } = self.layer(j);
-        let (columns, weights) = self.columns(at, j, i);
-        let [inner, here, outer] = &columns;
-        Strain::mean([inner, here, outer], weights, medium, *dz, hoop)
-    }
-
     /// −σ_zz and σ_rz at an interface in column `i` \[γc_p²\], see [`scheme::interface_stress`].
     fn interface_stress(
         &self,
@@ -197,9 +118,10 @@ impl CellScheme {
     ) -> [f64; 2] {
         let last = self.grid.layers[interface].last();
         let [upper, lower] = [last, last + 1].map(|j| {
-            let CellLayer { medium, stress, .. } = self.layer(j);
+            let row = self.at_row(j);
+            let CellLayer { medium, stress, .. } = row.layer;
             // neither component has the hoop strain
-            let Stress { zz, rz, .. } = self.mean_strain(&at, j, i, 0.0).stress(medium);
+            let Stress { zz, rz, .. } = row.mean_strain(&at, i, 0.0).stress(medium);
             [-stress * zz, stress * rz]
         });
         let shares = self.shares(interface);
@@ -217,35 +139,13 @@ impl CellScheme {
 
     /// The largest principal strain by magnitude in the middle of the cell between rows j and j+1 at the inner side of column `i`.
     ///
-    /// * `at`: displacements, see [`CellScheme::columns`]
+    /// * `at`: displacements, see [`NodeRow::columns`]
     pub(super) fn largest_strain(&self, at: impl Fn(usize, usize, isize) -> f64, j: usize, i: usize) -> f64 {
         let [u, v] = [0, 1]
             .map(|field| [i as isize - 1, i as isize].map(|column| [j, j + 1].map(|j| at(field, j, column))));
         let CellLayer { weights, medium, dz, .. } = self.layer(j);
         let ColumnWeights { inner, outer, hoop, .. } = weights[i];
         cells::largest_strain(u, v, [inner, outer], hoop, medium.courant) / (2.0 * dz)
-    }
-
-    /// What a field of stress shows in row `j`.
-    ///
-    /// # Panics
-    ///
-    /// If the field is none of stress.
-    pub(super) fn stress(&self, field: Field, strain: &Strain, j: usize) -> f64 {
-        let CellLayer { medium, stress: unit, .. } = self.layer(j);
-        let stress = strain.stress(medium);
-        unit * match field {
-            Field::Stress => -stress.zz,
-            Field::StressRr => -stress.rr,
-            Field::StressTt => -stress.tt,
-            Field::StressRz => -stress.rz,
-            Field::Pressure => stress.pressure(),
-            Field::VonMises => stress.von_mises(),
-            Field::MaxShear => stress.max_shear(),
-            Field::Displacement | Field::DisplacementR | Field::Velocity | Field::VelocityR => {
-                unreachable!("{field:?} is no stress")
-            }
-        }
     }
 
     /// Displacements of a level as the operators read them.
@@ -291,6 +191,111 @@ impl CellScheme {
     /// Share of a row's cells of its layer in the mass of its nodes, per area.
     pub(super) fn depth(&self, j: usize) -> f64 {
         self.grid.cell_rows(j) * (self.layer(j).waves.impedance * self.grid.dt())
+    }
+}
+
+/// A row of nodes with its layer.
+#[derive(Clone, Copy)]
+pub(super) struct NodeRow<'a> {
+    scheme: &'a CellScheme,
+    layer: &'a CellLayer,
+    /// Number of the interface it is at, if it is at one.
+    interface: Option<usize>,
+    j: usize,
+    /// Where it is in its layer.
+    row: Row,
+}
+
+impl NodeRow<'_> {
+    /// Columns i−1, i, i+1 around the row, and the weights of the cells between them.
+    ///
+    /// * `at`: displacements by their number, row and column; that of images about the axis and of nodes beyond the mesh, too
+    fn columns(
+        &self,
+        at: impl Fn(usize, usize, isize) -> f64,
+        i: usize,
+    ) -> ([Column; 3], [&ColumnWeights; 2]) {
+        let Self { scheme, layer, j, row, .. } = *self;
+        let rows = [j.saturating_sub(1), j, (j + 1).min(scheme.grid.nz)];
+        let columns = [-1, 0, 1].map(|di| {
+            let [u, v] = [0, 1].map(|field| rows.map(|j| at(field, j, i as isize + di)));
+            Column::new(row, u, v)
+        });
+        (columns, [&layer.weights[i], &layer.weights[i + 1]])
+    }
+
+    /// `Δt²` times the accelerations of node i but for damping, if its layer were by itself.
+    ///
+    /// * `at`: displacements, see [`NodeRow::columns`]
+    pub(super) fn accelerations(&self, at: impl Fn(usize, usize, isize) -> f64, i: usize) -> [f64; 2] {
+        let (columns, weights) = self.columns(at, i);
+        let medium = &self.layer.medium;
+        let [inner, outer] =
+            [0, 1].map(|cell| Cell::new(&columns[cell], &columns[cell + 1], weights[cell], medium));
+        cells::accelerations(&inner, &outer, weights[0])
+    }
+
+    /// Strains at node i.
+    ///
+    /// * `at`: displacements, see [`NodeRow::columns`]
+    /// * `pressure`: on the surface at this node
+    pub(super) fn strain(&self, at: impl Fn(usize, usize, isize) -> f64, pressure: f64, i: usize) -> Strain {
+        let Self { scheme, layer, interface, j, .. } = *self;
+        let Grid { geometry, nz, back, .. } = scheme.grid;
+        let hoop = match geometry {
+            Geometry::Axisymmetric => at(1, j, i as isize) / scheme.grid.r(i),
+            Geometry::Plane => 0.0,
+        };
+        let CellLayer { weights, medium, dz, stress, .. } = layer;
+        let on_face = |pressure: f64, shear_stress: f64| {
+            let v = [-1, 0, 1].map(|di| at(1, j, i as isize + di));
+            let strain =
+                Strain::on_surface(v, [&weights[i], &weights[i + 1]], medium, *dz, hoop, pressure / stress);
+            Strain { shear: shear_stress / (stress * medium.shear), ..strain }
+        };
+        if j == 0 {
+            return on_face(pressure, 0.0);
+        }
+        if let Some(interface) = interface {
+            let [pressure, shear_stress] = scheme.interface_stress(&at, interface, i);
+            return on_face(pressure, shear_stress);
+        }
+        if j == nz && back == Back::Free {
+            return on_face(0.0, 0.0);
+        }
+        let mean = self.mean_strain(&at, i, hoop);
+        // the backing is smooth
+        if j == nz { Strain { shear: 0.0, ..mean } } else { mean }
+    }
+
+    /// Mean strains of the cells around node i in its layer.
+    fn mean_strain(&self, at: impl Fn(usize, usize, isize) -> f64, i: usize, hoop: f64) -> Strain {
+        let CellLayer { medium, dz, .. } = self.layer;
+        let (columns, weights) = self.columns(at, i);
+        let [inner, here, outer] = &columns;
+        Strain::mean([inner, here, outer], weights, medium, *dz, hoop)
+    }
+
+    /// What a field of stress shows in the row.
+    ///
+    /// # Panics
+    ///
+    /// If the field is none of stress.
+    pub(super) fn stress(&self, field: Field, strain: &Strain) -> f64 {
+        let CellLayer { medium, stress: unit, .. } = self.layer;
+        let stress = strain.stress(medium);
+        unit * match field {
+            Field::Stress => -stress.zz,
+            Field::StressRr => -stress.rr,
+            Field::StressTt => -stress.tt,
+            Field::StressRz => -stress.rz,
+            Field::Pressure => stress.pressure(),
+            Field::VonMises => stress.von_mises(),
+            Field::MaxShear => stress.max_shear(),
+            Field::Displacement | Field::DisplacementR | Field::Velocity | Field::VelocityR => {
+                unreachable!("{field:?} is no stress")
+            }
+        }
     }
 }
 

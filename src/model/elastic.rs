@@ -112,7 +112,7 @@ impl CellScheme {
 impl Scheme<2> for CellScheme {
     fn next(&self, before: &Level<2>, now: &Level<2>, j: usize, i: usize) -> [f64; 2] {
         let by_itself = |j: usize| {
-            let accelerations = self.accelerations(self.reading(now), j, i);
+            let accelerations = self.at_row(j).accelerations(self.reading(now), i);
             [0, 1].map(|field| {
                 let free = cells::advanced(before[field][[j, i]], now[field][[j, i]], accelerations[field]);
                 match self.damped(before, now, field, j, i) {
@@ -175,12 +175,15 @@ impl Scheme<2> for CellScheme {
             Field::DisplacementR => now[1][[j, i]],
             Field::Velocity => velocity(0),
             Field::VelocityR => velocity(1),
-            _ => self.stress(field, &self.strain(self.reading(now), pressure[i], j, i), j),
+            _ => {
+                let row = self.at_row(j);
+                row.stress(field, &row.strain(self.reading(now), pressure[i], i))
+            }
         }
     }
 
     fn surface_strain(&self, now: &Level<2>, pressure: f64, i: usize) -> f64 {
-        self.strain(self.reading(now), pressure, 0, i).largest_on_face()
+        self.at_row(0).strain(self.reading(now), pressure, i).largest_on_face()
     }
 
     fn cell_strain(&self, now: &Level<2>, j: usize, i: usize) -> f64 {
@@ -190,7 +193,7 @@ impl Scheme<2> for CellScheme {
     }
 
     fn backing_strain(&self, level: &Level<2>, i: usize) -> f64 {
-        self.strain(self.reading(level), 0.0, self.grid.nz, i).largest_on_face()
+        self.at_row(self.grid.nz).strain(self.reading(level), 0.0, i).largest_on_face()
     }
 }
 

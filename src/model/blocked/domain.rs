@@ -302,8 +302,9 @@ impl Domain {
         let at = |field: usize, j: usize, i: isize| unsafe {
             self.levels.at(level, j, field * self.levels.lateral(), i)
         };
+        let backing = weights.scheme.at_row(self.backing);
         let strain = |i: usize| match i < self.nr {
-            true => weights.scheme.strain(at, 0.0, self.backing, i).largest_on_face(),
+            true => backing.strain(at, 0.0, i).largest_on_face(),
             false => 0.0,
         };
         columns.clone().map(strain).collect()

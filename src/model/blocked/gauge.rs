@@ -141,8 +141,8 @@ impl Gauge {
                 None => scheme::stress(above(), at(0, j + 1, i as isize), domain.lattice.dz),
             };
         };
-        let strain = weights.scheme.strain(at, pressure.unwrap_or_default(), j, i);
-        weights.scheme.stress(Field::Stress, &strain, j)
+        let row = weights.scheme.at_row(j);
+        row.stress(Field::Stress, &row.strain(at, pressure.unwrap_or_default(), i))
     }
 
     /// What has been recorded.

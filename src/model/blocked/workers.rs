@@ -114,7 +114,7 @@ impl Workers {
             // SAFETY: as for row 0 in `row`
             unsafe { levels.at(level, j, field * levels.lateral(), i) }
         };
-        weights.scheme.strain(at, pressure, 0, i).largest_on_face()
+        weights.scheme.at_row(0).strain(at, pressure, i).largest_on_face()
     }
 
     /// Row `j` of a displacement at a level.

@@ -59,7 +59,7 @@ impl CellScheme {
         let mut level = self.rest();
         for j in 0..=self.grid.nz {
             for i in 0..self.grid.nr() {
-                let accelerations = self.accelerations(self.reading(now), j, i);
+                let accelerations = self.at_row(j).accelerations(self.reading(now), i);
                 for (field, level) in level.iter_mut().enumerate() {
                     level[[j, i]] = -accelerations[field];
                 }
@@ -288,7 +288,7 @@ fn symbol(c_s: f64, q_z: f64, q_r: f64) -> [[f64; 2]; 2] {
     [0, 1].map(|moved| {
         let phase = |j: usize, i: usize| q_z * (j as f64 - 3.0) + q_r * (i as f64 - 3.0);
         let level = scheme.level(|field, j, i| if field == moved { phase(j, i).cos() } else { 0.0 });
-        scheme.accelerations(scheme.reading(&level), 3, 3).map(|acceleration| -acceleration)
+        scheme.at_row(3).accelerations(scheme.reading(&level), 3).map(|acceleration| -acceleration)
     })
 }
 

@@ -26,8 +26,9 @@ impl Sampler {
             levels.at(level, j, field * levels.lateral(), i)
         };
         let mut energy = EnergySum::default();
+        let row = weights.scheme.at_row(0);
         for i in 0..displacement.len().min(domain.nr) {
-            let forces = weights.scheme.accelerations(|field, j, i| at(now, field, j, i), 0, i);
+            let forces = row.accelerations(|field, j, i| at(now, field, j, i), i);
             for (field, next) in [displacement[i], lateral[i]].into_iter().enumerate() {
                 let [before, now] = [before, now].map(|level| at(level, field, 0, i as isize));
                 energy.add_one(i, weights.areas[field][i], [before, now, next], forces[field]);
@@ -62,10 +63,11 @@ impl Sampler {
             let [before, next] = [before, next].map(|level| at(level, field, j, i as isize));
             scheme::velocity(before, next, domain.dt)
         };
+        let nodes = weights.scheme.at_row(j);
         let stress = |i: usize| {
             let pressure = motion.filter(|_| j == 0).map_or(0.0, |motion| motion.pressure[i]);
-            let strain = weights.scheme.strain(|field, j, i| at(now, field, j, i), pressure, j, i);
-            weights.scheme.stress(field, &strain, j)
+            let strain = nodes.strain(|field, j, i| at(now, field, j, i), pressure, i);
+            nodes.stress(field, &strain)
         };
         for (value, i) in row.iter_mut().zip(shown.columns.clone().step_by(self.every)) {
             *value = match field {
