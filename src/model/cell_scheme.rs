@@ -112,7 +112,7 @@ impl CellScheme {
     /// −σ_zz and σ_rz at an interface in column `i` \[γc_p²\], see [`scheme::interface_stress`].
     fn interface_stress(
         &self,
-        at: impl Fn(usize, usize, isize) -> f64,
+        at: &dyn Fn(usize, usize, isize) -> f64,
         interface: usize,
         i: usize,
     ) -> [f64; 2] {
@@ -121,7 +121,7 @@ impl CellScheme {
             let row = self.at_row(j);
             let CellLayer { medium, stress, .. } = row.layer;
             // neither component has the hoop strain
-            let Stress { zz, rz, .. } = row.mean_strain(&at, i, 0.0).stress(medium);
+            let Stress { zz, rz, .. } = row.mean_strain(at, i, 0.0).stress(medium);
             [-stress * zz, stress * rz]
         });
         let shares = self.shares(interface);
@@ -195,7 +195,6 @@ impl CellScheme {
 }
 
 /// A row of nodes with its layer.
-#[derive(Clone, Copy)]
 pub(super) struct NodeRow<'a> {
     scheme: &'a CellScheme,
     layer: &'a CellLayer,
@@ -217,10 +216,13 @@ impl NodeRow<'_> {
     ) -> ([Column; 3], [&ColumnWeights; 2]) {
         let Self { scheme, layer, j, row, .. } = *self;
         let rows = [j.saturating_sub(1), j, (j + 1).min(scheme.grid.nz)];
-        let columns = [-1, 0, 1].map(|di| {
-            let [u, v] = [0, 1].map(|field| rows.map(|j| at(field, j, i as isize + di)));
+        // a map of an array of this size is not inlined
+        let column = |i: isize| {
+            let [u, v] = [0, 1].map(|field| rows.map(|j| at(field, j, i)));
             Column::new(row, u, v)
-        });
+        };
+        let here = i as isize;
+        let columns = [column(here - 1), column(here), column(here + 1)];
         (columns, [&layer.weights[i], &layer.weights[i + 1]])
     }
 
@@ -240,35 +242,39 @@ impl NodeRow<'_> {
     /// * `at`: displacements, see [`NodeRow::columns`]
     /// * `pressure`: on the surface at this node
     pub(super) fn strain(&self, at: impl Fn(usize, usize, isize) -> f64, pressure: f64, i: usize) -> Strain {
-        let Self { scheme, layer, interface, j, .. } = *self;
-        let Grid { geometry, nz, back, .. } = scheme.grid;
-        let hoop = match geometry {
-            Geometry::Axisymmetric => at(1, j, i as isize) / scheme.grid.r(i),
+        let Self { scheme, interface, j, .. } = *self;
+        let grid = &scheme.grid;
+        let hoop = match grid.geometry {
+            Geometry::Axisymmetric => at(1, j, i as isize) / grid.r(i),
             Geometry::Plane => 0.0,
         };
-        let CellLayer { weights, medium, dz, stress, .. } = layer;
-        let on_face = |pressure: f64, shear_stress: f64| {
-            let v = [-1, 0, 1].map(|di| at(1, j, i as isize + di));
-            let strain =
-                Strain::on_surface(v, [&weights[i], &weights[i + 1]], medium, *dz, hoop, pressure / stress);
-            Strain { shear: shear_stress / (stress * medium.shear), ..strain }
+        let stresses = match interface {
+            _ if j == 0 => [pressure, 0.0],
+            Some(interface) => scheme.interface_stress(&at, interface, i),
+            None if j == grid.nz && grid.back == Back::Free => [0.0; 2],
+            None => {
+                let mean = self.mean_strain(at, i, hoop);
+                // the backing is smooth
+                return if j == grid.nz { Strain { shear: 0.0, ..mean } } else { mean };
+            }
         };
-        if j == 0 {
-            return on_face(pressure, 0.0);
-        }
-        if let Some(interface) = interface {
-            let [pressure, shear_stress] = scheme.interface_stress(&at, interface, i);
-            return on_face(pressure, shear_stress);
-        }
-        if j == nz && back == Back::Free {
-            return on_face(0.0, 0.0);
-        }
-        let mean = self.mean_strain(&at, i, hoop);
-        // the backing is smooth
-        if j == nz { Strain { shear: 0.0, ..mean } } else { mean }
+        let v = [-1, 0, 1].map(|di| at(1, j, i as isize + di));
+        self.strain_on_face(v, stresses, i, hoop)
+    }
+
+    /// Strains at node i of a face whose stresses are known.
+    ///
+    /// * `v`: at columns i−1, i, i+1
+    /// * `stresses`: −σ_zz and σ_rz \[γc_p²\]
+    fn strain_on_face(&self, v: [f64; 3], [pressure, shear]: [f64; 2], i: usize, hoop: f64) -> Strain {
+        let CellLayer { weights, medium, dz, stress, .. } = self.layer;
+        let weights = [&weights[i], &weights[i + 1]];
+        let strain = Strain::on_surface(v, weights, medium, *dz, hoop, pressure / stress);
+        Strain { shear: shear / (stress * medium.shear), ..strain }
     }
 
     /// Mean strains of the cells around node i in its layer.
+    #[inline]
     fn mean_strain(&self, at: impl Fn(usize, usize, isize) -> f64, i: usize, hoop: f64) -> Strain {
         let CellLayer { medium, dz, .. } = self.layer;
         let (columns, weights) = self.columns(at, i);
