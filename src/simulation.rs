@@ -469,7 +469,7 @@ mod tests {
     fn a_plane_wave_comes_back_from_an_interface_and_a_free_back() {
         let text = "[target]\nback = \"free\"\nlayer = [{ thickness = 0.25, shear_wave_speed = 0.5 }, \
                     { thickness = 0.3, density = 0.5, wave_speed = 0.8 }]\n[indenter]\nshape = \"flat\"\nradius = 1.0\n\
-                    [impact]\ncontact = \"bilateral\"\n[mesh]\ncells = 20\n[run]\nend_time = 1.5\n[record]\nframes = 0\n";
+                    [impact]\ncontact = \"bilateral\"\n[mesh]\ncells = 64\n[run]\nend_time = 1.45\n[record]\nframes = 0\n";
         let case = Case::parse("plane", text, &[], "".as_ref()).expect("a case");
         let mut simulation = Simulation::reference(&case);
         let mut seen = 0;

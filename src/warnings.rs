@@ -86,19 +86,18 @@ fn changed_speeds(case: &Case) -> Option<String> {
     let changes =
         computed.iter().zip(&case.sizes.layers).filter(|(_, rows)| rows.speed_change.abs() > NOTED_CHANGE);
     let changes: Vec<String> = changes
-        .map(|(layer, rows)| format!("{} by {:.2} %", layer.name, 100.0 * rows.speed_change))
+        .map(|(layer, rows)| format!("of {} by {:.3} %", layer.name, 100.0 * rows.speed_change))
         .collect();
     if changes.is_empty() {
         return None;
     }
     let remedy = match case.finer_cells() {
-        Some(cells) => format!("mesh.cells = {cells} needs"),
-        None => "a larger mesh.cells may need".into(),
+        Some(cells) => format!("mesh.cells = {cells} changes none by more than {} %", 100.0 * NOTED_CHANGE),
+        None => "a larger mesh.cells changes it less".into(),
     };
     Some(format!(
-        "so that waves cross layers in whole steps the wave speed is changed of {}; {remedy} no more than {} %",
-        changes.join(", "),
-        100.0 * NOTED_CHANGE
+        "the wave speed {} is changed, so that waves cross layers in whole steps; {remedy}",
+        changes.join(", ")
     ))
 }
 
@@ -277,6 +276,22 @@ mod tests {
         assert_eq!(of("elastic-fig3", &[]), ["edge"]);
         assert_eq!(of("elastic-fig2", &[]), [""; 0]);
         assert_eq!(of("fig5", &[]), ["edge", "theory"]);
+    }
+
+    #[test]
+    fn layers_are_warned_of_changed_speeds_until_the_mesh_fits() {
+        let of = |settings: &[&str]| {
+            let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
+            of_case(&Case::load("laminate-armour", &settings).expect("a case"))
+        };
+        assert_eq!(abouts(&of(&[])), ["rigid"]);
+        let coarse = of(&["mesh.cells=8"]);
+        assert_eq!(abouts(&coarse), ["layers", "rigid"]);
+        let text = &coarse[0].text;
+        assert!(text.contains("of alumina by -0.50") && text.contains("mesh.cells = 11 changes"), "{text}");
+        assert_eq!(abouts(&of(&["mesh.cells=11"])), ["rigid"]);
+        assert_eq!(abouts(&of(&["mesh.cells=11", "target.back=rigid"])), ["base", "rigid"]);
+        assert_eq!(abouts(&of(&["model=rakhmatulin", "mesh.cells=20"])), ["rigid", "theory"]);
     }
 
     #[test]

@@ -117,6 +117,7 @@ fn check_fixed_point(case: &Case, name: &str) {
     };
     assert_eq!(again.resolved_toml(), resolved, "{name}");
     assert_eq!(again.sizes, case.sizes, "{name}");
+    assert_eq!(again.target, case.target, "{name}");
     assert_eq!(again.scales, case.scales, "{name}");
     assert_eq!(again.impact, case.impact, "{name}");
     assert_eq!(again.indenter, case.indenter, "{name}");
