@@ -14,6 +14,8 @@ pub fn channel(case: &Case) -> Channel {
         ("damped", "energy taken out so far by the damping of waves that the mesh does not resolve"),
         ("work", "work done so far by a motion that is prescribed"),
         ("residual", "initial + work - all of the above: rounding"),
+        ("layer_strain", "strain energy of every layer, where there is more than one"),
+        ("layer_kinetic", "kinetic energy of every layer, where there is more than one"),
     ]
     .map(|(name, meaning)| FieldNote::new(name, unit.name, format!("{meaning}{}", unit.part())));
     Channel::new("/energy", "percuss.Energy", fields.into(), move |view, outlet| {
@@ -29,6 +31,7 @@ pub fn channel(case: &Case) -> Channel {
             work: unit.of(energy.work),
             residual: unit.of(energy.residual),
             damped: unit.of(energy.damped),
+            ..percuss::Energy::default()
         });
     })
 }

@@ -15,6 +15,7 @@ pub fn channel(case: &Case) -> Channel {
     let fields = vec![
         FieldNote::new("r", length.name, "where it happened, for events that have a place"),
         FieldNote::new("since", time.name, since),
+        FieldNote::new("interface", "1", "number of the interface between layers, for events at one"),
     ];
     Channel::new("/event", "percuss.Event", fields, move |view, outlet| {
         for event in &*view.events {
@@ -33,6 +34,7 @@ pub fn channel(case: &Case) -> Channel {
                 text: event.text.clone(),
                 r: event.r.map(|r| length.of(r)),
                 since: event.since.map(|since| time.of(since)),
+                interface: None,
             });
         }
     })

@@ -26,6 +26,7 @@ pub fn channel(case: &Case, field: Field) -> Channel {
         FieldNote::new("z0", length.name, "depth of the first row"),
         FieldNote::new("dz", length.name, "distance between rows"),
         FieldNote::new("nz", "1", "number of rows"),
+        FieldNote::new("z", length.name, "depths of all rows, where the target has more than one layer"),
         FieldNote::new("values", unit.name, format!("{meaning}, row-major [z][r]"))
             .along("z0,dz,nz;r0,dr,nr"),
     ];

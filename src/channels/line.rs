@@ -18,6 +18,7 @@ pub fn channel(case: &Case, number: usize, line: Line) -> Channel {
     let fields = vec![
         FieldNote::new("s0", length.name, first),
         FieldNote::new("ds", length.name, "distance between nodes"),
+        FieldNote::new("s", length.name, "depths of all nodes, where the target has more than one layer"),
         note,
     ];
     let [s0, ds] = [s0, ds].map(|x| length.of(x));
