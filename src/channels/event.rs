@@ -24,6 +24,7 @@ pub fn channel(case: &Case) -> Channel {
                 EventKind::Rebound => Kind::Rebound,
                 EventKind::Separation => Kind::Separation,
                 EventKind::Recontact => Kind::Recontact,
+                EventKind::LayerTension => Kind::LayerTension,
                 EventKind::Stopped => Kind::Stopped,
                 EventKind::Warning => Kind::Warning,
             };
@@ -34,7 +35,7 @@ pub fn channel(case: &Case) -> Channel {
                 text: event.text.clone(),
                 r: event.r.map(|r| length.of(r)),
                 since: event.since.map(|since| time.of(since)),
-                interface: None,
+                interface: event.interface,
             });
         }
     })
