@@ -7,11 +7,11 @@
 //! * `builder`: cases from keys and values, files and `--set` included
 //! * `parameters`: the data of a case
 //! * `errors`, `bounds`, `document`: problems and their places; bounds of numbers; TOML text with spans, one section at a time
-//! * `read`, `read_target`, `read_indenter`, `read_profile`: from a document to parameters, section by section
+//! * `read`, `read_layers`, `read_target`, `read_indenter`, `read_profile`: from a document to parameters, section by section
 //! * `system`, `quantity`: dimensionless and physical cases; numbers with a unit
 //! * `frames`, `density`: which steps are frames, and which nodes they show
 //! * `gauges`: points and lines in the target
-//! * `sizes`: derived sizes
+//! * `sizes`, `rows`: derived sizes; the time step and the rows of layers
 //! * `resolved`: from parameters back to TOML, with nothing left implicit
 //! * `builtin`: the cases of the paper
 //!
@@ -119,9 +119,11 @@ mod parameters;
 mod quantity;
 mod read;
 mod read_indenter;
+mod read_layers;
 mod read_profile;
 mod read_target;
 mod resolved;
+mod rows;
 mod sizes;
 mod system;
 
@@ -129,7 +131,9 @@ pub use crate::shape::Head;
 pub use builder::{CaseBuilder, Value};
 pub use errors::{CaseErrors, Problem};
 pub use frames::{FrameSteps, Frames};
-pub use parameters::{Body, Impact, Mesh, Parameters, Record, Run, Sizes, Stop, Target, ViewChannel};
+pub use parameters::{
+    Body, Impact, LayerSizes, Mesh, Parameters, Record, Run, Sizes, Stop, Target, TargetLayer, ViewChannel,
+};
 
 /// A checked, complete case.
 ///

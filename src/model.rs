@@ -100,13 +100,13 @@ impl ModelKind {
         }
     }
 
-    /// Speed of the fastest waves along r \[c_p\].
+    /// Speed of the fastest waves along r.
     ///
-    /// * `c_s`: shear wave speed \[c_p\]
-    pub fn lateral_speed(self, c_s: f64) -> f64 {
+    /// * `c_p`, `c_s`: speeds of longitudinal and shear waves
+    pub fn lateral_speed(self, c_p: f64, c_s: f64) -> f64 {
         match self {
             Self::Rakhmatulin => c_s,
-            Self::Elastic => 1.0,
+            Self::Elastic => c_p,
         }
     }
 }

@@ -159,7 +159,7 @@ impl Simulation {
     fn with_model(case: &Case, model: Box<dyn Model<Step>>) -> Self {
         let (sizes, grid) = (&case.sizes, case.grid());
         let velocity = case.impact.velocity;
-        let wave_speed = case.wave_speed();
+        let wave_speed = case.surface_speed();
         let is_damped = case.mesh.damping > 0.0;
         let indenter = Indenter::new(case.indenter.mass, velocity, grid.dt());
         Self {
@@ -409,17 +409,17 @@ fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>
     let frames = FrameFields { fields: case.record.fields.clone(), every: case.record.field_every };
     let tension = TENSION * case.impact.velocity;
     let shown = Sampling { frames, gauges: case.gauges(), tension: Some(tension) };
-    let c_s = case.target.material.shear_wave_speed;
+    let waves = case.waves();
     match case.model {
         ModelKind::Rakhmatulin => {
-            let theory = Rakhmatulin::new(case.grid(), c_s, case.corner());
+            let theory = Rakhmatulin::layered(case.grid(), &waves, case.corner());
             match engine {
                 Engine::Blocked => theory.blocked(coverage, shown),
                 Engine::Reference => Box::new(theory.reference(shown)),
             }
         }
         ModelKind::Elastic => {
-            let theory = elastic::theory(case.grid(), c_s, case.mesh.damping);
+            let theory = elastic::layered(case.grid(), &waves, case.mesh.damping);
             match engine {
                 Engine::Blocked => theory.blocked(coverage, shown),
                 Engine::Reference => Box::new(theory.reference(shown)),

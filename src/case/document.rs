@@ -13,7 +13,7 @@ use miette::NamedSource;
 use serde::de::DeserializeOwned;
 use toml::{
     Spanned,
-    de::{DeTable, DeValue, ValueDeserializer},
+    de::{DeString, DeTable, DeValue, ValueDeserializer},
 };
 
 use super::{CaseBuilder, CaseErrors, Problem, bounds::Bounds};
@@ -221,14 +221,42 @@ impl<'t> Section<'t> {
     /// A sub-table; an empty one if it is missing.
     pub fn section(&mut self, key: &'static str) -> Section<'t> {
         let path = self.name(key);
-        let (table, span) = match self.remove(key).map(|value| (value.span(), value.into_inner())) {
-            Some((span, DeValue::Table(table))) => (table, span),
-            Some((span, other)) => {
-                let message = format!("`{path}` is {}, it must be a table", describe(&other));
-                self.problem(span.clone(), message, format!("write it as [{path}]"));
-                (DeTable::new(), span)
+        match self.remove(key) {
+            Some(value) => self.nested(path.clone(), value, format!("write it as [{path}]")),
+            None => Self::new(self.document, path, DeTable::new(), self.span()),
+        }
+    }
+
+    /// The tables of a list, numbered from 1 on, if the key is there; none if its value is no list.
+    pub fn sections(&mut self, key: &'static str) -> Option<Given<Vec<Section<'t>>>> {
+        let path = self.name(key);
+        let value = self.remove(key)?;
+        let (span, help) = (value.span(), format!("write each as [[{path}]]"));
+        let list = match value.into_inner() {
+            DeValue::Array(list) => list.into_iter().collect(),
+            other => {
+                let message = format!("`{path}` is {}, it must be a list of tables", describe(&other));
+                self.mark_refused(key);
+                self.problem(span.clone(), message, help.clone());
+                Vec::new()
             }
-            None => (DeTable::new(), self.span()),
+        };
+        let numbered = (1..).zip(list);
+        let sections =
+            numbered.map(|(number, value)| self.nested(format!("{path}.{number}"), value, help.clone()));
+        Some(Given { value: sections.collect(), span })
+    }
+
+    /// A sub-table by its value; an empty one if that is no table.
+    fn nested(&self, path: String, value: Spanned<DeValue<'t>>, help: String) -> Section<'t> {
+        let span = value.span();
+        let table = match value.into_inner() {
+            DeValue::Table(table) => table,
+            other => {
+                let message = format!("`{path}` is {}, it must be a table", describe(&other));
+                self.problem(span.clone(), message, help);
+                DeTable::new()
+            }
         };
         Self::new(self.document, path, table, span)
     }
@@ -353,16 +381,38 @@ fn describe(value: &DeValue<'_>) -> String {
 fn merge<'t>(table: &mut DeTable<'t>, later: DeTable<'t>) {
     for (key, value) in later {
         let name = key.get_ref().clone();
-        match (table.get_mut(name.as_ref()).map(Spanned::get_mut), value.get_ref()) {
-            (Some(DeValue::Table(inner)), DeValue::Table(_)) => {
-                if let DeValue::Table(more) = value.into_inner() {
-                    merge(inner, more);
-                }
-            }
-            _ => {
-                table.remove(name.as_ref());
-                table.insert(key, value);
-            }
+        let rest = match table.get_mut(name.as_ref()) {
+            Some(earlier) => merge_value(earlier.get_mut(), value),
+            None => Some(value),
+        };
+        if let Some(value) = rest {
+            table.remove(name.as_ref());
+            table.insert(key, value);
         }
     }
+}
+
+/// Puts a table into another one, or its entries, by their numbers from 1 on, into those of a list; any other value is returned.
+fn merge_value<'t>(earlier: &mut DeValue<'t>, later: Spanned<DeValue<'t>>) -> Option<Spanned<DeValue<'t>>> {
+    let span = later.span();
+    match (earlier, later.into_inner()) {
+        (DeValue::Table(table), DeValue::Table(more)) => merge(table, more),
+        (DeValue::Array(list), DeValue::Table(more)) if more.keys().all(|key| place(list, key).is_some()) => {
+            for (key, value) in more {
+                let place = place(list, &key).and_then(|place| list.get_mut(place));
+                let element = place.expect("all keys are numbers of elements");
+                if let Some(value) = merge_value(element.get_mut(), value) {
+                    *element = value;
+                }
+            }
+        }
+        (_, value) => return Some(Spanned::new(span, value)),
+    }
+    None
+}
+
+/// Place of the element of a list that a key names by its number.
+fn place(list: &[Spanned<DeValue<'_>>], key: &Spanned<DeString<'_>>) -> Option<usize> {
+    let place = key.get_ref().parse::<usize>().ok()?.checked_sub(1)?;
+    (place < list.len()).then_some(place)
 }

@@ -115,7 +115,7 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &
 }
 
 fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>) -> String {
-    let Sizes { dr, dz, dt, steps, nr, nz, outer_radius, depth, layer, .. } = case.sizes;
+    let &Sizes { dr, dz, dt, steps, nr, nz, outer_radius, depth, layer, .. } = &case.sizes;
     let Units { length, time, .. } = case.units();
     let (nodes, courant) = (format!("{nr} x {} nodes", nz + 1), case.wave_speed() * dt / dr);
     let end = steps as f64 * dt;

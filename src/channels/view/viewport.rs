@@ -210,7 +210,7 @@ fn waves(case: &Case, shape: &Shape) -> Vec<EdgeWave> {
 /// Waves from the first step on at which the contact spreads no faster than they do; `None` if it outruns them to the end.
 fn edge_wave(case: &Case, shape: &Shape, speeds: [f64; 2]) -> Option<EdgeWave> {
     const SAMPLES: u64 = 10_000;
-    let Sizes { dt, steps, .. } = case.sizes;
+    let &Sizes { dt, steps, .. } = &case.sizes;
     let samples = steps.min(SAMPLES);
     let time = |sample: u64| sample as f64 / samples as f64 * steps as f64 * dt;
     let reach = |sample| shape.reach(case.impact.velocity * time(sample));
