@@ -12,11 +12,14 @@ use crate::{
 pub fn channel(case: &Case) -> Channel {
     let Units { length, time, .. } = case.units();
     let since = "since when, for events that are known only later: when contact was lost, of a separation";
-    let fields = vec![
+    let mut fields = vec![
         FieldNote::new("r", length.name, "where it happened, for events that have a place"),
         FieldNote::new("since", time.name, since),
-        FieldNote::new("interface", "1", "number of the interface between layers, for events at one"),
     ];
+    if case.sizes.layers.len() > 1 {
+        let note = "number of the interface between layers, from the struck surface down, for events at one";
+        fields.push(FieldNote::new("interface", "1", note));
+    }
     Channel::new("/event", "percuss.Event", fields, move |view, outlet| {
         for event in &*view.events {
             let kind = match event.kind {
