@@ -1,6 +1,6 @@
 //! The time step of layers, and their rows.
 
-use super::{LayerSizes, Target, TargetLayer};
+use super::{LayerSizes, Parameters, Target, TargetLayer};
 use crate::{
     grid::{Edge, FEWEST, LayerSteps, Spacing},
     model::{ModelKind, scheme::Order},
@@ -8,6 +8,8 @@ use crate::{
 
 /// Largest relative change of a wave speed.
 pub(super) const LARGEST_CHANGE: f64 = 0.02;
+/// Relative change of a wave speed of which `percuss run` and `percuss check` warn.
+pub(crate) const NOTED_CHANGE: f64 = 0.005;
 /// Largest number of rows of several layers: more of them take long to fit.
 pub(super) const MAX_ROWS: f64 = 2e5;
 /// Rows of all meshes together that are looked at for a better one.
@@ -142,6 +144,16 @@ impl<'a> Stack<'a> {
         let speeds =
             self.layers.iter().map(|layer| self.model.lateral_speed(layer.wave_speed, layer.waves.shear));
         speeds.fold(0.0, f64::max)
+    }
+}
+
+impl Parameters {
+    /// The smallest number of cells found, larger than that of the case, with which no wave speed changes notably.
+    pub(crate) fn finer_cells(&self) -> Option<usize> {
+        let computed = self.target.computed();
+        let edge = edge(self.mesh.order, &self.target);
+        let stack = Stack::new(self.model, &computed, self.indenter.radius, edge);
+        stack.finer(self.mesh.cells, NOTED_CHANGE)
     }
 }
 
