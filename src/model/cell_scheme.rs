@@ -229,21 +229,23 @@ impl NodeRow<'_> {
     /// Columns i−1, i, i+1 around the row, and the weights of the cells between them.
     ///
     /// * `at`: displacements by their number, row and column; that of images about the axis and of nodes beyond the mesh, too
+    #[inline(always)]
     fn columns(
         &self,
         at: impl Fn(usize, usize, isize) -> f64,
         i: usize,
     ) -> ([Column; 3], [&ColumnWeights; 2]) {
-        let Self { scheme, layer, j, row, .. } = *self;
-        let rows = [j.saturating_sub(1), j, (j + 1).min(scheme.grid.nz)];
-        // a map of an array of this size is not inlined
-        let column = |i: isize| {
-            let [u, v] = [0, 1].map(|field| rows.map(|j| at(field, j, i)));
-            Column::new(row, u, v)
-        };
-        let here = i as isize;
-        let columns = [column(here - 1), column(here), column(here + 1)];
-        (columns, [&layer.weights[i], &layer.weights[i + 1]])
+        let (weights, i) = (&self.layer.weights, i as isize);
+        let columns = [self.column(&at, i - 1), self.column(&at, i), self.column(&at, i + 1)];
+        (columns, [&weights[i as usize], &weights[i as usize + 1]])
+    }
+
+    /// Column i around the row. A function, because closures are not inlined for certain, nor are maps of arrays.
+    #[inline(always)]
+    fn column(&self, at: &impl Fn(usize, usize, isize) -> f64, i: isize) -> Column {
+        let [above, here, below] = [self.j.saturating_sub(1), self.j, (self.j + 1).min(self.scheme.grid.nz)];
+        let u = [at(0, above, i), at(0, here, i), at(0, below, i)];
+        Column::new(self.row, u, [at(1, above, i), at(1, here, i), at(1, below, i)])
     }
 
     /// `Δt²` times the accelerations of node i but for damping, if its layer were by itself.
@@ -261,6 +263,7 @@ impl NodeRow<'_> {
     ///
     /// * `at`: displacements, see [`NodeRow::columns`]
     /// * `pressure`: on the surface at this node
+    #[inline(always)]
     pub(super) fn strain(&self, at: impl Fn(usize, usize, isize) -> f64, pressure: f64, i: usize) -> Strain {
         let Self { scheme, interface, j, .. } = *self;
         let grid = &scheme.grid;
@@ -294,7 +297,7 @@ impl NodeRow<'_> {
     }
 
     /// Mean strains of the cells around node i in its layer.
-    #[inline]
+    #[inline(always)]
     fn mean_strain(&self, at: impl Fn(usize, usize, isize) -> f64, i: usize, hoop: f64) -> Strain {
         let CellLayer { medium, dz, .. } = self.layer;
         let (columns, weights) = self.columns(at, i);
