@@ -488,6 +488,31 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_plane_wave_comes_back_from_an_interface_and_a_free_back() {
+        let text = "[target]\nback = \"free\"\nlayer = [{ thickness = 0.25, shear_wave_speed = 0.5 }, \
+                    { thickness = 0.3, density = 0.5, wave_speed = 0.8 }]\n[indenter]\nshape = \"flat\"\nradius = 1.0\n\
+                    [impact]\ncontact = \"bilateral\"\n[mesh]\ncells = 20\n[run]\nend_time = 1.5\n[record]\nframes = 0\n";
+        let case = Case::parse("plane", text, &[], "".as_ref()).expect("a case");
+        let mut simulation = Simulation::reference(&case);
+        let mut seen = 0;
+        // a wave crosses the layers in 0.25 and 0.375; reflection at the interface, and through it at the back and again
+        let r = (0.4 - 1.0) / (0.4 + 1.0);
+        let echoes = [(0.0, 1.0), (0.5, 2.0 * r), (1.0, 2.0 * r * r), (1.25, -2.0 * (1.0 - r * r))];
+        while let Some(view) = simulation.step().expect("a sound case") {
+            let arrived = echoes.iter().filter(|(arrival, _)| *arrival < view.time - 0.5 * case.sizes.dt);
+            let near = echoes.iter().any(|(arrival, _)| (arrival - view.time).abs() < 0.5 * case.sizes.dt);
+            // the wave of the edge arrives at t = 2
+            if !near {
+                let exact: f64 = arrived.map(|(_, stress)| stress).sum();
+                let stress = view.interface.stress_at(0.0);
+                assert!((stress - exact).abs() < 1e-13, "{}: {stress} {exact}", view.time);
+                seen += 1;
+            }
+        }
+        assert!(seen > 20, "{seen}");
+    }
+
+    #[test]
     fn the_energy_after_a_step_is_that_before_the_next_one() {
         // a light punch, which rebounds
         let settings = ["mesh.cells=20", "indenter.mass=0.5", "run.end_time=3.0", "record.frames=100000"];

@@ -221,44 +221,46 @@ impl<'t> Section<'t> {
     /// A sub-table; an empty one if it is missing.
     pub fn section(&mut self, key: &'static str) -> Section<'t> {
         let path = self.name(key);
-        match self.remove(key) {
-            Some(value) => self.nested(path.clone(), value, format!("write it as [{path}]")),
-            None => Self::new(self.document, path, DeTable::new(), self.span()),
-        }
+        let (table, span) = match self.remove(key).map(|value| (value.span(), value.into_inner())) {
+            Some((span, DeValue::Table(table))) => (table, span),
+            Some((span, other)) => {
+                let message = format!("`{path}` is {}, it must be a table", describe(&other));
+                self.problem(span.clone(), message, format!("write it as [{path}]"));
+                (DeTable::new(), span)
+            }
+            None => (DeTable::new(), self.span()),
+        };
+        Self::new(self.document, path, table, span)
     }
 
-    /// The tables of a list, numbered from 1 on, if the key is there; none if its value is no list.
+    /// The tables of a list, numbered from 1 on, if the key is there; what is no table is refused and left out.
     pub fn sections(&mut self, key: &'static str) -> Option<Given<Vec<Section<'t>>>> {
         let path = self.name(key);
         let value = self.remove(key)?;
-        let (span, help) = (value.span(), format!("write each as [[{path}]]"));
-        let list = match value.into_inner() {
-            DeValue::Array(list) => list.into_iter().collect(),
-            other => {
-                let message = format!("`{path}` is {}, it must be a list of tables", describe(&other));
-                self.mark_refused(key);
-                self.problem(span.clone(), message, help.clone());
-                Vec::new()
-            }
-        };
-        let numbered = (1..).zip(list);
-        let sections =
-            numbered.map(|(number, value)| self.nested(format!("{path}.{number}"), value, help.clone()));
-        Some(Given { value: sections.collect(), span })
-    }
-
-    /// A sub-table by its value; an empty one if that is no table.
-    fn nested(&self, path: String, value: Spanned<DeValue<'t>>, help: String) -> Section<'t> {
         let span = value.span();
-        let table = match value.into_inner() {
-            DeValue::Table(table) => table,
-            other => {
-                let message = format!("`{path}` is {}, it must be a table", describe(&other));
-                self.problem(span.clone(), message, help);
-                DeTable::new()
-            }
+        let help = format!("write each as [[{path}]]; --set {path}.1.KEY=VALUE changes one that is there");
+        let mut sections = Vec::new();
+        let mut refuse = |place, name: &str, form, value: &DeValue<'_>| {
+            self.refused.push(key);
+            self.document.problem(
+                place,
+                format!("`{name}` is {}, it must be {form}", describe(value)),
+                help.clone(),
+            );
         };
-        Self::new(self.document, path, table, span)
+        match value.into_inner() {
+            DeValue::Array(list) => {
+                for (number, value) in (1..).zip(list) {
+                    let (path, span) = (format!("{path}.{number}"), value.span());
+                    match value.into_inner() {
+                        DeValue::Table(table) => sections.push(Self::new(self.document, path, table, span)),
+                        other => refuse(span, &path, "a table", &other),
+                    }
+                }
+            }
+            other => refuse(span.clone(), &path, "a list of tables", &other),
+        }
+        Some(Given { value: sections, span })
     }
 
     /// A value, if the key is there and the value fits.

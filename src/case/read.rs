@@ -221,7 +221,7 @@ fn read_elastic_scheme(section: &mut Section<'_>, target: Option<&Target>) -> (O
     let largest = ratio.map_or(elastic::LARGEST_DAMPING, elastic::largest_damping);
     let damping = section.number("damping", Bounds::within(0.0, elastic::LARGEST_DAMPING));
     if let Some(Given { value, span }) = damping.as_ref().filter(|damping| damping.value > largest) {
-        let ratio = ratio.unwrap_or_default();
+        let ratio = (1e4 * ratio.unwrap_or_default()).round() / 1e4;
         let message = format!("`mesh.damping` = {value:?} is not stable at c_s/c_p = {ratio}");
         // no number that is refused is offered
         let offered = (1e4 * largest).floor() / 1e4;
@@ -241,7 +241,7 @@ fn read_run(mut section: Section<'_>, system: &System) -> (Run, Span) {
 
 /// The `[record]` section, and its `field_every`, if given: its default depends on the sizes.
 ///
-/// * `thickness`: of a layer
+/// * `thickness`: of the target, if it is no half-space
 fn read_record(
     mut section: Section<'_>,
     end_time: f64,

@@ -230,6 +230,7 @@ fn read_physical(
     let place = section.place("material");
     let is_given = section.has("material");
     let elastic = if is_given { read_elastic(section, geometry, largest) } else { None };
+    section.know("material");
     section.need("material", is_given, "its material, as the first layer makes the case physical");
     let elastic = elastic?;
     let ((unit, _), (c_p, c_s)) = (struck.wave_speeds().ok()?, elastic.wave_speeds().ok()?);

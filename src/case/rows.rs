@@ -188,3 +188,104 @@ impl Rows {
         self.layers.iter().enumerate().map(steps).sum()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Case;
+
+    /// Settings of layers, each with its thickness and wave speed.
+    fn stack(model: &str, cells: usize, layers: &[(f64, f64)]) -> Result<Case, String> {
+        let layer = |(i, (thickness, speed)): (usize, &(f64, f64))| {
+            let shear = if i == 0 { "shear_wave_speed = 0.5, " } else { "" };
+            let speed =
+                if i == 0 { String::new() } else { format!(", wave_speed = {speed:?}, density = 2.0") };
+            format!("{{ {shear}thickness = {thickness:?}{speed} }}")
+        };
+        let layers: Vec<String> = layers.iter().enumerate().map(layer).collect();
+        let text = format!(
+            "model = \"{model}\"\n[target]\nlayer = [{}]\n[indenter]\nshape = \"flat\"\nradius = 1.0\n[mesh]\ncells = {cells}\n\
+             [run]\nend_time = 2.0\n[record]\nframes = 0\n",
+            layers.join(", ")
+        );
+        Case::parse("stack", &text, &[], "".as_ref()).map_err(|errors| format!("{:?}", errors.problems))
+    }
+
+    const STACKS: [&[(f64, f64)]; 4] = [
+        &[(1.0, 1.0), (0.1, 0.8), (2.0, 1.7)],
+        &[(0.3, 1.0), (0.31, 1.3)],
+        &[(0.2, 1.0), (0.2, 2.0), (0.2, 1.1), (0.2, 0.9)],
+        &[(1.0, 1.0), (0.5, 3.0)],
+    ];
+
+    #[test]
+    fn layers_are_crossed_in_whole_steps_on_a_stable_mesh() {
+        for model in ["rakhmatulin", "elastic"] {
+            for layers in STACKS {
+                for cells in [40, 77, 130] {
+                    let case = stack(model, cells, layers).expect("a case");
+                    let sizes = &case.sizes;
+                    let mut rows = 0;
+                    for (layer, (thickness, speed)) in sizes.layers.iter().zip(layers) {
+                        let changed = speed * (1.0 + layer.speed_change);
+                        assert!((layer.steps as f64 * layer.dz / thickness - 1.0).abs() < 1e-14);
+                        assert!((layer.dz / (changed * sizes.dt) - 1.0).abs() < 1e-14, "{layers:?}, {cells}");
+                        assert!(layer.steps >= FEWEST && layer.speed_change.abs() <= LARGEST_CHANGE);
+                        assert!(model == "rakhmatulin" || layer.dz <= sizes.dr * (1.0 + ROUNDING));
+                        rows += layer.steps + 1;
+                    }
+                    assert!(case.wave_speed() * sizes.dt <= sizes.dr * (1.0 + ROUNDING));
+                    assert_eq!((sizes.nz, case.grid().nz), (rows - 1, rows - 1));
+                    assert!((sizes.depth / case.target.thickness.expect("layers") - 1.0).abs() < 1e-14);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn cells_that_are_offered_do() {
+        for (layers, cells) in [(&[(1.0, 1.0), (0.011, 0.9)], 20), (&[(1.0, 1.0), (0.0347, 1.0)], 41)] {
+            let error = stack("elastic", cells, &layers[..]).expect_err("a thin layer");
+            let offered = error.split("mesh.cells = ").last().and_then(|text| text.split(' ').next());
+            let offered: usize = offered.and_then(|text| text.parse().ok()).expect("a number");
+            assert!(stack("elastic", offered, &layers[..]).is_ok(), "{error}");
+            assert!(stack("elastic", offered - 1, &layers[..]).is_err(), "{error}");
+        }
+    }
+
+    #[test]
+    fn equal_welded_layers_are_one() {
+        for model in ["rakhmatulin", "elastic"] {
+            let of = |layers: &[(f64, f64)]| stack(model, 40, layers).expect("a case");
+            let (one, two) = (of(&[(0.75, 1.0)]), of(&[(0.5, 1.0), (0.25, 1.0)]));
+            // the second has another density
+            assert_eq!((two.sizes.layers.len(), two.target.layers.len()), (2, 2));
+            let keys = |case: &Case| case.vary().set("target.layer.2.density", 1.0).build().expect("a case");
+            let two = keys(&two);
+            assert_eq!((&two.sizes, two.target.layers.len()), (&one.sizes, 2));
+            assert_eq!(
+                (two.waves(), two.target.computed()[0].name.as_str()),
+                (one.waves(), "layer 1 + layer 2")
+            );
+        }
+    }
+
+    #[test]
+    fn a_half_space_is_as_deep_as_waves_get() {
+        let settings = |more: &[&str]| {
+            let settings = [&["record.frames=0", "record.fields=[]", "record.lines=[]"][..], more].concat();
+            let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
+            Case::load("coating", &settings).expect("a case").sizes.clone()
+        };
+        let steps =
+            |sizes: &crate::case::Sizes| sizes.layers.iter().map(|layer| layer.steps as u64).sum::<u64>();
+        let (half, point) = (settings(&[]), settings(&["record.points=[[\"0 mm\", \"3 mm\"]]"]));
+        let whole = settings(&["record.frames=2"]);
+        // the two last rows are ahead of the wave
+        assert_eq!((steps(&half), steps(&whole)), (half.steps.div_ceil(2) + 2, whole.steps + 2));
+        let to_point = 5.0 + ((3.0 - 0.2) / (2.0 * point.layers[1].dz)).ceil();
+        assert_eq!(steps(&point) as f64, ((point.steps as f64 + to_point) / 2.0).ceil() + 2.0);
+        // a thick layer leaves two rows
+        assert_eq!(settings(&["target.layer.1.thickness=20 mm"]).layers[1].steps, FEWEST);
+    }
+}

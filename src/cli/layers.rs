@@ -16,16 +16,13 @@ pub(super) fn target(case: &Case, thickness: &str) -> String {
         (true, 1) => format!("layer of thickness {thickness}"),
         (true, layers) => format!("{layers} layers of thickness {thickness}"),
         (false, 1) => "half-space".into(),
-        (false, layers) => format!("half-space under {} of other materials", count(layers - 1)),
+        (false, 2) => "layer on a half-space".into(),
+        (false, layers) => format!("{} layers on a half-space", layers - 1),
     };
     match case.target.back {
         Back::Rigid => text,
         Back::Free => format!("{text} with a free back"),
     }
-}
-
-fn count(layers: usize) -> String {
-    if layers == 1 { "1 layer".into() } else { format!("{layers} layers") }
 }
 
 /// Time in which a wave crosses a layer \[R/c_p\]; `None` for a half-space.
@@ -78,9 +75,10 @@ pub(super) fn rows(case: &Case) -> Vec<(&'static str, String)> {
         let face = reflection(case, &computed, number)
             .map_or_else(String::new, |r| format!(", reflection at its lower face {r:.4}"));
         let (name, z) = (&layer.name, impedance(layer.waves.impedance));
+        // no negative zero
+        let percent = (1e5 * speed_change).round() / 1e3 + 0.0;
         let text = format!(
-            "{name}: {steps} rows, {size}, wave speed changed by {:.3} %, impedance {z}{face}",
-            100.0 * speed_change
+            "{name}: {steps} rows, {size}, wave speed changed by {percent:.3} %, impedance {z}{face}"
         );
         (if number == 0 { "layers" } else { "" }, text)
     };
@@ -109,4 +107,28 @@ pub(super) fn json(case: &Case) -> serde_json::Value {
         })
     };
     computed.iter().zip(&case.sizes.layers).enumerate().map(entry).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reflections_are_those_of_stress() {
+        let of = |name: &str, settings: &[&str]| {
+            let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
+            json(&Case::load(name, &settings).expect("a case"))
+        };
+        let layers = of("layers", &["target.back=free"]);
+        // Z = 1 and 0.5·0.8
+        assert_eq!(layers[0]["reflection"], (0.4 - 1.0) / (0.4 + 1.0));
+        assert_eq!((&layers[1]["reflection"], &layers[1]["rows"]), (&json!(-1.0), &json!(75)));
+        assert!((layers[1]["transit_time"].as_f64().expect("a time") - 0.75).abs() < 1e-14);
+        let coating = of("coating", &[]);
+        // alumina, ρ√(E(1 − ν)/(ρ(1 + ν)(1 − 2ν)))
+        let impedance = (3900.0 * 370e9 * 0.78 / (1.22 * 0.56f64)).sqrt();
+        assert!((coating[0]["impedance"].as_f64().expect("SI") / impedance - 1.0).abs() < 1e-14);
+        assert_eq!((&coating[1]["thickness"], &coating[1]["reflection"]), (&json!(null), &json!(null)));
+        assert_eq!(of("fig5", &[])[0]["reflection"], 1.0);
+    }
 }
