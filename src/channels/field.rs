@@ -28,7 +28,7 @@ pub fn channel(case: &Case, field: Field) -> Channel {
         FieldNote::new("nz", "1", "number of rows"),
         FieldNote::new("z", length.name, "depths of all rows, where the target has more than one layer"),
         FieldNote::new("values", unit.name, format!("{meaning}, row-major [z][r]"))
-            .along("z0,dz,nz;r0,dr,nr"),
+            .along("z0,dz,nz,z;r0,dr,nr"),
     ];
     let every = case.record.field_every as f64;
     let mut message = percuss::FieldSlice::default();

@@ -7,7 +7,7 @@ use crate::{case::Case, message::percuss, model::Line, units::Units};
 pub fn channel(case: &Case, number: usize, line: Line) -> Channel {
     let Units { length, time, stress, .. } = case.units();
     let meaning = "stress -sigma_zz, compression positive like the interface stress, at s0 + n ds";
-    let note = FieldNote::new("stress", stress.name, meaning).along("s0,ds");
+    let note = FieldNote::new("stress", stress.name, meaning).along("s0,ds,s");
     let (s0, ds, first, note, place) = match line {
         Line::R(r) => (0.0, case.sizes.dz, "depth of the first node", note, format!("r = {}", length.of(r))),
         Line::Z(z) => {
