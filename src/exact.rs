@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`paraboloid`] | pressure on the axis under a paraboloid with prescribed motion |
 //! | [`spreading`] | pressure and drag under a spreading cone or paraboloid, at any place |
+//! | [`stack`] | plane waves in layers |
 //! | [`plane_punch`] | pressure and drag of a plane flat punch before the waves of its edges meet |
 //! | [`disc_stiffness`], [`strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
 //! | [`mod@column`] | a layer without shear waves under a body of finite mass |
@@ -76,6 +77,7 @@ pub mod paraboloid;
 pub mod plane_punch;
 mod quadrature;
 pub mod spreading;
+pub mod stack;
 pub mod strip_stiffness;
 pub mod surface_impedance;
 

@@ -30,13 +30,6 @@ impl Waves {
     pub fn struck(shear: f64) -> Self {
         Self { impedance: 1.0, shear }
     }
-
-    /// Shares of this layer and the one below it in the acceleration of the nodes between them: half the mass of a row of cells of
-    /// either belongs to them, `m = ½(Z₁ + Z₂)`.
-    pub fn shares(&self, lower: &Self) -> [f64; 2] {
-        let sum = self.impedance + lower.impedance;
-        [self.impedance / sum, lower.impedance / sum]
-    }
 }
 
 /// Two elastic constants and the density, in SI units.

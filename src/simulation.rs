@@ -24,8 +24,8 @@ use crate::{
     grid::Grid,
     indenter::Indenter,
     model::{
-        self, Coverage, FrameFields, GaugeValues, Model, ModelKind, Request, Sampling, TargetEnergy, elastic,
-        rakhmatulin::Rakhmatulin,
+        CompletedStep, Coverage, FrameFields, Model, ModelKind, Request, Sampling, TargetEnergy, Tension,
+        elastic, rakhmatulin::Rakhmatulin,
     },
     surface::Surface,
     units::Units,
@@ -205,8 +205,8 @@ impl Simulation {
     pub(crate) fn step(&mut self) -> Result<Option<View<'static>>, SimulationError> {
         loop {
             let is_over = self.ending.is_some() || self.failure.is_some() || self.is_interrupted;
-            if let Some((step, frame, gauges)) = self.model.next(is_over) {
-                return self.show(step, frame, gauges).map(Some);
+            if let Some(step) = self.model.next(is_over) {
+                return self.show(step).map(Some);
             }
             if is_over {
                 return self.failure.take().map_or(Ok(None), Err);
@@ -315,11 +315,13 @@ impl Simulation {
     /// A step with its frame and gauges.
     fn show(
         &mut self,
-        Step { view, balances }: Step,
-        frame: Option<model::Frame>,
-        gauges: Option<GaugeValues>,
+        CompletedStep { step: Step { mut view, balances }, frame, gauges, tensions }: CompletedStep<Step>,
     ) -> Result<View<'static>, SimulationError> {
-        let view = View { gauges: gauges.map(Arc::new), ..view };
+        view.gauges = gauges.map(Arc::new);
+        if !tensions.is_empty() {
+            let events = tensions.iter().map(|tension| self.tension(view.time, tension));
+            view.events = events.chain(view.events.iter().cloned()).collect();
+        }
         let Some(fields) = frame else { return Ok(view) };
         let [before, after] = at_half_steps(balances, fields.energy);
         let energy = mean(before, after);
@@ -329,6 +331,16 @@ impl Simulation {
             return Err(self.not_finite(view.step));
         }
         Ok(View { frame: Some(Frame { energy, fields: Arc::new(fields) }), ..view })
+    }
+
+    /// The first tension at an interface as an event.
+    fn tension(&self, time: f64, tension: &Tension) -> Event {
+        let r = self.grid.r(tension.column);
+        let [place, at] = [self.units.length.text(r), self.units.time.text(time)];
+        let (number, stress) = (tension.interface as u32 + 1, self.units.stress.text(-tension.stress));
+        let text =
+            format!("tension: interface {number} is first in tension at r = {place}, t = {at}, by {stress}");
+        Event { kind: EventKind::LayerTension, text, r: Some(r), since: None, interface: Some(number) }
     }
 
     /// How the run has ended; `None` while it has not.
@@ -376,17 +388,27 @@ impl Simulation {
         {
             let at = self.units.time.text(event.since.unwrap_or(time));
             let text = format!("stopped at {name}, t = {at}, as run.stop asks");
-            events.push(Event { kind: EventKind::Stopped, text: text.clone(), r: None, since: None });
+            events.push(Event {
+                kind: EventKind::Stopped,
+                text: text.clone(),
+                r: None,
+                since: None,
+                interface: None,
+            });
             return Some(Ending::Stopped(text));
         }
         (step == self.steps).then_some(Ending::Completed)
     }
 }
 
+/// Tension of an interface that is an event, relative to Z·V0 of the struck layer.
+const TENSION: f64 = 0.01;
+
 /// The target of a case, at rest.
 fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>> {
     let frames = FrameFields { fields: case.record.fields.clone(), every: case.record.field_every };
-    let shown = Sampling { frames, gauges: case.gauges() };
+    let tension = TENSION * case.impact.velocity;
+    let shown = Sampling { frames, gauges: case.gauges(), tension: Some(tension) };
     let waves = case.waves();
     match case.model {
         ModelKind::Rakhmatulin => {
@@ -499,7 +521,7 @@ mod tests {
         let mut last: Option<Energy> = None;
         while simulation.ending.is_none() {
             simulation.compute().expect("a sound case");
-            let (step, frame, _) = simulation.model.next(true).expect("the step");
+            let CompletedStep { step, frame, .. } = simulation.model.next(true).expect("the step");
             let target = frame.expect("every step is a frame").energy;
             let [before, after] = at_half_steps(step.balances, target);
             if let Some(Energy { kinetic, strain, .. }) = last {

@@ -1,5 +1,5 @@
-//! Pressure under a surface set in motion by a spreading contact: cones, paraboloids, flat faces; on a layer or
-//! half-space of the simplified theory, anywhere under the contact.
+//! Pressure under a surface set in motion by a spreading contact: cones, paraboloids, flat faces; on a layer, a half-space or
+//! layers of one shear wave speed, in the simplified theory, anywhere under the contact.
 //!
 //! Every point of the surface moves with V0 from the moment `t = τ(r)` at which the contact reaches it,
 //!
@@ -13,6 +13,10 @@
 //! ```text
 //! p = Σ_d P e^{−dP} g      d = 2mh + z  and  2(m+1)h − z,  m = 0, 1, …   (half-space: d = z alone)
 //! ```
+//!
+//! In layers of different densities and speeds c_k along z, but of one c, waves along z have the wave number `P/c_k`, and stress is `Z_k·P` times the
+//! amplitude of u. P cancels from the conditions at interfaces, so that reflections are those of plane waves: d are the times at which
+//! these arrive, and the terms have their pressures a_d as factors, see [`Stack::arrivals`].
 //!
 //! Write `P e^{−dP} = (s² + c²ξ²)·(e^{−dP}/P)`. The first factor is the operator `∂_t² − c²∇²`, applied to g; the second
 //! is the image of `J0(cξ√(t² − d²))·H(t − d)`, the mean over a circle of radius `c√(t² − d²)`. So each term is a
@@ -49,8 +53,9 @@ pub use front::Front;
 use ray::Ray;
 
 use super::{
-    ExactError, distances, layer, outside, positive,
+    ExactError, outside, positive,
     quadrature::{gauss_legendre, gauss_legendre_on, over_half_circle, singular_at_ends},
+    stack::Stack,
 };
 
 /// Pressure under a spreading contact.
@@ -59,12 +64,15 @@ pub struct Spreading {
     front: Front,
     velocity: f64,
     c: f64,
-    thickness: Option<f64>,
+    stack: Stack,
     rule: Vec<(f64, f64)>,
 }
 
 /// Nodes of the inner integral of a cone.
 const INNER_NODES: usize = 40;
+
+/// Relative difference of speeds that is rounding.
+const SAME: f64 = 1e-9;
 
 impl Spreading {
     /// * `velocity`: V0 \[c_p\]
@@ -80,15 +88,34 @@ impl Spreading {
         shear_wave_speed: f64,
         thickness: Option<f64>,
     ) -> Result<Self, ExactError> {
+        Self::on_stack(front, velocity, Stack::single(shear_wave_speed, thickness)?)
+    }
+
+    /// The same on layers.
+    ///
+    /// * `velocity`: V0 \[c_p\]
+    /// * `stack`: layers; under a front that is not flat they have one shear wave speed
+    ///
+    /// # Errors
+    ///
+    /// A parameter that is not positive, or layers of different shear wave speeds.
+    pub fn on_stack(front: Front, velocity: f64, stack: Stack) -> Result<Self, ExactError> {
         match front {
             Front::Flat => 0.0,
             Front::Cone { spread_rate } => positive("spread_rate", spread_rate, f64::INFINITY, "V* > 0")?,
             Front::Paraboloid { curvature } => positive("curvature", curvature, f64::INFINITY, "k > 0")?,
         };
         positive("velocity", velocity, f64::INFINITY, "V0 > 0")?;
-        let c = positive("shear_wave_speed", shear_wave_speed, 1.0, "0 < c_s < 1")?;
-        layer(thickness)?;
-        Ok(Self { front, velocity, c, thickness, rule: gauss_legendre(INNER_NODES) })
+        let c = stack.layers()[0].shear_wave_speed;
+        let differs = |speed: f64| (speed - c).abs() > SAME * c && front != Front::Flat;
+        if let Some(value) = stack.layers().iter().map(|layer| layer.shear_wave_speed).find(|c| differs(*c)) {
+            return Err(ExactError::Parameter {
+                name: "shear_wave_speed",
+                value,
+                bound: "the same in all layers",
+            });
+        }
+        Ok(Self { front, velocity, c, stack, rule: gauss_legendre(INNER_NODES) })
     }
 
     /// Pressure −σ_zz at radius `r`, depth `z`, time `t` \[γc_p²\]; half the jump of a front that arrives at `t`.
@@ -101,7 +128,7 @@ impl Spreading {
         if !(r >= 0.0 && r.is_finite()) {
             return outside("r", r, "r ≥ 0");
         }
-        let paths = self.paths(z, t)?;
+        let paths = self.stack.arrivals(z, t)?;
         if z == 0.0 {
             let fast = r <= self.front.sonic_radius(self.c);
             let reached = t - self.front.arrival(r);
@@ -116,7 +143,7 @@ impl Spreading {
                 return outside("r", r, "r > 0: pressure grows without bound towards the tip of a cone");
             }
         }
-        Ok(self.velocity * paths.iter().map(|&(d, count)| count * self.term(r, d, t)).sum::<f64>())
+        Ok(self.velocity * paths.iter().map(|&(d, pressure)| pressure * self.term(r, d, t)).sum::<f64>())
     }
 
     /// Drag `F = 2∫_0^{r*} p r dr` at time `t` \[πR²γc_p²\], normalised by the area of the disc of radius 1.
@@ -133,20 +160,8 @@ impl Spreading {
         let edge = self.front.radius(t);
         let fast = edge <= self.front.sonic_radius(self.c);
         let term = |d: f64| if fast { self.front.radius(t - d).powi(2) } else { self.term_drag(edge, d, t) };
-        let paths = self.paths(0.0, t)?;
-        Ok(self.velocity * paths.iter().map(|&(d, count)| count * term(d)).sum::<f64>())
-    }
-
-    /// Distances of the waves that may have arrived, with their number: on the surface two each.
-    fn paths(&self, z: f64, t: f64) -> Result<Vec<(f64, f64)>, ExactError> {
-        let mut paths: Vec<(f64, f64)> = Vec::new();
-        for (d, _) in distances(z, self.thickness, t)? {
-            match paths.last_mut() {
-                Some((last, count)) if *last == d => *count += 1.0,
-                _ => paths.push((d, 1.0)),
-            }
-        }
-        Ok(paths)
+        let paths = self.stack.arrivals(0.0, t)?;
+        Ok(self.velocity * paths.iter().map(|&(d, pressure)| pressure * term(d)).sum::<f64>())
     }
 
     /// Time at which a wave that travels the depth `d` first arrives at `r` \[R/c_p\], and where on the surface it starts.
@@ -310,7 +325,9 @@ mod tests {
             let mut sum = 0.0;
             // pressure jumps where reflections end
             let mut ends: Vec<f64> = vec![0.0, edge];
-            for (d, _) in contact.paths(0.0, t).expect("range").into_iter().filter(|path| path.0 > 0.0) {
+            for (d, _) in
+                contact.stack.arrivals(0.0, t).expect("range").into_iter().filter(|path| path.0 > 0.0)
+            {
                 ends.push(bisect(edge, 60, |r| contact.first_arrival(r, d).0 <= t).0);
             }
             ends.sort_by(f64::total_cmp);
