@@ -335,7 +335,8 @@ fn built_in_cases_are_listed() {
     expected.extend(["1", "2.5", "5", "10", "100", "inf"].map(|mass| format!("fig9-m{mass}")));
     let full = ["2", "2-prescribed", "3", "4", "5", "5-plane", "6a", "7b", "8-m2.5", "8-m5", "8-m10"];
     expected.extend(full.map(|figure| format!("elastic-fig{figure}")));
-    expected.push("ball".into());
+    let others = ["ball", "laminate-armour", "laminate-glass", "coating", "coating-soft", "layers"];
+    expected.extend(others.map(str::to_owned));
     assert_eq!(names, expected);
 }
 

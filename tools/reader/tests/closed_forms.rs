@@ -15,8 +15,9 @@ use percuss_reader::{
 
 /// Records the closed form of a case; false if there is none.
 fn record(name: &str, path: &Path) -> bool {
-    // the physical case counts its time in seconds
-    let end = if name == "ball" { "run.end_time=5 us" } else { "run.end_time=1.5" };
+    // physical cases count their time in seconds
+    let is_physical = Case::load(name, &[]).expect("a built-in case").scales.is_some();
+    let end = if is_physical { "run.end_time=2 us" } else { "run.end_time=1.5" };
     let overrides = ["mesh.cells=20".to_owned(), end.to_owned()];
     let text = builtin::find(name).expect("a built-in case");
     let case = Case::parse(name, text, &overrides, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
