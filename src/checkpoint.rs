@@ -19,6 +19,7 @@
 //! as many bytes have been read.
 
 use std::{
+    collections::BTreeMap,
     fs::File,
     io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Take, Write},
     path::{Path, PathBuf},
@@ -298,11 +299,10 @@ impl Head {
 
 /// Collects where two values differ.
 fn compare(key: &str, there: Option<&toml::Value>, here: Option<&toml::Value>, found: &mut Vec<String>) {
-    use toml::Value::Table;
     if there == here {
         return;
     }
-    let (Some(Table(there)), Some(Table(here))) = (there, here) else {
+    let [Some(there), Some(here)] = [there, here].map(|value| value.and_then(entries)) else {
         let text = |value: Option<&toml::Value>| match value {
             Some(value) => clipped(&value.to_string()),
             None => "none".to_owned(),
@@ -313,7 +313,18 @@ fn compare(key: &str, there: Option<&toml::Value>, here: Option<&toml::Value>, f
     let others = here.keys().filter(|name| !there.contains_key(*name));
     for name in there.keys().chain(others) {
         let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
-        compare(&key, there.get(name), here.get(name), found);
+        compare(&key, there.get(name).copied(), here.get(name).copied(), found);
+    }
+}
+
+/// The entries of a table, or of a list of tables by their numbers from 1 on.
+fn entries(value: &toml::Value) -> Option<BTreeMap<String, &toml::Value>> {
+    match value {
+        toml::Value::Table(table) => Some(table.iter().map(|(name, value)| (name.clone(), value)).collect()),
+        toml::Value::Array(list) if list.iter().all(toml::Value::is_table) => {
+            Some((1..).zip(list).map(|(number, value): (usize, _)| (number.to_string(), value)).collect())
+        }
+        _ => None,
     }
 }
 

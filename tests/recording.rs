@@ -609,7 +609,9 @@ fn the_same_case_gives_the_same_bytes_on_any_number_of_threads() {
 #[test]
 fn the_resolved_case_repeats_the_run() {
     let folder = folder();
-    let cases: [(&str, &[&str]); 4] = [
+    let cases: [(&str, &[&str]); 6] = [
+        ("laminate-armour", &["mesh.cells=11", "record.frames=3"]),
+        ("coating-soft", &["mesh.cells=12", "record.frames=3"]),
         ("fig3", &["mesh.cells=30"]),
         ("fig6a", &["mesh.cells=30"]),
         ("fig9-m2.5", &[]),

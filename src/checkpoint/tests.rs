@@ -62,6 +62,10 @@ fn checkpoints_of_others_are_refused_with_what_differs() {
         text.contains("mesh.cells is 13 there, 12 here") && text.contains("record.frames is 7"),
         "{text}"
     );
+    let layers = |settings: &[String]| Case::load("layers", settings).expect("a built-in case");
+    written(&path, &layers(&["target.layer.2.thickness=0.8".into()]));
+    let text = refusal(&path, &layers(&[]), Engine::Blocked);
+    assert!(text.contains("target.layer.2.thickness is 0.8 there, 0.6 here;"), "{text}");
     written(&path, &here);
     let text = refusal(&path, &here, Engine::Reference);
     assert!(text.contains("--engine blocked, this is --engine reference"), "{text}");
