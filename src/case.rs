@@ -13,7 +13,7 @@
 //! * `gauges`: points and lines in the target
 //! * `sizes`, `rows`: derived sizes; the time step and the rows of layers
 //! * `resolved`: from parameters back to TOML, with nothing left implicit
-//! * `builtin`: the cases of the paper
+//! * `builtin`: the cases of the paper, and others
 //!
 //! # The case file
 //!

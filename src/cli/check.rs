@@ -121,16 +121,22 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
     let Units { length, time, .. } = case.units();
     let (nodes, courant) = (format!("{nr} x {} nodes", nz + 1), case.wave_speed() * dt / dr);
     let end = steps as f64 * dt;
+    let is_layered = case.sizes.layers.len() > 1;
+    let which = if is_layered { " in the struck layer" } else { "" };
     let mut rows = vec![("case", format!("{name}: {}", case.title))];
     match case.scales {
         None => {
-            let target = layers::target(case, &depth.to_string());
+            let thickness = case.target.thickness.filter(|_| is_layered).unwrap_or(depth);
+            let target = layers::target(case, &thickness.to_string());
             let c_s = case.target.material.shear_wave_speed;
             rows.push(("target", format!("{target}, c_s = {c_s}")));
             rows.extend(layers::rows(case));
             rows.extend([
                 ("mesh", format!("{nodes} to r = {outer_radius:.4}, z = {depth:.4}")),
-                ("spacing", format!("dr = {dr:.6e}, dz = {dz:.6e}, radial Courant number {courant:.6}")),
+                (
+                    "spacing",
+                    format!("dr = {dr:.6e}, dz = {dz:.6e}{which}, radial Courant number {courant:.6}"),
+                ),
                 ("time", format!("{steps} steps of {dt:.6e} to t = {end:.6}")),
             ]);
         }
@@ -139,7 +145,7 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
             let [r, z, dr, dz] = [outer_radius, depth, dr, dz].map(|x| length.text(x));
             rows.extend([
                 ("mesh", format!("{nodes} to r = {r}, z = {z}")),
-                ("spacing", format!("dr = {dr}, dz = {dz}, radial Courant number {courant:.6}")),
+                ("spacing", format!("dr = {dr}, dz = {dz}{which}, radial Courant number {courant:.6}")),
                 ("time", format!("{steps} steps of {} to t = {}", time.text(dt), time.text(end))),
             ]);
         }

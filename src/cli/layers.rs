@@ -66,8 +66,8 @@ pub(super) fn rows(case: &Case) -> Vec<(&'static str, String)> {
             Some(time) => {
                 format!(
                     "{} crossed in {}",
-                    units.length.full_text(*steps as f64 * dz),
-                    units.time.full_text(time)
+                    units.length.text_to(6, *steps as f64 * dz),
+                    units.time.text_to(6, time)
                 )
             }
             None => "half-space".into(),
