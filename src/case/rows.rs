@@ -55,6 +55,7 @@ pub(super) fn edge(order: Option<Order>, target: &Target) -> Edge {
     match order {
         Some(Order::Second) => Edge::SECOND,
         Some(Order::Fourth) => Edge::FOURTH,
+        None if target.computed().len() > 1 => Edge::elastic_on_layers(target.material.shear_wave_speed),
         None => Edge::elastic(target.material.shear_wave_speed),
     }
 }
