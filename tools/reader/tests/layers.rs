@@ -261,7 +261,12 @@ fn depths_go_into_a_rectilinear_grid() {
     let values = numbers(offset("values"));
     assert_near(&[values[2 * RADII], values[3 * RADII]], &[1.43, 18.03]);
     assert!(desk.error(2, &export("f.vti")).contains("write a .vtr"));
-    desk.text(0, &export("f.npy"));
+    desk.text(0, &export("f.npz"));
+    let file = fs::File::open(desk.path("f.npz")).expect("an archive");
+    let mut archive = ndarray_npy::NpzReader::new(file).expect("an archive");
+    let depths: ndarray::Array1<f64> = archive.by_name("z").expect("depths");
+    let values: ndarray::Array2<f64> = archive.by_name("values").expect("values");
+    assert_eq!((depths.as_slice(), values.dim()), (Some(&DEPTHS[..]), (DEPTHS.len(), RADII)));
 }
 
 #[test]

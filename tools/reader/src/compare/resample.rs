@@ -189,9 +189,10 @@ fn on_common_grid((a, grid_a): (&List, &Grid), (b, grid_b): (&List, &Grid)) -> C
     // rows and columns of the other, as far as it has them, that are not beside those used
     let used = |side: &Side, length: usize, reference: &Side| {
         let (first, last) = (reference.at(0), reference.at(reference.length().saturating_sub(1)));
-        // NaN beyond the end of a list
         let is_unused = |i: &usize| {
-            side.at(*i) < first && !(side.at(i + 1) > first)
+            // NaN beyond the end of a list
+            let next = side.at(i + 1);
+            side.at(*i) < first && (next.is_nan() || next <= first)
                 || side.at(*i) > last && i.checked_sub(1).is_some_and(|before| side.at(before) >= last)
         };
         length - (0..length).filter(is_unused).count()
