@@ -41,7 +41,8 @@ impl Places {
     /// * `names`: of leaves beside that of the array, `z0,dz,nz,z` in a matrix and `s0,ds,s` else; the last may be missing
     fn of(names: &str, is_matrix: bool, path: &str, layout: &Layout) -> Option<Self> {
         let prefix = path.rsplit_once('.').map_or(String::new(), |(prefix, _)| format!("{prefix}."));
-        let names: Vec<&str> = names.split(',').map(str::trim).collect();
+        // of a text that is no axis it may have very many
+        let names: Vec<&str> = names.split(',').map(str::trim).take(5).collect();
         let find = |place: usize| layout.find(&format!("{prefix}{}", names.get(place)?));
         let number = |place| {
             find(place).filter(|&leaf| layout.leaves[leaf].is_single && layout.leaves[leaf].kind.is_number())
