@@ -41,7 +41,8 @@ impl Places {
     /// * `names`: of leaves beside that of the array, `z0,dz,nz,z` in a matrix and `s0,ds,s` else; the last may be missing
     fn of(names: &str, is_matrix: bool, path: &str, layout: &Layout) -> Option<Self> {
         let prefix = path.rsplit_once('.').map_or(String::new(), |(prefix, _)| format!("{prefix}."));
-        let names: Vec<&str> = names.split(',').map(str::trim).collect();
+        // of a text that is no axis it may have very many
+        let names: Vec<&str> = names.split(',').map(str::trim).take(5).collect();
         let find = |place: usize| layout.find(&format!("{prefix}{}", names.get(place)?));
         let number = |place| {
             find(place).filter(|&leaf| layout.leaves[leaf].is_single && layout.leaves[leaf].kind.is_number())
@@ -160,7 +161,7 @@ impl Axis {
     pub(crate) fn nodes<'a>(&'a self, values: &'a Values) -> Nodes<'a> {
         match self {
             Self::Described(places) => match places.list(values) {
-                Some(positions) if flaw(positions, positions.len()).is_none() => Nodes::Listed(positions),
+                Some(positions) if flaw(positions, positions.len()).is_none() => Nodes::Sorted(positions),
                 Some(_) => Nodes::Unknown,
                 None => {
                     let number = |leaf: usize| values.lists[leaf].number(0);
@@ -201,8 +202,14 @@ pub(crate) struct Grid {
 /// The positions of the elements of an array in a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Nodes<'a> {
-    Uniform { start: f64, step: f64 },
+    Uniform {
+        start: f64,
+        step: f64,
+    },
+    /// In any order.
     Listed(&'a [f64]),
+    /// None less than the one before it.
+    Sorted(&'a [f64]),
     Unknown,
 }
 
@@ -210,7 +217,7 @@ impl<'a> Nodes<'a> {
     pub(crate) fn of(side: &'a Side) -> Self {
         match side {
             Side::Even { start, step, .. } => Self::even(*start, *step),
-            Side::Listed(positions) => Self::Listed(positions),
+            Side::Listed(positions) => Self::Sorted(positions),
         }
     }
 
@@ -222,14 +229,14 @@ impl<'a> Nodes<'a> {
     pub(crate) fn position(&self, index: usize) -> Option<f64> {
         match self {
             Self::Uniform { start, step } => Some(start + index as f64 * step),
-            Self::Listed(positions) => positions.get(index).copied(),
+            Self::Listed(positions) | Self::Sorted(positions) => positions.get(index).copied(),
             Self::Unknown => None,
         }
     }
 
     /// Where an element is among others.
     pub(crate) fn spot(&self, index: usize) -> Option<Spot> {
-        let is_lower = matches!(self, Self::Listed(positions)
+        let is_lower = matches!(self, Self::Sorted(positions)
             if index > 0 && positions.get(index - 1..=index).is_some_and(|pair| pair[0] == pair[1]));
         Some(Spot { position: self.position(index)?, is_lower })
     }
@@ -255,16 +262,16 @@ pub(crate) fn is_near(x: f64, y: f64) -> bool {
     x == y || (x - y).abs() <= ROUNDING * x.abs().max(y.abs())
 }
 
-/// The element of listed positions at or before a spot, and the share of the next: never of two on both sides of an interface.
+/// The element of positions in their order at or before a spot, and the share of the next: never of two on both sides of an interface.
 pub(crate) fn find(positions: &[f64], spot: Spot) -> Option<(usize, f64)> {
     let position = spot.position;
-    let mut at = (0..positions.len()).filter(|&i| is_near(positions[i], position));
-    let found = if spot.is_lower { at.next_back() } else { at.next() };
-    if let Some(i) = found {
-        return Some((i, 0.0));
+    let first = positions.partition_point(|known| *known < position && !is_near(*known, position));
+    let next = positions.partition_point(|known| *known < position || is_near(*known, position));
+    if first < next {
+        return Some((if spot.is_lower { next - 1 } else { first }, 0.0));
     }
-    let i = positions.windows(2).position(|pair| pair[0] < position && position < pair[1])?;
-    Some((i, (position - positions[i]) / (positions[i + 1] - positions[i])))
+    let (before, after) = (*positions.get(next.checked_sub(1)?)?, *positions.get(next)?);
+    Some((next - 1, (position - before) / (after - before)))
 }
 
 /// Value of an array of `length` elements at a position of its axis.
@@ -281,6 +288,7 @@ pub(crate) fn between(
     value: impl Fn(usize) -> Option<f64>,
 ) -> Option<f64> {
     let spot = spot.into();
+    let position = spot.position;
     // the share of the next element, which need not be there if it has none
     let interpolated = |i: usize, share: f64| {
         let from = value(i)?;
@@ -288,7 +296,6 @@ pub(crate) fn between(
     };
     match nodes {
         Nodes::Uniform { start, step } => {
-            let position = spot.position;
             let x = (position - start) / step;
             let last = length.checked_sub(1)? as f64;
             // half a step, and some room for rounding
@@ -304,7 +311,17 @@ pub(crate) fn between(
                 interpolated(x as usize, x - x.floor())
             }
         }
-        Nodes::Listed(positions) => find(positions, spot).and_then(|(i, share)| interpolated(i, share)),
+        Nodes::Listed(positions) => {
+            if let Some(i) = positions.iter().position(|&p| p == position) {
+                return value(i);
+            }
+            let i = positions.windows(2).position(|pair| pair[0] < position && position < pair[1])?;
+            interpolated(i, (position - positions[i]) / (positions[i + 1] - positions[i]))
+        }
+        Nodes::Sorted(positions) => {
+            let (i, share) = find(positions, spot)?;
+            interpolated(i, share)
+        }
         Nodes::Unknown => None,
     }
 }

@@ -67,6 +67,11 @@ const SAID: &[(&[&str], &[Said])] = &[
     (&["units of 70 000 letters"], &[("info", 0, "xxxxxxxx")]),
     (&["matrices whose elements have no size"], &[("report", 0, "")]),
     (
+        &["depths that are not sound"],
+        &[("verify", 1, "lists the position 1 behind 2 along z"), ("trace", 0, ""), ("report", 0, "")],
+    ),
+    (&["depths that all stand twice"], &[("trace", 0, "left out"), ("report", 0, "")]),
+    (
         &["a record that is longer than its chunk"],
         &[
             ("verify", 1, "a record that is longer than its chunk"),

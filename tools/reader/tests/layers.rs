@@ -237,6 +237,31 @@ fn layers_are_compared_with_one_layer_on_the_same_depths() {
 }
 
 #[test]
+fn depths_in_metres_are_those_in_radii() {
+    /// Metres in a radius.
+    const RADIUS: f64 = 0.0137;
+    let mut plain = layered().only("/field/stress");
+    let mut physical = plain.clone();
+    physical.metadata[0].1.insert("scale.length_m".into(), RADIUS.to_string());
+    for (recording, unit, radius) in [(&mut plain, "R", 1.0), (&mut physical, "m", RADIUS)] {
+        let channel = recording.channel("/field/stress");
+        for field in ["r0", "dr", "z0", "dz"] {
+            channel.metadata.insert(format!("unit.{field}"), unit.into());
+            for (_, message) in &mut channel.messages {
+                let value = forge::number(message, field) * radius;
+                message.set_field_by_name(field, Value::F64(value));
+            }
+        }
+        channel.metadata.insert("unit.z".into(), unit.into());
+        recording.set_all("/field/stress", "z", |_| list(DEPTHS.map(|z| z * radius)));
+    }
+    for (a, b) in [(&plain, &physical), (&physical, &plain)] {
+        let text = diff(a, b, 0, &["--abs", "1e-12"]);
+        assert!(!text.contains("axes differ"), "{text}");
+    }
+}
+
+#[test]
 fn depths_go_into_a_rectilinear_grid() {
     let desk = desk_of(&layered());
     let export = |name: &'static str| ["export", "a.mcap", "--topic", "/field/stress", "-o", name];
@@ -261,7 +286,12 @@ fn depths_go_into_a_rectilinear_grid() {
     let values = numbers(offset("values"));
     assert_near(&[values[2 * RADII], values[3 * RADII]], &[1.43, 18.03]);
     assert!(desk.error(2, &export("f.vti")).contains("write a .vtr"));
-    desk.text(0, &export("f.npy"));
+    desk.text(0, &export("f.npz"));
+    let file = fs::File::open(desk.path("f.npz")).expect("an archive");
+    let mut archive = ndarray_npy::NpzReader::new(file).expect("an archive");
+    let depths: ndarray::Array1<f64> = archive.by_name("z").expect("depths");
+    let values: ndarray::Array2<f64> = archive.by_name("values").expect("values");
+    assert_eq!((depths.as_slice(), values.dim()), (Some(&DEPTHS[..]), (DEPTHS.len(), RADII)));
 }
 
 #[test]

@@ -34,8 +34,7 @@ pub(super) fn layers(image: &Image, place: &Place) -> Vec<Primitive> {
     let (mut lines, mut names, mut last) = (Vec::new(), Vec::new(), place.top - LINE);
     for (i, layer) in image.layers.iter().enumerate().filter(|_| image.layers.len() > 1) {
         let (top, bottom) = (layer.top.max(low), layer.bottom.min(high));
-        // false for NaN
-        if !(top < bottom) {
+        if top >= bottom {
             continue;
         }
         if i > 0 && layer.top > low {

@@ -31,7 +31,8 @@ Examples:
   percuss-read trace steel.mcap --units base                       s and N, not µs and kN
   percuss-read trace robot.mcap --topic /control --field gains[kd] --time iso      of another program, with dates
 
---from, --to and positions of --at are always in the units that are recorded.";
+--from, --to and positions of --at are always in the units that are recorded. On an interface between layers a position is in
+the upper one.";
 
 #[derive(Debug, Args)]
 #[command(after_help = TRACE_EXAMPLES)]

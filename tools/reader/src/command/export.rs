@@ -4,11 +4,13 @@ mod image;
 
 use std::{
     collections::{HashMap, HashSet},
+    error::Error,
+    io::Cursor,
     path::{Component, Path},
 };
 
-use ndarray::Array2;
-use ndarray_npy::WriteNpyExt;
+use ndarray::{Array1, Array2};
+use ndarray_npy::{NpzWriter, WriteNpyExt};
 
 use percuss_picture::{Medium, draw_image};
 
@@ -98,6 +100,8 @@ impl ExportError {
 pub enum Form {
     /// Array of NumPy.
     Npy,
+    /// Arrays of NumPy: that of `.npy` by its name, and the positions of rows and columns by the names of their coordinates.
+    Npz,
     /// Image data of VTK.
     Vti,
     /// Rectilinear grid of VTK.
@@ -109,8 +113,14 @@ pub enum Form {
 }
 
 /// Forms by the extensions of files.
-pub const FORMS: [(&str, Form); 5] =
-    [("npy", Form::Npy), ("vti", Form::Vti), ("vtr", Form::Vtr), ("png", Form::Png), ("svg", Form::Svg)];
+pub const FORMS: [(&str, Form); 6] = [
+    ("npy", Form::Npy),
+    ("npz", Form::Npz),
+    ("vti", Form::Vti),
+    ("vtr", Form::Vtr),
+    ("png", Form::Png),
+    ("svg", Form::Svg),
+];
 
 /// The name of an attachment as a file in a folder: never one that leads elsewhere.
 ///
@@ -254,13 +264,23 @@ pub fn form(slice: &Slice, form: Form) -> Result<Vec<u8>, ExportError> {
         Form::Vtr => Ok(vtr(slice)),
         Form::Png => draw_image(&slice.image(), None, Medium::Png).map_err(ExportError::Draw),
         Form::Svg => draw_image(&slice.image(), None, Medium::Svg).map_err(ExportError::Draw),
-        Form::Npy => {
-            let shape = (slice.rows.length(), slice.columns.length());
-            let array = Array2::from_shape_vec(shape, slice.values.clone());
-            let array = array.map_err(|error| ExportError::Draw(error.to_string()))?;
-            let mut bytes = Vec::new();
-            array.write_npy(&mut bytes).map_err(|error| ExportError::Draw(error.to_string()))?;
-            Ok(bytes)
-        }
+        Form::Npy | Form::Npz => arrays(slice, form).map_err(|error| ExportError::Draw(error.to_string())),
     }
+}
+
+/// A matrix as one array of NumPy, or as several.
+fn arrays(slice: &Slice, form: Form) -> Result<Vec<u8>, Box<dyn Error>> {
+    let shape = (slice.rows.length(), slice.columns.length());
+    let array = Array2::from_shape_vec(shape, slice.values.clone())?;
+    if form == Form::Npy {
+        let mut bytes = Vec::new();
+        array.write_npy(&mut bytes)?;
+        return Ok(bytes);
+    }
+    let mut archive = NpzWriter::new(Cursor::new(Vec::new()));
+    archive.add_array(slice.name.as_str(), &array)?;
+    for (side, axis) in [&slice.rows, &slice.columns].into_iter().zip(&slice.axes) {
+        archive.add_array(axis.name.as_str(), &Array1::from_shape_fn(side.length(), |i| side.at(i)))?;
+    }
+    Ok(archive.finish()?.into_inner())
 }

@@ -115,7 +115,7 @@ fn are_near((start_a, step_a): (f64, f64), (start_b, step_b): (f64, f64), length
 
 /// True if listed positions are the same, up to rounding.
 fn are_same_places(a: &[f64], b: &[f64]) -> bool {
-    a.len() == b.len() && a.iter().zip(b).all(|(x, y)| is_near(*x, *y) || is_same(*x, *y))
+    a.len() == b.len() && a.iter().zip(b).all(|(x, y)| is_near(*x, *y))
 }
 
 /// Arrays on different axes: the reference on the common range, the new one interpolated there. `None` if the axes are
@@ -130,7 +130,10 @@ fn on_common_axis(
             are_near((start, step), (s, d), a.len())
         }
         (Nodes::Unknown, _) | (_, Nodes::Unknown) => true,
-        (Nodes::Listed(a), Nodes::Listed(b)) => are_same_places(a, b),
+        (Nodes::Listed(a), Nodes::Listed(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(x, y)| x == y || is_same(*x, *y))
+        }
+        (Nodes::Sorted(a), Nodes::Sorted(b)) => are_same_places(a, b),
         _ => false,
     };
     if are_same {
@@ -186,9 +189,10 @@ fn on_common_grid((a, grid_a): (&List, &Grid), (b, grid_b): (&List, &Grid)) -> C
     // rows and columns of the other, as far as it has them, that are not beside those used
     let used = |side: &Side, length: usize, reference: &Side| {
         let (first, last) = (reference.at(0), reference.at(reference.length().saturating_sub(1)));
-        // NaN beyond the end of a list
         let is_unused = |i: &usize| {
-            side.at(*i) < first && !(side.at(i + 1) > first)
+            // NaN beyond the end of a list
+            let next = side.at(i + 1);
+            side.at(*i) < first && (next.is_nan() || next <= first)
                 || side.at(*i) > last && i.checked_sub(1).is_some_and(|before| side.at(before) >= last)
         };
         length - (0..length).filter(is_unused).count()

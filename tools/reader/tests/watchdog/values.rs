@@ -53,6 +53,22 @@ pub const CASES: &[Case] = &[
             &[],
         )
     }),
+    ("depths that are not sound", || {
+        let sound = vec![0.0, 1.0, 1.0, 2.0];
+        let bad = [
+            vec![0.0, f64::NAN, 1.0, 2.0],
+            vec![0.0, 2.0, 1.0, 3.0],
+            vec![0.0; 3],
+            vec![0.0; 5],
+            vec![1e308; 4],
+        ];
+        let messages = [vec![(sound, 4)], bad.map(|depths| (depths, 4)).into(), vec![(vec![0.0; 4], 4000)]];
+        of_depths(&messages.concat())
+    }),
+    ("depths that all stand twice", || {
+        let depths = |step: f64| (0..100_000).map(|i| f64::from(i / 2) * step).collect();
+        of_depths(&[(depths(1.0), 100_000), (depths(1.5), 100_000), (vec![0.0; 1000], 1000)])
+    }),
     ("values that are no numbers", || {
         let values = [f64::NAN, f64::INFINITY, -f64::INFINITY, f64::MAX, f64::MIN, 5e-324, -0.0];
         let one = |i: u32| message_at(1, u64::from(i) << 20, &scalar(f64::from(i), values[i as usize % 7]));
@@ -285,6 +301,36 @@ fn of_times(count: u32, time: impl Fn(u32) -> u64) -> Vec<u8> {
 fn slice([dr, dz]: [f64; 2], [nr, nz]: [u32; 2], length: usize) -> Vec<u8> {
     let steps = [double(4, dr), double(7, dz), whole_number(5, nr.into()), whole_number(8, nz.into())];
     message_at(1, 0, &[steps.concat(), block(9, &1_f32.to_le_bytes().repeat(length))].concat())
+}
+
+/// Matrices of one column with these depths and values for so many rows, and profiles of as many.
+fn of_depths(messages: &[(Vec<f64>, u32)]) -> Vec<u8> {
+    let field = |name: &str, number, kind| forge::field(name, number, Label::Optional, kind, None);
+    let list = |name: &str, number, kind| forge::field(name, number, Label::Repeated, kind, None);
+    let mut fields: Vec<_> =
+        ["r0", "dr", "z0", "dz"].into_iter().zip(1..).map(|(name, i)| field(name, i, Type::Double)).collect();
+    fields.extend([field("nr", 5, Type::Uint32), field("nz", 6, Type::Uint32)]);
+    fields.extend([
+        list("values", 7, Type::Float),
+        list("line", 8, Type::Double),
+        list("z", 9, Type::Double),
+    ]);
+    let set = FileDescriptorSet {
+        file: vec![forge::file_of("depths.proto", vec![forge::type_of("Depths", fields)])],
+    };
+    let axes = map(&[("axis.values", "z0,dz,nz,z;r0,dr,nr"), ("axis.line", "z0,dz,z")]);
+    let layers = [("layers", "1000000000"), ("layer.1.top", "nan"), ("layer.1.bottom", "1e999")];
+    let bytes = |numbers: &[f64]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
+    let message = |(i, (depths, rows)): (u64, &(Vec<f64>, u32))| {
+        let steps = [double(2, 0.1), double(4, 0.1), whole_number(5, 1), whole_number(6, u64::from(*rows))];
+        let values = block(7, &1_f32.to_le_bytes().repeat(*rows as usize));
+        let line = block(8, &2_f64.to_le_bytes().repeat(*rows as usize));
+        message_at(1, i << 20, &[steps.concat(), values, line, block(9, &bytes(depths))].concat())
+    };
+    let messages = (0..).zip(messages).flat_map(message).collect();
+    let run = metadata("percuss.run", &layers);
+    let schema = schema(1, "Depths", &set.encode_to_vec());
+    whole(&[run, schema, channel(1, 1, "/field/stress", &axes), packed(&[messages])], &[])
 }
 
 /// A recording of matrices.

@@ -170,7 +170,8 @@
     layers.style.aspectRatio = `${2 * columns} / ${rows}`;
     layers.style.maxWidth = `calc(24rem * ${(2 * columns) / rows})`;
     field.layers.forEach((layer, i) => {
-      const part = make("div", {}, layer.name);
+      const part = make("div");
+      part.append(make("span", {}, layer.name));
       part.style.top = `${100 * layer.from}%`;
       part.style.height = `${100 * (layer.to - layer.from)}%`;
       if (i > 0) part.className = "interface";
