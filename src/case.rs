@@ -7,11 +7,11 @@
 //! * `builder`: cases from keys and values, files and `--set` included
 //! * `parameters`: the data of a case
 //! * `errors`, `bounds`, `document`: problems and their places; bounds of numbers; TOML text with spans, one section at a time
-//! * `read`, `read_target`, `read_indenter`, `read_profile`: from a document to parameters, section by section
+//! * `read`, `read_layers`, `read_target`, `read_indenter`, `read_profile`: from a document to parameters, section by section
 //! * `system`, `quantity`: dimensionless and physical cases; numbers with a unit
 //! * `frames`, `density`: which steps are frames, and which nodes they show
 //! * `gauges`: points and lines in the target
-//! * `sizes`: derived sizes
+//! * `sizes`, `rows`: derived sizes; the time step and the rows of layers
 //! * `resolved`: from parameters back to TOML, with nothing left implicit
 //! * `builtin`: the cases of the paper
 //!
@@ -26,12 +26,13 @@
 //! geometry = "axisymmetric"         # axisymmetric | plane
 //! # length_unit = "10 mm"           # physical cases whose indenter has no radius and no nose_radius
 //!
-//! [target]
+//! [target]                          # one layer; several: see below
 //! thickness = 1.0                   # number > 0, or "half-space"
 //! shear_wave_speed = 0.5            # c_s / c_p: the case is dimensionless; or instead of it a material: the case is physical
 //! # material = "steel"              # see percuss materials; or two constants and the density:
 //! # material = { youngs_modulus = "210 GPa", poisson_ratio = 0.3, density = "7.85 g/cm3" }
 //! # material = { bulk_modulus = "175 GPa", shear_modulus = "80.8 GPa", density = "7850 kg/m3" }
+//! # back = "rigid"                  # rigid (and smooth) | free
 //!
 //! [indenter]
 //! shape = "flat"                    # flat | paraboloid | sphere | cone | profile
@@ -79,10 +80,42 @@
 //!
 //! A case is either dimensionless or physical, and what has a dimension is written accordingly throughout; anything mixed is an
 //! error. In a *dimensionless* case numbers are plain: length in R, speed in c_p, time in R/c_p, stress in γc_p². A *physical* case has
-//! `target.material`, and everything with a dimension is a text with a unit: `"10 mm"`, `"5 m/s"`, `"32.7 g"`
+//! `target.material`, in every layer if there are several, and everything with a dimension is a text with a unit: `"10 mm"`, `"5 m/s"`, `"32.7 g"`
 //! (plane: `"2 kg/m"`, of the whole body), `"210 GPa"`, `"7.85 g/cm3"`, `"250 us"`. Ratios, slopes, angles in degrees and counts
 //! are plain in both. Its unit of length R, which `mesh.cells` counts, is `indenter.radius`, else `indenter.nose_radius`, else
 //! `length_unit`. Its recording is in SI.
+//!
+//! # Layers
+//!
+//! A target of several layers has a list of them, from the struck surface down, in place of `thickness`, `shear_wave_speed` and
+//! `material`; a list of one is the same as those.
+//!
+//! ```toml
+//! [target]
+//! back = "free"                     # of the last layer: rigid | free
+//!
+//! [[target.layer]]
+//! material = "alumina"              # the units are those of the first layer
+//! thickness = "10 mm"
+//!
+//! [[target.layer]]
+//! material = "epoxy"
+//! thickness = "0.2 mm"
+//! bond = "sliding"                  # to the layer above: welded (default) | sliding (no shear stress; model = "elastic")
+//!
+//! [[target.layer]]
+//! material = "aluminium"
+//! thickness = "15 mm"               # or "half-space", in the last layer
+//! ```
+//!
+//! A layer of a dimensionless case has `density` (1), `wave_speed` (1) and `shear_wave_speed` (that of the first layer) in place of a
+//! material, in units of γ and c_p of the first layer. `--set target.layer.2.thickness="0.3 mm"` changes the second one. Welded layers
+//! of the same constants are computed as one.
+//!
+//! One time step serves all layers: each is crossed in a whole number of steps, two at least, so that plane waves are exact. What is
+//! missing to a whole number changes the longitudinal wave speed of the layer, at the same impedance: `check` and `run` show by how
+//! much, warn from 0.5 % on, and refuse more than 2 %; another number of `cells` needs less. Layers and free backs have the matched
+//! mesh, and no estimate of the error of the simplified theory.
 //!
 //! # Two models
 //!
@@ -119,9 +152,11 @@ mod parameters;
 mod quantity;
 mod read;
 mod read_indenter;
+mod read_layers;
 mod read_profile;
 mod read_target;
 mod resolved;
+mod rows;
 mod sizes;
 mod system;
 
@@ -129,7 +164,10 @@ pub use crate::shape::Head;
 pub use builder::{CaseBuilder, Value};
 pub use errors::{CaseErrors, Problem};
 pub use frames::{FrameSteps, Frames};
-pub use parameters::{Body, Impact, Mesh, Parameters, Record, Run, Sizes, Stop, Target, ViewChannel};
+pub use parameters::{
+    Body, Impact, LayerSizes, Mesh, Parameters, Record, Run, Sizes, Stop, Target, TargetLayer, ViewChannel,
+};
+pub(crate) use rows::NOTED_CHANGE;
 
 /// A checked, complete case.
 ///

@@ -36,6 +36,7 @@ use crate::{
 mod cases;
 mod check;
 mod exact;
+mod layers;
 mod layout;
 mod materials;
 mod output;

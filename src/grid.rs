@@ -24,7 +24,7 @@ mod layers;
 mod steps;
 
 pub use layers::{Back, Bond, Layer};
-pub use steps::LayerSteps;
+pub use steps::{FEWEST, LayerSteps};
 
 /// Placement of nodes along `r`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -71,13 +71,7 @@ impl Spacing {
         speed: f64,
         edge: Edge,
     ) -> Self {
-        // (cells − ½ + offset − slope)·Δr + slope·c·Δz = R
-        let (cells, Edge { offset, slope }) = (cells as f64, edge);
-        let dr = |slip: Option<f64>| match (radius, slip) {
-            (None, _) => 1.0 / cells,
-            (Some(radius), None) => radius / (cells - 0.5 + offset),
-            (Some(radius), Some(slip)) => (radius - slope * slip) / (cells - 0.5 + offset - slope),
-        };
+        let dr = |slip| Self::radial(cells, radius, edge, slip);
         let Some(h) = thickness else {
             let dr = dr(None);
             return Self { dr, dz: dr / speed, layer_rows: None };
@@ -85,6 +79,20 @@ impl Spacing {
         let rows = (speed * h / dr(None) - ROUNDING).ceil().max(1.0);
         let dz = h / rows;
         Self { dr: dr(Some(speed * dz)), dz, layer_rows: Some(rows as usize) }
+    }
+
+    /// Radial distance Δr of nodes of a matched mesh \[R\], `(cells − ½ + offset − slope)·Δr + slope·c·Δt = R`.
+    ///
+    /// * `edge`: where the scheme sees the edge of a punch
+    /// * `radius`: radius of the punch \[R\], `None` if unbounded
+    /// * `slip`: way c·Δt of waves along r in a step \[R\]; `None` if it is Δr
+    pub fn radial(cells: usize, radius: Option<f64>, edge: Edge, slip: Option<f64>) -> f64 {
+        let (cells, Edge { offset, slope }) = (cells as f64, edge);
+        match (radius, slip) {
+            (None, _) => 1.0 / cells,
+            (Some(radius), None) => radius / (cells - 0.5 + offset),
+            (Some(radius), Some(slip)) => (radius - slope * slip) / (cells - 0.5 + offset - slope),
+        }
     }
 
     /// Spacing of the paper's mesh, `Δr = Δz = 1/cells`; `None` if the layer is not a whole number of cells.

@@ -30,13 +30,6 @@ impl Waves {
     pub fn struck(shear: f64) -> Self {
         Self { impedance: 1.0, shear }
     }
-
-    /// Shares of this layer and the one below it in the acceleration of the nodes between them: half the mass of a row of cells of
-    /// either belongs to them, `m = ½(Z₁ + Z₂)`.
-    pub fn shares(&self, lower: &Self) -> [f64; 2] {
-        let sum = self.impedance + lower.impedance;
-        [self.impedance / sum, lower.impedance / sum]
-    }
 }
 
 /// Two elastic constants and the density, in SI units.
@@ -173,7 +166,7 @@ const fn young(name: &'static str, density: f64, e: f64, nu: f64, source: &'stat
 }
 
 /// All presets, by name.
-pub const PRESETS: [Preset; 19] = [
+pub const PRESETS: [Preset; 20] = [
     young("alumina", 3900.0, 370e9, 0.22, TYPICAL),
     speeds("aluminium", 2700.0, 6420.0, 3040.0),
     speeds("brass", 8600.0, 4700.0, 2110.0),
@@ -187,6 +180,8 @@ pub const PRESETS: [Preset; 19] = [
     speeds("pmma", 1180.0, 2680.0, 1100.0),
     speeds("polyethylene", 900.0, 1950.0, 540.0),
     speeds("polystyrene", 1060.0, 2350.0, 1120.0),
+    // G = 0.47 GPa, K = 2 GPa
+    young("pvb", 1100.0, 1.31e9, 0.391, "typical at impact rates, glassy"),
     speeds("pyrex", 2320.0, 5640.0, 3280.0),
     young("silicon-carbide", 3100.0, 410e9, 0.14, TYPICAL),
     speeds("stainless-steel", 7900.0, 5790.0, 3100.0),

@@ -26,6 +26,8 @@
 //! sampler    frames and energies of a level, as tiles pass it
 //! gauge      points and lines of a level, as tiles pass it
 //! strains    largest strain of a level, as tiles pass it
+//! interface  rows at interfaces of layers, and their first tension
+//! weights    weights by layer and column
 //! tiles      time-skewed tiling behind the near-surface band
 //! workers    threads that work on the tiles
 //! state      the engine as a stream of bytes
@@ -98,13 +100,13 @@ impl ModelKind {
         }
     }
 
-    /// Speed of the fastest waves along r \[c_p\].
+    /// Speed of the fastest waves along r.
     ///
-    /// * `c_s`: shear wave speed \[c_p\]
-    pub fn lateral_speed(self, c_s: f64) -> f64 {
+    /// * `c_p`, `c_s`: speeds of longitudinal and shear waves
+    pub fn lateral_speed(self, c_p: f64, c_s: f64) -> f64 {
         match self {
             Self::Rakhmatulin => c_s,
-            Self::Elastic => 1.0,
+            Self::Elastic => c_p,
         }
     }
 }
@@ -211,6 +213,28 @@ pub struct TargetEnergy {
     pub strain: f64,
 }
 
+impl std::iter::Sum for TargetEnergy {
+    fn sum<I: Iterator<Item = Self>>(energies: I) -> Self {
+        energies.fold(Self::default(), |sum, energy| Self {
+            kinetic: sum.kinetic + energy.kinetic,
+            strain: sum.strain + energy.strain,
+        })
+    }
+}
+
+/// An interface in tension. Layers are not separated by it: from there on a stack that cannot bear it is another one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tension {
+    /// Number of the interface, which is that of the layer above it.
+    pub interface: usize,
+    /// Level.
+    pub level: usize,
+    /// Innermost column.
+    pub column: usize,
+    /// Stress −σ_zz there, which is negative \[γc_p²\].
+    pub stress: f64,
+}
+
 /// Largest strain behind the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StrainPeak {
@@ -255,9 +279,9 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// Size of a field that shows every `every`-th node of a mesh along r and z, the first one included.
+    /// Size of a field that shows every `every`-th node of a mesh along r and z, the first one included, see [`Grid::shown_rows`].
     pub fn of(grid: &Grid, every: usize) -> Self {
-        Self { nr: grid.nr().div_ceil(every), nz: (grid.nz + 1).div_ceil(every) }
+        Self { nr: grid.nr().div_ceil(every), nz: grid.shown_rows(every).len() }
     }
 }
 
@@ -295,11 +319,13 @@ pub struct Sampling {
     pub frames: FrameFields,
     /// Points and lines. Where there are any, the model must have [`Coverage::Field`] or more.
     pub gauges: Gauges,
+    /// Tension of an interface that is looked for, if it is \[γc_p²\].
+    pub tension: Option<f64>,
 }
 
 impl From<FrameFields> for Sampling {
     fn from(frames: FrameFields) -> Self {
-        Self { frames, gauges: Gauges::default() }
+        Self { frames, ..Self::default() }
     }
 }
 
@@ -329,6 +355,8 @@ impl Sample {
 pub struct Frame {
     /// Energy between levels k−1 and k, and between levels k and k+1.
     pub energy: [TargetEnergy; 2],
+    /// The same of every layer.
+    pub layers: Vec<[TargetEnergy; 2]>,
     /// The nodes of the mesh.
     pub lattice: Lattice,
     /// Fields.
@@ -353,8 +381,18 @@ pub struct Request {
     pub lines: bool,
 }
 
-/// A step as a model hands it out: what it was given with it, its frame, the values of its gauges.
-pub type CompletedStep<T> = (T, Option<Frame>, Option<GaugeValues>);
+/// A step as a model hands it out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CompletedStep<T> {
+    /// What the model was given with it.
+    pub step: T,
+    /// Its frame, if it is one.
+    pub frame: Option<Frame>,
+    /// Values of its gauges, if there are any.
+    pub gauges: Option<GaugeValues>,
+    /// Interfaces that are in tension for the first time, from the surface down.
+    pub tensions: Vec<Tension>,
+}
 
 /// An elastic target, advanced explicitly in time.
 ///

@@ -76,7 +76,9 @@ pub(crate) mod writer;
 /// * 1.2: `Energy.damped`; order and damping of the scheme in the run record.
 /// * 2.0: physical cases are recorded in SI, with their scales in the run record; shapes are geometry (`nose_radius`, `slope`).
 /// * 2.1: mass, force and energy of physical plane cases are those of the whole body and contact, in 2.0 of the half x ≥ 0.
-pub const FORMAT_VERSION: &str = "2.1";
+/// * 2.2: targets of several layers and with a free back: `FieldSlice.z`, `LineSlice.s`, `Energy.layer_strain`, `Energy.layer_kinetic`,
+///   `Event.interface`; layers and back in the run record. Other recordings have nothing new.
+pub const FORMAT_VERSION: &str = "2.2";
 
 /// Revision of the numerics: results of the same revision are the same bit for bit. It changes with the golden digests, which a
 /// test of theirs (`tests/golden.rs`) demands.

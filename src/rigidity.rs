@@ -15,7 +15,7 @@
 //! | flat face; any head in the plane, up to a logarithm of w | 1 | 1/2 |
 //! | any head of infinite mass, whose w is given | | 1 |
 //!
-//! This is the quasistatic estimate on a half-space. A steel ball on PMMA: q = 2.1 %, the force is 0.8 % too high; on alumina: 168 %,
+//! This is the quasistatic estimate on a half-space, of several layers that of the struck one alone. A steel ball on PMMA: q = 2.1 %, the force is 0.8 % too high; on alumina: 168 %,
 //! the force is 1.48 times too high.
 
 use crate::{case::Case, geometry::Geometry, shape::Head};
@@ -30,6 +30,8 @@ pub struct Rigidity {
     pub modulus_ratio: f64,
     /// Estimated peak force under a rigid indenter over that under one of its material.
     pub force_ratio: f64,
+    /// True if there are layers below the struck one, whose moduli do not enter.
+    pub is_layered: bool,
 }
 
 impl Rigidity {
@@ -43,7 +45,8 @@ impl Rigidity {
             (_, Head::Cone { .. }) => 1.0 / 3.0,
             (_, Head::Paraboloid { .. } | Head::Sphere { .. } | Head::Profile(_)) => 2.0 / 5.0,
         };
-        Some(Self { modulus_ratio, force_ratio: libm::pow(1.0 + modulus_ratio, exponent) })
+        let is_layered = case.sizes.layers.len() > 1;
+        Some(Self { modulus_ratio, force_ratio: libm::pow(1.0 + modulus_ratio, exponent), is_layered })
     }
 
     /// True if a user is to be warned.
@@ -55,8 +58,9 @@ impl Rigidity {
     pub fn text(&self) -> String {
         let percent = |share: f64| format!("{:.*} %", usize::from(share < 0.1), 100.0 * share);
         let (modulus, excess) = (percent(self.modulus_ratio), percent(self.force_ratio - 1.0));
+        let target = if self.is_layered { "struck layer" } else { "target" };
         format!(
-            "the indenter is taken as rigid; the contact modulus E/(1 - ν²) of the target is {modulus} of its own: \
+            "the indenter is taken as rigid; the contact modulus E/(1 - ν²) of the {target} is {modulus} of its own: \
              the peak force is about {excess} too high"
         )
     }

@@ -24,8 +24,8 @@ use crate::{
     grid::Grid,
     indenter::Indenter,
     model::{
-        self, Coverage, FrameFields, GaugeValues, Model, ModelKind, Request, Sampling, TargetEnergy, elastic,
-        rakhmatulin::Rakhmatulin,
+        CompletedStep, Coverage, FrameFields, Model, ModelKind, Request, Sampling, TargetEnergy, Tension,
+        elastic, rakhmatulin::Rakhmatulin,
     },
     surface::Surface,
     units::Units,
@@ -159,7 +159,7 @@ impl Simulation {
     fn with_model(case: &Case, model: Box<dyn Model<Step>>) -> Self {
         let (sizes, grid) = (&case.sizes, case.grid());
         let velocity = case.impact.velocity;
-        let wave_speed = case.wave_speed();
+        let wave_speed = case.surface_speed();
         let is_damped = case.mesh.damping > 0.0;
         let indenter = Indenter::new(case.indenter.mass, velocity, grid.dt());
         Self {
@@ -205,8 +205,8 @@ impl Simulation {
     pub(crate) fn step(&mut self) -> Result<Option<View<'static>>, SimulationError> {
         loop {
             let is_over = self.ending.is_some() || self.failure.is_some() || self.is_interrupted;
-            if let Some((step, frame, gauges)) = self.model.next(is_over) {
-                return self.show(step, frame, gauges).map(Some);
+            if let Some(step) = self.model.next(is_over) {
+                return self.show(step).map(Some);
             }
             if is_over {
                 return self.failure.take().map_or(Ok(None), Err);
@@ -315,11 +315,13 @@ impl Simulation {
     /// A step with its frame and gauges.
     fn show(
         &mut self,
-        Step { view, balances }: Step,
-        frame: Option<model::Frame>,
-        gauges: Option<GaugeValues>,
+        CompletedStep { step: Step { mut view, balances }, frame, gauges, tensions }: CompletedStep<Step>,
     ) -> Result<View<'static>, SimulationError> {
-        let view = View { gauges: gauges.map(Arc::new), ..view };
+        view.gauges = gauges.map(Arc::new);
+        if !tensions.is_empty() {
+            let events = tensions.iter().map(|tension| self.tension(view.time, tension));
+            view.events = events.chain(view.events.iter().cloned()).collect();
+        }
         let Some(fields) = frame else { return Ok(view) };
         let [before, after] = at_half_steps(balances, fields.energy);
         let energy = mean(before, after);
@@ -329,6 +331,16 @@ impl Simulation {
             return Err(self.not_finite(view.step));
         }
         Ok(View { frame: Some(Frame { energy, fields: Arc::new(fields) }), ..view })
+    }
+
+    /// The first tension at an interface as an event.
+    fn tension(&self, time: f64, tension: &Tension) -> Event {
+        let r = self.grid.r(tension.column);
+        let [place, at] = [self.units.length.text(r), self.units.time.text(time)];
+        let (number, stress) = (tension.interface as u32 + 1, self.units.stress.text(-tension.stress));
+        let text =
+            format!("tension: interface {number} is first in tension at r = {place}, t = {at}, by {stress}");
+        Event { kind: EventKind::LayerTension, text, r: Some(r), since: None, interface: Some(number) }
     }
 
     /// How the run has ended; `None` while it has not.
@@ -376,28 +388,38 @@ impl Simulation {
         {
             let at = self.units.time.text(event.since.unwrap_or(time));
             let text = format!("stopped at {name}, t = {at}, as run.stop asks");
-            events.push(Event { kind: EventKind::Stopped, text: text.clone(), r: None, since: None });
+            events.push(Event {
+                kind: EventKind::Stopped,
+                text: text.clone(),
+                r: None,
+                since: None,
+                interface: None,
+            });
             return Some(Ending::Stopped(text));
         }
         (step == self.steps).then_some(Ending::Completed)
     }
 }
 
+/// Tension of an interface that is an event, relative to Z·V0 of the struck layer.
+const TENSION: f64 = 0.01;
+
 /// The target of a case, at rest.
 fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>> {
     let frames = FrameFields { fields: case.record.fields.clone(), every: case.record.field_every };
-    let shown = Sampling { frames, gauges: case.gauges() };
-    let c_s = case.target.material.shear_wave_speed;
+    let tension = TENSION * case.impact.velocity;
+    let shown = Sampling { frames, gauges: case.gauges(), tension: Some(tension) };
+    let waves = case.waves();
     match case.model {
         ModelKind::Rakhmatulin => {
-            let theory = Rakhmatulin::new(case.grid(), c_s, case.corner());
+            let theory = Rakhmatulin::layered(case.grid(), &waves, case.corner());
             match engine {
                 Engine::Blocked => theory.blocked(coverage, shown),
                 Engine::Reference => Box::new(theory.reference(shown)),
             }
         }
         ModelKind::Elastic => {
-            let theory = elastic::theory(case.grid(), c_s, case.mesh.damping);
+            let theory = elastic::layered(case.grid(), &waves, case.mesh.damping);
             match engine {
                 Engine::Blocked => theory.blocked(coverage, shown),
                 Engine::Reference => Box::new(theory.reference(shown)),
@@ -466,6 +488,31 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_plane_wave_comes_back_from_an_interface_and_a_free_back() {
+        let text = "[target]\nback = \"free\"\nlayer = [{ thickness = 0.25, shear_wave_speed = 0.5 }, \
+                    { thickness = 0.3, density = 0.5, wave_speed = 0.8 }]\n[indenter]\nshape = \"flat\"\nradius = 1.0\n\
+                    [impact]\ncontact = \"bilateral\"\n[mesh]\ncells = 64\n[run]\nend_time = 1.45\n[record]\nframes = 0\n";
+        let case = Case::parse("plane", text, &[], "".as_ref()).expect("a case");
+        let mut simulation = Simulation::reference(&case);
+        let mut seen = 0;
+        // a wave crosses the layers in 0.25 and 0.375; reflection at the interface, and through it at the back and again
+        let r = (0.4 - 1.0) / (0.4 + 1.0);
+        let echoes = [(0.0, 1.0), (0.5, 2.0 * r), (1.0, 2.0 * r * r), (1.25, -2.0 * (1.0 - r * r))];
+        while let Some(view) = simulation.step().expect("a sound case") {
+            let arrived = echoes.iter().filter(|(arrival, _)| *arrival < view.time - 0.5 * case.sizes.dt);
+            let near = echoes.iter().any(|(arrival, _)| (arrival - view.time).abs() < 0.5 * case.sizes.dt);
+            // the wave of the edge arrives at t = 2
+            if !near {
+                let exact: f64 = arrived.map(|(_, stress)| stress).sum();
+                let stress = view.interface.stress_at(0.0);
+                assert!((stress - exact).abs() < 1e-13, "{}: {stress} {exact}", view.time);
+                seen += 1;
+            }
+        }
+        assert!(seen > 20, "{seen}");
+    }
+
+    #[test]
     fn the_energy_after_a_step_is_that_before_the_next_one() {
         // a light punch, which rebounds
         let settings = ["mesh.cells=20", "indenter.mass=0.5", "run.end_time=3.0", "record.frames=100000"];
@@ -474,7 +521,7 @@ mod tests {
         let mut last: Option<Energy> = None;
         while simulation.ending.is_none() {
             simulation.compute().expect("a sound case");
-            let (step, frame, _) = simulation.model.next(true).expect("the step");
+            let CompletedStep { step, frame, .. } = simulation.model.next(true).expect("the step");
             let target = frame.expect("every step is a frame").energy;
             let [before, after] = at_half_steps(step.balances, target);
             if let Some(Energy { kinetic, strain, .. }) = last {

@@ -170,7 +170,7 @@ pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64) + Send) -> 
 
 impl Level {
     fn of(case: &Case) -> Self {
-        let (Sizes { dr, dt, steps, .. }, Units { length, time, .. }) = (case.sizes, case.units());
+        let (&Sizes { dr, dt, steps, .. }, Units { length, time, .. }) = (&case.sizes, case.units());
         Self { cells: case.mesh.cells, dr: length.of(dr), dt: time.of(dt), steps }
     }
 }

@@ -11,7 +11,7 @@
 //!
 //! On a half-space the error of the drag tends to the exact static one, `1/(2β(1−β²)) − 1`. Layers: until the first reflection,
 //! t = 2h, a layer is a half-space; after it the error depends on t/h and little on h: at β = 0.5 it was between 0.30 and 0.43
-//! for h = 0.5 to 2 and t = 3 to 12. No estimate: plane geometry, layers thinner than half the radius, profiles without an edge.
+//! for h = 0.5 to 2 and t = 3 to 12. No estimate: plane geometry, targets of several layers or with a free back, layers thinner than half the radius, profiles without an edge.
 //!
 //! # What to trust
 //!
@@ -110,7 +110,10 @@ pub struct TheoryError {
 impl TheoryError {
     /// Estimates the error of a case; `None` if its model is the full theory, or where nothing is measured.
     pub fn of(case: &Case) -> Option<Self> {
-        if case.model != ModelKind::Rakhmatulin || case.geometry != Geometry::Axisymmetric {
+        if case.model != ModelKind::Rakhmatulin
+            || case.geometry != Geometry::Axisymmetric
+            || !case.target.is_simple()
+        {
             return None;
         }
         let (beta, time) = (case.target.material.shear_wave_speed, case.run.end_time);

@@ -4,7 +4,8 @@
 //! of a run, so that recordings have them.
 
 use crate::{
-    case::Case,
+    case::{Case, NOTED_CHANGE},
+    grid::Back,
     model::ModelKind,
     rigidity::Rigidity,
     session::{Status, Steps},
@@ -27,7 +28,7 @@ const CORNER_CELLS: f64 = 2.0;
 /// A warning.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Warning {
-    /// Its subject in one word: `velocity`, `edge`, `base`, `rigid`, `theory`, `strain`, `cells`.
+    /// Its subject in one word: `velocity`, `layers`, `edge`, `base`, `rigid`, `theory`, `strain`, `cells`.
     pub about: &'static str,
     /// What misleads, and what to do.
     pub text: String,
@@ -47,10 +48,13 @@ pub fn of_case(case: &Case) -> Vec<Warning> {
             ),
         );
     }
+    if let Some(text) = changed_speeds(case) {
+        warn("layers", text);
+    }
     if let Some(text) = sharp_edge(case) {
         warn("edge", text);
     }
-    if case.scales.is_some() && case.sizes.layer {
+    if case.scales.is_some() && case.sizes.layer && case.target.back == Back::Rigid {
         warn(
             "base",
             "the layer lies on a rigid, smooth base, as if glued to it; a real support yields".into(),
@@ -61,6 +65,11 @@ pub fn of_case(case: &Case) -> Vec<Warning> {
     }
     match TheoryError::of(case).filter(TheoryError::is_notable) {
         Some(error) => warn("theory", error.text(case.units().time)),
+        None if case.model == ModelKind::Rakhmatulin && !case.target.is_simple() => {
+            let text = "the error of the simplified theory is not estimated for layers and free backs; model = \"elastic\" \
+                        computes the full theory";
+            warn("theory", text.into());
+        }
         None if case.scales.is_some() && case.model == ModelKind::Rakhmatulin => {
             let text = "the simplified theory neglects displacements along the surface; model = \"elastic\" computes \
                         the full theory";
@@ -69,6 +78,27 @@ pub fn of_case(case: &Case) -> Vec<Warning> {
         None => {}
     }
     warnings
+}
+
+/// Layers whose wave speeds are changed notably.
+fn changed_speeds(case: &Case) -> Option<String> {
+    let computed = case.target.computed();
+    let changes =
+        computed.iter().zip(&case.sizes.layers).filter(|(_, rows)| rows.speed_change.abs() > NOTED_CHANGE);
+    let changes: Vec<String> = changes
+        .map(|(layer, rows)| format!("of {} by {:.3} %", layer.name, 100.0 * rows.speed_change))
+        .collect();
+    if changes.is_empty() {
+        return None;
+    }
+    let remedy = match case.finer_cells() {
+        Some(cells) => format!("mesh.cells = {cells} changes none by more than {} %", 100.0 * NOTED_CHANGE),
+        None => "a larger mesh.cells changes it less".into(),
+    };
+    Some(format!(
+        "the wave speed {} is changed, so that waves cross layers in whole steps; {remedy}",
+        changes.join(", ")
+    ))
 }
 
 /// The edge of a head that contact reaches and that is sharp, or as good as sharp on the mesh.
@@ -246,6 +276,22 @@ mod tests {
         assert_eq!(of("elastic-fig3", &[]), ["edge"]);
         assert_eq!(of("elastic-fig2", &[]), [""; 0]);
         assert_eq!(of("fig5", &[]), ["edge", "theory"]);
+    }
+
+    #[test]
+    fn layers_are_warned_of_changed_speeds_until_the_mesh_fits() {
+        let of = |settings: &[&str]| {
+            let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
+            of_case(&Case::load("laminate-armour", &settings).expect("a case"))
+        };
+        assert_eq!(abouts(&of(&[])), ["rigid"]);
+        let coarse = of(&["mesh.cells=8"]);
+        assert_eq!(abouts(&coarse), ["layers", "rigid"]);
+        let text = &coarse[0].text;
+        assert!(text.contains("of alumina by -0.50") && text.contains("mesh.cells = 11 changes"), "{text}");
+        assert_eq!(abouts(&of(&["mesh.cells=11"])), ["rigid"]);
+        assert_eq!(abouts(&of(&["mesh.cells=11", "target.back=rigid"])), ["base", "rigid"]);
+        assert_eq!(abouts(&of(&["model=rakhmatulin", "mesh.cells=20"])), ["rigid", "theory"]);
     }
 
     #[test]

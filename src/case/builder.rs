@@ -98,7 +98,7 @@ mod tests {
         let varied = case.vary().set("indenter.mass", 3).set("impact.contact", "bilateral").build();
         let varied = varied.expect("a case");
         assert_eq!((varied.indenter.mass, varied.impact.contact), (3.0, Rule::Bilateral));
-        assert_eq!((varied.sizes, varied.text()), (case.sizes, case.text()));
+        assert_eq!((&varied.sizes, varied.text()), (&case.sizes, case.text()));
         // the mesh of a derived size follows
         let finer = varied.vary().set("mesh.cells", 40).build().expect("a case");
         assert_eq!((finer.sizes.nz, finer.indenter.mass), (2 * case.sizes.nz, 3.0));

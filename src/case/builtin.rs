@@ -1,8 +1,9 @@
-//! The built-in cases: every figure of \[KA\], and some of them in the full theory, and a physical case, as case files like any other.
+//! The built-in cases: every figure of \[KA\], and some of them in the full theory, a physical case and layered targets, as case
+//! files like any other.
 
 macro_rules! cases {
     ($($name:literal),* $(,)?) => {
-        /// Name and text of every built-in case, in the order of the paper, those of the full theory and in SI units last.
+        /// Name and text of every built-in case, in the order of the paper, those of the full theory, in SI units and of layers last.
         const CASES: &[(&str, &str)] = &[$(($name, include_str!(concat!("builtin/", $name, ".toml")))),*];
     };
 }
@@ -42,6 +43,11 @@ cases!(
     "elastic-fig8-m5",
     "elastic-fig8-m10",
     "ball",
+    "laminate-armour",
+    "laminate-glass",
+    "coating",
+    "coating-soft",
+    "layers",
 );
 
 /// Names of the built-in cases.

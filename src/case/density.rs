@@ -31,7 +31,7 @@ impl Parameters {
     /// Estimated nonzero numbers of a field of every `every`-th node along r and z, in all frames together.
     fn estimated_nodes(&self, every: usize) -> f64 {
         let shown = |nodes: f64| (nodes / every as f64).ceil();
-        let c_s = self.target.material.shear_wave_speed;
+        let c_s = self.target.fastest_shear();
         let nodes = |[rows, columns]: [f64; 2]| shown(rows) * shown(columns);
         let frames = self.frames().0;
         let samples = frames.iter().step_by(frames.len().div_ceil(SAMPLES).max(1));

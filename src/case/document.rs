@@ -13,7 +13,7 @@ use miette::NamedSource;
 use serde::de::DeserializeOwned;
 use toml::{
     Spanned,
-    de::{DeTable, DeValue, ValueDeserializer},
+    de::{DeString, DeTable, DeValue, ValueDeserializer},
 };
 
 use super::{CaseBuilder, CaseErrors, Problem, bounds::Bounds};
@@ -233,6 +233,36 @@ impl<'t> Section<'t> {
         Self::new(self.document, path, table, span)
     }
 
+    /// The tables of a list, numbered from 1 on, if the key is there; what is no table is refused and left out.
+    pub fn sections(&mut self, key: &'static str) -> Option<Given<Vec<Section<'t>>>> {
+        let path = self.name(key);
+        let value = self.remove(key)?;
+        let span = value.span();
+        let help = format!("write each as [[{path}]]; --set {path}.1.KEY=VALUE changes one that is there");
+        let mut sections = Vec::new();
+        let mut refuse = |place, name: &str, form, value: &DeValue<'_>| {
+            self.refused.push(key);
+            self.document.problem(
+                place,
+                format!("`{name}` is {}, it must be {form}", describe(value)),
+                help.clone(),
+            );
+        };
+        match value.into_inner() {
+            DeValue::Array(list) => {
+                for (number, value) in (1..).zip(list) {
+                    let (path, span) = (format!("{path}.{number}"), value.span());
+                    match value.into_inner() {
+                        DeValue::Table(table) => sections.push(Self::new(self.document, path, table, span)),
+                        other => refuse(span, &path, "a table", &other),
+                    }
+                }
+            }
+            other => refuse(span.clone(), &path, "a list of tables", &other),
+        }
+        Some(Given { value: sections, span })
+    }
+
     /// A value, if the key is there and the value fits.
     ///
     /// * `allowed`: allowed values, for the message
@@ -353,16 +383,38 @@ fn describe(value: &DeValue<'_>) -> String {
 fn merge<'t>(table: &mut DeTable<'t>, later: DeTable<'t>) {
     for (key, value) in later {
         let name = key.get_ref().clone();
-        match (table.get_mut(name.as_ref()).map(Spanned::get_mut), value.get_ref()) {
-            (Some(DeValue::Table(inner)), DeValue::Table(_)) => {
-                if let DeValue::Table(more) = value.into_inner() {
-                    merge(inner, more);
-                }
-            }
-            _ => {
-                table.remove(name.as_ref());
-                table.insert(key, value);
-            }
+        let rest = match table.get_mut(name.as_ref()) {
+            Some(earlier) => merge_value(earlier.get_mut(), value),
+            None => Some(value),
+        };
+        if let Some(value) = rest {
+            table.remove(name.as_ref());
+            table.insert(key, value);
         }
     }
+}
+
+/// Puts a table into another one, or its entries, by their numbers from 1 on, into those of a list; any other value is returned.
+fn merge_value<'t>(earlier: &mut DeValue<'t>, later: Spanned<DeValue<'t>>) -> Option<Spanned<DeValue<'t>>> {
+    let span = later.span();
+    match (earlier, later.into_inner()) {
+        (DeValue::Table(table), DeValue::Table(more)) => merge(table, more),
+        (DeValue::Array(list), DeValue::Table(more)) if more.keys().all(|key| place(list, key).is_some()) => {
+            for (key, value) in more {
+                let place = place(list, &key).and_then(|place| list.get_mut(place));
+                let element = place.expect("all keys are numbers of elements");
+                if let Some(value) = merge_value(element.get_mut(), value) {
+                    *element = value;
+                }
+            }
+        }
+        (_, value) => return Some(Spanned::new(span, value)),
+    }
+    None
+}
+
+/// Place of the element of a list that a key names by its number.
+fn place(list: &[Spanned<DeValue<'_>>], key: &Spanned<DeString<'_>>) -> Option<usize> {
+    let place = key.get_ref().parse::<usize>().ok()?.checked_sub(1)?;
+    (place < list.len()).then_some(place)
 }

@@ -21,7 +21,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// `record.points`.
 ///
-/// * `thickness`: of a layer
+/// * `thickness`: of the target, if it is no half-space
 pub(super) fn read_points(
     section: &mut Section<'_>,
     thickness: Option<f64>,
@@ -36,7 +36,7 @@ pub(super) fn read_points(
 
 /// `record.lines`.
 ///
-/// * `thickness`: of a layer
+/// * `thickness`: of the target, if it is no half-space
 pub(super) fn read_lines(section: &mut Section<'_>, thickness: Option<f64>, system: &System) -> Vec<Line> {
     let allowed = "a list of lines, { r = a radius } along z or { z = a depth } along r";
     let Some(Given { value, span }) = section.get::<Vec<BTreeMap<String, Spanned<Value>>>>("lines", allowed)
@@ -72,7 +72,7 @@ pub(super) fn read_lines(section: &mut Section<'_>, thickness: Option<f64>, syst
 /// Radii and depths.
 const PLACES: Bounds = Bounds::within(0.0, HUGE);
 
-/// Notes a depth that lies behind the layer.
+/// Notes a depth that lies behind the target.
 fn check_depths(
     section: &Section<'_>,
     key: &str,
@@ -84,11 +84,11 @@ fn check_depths(
     let Some(thickness) = thickness else { return };
     if let Some(z) = depths.find(|z| z * (1.0 - ROUNDING) > thickness) {
         let [z, thickness] = [z, thickness].map(|length| system.length_text(length));
-        let message = format!("`record.{key}` has z = {z}, behind the layer");
+        let message = format!("`record.{key}` has z = {z}, behind the target");
         section.problem(
             span.clone(),
             message,
-            format!("allowed: z from 0 to target.thickness = {thickness}"),
+            format!("allowed: z from 0 to the thickness of the target, {thickness}"),
         );
     }
 }
@@ -101,16 +101,13 @@ fn check_number(section: &Section<'_>, key: &str, span: &Span, number: usize, mo
 }
 
 impl Record {
-    /// Depth of the deepest point or line along r, in whole rows; infinite with lines along z.
-    ///
-    /// * `dz`: distance of rows \[R\]
-    pub(super) fn deepest(&self, dz: f64) -> f64 {
+    /// Depth of the deepest point or line along r \[R\]; infinite with lines along z.
+    pub(super) fn deepest(&self) -> f64 {
         let lines = self.lines.iter().map(|line| match line {
             Line::R(_) => f64::INFINITY,
             Line::Z(z) => *z,
         });
-        let deepest = self.points.iter().map(|[_, z]| *z).chain(lines).fold(0.0, f64::max);
-        (deepest / dz).ceil()
+        self.points.iter().map(|[_, z]| *z).chain(lines).fold(0.0, f64::max)
     }
 
     /// Radius of the outermost point or line along z \[R\]; infinite with lines along r.
@@ -161,7 +158,7 @@ mod tests {
         assert_eq!(case.record.points, [[0.0, 0.25], [0.5, 1.0]]);
         assert_eq!(case.record.lines, [Line::R(0.0), Line::Z(0.5)]);
         let again = Case::parse("again", &case.resolved_toml(), &[], Path::new("")).expect("a case");
-        assert_eq!((&again.record, again.sizes), (&case.record, case.sizes));
+        assert_eq!((&again.record, &again.sizes), (&case.record, &case.sizes));
         let plain = load("fig5", &[]).expect("a case").resolved_toml();
         assert!(!plain.contains("points") && !plain.contains("lines"), "{plain}");
     }
@@ -178,7 +175,7 @@ mod tests {
             problems.iter().map(|problem| format!("{}; {:?}", problem.message, problem.help)).collect();
         assert_eq!(all.len(), 2, "{all:?}");
         for (text, parts) in all.iter().zip([
-            ["record.points", "z = 1.5, behind the layer", "target.thickness = 1"],
+            ["record.points", "z = 1.5, behind the target", "of the target, 1"],
             ["record.lines", "= -1.0", "≥ 0"],
         ]) {
             assert!(parts.iter().all(|part| text.contains(part)), "{text}");
@@ -201,7 +198,7 @@ mod tests {
     fn the_mesh_is_as_large_as_points_need() {
         let sizes = |settings: &[&str]| {
             let settings = [&["record.frames=0", "record.fields=[]", "mesh.cells=40"][..], settings].concat();
-            load("fig8-m5", &settings).expect("a case").sizes
+            load("fig8-m5", &settings).expect("a case").sizes.clone()
         };
         let (none, frames) = (sizes(&[]), sizes(&["record.frames=2", "record.fields=[\"stress\"]"]));
         let (shallow, deep) =

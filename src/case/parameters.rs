@@ -6,12 +6,13 @@ use super::{
     FrameSteps, Frames, Value,
     quantity::{self, si_unit},
     resolved,
+    rows::{self, LARGEST_CHANGE},
 };
 use crate::{
     contact::Rule,
     geometry::Geometry,
-    grid::{Grid, MeshKind, Spacing},
-    material::{Material, Preset},
+    grid::{Back, Bond, Grid, MeshKind, Spacing},
+    material::{Elastic, Material, Preset, Waves},
     model::{
         Field, Gauges, Line, ModelKind,
         scheme::{Corner, Order},
@@ -74,18 +75,32 @@ impl Parameters {
 
     /// The mesh.
     pub fn grid(&self) -> Grid {
-        let Sizes { dr, dz, nr, nz, layer, .. } = self.sizes;
+        let &Sizes { dr, dz, dt, nr, nz, layer, ref layers, .. } = &self.sizes;
         let spacing = Spacing { dr, dz, layer_rows: layer.then_some(nz) };
+        let computed = self.target.computed();
+        let rows: Vec<_> =
+            layers.iter().zip(&computed).map(|(rows, layer)| (rows.steps, rows.dz, layer.bond)).collect();
         let grid = Grid::new(self.geometry, self.mesh.kind, spacing, nr, nz);
+        let grid = grid.with_layers(dt, &rows, self.target.back);
         match self.model {
             ModelKind::Rakhmatulin => grid,
             ModelKind::Elastic => grid.with_cells_between_nodes(),
         }
     }
 
-    /// Speed of the fastest waves along the surface \[c_p\].
+    /// What the schemes need to know of every computed layer.
+    pub fn waves(&self) -> Vec<Waves> {
+        self.target.computed().iter().map(|layer| layer.waves).collect()
+    }
+
+    /// Speed of the fastest waves along r in any layer \[c_p\].
     pub fn wave_speed(&self) -> f64 {
-        self.model.lateral_speed(self.target.material.shear_wave_speed)
+        rows::lateral_speed(self.model, &self.target.computed(), &self.sizes.layers, self.sizes.dt)
+    }
+
+    /// Speed of the fastest waves along the surface of the struck layer \[c_p\].
+    pub fn surface_speed(&self) -> f64 {
+        self.model.lateral_speed(1.0, self.target.material.shear_wave_speed)
     }
 
     /// The mixed-derivative correction of the scheme with one displacement, if there is one.
@@ -141,13 +156,82 @@ impl Parameters {
     }
 }
 
-/// The elastic layer or half-space.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The elastic layers, the last of which may be a half-space.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Target {
-    /// Thickness h of a layer \[R\]; `None` for a half-space.
+    /// Thickness h of all layers together \[R\]; `None` if the last one is a half-space.
     pub thickness: Option<f64>,
-    /// The material.
+    /// The material of the struck layer, whose density and wave speed are units.
     pub material: Material,
+    /// Layers as given, from the surface down, at least one.
+    pub layers: Vec<TargetLayer>,
+    /// Far side of the last layer.
+    pub back: Back,
+}
+
+/// A layer of the target.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TargetLayer {
+    /// Name of its material, or `layer` and its number.
+    pub name: String,
+    /// Thickness \[R\]; `None` for a half-space.
+    pub thickness: Option<f64>,
+    /// The material in SI units, in a physical case.
+    pub si: Option<Elastic>,
+    /// Density \[γ\].
+    pub density: f64,
+    /// Longitudinal wave speed \[c_p\].
+    pub wave_speed: f64,
+    /// Its impedance, and its shear wave speed in units of c_p of the struck layer.
+    pub waves: Waves,
+    /// How it is joined to the layer above.
+    pub bond: Bond,
+}
+
+impl TargetLayer {
+    /// True if no wave sees where the layer above ends and this one begins.
+    pub(super) fn continues(&self, above: &Self) -> bool {
+        self.bond == Bond::Welded
+            && (self.density, self.wave_speed, self.waves) == (above.density, above.wave_speed, above.waves)
+    }
+}
+
+impl Target {
+    /// The layers that are computed: of welded ones of the same constants, one.
+    pub fn computed(&self) -> Vec<TargetLayer> {
+        let join = |mut joined: TargetLayer, layer: &TargetLayer| {
+            joined.thickness = joined.thickness.zip(layer.thickness).map(|(above, below)| above + below);
+            if !joined.name.split(" + ").any(|name| name == layer.name) {
+                joined.name = format!("{} + {}", joined.name, layer.name);
+            }
+            joined
+        };
+        let alike = self.layers.chunk_by(|above, below| below.continues(above));
+        alike.map(|layers| layers[1..].iter().fold(layers[0].clone(), join)).collect()
+    }
+
+    /// Number of the first given layer of a computed one.
+    pub(super) fn first_of(&self, computed: usize) -> usize {
+        let alike = self.layers.chunk_by(|above, below| below.continues(above));
+        alike.take(computed).map(<[_]>::len).sum()
+    }
+
+    /// True for a single layer on a rigid back or half-space, which closed forms and estimates are about.
+    pub fn is_simple(&self) -> bool {
+        self.back == Back::Rigid && self.computed().len() == 1
+    }
+
+    /// The largest c_s/c_p of a layer, in a target of several after any change of wave speeds.
+    pub(super) fn largest_ratio(&self) -> f64 {
+        let ratios = self.layers.iter().map(|layer| layer.waves.shear / layer.wave_speed);
+        let largest = ratios.fold(0.0, f64::max);
+        if self.computed().len() > 1 { largest * (1.0 + LARGEST_CHANGE) } else { largest }
+    }
+
+    /// Speed of the fastest shear waves \[c_p\].
+    pub fn fastest_shear(&self) -> f64 {
+        self.layers.iter().map(|layer| layer.waves.shear).fold(0.0, f64::max)
+    }
 }
 
 /// The rigid indenter.
@@ -257,12 +341,23 @@ impl ViewChannel {
     pub const ALL: [Self; 6] = [Self::Field, Self::Image, Self::Scene, Self::Fronts, Self::Tf, Self::Profile];
 }
 
+/// Rows of a computed layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LayerSizes {
+    /// Axial steps through it, in a half-space down to a depth whose waves do not return.
+    pub steps: usize,
+    /// Axial distance of nodes \[R\].
+    pub dz: f64,
+    /// Relative change of its longitudinal wave speed that makes its transit time a whole number of steps, at the same impedance.
+    pub speed_change: f64,
+}
+
 /// Sizes that follow from a case.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sizes {
     /// Radial distance of nodes \[R\].
     pub dr: f64,
-    /// Axial distance of nodes \[R\].
+    /// Axial distance of nodes in the struck layer \[R\].
     pub dz: f64,
     /// Time step \[R/c_p\].
     pub dt: f64,
@@ -270,16 +365,20 @@ pub struct Sizes {
     pub steps: u64,
     /// Nodes along r.
     pub nr: usize,
-    /// Axial steps down to the backing, or in a half-space to a depth whose waves do not return.
+    /// Number of the last row: axial steps down to the backing, or in a half-space to a depth whose waves do not return, and one more
+    /// row at each interface.
     pub nz: usize,
     /// Outer radius of the mesh \[R\].
     pub outer_radius: f64,
-    /// Depth of the mesh \[R\]: the thickness of a layer.
+    /// Depth of the mesh \[R\]: the thickness of the layers.
     pub depth: f64,
     /// Largest radius of contact, partial contact included, on a flat surface \[R\].
     pub contact_reach: f64,
-    /// True for a layer, false for a half-space.
+    /// True for layers, false if the last one is a half-space.
     pub layer: bool,
+    /// Rows of the computed layers, from the surface down.
+    #[serde(skip)]
+    pub layers: Vec<LayerSizes>,
 }
 
 impl Body {

@@ -8,12 +8,13 @@ use std::{fmt, path::Path};
 use serde::de::DeserializeOwned;
 
 use super::{
-    Case, CaseBuilder, CaseErrors, Frames, Impact, Mesh, Parameters, Record, Run, Stop, ViewChannel,
+    Case, CaseBuilder, CaseErrors, Frames, Impact, Mesh, Parameters, Record, Run, Stop, Target, ViewChannel,
     bounds::{Bounds, HUGE, TINY},
     document::{Document, Given, Section, Span, span_of, value},
     gauges,
     read_indenter::{IndenterParts, read_indenter},
-    read_target::{read_material, read_system, read_target},
+    read_layers::{GivenTarget, TargetSections},
+    read_target::read_system,
     sizes::{GivenMesh, Plan},
     system::System,
 };
@@ -48,17 +49,18 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let title = root.get::<String>("title", "a text in quotes").map(|given| given.value);
     let model = root.get("model", "rakhmatulin, elastic").map_or(ModelKind::Rakhmatulin, value);
     let geometry = root.get("geometry", "axisymmetric, plane").map_or(Geometry::Axisymmetric, value);
-    let [mut target, indenter, impact, mesh, run, record] =
+    let [target, indenter, impact, mesh, run, record] =
         ["target", "indenter", "impact", "mesh", "run", "record"].map(|name| root.section(name));
     let has_quantities =
         [(&impact, "velocity"), (&run, "end_time"), (&indenter, "radius"), (&indenter, "nose_radius")]
             .into_iter()
             .any(|(section, key)| section.text(key).is_some())
             || root.has("length_unit");
-    let material = read_material(&mut target, geometry, model, has_quantities);
+    let mut target = TargetSections::new(target, geometry, model);
+    let material = target.read_material(has_quantities);
     let (system, has_length_unit) = read_system(&mut root, &indenter, geometry, &material);
     root.end();
-    let target = read_target(target, &material, &system);
+    let target = target.read(&material, &system);
     let impact = read_impact(impact, &system);
     let parts = IndenterParts {
         folder: &given.folder,
@@ -72,15 +74,15 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
         velocity: impact.velocity.unwrap_or(1.0),
         contact: impact.contact.map_or(Rule::Unilateral, value),
     };
-    let c_s = target.as_ref().map(|(target, _)| target.material.shear_wave_speed);
-    let mesh = read_mesh(mesh, model, c_s, &system);
+    let sound = target.as_ref().map(|given| &given.target);
+    let mesh = read_mesh(mesh, model, sound, &system);
     let (run, end_time) = read_run(run, &system);
-    let thickness = target.as_ref().and_then(|(target, _)| target.thickness);
+    let thickness = sound.and_then(|target| target.thickness);
     let (record, field_every) = read_record(record, run.end_time, model, thickness, &system);
 
     // sizes are derived from sound values only
     let parts = target.zip(indenter).filter(|_| document.is_sound());
-    let parameters = parts.and_then(|((target, thickness), indenter)| {
+    let parameters = parts.and_then(|(GivenTarget { target, thicknesses }, indenter)| {
         let plan = Plan {
             model,
             scales: system.scales(),
@@ -90,7 +92,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
             run,
             record: &record,
         };
-        let sizes = plan.sizes(&document, &mesh, thickness, end_time)?;
+        let sizes = plan.sizes(&document, &mesh, &thicknesses, end_time)?;
         let mut parameters = Parameters {
             title: title.unwrap_or_else(|| default_title(&given.name)),
             model,
@@ -143,16 +145,21 @@ fn read_impact(mut section: Section<'_>, system: &System) -> GivenImpact {
     GivenImpact { velocity, contact }
 }
 
-/// * `c_s`: shear wave speed of a sound target \[c_p\]
-fn read_mesh(mut section: Section<'_>, model: ModelKind, c_s: Option<f64>, system: &System) -> GivenMesh {
-    let kind = read_mesh_kind(&mut section, model);
+/// * `target`: a sound one
+fn read_mesh(
+    mut section: Section<'_>,
+    model: ModelKind,
+    target: Option<&Target>,
+    system: &System,
+) -> GivenMesh {
+    let kind = read_mesh_kind(&mut section, model, target);
     let cells = section.count("cells", 2..=1_000_000);
     let outer_radius =
         section.quantity("outer_radius", Dimension::Length, Bounds::within(TINY, HUGE), system);
     let cells = cells.unwrap_or(Given { value: DEFAULT_CELLS, span: section.span() });
     let (order, damping) = match model {
         ModelKind::Rakhmatulin => read_scheme(&mut section, kind),
-        ModelKind::Elastic => read_elastic_scheme(&mut section, c_s),
+        ModelKind::Elastic => read_elastic_scheme(&mut section, target),
     };
     section.end();
     GivenMesh { kind, cells, outer_radius, order, damping }
@@ -177,9 +184,14 @@ fn read_scheme(section: &mut Section<'_>, kind: MeshKind) -> (Option<Order>, f64
     (Some(Order::Second), 0.0)
 }
 
-/// Placement of nodes, which model `elastic` does not leave open.
-fn read_mesh_kind(section: &mut Section<'_>, model: ModelKind) -> MeshKind {
+/// Placement of nodes, which model `elastic` and layers do not leave open.
+fn read_mesh_kind(section: &mut Section<'_>, model: ModelKind, target: Option<&Target>) -> MeshKind {
     let Some(Given { value, span }) = section.get("kind", "matched, paper") else { return MeshKind::Matched };
+    if value == MeshKind::Paper && target.is_some_and(|target| !target.is_simple()) {
+        let message = "`mesh.kind` = \"paper\" needs a target of one layer with a rigid back";
+        section.problem(span, message, "leave the key out: layers and free backs have the matched mesh");
+        return MeshKind::Matched;
+    }
     if (model, value) == (ModelKind::Elastic, MeshKind::Paper) {
         let message = "`mesh.kind` = \"paper\" is not possible with model = \"elastic\"";
         section.problem(
@@ -194,8 +206,8 @@ fn read_mesh_kind(section: &mut Section<'_>, model: ModelKind) -> MeshKind {
 
 /// Damping of the scheme with two displacements, which has one order.
 ///
-/// * `c_s`: shear wave speed of a sound target \[c_p\]
-fn read_elastic_scheme(section: &mut Section<'_>, c_s: Option<f64>) -> (Option<Order>, f64) {
+/// * `target`: a sound one
+fn read_elastic_scheme(section: &mut Section<'_>, target: Option<&Target>) -> (Option<Order>, f64) {
     if let Some(order) = section.get::<Order>("order", "no value with model = \"elastic\"") {
         let message = "`mesh.order` is not possible with model = \"elastic\"";
         section.problem(
@@ -204,11 +216,13 @@ fn read_elastic_scheme(section: &mut Section<'_>, c_s: Option<f64>) -> (Option<O
             "leave the key out: the scheme of the full theory has one order",
         );
     }
-    let largest = c_s.map_or(elastic::LARGEST_DAMPING, elastic::largest_damping);
+    // one σ for all layers
+    let ratio = target.map(Target::largest_ratio);
+    let largest = ratio.map_or(elastic::LARGEST_DAMPING, elastic::largest_damping);
     let damping = section.number("damping", Bounds::within(0.0, elastic::LARGEST_DAMPING));
     if let Some(Given { value, span }) = damping.as_ref().filter(|damping| damping.value > largest) {
-        let c_s = c_s.unwrap_or_default();
-        let message = format!("`mesh.damping` = {value:?} is not stable at c_s/c_p = {c_s}");
+        let ratio = (1e4 * ratio.unwrap_or_default()).round() / 1e4;
+        let message = format!("`mesh.damping` = {value:?} is not stable at c_s/c_p = {ratio}");
         // no number that is refused is offered
         let offered = (1e4 * largest).floor() / 1e4;
         section.problem(span.clone(), message, format!("allowed: {}", Bounds::within(0.0, offered)));
@@ -227,7 +241,7 @@ fn read_run(mut section: Section<'_>, system: &System) -> (Run, Span) {
 
 /// The `[record]` section, and its `field_every`, if given: its default depends on the sizes.
 ///
-/// * `thickness`: of a layer
+/// * `thickness`: of the target, if it is no half-space
 fn read_record(
     mut section: Section<'_>,
     end_time: f64,

@@ -1,18 +1,16 @@
-//! The `[target]` section, and the system of the numbers of a case, which follows from its material.
+//! The material of a layer, and the system of the numbers of a case, which follows from that of the struck layer.
 
 use toml::{Value, de::DeValue};
 
 use super::{
-    Target,
-    bounds::{Bounds, HUGE, TINY},
+    bounds::{Bounds, TINY},
     document::{Given, Section, Span, value},
     quantity,
     system::System,
 };
 use crate::{
     geometry::Geometry,
-    material::{Elastic, Material, PRESETS, Preset},
-    model::ModelKind,
+    material::{Elastic, PRESETS, Preset},
     units::{Dimension, Scales},
 };
 
@@ -24,7 +22,7 @@ const CONSTANTS: [&str; 4] = ["youngs_modulus", "poisson_ratio", "bulk_modulus",
 /// Bounds of a unit of length \[m\]: scales that follow from it are far from overflow.
 const LENGTH_UNIT: Bounds = Bounds::within(1e-12, 1e9);
 
-/// The material of the target, or why there is none.
+/// The material of the struck layer, or why there is none.
 pub(super) enum GivenMaterial {
     /// c_s/c_p alone: the case is dimensionless.
     Ratio(f64),
@@ -38,13 +36,14 @@ pub(super) enum GivenMaterial {
     Unclear,
 }
 
-/// Reads the material.
+/// Reads the material of the struck layer.
 ///
+/// * `largest`: bound of c_s/c_p
 /// * `has_quantities`: true if other sections have quantities
 pub(super) fn read_material(
     section: &mut Section<'_>,
     geometry: Geometry,
-    model: ModelKind,
+    largest: f64,
     has_quantities: bool,
 ) -> GivenMaterial {
     let (has_ratio, has_material) = (section.has("shear_wave_speed"), section.has("material"));
@@ -53,16 +52,17 @@ pub(super) fn read_material(
     section.know("material");
     match (has_ratio, has_material) {
         (true, true) => {
-            let message = "`target.shear_wave_speed` and `target.material` are both given";
+            let [ratio, material] = ["shear_wave_speed", "material"].map(|key| section.name(key));
+            let message = format!("`{ratio}` and `{material}` are both given");
             let help = "keep shear_wave_speed for a dimensionless case, material for a physical one";
             section.problem(place, message, help);
             drop(section.get::<Value>("material", ""));
             GivenMaterial::Unclear
         }
-        (true, false) => ratio.map_or(GivenMaterial::BadRatio, |ratio| read_ratio(section, ratio, model)),
+        (true, false) => ratio.map_or(GivenMaterial::BadRatio, |ratio| read_ratio(section, ratio, largest)),
         (false, true) if has_plain_constants(section) => refuse_plain_constants(section, has_quantities),
         (false, true) => {
-            let elastic = read_elastic(section, geometry, model);
+            let elastic = read_elastic(section, geometry, largest);
             elastic.map_or(GivenMaterial::BadConstants, GivenMaterial::Physical)
         }
         (false, false) => {
@@ -98,6 +98,7 @@ fn has_plain_constants(section: &Section<'_>) -> bool {
 ///
 /// * `has_quantities`: true if other sections have quantities, as no case of format 1 has
 fn refuse_plain_constants(section: &mut Section<'_>, has_quantities: bool) -> GivenMaterial {
+    let name = section.name("material");
     let mut table = section.section("material");
     let span = table.span();
     let mut number = |key| table.get::<f64>(key, "a number").map(value);
@@ -113,35 +114,33 @@ fn refuse_plain_constants(section: &mut Section<'_>, has_quantities: bool) -> Gi
         "write {ratio}, the same case without dimensions; or, for a physical case, each constant with its unit, such as \
          \"210 GPa\", and all other quantities too"
     );
-    section.problem(span, "`target.material` has plain numbers, as in format 1", help);
+    section.problem(span, format!("`{name}` has plain numbers, as in format 1"), help);
     if has_quantities { GivenMaterial::Unclear } else { GivenMaterial::BadRatio }
 }
 
-fn read_ratio(section: &Section<'_>, ratio: Given<f64>, model: ModelKind) -> GivenMaterial {
-    let bounds = Bounds::between(0.0, fastest(model));
+fn read_ratio(section: &Section<'_>, ratio: Given<f64>, largest: f64) -> GivenMaterial {
+    let bounds = Bounds::between(0.0, largest);
     if bounds.contain(ratio.value) && ratio.value >= TINY {
         return GivenMaterial::Ratio(ratio.value);
     }
-    let message = format!("`target.shear_wave_speed` = {:?} is not possible", ratio.value);
+    let message = format!("`{}` = {:?} is not possible", section.name("shear_wave_speed"), ratio.value);
     let least =
         if ratio.value > 0.0 && ratio.value < TINY { format!(", at least {TINY}") } else { String::new() };
     section.problem(ratio.span, message, format!("allowed: {bounds}, in units of c_p{least}"));
     GivenMaterial::BadRatio
 }
 
-/// Bound of c_s/c_p: in the full theory the bulk modulus is positive, c_s²/c_p² < 3/4.
-fn fastest(model: ModelKind) -> f64 {
-    if model == ModelKind::Elastic { 0.75f64.sqrt() } else { 1.0 }
-}
-
 /// A preset, or a table of constants.
-fn read_elastic(section: &mut Section<'_>, geometry: Geometry, model: ModelKind) -> Option<Elastic> {
+///
+/// * `largest`: bound of c_s/c_p
+pub(super) fn read_elastic(section: &mut Section<'_>, geometry: Geometry, largest: f64) -> Option<Elastic> {
+    let name = section.name("material");
     if section.text("material").is_some() {
         return read_preset(section).map(|preset| preset.elastic());
     }
     if section.table("material").is_none() {
         let given = section.get::<Value>("material", "")?;
-        let message = format!("`target.material` = {} is not possible", given.value);
+        let message = format!("`{name}` = {} is not possible", given.value);
         return section.refuse(
             "material",
             given.span,
@@ -172,23 +171,32 @@ fn read_elastic(section: &mut Section<'_>, geometry: Geometry, model: ModelKind)
         density: density.unwrap_or(1.0),
     };
     match elastic.wave_speeds() {
-        Ok(speeds) => density.and_then(|_| check_speeds(section, span, speeds, model).then_some(elastic)),
+        Ok((c_p, c_s)) => {
+            density.and_then(|_| check_ratio(section, span, &name, (c_s / c_p, largest)).then_some(elastic))
+        }
         // the reason is a constant that was refused
         Err(_) if is_refused => None,
         Err(_) => {
             let help = "give two: youngs_modulus and poisson_ratio, or bulk_modulus and shear_modulus";
-            section.problem(span, format!("`target.material` has {}", constants(&elastic)), help);
+            section.problem(span, format!("`{name}` has {}", constants(&elastic)), help);
             None
         }
     }
 }
 
-/// True if the theory allows wave speeds; those near ν = −1 and ν = 1/2 it may not.
-fn check_speeds(section: &Section<'_>, span: Span, (c_p, c_s): (f64, f64), model: ModelKind) -> bool {
-    let (ratio, largest) = (c_s / c_p, fastest(model));
+/// True if the theory allows a ratio of wave speeds; those near ν = −1 and ν = 1/2 it may not.
+///
+/// * `name`: of what has it
+/// * `ratio`, `largest`: c_s/c_p and its bound
+pub(super) fn check_ratio(
+    section: &Section<'_>,
+    span: Span,
+    name: &str,
+    (ratio, largest): (f64, f64),
+) -> bool {
     let is_allowed = ratio < largest && ratio >= TINY;
     if !is_allowed {
-        let message = format!("`target.material` has c_s/c_p = {ratio:?}, which the theory does not allow");
+        let message = format!("`{name}` has c_s/c_p = {ratio:?}, which the theory does not allow");
         section.problem(span, message, format!("allowed: c_s/c_p ≥ {TINY} and < {largest:?}"));
     }
     is_allowed
@@ -304,40 +312,4 @@ fn read_length_unit(
             None
         }
     }
-}
-
-/// The target with its thickness, and the place of the thickness.
-pub(super) fn read_target(
-    mut section: Section<'_>,
-    material: &GivenMaterial,
-    system: &System,
-) -> Option<(Target, Span)> {
-    let thickness = read_thickness(&mut section, system);
-    let material = match material {
-        GivenMaterial::Ratio(shear_wave_speed) => {
-            Some(Material { shear_wave_speed: *shear_wave_speed, si: None })
-        }
-        GivenMaterial::Physical(elastic) => {
-            let ratio = elastic.wave_speeds().ok().map(|(c_p, c_s)| c_s / c_p);
-            ratio.map(|shear_wave_speed| Material { shear_wave_speed, si: Some(*elastic) })
-        }
-        GivenMaterial::BadRatio | GivenMaterial::BadConstants | GivenMaterial::Unclear => None,
-    };
-    section.end();
-    let (thickness, span) = thickness?;
-    Some((Target { thickness, material: material? }, span))
-}
-
-/// Thickness, `None` for a half-space, and its place.
-fn read_thickness(section: &mut Section<'_>, system: &System) -> Option<(Option<f64>, Span)> {
-    if section.text("thickness") == Some("half-space") {
-        let given = section.get::<String>("thickness", "")?;
-        return Some((None, given.span));
-    }
-    let bounds = Bounds::within(TINY, HUGE);
-    let lengths = (Dimension::Length, bounds);
-    let given = section.quantity_or("thickness", lengths, ", or \"half-space\"", system);
-    let allowed = format!("{}, or \"half-space\"", system.allowed(Dimension::Length, bounds));
-    section.need("thickness", given.is_some(), &allowed);
-    given.map(|Given { value, span }| (Some(value), span))
 }

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Frames, Parameters, Stop, Value, ViewChannel, quantity::si_unit};
+use super::{Frames, Parameters, Stop, TargetLayer, Value, ViewChannel, quantity::si_unit};
 use crate::{
     contact::Rule,
     geometry::Geometry,
-    grid::MeshKind,
+    grid::{Back, Bond, MeshKind},
     model::{Field, Line, ModelKind, scheme::Order},
     recording::Compression,
     shape::Head,
@@ -29,10 +29,24 @@ struct Resolved<'a> {
     record: Record<'a>,
 }
 
+/// The target: its only layer, or a list of them.
 #[derive(Serialize)]
 struct Target {
-    thickness: Value,
+    thickness: Option<Value>,
     shear_wave_speed: Option<f64>,
+    material: Option<Material>,
+    back: Option<Back>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    layer: Vec<Layer>,
+}
+
+#[derive(Serialize)]
+struct Layer {
+    thickness: Value,
+    density: Option<f64>,
+    wave_speed: Option<f64>,
+    shear_wave_speed: Option<f64>,
+    bond: Option<Bond>,
     material: Option<Material>,
 }
 
@@ -149,13 +163,28 @@ fn resolved(case: &Parameters) -> Resolved<'_> {
 }
 
 fn target(case: &Parameters) -> Target {
-    let material = case.target.material;
+    let mut layers: Vec<Layer> = case.target.layers.iter().map(|given| layer(case, given)).collect();
+    layers[0].bond = None;
+    let back = Some(case.target.back).filter(|back| *back == Back::Free);
+    let target = Target { thickness: None, shear_wave_speed: None, material: None, back, layer: Vec::new() };
+    if layers.len() > 1 {
+        return Target { layer: layers, ..target };
+    }
+    let Layer { thickness, shear_wave_speed, material, .. } = layers.remove(0);
+    Target { thickness: Some(thickness), shear_wave_speed, material, ..target }
+}
+
+fn layer(case: &Parameters, layer: &TargetLayer) -> Layer {
     let pascal = |modulus: f64| format!("{modulus:?} {}", si_unit(Dimension::Stress, case.geometry));
-    let thickness = case.target.thickness.map(|h| case.written(Dimension::Length, h));
-    Target {
+    let thickness = layer.thickness.map(|h| case.written(Dimension::Length, h));
+    let plain = |x: f64| layer.si.is_none().then_some(x);
+    Layer {
         thickness: thickness.unwrap_or_else(|| "half-space".into()),
-        shear_wave_speed: material.si.is_none().then_some(material.shear_wave_speed),
-        material: material.si.map(|si| Material {
+        density: plain(layer.density),
+        wave_speed: plain(layer.wave_speed),
+        shear_wave_speed: plain(layer.waves.shear),
+        bond: Some(layer.bond),
+        material: layer.si.map(|si| Material {
             youngs_modulus: si.youngs_modulus.map(pascal),
             poisson_ratio: si.poisson_ratio,
             bulk_modulus: si.bulk_modulus.map(pascal),

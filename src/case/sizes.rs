@@ -1,12 +1,13 @@
 //! Sizes derived from a sound case: node distances, steps, radius and depth of the mesh.
 
 use super::{
-    Body, Impact, Record, Run, Sizes, Target,
+    Body, Impact, Record, Run, Sizes, Target, TargetLayer,
     document::{Document, Given, Span},
+    rows::{self, LARGEST_CHANGE, MAX_ROWS, Misfit, Rows, Stack},
 };
 use crate::{
     contact::HALF_WIDTH,
-    grid::{Edge, MeshKind, Spacing},
+    grid::{Back, FEWEST, MeshKind, Spacing},
     model::{
         CORNER_MARGIN, ModelKind,
         elastic::FEWEST_ROWS,
@@ -48,30 +49,37 @@ pub(super) struct Plan<'a> {
 impl Plan<'_> {
     /// Derives the sizes, or notes why there are none.
     ///
-    /// * `thickness`, `end_time`: places of these keys
+    /// * `thicknesses`: names and places of the thicknesses of layers
+    /// * `end_time`: its place
     pub(super) fn sizes(
         &self,
         doc: &Document,
         mesh: &GivenMesh,
-        thickness: Span,
+        thicknesses: &[Given<String>],
         end_time: Span,
     ) -> Option<Sizes> {
-        let spacing = self.spacing(doc, mesh, thickness)?;
-        let dt = spacing.dz;
+        let computed = self.target.computed();
+        let mut rows = self.rows(doc, mesh, &computed, thicknesses)?;
+        let Rows { dr, dt, .. } = rows;
         let steps = self.steps(doc, dt, end_time)?;
-        let contact_reach = self.contact_reach(spacing, steps);
-        let outer = self.outer_radius(doc, mesh, spacing, steps, contact_reach)?;
-        let nr = (outer / spacing.dr - 1e-9).ceil().max(1.0);
+        let contact_reach = self.contact_reach(&rows, steps);
+        let outer = self.outer_radius(doc, mesh, &rows, steps, contact_reach)?;
+        let nr = (outer / dr - 1e-9).ceil().max(1.0);
         // rows that the scheme moves ahead of a wave
         let corner = mesh.order.and_then(|order| Corner::new(order, mesh.damping));
         let ahead = corner.map_or(2.0, |_| CORNER_MARGIN as f64);
-        let nz = match spacing.layer_rows {
-            Some(rows) => rows as f64,
-            // the wave travels one row per step; where only the surface is observed, half as deep is enough, and for points the
-            // mean of both
-            None if !self.record.frames.is_none() => steps + ahead,
-            None => ((steps + self.record.deepest(spacing.dz)) / 2.0).ceil().min(steps) + ahead,
+        let (layer, interfaces) = (self.target.thickness.is_some(), computed.len() - 1);
+        let finite = if layer { &rows.layers[..] } else { &rows.layers[..interfaces] };
+        let finite = finite.iter().map(|layer| layer.steps as f64).sum::<f64>();
+        // the wave travels one row per step; where only the surface is observed, half as deep is enough, and for points the
+        // mean of both
+        let deep = if self.record.frames.is_none() {
+            ((steps + rows.steps_to(self.record.deepest())) / 2.0).ceil().min(steps) + ahead
+        } else {
+            steps + ahead
         };
+        let half_space = if layer { 0.0 } else { (deep - finite).max(FEWEST as f64) };
+        let nz = finite + half_space + interfaces as f64;
         let most = (MAX_NUMBERS / self.model.numbers_per_node(corner.as_ref()) as f64).min(MAX_NODES);
         if nr * nz > most {
             let message = format!(
@@ -83,17 +91,21 @@ impl Plan<'_> {
             doc.problem(mesh.cells.span.clone(), message, help);
             return None;
         }
+        if let Some(last) = rows.layers.last_mut().filter(|_| !layer) {
+            last.steps = half_space as usize;
+        }
         Some(Sizes {
-            dr: spacing.dr,
-            dz: spacing.dz,
+            dr,
+            dz: rows.layers[0].dz,
             dt,
             steps: steps as u64,
             nr: nr as usize,
             nz: nz as usize,
-            outer_radius: nr * spacing.dr,
-            depth: nz * spacing.dz,
+            outer_radius: nr * dr,
+            depth: rows.layers.iter().map(|layer| layer.steps as f64 * layer.dz).sum(),
             contact_reach,
-            layer: spacing.layer_rows.is_some(),
+            layer,
+            layers: rows.layers,
         })
     }
 
@@ -102,50 +114,105 @@ impl Plan<'_> {
         self.scales.map(|scales| Units::new(scales.geometry, Some(scales)))
     }
 
-    fn spacing(&self, doc: &Document, mesh: &GivenMesh, thickness: Span) -> Option<Spacing> {
+    /// Spacings of the mesh.
+    ///
+    /// * `computed`: layers
+    fn rows(
+        &self,
+        doc: &Document,
+        mesh: &GivenMesh,
+        computed: &[TargetLayer],
+        thicknesses: &[Given<String>],
+    ) -> Option<Rows> {
         let cells = mesh.cells.value as usize;
-        let c_s = self.target.material.shear_wave_speed;
+        let (radius, h) = (self.indenter.radius, self.target.thickness);
+        let edge = rows::edge(mesh.order, self.target);
+        if computed.len() > 1 {
+            let stack = Stack::new(self.model, computed, radius, edge);
+            let misfit = match stack.rows(cells) {
+                Ok(rows) => return Some(rows),
+                Err(misfit) => misfit,
+            };
+            self.refuse_rows(doc, mesh, (&stack, misfit), thicknesses);
+            return None;
+        }
+        let speed = self.model.lateral_speed(1.0, self.target.material.shear_wave_speed);
         let spacing = match mesh.kind {
-            MeshKind::Matched => {
-                let edge = match mesh.order {
-                    Some(Order::Second) => Edge::SECOND,
-                    Some(Order::Fourth) => Edge::FOURTH,
-                    None => Edge::elastic(c_s),
-                };
-                let (radius, h) = (self.indenter.radius, self.target.thickness);
-                let speed = self.model.lateral_speed(c_s);
-                let spacing = Spacing::matched(cells, radius, h, speed, edge);
-                return self.check_rows(doc, spacing, thickness);
-            }
-            MeshKind::Paper => Spacing::paper(cells, self.target.thickness),
+            MeshKind::Matched => Some(Spacing::matched(cells, radius, h, speed, edge)),
+            MeshKind::Paper => Spacing::paper(cells, h),
         };
+        let Given { value: name, span } = &thicknesses[0];
         if spacing.is_none() {
             let message = format!(
-                "`target.thickness` = {}: the paper mesh needs a whole number of cells through the layer, not thickness·cells = {}",
-                doc.written(&thickness),
-                self.target.thickness.unwrap_or_default() * cells as f64
+                "`{name}` = {}: the paper mesh needs a whole number of cells through the layer, not thickness·cells = {}",
+                doc.written(span),
+                h.unwrap_or_default() * cells as f64
             );
-            doc.problem(thickness, message, "change target.thickness or mesh.cells");
+            doc.problem(span.clone(), message, format!("change {name} or mesh.cells"));
         }
-        spacing
+        self.check_rows(doc, spacing?, &thicknesses[0]).map(Rows::single)
     }
 
-    /// The spacing, if there are rows enough for the scheme.
-    ///
-    /// * `thickness`: its place
-    fn check_rows(&self, doc: &Document, spacing: Spacing, thickness: Span) -> Option<Spacing> {
-        match spacing.layer_rows {
-            Some(rows) if self.model == ModelKind::Elastic && rows < FEWEST_ROWS => {
-                let message = format!(
-                    "`target.thickness` = {}: the layer has {rows} rows of cells, too few for model = \"elastic\"",
-                    doc.written(&thickness)
-                );
-                let help =
-                    format!("allowed: at least {FEWEST_ROWS}; make mesh.cells or target.thickness larger");
-                doc.problem(thickness, message, help);
-                None
+    /// The spacing of a target of one layer, if there are rows enough for the scheme.
+    fn check_rows(&self, doc: &Document, spacing: Spacing, thickness: &Given<String>) -> Option<Spacing> {
+        let (fewest, reason) = match (self.model, self.target.back) {
+            (ModelKind::Elastic, _) => (FEWEST_ROWS, "model = \"elastic\""),
+            (ModelKind::Rakhmatulin, Back::Free) => (FEWEST, "target.back = \"free\""),
+            (ModelKind::Rakhmatulin, Back::Rigid) => return Some(spacing),
+        };
+        let Some(rows) = spacing.layer_rows.filter(|rows| *rows < fewest) else { return Some(spacing) };
+        let Given { value: name, span } = thickness;
+        let message = format!(
+            "`{name}` = {}: the layer has {rows} rows of cells, too few for {reason}",
+            doc.written(span)
+        );
+        let help = format!("allowed: at least {fewest}; make mesh.cells or {name} larger");
+        doc.problem(span.clone(), message, help);
+        None
+    }
+
+    /// Notes why several layers have no rows.
+    fn refuse_rows(
+        &self,
+        doc: &Document,
+        mesh: &GivenMesh,
+        (stack, misfit): (&Stack<'_>, Misfit),
+        thicknesses: &[Given<String>],
+    ) {
+        let cells = mesh.cells.value;
+        let finer = || match stack.finer(cells as usize, LARGEST_CHANGE) {
+            Some(cells) => format!("mesh.cells = {cells} would do"),
+            None => "make mesh.cells larger".into(),
+        };
+        let thickness = |number: usize| {
+            let Given { value, span } = &thicknesses[self.target.first_of(number)];
+            (format!("`{value}` = {}", doc.written(span)), span.clone())
+        };
+        match misfit {
+            Misfit::TooMany(rows) => {
+                let message = format!("`mesh.cells` = {cells} makes {rows:.3e} rows through the layers");
+                let help = format!("allowed: at most {MAX_ROWS:e} rows; make mesh.cells smaller");
+                doc.problem(mesh.cells.span.clone(), message, help);
             }
-            _ => Some(spacing),
+            Misfit::Thin(number) => {
+                let (given, span) = thickness(number);
+                let message =
+                    format!("{given}: with mesh.cells = {cells} the layer is thinner than {FEWEST} rows");
+                doc.problem(span, message, finer());
+            }
+            Misfit::Change(number, change) => {
+                let (given, span) = thickness(number);
+                let message = format!(
+                    "{given}: with mesh.cells = {cells} waves cross all layers in whole steps only if the wave speed of this one \
+                     is changed by {:.2} %",
+                    100.0 * change
+                );
+                doc.problem(
+                    span,
+                    message,
+                    format!("allowed: up to {} %; {}", 100.0 * LARGEST_CHANGE, finer()),
+                );
+            }
         }
     }
 
@@ -188,10 +255,10 @@ impl Plan<'_> {
     /// ```text
     /// f(r_contact − Δr) = V0·(K + 1)·Δt + (3/2)V0·Δt       not beyond the radius of a punch
     /// ```
-    fn contact_reach(&self, spacing: Spacing, steps: f64) -> f64 {
+    fn contact_reach(&self, &Rows { dr, dt, .. }: &Rows, steps: f64) -> f64 {
         let shape = self.indenter.shape();
-        let step = self.impact.velocity * spacing.dz;
-        (shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + spacing.dr).min(shape.radius())
+        let step = self.impact.velocity * dt;
+        (shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + dr).min(shape.radius())
     }
 
     /// Outer radius of the mesh \[R\]: so large that no wave returns from it to the contact and to what is recorded at a radius
@@ -202,21 +269,21 @@ impl Plan<'_> {
     ///                                             with points: r_contact + (c·t_end + r_point − r_contact)/2 + margin
     /// ```
     ///
-    /// with `c = c_s` (model `elastic`: 1) and the width of the precursor as margin.
+    /// with the largest `c = c_s` (model `elastic`: c_p) of all layers and the width of the precursor as margin.
     fn outer_radius(
         &self,
         doc: &Document,
         mesh: &GivenMesh,
-        spacing: Spacing,
+        rows: &Rows,
         steps: f64,
         contact_reach: f64,
     ) -> Option<f64> {
-        let speed = self.model.lateral_speed(self.target.material.shear_wave_speed);
-        let run = speed * steps * spacing.dz;
-        let margin = (PRECURSOR * steps.cbrt() + 2.0).ceil() * spacing.dr;
+        let run =
+            rows::lateral_speed(self.model, &self.target.computed(), &rows.layers, rows.dt) * steps * rows.dt;
+        let margin = (PRECURSOR * steps.cbrt() + 2.0).ceil() * rows.dr;
         if let Some(given) = &mesh.outer_radius {
             // nodes beside the contact on any mesh
-            let least = contact_reach + 2.0 * spacing.dr;
+            let least = contact_reach + 2.0 * rows.dr;
             if given.value >= least {
                 let reach = contact_reach + run + margin;
                 self.record.check_radii(doc, given, reach)?;

@@ -90,10 +90,10 @@ impl System {
     pub fn check_heading(&self, units: Option<&[String; 2]>) -> Result<(), String> {
         match (self, units) {
             (Self::Dimensionless, Some([unit, _])) => Err(format!(
-                "its heading has the unit `{unit}`, but target.shear_wave_speed makes the case dimensionless"
+                "its heading has the unit `{unit}`, but the shear_wave_speed of the target makes the case dimensionless"
             )),
             (Self::Physical { .. }, None) => {
-                Err("it has no units, but target.material makes the case physical".into())
+                Err("it has no units, but the material of the target makes the case physical".into())
             }
             (Self::Physical { geometry, .. } | Self::Unclear { geometry }, Some(units)) => {
                 let is_known =
@@ -137,7 +137,7 @@ impl System {
                 let (noun, example) = quantity::example(dimension, *geometry);
                 Err(Refusal {
                     message: format!(
-                        "`{name}` = {number:?} has no unit, but target.material makes the case physical"
+                        "`{name}` = {number:?} has no unit, but the material of the target makes the case physical"
                     ),
                     help: format!("write a {noun} with its unit, such as \"{example}\""),
                 })
@@ -183,12 +183,14 @@ fn mixed_in(name: &str, text: &str, bounds: Bounds) -> Refusal {
         return Refusal { message, help: format!("write {}, without quotes", text.trim()) };
     }
     let message = if text.trim().starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first)) {
-        format!("`{name}` = \"{text}\" has a unit, but target.shear_wave_speed makes the case dimensionless")
+        format!(
+            "`{name}` = \"{text}\" has a unit, but the shear_wave_speed of the target makes the case dimensionless"
+        )
     } else {
         format!("`{name}` = \"{text}\" is no number")
     };
     let help = format!(
-        "a physical case has target.material, and every quantity with its unit; allowed here: {bounds}"
+        "a physical case has a material of the target, and every quantity with its unit; allowed here: {bounds}"
     );
     Refusal { message, help }
 }

@@ -1,11 +1,19 @@
 //! `/energy`: the energy ledger, at frames, of which the last step is one; none without frames.
 
 use super::{Channel, FieldNote};
-use crate::{case::Case, message::percuss, units::Units};
+use crate::{case::Case, message::percuss, model::TargetEnergy, units::Units};
 
 /// The energy channel, in the units of `case`.
 pub fn channel(case: &Case) -> Channel {
     let Units { time, energy: unit, .. } = case.units();
+    let is_layered = case.sizes.layers.len() > 1;
+    let layers = [
+        ("layer_strain", "strain energy of every layer from the struck surface down"),
+        (
+            "layer_kinetic",
+            "kinetic energy of every layer; that of an interface is shared by the masses of its halves",
+        ),
+    ];
     let fields = [
         ("kinetic", "kinetic energy of the target"),
         ("strain", "strain energy of the target"),
@@ -14,11 +22,18 @@ pub fn channel(case: &Case) -> Channel {
         ("damped", "energy taken out so far by the damping of waves that the mesh does not resolve"),
         ("work", "work done so far by a motion that is prescribed"),
         ("residual", "initial + work - all of the above: rounding"),
-    ]
-    .map(|(name, meaning)| FieldNote::new(name, unit.name, format!("{meaning}{}", unit.part())));
-    Channel::new("/energy", "percuss.Energy", fields.into(), move |view, outlet| {
+    ];
+    let fields = fields.into_iter().chain(layers.into_iter().filter(|_| is_layered));
+    let note = |(name, meaning): (&'static str, &str)| {
+        FieldNote::new(name, unit.name, format!("{meaning}{}", unit.part()))
+    };
+    Channel::new("/energy", "percuss.Energy", fields.map(note).collect(), move |view, outlet| {
         let Some(frame) = &view.frame else { return };
         let energy = frame.energy;
+        let of_layers = |part: fn(&TargetEnergy) -> f64| {
+            let layers = frame.fields.layers.iter().filter(|_| is_layered);
+            layers.map(|[before, after]| unit.of(0.5 * (part(before) + part(after)))).collect()
+        };
         outlet.put(&percuss::Energy {
             step: view.step,
             time: time.of(view.time),
@@ -29,6 +44,8 @@ pub fn channel(case: &Case) -> Channel {
             work: unit.of(energy.work),
             residual: unit.of(energy.residual),
             damped: unit.of(energy.damped),
+            layer_strain: of_layers(|energy| energy.strain),
+            layer_kinetic: of_layers(|energy| energy.kinetic),
         });
     })
 }

@@ -12,10 +12,14 @@ use crate::{
 pub fn channel(case: &Case) -> Channel {
     let Units { length, time, .. } = case.units();
     let since = "since when, for events that are known only later: when contact was lost, of a separation";
-    let fields = vec![
+    let mut fields = vec![
         FieldNote::new("r", length.name, "where it happened, for events that have a place"),
         FieldNote::new("since", time.name, since),
     ];
+    if case.sizes.layers.len() > 1 {
+        let note = "number of the interface between layers, from the struck surface down, for events at one";
+        fields.push(FieldNote::new("interface", "1", note));
+    }
     Channel::new("/event", "percuss.Event", fields, move |view, outlet| {
         for event in &*view.events {
             let kind = match event.kind {
@@ -23,6 +27,7 @@ pub fn channel(case: &Case) -> Channel {
                 EventKind::Rebound => Kind::Rebound,
                 EventKind::Separation => Kind::Separation,
                 EventKind::Recontact => Kind::Recontact,
+                EventKind::LayerTension => Kind::LayerTension,
                 EventKind::Stopped => Kind::Stopped,
                 EventKind::Warning => Kind::Warning,
             };
@@ -33,6 +38,7 @@ pub fn channel(case: &Case) -> Channel {
                 text: event.text.clone(),
                 r: event.r.map(|r| length.of(r)),
                 since: event.since.map(|since| time.of(since)),
+                interface: event.interface,
             });
         }
     })

@@ -19,22 +19,32 @@ pub fn channel(case: &Case, field: Field) -> Channel {
         Field::MaxShear => "largest shear stress, half of sigma_1 - sigma_3",
     };
     let (Units { length, time, .. }, unit) = (case.units(), field.unit(&case.units()));
-    let fields = vec![
+    let (grid, every) = (case.grid(), case.record.field_every);
+    let is_layered = grid.layers.len() > 1;
+    let axes = if is_layered { "z0,dz,nz,z;r0,dr,nr" } else { "z0,dz,nz;r0,dr,nr" };
+    let mut fields = vec![
         FieldNote::new("r0", length.name, "radius of the first column"),
         FieldNote::new("dr", length.name, "distance between columns"),
         FieldNote::new("nr", "1", "number of columns"),
         FieldNote::new("z0", length.name, "depth of the first row"),
         FieldNote::new("dz", length.name, "distance between rows"),
         FieldNote::new("nz", "1", "number of rows"),
-        FieldNote::new("values", unit.name, format!("{meaning}, row-major [z][r]"))
-            .along("z0,dz,nz;r0,dr,nr"),
+        FieldNote::new("values", unit.name, format!("{meaning}, row-major [z][r]")).along(axes),
     ];
-    let every = case.record.field_every as f64;
-    let mut message = percuss::FieldSlice::default();
+    let mut z = Vec::new();
+    if is_layered {
+        fields.push(FieldNote::new(
+            "z",
+            length.name,
+            "depths of all rows; that of an interface stands twice",
+        ));
+        z.extend(grid.shown_rows(every).into_iter().map(|j| length.of(grid.z(j))));
+    }
+    let mut message = percuss::FieldSlice { z, ..percuss::FieldSlice::default() };
     Channel::new(format!("/field/{}", field.name()), "percuss.FieldSlice", fields, move |view, outlet| {
         let Some(frame) = &view.frame else { return };
         let sample = frame.fields.sample(field).expect("a frame has every field that is recorded");
-        let lattice = frame.fields.lattice;
+        let (lattice, every) = (frame.fields.lattice, every as f64);
         (message.step, message.time) = (view.step, time.of(view.time));
         (message.r0, message.dr) = (length.of(lattice.r0), length.of(every * lattice.dr));
         (message.z0, message.dz) = (0.0, length.of(every * lattice.dz));

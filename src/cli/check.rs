@@ -4,7 +4,7 @@ use std::io::{self, IsTerminal};
 
 use clap::Args;
 
-use super::{CaseArguments, CliError, Exit, print, scales};
+use super::{CaseArguments, CliError, Exit, layers, print, scales};
 use crate::{
     admissible::{self, Trial},
     case::{Case, Sizes, Stop},
@@ -85,6 +85,8 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &
         "runnable": true,
         "case": case.resolved_json(),
         "sizes": case.sizes,
+        "layers": layers::json(case),
+        "back": case.target.back,
         "estimate": {
             "memory_bytes": estimate.memory,
             "message_bytes": estimate.messages,
@@ -115,17 +117,18 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &
 }
 
 fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>) -> String {
-    let Sizes { dr, dz, dt, steps, nr, nz, outer_radius, depth, layer, .. } = case.sizes;
+    let &Sizes { dr, dz, dt, steps, nr, nz, outer_radius, depth, .. } = &case.sizes;
     let Units { length, time, .. } = case.units();
     let (nodes, courant) = (format!("{nr} x {} nodes", nz + 1), case.wave_speed() * dt / dr);
     let end = steps as f64 * dt;
     let mut rows = vec![("case", format!("{name}: {}", case.title))];
     match case.scales {
         None => {
-            let target = if layer { format!("layer of thickness {depth}") } else { "half-space".into() };
+            let target = layers::target(case, &depth.to_string());
             let c_s = case.target.material.shear_wave_speed;
+            rows.push(("target", format!("{target}, c_s = {c_s}")));
+            rows.extend(layers::rows(case));
             rows.extend([
-                ("target", format!("{target}, c_s = {c_s}")),
                 ("mesh", format!("{nodes} to r = {outer_radius:.4}, z = {depth:.4}")),
                 ("spacing", format!("dr = {dr:.6e}, dz = {dz:.6e}, radial Courant number {courant:.6}")),
                 ("time", format!("{steps} steps of {dt:.6e} to t = {end:.6}")),

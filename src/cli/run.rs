@@ -15,7 +15,7 @@ use percuss_serve::{Access, Address, AllowedOrigin, Server, VIEWERS, seconds, sp
 use rayon::ThreadPool;
 
 use super::{
-    CaseArguments, CliError, Exit,
+    CaseArguments, CliError, Exit, layers,
     output::{OutputArguments, check_room, exit, flow, watch_signals, written},
     progress::Progress,
     scales,
@@ -206,10 +206,9 @@ impl Run {
     /// The case, and how dense its fields are unless it says so itself.
     fn heading(&self, case: &Case) -> String {
         let mut text = format!("{}: {}", self.case.case, case.title);
-        if let Some(scales) = &case.scales {
-            for (key, row) in scales::rows(case, scales) {
-                text += &format!("\n{key:<10} {row}");
-            }
+        let rows = case.scales.map_or_else(|| layers::rows(case), |scales| scales::rows(case, &scales));
+        for (key, row) in rows {
+            text += &format!("\n{key:<10} {row}");
         }
         let every = case.record.field_every;
         if every > 1 && every == case.default_field_every() {

@@ -1,5 +1,6 @@
 //! What a physical case is in its own units: for `percuss check` and `percuss run`.
 
+use super::layers;
 use crate::{
     case::Case,
     geometry::Geometry,
@@ -13,9 +14,10 @@ pub(super) fn rows(case: &Case, scales: &Scales) -> Vec<(&'static str, String)> 
     let [c_p, c_s] = [1.0, case.target.material.shear_wave_speed].map(|c| speed.text(c));
     let target = match case.target.thickness {
         Some(h) => {
-            format!("layer of thickness {}, which a wave crosses in {}", length.text(h), time.text(h))
+            let target = layers::target(case, &length.text(h));
+            format!("{target}, which a wave crosses in {}", time.text(layers::crossing(case)))
         }
-        None => "half-space".into(),
+        None => layers::target(case, ""),
     };
     let is_plane = case.geometry == Geometry::Plane;
     let scale = |dimension| {
@@ -34,11 +36,12 @@ pub(super) fn rows(case: &Case, scales: &Scales) -> Vec<(&'static str, String)> 
     };
     let density = engineering(scales.density, name(Dimension::Density, case.geometry, true));
     let scales = [Dimension::Length, Dimension::Time, Dimension::Stress, Dimension::Force, Dimension::Energy];
-    let mut rows = vec![
-        ("target", format!("{target}; c_p = {c_p}, c_s = {c_s}, density {density}")),
+    let mut rows = vec![("target", format!("{target}; c_p = {c_p}, c_s = {c_s}, density {density}"))];
+    rows.extend(layers::rows(case));
+    rows.extend([
         ("indenter", format!("{mass}, V0 = {}", speed.text(case.impact.velocity))),
         ("scales", scales.map(scale).join(", ")),
-    ];
+    ]);
     rows.extend(Rigidity::of(case).map(|rigidity| ("rigid", rigidity.text())));
     if is_plane {
         let text = "force, mass and energy are per metre and of the whole body and contact, both halves";

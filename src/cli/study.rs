@@ -81,7 +81,7 @@ impl StudyArguments {
         let result = pool.install(|| study(&cases, &plan, |step| progress.advance(step)));
         progress.end();
         let study = result?;
-        print(&table(finest, &study))?;
+        print(&(table(finest, &study) + &changes(&cases)))?;
         if let Some((path, format)) = output {
             write_file(path, format(finest, &study).as_bytes(), self.force)?;
         }
@@ -182,6 +182,21 @@ fn csv(case: &Case, study: &Study) -> String {
         }
     }
     String::from_utf8(rows.into_inner().expect("a Vec grows")).expect("rows are text")
+}
+
+/// What meshes change of layers.
+fn changes(cases: &[Case]) -> String {
+    /// Changes below it are rounding.
+    const ROUNDING: f64 = 1e-9;
+    let changes = cases.iter().flat_map(|case| &case.sizes.layers).map(|rows| rows.speed_change.abs());
+    let largest = changes.fold(0.0, f64::max);
+    if largest < ROUNDING {
+        return String::new();
+    }
+    format!(
+        "layers: wave speeds are changed by up to {:.3} %, on every mesh differently: orders are disturbed by it\n",
+        100.0 * largest
+    )
 }
 
 fn table(case: &Case, study: &Study) -> String {

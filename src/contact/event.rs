@@ -25,6 +25,8 @@ pub enum EventKind {
     Separation,
     /// Contact begins again after a separation.
     Recontact,
+    /// Layers of the target first pull at each other.
+    LayerTension,
     /// The run stops before its end time.
     Stopped,
     /// Results are outside the range of validity.
@@ -38,17 +40,19 @@ pub struct Event {
     pub kind: EventKind,
     /// Description in words.
     pub text: String,
-    /// Radius, of an extension \[R\].
+    /// Radius, of an extension or the tension of an interface \[R\].
     pub r: Option<f64>,
     /// Time at which contact was lost, of a separation, which is reported later \[R/c_p\].
     pub since: Option<f64>,
+    /// Number of the interface between layers, from 1 on, of a tension there.
+    pub interface: Option<u32>,
 }
 
 impl Event {
     /// A warning as an event.
     pub(crate) fn warning(text: &str) -> Self {
         let text = format!("warning: {text}");
-        Self { kind: EventKind::Warning, text, r: None, since: None }
+        Self { kind: EventKind::Warning, text, r: None, since: None, interface: None }
     }
 }
 
@@ -90,7 +94,8 @@ impl Watch {
     pub fn observe(&mut self, state: &ContactState, time: f64, r: impl Fn(usize) -> f64) -> Vec<Event> {
         let mut events = Vec::new();
         let at = self.units.time.text(time);
-        let mut report = |kind, r, text: String| events.push(Event { kind, text, r, since: None });
+        let mut report =
+            |kind, r, text: String| events.push(Event { kind, text, r, since: None, interface: None });
         if let Some(i) = state.extended.filter(|_| !self.seen.extended) {
             self.seen.extended = true;
             let r = r(i);
@@ -119,7 +124,8 @@ impl Watch {
                 self.seen.apart = true;
                 let since = self.units.time.text(lost);
                 let text = format!("separation: the last node has left the indenter at t = {since}");
-                events.push(Event { kind: EventKind::Separation, text, r: None, since: Some(lost) });
+                let since = Some(lost);
+                events.push(Event { kind: EventKind::Separation, text, r: None, since, interface: None });
             }
         }
         self.seen.had_contact |= state.nodes > 0;

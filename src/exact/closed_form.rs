@@ -131,6 +131,9 @@ impl ClosedForm {
     ///
     /// The reason why there is none.
     pub fn for_case(case: &Case) -> Result<Self, NoClosedForm> {
+        if !case.target.is_simple() {
+            return none("it needs a target of one layer with a rigid back, or a half-space of one material");
+        }
         if case.indenter.mass.is_finite() {
             return none("it needs an indenter of infinite mass (indenter.mass = inf)");
         }

@@ -1,9 +1,17 @@
 //! Layers of rows along z.
+//!
+//! Rows have numbers, of which an interface has two, one of either layer; *depths* are counted in axial steps from the surface, and both
+//! rows of an interface are at one.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
 
 use super::Grid;
 
 /// Far side of the target.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Back {
     /// Smooth and rigid, u = 0.
     Rigid,
@@ -12,7 +20,8 @@ pub enum Back {
 }
 
 /// How a layer is joined to the one above it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Bond {
     /// Both displacements are shared.
     Welded,
@@ -95,5 +104,30 @@ impl Grid {
     /// Depth of row `j` \[R\].
     pub fn z(&self, j: usize) -> f64 {
         self.layer(j).z(j)
+    }
+
+    /// Axial steps from the surface to the last row.
+    pub fn depth(&self) -> usize {
+        self.nz + 1 - self.layers.len()
+    }
+
+    /// Numbers of the rows at some depths; beyond the last row numbers go on with depths.
+    pub fn rows_at(&self, depths: Range<usize>) -> Range<usize> {
+        // interface number k, from 1 on, has rows first − 1 and first, at depth first − k
+        let interfaces = || (1..).zip(&self.layers[1..]);
+        let row = |depth: usize| {
+            depth + interfaces().take_while(|(number, layer)| layer.first - number < depth).count()
+        };
+        row(depths.start)..row(depths.end)
+    }
+
+    /// Rows that are shown if every so many are: every so many of each layer from its first one on, and where there are several also the last
+    /// one of each, so that no interface is missing.
+    pub fn shown_rows(&self, every: usize) -> Vec<usize> {
+        let rows = self.layers.iter().flat_map(|layer| {
+            let last = (self.layers.len() > 1 && layer.steps % every != 0).then(|| layer.last());
+            (layer.first..=layer.last()).step_by(every).chain(last)
+        });
+        rows.collect()
     }
 }

@@ -32,7 +32,7 @@ impl ::prost::Name for Drag {
 /// of its values at the two half steps around t, where the scheme conserves them exactly. A plane run has the energy per
 /// length of the half x ≥ 0, in R²γc_p²; in SI that of both halves, in J/m. One message per frame; the last step is a frame
 /// in a run that has any.
-#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+#[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Energy {
     /// Number k of the step.
     #[prost(uint64, tag = "1")]
@@ -62,6 +62,13 @@ pub struct Energy {
     /// surface has done to the target, less what the target has. \[πR³γc_p²\]
     #[prost(double, tag = "9")]
     pub damped: f64,
+    /// Strain energy of every layer from the struck surface down, where there is more than one: together `strain`. \[πR³γc_p²\]
+    #[prost(double, repeated, tag = "10")]
+    pub layer_strain: ::prost::alloc::vec::Vec<f64>,
+    /// Kinetic energy of every layer, where there is more than one: together `kinetic`. That of an interface is shared by the masses of
+    /// its halves. \[πR³γc_p²\]
+    #[prost(double, repeated, tag = "11")]
+    pub layer_kinetic: ::prost::alloc::vec::Vec<f64>,
 }
 impl ::prost::Name for Energy {
     const NAME: &'static str = "Energy";
@@ -95,6 +102,9 @@ pub struct Event {
     /// \[R/c_p\]
     #[prost(double, optional, tag = "6")]
     pub since: ::core::option::Option<f64>,
+    /// Number of the interface between layers, for events at one: interface n lies below layer n, layer 1 at the struck surface.
+    #[prost(uint32, optional, tag = "7")]
+    pub interface: ::core::option::Option<u32>,
 }
 /// Nested message and enum types in `Event`.
 pub mod event {
@@ -126,6 +136,9 @@ pub mod event {
         Recontact = 5,
         /// Results mislead, for the reason in `text`: at the first step what follows from the case, at the last what follows from the run.
         Warning = 6,
+        /// An interface between layers, number `interface`, is first in tension, at `r`. Layers do not separate: from then on the answer is
+        /// that of layers which hold together.
+        LayerTension = 7,
     }
     impl Kind {
         /// String value of the enum field names used in the ProtoBuf definition.
@@ -141,6 +154,7 @@ pub mod event {
                 Self::Stopped => "STOPPED",
                 Self::Recontact => "RECONTACT",
                 Self::Warning => "WARNING",
+                Self::LayerTension => "LAYER_TENSION",
             }
         }
         /// Creates an enum from field names used in the ProtoBuf definition.
@@ -153,6 +167,7 @@ pub mod event {
                 "STOPPED" => Some(Self::Stopped),
                 "RECONTACT" => Some(Self::Recontact),
                 "WARNING" => Some(Self::Warning),
+                "LAYER_TENSION" => Some(Self::LayerTension),
                 _ => None,
             }
         }
@@ -191,16 +206,20 @@ pub struct FieldSlice {
     /// Depth of the first row. \[R\]
     #[prost(double, tag = "6")]
     pub z0: f64,
-    /// Distance between rows. \[R\]
+    /// Distance between rows, where there is more than one layer those of the first. \[R\]
     #[prost(double, tag = "7")]
     pub dz: f64,
     /// Number of rows.
     #[prost(uint32, tag = "8")]
     pub nz: u32,
-    /// Row-major `[z][r]`: `values\[j * nr + i\]` is at (r0 + i dr, z0 + j dz). Unit and meaning are in the channel
-    /// metadata `unit.values` and `meaning.values`.
+    /// Row-major `[z][r]`: `values\[j * nr + i\]` is at (r0 + i dr, z0 + j dz), or, where there is more than one layer, at
+    /// (r0 + i dr, z\[j\]). Unit and meaning are in the channel metadata `unit.values` and `meaning.values`.
     #[prost(float, repeated, tag = "9")]
     pub values: ::prost::alloc::vec::Vec<f32>,
+    /// Depths of all nz rows, where the target has more than one layer. None is less than the one before it. The depth of an interface
+    /// stands twice: its first row is the last of the layer above, its second the first of the layer below. \[R\]
+    #[prost(double, repeated, tag = "10")]
+    pub z: ::prost::alloc::vec::Vec<f64>,
 }
 impl ::prost::Name for FieldSlice {
     const NAME: &'static str = "FieldSlice";
@@ -255,12 +274,16 @@ pub struct LineSlice {
     /// Place of the first node along the line, a depth or a radius. \[R\]
     #[prost(double, tag = "3")]
     pub s0: f64,
-    /// Distance between nodes: node n is at s0 + n ds. \[R\]
+    /// Distance between nodes: node n is at s0 + n ds; where there are places `s`, those of the first layer. \[R\]
     #[prost(double, tag = "4")]
     pub ds: f64,
     /// Stress -sigma_zz, compression positive, at all nodes of the mesh along the line; 0 where it is still at rest. \[γc_p²\]
     #[prost(double, repeated, tag = "5")]
     pub stress: ::prost::alloc::vec::Vec<f64>,
+    /// Depths of all nodes, on a line along z through more than one layer. None is less than the one before it. The depth of an interface
+    /// stands twice: first for the layer above, then for the layer below. \[R\]
+    #[prost(double, repeated, tag = "6")]
+    pub s: ::prost::alloc::vec::Vec<f64>,
 }
 impl ::prost::Name for LineSlice {
     const NAME: &'static str = "LineSlice";

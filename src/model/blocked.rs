@@ -16,10 +16,7 @@ use std::{collections::VecDeque, io, sync::Arc};
 
 use super::{
     CompletedStep, Coverage, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Model, Request, Sampling, StrainPeak,
-    cell_scheme::CellScheme,
-    larger_strain, scheme,
-    scheme::{Corner, RadialWeights},
-    strain::Watched,
+    Tension, cell_scheme::CellScheme, larger_strain, scheme, scheme::Corner, strain::Watched,
 };
 use crate::{
     grid::Grid,
@@ -36,6 +33,7 @@ mod domain;
 mod energy;
 mod gauge;
 mod handover;
+mod interface;
 mod kernel;
 mod levels;
 #[cfg(all(test, loom))]
@@ -51,14 +49,16 @@ mod tests;
 mod tiles;
 mod tiling;
 mod vector;
+mod weights;
 mod workers;
 
 pub use active::CORNER_MARGIN;
 pub use dispatch::Instructions;
+pub use weights::Plate;
 
 use active::LightCone;
 use corner::add_corner;
-use domain::{Domain, Weighted};
+use domain::Domain;
 use gauge::Gauge;
 use kernel::free_surface;
 use sampler::{Sampler, SurfaceMotion};
@@ -66,6 +66,7 @@ use strains::Strains;
 use tiles::{LevelTask, RowPeak};
 use tiling::Sizes;
 use vector::BLOCK;
+use weights::Weighted;
 use workers::{Ended, Workers};
 
 /// Memory of frames that are under way \[bytes\]; two may be in any case.
@@ -81,6 +82,8 @@ pub struct Engine<T> {
     /// Levels that no pass over the interior has begun yet.
     behind: Vec<LevelTask>,
     shown: FrameFields,
+    /// Rows that frames show.
+    shown_rows: Arc<[usize]>,
     gauges: Arc<GaugePlan>,
     /// Steps that have not been returned.
     steps: VecDeque<Waiting<T>>,
@@ -102,6 +105,8 @@ pub struct Engine<T> {
 /// A step that has not been returned.
 struct Waiting<T> {
     step: T,
+    /// The level after it, if tension of interfaces is looked for.
+    watched: Option<usize>,
     /// What samples it, if it is a frame.
     sampler: Option<Arc<Sampler>>,
     /// What records its points and lines, if there are any.
@@ -113,28 +118,29 @@ impl<T> Waiting<T> {
     fn is_complete(&self, reached: usize) -> bool {
         let sampled = self.sampler.as_ref().map(|sampler| sampler.level());
         let gauged = self.gauge.as_ref().map(|gauge| gauge.level());
-        sampled.max(gauged).is_none_or(|level| level <= reached)
+        sampled.max(gauged).max(self.watched).is_none_or(|level| level <= reached)
     }
 }
 
 impl<T> Engine<T> {
     /// A target at rest.
     ///
-    /// * `weights`: radial weights of the scheme, by column
-    /// * `corner`: the mixed-derivative correction with its radial weights, if there is one
-    /// * `courant`: radial Courant number, at most 1
+    /// * `plates`: layers from the surface down
+    /// * `corner`: the mixed-derivative correction, if there is one
+    /// * `courant`: the largest of their radial Courant numbers, at most 1
     /// * `shown`: what is shown
     pub fn new(
         grid: Grid,
-        weights: &[RadialWeights],
-        corner: Option<(Corner, &[RadialWeights])>,
+        plates: &[Plate<'_>],
+        corner: Option<Corner>,
         courant: f64,
         coverage: Coverage,
         shown: Sampling,
         instructions: Instructions,
     ) -> Self {
-        let domain = Domain::new(&grid, weights, corner, instructions);
-        let cone = LightCone::new(coverage, courant, domain.reach(), grid.nz, grid.nr());
+        let domain = Domain::new(&grid, plates, corner, instructions);
+        let rows = domain.last_depth() + 1;
+        let cone = LightCone::new(coverage, courant, domain.reach(), rows, grid.nr());
         Self::of(grid, domain, cone, shown)
     }
 
@@ -148,16 +154,18 @@ impl<T> Engine<T> {
         instructions: Instructions,
     ) -> Self {
         let grid = scheme.grid().clone();
-        let (courant, damping) = (scheme.medium().courant.min(1.0), scheme.damping_number());
-        let cone = LightCone::damped(coverage, courant, damping, grid.nz + 1, grid.nr());
+        let (courant, damping) = (scheme.courant().min(1.0), scheme.damping_number());
+        let cone = LightCone::damped(coverage, courant, damping, grid.depth() + 1, grid.nr());
         Self::of(grid, Domain::with_cells(scheme, instructions), cone, shown)
     }
 
-    fn of(grid: Grid, domain: Domain, cone: LightCone, shown: Sampling) -> Self {
-        let Sampling { frames: shown, gauges } = shown;
+    fn of(grid: Grid, mut domain: Domain, cone: LightCone, shown: Sampling) -> Self {
+        let Sampling { frames: shown, gauges, tension } = shown;
+        domain.interfaces.limit = tension;
         let gauges = Arc::new(GaugePlan::new(&gauges, &grid));
-        let extent = super::Extent::of(&grid, shown.every.max(1));
-        let frame_size = size_of::<f32>() * extent.nr * extent.nz * shown.fields.len();
+        let every = shown.every.max(1);
+        let shown_rows: Arc<[usize]> = grid.shown_rows(every).into();
+        let frame_size = size_of::<f32>() * grid.nr().div_ceil(every) * shown_rows.len() * shown.fields.len();
         Self {
             cone,
             field: Workers::new(domain, Sizes::TUNED),
@@ -170,6 +178,7 @@ impl<T> Engine<T> {
             peaks: Default::default(),
             strains: Arc::default(),
             shown,
+            shown_rows,
             gauges,
             sums: Vec::new(),
             free: Default::default(),
@@ -184,7 +193,8 @@ impl<T> Engine<T> {
         let active = self.cone.active(self.level);
         let sampler = || {
             let surface = self.field.row(self.level - 1, 0)[..self.cone.active_columns()].to_vec();
-            Arc::new(Sampler::new(self.level, self.field.domain(), active.rows, &self.shown, surface))
+            let shown = (&self.shown, &self.shown_rows);
+            Arc::new(Sampler::new(self.level, self.field.domain(), active.rows, shown, surface))
         };
         let gauge = || Arc::new(Gauge::new(self.level, &self.gauges, request.lines));
         LevelTask {
@@ -231,10 +241,10 @@ impl<T> Engine<T> {
         }
     }
 
-    /// Records the last row that moves, if the near-surface band of `rows` rows has it.
-    fn note_peak_in_band(&mut self, rows: usize) {
+    /// Records the last row that moves, if the near-surface band of `depths` depths has it and strains there.
+    fn note_peak_in_band(&mut self, depths: usize) {
         let last_row = self.field.domain().last_row();
-        if last_row >= rows {
+        if self.field.domain().last_depth() >= depths || !self.field.domain().strains_back() {
             return;
         }
         if let Weighted::Cells(weights) = self.field.domain().scheme() {
@@ -278,8 +288,8 @@ impl<T: Send> Model<T> for Engine<T> {
                 let earlier = domain.levels.two_below(self.level + 1);
                 let [top, below] = [0, 1].map(|j| self.field.row(self.level, j));
                 let before = self.field.row(earlier, 0);
-                free_surface(before, top, below, weights.radial(), &mut self.sums, free);
-                if let Some(corner) = weights.corner() {
+                free_surface(before, top, below, weights.radial(0), &mut self.sums, free);
+                if let Some(corner) = weights.corner(0) {
                     let rows = [earlier, self.level].map(|level| [0, 2].map(|j| self.field.row(level, j)));
                     add_corner(rows, corner.share, corner, &mut self.sums, free);
                 }
@@ -291,7 +301,7 @@ impl<T: Send> Model<T> for Engine<T> {
                 free.copy_from_slice(&self.free[0][..columns]);
             }
         }
-        surface.compliance.fill(scheme::compliance(self.grid.dt(), self.grid.dz));
+        surface.compliance.fill(scheme::compliance(self.grid.dt(), self.grid.dt()));
     }
 
     fn advance(&mut self, surface: &Surface, step: T, request: Request) {
@@ -302,7 +312,12 @@ impl<T: Send> Model<T> for Engine<T> {
         self.level += 1;
         self.cone.advance(self.level, surface.loaded);
         let task = self.task(request, surface.loaded);
-        self.steps.push_back(Waiting { step, sampler: task.sampler.clone(), gauge: task.gauge.clone() });
+        self.steps.push_back(Waiting {
+            step,
+            watched: self.field.domain().interfaces.are_watched().then_some(self.level),
+            sampler: task.sampler.clone(),
+            gauge: task.gauge.clone(),
+        });
         let (reach, band_rows) = (self.field.domain().reach(), self.field.band_rows());
         // the rows below the lowest one are read
         self.field.open(task.active.rows.max(band_rows) + reach);
@@ -333,7 +348,7 @@ impl<T: Send> Model<T> for Engine<T> {
         if !self.is_complete() {
             return None;
         }
-        let Waiting { step, sampler, gauge } = self.steps.pop_front()?;
+        let Waiting { step, watched, sampler, gauge } = self.steps.pop_front()?;
         #[expect(unsafe_code, reason = "a sampler that threads have shared")]
         // SAFETY, here and below: the level of sampler and gauge has been reached: the near-surface band was advanced by this thread, and the passes
         // up to that level are over, which their threads have said with a release that `Pass::is_over` has acquired; both
@@ -341,7 +356,13 @@ impl<T: Send> Model<T> for Engine<T> {
         let frame = sampler.map(|sampler| unsafe { sampler.finish(self.field.domain()) });
         #[expect(unsafe_code, reason = "a recorder that threads have shared")]
         let gauges = gauge.map(|gauge| unsafe { gauge.finish() });
-        Some((step, frame, gauges))
+        let tensions = watched.map_or(Vec::new(), |level| {
+            // that level has been reached everywhere: what is known of the one before is all there is
+            let mut tensions = self.field.domain().interfaces.tensions();
+            tensions.retain(|tension: &Tension| tension.level + 1 == level);
+            tensions
+        });
+        Some(CompletedStep { step, frame, gauges, tensions })
     }
 
     fn surface_strain(&self, pressure: &[f64]) -> (f64, usize) {
@@ -368,7 +389,7 @@ impl<T: Send> Model<T> for Engine<T> {
         let RowPeak { value, level, column } = self.peaks[0];
         let strain = match self.field.domain().scheme() {
             // odd image beyond the backing: ∂u/∂z = −u_{nz−1}/Δz
-            Weighted::Axial(_) => value / self.grid.dz,
+            Weighted::Axial(_) => value / self.grid.layer(self.grid.nz).dz,
             Weighted::Cells(_) => value,
         };
         let backing = StrainPeak::on_backing(&self.grid, strain, level, column);
@@ -377,7 +398,7 @@ impl<T: Send> Model<T> for Engine<T> {
 
     fn find_non_finite(&mut self) -> Option<(f64, f64)> {
         self.catch_up();
-        let rows = self.cone.active(self.level).rows.max(1);
+        let rows = self.grid.rows_at(0..self.cone.active(self.level).rows.max(1)).end;
         let fields = match self.field.domain().scheme() {
             Weighted::Axial(_) => 1,
             Weighted::Cells(_) => 2,
@@ -385,7 +406,7 @@ impl<T: Send> Model<T> for Engine<T> {
         (0..fields).flat_map(|field| (0..rows).map(move |j| (field, j))).find_map(|(field, j)| {
             let row = &self.field.displacement(self.level, field, j)[..self.cone.active_columns()];
             let bad = row.iter().position(|u| !u.is_finite())?;
-            Some((self.grid.r(bad), j as f64 * self.grid.dz))
+            Some((self.grid.r(bad), self.grid.z(j)))
         })
     }
 

@@ -1,5 +1,5 @@
 //! The scheme of [`super::cells`] on a mesh: weights by layer and column, and operators node by node, for the plain stepper and for
-//! what the fast engine shows. Targets of several layers are computed by the plain stepper.
+//! what the fast engine shows.
 
 use super::{
     Field,
@@ -124,7 +124,7 @@ impl CellScheme {
             let Stress { zz, rz, .. } = row.mean_strain(at, i, 0.0).stress(medium);
             [-stress * zz, stress * rz]
         });
-        let shares = self.shares(interface);
+        let shares = scheme::shares(self.impedances(interface));
         let joined = [0, 1].map(|part| scheme::interface_stress(shares, [upper[part], lower[part]]));
         match self.grid.layers[interface + 1].bond {
             Bond::Welded => joined,
@@ -132,9 +132,38 @@ impl CellScheme {
         }
     }
 
-    /// Shares of the layers on either side of an interface in its acceleration.
-    pub(super) fn shares(&self, interface: usize) -> [f64; 2] {
-        self.layers[interface].waves.shares(&self.layers[interface + 1].waves)
+    /// Impedances of the layers above and below an interface.
+    pub(super) fn impedances(&self, interface: usize) -> [f64; 2] {
+        [interface, interface + 1].map(|layer| self.impedance(layer))
+    }
+
+    /// Impedance of a layer \[γc_p of the struck one\].
+    pub(super) fn impedance(&self, layer: usize) -> f64 {
+        self.layers[layer].waves.impedance
+    }
+
+    /// Displacements of node (j, i) at level k+1 if its layer were by itself.
+    pub(super) fn by_itself(&self, before: &Level<2>, now: &Level<2>, j: usize, i: usize) -> [f64; 2] {
+        let accelerations = self.at_row(j).accelerations(self.reading(now), i);
+        [0, 1].map(|field| {
+            let free = cells::advanced(before[field][[j, i]], now[field][[j, i]], accelerations[field]);
+            match self.damped(before, now, field, j, i) {
+                Some(added) => free + added,
+                None => free,
+            }
+        })
+    }
+
+    /// [`CellScheme::by_itself`] of a node of an interface, of either layer.
+    pub(super) fn faces(
+        &self,
+        before: &Level<2>,
+        now: &Level<2>,
+        interface: usize,
+        i: usize,
+    ) -> [[f64; 2]; 2] {
+        let last = self.grid.layers[interface].last();
+        [last, last + 1].map(|j| self.by_itself(before, now, j, i))
     }
 
     /// The largest principal strain by magnitude in the middle of the cell between rows j and j+1 at the inner side of column `i`.
@@ -158,24 +187,15 @@ impl CellScheme {
         &self.grid
     }
 
-    /// The only layer.
-    ///
-    /// # Panics
-    ///
-    /// If there are several.
-    fn only_layer(&self) -> &CellLayer {
-        let [layer] = &self.layers[..] else { panic!("the engine computes one layer") };
-        layer
+    /// Constants of the material of a layer, and its weights by column, shape `(nr + 1,)`.
+    pub(super) fn layer_weights(&self, layer: usize) -> (&Medium, &[ColumnWeights]) {
+        let CellLayer { medium, weights, .. } = &self.layers[layer];
+        (medium, weights)
     }
 
-    /// Constants of the material of the only layer.
-    pub(super) fn medium(&self) -> &Medium {
-        &self.only_layer().medium
-    }
-
-    /// Weights of the only layer by column, shape `(nr + 1,)`.
-    pub(super) fn weights(&self) -> &[ColumnWeights] {
-        &self.only_layer().weights
+    /// The largest of the Courant numbers of its layers.
+    pub(super) fn courant(&self) -> f64 {
+        self.layers.iter().fold(0.0, |largest, layer| layer.medium.courant.max(largest))
     }
 
     /// Lateral damping σ.
@@ -209,21 +229,23 @@ impl NodeRow<'_> {
     /// Columns i−1, i, i+1 around the row, and the weights of the cells between them.
     ///
     /// * `at`: displacements by their number, row and column; that of images about the axis and of nodes beyond the mesh, too
+    #[inline(always)]
     fn columns(
         &self,
         at: impl Fn(usize, usize, isize) -> f64,
         i: usize,
     ) -> ([Column; 3], [&ColumnWeights; 2]) {
-        let Self { scheme, layer, j, row, .. } = *self;
-        let rows = [j.saturating_sub(1), j, (j + 1).min(scheme.grid.nz)];
-        // a map of an array of this size is not inlined
-        let column = |i: isize| {
-            let [u, v] = [0, 1].map(|field| rows.map(|j| at(field, j, i)));
-            Column::new(row, u, v)
-        };
-        let here = i as isize;
-        let columns = [column(here - 1), column(here), column(here + 1)];
-        (columns, [&layer.weights[i], &layer.weights[i + 1]])
+        let (weights, i) = (&self.layer.weights, i as isize);
+        let columns = [self.column(&at, i - 1), self.column(&at, i), self.column(&at, i + 1)];
+        (columns, [&weights[i as usize], &weights[i as usize + 1]])
+    }
+
+    /// Column i around the row. A function, because closures are not inlined for certain, nor are maps of arrays.
+    #[inline(always)]
+    fn column(&self, at: &impl Fn(usize, usize, isize) -> f64, i: isize) -> Column {
+        let [above, here, below] = [self.j.saturating_sub(1), self.j, (self.j + 1).min(self.scheme.grid.nz)];
+        let u = [at(0, above, i), at(0, here, i), at(0, below, i)];
+        Column::new(self.row, u, [at(1, above, i), at(1, here, i), at(1, below, i)])
     }
 
     /// `Δt²` times the accelerations of node i but for damping, if its layer were by itself.
@@ -241,6 +263,7 @@ impl NodeRow<'_> {
     ///
     /// * `at`: displacements, see [`NodeRow::columns`]
     /// * `pressure`: on the surface at this node
+    #[inline(always)]
     pub(super) fn strain(&self, at: impl Fn(usize, usize, isize) -> f64, pressure: f64, i: usize) -> Strain {
         let Self { scheme, interface, j, .. } = *self;
         let grid = &scheme.grid;
@@ -274,7 +297,7 @@ impl NodeRow<'_> {
     }
 
     /// Mean strains of the cells around node i in its layer.
-    #[inline]
+    #[inline(always)]
     fn mean_strain(&self, at: impl Fn(usize, usize, isize) -> f64, i: usize, hoop: f64) -> Strain {
         let CellLayer { medium, dz, .. } = self.layer;
         let (columns, weights) = self.columns(at, i);

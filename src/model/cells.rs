@@ -205,7 +205,7 @@ pub enum Row {
 
 impl Column {
     /// * `u`, `v`: displacements above, here and below; what is beyond a boundary is not used
-    #[inline]
+    #[inline(always)]
     pub fn new(row: Row, u: [f64; 3], v: [f64; 3]) -> Self {
         let pairs = |[above, here, below]: [f64; 3]| match row {
             Row::Interior => {

@@ -104,34 +104,23 @@ impl CellScheme {
         shown: Sampling,
         instructions: Instructions,
     ) -> Engine<T> {
-        assert_eq!(self.grid.back, Back::Rigid, "the engine computes a rigid back");
         Engine::with_cells(self, coverage, shown, instructions)
     }
 }
 
 impl Scheme<2> for CellScheme {
     fn next(&self, before: &Level<2>, now: &Level<2>, j: usize, i: usize) -> [f64; 2] {
-        let by_itself = |j: usize| {
-            let accelerations = self.at_row(j).accelerations(self.reading(now), i);
-            [0, 1].map(|field| {
-                let free = cells::advanced(before[field][[j, i]], now[field][[j, i]], accelerations[field]);
-                match self.damped(before, now, field, j, i) {
-                    Some(added) => free + added,
-                    None => free,
-                }
-            })
-        };
         if let Some(interface) = self.grid.interface_of(j) {
             let last = self.grid.layers[interface].last();
-            let [upper, lower] = [last, last + 1].map(by_itself);
-            let joined =
-                [0, 1].map(|field| scheme::joined(self.shares(interface), [upper[field], lower[field]]));
+            let [upper, lower] = self.faces(before, now, interface, i);
+            let shares = scheme::shares(self.impedances(interface));
+            let joined = [0, 1].map(|field| scheme::joined(shares, [upper[field], lower[field]]));
             return match self.grid.layers[interface + 1].bond {
                 Bond::Welded => joined,
                 Bond::Sliding => [joined[0], if j == last { upper[1] } else { lower[1] }],
             };
         }
-        let next = by_itself(j);
+        let next = self.by_itself(before, now, j, i);
         // a rigid backing does not yield
         if j == self.grid.nz && self.grid.back == Back::Rigid { [0.0, next[1]] } else { next }
     }
@@ -140,15 +129,21 @@ impl Scheme<2> for CellScheme {
         scheme::compliance(self.grid.dt(), self.grid.dt())
     }
 
-    fn energy(&self, earlier: &Level<2>, later: &Level<2>) -> TargetEnergy {
+    fn traction(&self, before: &Level<2>, now: &Level<2>, interface: usize, i: usize) -> f64 {
+        let [upper, lower] = self.faces(before, now, interface, i);
+        scheme::traction_weight(self.impedances(interface), self.grid.dt()) * (upper[0] - lower[0])
+    }
+
+    fn energies(&self, earlier: &Level<2>, later: &Level<2>) -> Vec<TargetEnergy> {
         let Grid { nz, .. } = self.grid;
-        let mut energy = TargetEnergy::default();
+        let mut energies = vec![TargetEnergy::default(); self.layers.len()];
         for j in 0..=nz {
             for i in 0..self.grid.nr() {
                 let areas = [Some(self.grid.area[i]), cells::lateral_area(&self.grid, i)];
                 for (field, area) in areas.into_iter().enumerate() {
                     let moved = later[field][[j, i]] - earlier[field][[j, i]];
                     let mass = self.depth(j) * area.unwrap_or_default();
+                    let energy = &mut energies[self.grid.layer_of(j)];
                     energy.kinetic += scheme::kinetic_energy(mass, moved, self.grid.dt());
                 }
             }
@@ -159,11 +154,11 @@ impl Scheme<2> for CellScheme {
                 for i in 0..=self.grid.nr() {
                     let [a, b] = [earlier, later].map(|level| self.cell_strains(level, j, i));
                     let weight = layer.waves.impedance * layer.weights[i].cell / self.grid.dt();
-                    energy.strain += cells::strain_energy(a, b, weight, &layer.medium);
+                    energies[number].strain += cells::strain_energy(a, b, weight, &layer.medium);
                 }
             }
         }
-        energy
+        energies
     }
 
     fn show(&self, field: Field, levels: Levels<'_, 2>, pressure: &[f64], j: usize, i: usize) -> f64 {

@@ -22,8 +22,8 @@ const GEOMETRIES: [Geometry; 2] = [Geometry::Axisymmetric, Geometry::Plane];
 
 /// A layer of a stack: axial steps, impedance, c_p and c_s.
 #[derive(Clone, Copy, Debug)]
-struct Ply {
-    steps: usize,
+pub struct Ply {
+    pub steps: usize,
     impedance: f64,
     c_p: f64,
     c_s: f64,
@@ -31,8 +31,8 @@ struct Ply {
 }
 
 #[derive(Clone, Debug)]
-struct Stack {
-    plies: Vec<Ply>,
+pub struct Stack {
+    pub plies: Vec<Ply>,
     back: Back,
     geometry: Geometry,
 }
@@ -54,18 +54,18 @@ impl Stack {
         self.plies.iter().map(|ply| Waves { impedance: ply.impedance, shear: ply.c_s }).collect()
     }
 
-    fn simplified(&self, nr: usize, corner: Option<Corner>) -> (Grid, Rakhmatulin) {
+    pub fn simplified(&self, nr: usize, corner: Option<Corner>) -> (Grid, Rakhmatulin) {
         let grid = self.grid(nr, |ply| ply.c_s);
         (grid.clone(), Rakhmatulin::layered(grid, &self.waves(), corner))
     }
 
-    fn full(&self, nr: usize, damping: f64) -> (Grid, CellScheme) {
+    pub fn full(&self, nr: usize, damping: f64) -> (Grid, CellScheme) {
         let grid = self.grid(nr, |ply| ply.c_p).with_cells_between_nodes();
         (grid.clone(), elastic::layered(grid, &self.waves(), damping))
     }
 
     /// A random stack of 1 to 4 layers.
-    fn random(noise: &mut Noise) -> Self {
+    pub fn random(noise: &mut Noise) -> Self {
         let count = 1 + noise.below(4);
         let ply = |number: usize, noise: &mut Noise| {
             let c_p = 0.4 + 1.2 * noise.unit();

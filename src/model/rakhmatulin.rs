@@ -5,11 +5,11 @@
 //! ```
 //!
 //! The scheme is derived in [`super::scheme`]. This module puts its operators together, node by node, for the plain stepper,
-//! and its weights, column by column, for the fast engine. Targets of several layers are computed by the plain stepper.
+//! and its weights, column by column, for the fast engine.
 
 use super::{
     Coverage, Field, Model, Sampling, TargetEnergy,
-    blocked::{Engine, Instructions},
+    blocked::{self, Engine, Instructions},
     reference::{Level, Levels, Reference, Scheme},
     scheme::{self, Corner, RadialWeights},
 };
@@ -39,6 +39,13 @@ struct Plate {
     courant: f64,
     /// `Z·c_s²·Δt/Δr`
     stiffness: f64,
+}
+
+impl Plate {
+    /// What the fast engine needs of it.
+    fn as_parts(&self) -> blocked::Plate<'_> {
+        blocked::Plate { impedance: self.waves.impedance, weights: &self.weights, corner: &self.corner }
+    }
 }
 
 /// Slack for a Courant number of 1 but for rounding.
@@ -100,11 +107,9 @@ impl Rakhmatulin {
         shown: Sampling,
         instructions: Instructions,
     ) -> Engine<T> {
-        let [plate] = &self.layers[..] else { panic!("the engine computes one layer") };
-        assert_eq!(self.grid.back, Back::Rigid, "the engine computes a rigid back");
-        let corner = self.corner.map(|corner| (corner, &plate.corner[..]));
-        let courant = plate.courant.min(1.0);
-        Engine::new(self.grid, &plate.weights, corner, courant, coverage, shown, instructions)
+        let plates: Vec<_> = self.layers.iter().map(Plate::as_parts).collect();
+        let courant = self.layers.iter().fold(0.0f64, |largest, plate| plate.courant.max(largest)).min(1.0);
+        Engine::new(self.grid, &plates, self.corner, courant, coverage, shown, instructions)
     }
 
     /// A target at rest under the plain stepper.
@@ -172,9 +177,15 @@ impl Rakhmatulin {
         self.grid.cell_rows(j) * (impedance * self.grid.dt()) * self.grid.area[i]
     }
 
-    /// Shares of the layers on either side of an interface in its acceleration.
-    fn shares(&self, interface: usize) -> [f64; 2] {
-        self.layers[interface].waves.shares(&self.layers[interface + 1].waves)
+    /// Impedances of the layers above and below an interface.
+    fn impedances(&self, interface: usize) -> [f64; 2] {
+        [interface, interface + 1].map(|layer| self.layers[layer].waves.impedance)
+    }
+
+    /// u^{k+1} of a node of an interface if either layer were by itself.
+    fn faces(&self, before: &Level<1>, now: &Level<1>, interface: usize, i: usize) -> [f64; 2] {
+        let last = self.grid.layers[interface].last();
+        [last, last + 1].map(|j| self.by_itself(before, now, j, i))
     }
 }
 
@@ -183,25 +194,30 @@ impl Scheme<1> for Rakhmatulin {
         let Some(interface) = self.grid.interface_of(j) else {
             return [self.by_itself(before, now, j, i)];
         };
-        let last = self.grid.layers[interface].last();
-        let faces = [last, last + 1].map(|j| self.by_itself(before, now, j, i));
-        [scheme::joined(self.shares(interface), faces)]
+        let faces = self.faces(before, now, interface, i);
+        [scheme::joined(scheme::shares(self.impedances(interface)), faces)]
     }
 
     fn compliance(&self, _i: usize) -> f64 {
         scheme::compliance(self.grid.dt(), self.grid.dt())
     }
 
-    fn energy(&self, earlier: &Level<1>, later: &Level<1>) -> TargetEnergy {
+    fn traction(&self, before: &Level<1>, now: &Level<1>, interface: usize, i: usize) -> f64 {
+        let [upper, lower] = self.faces(before, now, interface, i);
+        scheme::traction_weight(self.impedances(interface), self.grid.dt()) * (upper - lower)
+    }
+
+    fn energies(&self, earlier: &Level<1>, later: &Level<1>) -> Vec<TargetEnergy> {
         let Grid { ref area, ref face, .. } = self.grid;
         let dt = self.grid.dt();
         let levels = [&earlier[0], &later[0]];
         // share of the conservative part, 4/3, in α
         let conservative = self.corner.map_or(0.0, |corner| 1.0 - corner.share);
-        let mut energy = TargetEnergy::default();
+        let mut energies = vec![TargetEnergy::default(); self.layers.len()];
         for j in 0..=self.grid.nz {
             let number = self.grid.layer_of(j);
             let Plate { waves, stiffness, .. } = &self.layers[number];
+            let energy = &mut energies[number];
             for i in 0..self.grid.nr() {
                 let [earlier_u, later_u] = levels.map(|u| u[[j, i]]);
                 let mass = self.mass(j, i);
@@ -222,7 +238,7 @@ impl Scheme<1> for Rakhmatulin {
                 }
             }
         }
-        energy
+        energies
     }
 
     fn show(&self, field: Field, levels: Levels<'_, 1>, pressure: &[f64], j: usize, i: usize) -> f64 {
@@ -238,7 +254,7 @@ impl Scheme<1> for Rakhmatulin {
                         let impedance = self.layers[layer].waves.impedance;
                         impedance * (now[0][[j, i]] - now[0][[j + 1, i]]) / self.grid.dt()
                     });
-                    scheme::interface_stress(self.shares(interface), cells)
+                    scheme::interface_stress(scheme::shares(self.impedances(interface)), cells)
                 }
                 None => {
                     let u = self.around(now, j, i);

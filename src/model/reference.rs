@@ -10,7 +10,7 @@ use ndarray::{Array2, ArrayView1};
 
 use super::{
     CompletedStep, Field, Frame, FrameFields, GaugePlan, GaugeValues, Lattice, Model, PointState, Request,
-    Sample, Sampling, StrainPeak, TargetEnergy,
+    Sample, Sampling, StrainPeak, TargetEnergy, Tension,
     strain::{CellPeak, Watched},
 };
 use crate::{
@@ -35,8 +35,17 @@ pub trait Scheme<const FIELDS: usize>: Send {
     /// Displacement u_z of surface node `i` per unit of pressure on it \[R/(γc_p²)\].
     fn compliance(&self, i: usize) -> f64;
 
+    /// Stress −σ_zz of an interface in column `i` on the way to level k+1, see [`super::scheme::traction_weight`].
+    fn traction(&self, before: &Level<FIELDS>, now: &Level<FIELDS>, interface: usize, i: usize) -> f64;
+
+    /// Energy of every layer between two consecutive levels.
+    fn energies(&self, earlier: &Level<FIELDS>, later: &Level<FIELDS>) -> Vec<TargetEnergy>;
+
     /// Energy between two consecutive levels.
-    fn energy(&self, earlier: &Level<FIELDS>, later: &Level<FIELDS>) -> TargetEnergy;
+    #[cfg(test)]
+    fn energy(&self, earlier: &Level<FIELDS>, later: &Level<FIELDS>) -> TargetEnergy {
+        self.energies(earlier, later).into_iter().sum()
+    }
 
     /// Value of `field` at node (j, i) and level k.
     ///
@@ -61,6 +70,10 @@ pub struct Reference<T, S, const FIELDS: usize> {
     scheme: S,
     shown: FrameFields,
     gauges: GaugePlan,
+    /// Tension of an interface that is shown.
+    tension: Option<f64>,
+    /// Interfaces that have been in tension.
+    torn: Vec<bool>,
     /// Levels k−1 and k, and room for k+1.
     before: Level<FIELDS>,
     now: Level<FIELDS>,
@@ -79,12 +92,14 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
     ///
     /// * `shown`: what is shown
     pub fn new(grid: Grid, scheme: S, shown: impl Into<Sampling>) -> Self {
-        let Sampling { frames, gauges } = shown.into();
+        let Sampling { frames, gauges, tension } = shown.into();
         let rest = || [(); FIELDS].map(|()| Array2::zeros((grid.nz + 1, grid.nr())));
         Self {
             scheme,
             shown: frames,
             gauges: GaugePlan::new(&gauges, &grid),
+            tension,
+            torn: vec![false; grid.layers.len() - 1],
             before: rest(),
             now: rest(),
             next: rest(),
@@ -134,21 +149,42 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
     fn frame(&self, pressure: &[f64]) -> Frame {
         let levels = [&self.before, &self.now, &self.next];
         let every = self.shown.every;
+        let rows = self.grid.shown_rows(every);
         let sample = |&field: &Field| {
             let mut sample = Sample::at_rest(field, &self.grid, every);
             let nr = sample.extent.nr;
             for (place, value) in sample.values.iter_mut().enumerate() {
-                let (j, i) = (place / nr * every, place % nr * every);
+                let (j, i) = (rows[place / nr], place % nr * every);
                 *value = self.scheme.show(field, levels, pressure, j, i) as f32;
             }
             sample
         };
+        let energies = [[&self.before, &self.now], [&self.now, &self.next]]
+            .map(|[earlier, later]| self.scheme.energies(earlier, later));
+        let layers = (0..self.grid.layers.len()).map(|n| energies.each_ref().map(|layers| layers[n]));
         Frame {
-            energy: [self.scheme.energy(&self.before, &self.now), self.scheme.energy(&self.now, &self.next)],
+            energy: energies.each_ref().map(|layers| layers.iter().copied().sum()),
+            layers: layers.collect(),
             lattice: Lattice::of(&self.grid),
             samples: self.shown.fields.iter().map(sample).collect(),
             surface: self.now[0].row(0).to_vec(),
         }
+    }
+
+    /// Interfaces that are in tension for the first time at level k.
+    fn tensions(&mut self) -> Vec<Tension> {
+        let Some(limit) = self.tension else { return Vec::new() };
+        let level = self.level as usize;
+        let find = |interface: usize| {
+            let stress = |i: usize| self.scheme.traction(&self.before, &self.now, interface, i);
+            let columns = (0..self.columns).map(|column| (column, stress(column)));
+            let (column, stress) = columns.into_iter().find(|(_, stress)| *stress < -limit)?;
+            Some(Tension { interface, level, column, stress })
+        };
+        let interfaces = (0..self.torn.len()).filter(|interface| !self.torn[*interface]);
+        let found: Vec<_> = interfaces.filter_map(find).collect();
+        found.iter().for_each(|tension| self.torn[tension.interface] = true);
+        found
     }
 
     /// What the gauges show of level k, with k+1 computed, if there are any.
@@ -203,7 +239,8 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         self.note_strains(surface.loaded);
         let frame = request.frame.then(|| self.frame(&surface.pressure));
         let gauges = self.gauge(&surface.pressure, request.lines);
-        self.steps.push_back((step, frame, gauges));
+        let tensions = self.tensions();
+        self.steps.push_back(CompletedStep { step, frame, gauges, tensions });
         std::mem::swap(&mut self.before, &mut self.now);
         std::mem::swap(&mut self.now, &mut self.next);
         self.level += 1;
@@ -238,7 +275,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
 
     fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
         assert!(self.steps.is_empty(), "{} steps have not been returned", self.steps.len());
-        out.put(&self.peaks)?;
+        out.put(&(self.peaks, &self.torn))?;
         for level in [&self.before, &self.now] {
             level
                 .iter()
@@ -249,7 +286,12 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
     }
 
     fn load(&mut self, step: u64, from: &mut StateReader<'_>) -> Result<(), StateError> {
-        (self.level, self.peaks) = (step, from.get()?);
+        (self.level, (self.peaks, self.torn)) = (step, from.get()?);
+        StateError::unless(
+            self.torn.len() + 1 == self.grid.layers.len(),
+            "number of interfaces",
+            self.torn.len(),
+        )?;
         for level in [&mut self.before, &mut self.now] {
             for mut row in level.iter_mut().flat_map(|field| field.rows_mut()) {
                 from.numbers(row.as_slice_mut().expect("a row is contiguous"))?;

@@ -287,18 +287,39 @@ pub fn image_row(j: isize, backing: usize) -> (usize, f64) {
     (j, sign)
 }
 
+/// Shares of the layers above and below an interface in the acceleration of its nodes: half the mass of a row of cells of either belongs to
+/// them, `m = ½(Z₁ + Z₂)`.
+///
+/// * `impedances`: Z₁, Z₂
+pub fn shares([upper, lower]: [f64; 2]) -> [f64; 2] {
+    let sum = upper + lower;
+    [upper / sum, lower / sum]
+}
+
 /// u^{k+1} at an interface, from what it would be at the free faces of the upper and the lower layer.
 ///
-/// * `shares`: see [`crate::material::Waves::shares`]
+/// * `shares`: see [`shares`]
 #[inline]
 pub fn joined(shares: [f64; 2], faces: [f64; 2]) -> f64 {
     shares[0] * faces[0] + shares[1] * faces[1]
 }
 
+/// Stress −σ_zz between layers per difference of u^{k+1} at the free faces of the upper and the lower one \[γc_p²/R\]: what joins them
+/// moves either face, with half the mass of a row of cells.
+///
+/// ```text
+/// p = Z₁Z₂/(Z₁ + Z₂)·(u₁^{k+1} − u₂^{k+1})/(2Δt)
+/// ```
+///
+/// It is [`interface_stress`] of the simplified theory.
+pub fn traction_weight([upper, lower]: [f64; 2], dt: f64) -> f64 {
+    upper * lower / (upper + lower) / (2.0 * dt)
+}
+
 /// Stress at an interface from those in the middle of the rows of cells above and below it. They differ from it by half the mass of their
 /// cells times the acceleration that both share: `σ = (Z₂σ₁ + Z₁σ₂)/(Z₁ + Z₂)`.
 ///
-/// * `shares`: see [`crate::material::Waves::shares`]
+/// * `shares`: see [`shares`]
 #[inline]
 pub fn interface_stress(shares: [f64; 2], cells: [f64; 2]) -> f64 {
     shares[1] * cells[0] + shares[0] * cells[1]

@@ -12,6 +12,7 @@ use super::{Flow, Observer, RunError, Status};
 use crate::{
     case::Case,
     channels::{Catalogue, log::Level},
+    grid::{Back, Bond},
     layout::{self, LayoutBuilder},
     recording::{Destination, FORMAT_VERSION, NUMERICS, Recorder, RecordingError, Tap},
     units::Units,
@@ -267,10 +268,46 @@ fn run_record(case: &Case) -> BTreeMap<String, String> {
         ("steps", sizes.steps.to_string()),
         ("playback_rate", case.record.playback_rate.to_string()),
     ]);
+    map.extend(layer_entries(case));
     map.extend(case.mesh.order.map(|order| ("order".to_owned(), u8::from(order).to_string())));
     map.insert("units".into(), if case.scales.is_some() { "SI" } else { "dimensionless" }.into());
     let scales = case.scales.into_iter().flat_map(|scales| scales.entries());
     map.extend(scales.map(|(name, value)| (name.to_owned(), value.to_string())));
+    map
+}
+
+/// What was computed of a target that is not a single layer or half-space on a rigid base: layers, from the struck surface down, and the back.
+fn layer_entries(case: &Case) -> BTreeMap<String, String> {
+    let mut map = BTreeMap::new();
+    if case.target.back == Back::Free {
+        map.insert("back".to_owned(), "free".to_owned());
+    }
+    let layers = case.target.computed();
+    if layers.len() == 1 {
+        return map;
+    }
+    let Units { length, speed, .. } = case.units();
+    let density = case.scales.map_or(1.0, |scales| scales.density);
+    map.insert("layers".to_owned(), layers.len().to_string());
+    let grid = case.grid();
+    let rows = grid.layers.iter().zip(&case.sizes.layers);
+    for (number, (layer, (rows, sizes))) in (1..).zip(layers.iter().zip(rows)) {
+        let bond = match layer.bond {
+            Bond::Welded => "welded",
+            Bond::Sliding => "sliding",
+        };
+        let mut put = |key: &str, value: String| map.insert(format!("layer.{number}.{key}"), value);
+        put("name", layer.name.clone());
+        put("top", length.of(rows.top).to_string());
+        put("bottom", length.of(rows.z(rows.last())).to_string());
+        put("density", (density * layer.density).to_string());
+        put("wave_speed", speed.of(layer.wave_speed).to_string());
+        put("shear_wave_speed", speed.of(layer.waves.shear).to_string());
+        put("impedance", (density * speed.scale * layer.waves.impedance).to_string());
+        put("rows", rows.steps.to_string());
+        put("speed_change", sizes.speed_change.to_string());
+        put("bond", bond.to_owned());
+    }
     map
 }
 

@@ -16,8 +16,9 @@ use percuss::case::{Case, CaseErrors, Problem, builtin};
 use table::Entry;
 
 /// Tables of cases that are refused.
-const BAD: [&str; 8] = [
+const BAD: [&str; 9] = [
     "indenter.txt",
+    "layers.txt",
     "mesh.txt",
     "old.txt",
     "printed.txt",
@@ -116,6 +117,7 @@ fn check_fixed_point(case: &Case, name: &str) {
     };
     assert_eq!(again.resolved_toml(), resolved, "{name}");
     assert_eq!(again.sizes, case.sizes, "{name}");
+    assert_eq!(again.target, case.target, "{name}");
     assert_eq!(again.scales, case.scales, "{name}");
     assert_eq!(again.impact, case.impact, "{name}");
     assert_eq!(again.indenter, case.indenter, "{name}");
@@ -188,6 +190,16 @@ fn physical_cases_of_any_scale_repeat_themselves() {
             }
         }
     }
+}
+
+#[test]
+fn a_thousand_layers_are_one_error() {
+    let layer = "[[target.layer]]\nthickness = \"half-space\"\nbond = 1\nshear_wave_speed = 0.5\n";
+    let rest = "[indenter]\nshape = \"flat\"\nradius = 1.0\n[run]\nend_time = 1.0\n";
+    let text = format!("{}{rest}", layer.replace("bond = 1\n", "") + &layer.repeat(999));
+    let errors = Case::parse("stack", &text, &[], Path::new("")).expect_err("too many layers");
+    let messages: Vec<&str> = errors.problems.iter().map(|problem| problem.message.as_str()).collect();
+    assert_eq!(messages, ["`target.layer` has 1000 layers"]);
 }
 
 #[test]

@@ -35,7 +35,7 @@ pub fn arrivals(step: u64, j: u64, rows: u64) -> [f64; 3] {
 
 /// Compares points and lines on the axis of a layer with plane fronts of speed 1.
 fn compare(name: &str, settings: &[&str]) {
-    let sizes = case(name, settings).sizes;
+    let sizes = case(name, settings).sizes.clone();
     let rows = sizes.nz as u64;
     // nodes, surface and backing among them, and one place between two
     let depths: Vec<u64> = vec![0, 1, rows / 3, rows / 2, rows - 1, rows];

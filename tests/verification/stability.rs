@@ -11,7 +11,7 @@ use percuss::{
     geometry::Geometry,
     grid::{Grid, MeshKind, Spacing},
     model::{
-        Coverage, Field, FrameFields, Model, Request,
+        CompletedStep, Coverage, Field, FrameFields, Model, Request,
         elastic::largest_damping,
         rakhmatulin::Rakhmatulin,
         scheme::{Corner, Order},
@@ -55,7 +55,7 @@ fn frames(geometry: Geometry, cells: usize, courant: f64, corner: Option<Corner>
         }
         let frame = step >= pushes && (step - pushes).is_multiple_of(steps / FRAMES);
         target.advance(&surface, (), Request { frame, lines: false });
-        while let Some(((), frame, _)) = target.next(step + 1 == pushes + steps) {
+        while let Some(CompletedStep { frame, .. }) = target.next(step + 1 == pushes + steps) {
             if let Some(frame) = frame {
                 let [_, after] = frame.energy;
                 let largest = frame.samples[0].values.iter().fold(0.0f32, |most, u| most.max(u.abs()));

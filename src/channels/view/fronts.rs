@@ -2,7 +2,8 @@
 //!
 //! The edge of the contact emits waves from the time at which they outrun it. In the equation of motion \[KA\] Eq. 18
 //! they run at c_p along z and at c_s along r, so their front is an ellipse about the edge; in the full theory there are a P and an
-//! S wave, circles. A backing folds them back. A flat punch also has the plane front.
+//! S wave, circles. The far side of a layer folds them back; of several layers they are drawn in the struck one alone. A flat punch also has the
+//! plane front.
 
 use std::sync::Arc;
 
@@ -78,7 +79,7 @@ impl Fronts {
                     self.arc(wave, age).into_iter().map(|(r, z)| world.point(side * r, -self.folded(z)));
                 lines.push(run.collect());
             }
-            if self.is_flat && number == 0 {
+            if self.is_flat && number == 0 && age <= self.lowest() {
                 let depth = self.folded(age);
                 lines.push([-wave.r, wave.r].map(|r| world.point(r, -depth)).to_vec());
             }
@@ -93,9 +94,13 @@ impl Fronts {
     fn arc(&self, wave: &EdgeWave, age: f64) -> Vec<(f64, f64)> {
         let [along_r, along_z] = wave.speeds.map(|speed| speed * age);
         let points = self.circle.iter().map(|(cos, sin)| (wave.r + along_r * cos, along_z * sin));
-        points
-            .filter(|(r, z)| r.abs() <= self.viewport.half_width && self.folded(*z) <= self.viewport.depth)
-            .collect()
+        let is_shown = |z: f64| z <= self.lowest() && self.folded(z) <= self.viewport.depth;
+        points.filter(|(r, z)| r.abs() <= self.viewport.half_width && is_shown(*z)).collect()
+    }
+
+    /// Unfolded depth down to which fronts are drawn.
+    fn lowest(&self) -> f64 {
+        self.viewport.layers.get(1).map_or(f64::INFINITY, |(_, top)| *top)
     }
 
     /// Depth of a front whose unfolded depth is z: backing and surface fold it.

@@ -31,6 +31,8 @@ struct Scene {
     /// Parts that are the same in all frames.
     body: (LinePrimitive, TriangleListPrimitive),
     backing: Option<LinePrimitive>,
+    /// Interfaces between layers, and names of the layers.
+    layers: (Vec<LinePrimitive>, Vec<TextPrimitive>),
 }
 
 /// The channel of a case.
@@ -39,7 +41,7 @@ pub fn channel(case: &Case, viewport: &Arc<Viewport>) -> Channel {
     let note = FieldNote::new(
         "entities",
         length.name,
-        "indenter, deformed surface, backing, contact radius, drag; x = r, y up, displacements times exaggeration, z only for what covers what",
+        "indenter, deformed surface, backing, interfaces between layers with their names, contact radius, drag; x = r, y up, displacements times exaggeration, z only for what covers what",
     );
     let scene = Scene::new(case, viewport);
     let per_drag = length.of(scene.drag_scale) / force.scale;
@@ -65,17 +67,26 @@ impl Scene {
         let units = case.units();
         let largest = range(case, Field::Stress) / units.stress.scale;
         let world = viewport.world;
-        let backing = viewport.thickness.map(|thickness| {
-            let ends = [-viewport.half_width, viewport.half_width].map(|x| world.point(x, -thickness));
+        let across = |depth: f64| {
+            let ends = [-viewport.half_width, viewport.half_width].map(|x| world.point(x, -depth));
             world.line(ends.to_vec(), viewport.height_of(Sheet::Backing), colours::OUTLINE)
-        });
+        };
+        let shown = viewport.layers.iter().filter(|(_, top)| *top < viewport.depth);
+        let name = |(name, top): &(String, f64)| {
+            label(name.clone(), world.at(0.85 * viewport.half_width, -top, viewport.height_of(Sheet::Marks)))
+        };
+        let layers = (
+            shown.clone().skip(1).map(|(_, top)| LinePrimitive { thickness: 1.0, ..across(*top) }).collect(),
+            shown.map(name).collect(),
+        );
         Self {
             drag_scale: full / (largest * area),
             units,
             nodes: nodes as usize,
             every: ((nodes / SURFACE_POINTS).ceil() as usize).max(1),
             body: body(viewport),
-            backing,
+            backing: viewport.thickness.map(across),
+            layers,
             viewport: Arc::clone(viewport),
         }
     }
@@ -113,6 +124,10 @@ impl Scene {
         ];
         if let Some(backing) = &self.backing {
             entities.push(lines(vec![backing.clone()], new("backing", WORLD)));
+        }
+        if !self.layers.1.is_empty() {
+            let (lines, texts) = self.layers.clone();
+            entities.push(SceneEntity { lines, texts, ..new("layers", WORLD) });
         }
         let tick = 0.05 * viewport.depth;
         let foot = viewport.height(view.depth);

@@ -43,7 +43,8 @@ impl Section {
     /// The raster of the recorded fields on a viewport.
     pub fn new(case: &Case, viewport: &Viewport) -> Self {
         let grid = case.grid();
-        let every = case.record.field_every as f64;
+        let every = case.record.field_every;
+        let depths: Vec<f64> = grid.shown_rows(every).into_iter().map(|j| grid.z(j)).collect();
         let middle = |pixel: usize| (pixel as f64 + 0.5) * viewport.pixel;
         let nearest = |x: f64| x.round().max(0.0) as usize;
         let units = case.units();
@@ -52,9 +53,9 @@ impl Section {
             scales: case.record.fields.iter().map(|field| levels(field) as f32).collect(),
             fields: case.record.fields.clone(),
             nodes: Nodes {
-                rows: (0..viewport.rows).rev().map(|row| nearest(middle(row) / (every * grid.dz))).collect(),
+                rows: (0..viewport.rows).rev().map(|row| nearest_row(&depths, middle(row))).collect(),
                 columns: (0..viewport.columns)
-                    .map(|i| nearest((middle(i) - grid.r0) / (every * grid.dr)))
+                    .map(|i| nearest((middle(i) - grid.r0) / (every as f64 * grid.dr)))
                     .collect(),
             },
             step: None,
@@ -109,6 +110,17 @@ fn fill(levels: &mut [u8], (field, fields): (usize, usize), nodes: &Nodes, sampl
     }
 }
 
+/// Number of the nearest of some depths, at an interface on the side of `depth`; beyond the last one there is none.
+fn nearest_row(depths: &[f64], depth: f64) -> usize {
+    let below = depths.partition_point(|z| *z <= depth);
+    let Some(&lower) = depths.get(below) else {
+        // half a distance of rows below the last one
+        let [.., before, last] = depths else { return 0 };
+        return if depth - last < 0.5 * (last - before) { below - 1 } else { below };
+    };
+    if below > 0 && depth - depths[below - 1] < lower - depth { below - 1 } else { below }
+}
+
 /// Level of a value in units of a level, held within the range.
 fn level(value: f32) -> u8 {
     // a cast from a float saturates at 0 and 255; NaN becomes 0, which is no value
@@ -123,6 +135,16 @@ mod tests {
     fn levels_are_steps_of_values() {
         assert_eq!([-1e9, -126.0, -0.4, 0.0, 1.6, 1e9].map(level), [2, 2, 128, 128, 130, 254]);
         assert_eq!(level(f32::NAN), 0);
+    }
+
+    #[test]
+    fn rows_are_the_nearest_of_their_layer() {
+        let depths = [0.0, 0.2, 0.4, 0.4, 0.5, 0.6];
+        let places = [0.0, 0.11, 0.39, 0.41, 0.44, 0.46, 0.59, 0.64, 0.66];
+        let rows = places.map(|z| nearest_row(&depths, z));
+        assert_eq!(rows, [0, 1, 2, 3, 3, 4, 5, 5, 6]);
+        let even = [0.0, 0.1, 0.2];
+        assert_eq!([0.04, 0.06, 0.14, 0.16].map(|z| nearest_row(&even, z)), [0, 1, 1, 2]);
     }
 
     #[test]

@@ -61,8 +61,10 @@ pub struct Viewport {
     pub reach: f64,
     /// Waves of the edge, the fastest first; none if the contact outruns them to the end.
     pub waves: Vec<EdgeWave>,
-    /// Thickness of the layer \[R\]; `None` for a half-space.
+    /// Thickness of the target \[R\]; `None` for a half-space.
     pub thickness: Option<f64>,
+    /// Layers, where there are several: name and depth of the upper face \[R\].
+    pub layers: Vec<(String, f64)>,
     /// Makes the geometry of pictures from these lengths.
     pub world: World,
 }
@@ -107,6 +109,7 @@ impl Viewport {
             reach,
             waves: waves(case, &shape),
             thickness: case.target.thickness,
+            layers: layers(case),
             world: World { unit: case.units().length },
         }
     }
@@ -120,6 +123,13 @@ impl Viewport {
     pub fn height_of(&self, sheet: Sheet) -> f64 {
         f64::from(sheet as u8) * SHEET * self.depth.min(self.half_width)
     }
+}
+
+/// Layers of a target of several: name and depth of the upper face \[R\].
+fn layers(case: &Case) -> Vec<(String, f64)> {
+    let (grid, layers) = (case.grid(), case.target.computed());
+    let named = layers.into_iter().zip(&grid.layers).map(|(layer, rows)| (layer.name, rows.top));
+    named.filter(|_| grid.layers.len() > 1).collect()
 }
 
 /// Half of the colour range of every picture of a run, the report's included, in the unit of the field in the recording:
@@ -210,7 +220,7 @@ fn waves(case: &Case, shape: &Shape) -> Vec<EdgeWave> {
 /// Waves from the first step on at which the contact spreads no faster than they do; `None` if it outruns them to the end.
 fn edge_wave(case: &Case, shape: &Shape, speeds: [f64; 2]) -> Option<EdgeWave> {
     const SAMPLES: u64 = 10_000;
-    let Sizes { dt, steps, .. } = case.sizes;
+    let &Sizes { dt, steps, .. } = &case.sizes;
     let samples = steps.min(SAMPLES);
     let time = |sample: u64| sample as f64 / samples as f64 * steps as f64 * dt;
     let reach = |sample| shape.reach(case.impact.velocity * time(sample));

@@ -43,7 +43,7 @@ use crate::{model::Coverage, state::StateError};
 /// What of a level is to be computed: the rows and columns that may differ from 0 and can still be seen.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ActiveRegion {
-    /// Number of rows.
+    /// Number of rows, by depth: an interface counts once.
     pub rows: usize,
     /// Number of columns, a whole number of blocks.
     pub columns: usize,
@@ -77,7 +77,7 @@ pub struct LightCone {
     courant: f64,
     /// Rows and columns that the scheme passes on per step, 2 with the mixed-derivative correction.
     reach: usize,
-    /// Row of the backing, number of columns.
+    /// Number of rows that move, by depth, and of columns.
     nz: usize,
     nr: usize,
     state: ConeState,
@@ -90,7 +90,7 @@ impl LightCone {
     ///
     /// * `courant`: radial Courant number λ = c_sΔt/Δr, at most 1
     /// * `reach`: rows and columns that the scheme passes on per step
-    /// * `nz`, `nr`: row of the backing, number of columns
+    /// * `nz`, `nr`: number of rows that move, by depth, and of columns
     pub fn new(coverage: Coverage, courant: f64, reach: usize, nz: usize, nr: usize) -> Self {
         Self { coverage, courant, reach, nz, nr, state: ConeState::default(), growth: Vec::new() }
     }

@@ -17,10 +17,10 @@ use crate::model::{
     scheme::RadialWeights,
 };
 
-/// Weights by column, for whole blocks.
+/// Weights of a layer by column, for whole blocks.
 pub struct CellWeights {
-    /// The scheme, node by node.
-    pub scheme: CellScheme,
+    /// Constants of the material.
+    pub medium: Medium,
     /// q' and q of cells, with a block more.
     inner: Vec<f64>,
     outer: Vec<f64>,
@@ -37,9 +37,11 @@ pub struct CellWeights {
 }
 
 impl CellWeights {
+    /// * `layer`: its number
     /// * `columns`: of the field, whole blocks
-    pub fn new(scheme: CellScheme, columns: usize) -> Self {
-        let (grid, weights, damping) = (scheme.grid(), scheme.weights(), scheme.damping());
+    pub fn new(scheme: &CellScheme, layer: usize, columns: usize) -> Self {
+        let (grid, damping) = (scheme.grid(), scheme.damping());
+        let (medium, weights) = scheme.layer_weights(layer);
         let column =
             |weight: fn(&ColumnWeights) -> f64, length: usize| padded(weights.iter().map(weight), length);
         let damped = |field: usize| {
@@ -57,7 +59,7 @@ impl CellWeights {
             radial: column(|weights| weights.radial, columns),
             damping: [damped(0), damped(1)],
             areas: [padded(grid.area.iter().copied(), columns), padded(lateral_areas, columns)],
-            scheme,
+            medium: *medium,
         }
     }
 
@@ -90,7 +92,7 @@ pub struct CellPatch<'a> {
     pub lateral: usize,
     /// Distance from a node to the one below it, in numbers.
     pub stride: usize,
-    /// Weights.
+    /// Weights of the layer.
     pub weights: &'a CellWeights,
 }
 
@@ -100,6 +102,8 @@ pub const SURFACE: usize = 0;
 pub const INTERIOR: usize = 1;
 /// See [`SURFACE`].
 pub const BACKING: usize = 2;
+/// A lower face that is free, see [`SURFACE`].
+pub const FREE: usize = 3;
 
 /// [`Row`] of a kind.
 const fn kind(row: usize) -> Row {
@@ -267,7 +271,7 @@ impl<V: Vector> Column<V> {
 ///
 /// Always inlined, so that a caller compiled for wider vectors gets them here.
 ///
-/// * `ROW`: kind of the row; the surface as if it were free, on the backing v alone
+/// * `ROW`: kind of the row; the surface as if it were free, on the backing, which is rigid, v alone
 ///
 /// # Safety
 ///
@@ -288,7 +292,7 @@ pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
         columns.start.is_multiple_of(V::WIDTH) && columns.len().is_multiple_of(V::WIDTH),
         "whole vectors"
     );
-    let Medium { shear, lame, hourglass, courant } = *weights.scheme.medium();
+    let Medium { shear, lame, hourglass, courant } = weights.medium;
     // SAFETY, of all below: the caller's promise; weights have been checked
     unsafe {
         let constants = Constants {
@@ -333,7 +337,8 @@ pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
                 let offset = i + field * lateral;
                 let (u, earlier) = (V::load(now.add(offset)), V::load(before.add(offset)));
                 let later = u.twice_less(earlier).add(accelerations[field]).sub(added[field]);
-                later.store(next[field].add(i + j * stride));
+                // a face that is kept apart stands somewhere else
+                later.store(next[field].wrapping_add(i + j * stride));
                 if COUNTS {
                     energy.add(
                         i,

@@ -6,10 +6,10 @@ use std::ops::Range;
 
 use super::{
     energy::EnergySum,
-    levels::{CornerTerm, Patch},
+    levels::{Around, CornerTerm, Patch},
     vector::Vector,
 };
-use crate::model::scheme::{self, RadialWeights};
+use crate::model::scheme;
 
 /// What the mixed-derivative correction needs of a vector of a row: sums over z.
 #[derive(Clone, Copy)]
@@ -47,7 +47,7 @@ impl<V: Vector> Combination<V> {
         }
     }
 
-    /// Rows j − 2 to j + 1, of a vector of row j.
+    /// The two rows above a vector of row j, it, and the row below.
     ///
     /// # Safety
     ///
@@ -57,17 +57,16 @@ impl<V: Vector> Combination<V> {
     unsafe fn first_rows<const COUNTS: bool>(
         before: *const f64,
         now: *const f64,
-        stride: usize,
+        [a, b, d, _]: Around,
         share: V,
     ) -> [Self; 4] {
         // SAFETY: the caller's promise
         unsafe {
-            let (before, now) = (before.sub(2 * stride), now.sub(2 * stride));
             [
+                Self::load::<COUNTS>(before.offset(a), now.offset(a), share),
+                Self::load::<COUNTS>(before.offset(b), now.offset(b), share),
                 Self::load::<COUNTS>(before, now, share),
-                Self::load::<COUNTS>(before.add(stride), now.add(stride), share),
-                Self::load::<COUNTS>(before.add(2 * stride), now.add(2 * stride), share),
-                Self::load::<COUNTS>(before.add(3 * stride), now.add(3 * stride), share),
+                Self::load::<COUNTS>(before.offset(d), now.offset(d), share),
             ]
         }
     }
@@ -98,6 +97,7 @@ impl<V: Vector> CornerSums<V> {
     /// Of `N` rows from row j on, in the vector before column `i`.
     ///
     /// * `levels`: column 0 of row j at levels k−1 and k
+    /// * `around`: row j, which only one by itself chooses
     ///
     /// # Safety
     ///
@@ -107,17 +107,18 @@ impl<V: Vector> CornerSums<V> {
     unsafe fn load<const N: usize, const COUNTS: bool>(
         levels: [*const f64; 2],
         stride: usize,
+        around: Around,
         i: usize,
         share: V,
     ) -> [Self; N] {
-        // SAFETY: rows j − 2 to j + N + 1 are numbers there
+        // SAFETY: rows j − 2 to j + N + 1, or those around row j, are numbers there
         unsafe {
             let (before, now) = (levels[0].add(i).sub(V::WIDTH), levels[1].add(i).sub(V::WIDTH));
-            let [mut a, mut b, mut c, mut d] = Combination::first_rows::<COUNTS>(before, now, stride, share);
+            let [mut a, mut b, mut c, mut d] = Combination::first_rows::<COUNTS>(before, now, around, share);
             let mut sums = [Self { ends: share, four: share, axial: share, moved: share }; N];
             for (row, sum) in sums.iter_mut().enumerate() {
-                let below = (row + 2) * stride;
-                let e = Combination::load::<COUNTS>(before.add(below), now.add(below), share);
+                let below = if N == 1 { around[3] } else { ((row + 2) * stride) as isize };
+                let e = Combination::load::<COUNTS>(before.offset(below), now.offset(below), share);
                 *sum = Self::of::<COUNTS>([a, b, c, d, e]);
                 (a, b, c, d) = (b, c, d, e);
             }
@@ -157,18 +158,21 @@ pub unsafe fn corner_march<V: Vector, const N: usize, const COUNTS: bool>(
     corner: CornerTerm<'_>,
     j: usize,
     columns: Range<usize>,
+    around: Around,
     area: &[f64],
     energies: &mut [EnergySum],
 ) {
-    let Patch { before: earlier, now, next, stride, outward, inward, corner: _ } = patch;
+    let Patch { before: earlier, now, next, stride, outward, inward, .. } = patch;
     // SAFETY, here and below: the nodes of the patch, two rows around them and a vector on either side are numbers at levels
     // k−1 and k, and those of the patch at level k+1 belong to this call alone; the machine has the instructions
     unsafe {
         let share = V::splat(corner.share);
         let levels = [earlier.add(j * stride), now.add(j * stride)];
-        let next = next.add(j * stride);
-        let before = CornerSums::<V>::load::<N, COUNTS>(levels, stride, columns.start, share);
-        let mut here = CornerSums::<V>::load::<N, COUNTS>(levels, stride, columns.start + V::WIDTH, share);
+        // a face that is kept apart stands somewhere else
+        let next = next.wrapping_add(j * stride);
+        let before = CornerSums::<V>::load::<N, COUNTS>(levels, stride, around, columns.start, share);
+        let mut here =
+            CornerSums::<V>::load::<N, COUNTS>(levels, stride, around, columns.start + V::WIDTH, share);
         // slopes in the vector before
         let mut inner = [[share; 3]; N];
         for row in 0..N {
@@ -181,11 +185,11 @@ pub unsafe fn corner_march<V: Vector, const N: usize, const COUNTS: bool>(
             let corner_in = V::load(corner.inward.as_ptr().add(i));
             let ahead = i + V::WIDTH;
             let (before, now) = (levels[0].add(ahead), levels[1].add(ahead));
-            let [mut a, mut b, mut c, mut d] = Combination::first_rows::<COUNTS>(before, now, stride, share);
-            let (mut old, mut new) = (levels[0].add(i), next.add(i));
+            let [mut a, mut b, mut c, mut d] = Combination::first_rows::<COUNTS>(before, now, around, share);
+            let (mut old, mut new) = (levels[0].add(i), next.wrapping_add(i));
             for row in 0..N {
-                let below = (row + 2) * stride;
-                let e = Combination::load::<COUNTS>(before.add(below), now.add(below), share);
+                let below = if N == 1 { around[3] } else { ((row + 2) * stride) as isize };
+                let e = Combination::load::<COUNTS>(before.offset(below), now.offset(below), share);
                 let after = CornerSums::of::<COUNTS>([a, b, c, d, e]);
                 (a, b, c, d) = (b, c, d, e);
                 let sums = here[row];
@@ -208,7 +212,7 @@ pub unsafe fn corner_march<V: Vector, const N: usize, const COUNTS: bool>(
                 }
                 inner[row] = slopes;
                 here[row] = after;
-                (old, new) = (old.add(stride), new.add(stride));
+                (old, new) = (old.add(stride), new.wrapping_add(stride));
             }
             i += V::WIDTH;
         }
@@ -240,7 +244,6 @@ pub fn add_corner(
     // the images about the axis
     (axial[0], axial[1]) = (axial[3], axial[2]);
     for (i, free) in free.iter_mut().enumerate() {
-        let weights = RadialWeights { outward: corner.outward[i], inward: corner.inward[i] };
-        *free += scheme::double_radial([axial[i], axial[i + 2], axial[i + 4]], weights);
+        *free += scheme::double_radial([axial[i], axial[i + 2], axial[i + 4]], corner.column(i));
     }
 }

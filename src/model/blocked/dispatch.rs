@@ -252,6 +252,7 @@ mod tests {
                 now: read,
                 next: write,
                 stride,
+                around: None,
                 outward: &outward,
                 inward: &inward,
                 corner: None,

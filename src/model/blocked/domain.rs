@@ -1,118 +1,52 @@
-//! What the engine works on: levels of a field, and the weights of the scheme by column.
+//! What the engine works on: levels of a field, and the weights of the scheme.
 
 use std::ops::Range;
 
 use super::{
-    cells::{BACKING, CellPatch, CellRow, CellWeights, INTERIOR, SURFACE, largest_stretch},
+    cells::{BACKING, CellPatch, CellRow, FREE, INTERIOR, SURFACE, largest_stretch},
     damping,
     dispatch::Instructions,
     energy::EnergySum,
-    levels::{CornerTerm, Levels, Patch},
-    vector::{BLOCK, padded},
+    interface::{Faces, Interfaces, PIECE},
+    levels::{Around, Levels, Patch, around},
+    vector::BLOCK,
+    weights::{AxialWeights, CellLayers, Plate, Weighted},
 };
 use crate::{
-    grid::Grid,
-    model::{
-        Lattice,
-        cell_scheme::CellScheme,
-        scheme::{Corner, RadialWeights},
-    },
+    grid::{Back, Grid},
+    model::{cell_scheme::CellScheme, scheme::Corner},
 };
 
 /// What the engine works on.
+///
+/// Bands, tiles and the light cone are cut by depth, in axial steps, so that both rows of an interface belong to one of them; fields have
+/// rows by number.
 pub struct Domain {
     /// The field.
     pub levels: Levels,
-    /// The nodes of the mesh.
-    pub lattice: Lattice,
-    /// Time of a step \[R/c_p\].
-    pub dt: f64,
-    /// Number of columns of the mesh; those that fill the last block have no weight and stay at rest.
-    pub nr: usize,
-    /// Row of the backing.
-    pub backing: usize,
+    /// The mesh. Columns that fill the last block have no weight and stay at rest.
+    pub grid: Grid,
+    /// What happens at interfaces.
+    pub interfaces: Interfaces,
     /// The scheme with its weights.
     scheme: Weighted,
     /// Instructions to use.
     instructions: Instructions,
 }
 
-/// A scheme with its weights by column.
-pub enum Weighted {
-    /// One displacement.
-    Axial(AxialWeights),
-    /// Two displacements.
-    Cells(Box<CellWeights>),
-}
-
-/// Weights of the scheme with one displacement.
-pub struct AxialWeights {
-    /// Cell areas by column, for whole blocks.
-    pub area: Vec<f64>,
-    /// Radial weights of the scheme.
-    weights: Weights,
-    /// The mixed-derivative correction with its radial weights, if there is one.
-    corner: Option<(Corner, Weights)>,
-}
-
-impl AxialWeights {
-    /// * `weights`: radial weights of the scheme, by column
-    /// * `corner`: the mixed-derivative correction with its radial weights, if there is one
-    /// * `columns`: of the field, whole blocks
-    fn new(
-        grid: &Grid,
-        weights: &[RadialWeights],
-        corner: Option<(Corner, &[RadialWeights])>,
-        columns: usize,
-    ) -> Self {
-        Self {
-            area: padded(grid.area.iter().copied(), columns),
-            weights: Weights::new(weights, columns),
-            corner: corner.map(|(corner, weights)| (corner, Weights::new(weights, columns))),
-        }
-    }
-
-    /// Radial weights by column, outward and inward, for whole blocks.
-    pub fn radial(&self) -> [&[f64]; 2] {
-        [&self.weights.outward, &self.weights.inward]
-    }
-
-    /// The mixed-derivative correction, if there is one.
-    pub fn corner(&self) -> Option<CornerTerm<'_>> {
-        let (corner, Weights { outward, inward }) = self.corner.as_ref()?;
-        Some(CornerTerm { share: corner.share, outward, inward })
-    }
-}
-
-/// Radial weights by column, for whole blocks.
-struct Weights {
-    outward: Vec<f64>,
-    inward: Vec<f64>,
-}
-
-impl Weights {
-    fn new(weights: &[RadialWeights], columns: usize) -> Self {
-        Self {
-            outward: padded(weights.iter().map(|weights| weights.outward), columns),
-            inward: padded(weights.iter().map(|weights| weights.inward), columns),
-        }
-    }
-}
-
 impl Domain {
     /// A mesh at rest.
     ///
-    /// * `weights`: radial weights of the scheme, by column
-    /// * `corner`: the mixed-derivative correction with its radial weights, if there is one
+    /// * `plates`: layers from the surface down
+    /// * `corner`: the mixed-derivative correction, if there is one
     pub fn new(
         grid: &Grid,
-        weights: &[RadialWeights],
-        corner: Option<(Corner, &[RadialWeights])>,
+        plates: &[Plate<'_>],
+        corner: Option<Corner>,
         instructions: Instructions,
     ) -> Self {
-        let count = Corner::levels(corner.as_ref().map(|(corner, _)| corner));
-        let levels = Levels::new(count, 1, grid.nz + 2, grid.nr());
-        let weights = AxialWeights::new(grid, weights, corner, levels.columns());
+        let levels = Levels::new(Corner::levels(corner.as_ref()), 1, grid.nz + 2, grid.nr());
+        let weights = AxialWeights::new(grid, plates, corner, levels.columns());
         Self::of(grid, levels, Weighted::Axial(weights), instructions)
     }
 
@@ -120,20 +54,15 @@ impl Domain {
     pub fn with_cells(scheme: CellScheme, instructions: Instructions) -> Self {
         let grid = scheme.grid().clone();
         let levels = Levels::new(3, 2, grid.nz + 2, grid.nr());
-        let weights = CellWeights::new(scheme, levels.columns());
+        let weights = CellLayers::new(scheme, levels.columns());
         Self::of(&grid, levels, Weighted::Cells(Box::new(weights)), instructions)
     }
 
     fn of(grid: &Grid, levels: Levels, scheme: Weighted, instructions: Instructions) -> Self {
-        Self {
-            lattice: Lattice::of(grid),
-            dt: grid.dt(),
-            nr: grid.nr(),
-            backing: grid.nz,
-            scheme,
-            instructions,
-            levels,
-        }
+        let is_plain = grid.layers.len() == 1 && grid.back == Back::Rigid;
+        assert!(is_plain || grid.layers.iter().all(|layer| layer.steps >= 2), "a layer of one row of cells");
+        let interfaces = Interfaces::new(grid.layers.len() - 1);
+        Self { grid: grid.clone(), scheme, instructions, levels, interfaces }
     }
 
     /// The scheme with its weights.
@@ -141,10 +70,18 @@ impl Domain {
         &self.scheme
     }
 
-    /// Rows around a node that its next level depends on.
+    /// Impedance of a layer \[γc_p of the struck one\].
+    pub fn impedance(&self, layer: usize) -> f64 {
+        match &self.scheme {
+            Weighted::Axial(weights) => weights.impedance(layer),
+            Weighted::Cells(weights) => weights.scheme.impedance(layer),
+        }
+    }
+
+    /// Axial steps around a node that its next level depends on.
     pub fn reach(&self) -> usize {
         match &self.scheme {
-            Weighted::Axial(weights) if weights.corner.is_some() => 2,
+            Weighted::Axial(weights) if weights.corner(0).is_some() => 2,
             _ => 1,
         }
     }
@@ -162,12 +99,22 @@ impl Domain {
         self.instructions.width().max(self.lateral_reach())
     }
 
-    /// The last row that moves: that before the backing, or the backing, which yields along r.
+    /// The last row that moves: that before a rigid backing, which in the full theory yields along r itself.
     pub fn last_row(&self) -> usize {
         match &self.scheme {
-            Weighted::Axial(_) => self.backing - 1,
-            Weighted::Cells(_) => self.backing,
+            Weighted::Axial(_) if self.grid.back == Back::Rigid => self.grid.nz - 1,
+            _ => self.grid.nz,
         }
+    }
+
+    /// True if there is strain on the back: but for a free one of the simplified theory.
+    pub fn strains_back(&self) -> bool {
+        matches!(self.scheme, Weighted::Cells(_)) || self.grid.back == Back::Rigid
+    }
+
+    /// Depth of the last row that moves, in axial steps.
+    pub fn last_depth(&self) -> usize {
+        self.grid.depth() - (self.grid.nz - self.last_row())
     }
 
     /// Advances `rows` of `columns`, whole vectors, to `level`.
@@ -176,49 +123,126 @@ impl Domain {
     ///
     /// # Safety
     ///
-    /// The nodes hold the two levels before, as do [`Domain::reach`] rows and a vector around them, images among them; no other
-    /// thread touches the nodes or writes to those around them.
+    /// The nodes hold the two levels before, as do the rows of [`Domain::reach`] axial steps and a vector around them, images among them; no
+    /// other thread touches the nodes or writes to those around them; both rows of an interface are among the rows, or none.
     #[expect(unsafe_code, reason = "several threads update the field in place")]
     pub unsafe fn advance(
         &self,
         level: usize,
         rows: Range<usize>,
         columns: Range<usize>,
-        energies: Option<&mut [EnergySum]>,
+        mut energies: Option<&mut [EnergySum]>,
     ) {
         assert!(rows.start > 0 && rows.end <= self.last_row() + 1 && columns.end <= self.levels.columns());
-        let weights = match &self.scheme {
-            Weighted::Axial(weights) => weights,
-            // SAFETY: the caller's promise; rows and columns lie inside the arrays with a row and a block around them
-            Weighted::Cells(weights) => unsafe {
-                let patch = self.cell_patch(level, weights);
-                return self.advance_cells(patch, rows, columns, energies);
-            },
-        };
-        let [outward, inward] = weights.radial();
-        let patch = Patch {
-            before: self.levels.origin(self.levels.two_below(level)),
-            now: self.levels.origin(level - 1),
-            next: self.levels.origin(level),
-            stride: self.levels.stride(),
-            outward,
-            inward,
-            corner: weights.corner(),
-        };
-        // SAFETY: rows and columns lie inside the arrays with a row and a block around them, and with the mixed-derivative correction, which
-        // reads two rows, with the images beyond row 0 and the backing, as has just been checked; the caller promises the rest
-        unsafe {
-            match energies {
-                Some(energies) => {
-                    self.instructions.advance::<true>(patch, rows, columns, &weights.area, energies);
+        let mut j = rows.start;
+        while j < rows.end {
+            let end = self.alike(j).min(rows.end);
+            let energies = energies.as_mut().map(|energies| &mut energies[j - rows.start..end - rows.start]);
+            // SAFETY: the caller's promise; rows and columns lie inside the arrays with a row and a block around them, and with the
+            // mixed-derivative correction, which reads two rows, with the images beyond row 0 and the backing
+            unsafe {
+                match self.interface(j) {
+                    Some(interface) => self.advance_interface(level, interface, columns.clone(), energies),
+                    None => self.advance_rows(level, j..end, columns.clone(), energies),
                 }
-                None => self.instructions.advance::<false>(patch, rows, columns, &[], &mut []),
+            }
+            j = end;
+        }
+    }
+
+    /// Number of the interface whose upper row is row `j`, if it is at one.
+    fn interface(&self, j: usize) -> Option<usize> {
+        self.grid.interface_of(j).filter(|interface| self.grid.layers[*interface].last() == j)
+    }
+
+    /// End of the rows from row `j` on that are advanced at once: rows of a layer far from its faces, an interface, or a row by itself.
+    fn alike(&self, j: usize) -> usize {
+        if self.interface(j).is_some() {
+            return j + 2;
+        }
+        let layer = self.grid.layer(j);
+        // the backing is no row of them, whether it moves or not
+        let last = layer.last() - usize::from(self.reach() == 2 && !self.has_rigid_back(j));
+        if self.around(j).is_some() || j >= last { j + 1 } else { last }
+    }
+
+    /// True if the layer of row `j` lies on a rigid back.
+    fn has_rigid_back(&self, j: usize) -> bool {
+        self.grid.back == Back::Rigid && self.grid.layer(j).last() == self.grid.nz
+    }
+
+    /// What is around row `j` of the simplified theory, where it is not what stands there: at free faces of layers and beside them even
+    /// images. Those beyond the surface and a rigid backing stand in memory.
+    pub fn around(&self, j: usize) -> Option<Around> {
+        let (layer, stride) = (self.grid.layer(j), self.levels.stride() as isize);
+        let (first, last) = (layer.first, layer.last());
+        let [mut a, mut b, mut d, mut e] = around(self.levels.stride());
+        if first > 0 && j == first {
+            (a, b) = (e, d);
+        } else if first > 0 && j == first + 1 {
+            a = 0;
+        }
+        if j == last {
+            (d, e) = (b, a);
+        } else if j + 1 == last && !self.has_rigid_back(j) {
+            e = 0;
+        }
+        // without the mixed-derivative correction nothing reaches two rows
+        let is_near = if self.reach() == 2 { [a, e] } else { [2 * b, 2 * d] };
+        (is_near != [-2 * stride, 2 * stride]).then_some([a, b, d, e])
+    }
+
+    /// Advances `rows` of a layer that have the same around them.
+    ///
+    /// # Safety
+    ///
+    /// As [`Domain::advance`].
+    #[expect(unsafe_code, reason = "several threads update the field in place")]
+    unsafe fn advance_rows(
+        &self,
+        level: usize,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        energies: Option<&mut [EnergySum]>,
+    ) {
+        // SAFETY: the caller's promise
+        unsafe {
+            match &self.scheme {
+                Weighted::Axial(weights) => {
+                    let patch = self.patch(level, weights, rows.start);
+                    match energies {
+                        Some(energies) => {
+                            self.instructions.advance::<true>(patch, rows, columns, &weights.area, energies);
+                        }
+                        None => self.instructions.advance::<false>(patch, rows, columns, &[], &mut []),
+                    }
+                }
+                Weighted::Cells(weights) => {
+                    let patch = self.cell_patch(level, weights, rows.start);
+                    self.advance_cells(patch, rows, columns, energies);
+                }
             }
         }
     }
 
-    /// What the kernels of the scheme of cells get to advance to `level`.
-    fn cell_patch<'a>(&self, level: usize, weights: &'a CellWeights) -> CellPatch<'a> {
+    /// What the kernels of the simplified theory get to advance rows from row `j` on to `level`.
+    fn patch<'a>(&self, level: usize, weights: &'a AxialWeights, j: usize) -> Patch<'a> {
+        let layer = self.grid.layer_of(j);
+        let [outward, inward] = weights.radial(layer);
+        Patch {
+            before: self.levels.origin(self.levels.two_below(level)),
+            now: self.levels.origin(level - 1),
+            next: self.levels.origin(level),
+            stride: self.levels.stride(),
+            around: self.around(j),
+            outward,
+            inward,
+            corner: weights.corner(layer),
+        }
+    }
+
+    /// What the kernels of the scheme of cells get to advance rows of the layer of row `j` to `level`.
+    fn cell_patch<'a>(&self, level: usize, weights: &'a CellLayers, j: usize) -> CellPatch<'a> {
         let next = self.levels.origin(level);
         CellPatch {
             before: self.levels.origin(self.levels.two_below(level)),
@@ -226,11 +250,11 @@ impl Domain {
             next: [next, next.wrapping_add(self.levels.lateral())],
             lateral: self.levels.lateral(),
             stride: self.levels.stride(),
-            weights,
+            weights: &weights.layers[self.grid.layer_of(j)],
         }
     }
 
-    /// [`Domain::advance`] with cells.
+    /// [`Domain::advance_rows`] with cells.
     ///
     /// # Safety
     ///
@@ -244,24 +268,55 @@ impl Domain {
         mut energies: Option<&mut [EnergySum]>,
     ) {
         for (number, j) in rows.enumerate() {
-            let energy = energies.as_mut().map(|energies| &mut energies[number]);
-            let columns = columns.clone();
+            let (columns, none) = (columns.clone(), &mut EnergySum::default());
+            let instructions = self.instructions;
             // SAFETY: the caller's promise
             unsafe {
-                match (energy, j == self.backing) {
+                match (energies.as_mut().map(|energies| &mut energies[number]), j == self.grid.nz) {
                     (Some(energy), false) => {
-                        self.instructions.advance_cells::<INTERIOR, true>(patch, j, columns, energy);
+                        instructions.advance_cells::<INTERIOR, true>(patch, j, columns, energy);
+                    }
+                    (None, false) => instructions.advance_cells::<INTERIOR, false>(patch, j, columns, none),
+                    (Some(energy), true) if self.grid.back == Back::Free => {
+                        instructions.advance_cells::<FREE, true>(patch, j, columns, energy);
                     }
                     (Some(energy), true) => {
-                        self.instructions.advance_cells::<BACKING, true>(patch, j, columns, energy);
+                        instructions.advance_cells::<BACKING, true>(patch, j, columns, energy);
                     }
-                    (None, false) => {
-                        let none = &mut EnergySum::default();
-                        self.instructions.advance_cells::<INTERIOR, false>(patch, j, columns, none);
+                    (None, true) if self.grid.back == Back::Free => {
+                        instructions.advance_cells::<FREE, false>(patch, j, columns, none);
                     }
-                    (None, true) => {
-                        let none = &mut EnergySum::default();
-                        self.instructions.advance_cells::<BACKING, false>(patch, j, columns, none);
+                    (None, true) => instructions.advance_cells::<BACKING, false>(patch, j, columns, none),
+                }
+            }
+        }
+    }
+
+    /// Advances row `j`, at a face of its layer, as if its layer were by itself, and writes the result, first column first, to `faces` by
+    /// displacement.
+    ///
+    /// # Safety
+    ///
+    /// As [`Domain::advance`], of levels before alone; there is room for the columns.
+    #[expect(unsafe_code, reason = "a field that threads share")]
+    pub unsafe fn advance_face(&self, level: usize, j: usize, columns: Range<usize>, faces: &mut Faces) {
+        assert!(columns.len() <= PIECE);
+        let first = j * self.levels.stride() + columns.start;
+        let [u, v] = faces.each_mut().map(|face| face.as_mut_ptr().wrapping_sub(first));
+        // SAFETY: the caller's promise; columns of row j stand at the face
+        unsafe {
+            match &self.scheme {
+                Weighted::Axial(weights) => {
+                    let patch = Patch { next: u, ..self.patch(level, weights, j) };
+                    self.instructions.advance::<false>(patch, j..j + 1, columns, &[], &mut []);
+                }
+                Weighted::Cells(weights) => {
+                    let patch = CellPatch { next: [u, v], ..self.cell_patch(level, weights, j) };
+                    let none = &mut EnergySum::default();
+                    if j == self.grid.layer(j).first {
+                        self.instructions.advance_cells::<SURFACE, false>(patch, j, columns, none);
+                    } else {
+                        self.instructions.advance_cells::<FREE, false>(patch, j, columns, none);
                     }
                 }
             }
@@ -274,13 +329,13 @@ impl Domain {
     ///
     /// Rows 0 and 1 hold the two levels before, images among them; no other thread touches row 0 or writes to row 1.
     #[expect(unsafe_code, reason = "several threads update the field in place")]
-    pub unsafe fn free_surface(&self, level: usize, weights: &CellWeights, free: &mut [Vec<f64>; 2]) {
+    pub unsafe fn free_surface(&self, level: usize, weights: &CellLayers, free: &mut [Vec<f64>; 2]) {
         let columns = free[0].len();
         assert!(
             columns <= self.levels.columns() && free[1].len() == columns && columns.is_multiple_of(BLOCK)
         );
         let next = free.each_mut().map(|free| free.as_mut_ptr());
-        let patch = CellPatch { next, ..self.cell_patch(level, weights) };
+        let patch = CellPatch { next, ..self.cell_patch(level, weights, 0) };
         let none = &mut EnergySum::default();
         // SAFETY: the caller's promise; row 0 is written to `free`, which has as many columns
         unsafe { self.instructions.advance_cells::<SURFACE, false>(patch, 0, 0..columns, none) };
@@ -294,7 +349,7 @@ impl Domain {
     #[expect(unsafe_code, reason = "a field that threads share")]
     pub unsafe fn backing_strains(
         &self,
-        weights: &CellWeights,
+        weights: &CellLayers,
         level: usize,
         columns: &Range<usize>,
     ) -> Vec<f64> {
@@ -302,15 +357,15 @@ impl Domain {
         let at = |field: usize, j: usize, i: isize| unsafe {
             self.levels.at(level, j, field * self.levels.lateral(), i)
         };
-        let backing = weights.scheme.at_row(self.backing);
-        let strain = |i: usize| match i < self.nr {
+        let backing = weights.scheme.at_row(self.grid.nz);
+        let strain = |i: usize| match i < self.grid.nr() {
             true => backing.strain(at, 0.0, i).largest_on_face(),
             false => 0.0,
         };
         columns.clone().map(strain).collect()
     }
 
-    /// Largest strain of the cells below row `j` of `columns` at a level.
+    /// Largest strain of the cells below row `j`, which is not the last of its layer, of `columns` at a level.
     ///
     /// # Safety
     ///
@@ -324,16 +379,17 @@ impl Domain {
         match &self.scheme {
             Weighted::Axial(_) => {
                 let [upper, lower] = cells(0).map(|row| &row[1..]);
-                largest_stretch(upper, lower) / self.lattice.dz
+                largest_stretch(upper, lower) / self.grid.layer(j).dz
             }
             Weighted::Cells(weights) => {
-                let (lateral, courant) = (self.levels.lateral(), weights.scheme.medium().courant);
+                let lateral = self.levels.lateral();
+                let weights = &weights.layers[self.grid.layer_of(j)];
                 let row = CellRow {
                     displacements: [cells(0), cells(lateral)],
                     weights: weights.strains(columns),
-                    courant,
+                    courant: weights.medium.courant,
                 };
-                self.instructions.largest_strain(row) / (2.0 * self.lattice.dz)
+                self.instructions.largest_strain(row) / (2.0 * self.grid.layer(j).dz)
             }
         }
     }
@@ -358,7 +414,7 @@ impl Domain {
         columns.clone().find(|&i| {
             let found = match &self.scheme {
                 Weighted::Axial(_) => {
-                    (at(0, j + 1, i as isize) - at(0, j, i as isize)).abs() / self.lattice.dz
+                    (at(0, j + 1, i as isize) - at(0, j, i as isize)).abs() / self.grid.layer(j).dz
                 }
                 Weighted::Cells(weights) => weights.scheme.largest_strain(at, j, i),
             };
@@ -377,7 +433,7 @@ impl Domain {
             return;
         }
         match &self.scheme {
-            Weighted::Axial(weights) if weights.corner.is_none() => return,
+            Weighted::Axial(weights) if weights.corner(0).is_none() => return,
             Weighted::Axial(_) => {}
             Weighted::Cells(_) => {
                 let lateral = self.levels.lateral();
@@ -396,11 +452,12 @@ impl Domain {
             if columns.start == 0 {
                 rows.clone().for_each(|j| self.levels.reflect_axis(level, j, 0, 1.0));
             }
-            if rows.contains(&1) && self.backing > 1 {
+            if rows.contains(&1) && self.grid.nz > 1 {
                 self.levels.reflect_row(level, 1, -1, 1.0, columns);
             }
-            if rows.contains(&self.last_row()) {
-                self.levels.reflect_row(level, self.last_row(), self.backing as isize + 1, -1.0, columns);
+            let last = self.last_row();
+            if rows.contains(&last) && self.grid.back == Back::Rigid {
+                self.levels.reflect_row(level, last, self.grid.nz as isize + 1, -1.0, columns);
             }
         }
     }

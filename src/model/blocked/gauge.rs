@@ -4,11 +4,7 @@
 
 use std::{ops::Range, sync::Arc};
 
-use super::{
-    domain::{Domain, Weighted},
-    parts::Parts,
-    sampler::SurfaceMotion,
-};
+use super::{domain::Domain, interface::StressAt, parts::Parts, sampler::SurfaceMotion, weights::Weighted};
 use crate::model::{
     Field,
     gauge::{GaugePlan, GaugeValues, PointState},
@@ -48,7 +44,7 @@ impl Gauge {
 
     /// `rows` with the backing, if the last row that moves is among them.
     fn with_backing(domain: &Domain, rows: &Range<usize>) -> Range<usize> {
-        let end = if rows.contains(&domain.last_row()) { domain.backing + 1 } else { rows.end };
+        let end = if rows.contains(&domain.last_row()) { domain.grid.nz + 1 } else { rows.end };
         rows.start..end
     }
 
@@ -103,7 +99,7 @@ impl Gauge {
                 let before = if is_axial { state.velocity } else { at(earlier, j, i) };
                 *state = PointState {
                     displacement: at(self.level - 1, j, i),
-                    velocity: scheme::velocity(before, at(self.level, j, i), domain.dt),
+                    velocity: scheme::velocity(before, at(self.level, j, i), domain.grid.dt()),
                     // SAFETY: the caller's promise
                     stress: unsafe { self.stress(domain, motion, j, i) },
                 };
@@ -133,13 +129,14 @@ impl Gauge {
         };
         let pressure = motion.filter(|_| j == 0).map(|motion| motion.pressure[i]);
         let Weighted::Cells(weights) = domain.scheme() else {
-            let above = || at(0, j - 1, i as isize);
-            return match pressure {
-                Some(pressure) => pressure,
-                // the odd image stands below the backing
-                None if j == domain.backing => scheme::stress(above(), -above(), domain.lattice.dz),
-                None => scheme::stress(above(), at(0, j + 1, i as isize), domain.lattice.dz),
-            };
+            let u = |j: usize| at(0, j, i as isize);
+            return pressure.unwrap_or_else(|| match domain.stress_at(j) {
+                StressAt::Row { around: [above, below], sign, impedance, dt } => {
+                    impedance * scheme::stress(u(above), sign * u(below), dt)
+                }
+                StressAt::Interface(interface) => interface.stress(interface.rows.map(u)),
+                StressAt::FreeFace => 0.0,
+            });
         };
         let row = weights.scheme.at_row(j);
         row.stress(Field::Stress, &row.strain(at, pressure.unwrap_or_default(), i))

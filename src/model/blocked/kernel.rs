@@ -8,7 +8,12 @@
 
 use std::ops::Range;
 
-use super::{corner::corner_march, energy::EnergySum, levels::Patch, vector::Vector};
+use super::{
+    corner::corner_march,
+    energy::EnergySum,
+    levels::{Around, Patch, around},
+    vector::Vector,
+};
 use crate::model::scheme::{self, RadialWeights};
 
 /// Rows that are marched side by side: what two of them carry fits into 16 registers.
@@ -26,9 +31,9 @@ const CORNER_ABREAST: usize = 2;
 ///
 /// # Safety
 ///
-/// The machine must have the instructions of `V`. The nodes of the patch and their neighbours, one row above and below
-/// and one vector on either side, must be numbers that may be read at level k, with the mixed-derivative correction two rows above and below
-/// at levels k−1 and k; the nodes of the patch must be numbers that may be read at level k−1 and written at level k+1, which no
+/// The machine must have the instructions of `V`. The nodes of the patch and their neighbours, one row above and below (those of
+/// [`Patch::around`], if it says so) and one vector on either side, must be numbers that may be read at level k, with the mixed-derivative
+/// correction two rows above and below at levels k−1 and k; the nodes of the patch must be numbers that may be read at level k−1 and written at level k+1, which no
 /// other thread may touch meanwhile.
 #[inline(always)]
 #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
@@ -51,6 +56,19 @@ pub unsafe fn advance<V: Vector, const COUNTS: bool>(
     if let Some(corner) = &patch.corner {
         assert!(columns.end <= corner.outward.len() && columns.end <= corner.inward.len());
     }
+    if let Some(around) = patch.around {
+        assert!(rows.len() == 1, "a row by itself");
+        // SAFETY: as below
+        unsafe {
+            return match patch.corner {
+                Some(corner) => {
+                    corner_march::<V, 1, COUNTS>(patch, corner, rows.start, columns, around, area, energies);
+                }
+                None => march::<V, 1, COUNTS>(patch, rows.start, columns, around, area, energies),
+            };
+        }
+    }
+    let around = around(patch.stride);
     let mut rows_left = rows.clone();
     let mut next_rows = |abreast: usize| {
         let j = rows_left.start;
@@ -64,18 +82,19 @@ pub unsafe fn advance<V: Vector, const COUNTS: bool>(
     unsafe {
         if let Some(corner) = patch.corner {
             while let Some((j, sums)) = next_rows(CORNER_ABREAST) {
-                let energies = &mut energies[sums];
-                corner_march::<V, CORNER_ABREAST, COUNTS>(patch, corner, j, columns.clone(), area, energies);
+                let (columns, sums) = (columns.clone(), &mut energies[sums]);
+                corner_march::<V, CORNER_ABREAST, COUNTS>(patch, corner, j, columns, around, area, sums);
             }
             while let Some((j, sums)) = next_rows(1) {
-                corner_march::<V, 1, COUNTS>(patch, corner, j, columns.clone(), area, &mut energies[sums]);
+                let (columns, sums) = (columns.clone(), &mut energies[sums]);
+                corner_march::<V, 1, COUNTS>(patch, corner, j, columns, around, area, sums);
             }
         } else {
             while let Some((j, sums)) = next_rows(ABREAST) {
-                march::<V, ABREAST, COUNTS>(patch, j, columns.clone(), area, &mut energies[sums]);
+                march::<V, ABREAST, COUNTS>(patch, j, columns.clone(), around, area, &mut energies[sums]);
             }
             while let Some((j, sums)) = next_rows(1) {
-                march::<V, 1, COUNTS>(patch, j, columns.clone(), area, &mut energies[sums]);
+                march::<V, 1, COUNTS>(patch, j, columns.clone(), around, area, &mut energies[sums]);
             }
         }
     }
@@ -91,16 +110,23 @@ pub unsafe fn advance<V: Vector, const COUNTS: bool>(
 /// below.
 ///
 /// * `now`: column 0 of row j
+/// * `around`: row j, which only one by itself chooses
 #[inline(always)]
 #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
-unsafe fn axial_sums<V: Vector, const N: usize>(now: *const f64, stride: usize, i: usize) -> [(V, V); N] {
-    // SAFETY: rows j − 1 to j + N are numbers there
+unsafe fn axial_sums<V: Vector, const N: usize>(
+    now: *const f64,
+    stride: usize,
+    around: Around,
+    i: usize,
+) -> [(V, V); N] {
+    // SAFETY: rows j − 1 to j + N, or those around row j, are numbers there
     unsafe {
-        let first = now.add(i).sub(V::WIDTH + stride);
-        let (mut above, mut here) = (V::load(first), V::load(first.add(stride)));
+        let first = now.add(i).sub(V::WIDTH);
+        let (mut above, mut here) = (V::load(first.offset(around[1])), V::load(first));
         let mut sums = [(above, here); N];
         for (row, sum) in sums.iter_mut().enumerate() {
-            let below = V::load(first.add((row + 2) * stride));
+            let below = if N == 1 { around[2] } else { ((row + 1) * stride) as isize };
+            let below = V::load(first.offset(below));
             let ends = above.add(below);
             *sum = (ends, ends.add_twice(here));
             (above, here) = (here, below);
@@ -120,16 +146,18 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
     patch: Patch<'_>,
     j: usize,
     columns: Range<usize>,
+    around: Around,
     area: &[f64],
     energies: &mut [EnergySum],
 ) {
-    let Patch { before: earlier, now, next, stride, outward, inward, corner: _ } = patch;
+    let Patch { before: earlier, now, next, stride, outward, inward, .. } = patch;
     // SAFETY, here and below: the nodes of the patch, a row around them and a vector on either side are numbers, of
     // which those of the patch at level `next` belong to this call alone; the machine has the instructions
     unsafe {
-        let (earlier, now, next) = (earlier.add(j * stride), now.add(j * stride), next.add(j * stride));
-        let before = axial_sums::<V, N>(now, stride, columns.start);
-        let mut here = axial_sums::<V, N>(now, stride, columns.start + V::WIDTH);
+        let (earlier, now, next) =
+            (earlier.add(j * stride), now.add(j * stride), next.wrapping_add(j * stride));
+        let before = axial_sums::<V, N>(now, stride, around, columns.start);
+        let mut here = axial_sums::<V, N>(now, stride, around, columns.start + V::WIDTH);
         // differences of 4·U to the next column, in the vector before
         let mut inner = [here[0].1; N];
         for row in 0..N {
@@ -137,7 +165,7 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
         }
         let mut i = columns.start;
         while i < columns.end {
-            let after = axial_sums::<V, N>(now, stride, i + 2 * V::WIDTH);
+            let after = axial_sums::<V, N>(now, stride, around, i + 2 * V::WIDTH);
             let (out, inw) = (V::load(outward.as_ptr().add(i)), V::load(inward.as_ptr().add(i)));
             for row in 0..N {
                 let (ends, four) = here[row];
@@ -147,7 +175,8 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
                 let axial = ends.sub(before);
                 let radial = out.mul(slope).sub(inw.mul(V::seam(inner[row], slope).1));
                 let later = axial.add(radial);
-                later.store(next.add(node));
+                // a face that is kept apart stands somewhere else
+                later.store(next.wrapping_add(node));
                 inner[row] = slope;
                 if COUNTS {
                     let middle = V::load(now.add(node));

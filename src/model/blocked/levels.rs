@@ -7,6 +7,7 @@
 use std::{cell::UnsafeCell, ops::Range};
 
 use super::vector::BLOCK;
+use crate::model::scheme::RadialWeights;
 
 /// Numbers in a line of the cache.
 const LINE: usize = 8;
@@ -126,6 +127,29 @@ impl Levels {
         assert!(j < self.rows && columns <= self.columns);
         // SAFETY: columns of a row lie inside the array; the caller promises the rest
         unsafe { std::slice::from_raw_parts_mut(self.origin(level).add(j * self.stride), columns) }
+    }
+
+    /// Some columns of a displacement of row `j` at a level, to be changed.
+    ///
+    /// # Safety
+    ///
+    /// As [`Levels::part_mut`].
+    #[expect(clippy::mut_from_ref, reason = "the caller promises that there is no other")]
+    pub unsafe fn columns_mut(
+        &self,
+        level: usize,
+        j: usize,
+        field: usize,
+        columns: &Range<usize>,
+    ) -> &mut [f64] {
+        let offset = field * self.lateral;
+        assert!(j < self.rows && columns.start <= columns.end && columns.end <= self.columns);
+        assert!(offset + self.columns + BLOCK <= self.stride);
+        // SAFETY: columns of a row lie inside the array; the caller promises the rest
+        unsafe {
+            let first = self.origin(level).add(j * self.stride + offset + columns.start);
+            std::slice::from_raw_parts_mut(first, columns.len())
+        }
     }
 
     /// Writes zeros to `rows` rows from row `j` on. The system gives memory out twice if it is read before it is written to,
@@ -265,6 +289,15 @@ impl Levels {
     }
 }
 
+/// Distances from a row to the rows that stand two above, above, below and two below it for the scheme, in numbers. At faces of layers
+/// and beside them these are images.
+pub type Around = [isize; 4];
+
+/// Where no face is near.
+pub fn around(stride: usize) -> Around {
+    [-2, -1, 1, 2].map(|rows| rows * stride as isize)
+}
+
 /// Part of a field that is advanced in place.
 #[derive(Clone, Copy)]
 pub struct Patch<'a> {
@@ -276,6 +309,8 @@ pub struct Patch<'a> {
     pub next: *mut f64,
     /// Distance from a node to the one below it, in numbers.
     pub stride: usize,
+    /// What is around the row, if that is one by itself and not what stands there.
+    pub around: Option<Around>,
     /// Radial weights times `λ²/4`, by column. 0 where there is no neighbour.
     pub outward: &'a [f64],
     /// Radial weights times `λ²/4`, by column. 0 where there is no neighbour.
@@ -293,4 +328,11 @@ pub struct CornerTerm<'a> {
     pub outward: &'a [f64],
     /// Radial weights times α, by column.
     pub inward: &'a [f64],
+}
+
+impl CornerTerm<'_> {
+    /// Weights of a column.
+    pub fn column(&self, i: usize) -> RadialWeights {
+        RadialWeights { outward: self.outward[i], inward: self.inward[i] }
+    }
 }

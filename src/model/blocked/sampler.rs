@@ -5,15 +5,17 @@
 //! level k still stands around them, and the sampler takes its fields node by node, from memory that is at hand anyway. Which
 //! thread does it when changes no number: fields are taken one by one, and sums over a row go on from tile to tile.
 
-use std::ops::Range;
+use std::{ops::Range, sync::Arc};
 
 use super::{
     corner::add_corner,
-    domain::{AxialWeights, Domain, Weighted},
+    domain::Domain,
     energy::EnergySum,
+    interface::StressAt,
     parts::Parts,
+    weights::{AxialWeights, Weighted},
 };
-use crate::model::{Extent, Field, Frame, FrameFields, Sample, TargetEnergy, scheme};
+use crate::model::{Extent, Field, Frame, FrameFields, Lattice, Sample, TargetEnergy, scheme};
 
 mod section;
 
@@ -42,8 +44,10 @@ pub struct Sampler {
     extent: Extent,
     /// Columns of the fields that have moved.
     moved: usize,
-    /// Nodes from one that is shown to the next.
+    /// Nodes from one that is shown to the next along r.
     every: usize,
+    /// Rows that are shown.
+    rows: Arc<[usize]>,
     /// Displacement of the surface at level k.
     surface: Vec<f64>,
 }
@@ -52,8 +56,10 @@ pub struct Sampler {
 pub struct Before(Vec<f64>);
 
 /// Rows and columns of a sampler that are shown, of some that are given.
-struct Shown {
-    rows: std::iter::StepBy<Range<usize>>,
+struct Shown<'a> {
+    rows: &'a [usize],
+    /// Number of the first row among those shown.
+    first: usize,
     /// Nodes.
     columns: Range<usize>,
     /// Their numbers among those shown.
@@ -64,20 +70,28 @@ impl Sampler {
     /// A sampler about to begin.
     ///
     /// * `level`: the one that is about to be reached
-    /// * `rows`: number of rows that may have moved
+    /// * `depths`: number of depths that may have moved
+    /// * `rows`: that are shown, [`crate::grid::Grid::shown_rows`]
     /// * `surface`: displacement of the surface at the level before, out to the last column that has moved
-    pub fn new(level: usize, domain: &Domain, rows: usize, shown: &FrameFields, surface: Vec<f64>) -> Self {
+    pub fn new(
+        level: usize,
+        domain: &Domain,
+        depths: usize,
+        (shown, rows): (&FrameFields, &Arc<[usize]>),
+        surface: Vec<f64>,
+    ) -> Self {
         let FrameFields { fields, every } = shown;
         let shown = |nodes: usize| nodes.div_ceil(*every);
-        let extent = Extent { nr: shown(domain.nr), nz: shown(domain.backing + 1) };
+        let extent = Extent { nr: shown(domain.grid.nr()), nz: rows.len() };
         let fields = fields.iter().map(|field| (*field, Parts::new(extent.nr * extent.nz)));
         Self {
             level,
-            energies: Parts::new(rows),
+            energies: Parts::new(domain.grid.rows_at(0..depths).end),
             fields: fields.collect(),
             extent,
             moved: shown(surface.len().max(1)),
             every: *every,
+            rows: Arc::clone(rows),
             surface,
         }
     }
@@ -88,12 +102,12 @@ impl Sampler {
     }
 
     /// What of `rows` and `columns` is shown.
-    fn shown(&self, rows: &Range<usize>, columns: &Range<usize>) -> Shown {
-        let Self { every, extent, moved, .. } = *self;
+    fn shown(&self, rows: &Range<usize>, columns: &Range<usize>) -> Shown<'_> {
+        let Self { every, moved, .. } = *self;
         let places = columns.start.div_ceil(every)..columns.end.div_ceil(every).min(moved);
         let nodes = |places: &Range<usize>| places.start * every..(places.end.max(1) - 1) * every + 1;
-        let rows = rows.start.div_ceil(every)..rows.end.div_ceil(every).min(extent.nz);
-        Shown { rows: nodes(&rows).step_by(every), columns: nodes(&places), places }
+        let [first, end] = [rows.start, rows.end].map(|end| self.rows.partition_point(|j| *j < end));
+        Shown { rows: &self.rows[first..end], first, columns: nodes(&places), places }
     }
 
     /// Where the energy of `rows` is summed up.
@@ -147,7 +161,7 @@ impl Sampler {
         let shown = self.shown(rows, columns);
         let shows_velocity = self.fields.iter().any(|(field, _)| *field == Field::Velocity);
         if shows_velocity && !shown.places.is_empty() {
-            for j in shown.rows {
+            for &j in shown.rows {
                 before.extend(line(earlier, j, &shown.columns).iter().step_by(self.every));
             }
         }
@@ -173,7 +187,7 @@ impl Sampler {
         };
         let levels = [domain.levels.two_below(self.level), self.level - 1];
         let mut free = free.to_vec();
-        if let Some(corner) = weights.corner().filter(|corner| corner.share > 0.0) {
+        if let Some(corner) = weights.corner(0).filter(|corner| corner.share > 0.0) {
             let mut damped = vec![0.0; free.len()];
             let wider = 0..free.len() + 2;
             let rows = levels.map(|level| [0, 2].map(|j| line(level, j, &wider)));
@@ -207,9 +221,9 @@ impl Sampler {
             return;
         }
         for (field, values) in &self.fields {
-            for (number, j) in shown.rows.clone().enumerate() {
+            for (number, &j) in shown.rows.iter().enumerate() {
                 // SAFETY: the caller's promise; places of different nodes are different
-                let row = unsafe { values.part(self.place(j, &shown)) };
+                let row = unsafe { values.part(self.place(shown.first + number, &shown)) };
                 if let Weighted::Cells(weights) = domain.scheme() {
                     // SAFETY: the caller's promise
                     unsafe { self.cell_field(domain, weights, *field, j, &shown, motion, row) };
@@ -228,15 +242,15 @@ impl Sampler {
                     }
                 }
             }
-            let backing = domain.backing;
+            let backing = domain.grid.nz;
             if *field == Field::Stress
-                && matches!(domain.scheme(), Weighted::Axial(_))
-                && backing.is_multiple_of(self.every)
+                && domain.last_row() < backing
+                && self.rows.last() == Some(&backing)
                 && rows.contains(&domain.last_row())
             {
                 // SAFETY: the thread that has the row before the backing has the backing too
                 unsafe {
-                    let row = values.part(self.place(backing, &shown));
+                    let row = values.part(self.place(self.rows.len() - 1, &shown));
                     self.stress(domain, backing, &shown, None, row);
                 }
             }
@@ -249,7 +263,7 @@ impl Sampler {
     ///
     /// As [`Sampler::after`].
     #[expect(unsafe_code, reason = "a field that threads share")]
-    unsafe fn displacement(&self, domain: &Domain, j: usize, shown: &Shown, row: &mut [f32]) {
+    unsafe fn displacement(&self, domain: &Domain, j: usize, shown: &Shown<'_>, row: &mut [f32]) {
         // SAFETY: the caller's promise
         let here = unsafe { domain.levels.part(self.level - 1, j, shown.columns.clone()) };
         fill(row, self.every, |i| here[i]);
@@ -263,11 +277,11 @@ impl Sampler {
     ///
     /// As [`Sampler::after`].
     #[expect(unsafe_code, reason = "a field that threads share")]
-    unsafe fn velocity(&self, domain: &Domain, j: usize, shown: &Shown, before: &[f64], row: &mut [f32]) {
+    unsafe fn velocity(&self, domain: &Domain, j: usize, shown: &Shown<'_>, before: &[f64], row: &mut [f32]) {
         // SAFETY: the caller's promise
         let next = unsafe { domain.levels.part(self.level, j, shown.columns.clone()) };
         for ((value, next), before) in row.iter_mut().zip(next.iter().step_by(self.every)).zip(before) {
-            *value = scheme::velocity(*before, *next, domain.dt) as f32;
+            *value = scheme::velocity(*before, *next, domain.grid.dt()) as f32;
         }
     }
 
@@ -281,33 +295,34 @@ impl Sampler {
         &self,
         domain: &Domain,
         j: usize,
-        shown: &Shown,
+        shown: &Shown<'_>,
         motion: Option<SurfaceMotion<'_>>,
         row: &mut [f32],
     ) {
         // SAFETY: the caller's promise
         let line = |j: usize| unsafe { domain.levels.part(self.level - 1, j, shown.columns.clone()) };
-        let dz = domain.lattice.dz;
         match motion {
             Some(SurfaceMotion { pressure, .. }) if j == 0 => {
                 let pressure = &pressure[shown.columns.clone()];
                 fill(row, self.every, |i| pressure[i]);
             }
-            _ if j == domain.backing => {
-                let above = line(j - 1);
-                // the odd image stands below the backing
-                fill(row, self.every, |i| scheme::stress(above[i], -above[i], dz));
-            }
-            _ => {
-                let (above, below) = (line(j - 1), line(j + 1));
-                fill(row, self.every, |i| scheme::stress(above[i], below[i], dz));
-            }
+            _ => match domain.stress_at(j) {
+                StressAt::Row { around: [above, below], sign, impedance, dt } => {
+                    let (above, below) = (line(above), line(below));
+                    fill(row, self.every, |i| impedance * scheme::stress(above[i], sign * below[i], dt));
+                }
+                StressAt::Interface(interface) => {
+                    let lines = interface.rows.map(line);
+                    fill(row, self.every, |i| interface.stress(lines.map(|line| line[i])));
+                }
+                StressAt::FreeFace => {}
+            },
         }
     }
 
-    /// Where the shown columns of row `j` are among the values.
-    fn place(&self, j: usize, shown: &Shown) -> Range<usize> {
-        let row = j / self.every * self.extent.nr;
+    /// Where the shown columns of a shown row are among the values.
+    fn place(&self, number: usize, shown: &Shown<'_>) -> Range<usize> {
+        let row = number * self.extent.nr;
         row + shown.places.start..row + shown.places.end
     }
 
@@ -318,19 +333,23 @@ impl Sampler {
     /// All nodes have reached the level of the sampler, and their sampling has happened before.
     #[expect(unsafe_code, reason = "a sampler that threads have shared")]
     pub unsafe fn finish(&self, domain: &Domain) -> Frame {
-        let (dz, dt) = (domain.lattice.dz, domain.dt);
+        let (grid, dt) = (&domain.grid, domain.grid.dt());
         let mut energy = [TargetEnergy::default(); 2];
+        let mut layers = vec![energy; grid.layers.len()];
         // SAFETY, here and below: the caller's promise
         let energies = unsafe { self.energies.take() };
         // in the order of rows: the same sum on any number of threads
         for (j, row) in energies.into_iter().enumerate() {
             let row = row.total();
-            // surface and backing have half a cell of mass
-            let mass = 0.5 * dz * if j == 0 || j == domain.backing { 0.5 } else { 1.0 } / (dt * dt);
-            for (energy, (kinetic, strain)) in energy.iter_mut().zip(row.kinetic.into_iter().zip(row.strain))
-            {
-                energy.kinetic += mass * kinetic;
-                energy.strain += mass * strain;
+            let layer = grid.layer_of(j);
+            let mass = 0.5 * (domain.impedance(layer) * dt) * grid.cell_rows(j) / (dt * dt);
+            for energy in [&mut energy, &mut layers[layer]] {
+                for (energy, (kinetic, strain)) in
+                    energy.iter_mut().zip(row.kinetic.into_iter().zip(row.strain))
+                {
+                    energy.kinetic += mass * kinetic;
+                    energy.strain += mass * strain;
+                }
             }
         }
         let sample = |(field, values): &(Field, Parts<f32>)| Sample {
@@ -340,7 +359,8 @@ impl Sampler {
         };
         Frame {
             energy,
-            lattice: domain.lattice,
+            layers,
+            lattice: Lattice::of(grid),
             samples: self.fields.iter().map(sample).collect(),
             surface: self.surface.clone(),
         }

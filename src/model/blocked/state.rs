@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Engine, active::ConeState, tiles::RowPeak};
 use crate::{
-    model::strain::CellPeak,
+    model::{Tension, strain::CellPeak},
     state::{StateError, StateReader, StateWriter},
 };
 
@@ -16,6 +16,7 @@ struct EngineState {
     cone: ConeState,
     peaks: [RowPeak; 2],
     strain: CellPeak,
+    tensions: Vec<Tension>,
 }
 
 impl<T> Engine<T> {
@@ -27,13 +28,18 @@ impl<T> Engine<T> {
     pub(super) fn write_state(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
         assert!(self.steps.is_empty(), "{} steps have not been returned", self.steps.len());
         self.catch_up();
-        out.put(&EngineState { cone: self.cone.state(), peaks: self.peaks, strain: self.strains.peak() })?;
+        out.put(&EngineState {
+            cone: self.cone.state(),
+            peaks: self.peaks,
+            strain: self.strains.peak(),
+            tensions: self.field.domain().interfaces.tensions(),
+        })?;
         self.field.save(self.written_columns(), out)
     }
 
     pub(super) fn read_state(&mut self, level: usize, from: &mut StateReader<'_>) -> Result<(), StateError> {
         assert!(self.level == 0, "a target that has moved");
-        let EngineState { cone, peaks, strain } = from.get()?;
+        let EngineState { cone, peaks, strain, tensions } = from.get()?;
         self.cone.set(level, cone)?;
         for peak in peaks {
             StateError::unless(peak.level <= level, "step of the largest strain on the backing", peak.level)?;
@@ -44,6 +50,12 @@ impl<T> Engine<T> {
         StateError::unless(strain.row < rows, "row of that strain", strain.row)?;
         StateError::unless(strain.column < columns, "column of that strain", strain.column)?;
         self.strains.note(strain);
+        for tension in tensions {
+            let Tension { interface, level: earlier, .. } = tension;
+            StateError::unless(earlier <= level, "step of the first tension at an interface", earlier)?;
+            StateError::unless(interface + 1 < self.grid.layers.len(), "number of an interface", interface)?;
+            self.field.domain().interfaces.note(tension);
+        }
         (self.level, self.reached, self.peaks) = (level, level, peaks);
         self.field.load(self.written_columns(), from)
     }

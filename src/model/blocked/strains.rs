@@ -44,7 +44,8 @@ impl Strains {
             return;
         }
         let (so_far, mut peak) = (self.peak(), CellPeak::default());
-        for row in rows {
+        // no cell lies between the two rows of an interface
+        for row in rows.filter(|j| *j < domain.grid.layer(*j).last()) {
             // SAFETY: the caller's promise
             let largest = unsafe { domain.largest_strain(level, row, &columns) };
             if largest >= so_far.strain && largest > peak.strain {

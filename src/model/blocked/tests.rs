@@ -8,6 +8,7 @@ use crate::{
     grid::{MeshKind, Spacing},
     model::{
         Field, Frame, Gauges, Line, Sample, TargetEnergy, elastic,
+        layers::Stack,
         noise::Noise,
         rakhmatulin::Rakhmatulin,
         reference::{Reference, Scheme},
@@ -24,9 +25,9 @@ fn gauges(noise: &mut Noise, grid: &Grid) -> Gauges {
         _ => 1.05 * grid.nr() as f64 * grid.dr * noise.below(1000) as f64 / 1000.0,
     };
     let depth = |noise: &mut Noise| match noise.below(4) {
-        0 => grid.dz * noise.below(grid.nz + 1) as f64,
-        1 => grid.dz * [0, grid.nz][noise.below(2)] as f64,
-        _ => 1.05 * grid.nz as f64 * grid.dz * noise.below(1000) as f64 / 1000.0,
+        0 => grid.z(noise.below(grid.nz + 1)),
+        1 => grid.z([0, grid.nz][noise.below(2)]),
+        _ => 1.05 * grid.z(grid.nz) * noise.below(1000) as f64 / 1000.0,
     };
     let (points, lines) = (noise.below(4) * noise.below(20), noise.below(4));
     let line = |noise: &mut Noise| match noise.below(2) {
@@ -71,7 +72,7 @@ impl Setting {
 
     /// What is shown of some fields.
     fn shown(&self, fields: Vec<Field>, gauges: Gauges) -> Sampling {
-        Sampling { frames: FrameFields { every: self.every, fields }, gauges }
+        Sampling { frames: FrameFields { every: self.every, fields }, gauges, tension: Some(0.05) }
     }
 
     /// * `models`: an engine and the plain stepper
@@ -104,6 +105,26 @@ impl Twins<CellScheme, 2> {
         let engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
         setting.twins(&format!("elastic, seed {seed}, {damping}"), grid, (engine, theory.reference(shown)))
     }
+
+    /// A random mesh of layers.
+    fn layered(noise: &mut Noise, seed: u64) -> Self {
+        let (stack, nr) = (stack(noise), 1 + noise.below(250));
+        let damping = [0.0, 0.3][noise.below(2)];
+        let (grid, theory) = stack.full(nr, damping);
+        let setting = Setting::random(noise, seed);
+        let shown = setting.shown(Field::ALL.to_vec(), gauges(noise, &grid));
+        let engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
+        setting.twins(&format!("seed {seed}, {damping}, {stack:?}"), grid, (engine, theory.reference(shown)))
+    }
+}
+
+/// A random stack, deeper than the near-surface band now and then.
+fn stack(noise: &mut Noise) -> Stack {
+    let mut stack = Stack::random(noise);
+    for ply in &mut stack.plies {
+        ply.steps += noise.below(2) * noise.below(100);
+    }
+    stack
 }
 
 impl Twins<Rakhmatulin, 1> {
@@ -125,6 +146,18 @@ impl Twins<Rakhmatulin, 1> {
         let shown = setting.shown(all_fields().fields, gauges(noise, &grid));
         let engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
         setting.twins(&format!("seed {seed}, {corner:?}"), grid, (engine, theory.reference(shown)))
+    }
+
+    /// A random mesh of layers.
+    fn layered(noise: &mut Noise, seed: u64) -> Self {
+        let (stack, nr) = (stack(noise), 1 + noise.below(400));
+        let orders = [Order::Second, Order::Fourth];
+        let corner = Corner::new(orders[noise.below(2)], [0.0, 1.0, 4.0 / 3.0][noise.below(3)]);
+        let (grid, theory) = stack.simplified(nr, corner);
+        let setting = Setting::random(noise, seed);
+        let shown = setting.shown(all_fields().fields, gauges(noise, &grid));
+        let engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
+        setting.twins(&format!("seed {seed}, {corner:?}, {stack:?}"), grid, (engine, theory.reference(shown)))
     }
 }
 
@@ -154,9 +187,10 @@ impl<S: Scheme<FIELDS>, const FIELDS: usize> Twins<S, FIELDS> {
         self.pool.install(|| self.engine.advance(surface, step, request));
         // what the engine leaves out is at rest
         let active = self.engine.cone.active(self.engine.level);
+        let rows = self.grid.rows_at(0..active.rows).end;
         plain.clone_from(surface);
         plain.displacement[self.engine.cone.active_columns()..].fill(0.0);
-        self.reference.hold_at_rest(active.rows, active.columns.min(nr));
+        self.reference.hold_at_rest(rows, active.columns.min(nr));
         self.reference.advance(&plain, step, request);
     }
 
@@ -190,7 +224,9 @@ impl<S: Scheme<FIELDS>, const FIELDS: usize> Twins<S, FIELDS> {
             }
         }
         assert_eq!(expected.surface[..moved], found.surface);
-        for (a, b) in expected.energy.into_iter().zip(found.energy) {
+        let with_layers =
+            |frame: &Frame| frame.layers.iter().copied().chain([frame.energy]).flatten().collect::<Vec<_>>();
+        for (a, b) in with_layers(expected).into_iter().zip(with_layers(found)) {
             let tolerance = 1e-12 * (expected.energy[0].kinetic + expected.energy[0].strain.abs());
             let tolerance = tolerance.max(1e-12 * expected.energy[1].kinetic);
             assert!((a.kinetic - b.kinetic).abs() <= tolerance, "{}: {a:?} {b:?}", self.name);
@@ -229,12 +265,13 @@ fn compare<S: Scheme<FIELDS>, const FIELDS: usize>(
         shown.push(step);
     }
     assert_eq!(shown.len(), steps, "{}", twins.name);
-    for (number, (step, found, values)) in shown.into_iter().enumerate() {
-        let (expected_step, expected, expected_values) = twins.reference.next(true).expect("as many steps");
-        assert_eq!(expected_values, values, "{}, step {step}", twins.name);
-        assert_eq!((number, step), (expected_step, expected_step), "{}", twins.name);
-        assert_eq!(expected.is_some(), found.is_some(), "{}", twins.name);
-        if let (Some(expected), Some(found)) = (expected, found) {
+    for (number, found) in shown.into_iter().enumerate() {
+        let (expected, name) = (twins.reference.next(true).expect("as many steps"), &twins.name);
+        assert_eq!(expected.gauges, found.gauges, "{name}, step {number}");
+        assert_eq!(expected.tensions, found.tensions, "{name}, step {number}");
+        assert_eq!([number; 2], [found.step, expected.step], "{name}");
+        assert_eq!(expected.frame.is_some(), found.frame.is_some(), "{name}");
+        if let (Some(expected), Some(found)) = (expected.frame, found.frame) {
             twins.compare_frames(&expected, &found);
         }
     }
@@ -245,6 +282,11 @@ fn compare<S: Scheme<FIELDS>, const FIELDS: usize>(
 
 fn all_fields() -> FrameFields {
     FrameFields { fields: vec![Field::Displacement, Field::Velocity, Field::Stress], every: 1 }
+}
+
+/// A step that shows nothing.
+fn bare<T>(step: T) -> CompletedStep<T> {
+    CompletedStep { step, frame: None, gauges: None, tensions: Vec::new() }
 }
 
 fn nothing() -> FrameFields {
@@ -262,6 +304,20 @@ fn the_engine_is_the_plain_stepper() {
 fn the_engine_is_the_plain_stepper_of_the_full_theory() {
     for seed in 0..30 {
         compare(seed, Twins::elastic, [60, 120]);
+    }
+}
+
+#[test]
+fn the_engine_is_the_plain_stepper_on_layers() {
+    for seed in 0..60 {
+        compare(seed, Twins::<Rakhmatulin, 1>::layered, [60, 120]);
+    }
+}
+
+#[test]
+fn the_engine_is_the_plain_stepper_of_the_full_theory_on_layers() {
+    for seed in 0..30 {
+        compare(seed, Twins::<CellScheme, 2>::layered, [60, 120]);
     }
 }
 
@@ -285,7 +341,7 @@ fn run_with(coverage: Coverage, c_s: f64, steps: usize) -> (Vec<f64>, Vec<Target
         surface.displacement[..surface.loaded].fill((step + 1) as f64 * 0.01);
         let request = Request { frame: step % 50 == 49, lines: false };
         model.advance(&surface, (), request);
-        while let Some(((), frame, _)) = model.next(step + 1 == steps) {
+        while let Some(CompletedStep { frame, .. }) = model.next(step + 1 == steps) {
             if let Some(mut frame) = frame {
                 energy.extend(frame.energy);
                 last = frame.samples.pop();
@@ -379,7 +435,7 @@ fn a_run_without_frames_keeps_no_passes() {
         surface.displacement.copy_from_slice(&surface.free);
         surface.displacement[..20].fill(1.0);
         model.advance(&surface, (), Request::default());
-        assert_eq!(model.next(false), Some(((), None, None)));
+        assert_eq!(model.next(false), Some(bare(())));
         assert!(model.field.passes() <= 2, "{} passes", model.field.passes());
     }
 }
@@ -389,7 +445,7 @@ fn steps_with_gauges_wait_for_no_more_than_memory_allows() {
     let spacing = Spacing { dr: 0.1, dz: 0.2, layer_rows: Some(400) };
     let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, 50, 400);
     let gauges = Gauges { points: vec![[0.0, 20.0]], ..Gauges::default() };
-    let shown = Sampling { frames: nothing(), gauges };
+    let shown = Sampling { frames: nothing(), gauges, tension: None };
     let mut model: Engine<usize> =
         Rakhmatulin::new(grid, 0.4, None).engine(Coverage::Field, shown, Instructions::detect());
     model.most_gauges = 5;
@@ -401,7 +457,7 @@ fn steps_with_gauges_wait_for_no_more_than_memory_allows() {
         surface.displacement.copy_from_slice(&surface.free);
         surface.displacement[..20].fill(1.0);
         model.advance(&surface, step, Request::default());
-        while let Some((number, _, gauges)) = model.next(false) {
+        while let Some(CompletedStep { step: number, gauges, .. }) = model.next(false) {
             assert_eq!((number, gauges.map(|values| values.points.len())), (seen, Some(1)));
             seen += 1;
         }

@@ -32,7 +32,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     active::ActiveRegion,
-    domain::{Domain, Weighted},
+    domain::Domain,
     gauge::Gauge,
     handover::TileRows,
     progress::Order,
@@ -40,6 +40,7 @@ use super::{
     strains::Strains,
     tiling::{Sizes, Tiling},
     vector::BLOCK,
+    weights::Weighted,
 };
 use crate::model::strain::Watched;
 
@@ -84,23 +85,24 @@ pub struct LevelTask {
 }
 
 impl LevelTask {
-    /// Advances `rows` of `columns`, whole vectors, to `level`, and samples them, points and lines among them.
+    /// Advances the rows at `depths` of `columns`, whole vectors, to `level`, and samples them, points and lines among them.
     ///
     /// * `motion`: of row 0, if it is among the rows
     ///
     /// # Safety
     ///
-    /// The nodes hold the two levels before, as do [`Domain::reach`] rows and a vector around them; no other thread touches the
+    /// The nodes hold the two levels before, as do [`Domain::reach`] depths and a vector around them; no other thread touches the
     /// nodes, writes to those around them or samples these rows.
     #[expect(unsafe_code, reason = "several threads update the field in place")]
     pub unsafe fn advance(
         &self,
         domain: &Domain,
         level: usize,
-        rows: Range<usize>,
+        depths: Range<usize>,
         columns: Range<usize>,
         motion: Option<SurfaceMotion<'_>>,
     ) {
+        let rows = domain.grid.rows_at(depths);
         let inner = rows.start.max(1)..rows.end.max(1);
         // SAFETY, of all below: the caller's promise
         unsafe {
@@ -186,8 +188,8 @@ impl Pass {
             if rows.is_empty() || columns.is_empty() {
                 continue;
             }
-            let has_last = rows.contains(&domain.last_row());
-            // SAFETY: rows lie in 1 ≤ j ≤ nz − 1 and columns in 0 ≤ i < nr (the active region stays below both), so with a
+            let has_last = domain.strains_back() && rows.contains(&domain.last_depth());
+            // SAFETY: rows, counted by depth, lie between the surface and the backing and columns in 0 ≤ i < nr (the active region stays below both), so with a
             // block and `reach` rows or images around them they are inside the arrays. No other thread writes to what is
             // read here or touches what is written here. Let R be the reach, 1 or 2, and T the rows of a tile; images belong
             // to the row they are of:

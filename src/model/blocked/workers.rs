@@ -6,7 +6,6 @@
 use std::sync::Arc;
 
 use super::{
-    cells::CellWeights,
     domain::Domain,
     handover::HandOver,
     levels::Levels,
@@ -14,6 +13,7 @@ use super::{
     tiles::{LevelTask, Pass, RowPeak},
     tiling::{Sizes, Tiling},
     vector::BLOCK,
+    weights::CellLayers,
 };
 
 mod state;
@@ -42,7 +42,7 @@ impl Workers {
     /// A field at rest.
     pub fn new(domain: Domain, sizes: Sizes) -> Self {
         Self {
-            lag: sizes.lag(domain.backing, domain.reach()),
+            lag: sizes.lag(domain.grid.depth(), domain.reach()),
             domain: Arc::new(domain),
             passes: HandOver::new(),
             sizes,
@@ -54,7 +54,7 @@ impl Workers {
     #[cfg(test)]
     pub fn cut(&mut self, sizes: Sizes) {
         assert_eq!(self.opened, 0, "a field that has moved");
-        (self.lag, self.sizes) = (sizes.lag(self.domain.backing, self.domain.reach()), sizes);
+        (self.lag, self.sizes) = (sizes.lag(self.domain.grid.depth(), self.domain.reach()), sizes);
     }
 
     /// What the field consists of.
@@ -73,7 +73,7 @@ impl Workers {
         self.lag
     }
 
-    /// Rows of the near-surface band just after the interior has followed.
+    /// Depths of the near-surface band just after the interior has followed.
     pub fn band_rows(&self) -> usize {
         Tiling::band_rows(self.lag, self.domain.reach())
     }
@@ -85,7 +85,7 @@ impl Workers {
     /// Panics if a pass may be writing to row `j`.
     fn check(&self, j: usize) {
         assert!(
-            self.passes.is_empty() || j + 1 < self.band_rows(),
+            self.passes.is_empty() || j < self.domain.grid.rows_at(0..self.band_rows() - 1).end,
             "row {j} while the interior is being advanced"
         );
     }
@@ -98,7 +98,7 @@ impl Workers {
     }
 
     /// Both displacements of the surface at `level` if it were free of stress, see [`Domain::free_surface`].
-    pub fn free_surface(&self, level: usize, weights: &CellWeights, free: &mut [Vec<f64>; 2]) {
+    pub fn free_surface(&self, level: usize, weights: &CellLayers, free: &mut [Vec<f64>; 2]) {
         self.check(1);
         // SAFETY: passes under way do not come up to rows 0 and 1, and no thread writes to them meanwhile
         unsafe { self.domain.free_surface(level, weights, free) }
@@ -107,7 +107,7 @@ impl Workers {
     /// Largest strain on the surface at a level in column `i`.
     ///
     /// * `pressure`: there
-    pub fn surface_strain(&self, level: usize, weights: &CellWeights, pressure: f64, i: usize) -> f64 {
+    pub fn surface_strain(&self, level: usize, weights: &CellLayers, pressure: f64, i: usize) -> f64 {
         self.check(0);
         let levels = self.levels();
         let at = |field: usize, j: usize, i: isize| {
@@ -131,8 +131,13 @@ impl Workers {
         }
     }
 
+    /// Makes sure that the rows at `depths` depths are memory.
+    pub fn open(&mut self, depths: usize) {
+        self.open_rows(self.domain.grid.rows_at(0..depths).end);
+    }
+
     /// Makes sure that `rows` rows are memory.
-    pub fn open(&mut self, rows: usize) {
+    fn open_rows(&mut self, rows: usize) {
         let rows = rows.min(self.levels().rows());
         if rows > self.opened {
             // SAFETY: passes under way know of no row that has not been opened before they began
@@ -144,10 +149,10 @@ impl Workers {
     /// Advances the near-surface band to `level`: row 0 as the contact has settled it, and as many rows as are not left to
     /// the passes.
     ///
-    /// * `rows`: of the band, with row 0
-    pub fn advance_band(&mut self, level: usize, rows: usize, task: &LevelTask, motion: SurfaceMotion<'_>) {
-        self.check(rows.saturating_sub(1));
-        let rows = 0..rows.min(task.active.rows);
+    /// * `depths`: of the band, with row 0
+    pub fn advance_band(&mut self, level: usize, depths: usize, task: &LevelTask, motion: SurfaceMotion<'_>) {
+        self.check(self.domain.grid.rows_at(0..depths).end.saturating_sub(1));
+        let rows = 0..depths.min(task.active.rows);
         // SAFETY: passes under way stay below the band, and `&mut self` excludes that a row is borrowed
         unsafe { task.advance(&self.domain, level, rows, 0..task.active.columns, Some(motion)) }
     }

@@ -137,8 +137,8 @@ fn energy_of_uniform_strains_is_that_of_the_theory() {
             cells::strain_energy(
                 scheme.cell_strains(&level, j, i),
                 scheme.cell_strains(&level, j, i),
-                scheme.weights()[i].cell / grid.dz,
-                scheme.medium(),
+                scheme.layer_weights(0).1[i].cell / grid.dz,
+                scheme.layer_weights(0).0,
             )
         };
         // cells out to ρ = (nr − ½)Δr, the last one that has both its columns

@@ -168,18 +168,19 @@ fn of_mass(pairs: &[Pair]) -> Figure {
 
 /// A heat picture of errors over time and shear wave speed.
 fn map(id: &str, what: &str, pairs: &[Pair], error: impl Fn(&Pair, f64) -> f64, until: f64) -> Figure {
-    let columns = Side { start: MAP_STEP, step: MAP_STEP, length: (until / MAP_STEP).round() as usize };
+    let length = (until / MAP_STEP).round() as usize;
+    let columns = Side::Even { start: MAP_STEP, step: MAP_STEP, length };
     let (start, step, _) = MAP;
     let values = pairs
         .iter()
-        .flat_map(|pair| (0..columns.length).map(|i| 100.0 * error(pair, columns.at(i))).collect::<Vec<_>>())
+        .flat_map(|pair| (0..length).map(|i| 100.0 * error(pair, columns.at(i))).collect::<Vec<_>>())
         .collect();
     let image = Image {
         title: format!("Error of the simplified theory in %: {what}"),
         value_label: "error [%]".into(),
         row_label: "β = c_s/c_p".into(),
         column_label: "t [R/c_p]".into(),
-        rows: Side { start, step, length: pairs.len() },
+        rows: Side::Even { start, step, length: pairs.len() },
         columns,
         values,
         ..Image::default()

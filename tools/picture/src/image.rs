@@ -1,5 +1,8 @@
 //! Images of matrices.
 
+mod layers;
+mod side;
+
 use std::sync::Arc;
 
 use kuva::{
@@ -20,6 +23,10 @@ use crate::{
     output::render,
     terminal::{self, Frame, shown},
 };
+
+pub use layers::Layer;
+pub use side::Side;
+use side::{Block, blocks};
 
 /// A matrix, drawn as an image.
 #[derive(Clone, Debug, Default)]
@@ -44,6 +51,8 @@ pub struct Image {
     pub is_equal: bool,
     /// Colours of its values.
     pub colours: Colours,
+    /// Layers of its rows, from the first on.
+    pub layers: Vec<Layer>,
 }
 
 /// Colours of values.
@@ -75,36 +84,6 @@ impl Image {
     }
 }
 
-/// One side of a matrix: positions `start + i·step`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Side {
-    /// First position.
-    pub start: f64,
-    /// Distance of positions.
-    pub step: f64,
-    /// Number of positions.
-    pub length: usize,
-}
-
-impl Side {
-    /// Position of an element.
-    pub fn at(&self, index: usize) -> f64 {
-        self.start + index as f64 * self.step
-    }
-
-    /// True if the positions are finite and increase.
-    fn increases(&self) -> bool {
-        // false for NaN
-        let far = self.at(self.length).abs();
-        self.start.abs() < LARGEST && far < LARGEST && self.step > 0.0 && far - self.start > 0.0
-    }
-
-    /// Ends of the cells.
-    fn ends(&self) -> (f64, f64) {
-        (self.start - 0.5 * self.step, self.start + (self.length as f64 - 0.5) * self.step)
-    }
-}
-
 /// Cells of an image along each side beyond which blocks of cells are averaged.
 const MAX_CELLS: (usize, usize) = (220, 320);
 
@@ -129,7 +108,7 @@ struct Place {
 ///
 /// The reason why the picture cannot be drawn.
 pub fn draw_image(image: &Image, range: Option<(f64, f64)>, medium: Medium) -> Result<Vec<u8>, String> {
-    if image.rows.length == 0 || image.columns.length == 0 {
+    if image.rows.length() == 0 || image.columns.length() == 0 {
         return Err(format!("`{}` has no values to draw", image.title));
     }
     let (low, high) = range.unwrap_or_else(|| image.default_range());
@@ -149,6 +128,7 @@ pub fn draw_image(image: &Image, range: Option<(f64, f64)>, medium: Medium) -> R
             let place = Place::on_paper(image);
             let mut scene = axes(image, &place, true, None);
             scene.elements.extend(cells(image, &scale, &place));
+            scene.elements.extend(layers::layers(image, &place));
             scene.elements.extend(bar(&scale, &place, &image.value_label));
             render(scene, medium)
         }
@@ -219,7 +199,7 @@ impl Place {
 
 /// Height of a matrix in its width where distances are equal along both.
 fn ratio(image: &Image) -> Option<f64> {
-    let length = |side: &Side| side.length as f64 * side.step;
+    let length = |side: &Side| side.ends().1 - side.ends().0;
     Some(length(&image.rows) / length(&image.columns)).filter(|ratio| image.is_equal && EQUAL.contains(ratio))
 }
 
@@ -262,28 +242,23 @@ fn axes(image: &Image, place: &Place, with_labels: bool, rows: Option<usize>) ->
 
 /// The cells of a matrix, neighbours of one colour as one.
 fn cells(image: &Image, scale: &Scale, place: &Place) -> [Primitive; 1] {
-    let per_block = (image.rows.length.div_ceil(MAX_CELLS.0), image.columns.length.div_ceil(MAX_CELLS.1));
-    let means = block_means(image, per_block);
-    // blocks reach beyond the last row and column if these do not fill them
-    let block = |per_block: usize, length: usize, whole: f64| per_block as f64 / length as f64 * whole;
-    let (width, height) = (
-        block(per_block.1, image.columns.length, place.width),
-        block(per_block.0, image.rows.length, place.height),
-    );
+    let down = blocks(&image.rows, MAX_CELLS.0, place.height);
+    let along = blocks(&image.columns, MAX_CELLS.1, place.width);
     let (mut x, mut y, mut w, mut h, mut fills) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (j, row) in means.iter().enumerate() {
-        let (from, to) = (j as f64 * height, ((j + 1) as f64 * height).min(place.height));
-        let top = if image.upward { place.height - to } else { from };
+    // a little over the neighbours, so that no gaps show
+    let overlap = |from: f64, to: f64, whole: f64| (to + 0.5).min(whole) - from;
+    for row in &down {
+        let (top, bottom) =
+            if image.upward { (place.height - row.to, place.height - row.from) } else { (row.from, row.to) };
+        let means: Vec<f64> = along.iter().map(|column| mean(image, row, column)).collect();
         let mut start = 0;
-        for run in row.chunk_by(|a, b| scale.colour(*a) == scale.colour(*b)) {
-            let (from, end) = (start as f64 * width, (start + run.len()) as f64 * width);
-            // a little over the neighbours, so that no gaps show
-            let overlap = |from: f64, to: f64, whole: f64| (to + 0.5).min(whole) - from;
+        for run in means.chunk_by(|a, b| scale.colour(*a) == scale.colour(*b)) {
+            let (from, to) = (along[start].from, along[start + run.len() - 1].to);
             x.push(place.left + from);
             y.push(place.top + top);
-            w.push(overlap(from, end, place.width));
-            h.push(overlap(top, top + height, place.height));
+            w.push(overlap(from, to, place.width));
+            h.push(overlap(top, bottom, place.height));
             fills.push(scale.colour(run[0]));
             start += run.len();
         }
@@ -291,17 +266,11 @@ fn cells(image: &Image, scale: &Scale, place: &Place) -> [Primitive; 1] {
     [Primitive::RectBatch { x, y, w, h, fills }]
 }
 
-/// Means over blocks of cells.
-fn block_means(image: &Image, (down, along): (usize, usize)) -> Vec<Vec<f64>> {
-    let (rows, columns) = (image.rows.length, image.columns.length);
-    let block = |j: usize, i: usize| {
-        let cells = (j * down..((j + 1) * down).min(rows))
-            .flat_map(|row| (i * along..((i + 1) * along).min(columns)).map(move |column| (row, column)));
-        let values: Vec<f64> = cells.map(|(row, column)| image.values[row * columns + column]).collect();
-        values.iter().sum::<f64>() / values.len() as f64
-    };
-    let row = |j: usize| (0..columns.div_ceil(along)).map(|i| block(j, i)).collect();
-    (0..rows.div_ceil(down)).map(row).collect()
+/// Mean over the cells of a block.
+fn mean(image: &Image, row: &Block, column: &Block) -> f64 {
+    let width = image.columns.length();
+    let cells = row.elements.clone().flat_map(|row| &image.values[row * width..][column.elements.clone()]);
+    cells.sum::<f64>() / (row.elements.len() * column.elements.len()) as f64
 }
 
 /// Values and their colours.
@@ -406,7 +375,7 @@ fn shades(image: &Image, low: f64, high: f64, columns: usize, rows: usize) -> St
     const SHADES: [char; 5] = [' ', '░', '▒', '▓', '█'];
     /// Width of the positions at the left.
     const MARGIN: usize = 12;
-    let (nz, nr) = (image.rows.length, image.columns.length);
+    let (nz, nr) = (image.rows.length(), image.columns.length());
     let (mut lines, mut width) =
         (rows.saturating_sub(5).clamp(1, nz), columns.saturating_sub(MARGIN + 2).clamp(1, nr));
     if let Some(ratio) = ratio(image) {
@@ -426,8 +395,13 @@ fn shades(image: &Image, low: f64, high: f64, columns: usize, rows: usize) -> St
         ends.1
     ));
     text.push_str(&format!("{:>MARGIN$}\n", shown(&image.row_label)));
+    let (bottom, top) = image.rows.ends();
     for line in 0..lines {
-        let j = (if image.upward { lines - 1 - line } else { line }) * nz / lines;
+        let line = if image.upward { lines - 1 - line } else { line };
+        let j = match &image.rows {
+            Side::Even { .. } => line * nz / lines,
+            side => side.cell(bottom + (line as f64 + 0.5) / lines as f64 * (top - bottom)).unwrap_or(nz - 1),
+        };
         let cell = |i: usize| {
             let share = (image.values[j * nr + i * nr / width] - low) / span;
             SHADES[((share.clamp(0.0, 1.0) * 4.0).round() as usize).min(4)]

@@ -11,7 +11,7 @@ mod terminal;
 mod typeset;
 
 pub use curves::draw;
-pub use image::{Colours, Image, Side, draw_image};
+pub use image::{Colours, Image, Layer, Side, draw_image};
 
 /// Format of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,7 +136,7 @@ mod tests {
                 assert_eq!(drawn.is_ok(), points.iter().any(visible), "{points:?} {drawn:?}");
             }
         }
-        let side = |step, length| Side { start: 0.0, step, length };
+        let side = |step, length| Side::Even { start: 0.0, step, length };
         let image = |step, columns, values: &[f64]| Image {
             title: "a".into(),
             row_label: "z".into(),

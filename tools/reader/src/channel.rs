@@ -85,8 +85,8 @@ impl Channel {
 
     /// What the axes of arrays are made of: names of fields that only describe them.
     pub fn axis_parts(&self) -> HashSet<&str> {
-        /// Names of an axis at most: start, step and number of rows and of columns. More parts are positions.
-        const NAMES: usize = 6;
+        /// Names of an axis at most: start, step, number and list of rows and of columns. More parts are positions.
+        const NAMES: usize = 8;
         let axes = self.metadata.iter().filter(|(key, _)| key.starts_with(convention::AXIS));
         let parts = axes.map(|(_, axis)| axis.split([',', ';']).map(str::trim));
         parts.filter(|parts| parts.clone().nth(NAMES).is_none()).flatten().collect()

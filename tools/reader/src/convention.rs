@@ -6,6 +6,8 @@
 
 use std::collections::BTreeMap;
 
+use percuss_picture::Layer;
+
 /// Extension that a recording has until it is complete: `run.mcap.part`.
 pub const PART: &str = "part";
 
@@ -163,6 +165,30 @@ pub fn colour_range(metadata: &BTreeMap<String, String>, topic: &str) -> Option<
 /// Log time that passes in a unit of the time of messages \[s\], by the record [`RUN`].
 pub fn playback_rate(run: &BTreeMap<String, String>) -> Option<f64> {
     run.get("playback_rate")?.parse().ok()
+}
+
+/// Layers of the target from the struck surface down, by the record [`RUN`]: `layers` is their number, `layer.<n>.name`, `.top` and
+/// `.bottom` those of layer n from 1 on. None where there is but one.
+pub fn layers(run: &BTreeMap<String, String>) -> Vec<Layer> {
+    let count = run.get("layers").and_then(|layers| layers.parse().ok()).unwrap_or(0);
+    let layer = |n: usize| {
+        let depth = |key: &str| run.get(&format!("layer.{n}.{key}"))?.parse().ok();
+        let name = run.get(&format!("layer.{n}.name")).cloned().unwrap_or_default();
+        Some(Layer { name, top: depth("top")?, bottom: depth("bottom")? })
+    };
+    if count > 1 { (1..=count).map_while(layer).collect() } else { Vec::new() }
+}
+
+/// Coordinate of the depths in a target.
+pub const DEPTH: &str = "z";
+
+/// The names that say where the elements of an array are, in the text of an axis, without that of a list: versions before 2.2 of the
+/// format have none.
+pub fn steps(axis: &str) -> String {
+    let (count, sides): (usize, Vec<&str>) =
+        if axis.contains(';') { (3, axis.split(';').collect()) } else { (2, vec![axis]) };
+    let steps = |side: &&str| side.split(',').take(count).collect::<Vec<_>>().join(",");
+    sides.iter().map(steps).collect::<Vec<_>>().join(";")
 }
 
 /// Topics that every recording holds, by the record [`RUN`]: all closed forms know the stress, not all of them the drag.

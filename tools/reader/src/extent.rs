@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use percuss_picture::Side;
 
 use crate::{
-    axis::{Axis, Grid},
+    axis::{Axis, Grid, is_near},
     channel::Channel,
     messages::Recording,
     nest::{Counts, Element, Nest},
@@ -15,11 +15,11 @@ use crate::{
 };
 
 /// The positions that an array reaches in any message.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Reach {
-    /// Least position: half a step before the first element.
+    /// Least position: half a step before the first element; the first that is listed.
     pub low: f64,
-    /// Greatest position: half a step beyond the last element.
+    /// Greatest position: half a step beyond the last element; the last that is listed.
     pub high: f64,
     /// The elements of the message that reaches farthest.
     pub side: Side,
@@ -27,39 +27,56 @@ pub struct Reach {
 
 impl Reach {
     fn of(side: Side) -> Option<Self> {
-        // NaN compares false
-        let is_sound = side.step > 0.0 && side.length > 0 && side.start.is_finite();
-        let (low, high) = (side.start - 0.5 * side.step, side.start + (side.length as f64 - 0.5) * side.step);
-        (is_sound && high.is_finite()).then_some(Self { low, high, side })
+        let (low, high) = match &side {
+            // NaN compares false
+            Side::Even { start, step, length } if *step > 0.0 && *length > 0 && start.is_finite() => {
+                (start - 0.5 * step, start + (*length as f64 - 0.5) * step)
+            }
+            Side::Even { .. } => return None,
+            Side::Listed(positions) => (*positions.first()?, *positions.last()?),
+        };
+        high.is_finite().then_some(Self { low, high, side })
     }
 
     /// Of positions that are listed, between the least and the greatest of which values are known.
     pub(crate) fn listed(positions: &[f64]) -> Option<Self> {
         let low = positions.iter().copied().reduce(f64::min)?;
         let high = positions.iter().copied().reduce(f64::max)?;
-        Some(Self { low, high, side: Side { start: low, step: 0.0, length: positions.len() } })
+        Some(Self { low, high, side: Side::Listed(positions.into()) })
     }
 
-    fn join(known: Option<Self>, side: Side) -> Option<Self> {
-        match (known, Self::of(side)) {
+    fn join(known: Option<Self>, side: Option<Side>) -> Option<Self> {
+        match (known, side.and_then(Self::of)) {
             (Some(known), Some(new)) => {
+                let low = known.low.min(new.low);
                 let farther = if new.high > known.high { new } else { known };
-                Some(Self { low: known.low.min(new.low), ..farther })
+                Some(Self { low, ..farther })
             }
             (known, new) => known.or(new),
         }
     }
 
-    /// Number of elements of a message whose axis begins and steps like `side`, if it reached as far.
+    /// Number of elements of a message whose axis begins and steps like `side`, if it reached as far; of one that lists its positions as
+    /// many as they are.
     pub fn length(&self, side: &Side) -> usize {
-        let last = ((self.side.at(self.side.length - 1) - side.start) / side.step).round();
+        let Side::Even { start, step, .. } = side else { return side.length() };
+        let last = ((self.side.at(self.side.length() - 1) - start) / step).round();
         (last.max(-1.0) as usize).saturating_add(usize::from(last >= 0.0))
+    }
+
+    /// Distance of positions that is rounding, seen from the distance of elements.
+    pub(crate) fn rounding(&self) -> f64 {
+        match &self.side {
+            Side::Even { step, .. } => 1e-9 * step,
+            Side::Listed(_) => 0.0,
+        }
     }
 
     /// True if a position lies inside, up to rounding.
     pub fn holds(&self, position: f64) -> bool {
-        let room = 1e-9 * self.side.step;
-        position >= self.low - room && position <= self.high + room
+        let room = self.rounding();
+        let is_inside = position >= self.low - room && position <= self.high + room;
+        is_inside || is_near(position, self.low) || is_near(position, self.high)
     }
 }
 
@@ -71,8 +88,10 @@ pub struct Extent {
     pub length: usize,
     /// Elements of lists inside lists, and entries of maps, one of each on the way, in their order; at most one more than columns are made.
     pub places: BTreeSet<Vec<Element>>,
-    /// Along a uniform axis; rows and columns of a matrix.
+    /// Along an axis that messages describe; rows and columns of a matrix.
     pub reaches: Vec<Reach>,
+    /// What is wrong with the places of a message, if anything is: the first that was found.
+    pub flaw: Option<String>,
     /// True if a matrix has not the same shape in every message.
     pub varies: bool,
 }
@@ -143,7 +162,7 @@ impl<'a> Survey<'a> {
             nest: Nest::of(layout, &counts, leaf),
             axis: Axis::of(leaf, layout, channel),
             extent: Extent::default(),
-            along: [None; 2],
+            along: [None, None],
             grid: None,
             weight: 0,
         };
@@ -195,17 +214,22 @@ impl Array {
         if !values.lists[self.leaf].is_empty() {
             self.extent.length = self.extent.length.max(length);
         }
+        if self.extent.flaw.is_none() {
+            self.extent.flaw = self.axis.flaw(self.leaf, values);
+        }
         if let Some(grid) = self.axis.grid(values) {
-            let size = grid.rows.length.checked_mul(grid.columns.length);
+            let size = grid.rows.length().checked_mul(grid.columns.length());
             if size != Some(values.lists[self.leaf].len()) {
                 return;
             }
-            self.extent.varies |= self.grid.is_some_and(|known| known != grid);
+            self.extent.varies |= self.grid.as_ref().is_some_and(|known| *known != grid);
+            let [down, across] = [self.along[0].take(), self.along[1].take()];
+            self.along =
+                [Reach::join(down, Some(grid.rows.clone())), Reach::join(across, Some(grid.columns.clone()))];
             self.grid = Some(grid);
-            self.along = [Reach::join(self.along[0], grid.rows), Reach::join(self.along[1], grid.columns)];
-        } else if let Some((start, step)) = self.axis.uniform(values) {
-            self.along[0] = Reach::join(self.along[0], Side { start, step, length });
+        } else {
+            self.along[0] = Reach::join(self.along[0].take(), self.axis.side(values, length));
         }
-        self.extent.reaches = self.along.into_iter().flatten().collect();
+        self.extent.reaches = self.along.iter().flatten().cloned().collect();
     }
 }

@@ -91,9 +91,9 @@ impl Column {
             }
             (Take::Point { axis, even, point, whole }, Some(list)) => {
                 let found = axis.grid(values).and_then(|grid| {
-                    let (rows, columns) = (grid.rows, grid.columns);
-                    let size = whole.map_or((rows.length, columns.length), |[down, across]| {
-                        (down.length(&rows), across.length(&columns))
+                    let (rows, columns) = (&grid.rows, &grid.columns);
+                    let size = whole.as_ref().map_or((rows.length(), columns.length()), |[down, across]| {
+                        (down.length(rows), across.length(columns))
                     });
                     at_point(list, &grid, size, *even, *point)
                 });

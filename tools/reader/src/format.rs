@@ -6,4 +6,4 @@ pub mod json;
 pub mod json_lines;
 pub mod npy;
 pub mod parquet;
-pub mod vti;
+pub mod vtk;

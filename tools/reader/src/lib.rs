@@ -98,9 +98,18 @@
 //! |---|---|
 //! | `unit.<field>` | unit, `1` for plain numbers |
 //! | `meaning.<field>` | the field in words |
-//! | `axis.<field>` | positions of an array: `r0,dr` names two fields of the message, the first position and the step; a list of numbers is the positions; `z0,dz,nz;r0,dr,nr` is a row-major matrix: rows and columns that a message leaves out and others have are at rest there, 0 |
+//! | `axis.<field>` | positions of an array: `r0,dr` names two fields of the message, the first position and the step; a list of numbers is the positions; `z0,dz,nz;r0,dr,nr` is a row-major matrix: rows and columns that a message leaves out and others have are at rest there, 0. One more name, `s0,ds,s` or `z0,dz,nz,z;…`, is that of a list of doubles: where a message has any, they are the positions instead |
 //! | `derived` | the channel shows in another form what others hold; `diff` leaves it out unless it is named, or one recording has it without this key |
 //! | `symmetry.<field>` | `even`: the array is even about the origin of its axis |
+//!
+//! # Layers
+//!
+//! Rows at listed depths need not be evenly apart. None is less than the one before it, and the depth of an interface between layers
+//! stands twice: its first row is the last of the layer above, its second the first of the layer below. What jumps there
+//! stays a jump: pictures end cells at the interface, nothing is averaged or interpolated across it, and `diff` compares each side with the
+//! same side. A position on the interface, as in `--at r=0,z=0.5`, is its upper side. The table of a line over depths, `--at r=0`, has one
+//! column for it; curves and exported fields have both sides, a `.vtr` as a layer of cells without height. The names of layers, and
+//! where they begin and end, are in the metadata record `percuss.run`.
 //!
 //! # How a comparison goes
 //!

@@ -15,6 +15,7 @@ use std::{
 };
 
 use mcap::records::Record;
+use percuss_picture::Layer;
 
 use crate::{
     channel::Channel,
@@ -119,6 +120,12 @@ impl Recording {
     /// Entries of a metadata record.
     pub fn entries(&self, name: &str) -> Option<&BTreeMap<String, String>> {
         self.metadata.iter().rev().find(|record| record.name == name).map(|record| &record.entries)
+    }
+
+    /// Layers of the target of a percuss recording, where positions on a coordinate are depths.
+    pub(crate) fn layers(&self, coordinate: &str) -> Vec<Layer> {
+        let run = self.entries(convention::RUN).filter(|_| coordinate == convention::DEPTH);
+        run.map(convention::layers).unwrap_or_default()
     }
 
     /// True for recordings of percuss.

@@ -16,8 +16,8 @@ use crate::{
     wire::{DecodeError, Values},
 };
 
-pub use percuss_picture::Side;
 use percuss_picture::{Colours, Image};
+pub use percuss_picture::{Layer, Side};
 
 /// An array over its axis at one time.
 #[derive(Clone, Debug)]
@@ -53,6 +53,8 @@ pub struct Slice {
     pub even: bool,
     /// Row-major.
     pub values: Vec<f64>,
+    /// Layers of the target, where its rows are depths: none until they are asked for.
+    pub layers: Vec<Layer>,
 }
 
 impl Slice {
@@ -74,11 +76,12 @@ impl Slice {
             value_label: self.heading().with_unit(),
             row_label: rows.with_unit(),
             column_label: columns.with_unit(),
-            rows: self.rows,
-            columns: self.columns,
+            rows: self.rows.clone(),
+            columns: self.columns.clone(),
             values: self.values.clone(),
             is_equal: rows.unit == columns.unit,
             colours: Colours::Diverging,
+            layers: self.layers.clone(),
             ..Image::default()
         }
     }
@@ -301,15 +304,16 @@ pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profil
     Some(Profile { field, axis, time: moment.time, points })
 }
 
-/// A matrix of a message; `None` if the field is none.
+/// A matrix of a message; `None` if the field is none, or the message has not as many elements as rows and columns say, or rows or
+/// columns at places that are not sound.
 pub fn slice(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Slice> {
     let layout = channel.layout.as_ref()?;
     let axis = Axis::of(leaf, layout, channel);
     let grid = axis.grid(&moment.values)?;
-    let Axis::Matrix { coordinates, .. } = axis else { return None };
+    let [rows, columns] = axis.coordinates()[..] else { return None };
     let mut values = Vec::new();
     let is_whole = moment.values.lists[leaf].numbers(&mut values)
-        && grid.rows.length.checked_mul(grid.columns.length) == Some(values.len());
+        && grid.rows.length().checked_mul(grid.columns.length()) == Some(values.len());
     let name = layout.leaves[leaf].path.clone();
     is_whole.then(|| Slice {
         unit: channel.unit(&name).map(str::to_owned),
@@ -317,11 +321,20 @@ pub fn slice(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Slice> {
         time: moment.time,
         rows: grid.rows,
         columns: grid.columns,
-        axes: coordinates.map(|name| coordinate(channel, &name)),
+        axes: [rows, columns].map(|name| coordinate(channel, name)),
         even: convention::is_even(&channel.metadata, &name),
         name,
         values,
+        layers: Vec::new(),
     })
+}
+
+/// Why [`slice()`] finds no matrix in a message.
+pub(crate) fn misfit(channel: &Channel, leaf: usize, moment: &Moment) -> String {
+    let axis = channel.layout.as_ref().map(|layout| Axis::of(leaf, layout, channel));
+    let flaw = axis.and_then(|axis| axis.flaw(leaf, &moment.values));
+    let flaw = flaw.unwrap_or_else(|| "has not as many elements as its rows and columns say".into());
+    format!("`{}` at time {} {flaw}", channel.topic, moment.time)
 }
 
 impl Slice {
@@ -329,40 +342,45 @@ impl Slice {
     /// is at rest. `None` if it would be larger than a record may be.
     pub fn whole(self, extent: &Extent, limits: Limits) -> Option<Self> {
         let [down, across] = extent.reaches.as_slice() else { return Some(self) };
+        let known = (self.rows.length(), self.columns.length());
         let (rows, columns) = (down.length(&self.rows), across.length(&self.columns));
-        let (rows, columns) = (rows.max(self.rows.length), columns.max(self.columns.length));
-        if (rows, columns) == (self.rows.length, self.columns.length) {
+        let (rows, columns) = (rows.max(known.0), columns.max(known.1));
+        if (rows, columns) == known {
             return Some(self);
         }
         let size = rows.checked_mul(columns).filter(|size| *size <= limits.record() / size_of::<f64>())?;
         let mut values = vec![0.0; size];
-        let width = self.columns.length;
+        let width = known.1;
         if width > 0 {
             for (row, known) in values.chunks_exact_mut(columns).zip(self.values.chunks_exact(width)) {
                 row[..width].copy_from_slice(known);
             }
         }
-        let longer = |side: Side, length: usize| Side { length, ..side };
+        let longer = |side: Side, length: usize| match side {
+            Side::Even { start, step, .. } => Side::Even { start, step, length },
+            listed => listed,
+        };
         Some(Self { rows: longer(self.rows, rows), columns: longer(self.columns, columns), values, ..self })
     }
 
-    /// The matrix at a position of one of its coordinates, over the other; `None` for other coordinates and outside.
+    /// The matrix at a position of one of its coordinates, over the other; `None` for other coordinates and outside. At an interface it is
+    /// the upper side; over depths the values of both sides of an interface follow each other at one position.
     pub fn line(&self, coordinate: &str, position: f64) -> Option<Profile> {
         let along = self.axes.iter().position(|axis| axis.name == coordinate)?;
-        let width = self.columns.length;
+        let width = self.columns.length();
         let (across, over, even) = match along {
             0 => (&self.rows, &self.columns, false),
             _ => (&self.columns, &self.rows, self.even),
         };
-        let nodes = Nodes::Uniform { start: across.start, step: across.step };
+        let nodes = Nodes::of(across);
         let point = |i: usize| {
             let value = |k: usize| {
                 let (row, column) = if along == 0 { (k, i) } else { (i, k) };
                 self.values.get(row * width + column).copied()
             };
-            Some((over.at(i), between(across.length, nodes, even, position, value)?))
+            Some((over.at(i), between(across.length(), nodes, even, position, value)?))
         };
-        let points: Vec<(f64, f64)> = (0..over.length).filter_map(point).collect();
+        let points: Vec<(f64, f64)> = (0..over.length()).filter_map(point).collect();
         (!points.is_empty()).then(|| Profile {
             field: Heading::new(&format!("{}@{coordinate}={position}", self.name), self.unit.as_deref()),
             axis: self.axes[1 - along].clone(),

@@ -7,6 +7,7 @@ mod closed_forms;
 mod containers;
 mod diff;
 mod hostile;
+mod layers;
 mod mutations;
 mod others;
 mod parts;

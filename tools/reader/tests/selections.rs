@@ -335,7 +335,7 @@ fn outputs_of_unknown_formats_are_refused() {
     for (arguments, known) in [
         (&["trace", "a.mcap", "--topic", "/scalar", "-o"] as &[&str], ".csv, .jsonl"),
         (&["plot", "a.mcap", "--topic", "/scalar", "-o"], ".svg, .png"),
-        (&["export", "a.mcap", "--topic", "/slice", "-o"], ".npy, .vti, .png, .svg"),
+        (&["export", "a.mcap", "--topic", "/slice", "-o"], ".npy, .vti, .vtr, .png, .svg"),
         (&["diff", "a.mcap", "b.mcap", "--plot"], ".svg, .png"),
         (&["diff", "a.mcap", "b.mcap", "--write-diff"], ".mcap"),
         (&["recover", "a.mcap", "-o"], ".mcap"),

@@ -1,7 +1,7 @@
 //! What frames show of the scheme of cells: fields of strains and stresses, node by node.
 
 use super::{
-    super::{cells::CellWeights, domain::Domain, energy::EnergySum},
+    super::{domain::Domain, energy::EnergySum, weights::CellLayers},
     Sampler, Shown, SurfaceMotion,
 };
 use crate::model::{Field, scheme};
@@ -16,7 +16,7 @@ impl Sampler {
     pub(super) unsafe fn cell_surface_energy(
         &self,
         domain: &Domain,
-        weights: &CellWeights,
+        weights: &CellLayers,
         SurfaceMotion { displacement, lateral, .. }: SurfaceMotion<'_>,
     ) -> EnergySum {
         let levels = &domain.levels;
@@ -27,11 +27,11 @@ impl Sampler {
         };
         let mut energy = EnergySum::default();
         let row = weights.scheme.at_row(0);
-        for i in 0..displacement.len().min(domain.nr) {
+        for i in 0..displacement.len().min(domain.grid.nr()) {
             let forces = row.accelerations(|field, j, i| at(now, field, j, i), i);
             for (field, next) in [displacement[i], lateral[i]].into_iter().enumerate() {
                 let [before, now] = [before, now].map(|level| at(level, field, 0, i as isize));
-                energy.add_one(i, weights.areas[field][i], [before, now, next], forces[field]);
+                energy.add_one(i, weights.layers[0].areas[field][i], [before, now, next], forces[field]);
             }
         }
         energy
@@ -46,10 +46,10 @@ impl Sampler {
     pub(super) unsafe fn cell_field(
         &self,
         domain: &Domain,
-        weights: &CellWeights,
+        weights: &CellLayers,
         field: Field,
         j: usize,
-        shown: &Shown,
+        shown: &Shown<'_>,
         motion: Option<SurfaceMotion<'_>>,
         row: &mut [f32],
     ) {
@@ -61,7 +61,7 @@ impl Sampler {
         let (before, now, next) = (levels.two_below(self.level), self.level - 1, self.level);
         let velocity = |field: usize, i: usize| {
             let [before, next] = [before, next].map(|level| at(level, field, j, i as isize));
-            scheme::velocity(before, next, domain.dt)
+            scheme::velocity(before, next, domain.grid.dt())
         };
         let nodes = weights.scheme.at_row(j);
         let stress = |i: usize| {

@@ -7,7 +7,7 @@ use std::io;
 
 use super::Workers;
 use crate::{
-    model::blocked::domain::Weighted,
+    model::blocked::weights::Weighted,
     state::{StateError, StateReader, StateWriter},
 };
 
@@ -57,7 +57,7 @@ impl Workers {
     pub fn load(&mut self, columns: usize, from: &mut StateReader<'_>) -> Result<(), StateError> {
         let opened = from.get()?;
         StateError::unless(opened <= self.levels().rows(), "number of rows", opened)?;
-        self.open(opened);
+        self.open_rows(opened);
         self.each_row(columns, |row| from.numbers(row))
     }
 }

@@ -1,10 +1,11 @@
-//! The cost of recording, the gain of the light cone, and the growth of time with the mesh.
+//! The cost of recording, the gain of the light cone, the growth of time with the mesh, and the cost of layers.
 //!
 //! ```text
 //! cargo build --release --workspace
 //! target/release/solver-bench recording          a run with and without its recording
 //! target/release/solver-bench cone               a half-space with and without the light cone
 //! target/release/solver-bench growth             time over N³, N = 250 to 2000
+//! target/release/solver-bench layers             five layers against one of as many rows
 //! ```
 //!
 //! Runs of a comparison alternate; ratios are medians of the ratios of neighbouring runs. They are timed from the first step
@@ -84,6 +85,15 @@ enum What {
         #[arg(long, value_enum, default_value = "paper")]
         scheme: Scheme,
     },
+    /// A flat punch on five layers of different densities, and on one of as many rows
+    Layers {
+        /// Nodes per unit of length
+        #[arg(long, default_value_t = 500)]
+        cells: usize,
+        /// Mesh and scheme
+        #[arg(long, value_enum, default_value = "order4")]
+        scheme: Scheme,
+    },
 }
 
 /// A scheme with its mesh. All have as many nodes and steps: nodes 1/N apart out to r = 4, N rows, 6N steps.
@@ -144,6 +154,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         }
         What::Cone { case, set } => cone(case, set, repeat),
         What::Growth { cells, end, scheme } => growth(cells, *end, *scheme, repeat),
+        What::Layers { cells, scheme } => layers(*cells, *scheme, repeat),
     })
 }
 
@@ -223,6 +234,37 @@ fn growth(cells: &[usize], end: f64, scheme: Scheme, repeat: usize) -> Result<()
         let seconds = median(row);
         println!("{n:6} {seconds:9.4} {:9.3}", seconds * 1e9 / (*n as f64).powi(3));
     }
+    Ok(())
+}
+
+fn layers(cells: usize, scheme: Scheme, repeat: usize) -> Result<()> {
+    let mut settings = scheme.settings(cells, 6.0);
+    settings.extend(["record.frames=0", "indenter.shape=flat", "indenter.radius=1.0"].map(str::to_owned));
+    let (thickness, settings) = match settings.iter().position(|set| set.starts_with("target.thickness=")) {
+        Some(place) => (settings.remove(place)["target.thickness=".len()..].parse()?, settings),
+        None => (1.0, settings),
+    };
+    let case = |densities: &[f64]| {
+        let layer = |density: &f64| {
+            let thickness: f64 = thickness / densities.len() as f64;
+            format!(
+                "[[target.layer]]\nthickness = {thickness:?}\nshear_wave_speed = 0.5\ndensity = {density:?}\n"
+            )
+        };
+        let text: String = densities.iter().map(layer).collect();
+        Case::parse("layers", &text, &settings, Path::new(""))
+    };
+    let (one, five) = (case(&[1.0])?, case(&[1.0, 0.2, 2.0, 0.5, 1.5])?);
+    let mut rows = Vec::new();
+    for _ in 0..repeat {
+        rows.push([computed(&one, None)?, computed(&five, None)?]);
+    }
+    let [one, five] = [one, five].map(|case| (case.sizes.nz + 1) as f64);
+    println!(
+        "one layer of {one} rows {:.3} s; five layers of {five} rows: per row {:.3} times as long",
+        median(rows.iter().map(|row| row[0])),
+        median(rows.iter().map(|row| row[1] / row[0])) * one / five
+    );
     Ok(())
 }
 

@@ -1,7 +1,7 @@
 use super::*;
 
 fn image(rows: usize, columns: usize, is_equal: bool) -> Image {
-    let side = |length| Side { start: 0.0, step: 0.1, length };
+    let side = |length| Side::Even { start: 0.0, step: 0.1, length };
     let value = |i: usize| (i as f64 * 0.7).sin();
     Image {
         title: "a".into(),

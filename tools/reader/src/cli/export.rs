@@ -45,7 +45,7 @@ pub(super) struct ExportArguments {
     /// Time of the field; the nearest message is taken [default: the last]
     #[arg(long, value_name = "T", requires = "topic", allow_negative_numbers = true, value_parser = finite_time)]
     at_time: Option<Bound>,
-    /// Output: a folder with --attachments; .npy, .vti, .png or .svg with --topic; of images .png, .jpg or .webp as they are
+    /// Output: a folder with --attachments; .npy, .vti, .vtr (also of layers), .png or .svg with --topic; of images .png, .jpg or .webp as they are
     /// recorded (raw ones: .png), or a folder, with a slash at the end if it is new, for all of them
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,

@@ -118,6 +118,7 @@ pub fn report(error: &CliError) -> ExitCode {
             | ExportError::NoAttachment { .. }
             | ExportError::NoMatrix(_)
             | ExportError::Several { .. }
+            | ExportError::Uneven { .. }
             | ExportError::Moment(MomentError::Outside { .. }),
         )
         | CliError::Cat(CatError::Open(OpenError::UnknownTopic { .. }))

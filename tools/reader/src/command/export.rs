@@ -15,11 +15,11 @@ use percuss_picture::{Medium, draw_image};
 use crate::{
     axis::Axis,
     extent::Extents,
-    format::vti::vti,
+    format::vtk::{vti, vtr},
     messages::Recording,
     recording::{Damage, Limits, OpenError},
     select::{self, Bound, Pattern},
-    slice::{Moment, MomentError, Slice, moments, slice},
+    slice::{Moment, MomentError, Slice, misfit, moments, slice},
 };
 
 pub use image::{Camera, Image};
@@ -65,13 +65,16 @@ pub enum ExportError {
     /// The channel has no message that could be taken.
     #[error("`{0}` has no messages")]
     NoMessages(String),
-    /// The number of elements is not that of the rows and columns.
-    #[error("`{topic}` at time {time} has not as many elements as its rows and columns say")]
-    Misshapen {
+    /// The message is no matrix at places that are sound, for a reason.
+    #[error("{0}")]
+    Misshapen(String),
+    /// Places that are not evenly apart, in a form that knows no others.
+    #[error("the {coordinate} of `{topic}` are not evenly apart, as in a .vti; write a .vtr")]
+    Uneven {
         /// Topic.
         topic: String,
-        /// Time of the message.
-        time: f64,
+        /// Coordinate of the places.
+        coordinate: String,
     },
     /// With all rows and columns it is too large.
     #[error("`{0}` with all its rows and columns is larger than --max-memory allows")]
@@ -97,6 +100,8 @@ pub enum Form {
     Npy,
     /// Image data of VTK.
     Vti,
+    /// Rectilinear grid of VTK.
+    Vtr,
     /// Picture with a colour bar.
     Png,
     /// Picture with a colour bar.
@@ -104,8 +109,8 @@ pub enum Form {
 }
 
 /// Forms by the extensions of files.
-pub const FORMS: [(&str, Form); 4] =
-    [("npy", Form::Npy), ("vti", Form::Vti), ("png", Form::Png), ("svg", Form::Svg)];
+pub const FORMS: [(&str, Form); 5] =
+    [("npy", Form::Npy), ("vti", Form::Vti), ("vtr", Form::Vtr), ("png", Form::Png), ("svg", Form::Svg)];
 
 /// The name of an attachment as a file in a folder: never one that leads elsewhere.
 ///
@@ -221,10 +226,11 @@ pub fn matrix(
     let (moment, damages) = moment(&recording, id, time)?;
     let name = || channel.topic.clone();
     let slice = slice(channel, leaf, &moment)
-        .ok_or_else(|| ExportError::Misshapen { topic: name(), time: moment.time })?;
+        .ok_or_else(|| ExportError::Misshapen(misfit(channel, leaf, &moment)))?;
     let extent = Extents::read(&recording, &[id])?.of(id, leaf);
     let slice = slice.whole(&extent, limits).ok_or_else(|| ExportError::TooLarge(name()))?;
-    Ok((slice, damages))
+    let layers = recording.layers(&slice.axes[0].name);
+    Ok((Slice { layers, ..slice }, damages))
 }
 
 /// The message of a channel nearest to `time`, or the last.
@@ -238,14 +244,18 @@ fn moment(recording: &Recording, id: u16, time: Option<Bound>) -> Result<(Moment
 ///
 /// # Errors
 ///
-/// It cannot be drawn.
+/// It cannot be drawn, or its places do not fit the form.
 pub fn form(slice: &Slice, form: Form) -> Result<Vec<u8>, ExportError> {
     match form {
-        Form::Vti => Ok(vti(slice)),
+        Form::Vti => vti(slice).map_err(|axis| ExportError::Uneven {
+            topic: slice.topic.clone(),
+            coordinate: axis.name.clone(),
+        }),
+        Form::Vtr => Ok(vtr(slice)),
         Form::Png => draw_image(&slice.image(), None, Medium::Png).map_err(ExportError::Draw),
         Form::Svg => draw_image(&slice.image(), None, Medium::Svg).map_err(ExportError::Draw),
         Form::Npy => {
-            let shape = (slice.rows.length, slice.columns.length);
+            let shape = (slice.rows.length(), slice.columns.length());
             let array = Array2::from_shape_vec(shape, slice.values.clone());
             let array = array.map_err(|error| ExportError::Draw(error.to_string()))?;
             let mut bytes = Vec::new();

@@ -53,7 +53,7 @@ impl ComparedField {
         options: &Options,
         known: impl Fn(usize) -> Option<Scale>,
     ) -> Vec<Self> {
-        let axis_parts = a.axis_parts();
+        let axis_parts = [a.axis_parts(), b.axis_parts()];
         let field = |&(leaf_a, leaf_b): &(usize, usize)| {
             let leaf = layout_a.leaves[leaf_a].clone();
             let path = leaf.path.as_str();
@@ -67,7 +67,7 @@ impl ComparedField {
                 axis_a,
                 even: convention::is_even(&a.metadata, path),
                 ignored: !options.compares(&a.topic, path),
-                is_axis_part: axis_parts.contains(path),
+                is_axis_part: axis_parts.iter().any(|parts| parts.contains(path)),
                 is_key: is_key(layout_a, leaf_a),
                 is_resampled: false,
                 meter: Meter::new(rule, known(leaf_a), options.nan),
@@ -124,8 +124,9 @@ impl ComparedField {
         }
         let (nodes, grid, axis) = (self.axis_a.nodes(a), self.axis_a.grid(a), &self.axis_a);
         let position = |index: usize| match (axis, &grid) {
-            (Axis::Matrix { coordinates: [row, column], .. }, Some(grid)) => {
-                let width = grid.columns.length.max(1);
+            (Axis::Matrix(_), Some(grid)) => {
+                let [row, column] = [0, 1].map(|side| axis.coordinates()[side]);
+                let width = grid.columns.length().max(1);
                 let (z, r) = (grid.rows.at(index / width), grid.columns.at(index % width));
                 Some(format!("{row} = {z}, {column} = {r}"))
             }

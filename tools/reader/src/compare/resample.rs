@@ -4,7 +4,7 @@ use percuss_picture::Side;
 
 use super::values::is_same;
 use crate::{
-    axis::{Axis, Grid, Nodes, between},
+    axis::{Axis, Grid, Nodes, Spot, between, find, is_near},
     wire::{Layout, List, Type, Values},
 };
 
@@ -95,9 +95,11 @@ pub(super) fn common(
 
 /// True if every element of a grid has a place.
 fn has_places(grid: &Grid) -> bool {
-    [grid.rows, grid.columns]
-        .iter()
-        .all(|side| side.start.is_finite() && side.step.is_finite() && side.step > 0.0)
+    let has_places = |side: &Side| match side {
+        Side::Even { start, step, .. } => start.is_finite() && step.is_finite() && *step > 0.0,
+        Side::Listed(_) => true,
+    };
+    has_places(&grid.rows) && has_places(&grid.columns)
 }
 
 /// Equal up to rounding, seen from the far end of an axis.
@@ -109,6 +111,11 @@ fn near(x: f64, y: f64, step: f64) -> bool {
 fn are_near((start_a, step_a): (f64, f64), (start_b, step_b): (f64, f64), length: usize) -> bool {
     let length = length.max(1) as f64;
     near(start_a, start_b, step_a) && near(step_a * length, step_b * length, step_a)
+}
+
+/// True if listed positions are the same, up to rounding.
+fn are_same_places(a: &[f64], b: &[f64]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(x, y)| is_near(*x, *y) || is_same(*x, *y))
 }
 
 /// Arrays on different axes: the reference on the common range, the new one interpolated there. `None` if the axes are
@@ -123,17 +130,15 @@ fn on_common_axis(
             are_near((start, step), (s, d), a.len())
         }
         (Nodes::Unknown, _) | (_, Nodes::Unknown) => true,
-        (Nodes::Listed(a), Nodes::Listed(b)) => {
-            a.len() == b.len() && a.iter().zip(b).all(|(x, y)| x == y || is_same(*x, *y))
-        }
+        (Nodes::Listed(a), Nodes::Listed(b)) => are_same_places(a, b),
         _ => false,
     };
     if are_same {
         return None;
     }
     let place = |nodes: Nodes<'_>, i: usize| nodes.position(i).filter(|position| position.is_finite());
-    let element = |i: usize| match place(nodes_a, i) {
-        Some(x) => Some((i, a.number(i)?, between(b.len(), nodes_b, even, x, |i| b.number(i))?)),
+    let element = |i: usize| match nodes_a.spot(i).filter(|spot| spot.position.is_finite()) {
+        Some(spot) => Some((i, a.number(i)?, between(b.len(), nodes_b, even, spot, |i| b.number(i))?)),
         // nothing but its number says where it belongs
         None => Some((i, a.number(i)?, b.number(i)?)),
     };
@@ -155,32 +160,22 @@ fn on_common_axis(
     Some(Common::of(a.len(), unused, elements.into_iter(), true))
 }
 
-/// Matrices on different grids: elements of the reference inside the other grid, the other interpolated there.
+/// Matrices on different grids: elements of the reference inside the other grid, the other interpolated there. Never between
+/// the two sides of an interface: each is compared with the same side.
 fn on_common_grid((a, grid_a): (&List, &Grid), (b, grid_b): (&List, &Grid)) -> Common {
-    let width = grid_b.columns.length;
-    // the element before a position and the share of the next; a rounding error is no distance
-    let split = |side: &Side, position: f64| {
-        let x = (position - side.start) / side.step;
-        let x = if (x - x.round()).abs() < 1e-9 { x.round() } else { x };
-        let last = side.length.checked_sub(1)? as f64;
-        if !(0.0..=last).contains(&x) {
-            return None;
-        }
-        let i = (x as usize).min(side.length.saturating_sub(2));
-        Some((i, x - i as f64))
-    };
+    let width = grid_b.columns.length();
     // between the values of an element and the next, which need not be there if it has no share
     let weighted = |i: usize, share: f64, value: &dyn Fn(usize) -> Option<f64>| {
         let near = value(i)?;
         if share == 0.0 { Some(near) } else { Some(near + (value(i + 1)? - near) * share) }
     };
-    let columns = grid_a.columns.length;
+    let columns = grid_a.columns.length();
     // a message may claim more rows and columns than it has
-    let rows = grid_a.rows.length.min(a.len().div_ceil(columns.max(1)));
+    let rows = grid_a.rows.length().min(a.len().div_ceil(columns.max(1)));
     let there = 0..columns.min(a.len());
-    let across: Vec<_> = there.map(|i| split(&grid_b.columns, grid_a.columns.at(i))).collect();
+    let across: Vec<_> = there.map(|i| split(&grid_b.columns, spot(&grid_a.columns, i))).collect();
     let elements = (0..rows).flat_map(|j| {
-        let down = split(&grid_b.rows, grid_a.rows.at(j));
+        let down = split(&grid_b.rows, spot(&grid_a.rows, j));
         let element = move |(i, across): (usize, &Option<(usize, f64)>)| {
             let ((row, down), (column, right)) = (down?, (*across)?);
             let along = |row: usize| weighted(column, right, &|column| b.number(row * width + column));
@@ -188,28 +183,50 @@ fn on_common_grid((a, grid_a): (&List, &Grid), (b, grid_b): (&List, &Grid)) -> C
         };
         across.iter().enumerate().filter_map(element)
     });
-    // rows and columns of the other that are beside those used
-    let beyond = |side: &Side, reference: &Side| {
-        let (first, last) = (reference.at(0), reference.at(reference.length.saturating_sub(1)));
+    // rows and columns of the other, as far as it has them, that are not beside those used
+    let used = |side: &Side, length: usize, reference: &Side| {
+        let (first, last) = (reference.at(0), reference.at(reference.length().saturating_sub(1)));
+        // NaN beyond the end of a list
         let is_unused = |i: &usize| {
-            side.at(*i) < first && side.at(i + 1) <= first
+            side.at(*i) < first && !(side.at(i + 1) > first)
                 || side.at(*i) > last && i.checked_sub(1).is_some_and(|before| side.at(before) >= last)
         };
-        (0..side.length).filter(is_unused).count()
+        length - (0..length).filter(is_unused).count()
     };
     let unused = {
-        let rows_b = grid_b.rows.length.min(b.len().div_ceil(width.max(1)));
-        let used_rows = rows_b.saturating_sub(beyond(&Side { length: rows_b, ..grid_b.rows }, &grid_a.rows));
-        let used_columns = width
-            .min(b.len())
-            .saturating_sub(beyond(&Side { length: width.min(b.len()), ..grid_b.columns }, &grid_a.columns));
+        let rows_b = grid_b.rows.length().min(b.len().div_ceil(width.max(1)));
+        let used_rows = used(&grid_b.rows, rows_b, &grid_a.rows);
+        let used_columns = used(&grid_b.columns, width.min(b.len()), &grid_a.columns);
         b.len().saturating_sub(used_rows * used_columns)
     };
-    let same = |a: &Side, b: &Side| are_near((a.start, a.step), (b.start, b.step), a.length);
-    Common::of(
-        a.len(),
-        unused,
-        elements,
-        !(same(&grid_a.rows, &grid_b.rows) && same(&grid_a.columns, &grid_b.columns)),
-    )
+    let same = |a: &Side, b: &Side| match (a, b) {
+        (Side::Even { start, step, length }, Side::Even { start: s, step: d, .. }) => {
+            are_near((*start, *step), (*s, *d), *length)
+        }
+        (Side::Listed(a), Side::Listed(b)) => are_same_places(a, b),
+        _ => false,
+    };
+    let are_same = same(&grid_a.rows, &grid_b.rows) && same(&grid_a.columns, &grid_b.columns);
+    Common::of(a.len(), unused, elements, !are_same)
+}
+
+/// Where an element of a side is.
+fn spot(side: &Side, index: usize) -> Spot {
+    Spot { position: side.at(index), is_lower: side.is_below_interface(index) }
+}
+
+/// The element of a side before a spot and the share of the next, if it lies inside; a rounding error is no distance.
+fn split(side: &Side, spot: Spot) -> Option<(usize, f64)> {
+    let (start, step, length) = match side {
+        Side::Even { start, step, length } => (start, step, length),
+        Side::Listed(positions) => return find(positions, spot),
+    };
+    let x = (spot.position - start) / step;
+    let x = if (x - x.round()).abs() < 1e-9 { x.round() } else { x };
+    let last = length.checked_sub(1)? as f64;
+    if !(0.0..=last).contains(&x) {
+        return None;
+    }
+    let i = (x as usize).min(length.saturating_sub(2));
+    Some((i, x - i as f64))
 }

@@ -279,7 +279,10 @@ fn differences(
     }
     for (key, of_a, of_b) in convention::compared(&leaf.path, &other.path) {
         let (of_a, of_b) = (a.metadata.get(&of_a), b.metadata.get(&of_b));
-        if of_a == of_b {
+        // the list of places that an axis names need not be there
+        let are_steps = |a: &&String| key == "axis" && convention::numbers(a).is_none();
+        let steps = |axis: Option<&String>| axis.filter(are_steps).map(|axis| convention::steps(axis));
+        if of_a == of_b || steps(of_a).is_some_and(|a| Some(a) == steps(of_b)) {
             continue;
         }
         let texts = [of_a, of_b].map(|text| text.cloned().unwrap_or_default());

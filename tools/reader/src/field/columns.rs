@@ -184,12 +184,13 @@ impl Picker<'_> {
             Axis::Listed(positions) if positions.len() > MAX_COLUMNS => {
                 Err(self.too_many(field.path.clone(), MAX_COLUMNS, nest.example()))
             }
-            Axis::Matrix { coordinates: [row, column], .. } => {
+            Axis::Matrix(_) => {
+                let [row, column] = [0, 1].map(|side| axis.coordinates()[side]);
                 let hint =
                     format!("choose points, as in --at {column}=0,{row}=0; plot and export show it whole");
                 Err(self.refuse(&field.path, "a matrix", hint))
             }
-            Axis::Uniform { .. } | Axis::Listed(_) | Axis::Unknown => {
+            Axis::Described(_) | Axis::Listed(_) | Axis::Unknown => {
                 let Some(places) = self.places(leaf, &axis) else {
                     return self.elements(leaf, &nest, &vec![None; nest.lists()]);
                 };
@@ -279,7 +280,14 @@ impl Picker<'_> {
         let names = axis.coordinates();
         let reaches = match axis {
             Axis::Listed(positions) => Reach::listed(positions).into_iter().collect(),
-            _ => (self.extent)(leaf).reaches,
+            _ => {
+                let extent = (self.extent)(leaf);
+                if let Some(flaw) = extent.flaw {
+                    let topic = self.channel.topic.clone();
+                    return Err(SelectionError::Misplaced { topic, field: path.clone(), flaw });
+                }
+                extent.reaches
+            }
         };
         for (name, reach) in names.iter().zip(&reaches) {
             SelectionError::check(reach, &self.channel.topic, path, name, at.on(name).unwrap_or_default())?;
@@ -307,16 +315,18 @@ impl Picker<'_> {
         let (path, names) = (&self.layout.leaves[leaf].path, axis.coordinates());
         let mut coordinates = at.coordinates.clone();
         for (i, name) in names.iter().enumerate().filter(|(_, name)| at.on(name).is_none()) {
-            let side = reaches.get(i).map(|reach| reach.side);
+            let side = reaches.get(i).map(|reach| &reach.side);
             let others: usize = at.coordinates.iter().map(|(_, values)| values.len()).product();
-            let side = side.filter(|side| side.length.saturating_mul(others) <= MAX_COLUMNS);
+            let side = side.filter(|side| side.length().saturating_mul(others) <= MAX_COLUMNS);
             let side = side.ok_or_else(|| SelectionError::Line {
                 topic: self.channel.topic.clone(),
                 field: path.clone(),
                 at: at.to_string(),
                 missing: (*name).into(),
             })?;
-            coordinates.push(((*name).into(), (0..side.length).map(|i| side.at(i)).collect()));
+            // at an interface a position stands for the upper side
+            let places = (0..side.length()).filter(|&i| !side.is_below_interface(i)).map(|i| side.at(i));
+            coordinates.push(((*name).into(), places.collect()));
         }
         let [(first, outer), (second, inner)] = coordinates.as_slice() else { return Ok(Vec::new()) };
         if outer.len().saturating_mul(inner.len()) > MAX_COLUMNS {
@@ -329,7 +339,7 @@ impl Picker<'_> {
         let columns = points.map(|(x, y)| {
             let point = if first == names[0] { (x, y) } else { (y, x) };
             let name = format!("{path}@{first}={x},{second}={y}");
-            self.column(leaf, name, Take::Point { axis: axis.clone(), even, point, whole })
+            self.column(leaf, name, Take::Point { axis: axis.clone(), even, point, whole: whole.clone() })
         });
         Ok(columns.collect())
     }

@@ -155,6 +155,16 @@ pub enum SelectionError {
         /// Greatest position in any message.
         high: f64,
     },
+    /// Positions on an axis that a message does not describe soundly.
+    #[error("`{field}` of `{topic}` {flaw}")]
+    Misplaced {
+        /// Topic.
+        topic: String,
+        /// Field.
+        field: String,
+        /// What is wrong with its places.
+        flaw: String,
+    },
     /// Positions on one coordinate of a matrix, where the other would make too many columns.
     #[error(
         "`{field}` of `{topic}` at {at} is a line over {missing}; choose places on it: --at {at},{missing}=..."
@@ -253,7 +263,7 @@ impl SelectionError {
         positions: &[f64],
     ) -> Result<(), Self> {
         // without the last digits, which are rounding errors
-        let short = |x: f64| match x.abs() < 1e-9 * reach.side.step {
+        let short = |x: f64| match x.abs() < reach.rounding() {
             true => 0.0,
             false => format!("{x:.8e}").parse().unwrap_or(x),
         };

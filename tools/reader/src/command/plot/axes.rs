@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use percuss_picture::{Curve, Image, Panel, Side};
+use percuss_picture::{Curve, Image, Layer, Panel, Side};
 
 use super::request::Request;
 use crate::{prefix::Prefixed, table::Heading};
@@ -140,21 +140,22 @@ pub(super) fn labelled(
     [rows, columns, values]: &[Heading; 3],
     range: Option<(f64, f64)>,
 ) -> (Image, Option<(f64, f64)>) {
-    let reach = |side: &Side| largest(None, [side.at(0), side.at(side.length.saturating_sub(1))].into_iter());
+    let reach =
+        |side: &Side| largest(None, [side.at(0), side.at(side.length().saturating_sub(1))].into_iter());
     let (mut down, mut along) = (reach(&image.rows), reach(&image.columns));
     if rows.unit == columns.unit {
         (down, along) = (down.max(along), down.max(along));
     }
     let ((rows, down), (columns, along)) = (prefixed(rows, down), prefixed(columns, along));
     let (values, factor) = prefixed(values, largest(range, image.values.iter().copied()));
-    let side =
-        |side: Side, factor: f64| Side { start: side.start * factor, step: side.step * factor, ..side };
+    let layer = |layer: Layer| Layer { top: layer.top * down, bottom: layer.bottom * down, ..layer };
     let image = Image {
         row_label: rows.with_unit(),
         column_label: columns.with_unit(),
         value_label: values.with_unit(),
-        rows: side(image.rows, down),
-        columns: side(image.columns, along),
+        rows: image.rows.scaled(down),
+        columns: image.columns.scaled(along),
+        layers: image.layers.into_iter().map(layer).collect(),
         values: image.values.into_iter().map(|value| value * factor).collect(),
         ..image
     };

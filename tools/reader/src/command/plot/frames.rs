@@ -18,7 +18,7 @@ use crate::{
     messages::Recording,
     recording::Limits,
     select::Bound,
-    slice::{Moment, Profile, Slice, moments, profile, slice},
+    slice::{Moment, Profile, Slice, misfit, moments, profile, slice},
 };
 
 /// Profiles and images at some times.
@@ -80,11 +80,12 @@ impl Frames {
         let channel = &recording.channels[&id];
         let Some(layout) = &channel.layout else { return Ok(()) };
         let selection = &request.selection;
-        let mut leaves = Vec::new();
+        let (mut leaves, hidden) = (Vec::new(), channel.axis_parts());
         for (leaf, field) in layout.leaves.iter().enumerate() {
             let chosen = selection.fields.iter().position(|name| *name == field.path);
             chosen.into_iter().for_each(|i| self.used.fields[i] = true);
-            if field.is_data() && (selection.fields.is_empty() || chosen.is_some()) {
+            let is_shown = selection.fields.is_empty() && !hidden.contains(field.path.as_str());
+            if field.is_data() && (is_shown || chosen.is_some()) {
                 leaves.push((leaf, Axis::of(leaf, layout, channel)));
             }
         }
@@ -107,13 +108,18 @@ impl Frames {
                          for the array"
                     )));
                 }
+                let misfit = || PlotError::Unfit(misfit(channel, *leaf, moment));
+                if axis.flaw(*leaf, &moment.values).is_some() {
+                    return Err(misfit());
+                }
                 if let Some(profile) = profile(channel, *leaf, moment) {
                     self.profiles.push(Named::new(file, channel, profile));
                 } else if axis.is_matrix() {
-                    let slice = slice(channel, *leaf, moment).ok_or_else(|| misshapen(channel, moment))?;
+                    let slice = slice(channel, *leaf, moment).ok_or_else(misfit)?;
                     let extent = extents.of(id, *leaf);
                     let slice = slice.whole(&extent, recording.limits()).ok_or_else(too_large)?;
-                    self.matrix(file, channel, slice, &extent, &fitting)?;
+                    let layers = recording.layers(&slice.axes[0].name);
+                    self.matrix(file, channel, Slice { layers, ..slice }, &extent, &fitting)?;
                 }
             }
         }
@@ -167,11 +173,6 @@ impl Frames {
             ))),
         }
     }
-}
-
-pub(super) fn misshapen(channel: &Channel, moment: &Moment) -> PlotError {
-    let (topic, time) = (&channel.topic, moment.time);
-    PlotError::Unfit(format!("`{topic}` at time {time} has not as many elements as its rows and columns say"))
 }
 
 pub(super) fn too_large() -> PlotError {

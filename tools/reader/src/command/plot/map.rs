@@ -7,18 +7,18 @@ use percuss_picture::{Colours, Image, Medium, Side, draw_image};
 use super::{
     axes::labelled,
     cut::cut,
-    frames::{misshapen, too_large},
+    frames::too_large,
     request::{Drawn, PlotError, Request},
 };
 use crate::{
-    axis::Axis,
+    axis::{Axis, Spot},
     channel::Channel,
     convention,
     extent::{Extent, Extents, Reach},
     field::{Positions, SelectionError},
     messages::Recording,
     recording::{Budget, Damage, Limits},
-    slice::{Moment, coordinate, profile, shown_name, slice},
+    slice::{Moment, coordinate, misfit, profile, shown_name, slice},
     table::Heading,
     wire::Layout,
 };
@@ -48,7 +48,7 @@ pub(super) fn over_time(
     };
     let array = Array::choose(&recording, id, request)?;
     let times = array.times(request)?;
-    let room = array.places.length.saturating_mul(times.len()).saturating_mul(size_of::<f64>());
+    let room = array.places.length().saturating_mul(times.len()).saturating_mul(size_of::<f64>());
     if !Budget::new(limits.kept()).spend(room) {
         return Err(too_large());
     }
@@ -86,12 +86,13 @@ impl<'a> Array<'a> {
         let extent = Extents::read(recording, &[id])?.of(id, leaf);
         let name = &layout.leaves[leaf].path;
         let (line, along, coordinate) = match (&axis, request.selection.at.as_slice()) {
-            (Axis::Matrix { coordinates, .. }, at) => {
-                let (line, across) = line(name, coordinates, at)?;
+            (Axis::Matrix(_), at) => {
+                let coordinates = axis.coordinates();
+                let (line, across) = line(name, &coordinates, at)?;
                 if let Some(reach) = extent.reaches.get(across) {
                     SelectionError::check(reach, &channel.topic, name, &line.0, &[line.1])?;
                 }
-                (Some(line), 1 - across, coordinates[1 - across].clone())
+                (Some(line), 1 - across, coordinates[1 - across].to_owned())
             }
             (axis, []) => (None, 0, axis.coordinate().to_owned()),
             (_, [at, ..]) => {
@@ -100,11 +101,15 @@ impl<'a> Array<'a> {
                 return Err(PlotError::Unfit(text));
             }
         };
-        let reach = match &axis {
-            Axis::Listed(positions) => Reach::listed(positions),
-            _ => extent.reaches.get(along).copied(),
+        let places = match &axis {
+            // radii in any order, and few
+            Axis::Listed(positions) => Reach::listed(positions).and_then(|reach| evenly(&reach)),
+            _ => extent.reaches.get(along).and_then(|reach| match &reach.side {
+                Side::Even { .. } => evenly(reach),
+                Side::Listed(positions) => Some(thinned(positions)),
+            }),
         };
-        let places = reach.and_then(places).ok_or_else(|| {
+        let places = places.ok_or_else(|| {
             PlotError::Nothing(format!("`{name}` of `{}` has no places along its axis", channel.topic))
         })?;
         Ok(Self { recording, id, leaf, axis, extent, line, coordinate, places })
@@ -121,8 +126,9 @@ impl<'a> Array<'a> {
 
     /// True if its places are depths: they go down, as in a section.
     fn goes_down(&self) -> bool {
-        let is_row = |axis: &Axis| matches!(axis, Axis::Matrix { coordinates, .. } if coordinates[0] == self.coordinate);
-        is_row(&self.axis) || (self.channel().metadata.contains_key(convention::LINE) && self.label() == "z")
+        let is_row = self.axis.is_matrix() && self.axis.coordinates()[0] == self.coordinate;
+        is_row
+            || (self.channel().metadata.contains_key(convention::LINE) && self.label() == convention::DEPTH)
     }
 
     fn channel(&self) -> &'a Channel {
@@ -195,23 +201,31 @@ impl<'a> Array<'a> {
     /// The array at one time at all places.
     fn column(&self, moment: &Moment) -> Result<Vec<f64>, PlotError> {
         let channel = self.channel();
+        let misfit = || PlotError::Unfit(misfit(channel, self.leaf, moment));
+        if self.axis.flaw(self.leaf, &moment.values).is_some() {
+            return Err(misfit());
+        }
         let points = match &self.line {
             None => profile(channel, self.leaf, moment).map(|profile| profile.points),
             Some((name, position)) => {
-                let slice = slice(channel, self.leaf, moment).ok_or_else(|| misshapen(channel, moment))?;
+                let slice = slice(channel, self.leaf, moment).ok_or_else(misfit)?;
                 let whole = slice.whole(&self.extent, self.recording.limits()).ok_or_else(too_large)?;
                 whole.line(name, *position).map(|line| line.points)
             }
         };
         let points = points.unwrap_or_default();
-        let step = match points.as_slice() {
-            [first, second, ..] => second.0 - first.0,
-            _ => self.extent.reaches.first().map_or(0.0, |reach| reach.side.step),
+        let step = match (points.as_slice(), &self.places) {
+            // of listed positions the outermost hold up to the ends
+            (_, Side::Listed(_)) => f64::INFINITY,
+            _ if matches!(self.axis, Axis::Listed(_)) => f64::INFINITY,
+            ([first, second, ..], _) => second.0 - first.0,
+            (_, Side::Even { step, .. }) => *step,
         };
-        // of listed positions the outermost hold up to the ends
-        let reach =
-            if matches!(self.axis, Axis::Listed(_)) { f64::INFINITY } else { 0.5 * step * (1.0 + 1e-9) };
-        Ok((0..self.places.length).map(|i| nearest(&points, self.places.at(i), reach)).collect())
+        let value = |i: usize| {
+            let spot = Spot { position: self.places.at(i), is_lower: self.places.is_below_interface(i) };
+            nearest(&points, spot, 0.5 * step * (1.0 + 1e-9))
+        };
+        Ok((0..self.places.length()).map(value).collect())
     }
 
     fn image(
@@ -223,7 +237,7 @@ impl<'a> Array<'a> {
         let (channel, count) = (self.channel(), times.len());
         let start = times.first().map_or(0.0, |(_, time)| *time);
         let step = times.last().map_or(1.0, |(_, last)| (last - start) / (count.max(2) - 1) as f64);
-        let mut values = vec![f64::NAN; self.places.length * count];
+        let mut values = vec![f64::NAN; self.places.length() * count];
         for (i, column) in columns.into_iter().enumerate() {
             for (j, value) in column.into_iter().flatten().enumerate() {
                 values[j * count + i] = value;
@@ -240,12 +254,13 @@ impl<'a> Array<'a> {
         ];
         let image = Image {
             title: request.title.clone().unwrap_or_else(|| format!("{}{place}", channel.topic)),
-            rows: self.places,
-            columns: Side { start, step, length: count },
+            rows: self.places.clone(),
+            columns: Side::Even { start, step, length: count },
             values,
             // as in a section, its rows go down
             upward: !self.goes_down(),
             colours: Colours::Diverging,
+            layers: self.recording.layers(self.label()),
             ..Image::default()
         };
         Ok(labelled(cut(image, None, request.y_range)?, &quantities, request.range))
@@ -279,11 +294,7 @@ fn leaf(channel: &Channel, layout: &Layout, fields: &[String]) -> Result<usize, 
 }
 
 /// The one line through a matrix that is drawn, and the number of the coordinate that it fixes.
-fn line(
-    name: &str,
-    coordinates: &[String; 2],
-    at: &[Positions],
-) -> Result<((String, f64), usize), PlotError> {
+fn line(name: &str, coordinates: &[&str], at: &[Positions]) -> Result<((String, f64), usize), PlotError> {
     if let [Positions { coordinates: chosen }] = at
         && let [(coordinate, positions)] = chosen.as_slice()
         && let ([position], Some(across)) =
@@ -291,23 +302,35 @@ fn line(
     {
         return Ok(((coordinate.clone(), *position), across));
     }
-    let [rows, columns] = coordinates;
     Err(PlotError::Unfit(format!(
-        "`{name}` is a matrix; choose one line of it, as in --at {columns}=0 or --at {rows}=0.5"
+        "`{name}` is a matrix; choose one line of it, as in --at {}=0 or --at {}=0.5",
+        coordinates[1], coordinates[0]
     )))
 }
 
 /// The places where an array is drawn: all of its elements, or fewer evenly over its reach.
-fn places(reach: Reach) -> Option<Side> {
-    let length = reach.side.length.min(MAX_CELLS.0);
+fn evenly(reach: &Reach) -> Option<Side> {
+    let length = reach.side.length().min(MAX_CELLS.0);
     let step = (reach.high - reach.low) / length as f64;
     let is_sound = length > 0 && step > 0.0 && step.is_finite();
-    is_sound.then_some(Side { start: reach.low + 0.5 * step, step, length })
+    is_sound.then_some(Side::Even { start: reach.low + 0.5 * step, step, length })
 }
 
-/// The value of the point nearest to a place; 0 if none is within reach.
-fn nearest(points: &[(f64, f64)], place: f64, reach: f64) -> f64 {
-    let next = points.partition_point(|point| point.0 < place);
+/// The places where an array at listed positions is drawn: all, or, of too many, some of every layer and both sides of every interface.
+fn thinned(positions: &[f64]) -> Side {
+    let every = positions.len().div_ceil(MAX_CELLS.0);
+    let layers = positions.chunk_by(|a, b| a != b);
+    let some = |layer: &[f64]| -> Vec<f64> {
+        let kept = |i: &usize| i.is_multiple_of(every) || i + 1 == layer.len();
+        (0..layer.len()).filter(kept).map(|i| layer[i]).collect()
+    };
+    layers.flat_map(some).collect()
+}
+
+/// The value of the point nearest to a spot; 0 if none is within reach.
+fn nearest(points: &[(f64, f64)], spot: Spot, reach: f64) -> f64 {
+    let place = spot.position;
+    let next = points.partition_point(|point| point.0 < place || (spot.is_lower && point.0 == place));
     let around = [next.checked_sub(1), Some(next)].into_iter().flatten().filter_map(|i| points.get(i));
     let distance = |point: &&(f64, f64)| (point.0 - place).abs();
     let found = around.min_by(|a, b| distance(a).total_cmp(&distance(b)));
@@ -322,21 +345,35 @@ mod tests {
     fn the_nearest_point_counts_and_none_is_zero() {
         let points = [(0.5, 1.0), (1.5, 2.0), (2.5, 3.0)];
         for (place, value) in [(0.0, 1.0), (0.9, 1.0), (1.1, 2.0), (3.0, 3.0), (3.1, 0.0), (-0.1, 0.0)] {
-            assert_eq!(nearest(&points, place, 0.5), value, "{place}");
+            assert_eq!(nearest(&points, place.into(), 0.5), value, "{place}");
         }
-        assert_eq!(nearest(&[], 1.0, 0.5), 0.0);
+        assert_eq!(nearest(&[], 1.0.into(), 0.5), 0.0);
+        let interface = [(0.0, 1.0), (1.0, 2.0), (1.0, 3.0), (1.5, 4.0)];
+        let at = |is_lower| nearest(&interface, Spot { position: 1.0, is_lower }, 0.5);
+        assert_eq!((at(false), at(true)), (2.0, 3.0));
     }
 
     #[test]
     fn places_are_those_of_the_elements_unless_there_are_too_many() {
-        let side = Side { start: 0.05, step: 0.1, length: 10 };
-        let reach =
-            |length: usize| Reach { low: 0.0, high: 0.1 * length as f64, side: Side { length, ..side } };
-        let all = places(reach(10)).expect("places");
-        assert!((all.at(9) - side.at(9)).abs() < 1e-12 && all.length == 10);
-        let some = places(reach(1000)).expect("places");
-        assert_eq!(some.length, MAX_CELLS.0);
-        assert!((some.at(MAX_CELLS.0) - some.step / 2.0 - 100.0).abs() < 1e-9);
-        assert_eq!(places(reach(0)), None);
+        let side = |length| Side::Even { start: 0.05, step: 0.1, length };
+        let reach = |length: usize| Reach { low: 0.0, high: 0.1 * length as f64, side: side(length) };
+        let all = evenly(&reach(10)).expect("places");
+        assert!((all.at(9) - side(10).at(9)).abs() < 1e-12 && all.length() == 10);
+        let some = evenly(&reach(1000)).expect("places");
+        assert_eq!(some.length(), MAX_CELLS.0);
+        assert!((some.at(MAX_CELLS.0) - 50.0 / 220.0 - 100.0).abs() < 1e-9);
+        assert_eq!(evenly(&reach(0)), None);
+    }
+
+    #[test]
+    fn thinned_places_keep_interfaces() {
+        let layer = |from: f64, rows: u32| (0..=rows).map(move |i| from + f64::from(i) * 0.01);
+        let positions: Vec<f64> = layer(0.0, 500).chain(layer(5.0, 3)).chain(layer(5.03, 600)).collect();
+        let places = thinned(&positions);
+        assert!((180..=226).contains(&places.length()), "{}", places.length());
+        assert_eq!((places.at(0), places.at(places.length() - 1)), (0.0, positions[positions.len() - 1]));
+        let doubled = (0..places.length()).filter(|&i| places.is_below_interface(i));
+        assert_eq!(doubled.map(|i| places.at(i)).collect::<Vec<_>>(), [5.0, 5.03]);
+        assert_eq!(thinned(&positions[..100]).length(), 100);
     }
 }

@@ -8,7 +8,7 @@ use crate::{
     convention,
     messages::Recording,
     recording::{Damage, OpenError},
-    slice::{Side, Slice, slice, visit},
+    slice::{Layer, Side, Slice, slice, visit},
     table::Heading,
 };
 
@@ -34,17 +34,26 @@ struct Bounds {
     samples: Vec<f64>,
     unit: Option<String>,
     length_unit: Option<String>,
+    /// Of the rows.
+    coordinate: Option<String>,
 }
 
 impl Bounds {
     fn take(&mut self, slice: Slice) {
-        self.width = self.width.max(slice.columns.start + slice.columns.step * slice.columns.length as f64);
-        self.depth = self.depth.max(slice.rows.start + slice.rows.step * (slice.rows.length as f64 - 1.0));
+        let (columns, rows) = (&slice.columns, &slice.rows);
+        // a step beyond the last, unless they are listed
+        let width = match columns {
+            Side::Even { length, .. } => columns.at(*length),
+            Side::Listed(_) => columns.at(columns.length().saturating_sub(1)),
+        };
+        self.width = self.width.max(width);
+        self.depth = self.depth.max(rows.at(rows.length().saturating_sub(1)));
         let step = slice.values.len().div_ceil(SAMPLES).max(31);
         let values = slice.values.iter().step_by(step).map(|value| value.abs());
         self.samples.extend(values.filter(|value| *value > 0.0 && value.is_finite()));
         self.unit = slice.unit;
-        [Heading { unit: self.length_unit, .. }, _] = slice.axes;
+        let [Heading { unit, name, .. }, _] = slice.axes;
+        (self.length_unit, self.coordinate) = (unit, Some(name));
     }
 
     /// The value that the share of those to be distinguished does not exceed.
@@ -83,6 +92,11 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
             frames.push(STANDARD.encode(raster(&slice, (rows, columns), pixel, range)));
         }
     })?);
+    let coordinate = bounds.coordinate.as_deref().unwrap_or_default();
+    let share = |depth: f64| (depth / (rows as f64 * pixel)).clamp(0.0, 1.0);
+    let layer =
+        |layer: Layer| json!({ "name": layer.name, "from": share(layer.top), "to": share(layer.bottom) });
+    let layers: Vec<Value> = recording.layers(coordinate).into_iter().map(layer).collect();
     Ok(json!({
         "name": channel.topic,
         "unit": bounds.unit,
@@ -91,6 +105,7 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
         "rows": rows,
         "width": bounds.width,
         "depth": bounds.depth,
+        "layers": layers,
         "range": range,
         "zero": ZERO,
         "side": SIDE,
@@ -101,15 +116,11 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
 
 /// The value at the node nearest to every pixel as a level; what is cut off is at rest.
 fn raster(slice: &Slice, (rows, columns): (usize, usize), pixel: f64, range: f64) -> Vec<u8> {
-    let node = |pixel_index: usize, side: &Side| {
-        let place = (pixel_index as f64 + 0.5) * pixel;
-        let node = ((place - side.start) / side.step).round().max(0.0) as usize;
-        (node < side.length).then_some(node)
-    };
+    let node = |pixel_index: usize, side: &Side| side.cell((pixel_index as f64 + 0.5) * pixel);
     let columns: Vec<Option<usize>> = (0..columns).map(|i| node(i, &slice.columns)).collect();
     let mut levels = Vec::with_capacity(rows * columns.len());
     for row in 0..rows {
-        let row = node(row, &slice.rows).map(|row| &slice.values[row * slice.columns.length..]);
+        let row = node(row, &slice.rows).map(|row| &slice.values[row * slice.columns.length()..]);
         let level = |column: &Option<usize>| {
             let value = row.zip(*column).map_or(0.0, |(row, column)| row[column]);
             // NaN becomes 0, which stands for no value
@@ -126,7 +137,7 @@ mod tests {
 
     #[test]
     fn pixels_show_the_nearest_node() {
-        let side = |length| Side { start: 0.0, step: 1.0, length };
+        let side = |length| Side::Even { start: 0.0, step: 1.0, length };
         let slice = Slice {
             name: String::new(),
             topic: String::new(),
@@ -137,6 +148,7 @@ mod tests {
             axes: [Heading::new("z", None), Heading::new("r", None)],
             even: false,
             values: vec![1.0, -1.0, 0.5, f64::NAN],
+            layers: Vec::new(),
         };
         // pixels of half a unit: their middles are at 0.25, 0.75, 1.25, …
         let levels = raster(&slice, (3, 4), 0.5, 1.0);

@@ -165,6 +165,17 @@
     const scale = bar.getContext("2d").createImageData(bar.width, 1);
     new Uint32Array(scale.data.buffer).set(words.subarray(field.zero - field.side, field.zero + field.side + 1));
     bar.getContext("2d").putImageData(scale, 0, 0);
+    // the canvas keeps its proportions inside its box: the layers follow what is drawn of it
+    const layers = figure.querySelector(".layers");
+    layers.style.aspectRatio = `${2 * columns} / ${rows}`;
+    layers.style.maxWidth = `calc(24rem * ${(2 * columns) / rows})`;
+    field.layers.forEach((layer, i) => {
+      const part = make("div", {}, layer.name);
+      part.style.top = `${100 * layer.from}%`;
+      part.style.height = `${100 * (layer.to - layer.from)}%`;
+      if (i > 0) part.className = "interface";
+      layers.append(part);
+    });
     let shown = -1;
     followers.push((time) => {
       const frame = nearest(field.times, time);

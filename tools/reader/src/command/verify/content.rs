@@ -9,6 +9,7 @@ use mcap::records::{ChunkHeader, MessageHeader, MessageIndexEntry, Record, Stati
 
 use super::report::{Problem, Report};
 use crate::{
+    axis::Axis,
     convention::RUN,
     directory::Directory,
     messages::{Metadata, widen},
@@ -50,6 +51,8 @@ pub(super) struct Series {
     /// Messages that are earlier than those before them.
     backwards: u64,
     values: Option<Values>,
+    /// Axes of arrays that messages list.
+    axes: Vec<(usize, Axis)>,
 }
 
 /// Records beside the messages, attachments or metadata.
@@ -225,14 +228,19 @@ impl<'a> Content<'a> {
             return;
         };
         let Some(layout) = &channel.layout else { return };
-        let values = series.values.get_or_insert_with(|| layout.values());
-        if let Err(error) = layout.decode(data, values) {
-            let what = match error {
-                DecodeError::SchemaMismatch => "does not fit its schema",
-                DecodeError::Memory => "unpacks to more than --max-memory allows",
-            };
+        let values = series.values.get_or_insert_with(|| {
+            let axis = |leaf| (leaf, Axis::of(leaf, layout, channel));
+            series.axes = (0..layout.leaves.len()).map(axis).filter(|(_, axis)| axis.is_listed()).collect();
+            layout.values()
+        });
+        let flaw = match layout.decode(data, values) {
+            Ok(()) => series.axes.iter().find_map(|(leaf, axis)| axis.flaw(*leaf, values)),
+            Err(DecodeError::SchemaMismatch) => Some("does not fit its schema".into()),
+            Err(DecodeError::Memory) => Some("unpacks to more than --max-memory allows".into()),
+        };
+        if let Some(flaw) = flaw {
             let topic = short(&channel.topic);
-            self.report.problem(offset, format!("a message of `{topic}` at log time {time} {what}"));
+            self.report.problem(offset, format!("a message of `{topic}` at log time {time} {flaw}"));
         }
         values.release();
     }

@@ -1,0 +1,291 @@
+//! The time step of layers, and their rows.
+
+use super::{LayerSizes, Parameters, Target, TargetLayer};
+use crate::{
+    grid::{Edge, FEWEST, LayerSteps, Spacing},
+    model::{ModelKind, scheme::Order},
+};
+
+/// Largest relative change of a wave speed.
+pub(super) const LARGEST_CHANGE: f64 = 0.02;
+/// Relative change of a wave speed of which `percuss run` and `percuss check` warn.
+pub(crate) const NOTED_CHANGE: f64 = 0.005;
+/// Largest number of rows of several layers: more of them take long to fit.
+pub(super) const MAX_ROWS: f64 = 2e5;
+/// Rows of all meshes together that are looked at for a better one.
+const SEARCHED_ROWS: f64 = 2e6;
+/// Meshes that are looked at for a better one.
+const SEARCHED_MESHES: f64 = 2000.0;
+/// Slack for a Courant number of 1 but for rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Spacings of a mesh. The rows of a half-space are not counted yet.
+#[derive(Clone, Debug)]
+pub(super) struct Rows {
+    /// Radial distance of nodes \[R\].
+    pub dr: f64,
+    /// Time step \[R/c_p\].
+    pub dt: f64,
+    /// Rows of every computed layer.
+    pub layers: Vec<LayerSizes>,
+}
+
+/// Why layers have no rows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Misfit {
+    /// There would be so many.
+    TooMany(f64),
+    /// A layer, by its number, is thinner than two rows.
+    Thin(usize),
+    /// The wave speed of a layer, by its number, would change by so much.
+    Change(usize, f64),
+}
+
+/// What the rows of several layers follow from beside the number of cells.
+pub(super) struct Stack<'a> {
+    model: ModelKind,
+    layers: &'a [TargetLayer],
+    /// Radius of the punch \[R\].
+    radius: Option<f64>,
+    edge: Edge,
+}
+
+/// Where the scheme sees the edge of a punch, which only the struck layer feels.
+pub(super) fn edge(order: Option<Order>, target: &Target) -> Edge {
+    match order {
+        Some(Order::Second) => Edge::SECOND,
+        Some(Order::Fourth) => Edge::FOURTH,
+        None => Edge::elastic(target.material.shear_wave_speed),
+    }
+}
+
+/// Speed of the fastest waves along r in any layer \[c_p\].
+///
+/// * `layers`, `rows`: computed layers and their rows
+pub(super) fn lateral_speed(model: ModelKind, layers: &[TargetLayer], rows: &[LayerSizes], dt: f64) -> f64 {
+    let speeds =
+        layers.iter().zip(rows).map(|(layer, rows)| model.lateral_speed(rows.dz / dt, layer.waves.shear));
+    speeds.fold(0.0, f64::max)
+}
+
+impl<'a> Stack<'a> {
+    /// * `layers`: computed ones
+    pub fn new(model: ModelKind, layers: &'a [TargetLayer], radius: Option<f64>, edge: Edge) -> Self {
+        Self { model, layers, radius, edge }
+    }
+
+    /// Rows of a matched mesh with `cells` nodes across the radius.
+    ///
+    /// ```text
+    /// rakhmatulin: Δr ≥ c_s,k·Δt      elastic: Δr ≥ Δz_k = h_k/J_k      in every layer
+    /// ```
+    pub fn rows(&self, cells: usize) -> Result<Rows, Misfit> {
+        let dr = |slip| Spacing::radial(cells, self.radius, self.edge, slip);
+        let largest = dr(None) / self.fastest();
+        let transits: Vec<f64> = self.finite().map(|(thickness, speed)| thickness / speed).collect();
+        let rows = transits.iter().sum::<f64>() / largest;
+        if rows > MAX_ROWS {
+            return Err(Misfit::TooMany(rows));
+        }
+        let fit = |largest| {
+            let LayerSteps { dt, steps, changes } =
+                LayerSteps::fit(&transits, largest).map_err(Misfit::Thin)?;
+            let slip = self.model.lateral_speed(1.0, self.layers[0].waves.shear) * dt;
+            let finite = self.finite().zip(steps.iter().zip(&changes));
+            let mut layers: Vec<LayerSizes> = finite
+                .map(|((thickness, _), (&steps, &speed_change))| LayerSizes {
+                    steps,
+                    dz: thickness / steps as f64,
+                    speed_change,
+                })
+                .collect();
+            let half_space = self.layers[layers.len()..].first();
+            layers.extend(half_space.map(|layer| LayerSizes {
+                steps: FEWEST,
+                dz: layer.wave_speed * dt,
+                speed_change: 0.0,
+            }));
+            Ok(Rows { dr: dr(Some(slip)), dt, layers })
+        };
+        let mut rows = fit(largest)?;
+        let is_stable = |rows: &Rows| rows.layers.iter().all(|layer| layer.dz <= rows.dr * (1.0 + ROUNDING));
+        if self.model == ModelKind::Elastic && !is_stable(&rows) {
+            // waves that are made faster need smaller steps
+            rows = fit(largest / (1.0 + LARGEST_CHANGE))?;
+        }
+        let (number, change) = rows.largest_change();
+        if change.abs() > LARGEST_CHANGE { Err(Misfit::Change(number, change)) } else { Ok(rows) }
+    }
+
+    /// The smallest number of cells found, larger than `cells`, that changes no wave speed by more than `change`.
+    pub fn finer(&self, cells: usize, change: f64) -> Option<usize> {
+        let thinnest =
+            self.finite().map(|(thickness, speed)| thickness / speed).fold(f64::INFINITY, f64::min);
+        // two of the smallest steps
+        let coarsest = self.radius.unwrap_or(1.0) / (0.75 * thinnest * self.fastest());
+        let first = (coarsest as usize).saturating_sub(1).max(cells) + 1;
+        let rows = self.finite().map(|(thickness, speed)| thickness / speed).sum::<f64>()
+            * self.fastest()
+            * first as f64
+            / self.radius.unwrap_or(1.0);
+        let meshes = (SEARCHED_ROWS / (rows * self.layers.len() as f64)).clamp(1.0, SEARCHED_MESHES);
+        (first..)
+            .take(meshes as usize)
+            .find(|cells| self.rows(*cells).is_ok_and(|rows| rows.largest_change().1.abs() <= change))
+    }
+
+    /// Thickness and wave speed of the layers above a half-space.
+    fn finite(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.layers.iter().filter_map(|layer| Some((layer.thickness?, layer.wave_speed)))
+    }
+
+    /// Speed of the fastest waves along r \[c_p\].
+    fn fastest(&self) -> f64 {
+        let speeds =
+            self.layers.iter().map(|layer| self.model.lateral_speed(layer.wave_speed, layer.waves.shear));
+        speeds.fold(0.0, f64::max)
+    }
+}
+
+impl Parameters {
+    /// The smallest number of cells found, larger than that of the case, with which no wave speed changes notably.
+    pub(crate) fn finer_cells(&self) -> Option<usize> {
+        let computed = self.target.computed();
+        let edge = edge(self.mesh.order, &self.target);
+        let stack = Stack::new(self.model, &computed, self.indenter.radius, edge);
+        stack.finer(self.mesh.cells, NOTED_CHANGE)
+    }
+}
+
+impl Rows {
+    /// Spacings of a target of one layer.
+    pub fn single(Spacing { dr, dz, layer_rows }: Spacing) -> Self {
+        let layer = LayerSizes { steps: layer_rows.unwrap_or(0), dz, speed_change: 0.0 };
+        Self { dr, dt: dz, layers: vec![layer] }
+    }
+
+    /// The largest change of a wave speed by magnitude, with the number of its layer.
+    fn largest_change(&self) -> (usize, f64) {
+        let changes = self.layers.iter().map(|layer| layer.speed_change).enumerate();
+        changes.fold(
+            (0, 0.0),
+            |largest, change| if change.1.abs() > f64::abs(largest.1) { change } else { largest },
+        )
+    }
+
+    /// Steps down to a depth, in whole rows of every layer.
+    ///
+    /// * `z`: depth \[R\]
+    pub fn steps_to(&self, z: f64) -> f64 {
+        let mut top = 0.0;
+        let last = self.layers.len() - 1;
+        let steps = |(number, layer): (usize, &LayerSizes)| {
+            let most = if number == last { f64::INFINITY } else { layer.steps as f64 };
+            let steps = ((z - top) / layer.dz).ceil().clamp(0.0, most);
+            top += layer.steps as f64 * layer.dz;
+            steps
+        };
+        self.layers.iter().enumerate().map(steps).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Case;
+
+    /// Settings of layers, each with its thickness and wave speed.
+    fn stack(model: &str, cells: usize, layers: &[(f64, f64)]) -> Result<Case, String> {
+        let layer = |(i, (thickness, speed)): (usize, &(f64, f64))| {
+            let shear = if i == 0 { "shear_wave_speed = 0.5, " } else { "" };
+            let speed =
+                if i == 0 { String::new() } else { format!(", wave_speed = {speed:?}, density = 2.0") };
+            format!("{{ {shear}thickness = {thickness:?}{speed} }}")
+        };
+        let layers: Vec<String> = layers.iter().enumerate().map(layer).collect();
+        let text = format!(
+            "model = \"{model}\"\n[target]\nlayer = [{}]\n[indenter]\nshape = \"flat\"\nradius = 1.0\n[mesh]\ncells = {cells}\n\
+             [run]\nend_time = 2.0\n[record]\nframes = 0\n",
+            layers.join(", ")
+        );
+        Case::parse("stack", &text, &[], "".as_ref()).map_err(|errors| format!("{:?}", errors.problems))
+    }
+
+    const STACKS: [&[(f64, f64)]; 4] = [
+        &[(1.0, 1.0), (0.1, 0.8), (2.0, 1.7)],
+        &[(0.3, 1.0), (0.31, 1.3)],
+        &[(0.5, 1.0), (0.5, 2.0), (0.5, 1.1), (0.5, 0.9)],
+        &[(1.0, 1.0), (0.5, 3.0)],
+    ];
+
+    #[test]
+    fn layers_are_crossed_in_whole_steps_on_a_stable_mesh() {
+        for model in ["rakhmatulin", "elastic"] {
+            for layers in STACKS {
+                for cells in [60, 77, 130] {
+                    let case = stack(model, cells, layers).expect("a case");
+                    let sizes = &case.sizes;
+                    let mut rows = 0;
+                    for (layer, (thickness, speed)) in sizes.layers.iter().zip(layers) {
+                        let changed = speed * (1.0 + layer.speed_change);
+                        assert!((layer.steps as f64 * layer.dz / thickness - 1.0).abs() < 1e-14);
+                        assert!((layer.dz / (changed * sizes.dt) - 1.0).abs() < 1e-14, "{layers:?}, {cells}");
+                        assert!(layer.steps >= FEWEST && layer.speed_change.abs() <= LARGEST_CHANGE);
+                        assert!(model == "rakhmatulin" || layer.dz <= sizes.dr * (1.0 + ROUNDING));
+                        rows += layer.steps + 1;
+                    }
+                    assert!(case.wave_speed() * sizes.dt <= sizes.dr * (1.0 + ROUNDING));
+                    assert_eq!((sizes.nz, case.grid().nz), (rows - 1, rows - 1));
+                    assert!((sizes.depth / case.target.thickness.expect("layers") - 1.0).abs() < 1e-14);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn cells_that_are_offered_do() {
+        for (layers, cells) in [(&[(1.0, 1.0), (0.011, 0.9)], 20), (&[(1.0, 1.0), (0.0347, 1.0)], 36)] {
+            let error = stack("elastic", cells, &layers[..]).expect_err("a thin layer");
+            let offered = error.split("mesh.cells = ").last().and_then(|text| text.split(' ').next());
+            let offered: usize = offered.and_then(|text| text.parse().ok()).expect("a number");
+            assert!(stack("elastic", offered, &layers[..]).is_ok(), "{error}");
+            assert!(stack("elastic", offered - 1, &layers[..]).is_err(), "{error}");
+        }
+    }
+
+    #[test]
+    fn equal_welded_layers_are_one() {
+        for model in ["rakhmatulin", "elastic"] {
+            let of = |layers: &[(f64, f64)]| stack(model, 40, layers).expect("a case");
+            let (one, two) = (of(&[(0.75, 1.0)]), of(&[(0.5, 1.0), (0.25, 1.0)]));
+            // the second has another density
+            assert_eq!((two.sizes.layers.len(), two.target.layers.len()), (2, 2));
+            let keys = |case: &Case| case.vary().set("target.layer.2.density", 1.0).build().expect("a case");
+            let two = keys(&two);
+            assert_eq!((&two.sizes, two.target.layers.len()), (&one.sizes, 2));
+            assert_eq!(
+                (two.waves(), two.target.computed()[0].name.as_str()),
+                (one.waves(), "layer 1 + layer 2")
+            );
+        }
+    }
+
+    #[test]
+    fn a_half_space_is_as_deep_as_waves_get() {
+        let settings = |more: &[&str]| {
+            let settings = [&["record.frames=0", "record.fields=[]", "record.lines=[]"][..], more].concat();
+            let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
+            Case::load("coating", &settings).expect("a case").sizes.clone()
+        };
+        let steps =
+            |sizes: &crate::case::Sizes| sizes.layers.iter().map(|layer| layer.steps as u64).sum::<u64>();
+        let (half, point) = (settings(&[]), settings(&["record.points=[[\"0 mm\", \"3 mm\"]]"]));
+        let whole = settings(&["record.frames=2"]);
+        // the two last rows are ahead of the wave
+        assert_eq!((steps(&half), steps(&whole)), (half.steps.div_ceil(2) + 2, whole.steps + 2));
+        let to_point = 5.0 + ((3.0 - 0.2) / (2.0 * point.layers[1].dz)).ceil();
+        assert_eq!(steps(&point) as f64, ((point.steps as f64 + to_point) / 2.0).ceil() + 2.0);
+        // a thick layer leaves two rows
+        assert_eq!(settings(&["target.layer.1.thickness=20 mm"]).layers[1].steps, FEWEST);
+    }
+}

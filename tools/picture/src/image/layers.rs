@@ -1,0 +1,82 @@
+//! Layers across an image: a thin line at every interface, and names.
+
+use kuva::render::{
+    color::Color,
+    render::{Primitive, TextAnchor},
+};
+
+use super::{Image, Place};
+
+/// A part of the rows of an image with a name.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layer {
+    /// Name.
+    pub name: String,
+    /// Where it begins.
+    pub top: f64,
+    /// Where it ends.
+    pub bottom: f64,
+}
+
+/// Interfaces and names of the layers that an image shows, if it has more than one. The names stand at the right end, none over
+/// another where layers are thin.
+pub(super) fn layers(image: &Image, place: &Place) -> Vec<Primitive> {
+    /// Size of names, width of a letter and height of a line.
+    const SIZE: u32 = 11;
+    const LETTER: f64 = 6.4;
+    const LINE: f64 = 15.0;
+    let (low, high) = image.rows.ends();
+    let height = |position: f64| {
+        let share = (position - low) / (high - low);
+        place.top + place.height * if image.upward { 1.0 - share } else { share }
+    };
+    let (left, right) = (place.left, place.left + place.width);
+    let (mut lines, mut names, mut last) = (Vec::new(), Vec::new(), place.top - LINE);
+    for (i, layer) in image.layers.iter().enumerate().filter(|_| image.layers.len() > 1) {
+        let (top, bottom) = (layer.top.max(low), layer.bottom.min(high));
+        // false for NaN
+        if !(top < bottom) {
+            continue;
+        }
+        if i > 0 && layer.top > low {
+            let y = height(layer.top);
+            lines.push(Primitive::Line {
+                x1: left,
+                y1: y,
+                x2: right,
+                y2: y,
+                stroke: Color::Rgb(40, 40, 40),
+                stroke_width: 0.7,
+                stroke_dasharray: None,
+            });
+        }
+        let middle = (0.5 * (height(top) + height(bottom))).max(last + LINE);
+        let width = layer.name.chars().count() as f64 * LETTER + 6.0;
+        if layer.name.is_empty() || middle + 0.5 * LINE > place.top + place.height || width > place.width {
+            continue;
+        }
+        last = middle;
+        names.push(Primitive::Rect {
+            x: right - width - 3.0,
+            y: middle - 0.5 * LINE,
+            width,
+            height: LINE,
+            fill: Color::Rgb(255, 255, 255),
+            stroke: None,
+            stroke_width: None,
+            opacity: Some(0.7),
+        });
+        names.push(Primitive::Text {
+            x: right - 6.0,
+            y: middle + 4.0,
+            content: layer.name.clone(),
+            anchor: TextAnchor::End,
+            size: SIZE,
+            rotate: None,
+            bold: false,
+            color: None,
+        });
+    }
+    lines.append(&mut names);
+    lines
+}

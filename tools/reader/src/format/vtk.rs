@@ -1,0 +1,78 @@
+//! Fields as VTK XML, which ParaView opens: one field on a uniform (`.vti`) or a rectilinear grid (`.vtr`); binary, appended raw.
+//!
+//! x runs along the columns, y along the rows, with one point per value.
+
+use crate::slice::{Side, Slice};
+use crate::table::Heading;
+
+/// A field as image data.
+///
+/// ```text
+/// <VTKFile> <ImageData WholeExtent="0 nx-1 0 ny-1 0 0" Origin Spacing> … <AppendedData encoding="raw">_ length values
+/// ```
+///
+/// # Errors
+///
+/// The positions along an axis are not evenly apart.
+pub fn vti(slice: &Slice) -> Result<Vec<u8>, &Heading> {
+    let even = |side: &Side, axis| match side {
+        Side::Even { start, step, .. } => Ok((*start, *step)),
+        Side::Listed(_) => Err(axis),
+    };
+    let [rows, columns] = &slice.axes;
+    let ((y, dy), (x, dx)) = (even(&slice.rows, rows)?, even(&slice.columns, columns)?);
+    Ok(file(slice, "ImageData", &format!(" Origin=\"{x} {y} 0\" Spacing=\"{dx} {dy} 1\""), []))
+}
+
+/// A field on a rectilinear grid. Where a depth stands twice, at an interface, a layer of cells without height keeps its two
+/// sides apart.
+///
+/// ```text
+/// <VTKFile> <RectilinearGrid WholeExtent="0 nx-1 0 ny-1 0 0"> … <Coordinates> … <AppendedData encoding="raw">_ length values …
+/// ```
+pub fn vtr(slice: &Slice) -> Vec<u8> {
+    let places = |side: &Side| (0..side.length()).map(|i| side.at(i)).collect();
+    let coordinates = [("x", places(&slice.columns)), ("y", places(&slice.rows)), ("z", vec![0.0])];
+    file(slice, "RectilinearGrid", "", coordinates)
+}
+
+/// A file of a kind of grid.
+///
+/// * `attributes`: of the grid, behind its extent
+/// * `coordinates`: of its points, by name
+fn file<const N: usize>(
+    slice: &Slice,
+    kind: &str,
+    attributes: &str,
+    coordinates: [(&str, Vec<f64>); N],
+) -> Vec<u8> {
+    let (nx, ny) = (slice.columns.length().max(1), slice.rows.length().max(1));
+    let extent = format!("0 {} 0 {} 0 0", nx - 1, ny - 1);
+    let name = escape(&slice.name);
+    let (title, time) = (escape(&slice.title()), slice.time);
+    let mut data = Vec::new();
+    let mut array = |name: &str, values: &[f64]| {
+        let offset = data.len();
+        data.extend(((8 * values.len()) as u64).to_le_bytes());
+        data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        format!("<DataArray type=\"Float64\" Name=\"{name}\" format=\"appended\" offset=\"{offset}\"/>\n")
+    };
+    let values = array(&name, &slice.values);
+    let axes: String = coordinates.iter().map(|(name, places)| array(name, places)).collect();
+    let axes = if N > 0 { format!("<Coordinates>\n{axes}</Coordinates>\n") } else { axes };
+    let head = format!(
+        "<?xml version=\"1.0\"?>\n\
+         <!-- {} -->\n\
+         <VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
+         <{kind} WholeExtent=\"{extent}\"{attributes}>\n\
+         <FieldData><DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{time}</DataArray></FieldData>\n\
+         <Piece Extent=\"{extent}\">\n<PointData Scalars=\"{name}\">\n{values}</PointData>\n{axes}</Piece>\n</{kind}>\n\
+         <AppendedData encoding=\"raw\">\n_",
+        title.replace("--", "- -"),
+    );
+    [head.as_bytes(), &data, b"\n</AppendedData>\n</VTKFile>\n"].concat()
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
