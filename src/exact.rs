@@ -3,7 +3,7 @@
 //! | Closed form | Result |
 //! |---|---|
 //! | [`paraboloid`] | pressure on the axis under a paraboloid with prescribed motion |
-//! | [`spreading`] | pressure and drag under a spreading cone or paraboloid, at any place |
+//! | [`spreading`] | pressure and drag under a spreading cone or paraboloid, at any place, on layers of one shear wave speed too |
 //! | [`stack`] | plane waves in layers |
 //! | [`plane_punch`] | pressure and drag of a plane flat punch before the waves of its edges meet |
 //! | [`disc_stiffness`], [`strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |

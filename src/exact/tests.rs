@@ -62,7 +62,7 @@ fn run<S: Scheme<FIELDS>, const FIELDS: usize>(
         model.predict(&mut surface);
         push(step, &mut surface);
         model.advance(&surface, (), Request::default());
-        let (_, _, gauges) = Model::next(&mut model, true).expect("the step");
+        let gauges = Model::next(&mut model, true).expect("the step").gauges;
         look(step, &surface, &gauges.unwrap_or_default().points);
     }
 }
