@@ -1,4 +1,4 @@
-//! percuss: a rigid indenter strikes an elastic layer or half-space; the stress waves are computed by an explicit
+//! percuss: a rigid indenter strikes elastic layers or a half-space; the stress waves are computed by an explicit
 //! scheme of minimised mesh dispersion, and every run is recorded as a standard MCAP file.
 //!
 //! ```text
@@ -83,8 +83,8 @@
 //! * Kernels do not branch on geometry or mesh: [`grid::Grid`] turns both into weights.
 //! * The numerics are in [`model::scheme`], [`model::cells`] and [`model::reference`]; the fast engine gives the same bits and is tested
 //!   against them. It skips nodes outside the light cone, and may run its interior behind the surface, many steps in one pass
-//!   and on other threads; frames, points and lines are sampled in the pass, and steps are yielded in order. Targets of several layers
-//!   and free backs are in the numerics, not yet in the engine, and no case has them.
+//!   and on other threads; frames, points and lines are sampled in the pass, and steps are yielded in order. Both rows of an
+//!   interface between layers are advanced by one thread; tension there is noted as an event.
 //! * Vectors of any width give the same bits: FMA is not used, sums over a row are taken in blocks of one size.
 //! * `unsafe` occurs only in `model::blocked`; every block has a SAFETY comment.
 //! * A run that is interrupted and continues, on any number of threads, gives the same messages as one that is not.

@@ -26,7 +26,8 @@
 //! sampler    frames and energies of a level, as tiles pass it
 //! gauge      points and lines of a level, as tiles pass it
 //! strains    largest strain of a level, as tiles pass it
-//! interface  rows at interfaces of layers, and their first tension
+//! interface  stress and first tension at interfaces of layers
+//! joining    rows of interfaces
 //! weights    weights by layer and column
 //! tiles      time-skewed tiling behind the near-surface band
 //! workers    threads that work on the tiles

@@ -16,20 +16,25 @@
 //! | `/velocity` | `percuss.Velocity` | step | `velocity`, `displacement` of the indenter |
 //! | `/probes` | `percuss.Probes` | step | `stress[]` at `record.probes` |
 //! | `/points` | `percuss.Points` | step | `displacement[]`, `velocity[]`, `stress[]` at `record.points` |
-//! | `/line/<n>` | `percuss.LineSlice` | `interface_every` | `stress[]` at s0 + i·ds along a line of `record.lines` |
-//! | `/field/…` | `percuss.FieldSlice` | frame | `values[]`, row-major `[z][r]`, with `r0 dr nr z0 dz nz`: the same in all frames |
-//! | `/energy` | `percuss.Energy` | frame | `kinetic`, `strain`, `indenter`, `dissipated`, `damped`, `work`, `residual` |
-//! | `/event` | `percuss.Event` | as it happens | `kind` (EXTENSION, REBOUND, SEPARATION, RECONTACT, STOPPED, WARNING), `text`, `r`, `since` |
+//! | `/line/<n>` | `percuss.LineSlice` | `interface_every` | `stress[]` at s0 + i·ds along a line of `record.lines`; across layers at `s[]` |
+//! | `/field/…` | `percuss.FieldSlice` | frame | `values[]`, row-major `[z][r]`, with `r0 dr nr z0 dz nz`: the same in all frames; with several layers `z[]` |
+//! | `/energy` | `percuss.Energy` | frame | `kinetic`, `strain`, `indenter`, `dissipated`, `damped`, `work`, `residual`; with several layers `layer_strain[]`, `layer_kinetic[]` |
+//! | `/event` | `percuss.Event` | as it happens | `kind` (EXTENSION, REBOUND, SEPARATION, RECONTACT, LAYER_TENSION, STOPPED, WARNING), `text`, `r`, `since`, `interface` |
 //! | `/log` | `foxglove.Log` | as it happens | messages of the run in text |
 //! | `/view/field` | `foxglove.Grid` | frame | the recorded fields as levels of one byte, mirrored to r < 0; their range is in the metadata |
 //! | `/view/image` | `foxglove.CompressedImage` | frame | the first recorded field as a PNG, the contact above it |
-//! | `/view/scene` | `foxglove.SceneUpdate` | frame | indenter, deformed surface, backing, contact radius, drag arrow |
-//! | `/view/fronts` | `foxglove.SceneUpdate` | frame | wave fronts of the edge by geometry |
+//! | `/view/scene` | `foxglove.SceneUpdate` | frame | indenter, deformed surface, backing, interfaces and names of layers, contact radius, drag arrow |
+//! | `/view/fronts` | `foxglove.SceneUpdate` | frame | wave fronts of the edge by geometry, in the struck layer |
 //! | `/view/tf` | `foxglove.FrameTransforms` | frame | frame `indenter` in `world` |
 //! | `/view/profile` | `percuss.SurfaceProfile` | frame | `r[]`, `stress[]`, `displacement[]`, `indenter[]`, downsampled, for x–y plots |
 //!
 //! The last step of a run that is complete, or that the case stops, is in every channel with a rate: it is a frame, if there are any, and of those of
 //! `interface_every`. Without frames (`record.frames = 0`) there is no `/energy`: of a half-space no more is computed than its surface shows.
+//!
+//! Rows of a target of several layers are not evenly spaced: slices and lines along z list the depths of all. The depth of an interface stands twice, first
+//! for the layer above, then for the one below, whose stresses along r differ. `percuss.run` has the number of `layers` and of each, from the struck surface
+//! down, `layer.<n>.name`, `top`, `bottom`, `density`, `wave_speed`, `shear_wave_speed`, `impedance`, `rows`, `speed_change` and `bond`;
+//! and `back` where it is free.
 //!
 //! Physical cases are recorded in SI (`N`, `m`, `m/s`, `Pa`, `s`, `J`; plane, of the whole contact: `N/m`, `J/m`), with their scales in `percuss.run`, others without
 //! dimension. All recorded stress, fields included, is compressive positive, p = −σ_zz. Units and meanings of all fields are in the

@@ -1,4 +1,4 @@
-//! Golden digests of the recorded messages of six small cases: they show every change of results.
+//! Golden digests of the recorded messages of eight small cases: they show every change of results.
 //!
 //! Every case has a text `tests/golden/<case>.txt`, which begins with its purpose. Each computed channel has a line with its
 //! topic, the number of its messages and a hash of them, and after it a few of its numbers at the middle and the last message:
@@ -38,7 +38,19 @@ struct Golden {
 /// All fields, in few frames.
 const SHARED: [&str; 2] = ["record.fields=[\"displacement\", \"velocity\", \"stress\"]", "record.frames=9"];
 
-const CASES: [Golden; 6] = [
+const CASES: [Golden; 8] = [
+    Golden {
+        name: "layers",
+        about: "paraboloid on two layers: rows of two distances, reflections from the interface and a free back",
+        built_in: "layers",
+        settings: &["mesh.cells=20", "run.end_time=3.0", "target.back=\"free\""],
+    },
+    Golden {
+        name: "laminate",
+        about: "steel ball on alumina, epoxy, aluminium in the full theory: energies of layers, tension of interfaces",
+        built_in: "laminate-armour",
+        settings: &["mesh.cells=12", "record.points=[]", "record.lines=[]", "run.stop=\"never\""],
+    },
     Golden {
         name: "layer",
         about: "flat punch of infinite mass on a layer: fronts and their reflections from the backing",
@@ -120,14 +132,16 @@ fn numbers(topic: &str, bytes: &[u8]) -> Option<Numbers> {
         }
         "/energy" => {
             let m: Energy = decoded(bytes);
-            named(&[
+            let whole = named(&[
                 ("kinetic", m.kinetic),
                 ("strain", m.strain),
                 ("indenter", m.indenter),
                 ("dissipated", m.dissipated),
                 ("work", m.work),
                 ("residual", m.residual),
-            ])
+            ]);
+            let layers = [array("layer_strain", &m.layer_strain), array("layer_kinetic", &m.layer_kinetic)];
+            [whole, layers.concat()].concat()
         }
         "/event" => {
             let m: Event = decoded(bytes);

@@ -34,6 +34,7 @@ mod energy;
 mod gauge;
 mod handover;
 mod interface;
+mod joining;
 mod kernel;
 mod levels;
 #[cfg(all(test, loom))]

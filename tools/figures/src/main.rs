@@ -1,8 +1,8 @@
 //! Every figure of the paper, computed, drawn and compared with what the paper states.
 //!
 //! One command runs the built-in cases with the command line of percuss, keeps their recordings, reads them with the
-//! reader, draws every figure as SVG and PNG and writes one page, in Markdown and HTML; and a second one that compares the
-//! simplified with the full theory.
+//! reader, draws every figure as SVG and PNG and writes one page, in Markdown and HTML; a second one that compares the
+//! simplified with the full theory; and one of layered targets.
 //!
 //! | Module | Owns |
 //! |---|---|
@@ -10,6 +10,7 @@
 //! | `paper` | the figures, one file per kind of indenter, with the paper's statements |
 //! | `noise` | the share of mesh noise in a curve |
 //! | `theories` | the simplified against the full theory |
+//! | `layers` | layered targets |
 //! | `figure`, `page` | the parts of a figure; the pages |
 
 use std::{
@@ -27,6 +28,7 @@ use crate::{figure::Figure, lab::Lab, page::Page};
 
 mod figure;
 mod lab;
+mod layers;
 mod noise;
 mod page;
 mod paper;
@@ -40,6 +42,7 @@ mod theories;
 Examples:
   percuss-figures                     into the folder `figures`: index.html, index.md, pictures, recordings
   percuss-figures --only theories     the simplified against the full theory alone: theories.html, theories.md
+  percuss-figures --only layers       layered targets alone: layers.html, layers.md
   percuss-figures --only paper --quick -o draft
   percuss-figures -o /tmp/page --force"
 )]
@@ -65,6 +68,8 @@ enum Which {
     Paper,
     /// The simplified against the full theory
     Theories,
+    /// Layered targets
+    Layers,
 }
 
 /// Why there is no page.
@@ -119,7 +124,8 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let progress = Progress::new();
     let mut index = None;
-    if arguments.only != Some(Which::Theories) {
+    let is_asked = |page: Which| arguments.only.is_none_or(|only| only == page);
+    if is_asked(Which::Paper) {
         let recordings = folder.join("recordings");
         fs::create_dir_all(&recordings)?;
         let lab = Lab::new(recordings, if arguments.quick { 4 } else { 1 }, &progress);
@@ -127,8 +133,12 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         let tables = vec![paper::closed_forms(&progress)?, noise::table(&lab)?];
         index = Some(write("index", &Page::of_the_paper(figures, tables), folder, &progress)?);
     }
-    if arguments.only != Some(Which::Paper) {
+    if is_asked(Which::Theories) {
         let path = write("theories", &theories::page(&progress)?, folder, &progress)?;
+        index.get_or_insert(path);
+    }
+    if is_asked(Which::Layers) {
+        let path = write("layers", &layers::page(&progress)?, folder, &progress)?;
         index.get_or_insert(path);
     }
     progress.bar.finish_and_clear();
