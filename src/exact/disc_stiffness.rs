@@ -22,8 +22,8 @@
 //!
 //! In the full theory a layer is isotropic as it is, a = R, the factor of both results is `κ = 2β²(1 − β²)` instead of 1, and the
 //! kernel has that of an elastic layer, `(cosh 2ξh − 1)/(sinh 2ξh + 2ξh)`, for tanh ξh (Lebedev and Ufliand 1958; the base
-//! is smooth). On a half-space, `F = (4/π)κ·w` (Boussinesq). On several layers the kernel is that of `layer_kernel`, a = R and κ that of the first layer,
-//! in the simplified theory `Z_1·c_s,1`.
+//! is smooth). On a half-space, `F = (4/π)κ·w` (Boussinesq). On several layers the kernel is that of `layer_kernel`, a = R and κ that
+//! of the first layer, in the simplified theory `Z_1·c_s,1`.
 
 use std::f64::consts::PI;
 
@@ -108,8 +108,8 @@ impl DiscStiffness {
     ///
     /// # Errors
     ///
-    /// The back is not rigid, layers that the theory does not know, or a first layer so thin, `h < 0.05` (simplified theory: `h·c_s/c < 0.02`), that the
-    /// quadrature would take seconds.
+    /// The back is not rigid, layers that the theory does not know, or a first layer so thin, `h < 0.05` (simplified theory:
+    /// `h·c_s/c < 0.02`), that the quadrature would take seconds.
     pub fn on_stack(stack: &Stack, theory: ModelKind) -> Result<Self, ExactError> {
         let (kernel, stiffness) = LayerKernel::of_stack(stack, theory, 2.0)?;
         let (scale, thinnest) = (kernel.thickness(), if theory == ModelKind::Elastic { 0.05 } else { 0.02 });

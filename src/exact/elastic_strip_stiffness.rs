@@ -60,8 +60,8 @@ impl ElasticStripStiffness {
     ///
     /// # Errors
     ///
-    /// The back is not rigid, layers that the theory does not know, or a first layer so thin, `h < 0.05` (simplified theory: `h·c_s/c < 0.05`), that the
-    /// quadrature would take seconds.
+    /// The back is not rigid, layers that the theory does not know, or a first layer so thin, `h < 0.05` (simplified theory:
+    /// `h·c_s/c < 0.05`), that the quadrature would take seconds.
     pub fn on_stack(stack: &Stack, theory: ModelKind) -> Result<Self, ExactError> {
         let (kernel, stiffness) = LayerKernel::of_stack(stack, theory, 2.0)?;
         if kernel.thickness() < 0.05 {

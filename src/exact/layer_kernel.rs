@@ -16,9 +16,10 @@
 //! T = (1 − R_1)/(1 + R_1)
 //! ```
 //!
-//! and in the full theory by `transfer`. All 1 − T fall like e^{−2x}, x = ξh of the first layer (simplified theory: β_1ξh_1). The rule is Gauss–Legendre's on `0 < x < 24`, beyond which
-//! 1 − T is 1e-19, in intervals that double from one to the next, as fine as the softest layer and the thickness of all ask for, with nodes enough
-//! for `cos(xy/h)` up to the largest y.
+//! and in the full theory by `transfer`. All 1 − T fall like e^{−2x}, x = ξh of the first layer (simplified theory: β_1ξh_1).
+//!
+//! The rule is Gauss–Legendre's on `0 < x < 24`, beyond which 1 − T is 1e-19, in intervals that double from one to the next: the
+//! shortest is as short as the softest layer and the thickness of all ask for. Nodes are enough for `cos(xy/h)` up to the largest y.
 
 use super::{
     ExactError, outside,
@@ -109,7 +110,7 @@ impl LayerKernel {
             ModelKind::Elastic => 1.0 - first * Fields::on_rigid_back(stack, x / scale).compliance(),
         };
         if theory == ModelKind::Elastic {
-            stack.elastic()?;
+            stack.check_elastic()?;
         }
         Ok((Self::new(scale, reach, INTERVALS + finer, rest), first))
     }

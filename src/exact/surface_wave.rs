@@ -1,9 +1,9 @@
 //! Speed of waves along the free surface of a coated half-space, or of one of several layers, in the full theory of elasticity.
 //!
-//! A wave that decays with the depth moves along the surface with the phase speed c at which a field that the half-space allows is free of stress
-//! at the surface: a root of the secular function of `transfer`, `c < c_s` of the half-space. The first root belongs to the wave that is Rayleigh's without a
-//! coating. One of a coating of faster waves exists for long waves only: its speed rises with `kh` until it reaches that c_s, and then it radiates
-//! into the half-space.
+//! A wave that decays with the depth moves along the surface with the phase speed c at which a field that the half-space allows is
+//! free of stress at the surface: a root of the secular function of `transfer`, `c < c_s` of the half-space. The first root belongs to
+//! the wave that is Rayleigh's without a coating. One over a stiff coating is long: its speed rises with `kh` until it reaches
+//! that c_s, and then it radiates into the half-space.
 
 use super::{ExactError, outside, positive, stack::Stack, transfer::Fields};
 
@@ -20,9 +20,10 @@ const HALVINGS: u32 = 50;
 ///
 /// # Errors
 ///
-/// The last layer is not a half-space, a layer has `c_s ≥ √3/2·c`, k is not positive, or there is no wave slower than c_s of the half-space.
+/// The last layer is not a half-space, a layer has `c_s ≥ √3/2·c`, k is not positive, or there is no wave slower than c_s of the
+/// half-space.
 pub fn phase_speed(stack: &Stack, wave_number: f64) -> Result<f64, ExactError> {
-    stack.elastic()?;
+    stack.check_elastic()?;
     positive("wave_number", wave_number, f64::INFINITY, "k > 0")?;
     let space = stack.layers().last().expect("a stack has layers");
     if space.thickness.is_finite() {

@@ -9,8 +9,9 @@
 //! s' = −γc²·w − q                  q' = −γc²·v + (Λ/M)·s + (M − Λ²/M)·v
 //! ```
 //!
-//! Two of their four solutions meet the conditions at the far side. They are carried up by exponentials of matrices over small steps and made orthonormal again
-//! after each, so that none is lost beside the one that grows fastest. All four numbers are continuous at a welded interface.
+//! Two of their four solutions meet the conditions at the far side. They are carried up by exponentials of matrices over small steps
+//! and made orthonormal again after each, so that neither is lost beside the one that grows faster. All four numbers are continuous at
+//! a welded interface.
 
 use super::stack::{Stack, StackLayer};
 

@@ -28,7 +28,8 @@ const END: f64 = 4.0;
 /// Time from a front within which the mesh has spread it \[R/c_p\].
 const FRONT: f64 = 0.15;
 
-/// Relative rms errors of the pressure at radius `r`, on the surface and at the first interface, on a mesh of `cells` per R, but for times near fronts.
+/// Relative rms errors of the pressure at radius `r`, on the surface and at the first interface, on a mesh of `cells` per R, but for
+/// times near fronts.
 fn errors(stack: &Stack, front: Front, r: f64, cells: usize) -> [f64; 2] {
     let head = match front {
         Front::Paraboloid { curvature } => Head::Paraboloid { nose_radius: 0.5 * curvature / VELOCITY },

@@ -1,6 +1,7 @@
 //! Stability of random stacks of both theories: the largest eigenvalue of a step, and fields after many steps.
 //!
-//! Without damping a step is `u^{k+1} = 2u^k − u^{k−1} − A·u^k`, stable as long as A, symmetric in the product of masses, has no eigenvalue beyond 4.
+//! Without damping a step is `u^{k+1} = 2u^k − u^{k−1} − A·u^k`, stable as long as A, symmetric in the product of masses, has no
+//! eigenvalue beyond 4.
 //! With `PERCUSS_FULL=1` there are 200 stacks, and ten of them run for a hundred thousand steps.
 
 use super::*;
