@@ -27,6 +27,7 @@ mod fig5_layer;
 mod fig6_cones;
 mod fig8_finite_mass;
 mod hertz;
+mod layered_contact;
 mod layers;
 mod one_dimensional;
 mod plane_flat_punch;

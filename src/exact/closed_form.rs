@@ -5,11 +5,13 @@ use std::{fmt, sync::Arc};
 use rayon::prelude::*;
 
 use super::{
+    ExactError,
     elastic_paraboloid::ElasticParaboloid,
     elastic_plane_punch::ElasticPlanePunch,
     elastic_wedge::ElasticWedge,
     plane_punch::PlanePunch,
     spreading::{Front, Spreading},
+    stack::{Stack, StackLayer},
 };
 use crate::{
     case::Case,
@@ -52,7 +54,24 @@ enum Form {
 impl Form {
     /// The form for a case whose contact spreads like `front` out to `edge`.
     fn for_case(case: &Case, front: Front, edge: f64) -> Result<Self, NoClosedForm> {
-        let unfit = |error: super::ExactError| NoClosedForm { reason: error.to_string() };
+        let unfit = |error: ExactError| NoClosedForm { reason: error.to_string() };
+        if !case.target.is_simple() {
+            return match (case.model, case.geometry, front, case.impact.contact) {
+                (ModelKind::Elastic, ..) => none("on layers and free backs model \"elastic\" has none"),
+                (_, _, _, Rule::Unilateral) => none(
+                    "on layers and free backs contact = \"prescribed\" has one, and \"bilateral\" of a flat face: \
+                     the pressure might fall to 0",
+                ),
+                (_, Geometry::Plane, Front::Cone { .. } | Front::Paraboloid { .. }, _) => {
+                    none("in the plane only the flat face has one on layers and free backs")
+                }
+                (_, _, front, _) => {
+                    let form =
+                        stack(case).and_then(|stack| Spreading::on_stack(front, case.impact.velocity, stack));
+                    Ok(Self::Spreading(form.map_err(unfit)?))
+                }
+            };
+        }
         let is_prescribed = case.impact.contact == Rule::Prescribed;
         let (velocity, c_s) = (case.impact.velocity, case.target.material.shear_wave_speed);
         let (radius, thickness) = (case.indenter.radius, case.target.thickness);
@@ -100,6 +119,17 @@ impl Form {
     }
 }
 
+/// The layers as they are computed.
+fn stack(case: &Case) -> Result<Stack, ExactError> {
+    let layers = case.target.computed().into_iter().zip(&case.sizes.layers).map(|(layer, rows)| StackLayer {
+        impedance: layer.waves.impedance,
+        wave_speed: rows.dz / case.sizes.dt,
+        shear_wave_speed: layer.waves.shear,
+        thickness: layer.thickness.unwrap_or(f64::INFINITY),
+    });
+    Stack::new(&layers.collect::<Vec<_>>(), case.target.back)
+}
+
 /// The closed form for a case.
 #[derive(Clone, Debug)]
 pub struct ClosedForm {
@@ -131,17 +161,12 @@ impl ClosedForm {
     ///
     /// The reason why there is none.
     pub fn for_case(case: &Case) -> Result<Self, NoClosedForm> {
-        if !case.target.is_simple() {
-            return none("it needs a target of one layer with a rigid back, or a half-space of one material");
-        }
         if case.indenter.mass.is_finite() {
             return none("it needs an indenter of infinite mass (indenter.mass = inf)");
         }
         let rule = case.impact.contact;
-        let wave_speed = match case.model {
-            ModelKind::Rakhmatulin => case.target.material.shear_wave_speed,
-            ModelKind::Elastic => 1.0,
-        };
+        // in layers the edge is first heard of through the fastest one
+        let wave_speed = case.wave_speed();
         let punch_radius = case.indenter.radius.unwrap_or(f64::INFINITY);
         let velocity = case.impact.velocity;
         // a prescribed contact spreads as the depth V0·t cuts the head: r*² = 2ρV0·t, r* = V0·t/s

@@ -22,7 +22,8 @@
 //!
 //! In the full theory a layer is isotropic as it is, a = R, the factor of both results is `κ = 2β²(1 − β²)` instead of 1, and the
 //! kernel has that of an elastic layer, `(cosh 2ξh − 1)/(sinh 2ξh + 2ξh)`, for tanh ξh (Lebedev and Ufliand 1958; the base
-//! is smooth). On a half-space, `F = (4/π)κ·w` (Boussinesq).
+//! is smooth). On a half-space, `F = (4/π)κ·w` (Boussinesq). On several layers the kernel is that of `layer_kernel`, a = R and κ that
+//! of the first layer, in the simplified theory `Z_1·c_s,1`.
 
 use std::f64::consts::PI;
 
@@ -31,8 +32,10 @@ use super::{
     layer_kernel::LayerKernel,
     outside, positive,
     quadrature::{gauss_legendre_on, solve},
+    stack::Stack,
     surface_impedance::SurfaceImpedance,
 };
+use crate::model::ModelKind;
 
 /// Nodes of the quadrature: at least so many, and so many per a/h.
 const NODES: usize = 80;
@@ -101,6 +104,22 @@ impl DiscStiffness {
         Ok(Self::with_nodes(h, 1.0, stiffness, &LayerKernel::elastic(h, 2.0), nodes))
     }
 
+    /// The disc on layers on a smooth rigid back: h is the thickness of all.
+    ///
+    /// # Errors
+    ///
+    /// The back is not rigid, layers that the theory does not know, or a first layer so thin, `h < 0.05` (simplified theory:
+    /// `h·c_s/c < 0.02`), that the quadrature would take seconds.
+    pub fn on_stack(stack: &Stack, theory: ModelKind) -> Result<Self, ExactError> {
+        let (kernel, stiffness) = LayerKernel::of_stack(stack, theory, 2.0)?;
+        let (scale, thinnest) = (kernel.thickness(), if theory == ModelKind::Elastic { 0.05 } else { 0.02 });
+        if scale < thinnest {
+            return outside("thickness", scale, format!("in the first layer at least {thinnest}"));
+        }
+        let nodes = NODES.max((NODES_PER_THICKNESS / scale).ceil() as usize);
+        Ok(Self::with_nodes(stack.thickness(), 1.0, stiffness, &kernel, nodes))
+    }
+
     /// The disc of radius `a` by a quadrature with so many nodes.
     fn with_nodes(h: f64, a: f64, stiffness: f64, kernel: &LayerKernel, nodes: usize) -> Self {
         let rule = gauss_legendre_on(nodes, 0.0, a);
@@ -165,6 +184,7 @@ impl DiscStiffness {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{exact::stack::StackLayer, grid::Back};
 
     #[test]
     fn known_value_and_limits() {
@@ -223,6 +243,69 @@ mod tests {
                 let change = coarse / fine - 1.0;
                 assert!(change.abs() < 1e-10, "h·c_s = {}, r = {r}: {change:e}", h * c_s);
             }
+        }
+    }
+
+    #[test]
+    fn known_limits_on_layers() {
+        let layer = |impedance: f64, wave_speed: f64, shear_wave_speed: f64, thickness: f64| StackLayer {
+            impedance,
+            wave_speed,
+            shear_wave_speed,
+            thickness,
+        };
+        let slope = |layers: &[StackLayer], theory| {
+            let stack = Stack::new(layers, Back::Rigid).expect("a stack");
+            DiscStiffness::on_stack(&stack, theory).expect("in range").drag_slope()
+        };
+        // layers of one material are one layer
+        let equal = [0.2, 0.5, 0.3].map(|thickness| layer(1.0, 1.0, 0.5, thickness));
+        let simplified = slope(&equal, ModelKind::Rakhmatulin)
+            / DiscStiffness::new(1.0, 0.5).expect("a layer").drag_slope();
+        assert!((simplified - 1.0).abs() < 1e-12, "{simplified}");
+        let full = slope(&equal, ModelKind::Elastic)
+            / DiscStiffness::elastic(1.0, 0.5).expect("a layer").drag_slope();
+        assert!((full - 1.0).abs() < 1e-12, "{full}");
+        let column = |impedance: f64, speed: f64, thickness: f64| {
+            layer(impedance, speed, speed * 0.5f64.sqrt(), thickness)
+        };
+        for theory in [ModelKind::Rakhmatulin, ModelKind::Elastic] {
+            // a thick first layer hides the second: the drag is that on the first alone, but for R/h
+            let [thick, alone] = [0.1, 1.0].map(|impedance| {
+                slope(&[layer(1.0, 1.0, 0.4, 500.0), layer(impedance, 1.0, 0.4, 1.0)], theory) / 501.0
+            });
+            assert!((thick / alone - 1.0).abs() < 0.02, "{theory:?}: {thick} {alone}");
+            // a wide disc without Poisson's effect presses on springs in series, Σ h/Zc; its rim gives what is left, in proportion to h
+            let series = |h: f64| {
+                let columns = [column(1.0, 1.0, h), column(0.5, 0.5, 0.5 * h), column(4.0, 1.7, 0.5 * h)];
+                slope(&columns, theory) / 2.0 * (1.0 + 0.5 / 0.25 + 0.5 / 6.8) - 1.0
+            };
+            let [thin, thinner] = [0.12, 0.06].map(series);
+            assert!((thin / thinner - 2.0).abs() < 0.1 && thinner < 0.15, "{theory:?}: {thin} {thinner}");
+        }
+        let free = Stack::new(&equal, Back::Free).expect("a stack");
+        assert!(DiscStiffness::on_stack(&free, ModelKind::Elastic).is_err(), "it moves away");
+        let thin = Stack::new(&[layer(1.0, 1.0, 0.5, 0.01), equal[0]], Back::Rigid).expect("a stack");
+        assert!(DiscStiffness::on_stack(&thin, ModelKind::Rakhmatulin).is_err());
+    }
+
+    #[test]
+    fn more_nodes_change_nothing_on_layers() {
+        let layer = |impedance: f64, wave_speed: f64, shear_wave_speed: f64, thickness: f64| StackLayer {
+            impedance,
+            wave_speed,
+            shear_wave_speed,
+            thickness,
+        };
+        let layers = [layer(1.0, 1.0, 0.5, 0.3), layer(0.05, 0.4, 0.2, 0.1), layer(3.0, 1.5, 0.8, 0.6)];
+        let stack = Stack::new(&layers, Back::Rigid).expect("a stack");
+        for theory in [ModelKind::Rakhmatulin, ModelKind::Elastic] {
+            let disc = DiscStiffness::on_stack(&stack, theory).expect("in range");
+            // a rule for a larger reach has more nodes
+            let (kernel, stiffness) = LayerKernel::of_stack(&stack, theory, 40.0).expect("in range");
+            let finer = DiscStiffness::with_nodes(1.0, 1.0, stiffness, &kernel, disc.nodes.len() * 3 / 2);
+            let change = disc.drag_slope() / finer.drag_slope() - 1.0;
+            assert!(change.abs() < 1e-10, "{theory:?}: {change:e}");
         }
     }
 

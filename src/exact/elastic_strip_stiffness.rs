@@ -22,9 +22,10 @@
 use std::f64::consts::{LN_2, PI};
 
 use super::{
-    ExactError, layer_kernel::LayerKernel, outside, positive, quadrature::solve,
+    ExactError, layer_kernel::LayerKernel, outside, positive, quadrature::solve, stack::Stack,
     surface_impedance::SurfaceImpedance,
 };
+use crate::model::ModelKind;
 
 /// Nodes of the collocation: so many, and so many per 1/h.
 const NODES: f64 = 40.0;
@@ -53,6 +54,21 @@ impl ElasticStripStiffness {
         }
         let nodes = (NODES + NODES_PER_THICKNESS / h).ceil() as usize;
         Ok(Self::with_nodes(h, stiffness, &LayerKernel::elastic(h, 2.0), nodes))
+    }
+
+    /// The strip on layers on a smooth rigid back, in either theory: h is the thickness of all.
+    ///
+    /// # Errors
+    ///
+    /// The back is not rigid, layers that the theory does not know, or a first layer so thin, `h < 0.05` (simplified theory:
+    /// `h·c_s/c < 0.05`), that the quadrature would take seconds.
+    pub fn on_stack(stack: &Stack, theory: ModelKind) -> Result<Self, ExactError> {
+        let (kernel, stiffness) = LayerKernel::of_stack(stack, theory, 2.0)?;
+        if kernel.thickness() < 0.05 {
+            return outside("thickness", kernel.thickness(), "in the first layer at least 0.05");
+        }
+        let nodes = (NODES + NODES_PER_THICKNESS / kernel.thickness()).ceil() as usize;
+        Ok(Self::with_nodes(stack.thickness(), stiffness, &kernel, nodes))
     }
 
     fn with_nodes(thickness: f64, stiffness: f64, kernel: &LayerKernel, n: usize) -> Self {
@@ -93,7 +109,10 @@ impl ElasticStripStiffness {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exact::strip_stiffness::StripStiffness;
+    use crate::{
+        exact::{stack::StackLayer, strip_stiffness::StripStiffness},
+        grid::Back,
+    };
 
     #[test]
     fn the_simplified_theory_has_its_closed_form() {
@@ -140,6 +159,27 @@ mod tests {
             let p = strip.pressure_slope(x).expect("range") / h;
             assert!((p * 0.5 * PI * (1.0 - x * x).sqrt() / force - 1.0).abs() < 1e-4, "{x}: {p}");
         }
+    }
+
+    #[test]
+    fn layers_of_one_material_are_one_layer() {
+        let layers = |c_s: f64| {
+            [0.2, 0.5, 0.3].map(|thickness| StackLayer {
+                impedance: 1.0,
+                wave_speed: 1.0,
+                shear_wave_speed: c_s,
+                thickness,
+            })
+        };
+        let stack = Stack::new(&layers(0.4), Back::Rigid).expect("a stack");
+        let full =
+            ElasticStripStiffness::on_stack(&stack, ModelKind::Elastic).expect("in range").drag_slope();
+        let one = ElasticStripStiffness::new(1.0, 0.4).expect("a layer").drag_slope();
+        assert!((full / one - 1.0).abs() < 1e-12, "{full} {one}");
+        let simplified =
+            ElasticStripStiffness::on_stack(&stack, ModelKind::Rakhmatulin).expect("in range").drag_slope();
+        let one = StripStiffness::new(1.0, 0.4).expect("a layer").drag_slope();
+        assert!((simplified / one - 1.0).abs() < 1e-12, "{simplified} {one}");
     }
 
     #[test]

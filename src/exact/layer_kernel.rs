@@ -1,5 +1,5 @@
-//! Static compliance of a layer on a smooth rigid backing, relative to that of a half-space, as a rule of integration over wave
-//! numbers.
+//! Static compliance of layers on a smooth rigid backing, relative to that of a half-space of the first one, as a rule of integration over
+//! wave numbers.
 //!
 //! Where the surface is displaced by `w·cos ξx`, free of shear stress, it carries `p = κ·ξ·w/T(ξh)` with `κ = 2β²(1 − β²)`
 //! and T → 1 for short waves. In the full theory (Sneddon, *Fourier transforms*, section 55)
@@ -8,19 +8,38 @@
 //! T(x) = (cosh 2x − 1)/(sinh 2x + 2x)      1 − T = (1 + 2x − e^{−2x})/(sinh 2x + 2x) → 4x·e^{−2x}
 //! ```
 //!
-//! and in the simplified theory `T = tanh x`. The rule is Gauss–Legendre's on `0 < x < 24`, beyond which 1 − T is
-//! 1e-19, with nodes enough for `cos(xy/h)` up to the largest y.
+//! and in the simplified theory `T = tanh x`. Of several layers it is found with the reflection R at their tops, in the
+//! simplified theory, where layer k has `w ~ e^{±β_kξz}` and `p = Y_kξw`, `Y_k = Z_k·c_s,k`,
+//!
+//! ```text
+//! R_k = e^{−2β_kξh_k}·(r_k + R_{k+1})/(1 + r_k·R_{k+1})      r_k = (Y_{k+1} − Y_k)/(Y_{k+1} + Y_k)     R = 1 at the backing
+//! T = (1 − R_1)/(1 + R_1)
+//! ```
+//!
+//! and in the full theory by `transfer`. All 1 − T fall like e^{−2x}, x = ξh of the first layer (simplified theory: β_1ξh_1).
+//!
+//! The rule is Gauss–Legendre's on `0 < x < 24`, beyond which 1 − T is 1e-19, in intervals that double from one to the next: the
+//! shortest is as short as the softest layer and the thickness of all ask for. Nodes are enough for `cos(xy/h)` up to the largest y.
 
-use super::quadrature::gauss_legendre_on;
+use super::{
+    ExactError, outside,
+    quadrature::gauss_legendre_on,
+    stack::{Stack, StackLayer},
+    transfer::Fields,
+};
+use crate::{grid::Back, model::ModelKind};
 
 /// Longest `x = ξh` of the rule.
 const LONGEST: f64 = 24.0;
 
-/// Nodes of the rule: so many, and so many per `y/h`.
-const NODES: f64 = 90.0;
-const NODES_PER_THICKNESS: f64 = 8.0;
+/// Intervals of the rule for one layer; several have one more for every factor of two in scales and stiffnesses.
+const INTERVALS: i32 = 5;
 
-/// 1 − T of a layer.
+/// Nodes in an interval: so many, and so many per radian of `cos(xy/h)`.
+const NODES: f64 = 24.0;
+const NODES_PER_RADIAN: f64 = 1.0 / 3.0;
+
+/// 1 − T.
 #[derive(Clone, Debug)]
 pub(super) struct LayerKernel {
     thickness: f64,
@@ -33,20 +52,83 @@ impl LayerKernel {
     ///
     /// * `reach`: largest |y|
     pub(super) fn elastic(thickness: f64, reach: f64) -> Self {
-        Self::new(thickness, reach, |x| (1.0 + 2.0 * x - (-2.0 * x).exp()) / ((2.0 * x).sinh() + 2.0 * x))
+        Self::new(thickness, reach, INTERVALS, |x| {
+            (1.0 + 2.0 * x - (-2.0 * x).exp()) / ((2.0 * x).sinh() + 2.0 * x)
+        })
     }
 
     /// The kernel of the simplified theory, T = tanh.
     ///
     /// * `reach`: largest |y|
     pub(super) fn simplified(thickness: f64, reach: f64) -> Self {
-        Self::new(thickness, reach, |x| 2.0 / ((2.0 * x).exp() + 1.0))
+        Self::new(thickness, reach, INTERVALS, |x| 2.0 / ((2.0 * x).exp() + 1.0))
+    }
+
+    /// The kernel of layers on a rigid back, and κ of the first.
+    ///
+    /// * `reach`: largest |y|
+    ///
+    /// # Errors
+    ///
+    /// The back is not rigid, or layers that the theory does not know.
+    pub(super) fn of_stack(stack: &Stack, theory: ModelKind, reach: f64) -> Result<(Self, f64), ExactError> {
+        if stack.back() != Some(Back::Rigid) {
+            return outside("thickness", stack.thickness(), "a finite thickness over a rigid back");
+        }
+        let stiffness = |layer: &StackLayer| {
+            let StackLayer { impedance, wave_speed, shear_wave_speed, .. } = *layer;
+            match theory {
+                ModelKind::Rakhmatulin => impedance * shear_wave_speed,
+                ModelKind::Elastic => {
+                    let shear = (shear_wave_speed / wave_speed).powi(2);
+                    2.0 * impedance * wave_speed * shear * (1.0 - shear)
+                }
+            }
+        };
+        // in coordinates in which waves fall off along z as they are long along r
+        let depth = |layer: &StackLayer| match theory {
+            ModelKind::Rakhmatulin => layer.thickness * layer.shear_wave_speed / layer.wave_speed,
+            ModelKind::Elastic => layer.thickness,
+        };
+        let layers = stack.layers();
+        let (first, scale) = (stiffness(&layers[0]), depth(&layers[0]));
+        let total: f64 = layers.iter().map(depth).sum();
+        let (least, most) =
+            layers.iter().map(stiffness).fold((first, first), |(a, b), x| (a.min(x), b.max(x)));
+        let finer = (total / scale * most / least).log2().ceil() as i32;
+        let rest = |x: f64| match theory {
+            ModelKind::Rakhmatulin => {
+                let mut reflection = 1.0;
+                for (number, layer) in layers.iter().enumerate().rev() {
+                    let below = layers.get(number + 1).map_or(stiffness(layer), stiffness);
+                    let r = (below - stiffness(layer)) / (below + stiffness(layer));
+                    reflection =
+                        (-2.0 * x / scale * depth(layer)).exp() * (r + reflection) / (1.0 + r * reflection);
+                }
+                2.0 * reflection / (1.0 + reflection)
+            }
+            ModelKind::Elastic => 1.0 - first * Fields::on_rigid_back(stack, x / scale).compliance(),
+        };
+        if theory == ModelKind::Elastic {
+            stack.check_elastic()?;
+        }
+        Ok((Self::new(scale, reach, INTERVALS + finer, rest), first))
+    }
+
+    /// Length over which the kernel falls off \[R\].
+    pub(super) fn thickness(&self) -> f64 {
+        self.thickness
     }
 
     /// The kernel of a given 1 − T, which falls like e^{−2x}.
-    fn new(thickness: f64, reach: f64, rest: impl Fn(f64) -> f64) -> Self {
-        let nodes = (NODES + NODES_PER_THICKNESS * reach / thickness).ceil() as usize;
-        let rule = gauss_legendre_on(nodes, 0.0, LONGEST).into_iter();
+    fn new(thickness: f64, reach: f64, intervals: i32, rest: impl Fn(f64) -> f64) -> Self {
+        let interval = |number: i32| {
+            let high = LONGEST * 0.5f64.powi(number);
+            let low = if number + 1 == intervals { 0.0 } else { 0.5 * high };
+            let nodes = NODES + NODES_PER_RADIAN * (high - low) * reach / thickness;
+            gauss_legendre_on(nodes.ceil() as usize, low, high)
+        };
+        let rule = (0..intervals).flat_map(interval);
         Self { thickness, nodes: rule.map(|(x, w)| (x, w, rest(x))).collect() }
     }
 

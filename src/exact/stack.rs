@@ -9,9 +9,11 @@
 //! ```
 //!
 //! The pressure at a depth after an impulse of velocity at the surface is thus a row of impulses, `p(t) = Σ a_n·δ(t − t_n)`: with
-//! layers of one transit time the recursion of Goupillaud (1961). Impulses that arrive at one time are one.
+//! layers of one transit time the recursion of Goupillaud (1961). Impulses that arrive at one time are one, so that their number grows
+//! with time like a power, whose exponent is the number of incommensurate transit times.
 //!
-//! Layers of one shear wave speed carry the waves of the simplified theory in the same way, whatever their wave number, see [`super::spreading`].
+//! Layers of one shear wave speed carry the waves of the simplified theory in the same way, whatever their wave number, see
+//! [`super::spreading`].
 
 use std::collections::BTreeMap;
 
@@ -91,6 +93,19 @@ impl Stack {
     /// The far side of the last layer, if it has one.
     pub fn back(&self) -> Option<Back> {
         self.thickness().is_finite().then_some(self.back)
+    }
+
+    /// Checks that the full theory has such layers.
+    ///
+    /// # Errors
+    ///
+    /// A layer with `c_s ≥ √3/2·c`, where the bulk modulus vanishes.
+    pub(super) fn check_elastic(&self) -> Result<(), ExactError> {
+        let check = |layer: &StackLayer| {
+            let fastest = 0.75f64.sqrt() * layer.wave_speed;
+            positive("shear_wave_speed", layer.shear_wave_speed, fastest, "0 < c_s < √3/2 of c of the layer")
+        };
+        self.layers.iter().try_for_each(|layer| check(layer).map(drop))
     }
 
     /// Thickness of all layers \[R\].

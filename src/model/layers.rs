@@ -1,4 +1,4 @@
-//! Tests of both theories on layered targets, under the plain stepper's operators.
+//! Tests of both theories on layered targets, under the plain stepper's operators. Those against closed forms are beside these, in `exact`.
 
 use ndarray::Array2;
 
@@ -15,6 +15,8 @@ use crate::{
     grid::{Back, Bond, Grid, MeshKind, Spacing},
     material::Waves,
 };
+
+mod stability;
 
 const GEOMETRIES: [Geometry; 2] = [Geometry::Axisymmetric, Geometry::Plane];
 
@@ -123,82 +125,6 @@ impl<const FIELDS: usize> Levels<FIELDS> {
     }
 }
 
-/// Interface stress per step of a surface set in motion with V0 = 1, by the recursion of Goupillaud: waves pass one row of cells
-/// per step, and at a node between impedances Z₁, Z₂ velocities a from above and b from below make `(2Z₁a + 2Z₂b)/(Z₁ + Z₂)`.
-fn goupillaud(stack: &Stack, steps: usize) -> Vec<f64> {
-    let impedances: Vec<f64> =
-        stack.plies.iter().flat_map(|ply| std::iter::repeat_n(ply.impedance, ply.steps)).collect();
-    let rows = impedances.len();
-    let (mut down, mut up) = (vec![0.0; rows], vec![0.0; rows]);
-    let (mut last, mut pressures) = (0.0, Vec::new());
-    for _ in 0..steps {
-        let (from_above, from_below) = (down.clone(), up.clone());
-        down[0] = 1.0 - from_below[0];
-        for node in 1..rows {
-            let (a, b) = (from_above[node - 1], from_below[node]);
-            let (upper, lower) = (impedances[node - 1], impedances[node]);
-            let velocity = 2.0 * (upper * a + lower * b) / (upper + lower);
-            (down[node], up[node - 1]) = (velocity - b, velocity - a);
-        }
-        let end = from_above[rows - 1];
-        up[rows - 1] = if stack.back == Back::Rigid { -end } else { end };
-        let pressure = down[0] - from_below[0];
-        pressures.push(0.5 * (last + pressure));
-        last = pressure;
-    }
-    pressures
-}
-
-/// Interface stress in column 0 per step of a surface set in motion with V0 = 1.
-fn plane_wave<const FIELDS: usize>(grid: &Grid, scheme: &impl Scheme<FIELDS>, steps: usize) -> Vec<f64> {
-    let mut levels = Levels::at_rest(grid);
-    let pressure = |step: usize| {
-        let mut found = 0.0;
-        levels.step(scheme, |i, free| {
-            let u = (step + 1) as f64 * DT;
-            if i == 0 {
-                found = (u - free) / scheme.compliance(0);
-            }
-            u
-        });
-        found
-    };
-    (0..steps).map(pressure).collect()
-}
-
-#[test]
-fn normal_incidence_is_exact_for_any_stack() {
-    const STEPS: usize = 70;
-    let mut noise = Noise(1);
-    for count in [1, 2, 5, 12] {
-        for back in [Back::Rigid, Back::Free] {
-            let ply = |number: usize| Ply {
-                steps: 4 + number % 3,
-                impedance: if number == 0 { 1.0 } else { 10f64.powf(2.0 * noise.unit() - 1.0) },
-                c_p: 0.5 + noise.unit(),
-                c_s: 0.3,
-                bond: Bond::Welded,
-            };
-            let plies: Vec<Ply> = (0..count).map(ply).collect();
-            let stack = Stack { plies, back, geometry: Geometry::Axisymmetric };
-            let exact = goupillaud(&stack, STEPS);
-            let largest = exact.iter().fold(1.0, |largest: f64, p| largest.max(p.abs()));
-            let check = |found: Vec<f64>, name: &str| {
-                let errors = found.iter().zip(&exact).map(|(a, b)| (a - b).abs());
-                let error = errors.fold(0.0, f64::max) / largest;
-                assert!(error < 1e-13, "{count} layers, {back:?}, {name}: {error:e}");
-            };
-            // columns enough that what the outermost one does is not there yet
-            for order in [Order::Second, Order::Fourth] {
-                let (grid, scheme) = stack.simplified(2 * STEPS + 4, Corner::new(order, 1.0));
-                check(plane_wave(&grid, &scheme, STEPS), &format!("simplified, {order:?}"));
-            }
-            let (grid, scheme) = stack.full(STEPS + 6, 0.0);
-            check(plane_wave(&grid, &scheme, STEPS), "full");
-        }
-    }
-}
-
 /// Largest difference of two levels relative to the larger, the first cut by an interface after `row`.
 fn difference<const FIELDS: usize>(cut: &Level<FIELDS>, whole: &Level<FIELDS>, row: usize) -> f64 {
     let (mut error, mut size) = (0.0, 0.0);
@@ -235,56 +161,6 @@ fn two_layers_of_one_material_are_one_layer() {
             let full = [&cut, &whole].map(|stack| stack.full(14, 0.5));
             check(full, 4, &format!("full, {geometry:?}, {back:?}"));
         }
-    }
-}
-
-/// Largest displacement in the second half of `steps` relative to that in the first, after a random start at rest.
-fn growth<const FIELDS: usize>(grid: &Grid, scheme: &impl Scheme<FIELDS>, seed: u64, steps: usize) -> f64 {
-    let mut noise = Noise(seed);
-    let mut levels = Levels::at_rest(grid);
-    for values in &mut levels.now {
-        values.iter_mut().for_each(|u| *u = noise.unit() - 0.5);
-    }
-    // what is one node moves as one
-    for interface in 1..grid.layers.len() {
-        let first = grid.layers[interface].first;
-        for (field, values) in levels.now.iter_mut().enumerate() {
-            if field == 0 || grid.layers[interface].bond == Bond::Welded {
-                let row = values.row(first - 1).to_owned();
-                values.row_mut(first).assign(&row);
-            }
-        }
-    }
-    if grid.back == Back::Rigid {
-        levels.now[0].row_mut(grid.nz).fill(0.0);
-    }
-    levels.before = levels.now.clone();
-    let mut largest = || {
-        (0..steps / 2).fold(0.0, |largest: f64, _| {
-            levels.step(scheme, |_, free| free);
-            levels.now.iter().flatten().fold(largest, |largest, u| largest.max(u.abs()))
-        })
-    };
-    let first = largest();
-    largest() / first
-}
-
-#[test]
-fn random_stacks_are_stable() {
-    // λ_max·Δt²/4 = 1 + ε grows as e^(2√ε) per step: by 400 in the second 300 steps for ε = 1e-4
-    let (stacks, steps) = if std::env::var_os("PERCUSS_FULL").is_some() { (200, 3000) } else { (24, 600) };
-    let mut noise = Noise(3);
-    for number in 0..stacks {
-        let stack = Stack::random(&mut noise);
-        let order = [Order::Second, Order::Fourth][noise.below(2)];
-        let damping = [0.0, 1.0, 4.0 / 3.0][noise.below(3)];
-        let (grid, scheme) = stack.simplified(12, Corner::new(order, damping));
-        let found = growth(&grid, &scheme, number, steps);
-        assert!(found < 4.0, "simplified, {stack:?}, {order:?}, {damping}: {found}");
-        let damping = [0.0, 0.5][noise.below(2)];
-        let (grid, scheme) = stack.full(12, damping);
-        let found = growth(&grid, &scheme, number, steps);
-        assert!(found < 4.0, "full, {stack:?}, {damping}: {found}");
     }
 }
 

@@ -87,3 +87,55 @@ fn other_cases_of_the_full_theory_are_refused() {
         assert!(text.contains("elastic") && text.contains("V0/slope > 1"), "{text}");
     }
 }
+
+/// A case of the simplified theory on two layers at V0 = 0.1, on a mesh of 40 cells.
+fn layered(indenter: &str, contact: &str, c_s: f64) -> Case {
+    let text = format!(
+        "title = \"t\"\nmodel = \"rakhmatulin\"\ngeometry = \"axisymmetric\"\n\
+         [[target.layer]]\nthickness = 0.5\nshear_wave_speed = 0.4\n\
+         [[target.layer]]\nthickness = 0.3\ndensity = 0.5\nwave_speed = 0.6\nshear_wave_speed = {c_s}\n\
+         [indenter]\n{indenter}\nmass = inf\n[impact]\nvelocity = 0.1\ncontact = \"{contact}\"\n\
+         [mesh]\ncells = 40\n[run]\nend_time = 3.0\n"
+    );
+    Case::parse("t.toml", &text, &[], "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"))
+}
+
+const PARABOLOID: &str = "shape = \"paraboloid\"\nnose_radius = 1.0";
+
+#[test]
+fn spreading_contacts_on_layers_of_one_shear_wave_speed() {
+    let form = ClosedForm::for_case(&layered(PARABOLOID, "prescribed", 0.4)).expect("a form");
+    assert_eq!((form.name(), form.end_time(), form.has_drag()), ("spreading", f64::INFINITY, true));
+    // as on a half-space until the wave of the interface is back, which its impedance of 0.3 makes weaker than the front
+    let space = Spreading::new(Front::Paraboloid { curvature: 0.2 }, 0.1, 0.4, None).expect("parameters");
+    for t in [0.4, 0.9] {
+        assert_eq!(Ok(form.pressure_at(0.1, t)), space.pressure(0.1, 0.0, t));
+    }
+    assert!(form.pressure_at(0.1, 1.2) < space.pressure(0.1, 0.0, 1.2).expect("range") - 0.03);
+    let refusal = ClosedForm::for_case(&layered(PARABOLOID, "prescribed", 0.3)).expect_err("no form");
+    assert!(refusal.to_string().contains("the same in all layers"), "{refusal}");
+    let refusal = ClosedForm::for_case(&layered(PARABOLOID, "unilateral", 0.4)).expect_err("no form");
+    assert!(refusal.to_string().contains("prescribed"), "{refusal}");
+}
+
+#[test]
+fn flat_faces_on_any_layers_until_the_wave_of_the_edge_arrives() {
+    for (contact, c_s) in [("prescribed", 0.5), ("bilateral", 0.3)] {
+        let case = layered(FLAT, contact, c_s);
+        let form = ClosedForm::for_case(&case).expect("a form");
+        // the wave of the edge runs through the faster layer
+        let fastest = f64::max(c_s, 0.4);
+        assert_eq!((form.name(), form.end_time(), form.has_drag()), ("spreading", 1.0 / fastest, false));
+        // r = −0.7/1.3
+        let echo = 0.1 * (1.0 - 1.4 / 1.3);
+        let [before, after] = [0.9, 1.1].map(|t| form.pressure_at(0.2, t));
+        assert!((before - 0.1).abs() < 1e-15 && (after - echo).abs() < 1e-15, "{before} {after}");
+        assert!(
+            form.pressure_at(0.8, 0.19 / fastest).is_finite()
+                && form.pressure_at(0.8, 0.21 / fastest).is_nan()
+        );
+    }
+    let elastic = layered(FLAT, "bilateral", 0.3).vary().set("model", "elastic").build().expect("a case");
+    let refusal = ClosedForm::for_case(&elastic).expect_err("no form");
+    assert!(refusal.to_string().contains("elastic"), "{refusal}");
+}
