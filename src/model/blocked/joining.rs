@@ -52,8 +52,8 @@ impl Domain {
                 for ((side, row), energy) in rows.into_iter().enumerate().zip(energies.iter_mut()) {
                     // column by column: the same sum however columns are cut
                     for (place, i) in columns.clone().take_while(|i| *i < self.grid.nr()).enumerate() {
-                        for field in 0..fields {
-                            let ends = [faces[side][field][place], next(side, field, place)];
+                        for (field, face) in faces[side][..fields].iter().enumerate() {
+                            let ends = [face[place], next(side, field, place)];
                             // SAFETY: the caller's promise; the rows are not yet overwritten
                             unsafe { self.add_face_energy(level, [field, row, i], ends, energy) };
                         }
