@@ -17,7 +17,7 @@ const CERAMIC: f64 = 10.0;
 const ADHESIVE: f64 = 0.2;
 /// The theories: name, `model`, and cells that give both about as many rows.
 const THEORIES: [(&str, &str, usize); 2] =
-    [("full theory", "elastic", 80), ("simplified theory", "rakhmatulin", 128)];
+    [("full theory", "elastic", 60), ("simplified theory", "rakhmatulin", 96)];
 /// Thicknesses of the adhesive \[mm\].
 const THICKNESSES: [f64; 7] = [0.1, 0.15, 0.2, 0.3, 0.5, 0.8, 1.2];
 /// End of the runs.
