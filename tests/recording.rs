@@ -175,7 +175,7 @@ fn points_and_lines_are_those_of_the_fields() {
         assert_eq!(channels["/points"]["z"], "0,0.5,0.21,0.77,1,0.5");
         assert!(!channels["/points"].contains_key("axis.stress"), "radii do not tell these points apart");
         assert_eq!(["/line/0", "/line/1"].map(|topic| &channels[topic]["line"]), ["r = 0.37", "z = 0.21"]);
-        assert_eq!(channels["/line/0"]["axis.stress"], "s0,ds");
+        assert_eq!(channels["/line/0"]["axis.stress"], "s0,ds,s");
     }
 }
 

@@ -20,24 +20,19 @@ pub fn channel(case: &Case, field: Field) -> Channel {
     };
     let (Units { length, time, .. }, unit) = (case.units(), field.unit(&case.units()));
     let (grid, every) = (case.grid(), case.record.field_every);
-    let is_layered = grid.layers.len() > 1;
-    let axes = if is_layered { "z0,dz,nz,z;r0,dr,nr" } else { "z0,dz,nz;r0,dr,nr" };
-    let mut fields = vec![
+    let fields = vec![
         FieldNote::new("r0", length.name, "radius of the first column"),
         FieldNote::new("dr", length.name, "distance between columns"),
         FieldNote::new("nr", "1", "number of columns"),
         FieldNote::new("z0", length.name, "depth of the first row"),
         FieldNote::new("dz", length.name, "distance between rows"),
         FieldNote::new("nz", "1", "number of rows"),
-        FieldNote::new("values", unit.name, format!("{meaning}, row-major [z][r]")).along(axes),
+        FieldNote::new("z", length.name, "depths of all rows, where the target has more than one layer"),
+        FieldNote::new("values", unit.name, format!("{meaning}, row-major [z][r]"))
+            .along("z0,dz,nz,z;r0,dr,nr"),
     ];
     let mut z = Vec::new();
-    if is_layered {
-        fields.push(FieldNote::new(
-            "z",
-            length.name,
-            "depths of all rows; that of an interface stands twice",
-        ));
+    if grid.layers.len() > 1 {
         z.extend(grid.shown_rows(every).into_iter().map(|j| length.of(grid.z(j))));
     }
     let mut message = percuss::FieldSlice { z, ..percuss::FieldSlice::default() };

@@ -7,10 +7,8 @@ use crate::{case::Case, message::percuss, model::Line, units::Units};
 pub fn channel(case: &Case, number: usize, line: Line) -> Channel {
     let Units { length, time, stress, .. } = case.units();
     let meaning = "stress -sigma_zz, compression positive like the interface stress, at s0 + n ds";
-    let note = FieldNote::new("stress", stress.name, meaning);
+    let note = FieldNote::new("stress", stress.name, meaning).along("s0,ds,s");
     let grid = case.grid();
-    let is_layered = grid.layers.len() > 1 && matches!(line, Line::R(_));
-    let note = note.along(if is_layered { "s0,ds,s" } else { "s0,ds" });
     let (s0, ds, first, note, place) = match line {
         Line::R(r) => (0.0, case.sizes.dz, "depth of the first node", note, format!("r = {}", length.of(r))),
         Line::Z(z) => {
@@ -18,18 +16,14 @@ pub fn channel(case: &Case, number: usize, line: Line) -> Channel {
             (grid.r0, case.sizes.dr, "radius of the first node", note.even(), place)
         }
     };
-    let mut fields = vec![
+    let fields = vec![
         FieldNote::new("s0", length.name, first),
         FieldNote::new("ds", length.name, "distance between nodes"),
+        FieldNote::new("s", length.name, "depths of all nodes, where the target has more than one layer"),
         note,
     ];
     let mut s = Vec::new();
-    if is_layered {
-        fields.push(FieldNote::new(
-            "s",
-            length.name,
-            "depths of all nodes; that of an interface stands twice",
-        ));
+    if grid.layers.len() > 1 && matches!(line, Line::R(_)) {
         s.extend((0..=grid.nz).map(|j| length.of(grid.z(j))));
     }
     let [s0, ds] = [s0, ds].map(|x| length.of(x));
