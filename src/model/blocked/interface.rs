@@ -8,6 +8,7 @@ use std::{
     },
 };
 
+use super::vector::BLOCK;
 use crate::model::{Tension, scheme};
 
 /// Columns of an interface that are advanced at a time.
@@ -114,11 +115,19 @@ impl Interfaces {
         if level > self.first[interface].level.load(Ordering::Relaxed) {
             return;
         }
+        // in blocks, which compilers turn into vectors
+        let mut lowest = [0.0; BLOCK];
+        for (upper, lower) in faces[0].chunks(BLOCK).zip(faces[1].chunks(BLOCK)) {
+            for (lowest, (upper, lower)) in lowest.iter_mut().zip(upper.iter().zip(lower)) {
+                let difference = upper - lower;
+                *lowest = if difference < *lowest { difference } else { *lowest };
+            }
+        }
+        if stiffness * lowest.into_iter().fold(0.0, f64::min) >= -limit {
+            return;
+        }
         let stress = |place: usize| stiffness * (faces[0][place] - faces[1][place]);
-        let lowest = (0..columns.len()).map(stress).fold(0.0, |a, b| if b < a { b } else { a });
-        if lowest < -limit
-            && let Some(place) = (0..columns.len()).position(|place| stress(place) < -limit)
-        {
+        if let Some(place) = (0..columns.len()).position(|place| stress(place) < -limit) {
             self.note(Tension { interface, level, column: columns.start + place, stress: stress(place) });
         }
     }

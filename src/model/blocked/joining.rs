@@ -1,6 +1,6 @@
 //! The rows of interfaces: either one as the face of a layer by itself, joined as [`crate::model::scheme::joined`] says.
 
-use std::ops::Range;
+use std::{cell::RefCell, ops::Range};
 
 use super::{
     domain::Domain,
@@ -12,6 +12,11 @@ use crate::{
     grid::{Back, Bond},
     model::scheme,
 };
+
+thread_local! {
+    /// Places for both faces, which every call fills in: to clear them each time costs some percent of a run.
+    static FACES: RefCell<[Faces; 2]> = const { RefCell::new([[[0.0; PIECE]; 2]; 2]) };
+}
 
 impl Domain {
     /// Advances both rows of an interface to `level`.
@@ -27,10 +32,27 @@ impl Domain {
         level: usize,
         interface: usize,
         columns: Range<usize>,
+        energies: Option<&mut [EnergySum]>,
+    ) {
+        // SAFETY: the caller's promise
+        FACES.with_borrow_mut(|faces| unsafe { self.join(level, interface, columns, faces, energies) });
+    }
+
+    /// [`Domain::advance_interface`] with places for both faces.
+    ///
+    /// # Safety
+    ///
+    /// As that.
+    #[expect(unsafe_code, reason = "several threads update the field in place")]
+    unsafe fn join(
+        &self,
+        level: usize,
+        interface: usize,
+        columns: Range<usize>,
+        faces: &mut [Faces; 2],
         mut energies: Option<&mut [EnergySum]>,
     ) {
         let rows = [0, 1].map(|side| self.grid.layers[interface].last() + side);
-        let mut faces: [Faces; 2] = [[[0.0; PIECE]; 2]; 2];
         let impedances = self.impedances(interface);
         let shares = scheme::shares(impedances);
         let stiffness = scheme::traction_weight(impedances, self.grid.dt());
