@@ -41,6 +41,7 @@ mod levels;
 mod models;
 mod parts;
 mod progress;
+mod runs;
 mod sampler;
 mod state;
 mod strains;

@@ -337,8 +337,7 @@ pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
                 let offset = i + field * lateral;
                 let (u, earlier) = (V::load(now.add(offset)), V::load(before.add(offset)));
                 let later = u.twice_less(earlier).add(accelerations[field]).sub(added[field]);
-                // a face that is kept apart stands somewhere else
-                later.store(next[field].wrapping_add(i + j * stride));
+                later.store(next[field].add(i + j * stride));
                 if COUNTS {
                     energy.add(
                         i,

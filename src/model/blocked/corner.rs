@@ -57,7 +57,7 @@ impl<V: Vector> Combination<V> {
     unsafe fn first_rows<const COUNTS: bool>(
         before: *const f64,
         now: *const f64,
-        [a, b, d, _]: Around,
+        [a, b, d, ..]: Around,
         share: V,
     ) -> [Self; 4] {
         // SAFETY: the caller's promise
@@ -97,7 +97,7 @@ impl<V: Vector> CornerSums<V> {
     /// Of `N` rows from row j on, in the vector before column `i`.
     ///
     /// * `levels`: column 0 of row j at levels k−1 and k
-    /// * `around`: row j, which only one by itself chooses
+    /// * `around`: row j
     ///
     /// # Safety
     ///
@@ -106,7 +106,6 @@ impl<V: Vector> CornerSums<V> {
     #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
     unsafe fn load<const N: usize, const COUNTS: bool>(
         levels: [*const f64; 2],
-        stride: usize,
         around: Around,
         i: usize,
         share: V,
@@ -117,7 +116,7 @@ impl<V: Vector> CornerSums<V> {
             let [mut a, mut b, mut c, mut d] = Combination::first_rows::<COUNTS>(before, now, around, share);
             let mut sums = [Self { ends: share, four: share, axial: share, moved: share }; N];
             for (row, sum) in sums.iter_mut().enumerate() {
-                let below = if N == 1 { around[3] } else { ((row + 2) * stride) as isize };
+                let below = around[3 + row];
                 let e = Combination::load::<COUNTS>(before.offset(below), now.offset(below), share);
                 *sum = Self::of::<COUNTS>([a, b, c, d, e]);
                 (a, b, c, d) = (b, c, d, e);
@@ -168,11 +167,9 @@ pub unsafe fn corner_march<V: Vector, const N: usize, const COUNTS: bool>(
     unsafe {
         let share = V::splat(corner.share);
         let levels = [earlier.add(j * stride), now.add(j * stride)];
-        // a face that is kept apart stands somewhere else
-        let next = next.wrapping_add(j * stride);
-        let before = CornerSums::<V>::load::<N, COUNTS>(levels, stride, around, columns.start, share);
-        let mut here =
-            CornerSums::<V>::load::<N, COUNTS>(levels, stride, around, columns.start + V::WIDTH, share);
+        let next = next.add(j * stride);
+        let before = CornerSums::<V>::load::<N, COUNTS>(levels, around, columns.start, share);
+        let mut here = CornerSums::<V>::load::<N, COUNTS>(levels, around, columns.start + V::WIDTH, share);
         // slopes in the vector before
         let mut inner = [[share; 3]; N];
         for row in 0..N {
@@ -186,9 +183,9 @@ pub unsafe fn corner_march<V: Vector, const N: usize, const COUNTS: bool>(
             let ahead = i + V::WIDTH;
             let (before, now) = (levels[0].add(ahead), levels[1].add(ahead));
             let [mut a, mut b, mut c, mut d] = Combination::first_rows::<COUNTS>(before, now, around, share);
-            let (mut old, mut new) = (levels[0].add(i), next.wrapping_add(i));
+            let (mut old, mut new) = (levels[0].add(i), next.add(i));
             for row in 0..N {
-                let below = if N == 1 { around[3] } else { ((row + 2) * stride) as isize };
+                let below = around[3 + row];
                 let e = Combination::load::<COUNTS>(before.offset(below), now.offset(below), share);
                 let after = CornerSums::of::<COUNTS>([a, b, c, d, e]);
                 (a, b, c, d) = (b, c, d, e);
@@ -212,7 +209,7 @@ pub unsafe fn corner_march<V: Vector, const N: usize, const COUNTS: bool>(
                 }
                 inner[row] = slopes;
                 here[row] = after;
-                (old, new) = (old.add(stride), new.wrapping_add(stride));
+                (old, new) = (old.add(stride), new.add(stride));
             }
             i += V::WIDTH;
         }

@@ -7,8 +7,9 @@ use super::{
     damping,
     dispatch::Instructions,
     energy::EnergySum,
-    interface::{Faces, Interfaces, PIECE},
-    levels::{Around, Levels, Patch, around},
+    interface::Interfaces,
+    levels::{Levels, Patch},
+    runs::{Run, Runs},
     vector::BLOCK,
     weights::{AxialWeights, CellLayers, Plate, Weighted},
 };
@@ -28,6 +29,8 @@ pub struct Domain {
     pub grid: Grid,
     /// What happens at interfaces.
     pub interfaces: Interfaces,
+    /// Rows that are advanced at once.
+    pub runs: Runs,
     /// The scheme with its weights.
     scheme: Weighted,
     /// Instructions to use.
@@ -62,7 +65,8 @@ impl Domain {
         let is_plain = grid.layers.len() == 1 && grid.back == Back::Rigid;
         assert!(is_plain || grid.layers.iter().all(|layer| layer.steps >= 2), "a layer of one row of cells");
         let interfaces = Interfaces::new(grid.layers.len() - 1);
-        Self { grid: grid.clone(), scheme, instructions, levels, interfaces }
+        let runs = Runs::new(grid, levels.stride());
+        Self { grid: grid.clone(), scheme, instructions, levels, interfaces, runs }
     }
 
     /// The scheme with its weights.
@@ -134,115 +138,122 @@ impl Domain {
         mut energies: Option<&mut [EnergySum]>,
     ) {
         assert!(rows.start > 0 && rows.end <= self.last_row() + 1 && columns.end <= self.levels.columns());
-        let mut j = rows.start;
-        while j < rows.end {
-            let end = self.alike(j).min(rows.end);
-            let energies = energies.as_mut().map(|energies| &mut energies[j - rows.start..end - rows.start]);
-            // SAFETY: the caller's promise; rows and columns lie inside the arrays with a row and a block around them, and with the
-            // mixed-derivative correction, which reads two rows, with the images beyond row 0 and the backing
+        let mut kept = None;
+        for (run, rows_of_run) in self.runs.among(&rows) {
+            let number = rows_of_run.start - rows.start;
+            let energies = energies.as_deref_mut();
+            // SAFETY, of all below: the caller's promise; rows and columns lie inside the arrays with a row and a block around them, and with
+            // the mixed-derivative correction, which reads two rows, with the images beyond row 0 and the backing
             unsafe {
-                match self.interface(j) {
-                    Some(interface) => self.advance_interface(level, interface, columns.clone(), energies),
-                    None => self.advance_rows(level, j..end, columns.clone(), energies),
+                let is_upper = run.upper_face_of.filter(|_| rows_of_run.end == run.rows.end);
+                if let (Some(interface), true) = (is_upper, energies.is_some()) {
+                    kept = Some(self.keep(level, interface, columns.clone()));
+                }
+                let joins = run.lower_face_of.filter(|_| rows_of_run.start == run.rows.start);
+                match energies {
+                    None => self.advance_run(level, run, rows_of_run, columns.clone()),
+                    Some(energies) => {
+                        let own = &mut energies[number..number + rows_of_run.len()];
+                        self.advance_and_count(level, run, rows_of_run, columns.clone(), own);
+                        if let (Some(interface), Some(kept)) = (joins, &kept) {
+                            let both = &mut energies[number - 1..=number];
+                            self.count_faces(level, interface, columns.clone(), kept, both);
+                        }
+                    }
+                }
+                if let Some(interface) = joins {
+                    self.join(level, interface, columns.clone());
                 }
             }
-            j = end;
         }
     }
 
-    /// Number of the interface whose upper row is row `j`, if it is at one.
-    fn interface(&self, j: usize) -> Option<usize> {
-        self.grid.interface_of(j).filter(|interface| self.grid.layers[*interface].last() == j)
-    }
-
-    /// End of the rows from row `j` on that are advanced at once: rows of a layer far from its faces, an interface, or a row by itself.
-    fn alike(&self, j: usize) -> usize {
-        if self.interface(j).is_some() {
-            return j + 2;
-        }
-        let layer = self.grid.layer(j);
-        // the backing is no row of them, whether it moves or not
-        let last = layer.last() - usize::from(self.reach() == 2 && !self.has_rigid_back(j));
-        if self.around(j).is_some() || j >= last { j + 1 } else { last }
-    }
-
-    /// True if the layer of row `j` lies on a rigid back.
-    fn has_rigid_back(&self, j: usize) -> bool {
-        self.grid.back == Back::Rigid && self.grid.layer(j).last() == self.grid.nz
-    }
-
-    /// What is around row `j` of the simplified theory, where it is not what stands there: at free faces of layers and beside them even
-    /// images. Those beyond the surface and a rigid backing stand in memory.
-    pub fn around(&self, j: usize) -> Option<Around> {
-        let (layer, stride) = (self.grid.layer(j), self.levels.stride() as isize);
-        let (first, last) = (layer.first, layer.last());
-        let [mut a, mut b, mut d, mut e] = around(self.levels.stride());
-        if first > 0 && j == first {
-            (a, b) = (e, d);
-        } else if first > 0 && j == first + 1 {
-            a = 0;
-        }
-        if j == last {
-            (d, e) = (b, a);
-        } else if j + 1 == last && !self.has_rigid_back(j) {
-            e = 0;
-        }
-        // without the mixed-derivative correction nothing reaches two rows
-        let is_near = if self.reach() == 2 { [a, e] } else { [2 * b, 2 * d] };
-        (is_near != [-2 * stride, 2 * stride]).then_some([a, b, d, e])
-    }
-
-    /// Advances `rows` of a layer that have the same around them.
+    /// Advances rows of a run; faces at interfaces as if their layer were by itself.
     ///
     /// # Safety
     ///
     /// As [`Domain::advance`].
     #[expect(unsafe_code, reason = "several threads update the field in place")]
-    unsafe fn advance_rows(
-        &self,
-        level: usize,
-        rows: Range<usize>,
-        columns: Range<usize>,
-        energies: Option<&mut [EnergySum]>,
-    ) {
+    unsafe fn advance_run(&self, level: usize, run: &Run, rows: Range<usize>, columns: Range<usize>) {
         // SAFETY: the caller's promise
         unsafe {
             match &self.scheme {
                 Weighted::Axial(weights) => {
-                    let patch = self.patch(level, weights, rows.start);
-                    match energies {
-                        Some(energies) => {
-                            self.instructions.advance::<true>(patch, rows, columns, &weights.area, energies);
-                        }
-                        None => self.instructions.advance::<false>(patch, rows, columns, &[], &mut []),
-                    }
+                    let patch = self.patch(level, weights, run, rows.start);
+                    self.instructions.advance::<false>(patch, rows, columns, &[], &mut []);
                 }
                 Weighted::Cells(weights) => {
-                    let patch = self.cell_patch(level, weights, rows.start);
-                    self.advance_cells(patch, rows, columns, energies);
+                    let patch = self.cell_patch(level, weights, run.layer);
+                    let none = &mut EnergySum::default();
+                    for j in rows {
+                        self.advance_cells::<false>(patch, run.layer, j, columns.clone(), none);
+                    }
                 }
             }
         }
     }
 
-    /// What the kernels of the simplified theory get to advance rows from row `j` on to `level`.
-    fn patch<'a>(&self, level: usize, weights: &'a AxialWeights, j: usize) -> Patch<'a> {
-        let layer = self.grid.layer_of(j);
-        let [outward, inward] = weights.radial(layer);
+    /// [`Domain::advance_run`] that adds energies, but not those of faces at interfaces.
+    ///
+    /// # Safety
+    ///
+    /// As [`Domain::advance`].
+    #[expect(unsafe_code, reason = "several threads update the field in place")]
+    unsafe fn advance_and_count(
+        &self,
+        level: usize,
+        run: &Run,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        energies: &mut [EnergySum],
+    ) {
+        // SAFETY, of all below: the caller's promise
+        match &self.scheme {
+            Weighted::Axial(weights) if run.around(rows.start).is_none() => {
+                let patch = self.patch(level, weights, run, rows.start);
+                unsafe { self.instructions.advance::<true>(patch, rows, columns, &weights.area, energies) };
+            }
+            Weighted::Axial(weights) => {
+                for (j, energy) in rows.zip(energies) {
+                    if self.grid.interface_of(j).is_some() {
+                        unsafe { self.advance_run(level, run, j..j + 1, columns.clone()) };
+                        continue;
+                    }
+                    let (patch, energy) = (self.patch(level, weights, run, j), std::slice::from_mut(energy));
+                    let (area, columns) = (&weights.area, columns.clone());
+                    unsafe { self.instructions.advance::<true>(patch, j..j + 1, columns, area, energy) };
+                }
+            }
+            Weighted::Cells(weights) => {
+                let patch = self.cell_patch(level, weights, run.layer);
+                for (j, energy) in rows.zip(energies) {
+                    if self.grid.interface_of(j).is_some() {
+                        unsafe { self.advance_run(level, run, j..j + 1, columns.clone()) };
+                        continue;
+                    }
+                    unsafe { self.advance_cells::<true>(patch, run.layer, j, columns.clone(), energy) };
+                }
+            }
+        }
+    }
+
+    /// What the kernels of the simplified theory get to advance rows of a run from row `j` on to `level`.
+    fn patch<'a>(&self, level: usize, weights: &'a AxialWeights, run: &Run, j: usize) -> Patch<'a> {
+        let [outward, inward] = weights.radial(run.layer);
         Patch {
             before: self.levels.origin(self.levels.two_below(level)),
             now: self.levels.origin(level - 1),
             next: self.levels.origin(level),
             stride: self.levels.stride(),
-            around: self.around(j),
+            around: run.around(j),
             outward,
             inward,
-            corner: weights.corner(layer),
+            corner: weights.corner(run.layer),
         }
     }
 
-    /// What the kernels of the scheme of cells get to advance rows of the layer of row `j` to `level`.
-    fn cell_patch<'a>(&self, level: usize, weights: &'a CellLayers, j: usize) -> CellPatch<'a> {
+    /// What the kernels of the scheme of cells get to advance rows of a layer to `level`.
+    fn cell_patch<'a>(&self, level: usize, weights: &'a CellLayers, layer: usize) -> CellPatch<'a> {
         let next = self.levels.origin(level);
         CellPatch {
             before: self.levels.origin(self.levels.two_below(level)),
@@ -250,75 +261,35 @@ impl Domain {
             next: [next, next.wrapping_add(self.levels.lateral())],
             lateral: self.levels.lateral(),
             stride: self.levels.stride(),
-            weights: &weights.layers[self.grid.layer_of(j)],
+            weights: &weights.layers[layer],
         }
     }
 
-    /// [`Domain::advance_rows`] with cells.
+    /// Advances row `j` of a layer of the scheme of cells.
     ///
     /// # Safety
     ///
-    /// As [`Domain::advance`]; rows and columns lie inside the arrays.
+    /// As [`Domain::advance`]; row and columns lie inside the arrays.
     #[expect(unsafe_code, reason = "several threads update the field in place")]
-    unsafe fn advance_cells(
+    unsafe fn advance_cells<const COUNTS: bool>(
         &self,
         patch: CellPatch<'_>,
-        rows: Range<usize>,
+        layer: usize,
+        j: usize,
         columns: Range<usize>,
-        mut energies: Option<&mut [EnergySum]>,
+        energy: &mut EnergySum,
     ) {
-        for (number, j) in rows.enumerate() {
-            let (columns, none) = (columns.clone(), &mut EnergySum::default());
-            let instructions = self.instructions;
-            // SAFETY: the caller's promise
-            unsafe {
-                match (energies.as_mut().map(|energies| &mut energies[number]), j == self.grid.nz) {
-                    (Some(energy), false) => {
-                        instructions.advance_cells::<INTERIOR, true>(patch, j, columns, energy);
-                    }
-                    (None, false) => instructions.advance_cells::<INTERIOR, false>(patch, j, columns, none),
-                    (Some(energy), true) if self.grid.back == Back::Free => {
-                        instructions.advance_cells::<FREE, true>(patch, j, columns, energy);
-                    }
-                    (Some(energy), true) => {
-                        instructions.advance_cells::<BACKING, true>(patch, j, columns, energy);
-                    }
-                    (None, true) if self.grid.back == Back::Free => {
-                        instructions.advance_cells::<FREE, false>(patch, j, columns, none);
-                    }
-                    (None, true) => instructions.advance_cells::<BACKING, false>(patch, j, columns, none),
-                }
-            }
-        }
-    }
-
-    /// Advances row `j`, at a face of its layer, as if its layer were by itself, and writes the result, first column first, to `faces` by
-    /// displacement.
-    ///
-    /// # Safety
-    ///
-    /// As [`Domain::advance`], of levels before alone; there is room for the columns.
-    #[expect(unsafe_code, reason = "a field that threads share")]
-    pub unsafe fn advance_face(&self, level: usize, j: usize, columns: Range<usize>, faces: &mut Faces) {
-        assert!(columns.len() <= PIECE);
-        let first = j * self.levels.stride() + columns.start;
-        let [u, v] = faces.each_mut().map(|face| face.as_mut_ptr().wrapping_sub(first));
-        // SAFETY: the caller's promise; columns of row j stand at the face
+        let (layer, instructions) = (&self.grid.layers[layer], self.instructions);
+        // SAFETY: the caller's promise
         unsafe {
-            match &self.scheme {
-                Weighted::Axial(weights) => {
-                    let patch = Patch { next: u, ..self.patch(level, weights, j) };
-                    self.instructions.advance::<false>(patch, j..j + 1, columns, &[], &mut []);
-                }
-                Weighted::Cells(weights) => {
-                    let patch = CellPatch { next: [u, v], ..self.cell_patch(level, weights, j) };
-                    let none = &mut EnergySum::default();
-                    if j == self.grid.layer(j).first {
-                        self.instructions.advance_cells::<SURFACE, false>(patch, j, columns, none);
-                    } else {
-                        self.instructions.advance_cells::<FREE, false>(patch, j, columns, none);
-                    }
-                }
+            if j == layer.first {
+                instructions.advance_cells::<SURFACE, COUNTS>(patch, j, columns, energy);
+            } else if j != layer.last() {
+                instructions.advance_cells::<INTERIOR, COUNTS>(patch, j, columns, energy);
+            } else if j == self.grid.nz && self.grid.back == Back::Rigid {
+                instructions.advance_cells::<BACKING, COUNTS>(patch, j, columns, energy);
+            } else {
+                instructions.advance_cells::<FREE, COUNTS>(patch, j, columns, energy);
             }
         }
     }

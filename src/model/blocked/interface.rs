@@ -11,12 +11,6 @@ use std::{
 use super::vector::BLOCK;
 use crate::model::{Tension, scheme};
 
-/// Columns of an interface that are advanced at a time.
-pub const PIECE: usize = 256;
-
-/// Displacements of a face at the level to come, first column first: u_z and u_r.
-pub type Faces = [[f64; PIECE]; 2];
-
 /// How the stress of a row of the simplified theory follows from displacements.
 pub enum StressAt {
     /// From those of two rows, by [`scheme::stress`].

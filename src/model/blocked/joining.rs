@@ -1,11 +1,11 @@
 //! The rows of interfaces: either one as the face of a layer by itself, joined as [`crate::model::scheme::joined`] says.
 
-use std::{cell::RefCell, ops::Range};
+use std::ops::Range;
 
 use super::{
     domain::Domain,
     energy::EnergySum,
-    interface::{Faces, InterfaceStress, PIECE, StressAt},
+    interface::{InterfaceStress, StressAt},
     weights::Weighted,
 };
 use crate::{
@@ -13,80 +13,109 @@ use crate::{
     model::scheme,
 };
 
-thread_local! {
-    /// Places for both faces, which every call fills in: to clear them each time costs some percent of a run.
-    static FACES: RefCell<[Faces; 2]> = const { RefCell::new([[[0.0; PIECE]; 2]; 2]) };
-}
+/// Displacements of both rows of an interface, of each u_z and u_r if there is one.
+pub type Kept = [Vec<Vec<f64>>; 2];
 
 impl Domain {
-    /// Advances both rows of an interface to `level`.
-    ///
-    /// * `energies`: of both rows, to add theirs to, if it is to be counted
-    ///
-    /// # Safety
-    ///
-    /// As [`Domain::advance`] for both rows.
-    #[expect(unsafe_code, reason = "several threads update the field in place")]
-    pub unsafe fn advance_interface(
-        &self,
-        level: usize,
-        interface: usize,
-        columns: Range<usize>,
-        energies: Option<&mut [EnergySum]>,
-    ) {
-        // SAFETY: the caller's promise
-        FACES.with_borrow_mut(|faces| unsafe { self.join(level, interface, columns, faces, energies) });
+    /// Rows of an interface.
+    fn rows_of(&self, interface: usize) -> [usize; 2] {
+        [0, 1].map(|side| self.grid.layers[interface].last() + side)
     }
 
-    /// [`Domain::advance_interface`] with places for both faces.
+    /// Number of displacements.
+    fn fields(&self) -> usize {
+        if matches!(self.scheme(), Weighted::Cells(_)) { 2 } else { 1 }
+    }
+
+    /// True if layers share a displacement at an interface.
+    fn shares(&self, interface: usize, field: usize) -> bool {
+        field == 0 || self.grid.layers[interface + 1].bond == Bond::Welded
+    }
+
+    /// Joins both rows of an interface, which hold at `level` what they would if their layer were by itself.
     ///
     /// # Safety
     ///
-    /// As that.
+    /// No other thread touches these columns of the rows meanwhile.
     #[expect(unsafe_code, reason = "several threads update the field in place")]
-    unsafe fn join(
+    pub unsafe fn join(&self, level: usize, interface: usize, columns: Range<usize>) {
+        let impedances = self.impedances(interface);
+        let shares = scheme::shares(impedances);
+        for field in (0..self.fields()).filter(|field| self.shares(interface, *field)) {
+            // SAFETY: the caller's promise; they are two rows
+            let [upper, lower] = self
+                .rows_of(interface)
+                .map(|row| unsafe { self.levels.columns_mut(level, row, field, &columns) });
+            if field == 0 {
+                let stiffness = scheme::traction_weight(impedances, self.grid.dt());
+                self.interfaces.look(interface, level - 1, &columns, [upper, lower], stiffness);
+            }
+            for (upper, lower) in upper.iter_mut().zip(lower) {
+                let joined = scheme::joined(shares, [*upper, *lower]);
+                (*upper, *lower) = (joined, joined);
+            }
+        }
+    }
+
+    /// What both rows of an interface hold two levels below `level`, which may be overwritten by it.
+    ///
+    /// # Safety
+    ///
+    /// No other thread writes to these columns of the rows.
+    #[expect(unsafe_code, reason = "a field that threads share")]
+    pub unsafe fn keep(&self, level: usize, interface: usize, columns: Range<usize>) -> Kept {
+        self.rows_of(interface).map(|row| {
+            // SAFETY: the caller's promise
+            let field =
+                |field: usize| unsafe { self.field(self.levels.two_below(level), row, field, &columns) };
+            (0..self.fields()).map(field).collect()
+        })
+    }
+
+    /// Some columns of a displacement of row `j` at a level.
+    ///
+    /// # Safety
+    ///
+    /// No other thread writes to them.
+    #[expect(unsafe_code, reason = "a field that threads share")]
+    unsafe fn field(&self, level: usize, j: usize, field: usize, columns: &Range<usize>) -> Vec<f64> {
+        // SAFETY: the caller's promise
+        unsafe { self.levels.cells(level, j, field * self.levels.lateral(), columns)[1..].to_vec() }
+    }
+
+    /// Adds the energies of both rows of an interface before they are joined.
+    ///
+    /// * `before`: u^{k−1}
+    /// * `energies`: of both rows
+    ///
+    /// # Safety
+    ///
+    /// The rows hold at `level` what they would if their layer were by itself, and they and what is around them level k, with the
+    /// mixed-derivative correction k−1 too; no other thread writes to them.
+    #[expect(unsafe_code, reason = "a field that threads share")]
+    pub unsafe fn count_faces(
         &self,
         level: usize,
         interface: usize,
         columns: Range<usize>,
-        faces: &mut [Faces; 2],
-        mut energies: Option<&mut [EnergySum]>,
+        before: &Kept,
+        energies: &mut [EnergySum],
     ) {
-        let rows = [0, 1].map(|side| self.grid.layers[interface].last() + side);
-        let impedances = self.impedances(interface);
-        let shares = scheme::shares(impedances);
-        let stiffness = scheme::traction_weight(impedances, self.grid.dt());
-        let fields = if matches!(self.scheme(), Weighted::Cells(_)) { 2 } else { 1 };
-        let is_welded = self.grid.layers[interface + 1].bond == Bond::Welded;
-        for start in columns.clone().step_by(PIECE) {
-            let columns = start..(start + PIECE).min(columns.end);
-            for (face, row) in faces.iter_mut().zip(rows) {
-                // SAFETY: the caller's promise; a piece is as long as a face or shorter
-                unsafe { self.advance_face(level, row, columns.clone(), face) };
-            }
-            let of_u = faces.each_ref().map(|face| &face[0][..columns.len()]);
-            self.interfaces.look(interface, level - 1, &columns, of_u, stiffness);
-            let next = |side: usize, field: usize, place: usize| match field == 0 || is_welded {
-                true => scheme::joined(shares, faces.each_ref().map(|face| face[field][place])),
-                false => faces[side][field][place],
-            };
-            if let Some(energies) = &mut energies {
-                for ((side, row), energy) in rows.into_iter().enumerate().zip(energies.iter_mut()) {
-                    // column by column: the same sum however columns are cut
-                    for (place, i) in columns.clone().take_while(|i| *i < self.grid.nr()).enumerate() {
-                        for (field, face) in faces[side][..fields].iter().enumerate() {
-                            let ends = [face[place], next(side, field, place)];
-                            // SAFETY: the caller's promise; the rows are not yet overwritten
-                            unsafe { self.add_face_energy(level, [field, row, i], ends, energy) };
-                        }
-                    }
-                }
-            }
-            for (side, row) in rows.into_iter().enumerate() {
-                for field in 0..fields {
+        let (rows, shares) = (self.rows_of(interface), scheme::shares(self.impedances(interface)));
+        // SAFETY: the caller's promise
+        let face = |row: usize, field: usize| unsafe { self.field(level, row, field, &columns) };
+        let faces = rows.map(|row| (0..self.fields()).map(|field| face(row, field)).collect::<Vec<_>>());
+        let next = |side: usize, field: usize, place: usize| match self.shares(interface, field) {
+            true => scheme::joined(shares, faces.each_ref().map(|face| face[field][place])),
+            false => faces[side][field][place],
+        };
+        for (side, energy) in energies.iter_mut().enumerate() {
+            // column by column: the same sum however columns are cut
+            for (place, i) in columns.clone().take_while(|i| *i < self.grid.nr()).enumerate() {
+                for (field, (before, face)) in before[side].iter().zip(&faces[side]).enumerate() {
+                    let ends = [before[place], face[place], next(side, field, place)];
                     // SAFETY: the caller's promise
-                    let row = unsafe { self.levels.columns_mut(level, row, field, &columns) };
-                    row.iter_mut().enumerate().for_each(|(place, u)| *u = next(side, field, place));
+                    unsafe { self.add_face_energy(level, [field, rows[side], i], ends, energy) };
                 }
             }
         }
@@ -123,17 +152,17 @@ impl Domain {
     /// Adds the energy of a displacement of a node of an interface: forces are those of its own layer.
     ///
     /// * `node`: number of the displacement, row, column
-    /// * `ends`: u^{k+1} if its layer were by itself, and u^{k+1}
+    /// * `ends`: u^{k−1}, u^{k+1} if its layer were by itself, and u^{k+1}
     ///
     /// # Safety
     ///
-    /// Levels k−1 and k stand at the node, level k, with the mixed-derivative correction both, around it; no other thread writes to them.
+    /// Level k stands at the node and around it, with the mixed-derivative correction k−1 too; no other thread writes to them.
     #[expect(unsafe_code, reason = "a field that threads share")]
     unsafe fn add_face_energy(
         &self,
         level: usize,
         [field, j, i]: [usize; 3],
-        [face, next]: [f64; 2],
+        [before, face, next]: [f64; 3],
         energy: &mut EnergySum,
     ) {
         let (levels, column) = (&self.levels, i as isize);
@@ -142,11 +171,11 @@ impl Domain {
             levels.at(level, j, field * levels.lateral(), i)
         };
         let (earlier, now) = (levels.two_below(level), level - 1);
-        let [before, here] = [earlier, now].map(|level| at(level, field, j, column));
+        let here = at(now, field, j, column);
         let (area, force) = match self.scheme() {
             Weighted::Axial(weights) => {
                 let damped = weights.corner(self.grid.layer_of(j)).map_or(0.0, |corner| {
-                    let [a, .., e] = self.around(j).unwrap_or_default();
+                    let [a, _, _, e, _] = self.runs.around(j).unwrap_or_default();
                     let row = |distance: isize| j.wrapping_add_signed(distance / levels.stride() as isize);
                     let moved = |dj: isize, di: isize| {
                         let j = match dj {

@@ -57,18 +57,31 @@ pub unsafe fn advance<V: Vector, const COUNTS: bool>(
         assert!(columns.end <= corner.outward.len() && columns.end <= corner.inward.len());
     }
     if let Some(around) = patch.around {
-        assert!(rows.len() == 1, "a row by itself");
+        assert!(rows.len() <= 2, "at most two rows by themselves");
         // SAFETY: as below
-        unsafe {
-            return match patch.corner {
-                Some(corner) => {
-                    corner_march::<V, 1, COUNTS>(patch, corner, rows.start, columns, around, area, energies);
-                }
-                None => march::<V, 1, COUNTS>(patch, rows.start, columns, around, area, energies),
-            };
-        }
+        unsafe { by_twos::<V, COUNTS>(patch, around, rows, columns, area, energies) };
+    } else {
+        // distances that compilers see in the loop over columns
+        // SAFETY: as below
+        unsafe { by_twos::<V, COUNTS>(patch, around(patch.stride), rows, columns, area, energies) };
     }
-    let around = around(patch.stride);
+}
+
+/// [`advance`] two rows at a time.
+///
+/// # Safety
+///
+/// As that; what is around is only asked for by up to two rows, or where no face is near.
+#[inline(always)]
+#[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
+unsafe fn by_twos<V: Vector, const COUNTS: bool>(
+    patch: Patch<'_>,
+    around: Around,
+    rows: Range<usize>,
+    columns: Range<usize>,
+    area: &[f64],
+    energies: &mut [EnergySum],
+) {
     let mut rows_left = rows.clone();
     let mut next_rows = |abreast: usize| {
         let j = rows_left.start;
@@ -110,23 +123,17 @@ pub unsafe fn advance<V: Vector, const COUNTS: bool>(
 /// below.
 ///
 /// * `now`: column 0 of row j
-/// * `around`: row j, which only one by itself chooses
+/// * `around`: row j
 #[inline(always)]
 #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
-unsafe fn axial_sums<V: Vector, const N: usize>(
-    now: *const f64,
-    stride: usize,
-    around: Around,
-    i: usize,
-) -> [(V, V); N] {
+unsafe fn axial_sums<V: Vector, const N: usize>(now: *const f64, around: Around, i: usize) -> [(V, V); N] {
     // SAFETY: rows j − 1 to j + N, or those around row j, are numbers there
     unsafe {
         let first = now.add(i).sub(V::WIDTH);
         let (mut above, mut here) = (V::load(first.offset(around[1])), V::load(first));
         let mut sums = [(above, here); N];
         for (row, sum) in sums.iter_mut().enumerate() {
-            let below = if N == 1 { around[2] } else { ((row + 1) * stride) as isize };
-            let below = V::load(first.offset(below));
+            let below = V::load(first.offset(around[2 + row]));
             let ends = above.add(below);
             *sum = (ends, ends.add_twice(here));
             (above, here) = (here, below);
@@ -154,10 +161,9 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
     // SAFETY, here and below: the nodes of the patch, a row around them and a vector on either side are numbers, of
     // which those of the patch at level `next` belong to this call alone; the machine has the instructions
     unsafe {
-        let (earlier, now, next) =
-            (earlier.add(j * stride), now.add(j * stride), next.wrapping_add(j * stride));
-        let before = axial_sums::<V, N>(now, stride, around, columns.start);
-        let mut here = axial_sums::<V, N>(now, stride, around, columns.start + V::WIDTH);
+        let (earlier, now, next) = (earlier.add(j * stride), now.add(j * stride), next.add(j * stride));
+        let before = axial_sums::<V, N>(now, around, columns.start);
+        let mut here = axial_sums::<V, N>(now, around, columns.start + V::WIDTH);
         // differences of 4·U to the next column, in the vector before
         let mut inner = [here[0].1; N];
         for row in 0..N {
@@ -165,7 +171,7 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
         }
         let mut i = columns.start;
         while i < columns.end {
-            let after = axial_sums::<V, N>(now, stride, around, i + 2 * V::WIDTH);
+            let after = axial_sums::<V, N>(now, around, i + 2 * V::WIDTH);
             let (out, inw) = (V::load(outward.as_ptr().add(i)), V::load(inward.as_ptr().add(i)));
             for row in 0..N {
                 let (ends, four) = here[row];
@@ -175,8 +181,7 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
                 let axial = ends.sub(before);
                 let radial = out.mul(slope).sub(inw.mul(V::seam(inner[row], slope).1));
                 let later = axial.add(radial);
-                // a face that is kept apart stands somewhere else
-                later.store(next.wrapping_add(node));
+                later.store(next.add(node));
                 inner[row] = slope;
                 if COUNTS {
                     let middle = V::load(now.add(node));

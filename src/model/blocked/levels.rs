@@ -289,13 +289,13 @@ impl Levels {
     }
 }
 
-/// Distances from a row to the rows that stand two above, above, below and two below it for the scheme, in numbers. At faces of layers
-/// and beside them these are images.
-pub type Around = [isize; 4];
+/// Distances, in numbers, from a row to the rows that stand two above, above, below, two and three below it for the scheme; the last is what
+/// stands two below the next row. At faces of layers and beside them these are images.
+pub type Around = [isize; 5];
 
 /// Where no face is near.
 pub fn around(stride: usize) -> Around {
-    [-2, -1, 1, 2].map(|rows| rows * stride as isize)
+    [-2, -1, 1, 2, 3].map(|rows| rows * stride as isize)
 }
 
 /// Part of a field that is advanced in place.
@@ -309,7 +309,7 @@ pub struct Patch<'a> {
     pub next: *mut f64,
     /// Distance from a node to the one below it, in numbers.
     pub stride: usize,
-    /// What is around the row, if that is one by itself and not what stands there.
+    /// What is around one or two rows by themselves, if not what stands there.
     pub around: Option<Around>,
     /// Radial weights times `λ²/4`, by column. 0 where there is no neighbour.
     pub outward: &'a [f64],
