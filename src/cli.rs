@@ -45,7 +45,7 @@ mod run;
 mod scales;
 mod study;
 
-/// Computes the impact of a rigid indenter on an elastic layer or half-space and records it as MCAP.
+/// Computes the impact of a rigid indenter on an elastic layer, laminate or half-space and records it as MCAP.
 #[derive(Debug, Parser)]
 #[command(version, long_version = VERSION.as_str(), about, long_about = None, arg_required_else_help = true, after_help = EXAMPLES)]
 pub struct Arguments {

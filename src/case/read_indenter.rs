@@ -217,7 +217,7 @@ fn read_body_material(section: &mut Section<'_>, system: &System) -> Option<&'st
     let preset = read_preset(section)?;
     if let System::Dimensionless = system {
         let message = "`indenter.material` needs a physical case, and this one is dimensionless";
-        section.problem(span, message, "give indenter.density in units of γ, or target.material");
+        section.problem(span, message, "give indenter.density in units of γ, or the target a material");
         return None;
     }
     Some(preset)

@@ -242,7 +242,7 @@ pub(super) fn read_system(
         GivenMaterial::Ratio(_) | GivenMaterial::BadRatio => {
             if let Some(unit) = root.get::<Value>("length_unit", "a length in a physical case") {
                 let message = "`length_unit` needs a physical case, and this one is dimensionless";
-                root.problem(unit.span, message, "give target.material, or leave length_unit out");
+                root.problem(unit.span, message, "give the target a material, or leave length_unit out");
             }
             return (System::Dimensionless, false);
         }

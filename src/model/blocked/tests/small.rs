@@ -88,6 +88,37 @@ fn elastic_twins(
     setting.twins(&format!("small, seed {seed}, elastic, {damping}"), grid, (engine, theory.reference(shown)))
 }
 
+/// A random stack of layers, and columns as small.
+fn layers(noise: &mut Noise) -> (Stack, usize) {
+    (Stack::random(noise), 17 + noise.below(if cfg!(miri) { 3 } else { 24 }))
+}
+
+/// Small layers with one displacement.
+fn axial_layers(noise: &mut Noise, seed: u64) -> Twins<Rakhmatulin, 1> {
+    let (setting, (stack, nr)) = (setting(noise, seed), layers(noise));
+    let corner =
+        Corner::new([Order::Fourth, Order::Second][seed as usize / 2 % 2], [1.0, 0.0][seed as usize % 2]);
+    let (grid, theory) = stack.simplified(nr, corner);
+    let shown = setting.shown(all_fields().fields, gauges(noise, &grid));
+    let mut engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
+    engine.field.cut(Sizes::SMALL);
+    setting.twins(
+        &format!("small, seed {seed}, {corner:?}, {stack:?}"),
+        grid,
+        (engine, theory.reference(shown)),
+    )
+}
+
+/// Small layers of the full theory.
+fn elastic_layers(noise: &mut Noise, seed: u64) -> Twins<CellScheme, 2> {
+    let (setting, (stack, nr)) = (setting(noise, seed), layers(noise));
+    let (grid, theory) = stack.full(nr, 0.3);
+    let shown = setting.shown(vec![Field::VelocityR, Field::Stress], gauges(noise, &grid));
+    let mut engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
+    engine.field.cut(Sizes::SMALL);
+    setting.twins(&format!("small, seed {seed}, elastic, {stack:?}"), grid, (engine, theory.reference(shown)))
+}
+
 #[test]
 fn one_displacement() {
     for seed in seeds() {
@@ -116,6 +147,14 @@ fn two_displacements() {
     for seed in seeds() {
         let damping = [0.5, 0.0][seed as usize / 4 % 2];
         compare(seed, |noise, seed| elastic_twins(noise, seed, damping, None), STEPS);
+    }
+}
+
+#[test]
+fn layers_of_both_theories() {
+    for seed in seeds() {
+        compare(seed, axial_layers, STEPS);
+        compare(seed, elastic_layers, STEPS);
     }
 }
 
