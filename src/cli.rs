@@ -13,8 +13,9 @@
 //! | 130, 143, 129 | interrupted by SIGINT, SIGTERM, SIGHUP, with a valid partial recording, `NAME.mcap.part` | |
 
 use std::{
+    ffi::OsString,
     io::{self, IsTerminal, Write},
-    path::PathBuf,
+    path::{Path, PathBuf},
     process::ExitCode,
     sync::LazyLock,
 };
@@ -139,6 +140,9 @@ pub enum CliError {
     /// The disk has no room for the output.
     #[error("{0}")]
     Full(String),
+    /// It cannot be done as it is asked for.
+    #[error("{0}")]
+    Failed(String),
     /// The case has no closed form.
     #[error(transparent)]
     NoClosedForm(#[from] NoClosedForm),
@@ -239,13 +243,18 @@ fn print(text: &str) -> Result<(), CliError> {
 
 /// Default output of a case: its name, a suffix and `.mcap`, in the current folder.
 fn default_output(case: &str, suffix: &str) -> PathBuf {
-    let path = PathBuf::from(case);
-    let is_file = path.extension().is_some_and(|extension| extension == "toml");
-    let stem = if is_file { path.file_stem() } else { path.file_name() };
-    let mut name = stem.unwrap_or(path.as_os_str()).to_owned();
+    let mut name = stem(case);
     name.push(suffix);
     name.push(".mcap");
     name.into()
+}
+
+/// Name of a case, of a file without folder and extension.
+fn stem(case: &str) -> OsString {
+    let path = Path::new(case);
+    let is_file = path.extension().is_some_and(|extension| extension == "toml");
+    let stem = if is_file { path.file_stem() } else { path.file_name() };
+    stem.unwrap_or(path.as_os_str()).to_owned()
 }
 
 #[cfg(test)]
