@@ -142,6 +142,8 @@ pub mod simulation;
 pub mod state;
 pub mod study;
 pub mod surface;
+#[cfg(feature = "cli")]
+pub mod sweep;
 mod table;
 pub mod trust;
 pub mod units;
