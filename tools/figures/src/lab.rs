@@ -11,8 +11,8 @@ use percuss_reader::{
     recording::Limits,
     select::Bound,
     slice::{Moment, moments, profile, slice},
-    table::{Cell, Heading, Sink},
 };
+use percuss_table::{Cell, Heading, Sink};
 
 use crate::{Failure, Progress};
 

@@ -2,10 +2,8 @@
 
 use std::io;
 
-use percuss_reader::{
-    recording::Limits,
-    table::{Cell, Heading, Sink},
-};
+use percuss_reader::recording::Limits;
+use percuss_table::{Cell, Heading, Sink};
 
 /// Memory that reading may take.
 pub const LIMITS: Limits = Limits { memory: 64 << 20 };

@@ -59,12 +59,6 @@ pub const SCHEMAS: &str = "percuss.";
 pub const LINE: &str = "line";
 /// Beginning of the texts of events that warn of results that mislead.
 pub const WARNING: &str = "warning: ";
-/// Kinds of events, as [`EVENT`] names them: the interface first needs tension, contact ends, contact comes back.
-pub const EXTENSION: &str = "EXTENSION";
-/// Contact has ended.
-pub const SEPARATION: &str = "SEPARATION";
-/// Contact has come back after its end.
-pub const RECONTACT: &str = "RECONTACT";
 
 /// Key of the largest strain in the record [`VALIDITY`]; `.time`, `.r` and `.z` behind it say when and where.
 pub const LARGEST_STRAIN: &str = "largest_strain";

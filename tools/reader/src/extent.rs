@@ -10,9 +10,11 @@ use crate::{
     messages::Recording,
     nest::{Counts, Element, Nest},
     recording::{Budget, OpenError},
-    table::MAX_COLUMNS,
     wire::{Layout, Values},
 };
+
+/// Largest number of columns an array is spread over.
+pub const MAX_COLUMNS: usize = 10_000;
 
 /// The positions that an array reaches in any message.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,6 +3,7 @@
 mod columns;
 mod selection;
 
+use percuss_table::{Cell, Heading};
 use prost_reflect::EnumDescriptor;
 
 use crate::{
@@ -10,13 +11,15 @@ use crate::{
     extent::Reach,
     instant::Instant,
     nest::Spot,
-    table::{Cell, Heading},
     wire::{List, Values},
 };
 
 pub use columns::columns;
 pub(crate) use selection::Used;
 pub use selection::{Positions, Selection, SelectionError};
+
+/// Largest number of columns of a table.
+pub(crate) const MAX_TABLE: usize = 1 << 18;
 
 /// One column: how to find its cell in a message.
 #[derive(Clone, Debug)]

@@ -1,9 +1,7 @@
-//! Output formats, one file each.
+//! Output formats, one file each, beside those of `percuss-table`: CSV and Parquet.
 
 pub mod aligned;
-pub mod csv;
 pub mod json;
 pub mod json_lines;
 pub mod npy;
-pub mod parquet;
 pub mod vtk;

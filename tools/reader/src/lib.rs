@@ -6,7 +6,7 @@
 //! stands in one file, [`convention`], and nowhere else.
 //!
 //! ```text
-//! file -> recording::Scan -> messages::Recording, Messages -> wire::Layout, Values -+-> field::Column -> table::Sink
+//! file -> recording::Scan -> messages::Recording, Messages -> wire::Layout, Values -+-> field::Column -> percuss_table::Sink
 //!                                                                                   +-> slice::{Profile, Slice} -> percuss_picture
 //!                                                                                   +-> compare
 //! ```
@@ -26,7 +26,8 @@
 //! | [`prefix`] | engineering prefixes of SI units, and tables in prefixed units |
 //! | [`scales`] | numbers of one recording in the units of another |
 //! | `toml_keys` | TOML files by dotted keys |
-//! | [`table`], [`mod@format`] | named columns with units, and what takes their rows: one file per output format |
+//! | `percuss-table` | named columns with units, what takes their rows as CSV and Parquet, measures of an impact: a crate of its own |
+//! | [`mod@format`] | what takes rows and fields in other formats, one file each |
 //! | [`timeline`] | messages by their log time, from any time on |
 //! | `percuss-serve` | messages to viewers over the Foxglove WebSocket protocol, a crate of its own |
 //! | [`compare`] | two recordings number by number: structure, alignment, tolerances, measures. Pure: no output |
@@ -187,7 +188,6 @@ pub mod recording;
 pub mod scales;
 pub mod select;
 pub mod slice;
-pub mod table;
 mod text;
 pub mod timeline;
 mod toml_keys;

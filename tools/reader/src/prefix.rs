@@ -3,7 +3,7 @@
 
 use std::{collections::HashMap, io};
 
-use crate::table::{Cell, CellType, Heading, Sink};
+use percuss_table::{Cell, CellType, Heading, Sink};
 
 /// A unit with a prefix.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,6 +2,8 @@
 
 use std::{collections::BTreeSet, path::PathBuf};
 
+use percuss_table::Heading;
+
 use crate::{
     axis::{Axis, Nodes, between},
     channel::Channel,
@@ -12,7 +14,6 @@ use crate::{
     nest::{Counts, Element, Nest},
     recording::{Budget, Damage, Limits, OpenError},
     select::Bound,
-    table::Heading,
     wire::{DecodeError, Values},
 };
 

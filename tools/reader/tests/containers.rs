@@ -13,8 +13,8 @@ use percuss_reader::{
     recording::{Limits, Scan},
     select::{Bound, Window},
     slice::moments,
-    table::{Cell, Heading, Sink},
 };
+use percuss_table::{Cell, Heading, Sink};
 
 use crate::{
     forge,

@@ -14,6 +14,9 @@ use crate::{
     text::{document, lines},
 };
 
+/// Name and version of the program, for files that say what made them.
+pub(super) const PROGRAM: &str = concat!("percuss-read ", env!("CARGO_PKG_VERSION"));
+
 /// Units of SI columns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum UnitChoice {

@@ -3,16 +3,16 @@
 use std::{io::BufWriter, path::PathBuf};
 
 use clap::{Args, ValueEnum};
+use percuss_table::{Sink, csv::Csv, parquet::Parquet};
 
 use super::{
     outcome::{CliError, Exit, losses, say, say_parts},
-    output::{Output, UnitChoice, chosen_format, commit, refuse_inputs, unless_closed},
+    output::{Output, PROGRAM, UnitChoice, chosen_format, commit, refuse_inputs, unless_closed},
 };
 use crate::{
     command::summary::{Outcome, summary},
-    format::{aligned::Aligned, csv::Csv, json::Json, parquet::Parquet},
+    format::{aligned::Aligned, json::Json},
     recording::Limits,
-    table::Sink,
 };
 
 const SUMMARY_HELP: &str = "\
@@ -87,7 +87,7 @@ impl SummaryArguments {
             Format::Text => Box::new(Aligned::new(&mut output)),
             Format::Csv => Box::new(Csv::new(&mut output)),
             Format::Json => Box::new(Json::new(&mut output)),
-            Format::Parquet => Box::new(Parquet::new(&mut output, limits)),
+            Format::Parquet => Box::new(Parquet::new(&mut output, PROGRAM, limits.kept())),
         };
         let result = summary(&self.files, prefixed, limits, &mut *sink);
         drop(sink);

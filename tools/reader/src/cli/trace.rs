@@ -3,22 +3,20 @@
 use std::{io::BufWriter, path::PathBuf};
 
 use clap::{Args, ValueEnum};
+use percuss_table::{Sink, csv::Csv, parquet::Parquet};
 
 use super::{
     chosen::Chosen,
     outcome::{CliError, Exit, losses, say, say_left_out, say_parts},
-    output::{Output, UnitChoice, chosen_format, commit, refuse_inputs, unless_closed},
+    output::{Output, PROGRAM, UnitChoice, chosen_format, commit, refuse_inputs, unless_closed},
 };
 use crate::{
     command::trace::{Outcome, Prefixes, Request, trace},
     format::{
-        csv::Csv,
         json_lines::JsonLines,
         npy::{Npy, Shape},
-        parquet::Parquet,
     },
     recording::Limits,
-    table::Sink,
 };
 
 const TRACE_EXAMPLES: &str = "\
@@ -92,7 +90,7 @@ impl TraceArguments {
         let mut sink: Box<dyn Sink> = match format {
             Format::Csv => Box::new(Csv::new(&mut output)),
             Format::Jsonl => Box::new(JsonLines::new(&mut output)),
-            Format::Parquet => Box::new(Parquet::new(&mut output, limits)),
+            Format::Parquet => Box::new(Parquet::new(&mut output, PROGRAM, limits.kept())),
             Format::Npy => Box::new(Npy::new(&mut output, Shape::Matrix, limits.memory)),
             Format::Npz => Box::new(Npy::new(&mut output, Shape::Archive, limits.memory)),
         };

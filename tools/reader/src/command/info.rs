@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use percuss_table::Heading;
 use serde_json::{Value, json};
 
 use crate::{
@@ -11,7 +12,6 @@ use crate::{
     instant::seconds,
     messages::Recording,
     recording::{Damage, Limits, OpenError},
-    table::Heading,
     text::{printable, short},
 };
 

@@ -12,6 +12,7 @@ mod table;
 use std::path::PathBuf;
 
 use percuss_picture::{Medium, Panel, draw};
+use percuss_table::Heading;
 
 use crate::{
     axis::Axis,
@@ -19,7 +20,6 @@ use crate::{
     messages::Recording,
     recording::Limits,
     select,
-    table::Heading,
 };
 
 use axes::{Line, panel, units};

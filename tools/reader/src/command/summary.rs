@@ -1,6 +1,6 @@
 //! `summary`: a row of measures per recording.
 
-mod measures;
+mod reading;
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -8,9 +8,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use percuss_table::{Cell, CellType, Heading, Sink, measures::Measure};
 use toml::Value;
 
-use measures::{Measure, Reading};
+use reading::Reading;
 
 use crate::{
     convention::{RESOLVED_CASE, RUN},
@@ -18,7 +19,6 @@ use crate::{
     prefix::{InUnits, Largest},
     recording::{Budget, Damage, Limits, OpenError},
     scales::{Conversion, Scales},
-    table::{Cell, CellType, Heading, Sink},
     toml_keys,
 };
 
@@ -95,7 +95,7 @@ impl Read {
     /// The measures in the units of the first recording.
     fn cells(&self, reference: &Self, scales: &Scales) -> Result<Vec<Cell>, SummaryError> {
         let Reading { measures, units, .. } = &self.reading;
-        let cell = |&(column, quantity, value): &Measure| {
+        let cell = |&Measure { name: column, quantity, value }: &Measure| {
             let Some(value) = value else { return Ok(Cell::Empty) };
             let factors = quantity.factors(units).zip(quantity.factors(&reference.reading.units));
             let pairs =
@@ -194,8 +194,6 @@ fn headings(parameters: &[(String, bool)], first: &Reading) -> Vec<Heading> {
     headings.extend(parameters.iter().map(|(key, is_number)| {
         heading(key, None, if *is_number { CellType::Double } else { CellType::Text })
     }));
-    let measure =
-        |(name, quantity, _): &Measure| heading(name, quantity.unit(&first.units), CellType::Double);
-    headings.extend(first.measures.iter().map(measure));
+    headings.extend(first.measures.iter().map(|measure| measure.heading(&first.units)));
     headings
 }

@@ -7,13 +7,14 @@ mod source;
 
 use std::{path::PathBuf, slice, thread};
 
+use percuss_table::{Cell, CellType, Heading, Sink};
+
 use crate::{
     convention,
     field::Column,
     messages::{POLL, Recording},
     prefix::{InUnits, Largest, takes_prefix},
     recording::{Limits, without_part},
-    table::{Cell, CellType, Heading, Sink},
 };
 
 use clock::Clock;

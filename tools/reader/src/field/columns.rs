@@ -1,16 +1,17 @@
 //! From a selection to columns.
 
+use percuss_table::{CellType, Heading};
+
 use super::{
-    Column, Columns, Take,
+    Column, Columns, MAX_TABLE, Take,
     selection::{Name, Positions, Selection, SelectionError},
 };
 use crate::{
     axis::Axis,
     channel::Channel,
     convention,
-    extent::{Extent, Reach},
+    extent::{Extent, MAX_COLUMNS, Reach},
     nest::{Counts, Element, Index, Nest},
-    table::{CellType, Heading, MAX_COLUMNS, MAX_TABLE},
     wire::{Layout, Type},
 };
 

@@ -2,10 +2,9 @@
 
 use std::io::{self, Write};
 
-use crate::{
-    table::{Cell, Heading, Sink},
-    text::printable,
-};
+use percuss_table::{Cell, Heading, Sink};
+
+use crate::text::printable;
 
 /// Writes a table whose columns are aligned: texts to the left, numbers to the right, empty cells as `-`. It keeps the
 /// rows to the end, so it is for tables with few of them.

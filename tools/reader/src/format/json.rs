@@ -2,10 +2,10 @@
 
 use std::io::{self, Write};
 
+use percuss_table::{Cell, Heading, Sink};
 use serde_json::{Map, Value};
 
 use super::json_lines::Row;
-use crate::table::{Cell, Heading, Sink};
 
 /// Writes `{"units": {column: unit}, "rows": [{column: value}]}`, with values as in [`super::json_lines`].
 pub struct Json<W: Write> {

@@ -2,9 +2,8 @@
 
 use std::io::{self, Write};
 
+use percuss_table::{Cell, Heading, Sink};
 use serde::ser::{Serialize, SerializeMap, Serializer};
-
-use crate::table::{Cell, Heading, Sink};
 
 /// Writes JSON lines. NaN and infinities are the strings `"NaN"`, `"Infinity"` and `"-Infinity"`, as in the
 /// JSON mapping of protobuf; empty cells are `null`.

@@ -4,8 +4,7 @@ use std::io::{self, Cursor, Write};
 
 use ndarray::{Array1, Array2, ArrayView1};
 use ndarray_npy::{NpzWriter, WriteNpyExt};
-
-use crate::table::{Cell, CellType, Heading, Sink};
+use percuss_table::{Cell, CellType, Heading, Sink};
 
 /// How the columns are laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,8 +2,9 @@
 //!
 //! x runs along the columns, y along the rows, with one point per value.
 
+use percuss_table::Heading;
+
 use crate::slice::{Side, Slice};
-use crate::table::Heading;
 
 /// A field as image data.
 ///

@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 
 use percuss_picture::{Curve, Image, Layer, Panel, Side};
+use percuss_table::Heading;
 
 use super::request::Request;
-use crate::{prefix::Prefixed, table::Heading};
+use crate::prefix::Prefixed;
 
 /// A curve, and what its values are.
 pub(super) struct Line {

@@ -3,6 +3,7 @@
 use std::{io, path::PathBuf};
 
 use percuss_picture::{Curve, Panel};
+use percuss_table::{Cell, Heading, Sink};
 
 use super::{
     axes::{Line, common_label, keep_first_units, place_and_field, units},
@@ -14,7 +15,6 @@ use crate::{
     field::Selection,
     messages::Recording,
     recording::{Budget, Limits},
-    table::{Cell, Heading, Sink},
 };
 
 /// Takes a table as curves.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use percuss_picture::{Colours, Image, Medium, Side, draw_image};
+use percuss_table::Heading;
 
 use super::{
     axes::labelled,
@@ -19,7 +20,6 @@ use crate::{
     messages::Recording,
     recording::{Budget, Damage, Limits},
     slice::{Moment, coordinate, misfit, profile, shown_name, slice},
-    table::Heading,
     wire::Layout,
 };
 

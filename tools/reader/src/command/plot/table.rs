@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use percuss_picture::{Curve, Medium, draw};
+use percuss_table::Heading;
 
 use super::{
     axes::{Line, panel},
@@ -10,7 +11,6 @@ use super::{
 };
 use crate::{
     recording::{Budget, Limits, OpenError, open_file},
-    table::Heading,
     text::short,
 };
 

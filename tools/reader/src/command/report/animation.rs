@@ -1,6 +1,7 @@
 //! The field of a report: frames of one byte a pixel.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
+use percuss_table::Heading;
 use serde_json::{Value, json};
 
 use crate::{
@@ -9,7 +10,6 @@ use crate::{
     messages::Recording,
     recording::{Damage, OpenError},
     slice::{Layer, Side, Slice, slice, visit},
-    table::Heading,
 };
 
 /// Frames, at most.

@@ -1,11 +1,9 @@
 //! Log times as they stand in the time column.
 
 use clap::ValueEnum;
+use percuss_table::{Cell, CellType, Heading};
 
-use crate::{
-    instant::Instant,
-    table::{Cell, CellType, Heading},
-};
+use crate::instant::Instant;
 
 /// How log times are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

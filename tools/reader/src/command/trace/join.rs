@@ -5,12 +5,10 @@ use std::{
     io,
 };
 
+use percuss_table::{Cell, Sink};
+
 use super::clock::Clock;
-use crate::{
-    instant::Instant,
-    select::Window,
-    table::{Cell, Sink},
-};
+use crate::{instant::Instant, select::Window};
 
 /// Cells that may wait for others of their row.
 const WAITING_CELLS: usize = 1 << 20;

@@ -2,16 +2,17 @@
 
 use std::{ops::Range, path::Path, thread};
 
+use percuss_table::Cell;
+
 use super::request::{Request, TraceError};
 use crate::{
     channel::Channel,
     extent::{Extent, Extents},
-    field::{Column, Columns, Positions, Selection, SelectionError, Used, columns},
+    field::{Column, Columns, MAX_TABLE, Positions, Selection, SelectionError, Used, columns},
     instant::Instant,
     messages::{Messages, POLL, Recording},
     recording::{Limits, OpenError},
     select,
-    table::{Cell, MAX_TABLE},
     wire::Values,
 };
 

@@ -2,12 +2,6 @@
 
 use std::{fmt, io};
 
-/// Largest number of columns an array is spread over.
-pub const MAX_COLUMNS: usize = 10_000;
-
-/// Largest number of columns of a table.
-pub(crate) const MAX_TABLE: usize = 1 << 18;
-
 /// What the cells of a column are, where they are not empty.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CellType {

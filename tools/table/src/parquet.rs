@@ -17,10 +17,7 @@ use parquet::{
     schema::types::Type,
 };
 
-use crate::{
-    recording::{Budget, Limits},
-    table::{Cell, CellType, Heading, Sink},
-};
+use crate::table::{Cell, CellType, Heading, Sink};
 
 /// Rows after which a row group is written.
 const GROUP: usize = 1 << 16;
@@ -39,26 +36,32 @@ const PLACE: usize = 512;
 pub struct Parquet<W: Write + Send> {
     output: Option<W>,
     writer: Option<SerializedFileWriter<W>>,
+    created_by: String,
     headings: Vec<Heading>,
     columns: Vec<Vec<Cell>>,
     /// Text of the rows since the last group \[bytes\].
     text: usize,
-    /// Memory for the rows of a group, and what is left for columns and their places \[bytes\].
+    /// Memory for the rows of a group \[bytes\].
     room: usize,
-    budget: Budget,
+    /// Memory that is left for columns and their places \[bytes\].
+    left: usize,
 }
 
 impl<W: Write + Send> Parquet<W> {
     /// Writes to `output`.
-    pub fn new(output: W, limits: Limits) -> Self {
-        let room = limits.kept();
-        let (headings, columns, budget) = (Vec::new(), Vec::new(), Budget::new(room));
-        Self { output: Some(output), writer: None, headings, columns, text: 0, room, budget }
+    ///
+    /// * `created_by`: name and version of the program, as the file says them
+    /// * `room`: memory for the rows of a group, and as much again for columns and their places \[bytes\]
+    pub fn new(output: W, created_by: &str, room: usize) -> Self {
+        let (output, created_by) = (Some(output), created_by.into());
+        let (headings, columns) = (Vec::new(), Vec::new());
+        Self { output, writer: None, created_by, headings, columns, text: 0, room, left: room }
     }
 
     /// Spends memory for what is kept until the end of the file.
     fn spend(&mut self, bytes: usize) -> io::Result<()> {
-        if self.budget.spend(bytes) {
+        if let Some(left) = self.left.checked_sub(bytes) {
+            self.left = left;
             return Ok(());
         }
         let text = "a Parquet file keeps a place for every column of every group of rows: these take more memory than \
@@ -169,7 +172,7 @@ impl<W: Write + Send> Sink for Parquet<W> {
             Some(KeyValue::new(format!("unit.{}", heading.name), unit))
         });
         let properties = WriterProperties::builder()
-            .set_created_by(concat!("percuss-read ", env!("CARGO_PKG_VERSION")).into())
+            .set_created_by(self.created_by.clone())
             .set_compression(Compression::ZSTD(ZstdLevel::default()))
             .set_key_value_metadata(Some(units.collect()))
             .build();

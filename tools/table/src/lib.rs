@@ -1,0 +1,15 @@
+//! Tables with units, and what is measured of an impact: shared by the solver and the reader, so that both write the same table of
+//! the same numbers.
+//!
+//! | Module | Owns |
+//! |---|---|
+//! | `table` | named columns with units, cells, and what takes the rows |
+//! | [`csv`], [`parquet`] | what takes rows, one file per output format |
+//! | [`measures`] | measures of an impact, from its numbers step by step |
+
+pub mod csv;
+pub mod measures;
+pub mod parquet;
+mod table;
+
+pub use table::{Cell, CellType, Heading, Sink};

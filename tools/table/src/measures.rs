@@ -1,0 +1,311 @@
+//! What is measured of an impact, from its numbers in the order of time.
+//!
+//! Every number is optional: what is not said stays open, and is never 0. Numbers that are not finite count as not said.
+
+use crate::{CellType, Heading};
+
+/// Kinds of events: the interface first needs tension.
+pub const EXTENSION: &str = "EXTENSION";
+/// Contact has ended.
+pub const SEPARATION: &str = "SEPARATION";
+/// Contact has come back after its end.
+pub const RECONTACT: &str = "RECONTACT";
+
+/// Units of what is measured; `None` for those that are not known.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Units {
+    /// Of times.
+    pub time: Option<String>,
+    /// Of lengths.
+    pub length: Option<String>,
+    /// Of velocities.
+    pub speed: Option<String>,
+    /// Of forces.
+    pub force: Option<String>,
+    /// Of energies.
+    pub energy: Option<String>,
+}
+
+/// What a column is, and with it the unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Quantity {
+    /// A plain number.
+    Number,
+    /// A time.
+    Time,
+    /// A length.
+    Length,
+    /// A velocity.
+    Speed,
+    /// A force.
+    Force,
+    /// A force over a time.
+    Impulse,
+    /// An energy.
+    Energy,
+}
+
+impl Quantity {
+    /// Units whose product is that of the quantity; `None` if one of them is not known.
+    pub fn factors(self, units: &Units) -> Option<Vec<&str>> {
+        let factors = match self {
+            Self::Number => vec![],
+            Self::Time => vec![&units.time],
+            Self::Length => vec![&units.length],
+            Self::Speed => vec![&units.speed],
+            Self::Force => vec![&units.force],
+            Self::Impulse => vec![&units.force, &units.time],
+            Self::Energy => vec![&units.energy],
+        };
+        factors.into_iter().map(Option::as_deref).collect()
+    }
+
+    /// The unit; `None` for plain numbers, and if it is not known.
+    pub fn unit(self, units: &Units) -> Option<String> {
+        let factors = self.factors(units)?;
+        match factors.as_slice() {
+            [] => None,
+            ["N", "s"] => Some("N s".into()),
+            ["N/m", "s"] => Some("N s/m".into()),
+            factors => Some(factors.join("·")),
+        }
+    }
+}
+
+/// What was measured: a cell of a table and its column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measure {
+    /// Name of the column.
+    pub name: &'static str,
+    /// What it is.
+    pub quantity: Quantity,
+    /// The number, if there is one \[unit of the quantity\].
+    pub value: Option<f64>,
+}
+
+impl Measure {
+    /// The column.
+    pub fn heading(&self, units: &Units) -> Heading {
+        Heading { name: self.name.into(), unit: self.quantity.unit(units), kind: CellType::Double }
+    }
+}
+
+/// What was seen of an impact. Those of nothing have all columns, without a value.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Observations {
+    /// What happened.
+    pub story: Story,
+    /// Force and radius of the contact.
+    pub drag: Drag,
+    /// How the indenter moved.
+    pub motion: Motion,
+    /// Kinetic and strain energy of the target, when contact ended for good.
+    pub energy: Moment,
+    /// The largest strain, its radius, depth and time.
+    pub largest_strain: [Option<f64>; 4],
+}
+
+impl Observations {
+    /// Those of an impact whose events have all been taken; the rest is still to be.
+    pub fn after(story: Story) -> Self {
+        let at = story.separation();
+        Self { story, motion: Motion::at(at), energy: Moment::at(at), ..Self::default() }
+    }
+
+    /// What is measured, in the order of the columns.
+    ///
+    /// ```text
+    /// restitution = −V/V₀   V: velocity when contact ended for good, if the indenter moves back then; V₀: the first
+    /// ```
+    pub fn measures(&self) -> Vec<Measure> {
+        let Self { story, drag, motion, energy, largest_strain: [strain, strain_r, strain_z, strain_time] } =
+            self;
+        let rebound =
+            motion.separation.value.filter(|rebound| motion.first.is_some_and(|v0| rebound * v0 < 0.0));
+        let (peak_force, peak_time) = drag.peak.unzip();
+        let measures = [
+            ("peak_force", Quantity::Force, peak_force),
+            ("peak_time", Quantity::Time, peak_time),
+            ("impulse", Quantity::Impulse, drag.impulse),
+            ("contact_duration", Quantity::Time, drag.contact.map(|(first, last)| last - first)),
+            ("contact_radius", Quantity::Length, drag.radius),
+            ("depth", Quantity::Length, motion.depth),
+            ("rebound_velocity", Quantity::Speed, rebound),
+            ("restitution", Quantity::Number, rebound.zip(motion.first).map(|(last, first)| -last / first)),
+            ("t_ext", Quantity::Time, story.extension),
+            ("energy_left", Quantity::Energy, energy.value),
+            ("largest_strain", Quantity::Number, *strain),
+            ("largest_strain_r", Quantity::Length, *strain_r),
+            ("largest_strain_z", Quantity::Length, *strain_z),
+            ("largest_strain_time", Quantity::Time, *strain_time),
+        ];
+        measures.map(|(name, quantity, value)| Measure { name, quantity, value }).into()
+    }
+}
+
+/// What happened.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Story {
+    extension: Option<f64>,
+    separation: Option<f64>,
+}
+
+impl Story {
+    /// Takes an event.
+    ///
+    /// * `time`: when it is known \[time\]
+    /// * `kind`: its name, [`EXTENSION`], [`SEPARATION`], [`RECONTACT`] or another, which says nothing here
+    /// * `since`: when it was, if that was before it was known \[time\]
+    pub fn take(&mut self, time: f64, kind: &str, since: Option<f64>) {
+        match kind {
+            EXTENSION => self.extension = self.extension.or(Some(time)),
+            SEPARATION => self.separation = Some(since.unwrap_or(time)),
+            RECONTACT => self.separation = None,
+            _ => {}
+        }
+    }
+
+    /// When contact ended for good, as far as is known \[time\].
+    pub fn separation(&self) -> Option<f64> {
+        self.separation
+    }
+}
+
+/// The force of the indenter on the target, and where they touch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Drag {
+    peak: Option<(f64, f64)>,
+    impulse: Option<f64>,
+    before: Option<(f64, f64)>,
+    contact: Option<(f64, f64)>,
+    radius: Option<f64>,
+}
+
+impl Drag {
+    /// Takes a step: its time, the force and the contact radius \[time, force, length\].
+    ///
+    /// ```text
+    /// impulse = Σ ½·(F_n + F_{n−1})·(t_n − t_{n−1})
+    /// ```
+    pub fn take(&mut self, time: f64, force: Option<f64>, radius: Option<f64>) {
+        let [force, radius] = [force, radius].map(finite);
+        if let Some(force) = force {
+            if self.peak.is_none_or(|(peak, _)| force > peak) {
+                self.peak = Some((force, time));
+            }
+            if let Some((last, before)) = self.before.replace((time, force)) {
+                *self.impulse.get_or_insert(0.0) += 0.5 * (force + before) * (time - last);
+            }
+        }
+        self.radius = larger(self.radius, radius);
+        if force.is_some_and(|force| force != 0.0) || radius.is_some_and(|radius| radius > 0.0) {
+            let (first, _) = self.contact.unwrap_or((time, time));
+            self.contact = Some((first, time));
+        }
+    }
+}
+
+/// The number, if it is one.
+fn finite(number: Option<f64>) -> Option<f64> {
+    number.filter(|number| number.is_finite())
+}
+
+fn larger(known: Option<f64>, new: Option<f64>) -> Option<f64> {
+    match (known, new) {
+        (Some(known), Some(new)) => Some(known.max(new)),
+        (known, new) => known.or(new),
+    }
+}
+
+/// How the indenter moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Motion {
+    first: Option<f64>,
+    depth: Option<f64>,
+    separation: Moment,
+}
+
+impl Motion {
+    /// * `separation`: when contact ended for good, if it did \[time\]
+    pub fn at(separation: Option<f64>) -> Self {
+        Self { separation: Moment::at(separation), ..Self::default() }
+    }
+
+    /// Takes a step: its time, the velocity and the displacement into the target \[time, speed, length\].
+    pub fn take(&mut self, time: f64, velocity: Option<f64>, displacement: Option<f64>) {
+        self.first = self.first.or(finite(velocity));
+        self.depth = larger(self.depth, finite(displacement));
+        self.separation.take(time, velocity);
+    }
+}
+
+/// A quantity at one time, linear between the times it is known at.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moment {
+    at: Option<f64>,
+    before: Option<(f64, f64)>,
+    value: Option<f64>,
+}
+
+impl Moment {
+    /// * `at`: the time, if there is one \[time\]
+    pub fn at(at: Option<f64>) -> Self {
+        Self { at, ..Self::default() }
+    }
+
+    /// Takes the quantity at a time \[time, that of the quantity\].
+    pub fn take(&mut self, time: f64, value: Option<f64>) {
+        let (Some(at), Some(value), None) = (self.at, finite(value), self.value) else { return };
+        if time < at {
+            self.before = Some((time, value));
+        } else if time == at {
+            self.value = Some(value);
+        } else if let Some((start, first)) = self.before {
+            self.value = Some(first + (value - first) * (at - start) / (time - start));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_moment_lies_between_messages() {
+        let value = |at, points: &[(f64, f64)]| {
+            let mut moment = Moment::at(at);
+            points.iter().for_each(|&(time, value)| moment.take(time, Some(value)));
+            moment.value
+        };
+        let points = [(0.0, 1.0), (1.0, 3.0), (2.0, 3.5)];
+        assert_eq!(value(Some(0.5), &points), Some(2.0));
+        assert_eq!(value(Some(1.0), &points), Some(3.0));
+        assert_eq!(value(Some(2.5), &points), None);
+        assert_eq!(value(Some(-0.5), &points), None);
+        assert_eq!(value(None, &points), None);
+    }
+
+    #[test]
+    fn contact_that_comes_back_has_not_ended() {
+        let mut story = Story::default();
+        let mut take = |time, kind: &str, since| {
+            story.take(time, kind, since);
+            story.separation
+        };
+        assert_eq!(take(1.0, SEPARATION, Some(0.9)), Some(0.9));
+        assert_eq!(take(2.0, RECONTACT, None), None);
+        assert_eq!(take(3.0, SEPARATION, None), Some(3.0));
+    }
+
+    #[test]
+    fn a_gap_in_the_contact_counts() {
+        let mut drag = Drag::default();
+        for (time, force, radius) in
+            [(0.0, 0.0, 0.0), (1.0, 2.0, 1.0), (2.0, 0.0, 0.0), (3.0, 1.0, 0.5), (4.0, 0.0, 0.0)]
+        {
+            drag.take(time, Some(force), Some(radius));
+        }
+        assert_eq!((drag.contact, drag.radius), (Some((1.0, 3.0)), Some(1.0)));
+        assert_eq!((drag.peak, drag.impulse), (Some((2.0, 1.0)), Some(3.0)));
+    }
+}
