@@ -272,8 +272,10 @@ impl Head {
         if let Some((found, here)) = programs.into_iter().find(|(found, here)| found != here) {
             return Err(CheckpointError::Program { path: path.into(), found, here });
         }
-        let differences = differences(&self.case, case)
-            .map_err(|error| CheckpointError::Damaged { path: path.into(), what: error.message().to_owned() })?;
+        let differences = differences(&self.case, case).map_err(|error| CheckpointError::Damaged {
+            path: path.into(),
+            what: error.message().to_owned(),
+        })?;
         match differences {
             None => Ok(()),
             Some(differences) => Err(CheckpointError::Case { path: path.into(), differences }),

@@ -15,20 +15,22 @@
 //! whatever its number in the sweep is now. The summary is made of the journals alone, so it is the same however often a sweep was stopped and
 //! however it was cut into shards. A line of the journal is written when the recording of its case, if it is kept, has its name.
 //!
-//! * [`spec`]: lists, ranges, tables, samples
+//! * [`request`], [`spec`]: what is asked for; lists, ranges, tables, samples
 //! * [`plan`]: the cases of a sweep, all checked before the first is run
 //! * [`journal`], [`folder`]: what is done; the files of a sweep
 //! * [`schedule`]: cases on threads, within a bound of memory
-//! * `measure`: what is read off a run on the way
+//! * `measure`, `summary`: what is read off a run on the way; the table of it
 //! * [`script`]: job scripts for schedulers of clusters
 
 pub mod folder;
 pub mod journal;
 mod measure;
 pub mod plan;
+pub mod request;
 pub mod schedule;
 pub mod script;
 pub mod spec;
+mod summary;
 
 /// Largest number of cases of a sweep.
 pub const MAX_CASES: usize = 1_000_000;

@@ -95,9 +95,9 @@ pub fn quantity_si(text: &str, geometry: Geometry) -> Option<(f64, &'static str)
         Dimension::Stress,
         Dimension::Mass,
     ];
-    dimensions.into_iter().find_map(|dimension| {
-        Some((parse(text, dimension, geometry).ok()?, si_unit(dimension, geometry)))
-    })
+    dimensions
+        .into_iter()
+        .find_map(|dimension| Some((parse(text, dimension, geometry).ok()?, si_unit(dimension, geometry))))
 }
 
 /// The SI value of a number in a unit.

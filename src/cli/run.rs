@@ -104,7 +104,8 @@ impl Run {
         let mut progress = Progress::new(&case, case.sizes.steps, self.output.quiet);
         let live = self.live.as_ref().map(|address| self.open(address, &case, &progress)).transpose()?;
         let resumed = if resumes { file.as_deref() } else { None };
-        let mut recording = self.recording(&destination, (file.as_deref(), resumed), &case, &mut simulation, &pool)?;
+        let mut recording =
+            self.recording(&destination, (file.as_deref(), resumed), &case, &mut simulation, &pool)?;
         progress.say(&self.heading(&case));
         if resumes {
             progress.say(&format!("continues at step {} of {}", simulation.next_step(), case.sizes.steps));

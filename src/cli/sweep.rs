@@ -10,15 +10,16 @@ use clap::Args;
 use indicatif::{BinaryBytes, HumanDuration, ProgressBar, ProgressStyle};
 
 use super::{
-    CliError, Exit, stem,
+    CliError, Exit,
     output::{ThreadArguments, signalled, watch_signals},
-    print,
+    print, stem,
 };
 use crate::{
     sweep::{
         folder::{Folder, FolderError, Shard, missing},
         journal::{Done, Entry, State},
-        plan::{Keep, Plan, PlanError, Request},
+        plan::{Plan, PlanError, Planned},
+        request::{Keep, Request},
         schedule::{self, Broken, Limits},
         script::{Scheduler, script},
         spec::{Combine, Vary},
@@ -163,7 +164,11 @@ impl SweepArguments {
         for (path, lines) in &done.unread {
             self.say(&format!("{}: {lines} damaged lines, whose cases are computed again", path.display()));
         }
-        if self.merge { self.merge(&folder, &plan, &mut done, limits) } else { self.compute(&folder, &plan, &mut done, limits) }
+        if self.merge {
+            self.merge(&folder, &plan, &mut done, limits)
+        } else {
+            self.compute(&folder, &plan, &mut done, limits)
+        }
     }
 
     /// What is asked for, the folder of relative paths in it, and the folder of the sweep.
@@ -172,15 +177,19 @@ impl SweepArguments {
         let is_given = path.is_dir();
         let file = match is_given {
             true => Some(Folder::sweep_file(path).ok_or_else(|| {
-                CliError::Usage(format!("`{}` is a folder without a sweep: it has no sweep.toml", path.display()))
+                CliError::Usage(format!(
+                    "`{}` is a folder without a sweep: it has no sweep.toml",
+                    path.display()
+                ))
             })?),
             false => Some(path.to_owned()).filter(|path| path.is_file()),
         };
-        let read = file.as_deref().map(Request::read).transpose()?.flatten();
+        let read = file.as_deref().map(Request::read).transpose().map_err(PlanError::from)?.flatten();
         let (mut request, folder) = match read {
             Some(request) => {
                 if !self.vary.is_empty() || !self.overrides.is_empty() || self.zip || self.lhs.is_some() {
-                    let text = format!("`{}` says what varies: leave out --vary, --set, --zip and --lhs", self.what);
+                    let text =
+                        format!("`{}` says what varies: leave out --vary, --set, --zip and --lhs", self.what);
                     return Err(CliError::Usage(text));
                 }
                 let folder = file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
@@ -193,7 +202,10 @@ impl SweepArguments {
         }
         let output = match (&self.output, is_given) {
             (Some(_), true) => {
-                return Err(CliError::Usage(format!("`{}` is the folder of the sweep: leave out -o", self.what)));
+                return Err(CliError::Usage(format!(
+                    "`{}` is the folder of the sweep: leave out -o",
+                    self.what
+                )));
             }
             (None, true) => path.to_owned(),
             (Some(output), false) => output.clone(),
@@ -246,7 +258,13 @@ impl SweepArguments {
         }
     }
 
-    fn compute(&self, folder: &Folder, plan: &Plan, done: &mut Done, limits: Limits) -> Result<Exit, CliError> {
+    fn compute(
+        &self,
+        folder: &Folder,
+        plan: &Plan,
+        done: &mut Done,
+        limits: Limits,
+    ) -> Result<Exit, CliError> {
         let signal = watch_signals()?;
         let mut journal = folder.journal()?;
         let jobs = folder.jobs(plan, done, self.rerun_failed, &mut journal)?;
@@ -264,6 +282,7 @@ impl SweepArguments {
             take(entry)
         });
         progress.end();
+        drop(journal);
         computed?;
         if let Some(signal) = signalled(&signal) {
             self.say("interrupted; the same command goes on with the rest");
@@ -292,7 +311,13 @@ impl SweepArguments {
     }
 
     /// Records the worst case, if that is asked for, and writes the summary.
-    fn finish(&self, folder: &Folder, plan: &Plan, done: &mut Done, limits: Limits) -> Result<Exit, CliError> {
+    fn finish(
+        &self,
+        folder: &Folder,
+        plan: &Plan,
+        done: &mut Done,
+        limits: Limits,
+    ) -> Result<Exit, CliError> {
         let jobs = folder.last_jobs(plan, done)?;
         if !jobs.is_empty() {
             let signal = watch_signals()?;
@@ -317,7 +342,8 @@ impl SweepArguments {
             self.say(&format!("{} cases are done", plan.cases.len()));
             return Ok(Exit::Done);
         }
-        let more = if failed.len() > SHOWN { format!(" and {} more", failed.len() - SHOWN) } else { String::new() };
+        let more =
+            if failed.len() > SHOWN { format!(" and {} more", failed.len() - SHOWN) } else { String::new() };
         let numbers = failed[..failed.len().min(SHOWN)].join(", ");
         Err(CliError::Failed(format!(
             "{} of {} cases failed: {numbers}{more}; manifest.jsonl says why, --rerun-failed tries again",
@@ -332,7 +358,7 @@ const SHOWN: usize = 20;
 
 /// What a sweep would take.
 fn estimates(plan: &Plan, limits: Limits) -> String {
-    let sum = |part: fn(&crate::sweep::plan::Planned) -> f64| plan.cases.iter().map(part).sum::<f64>();
+    let sum = |part: fn(&Planned) -> f64| plan.cases.iter().map(part).sum::<f64>();
     let seconds = sum(|case| case.seconds) / limits.threads as f64;
     let memory = plan.cases.iter().map(|case| case.memory).max().unwrap_or_default();
     let files = match plan.request.keep {
@@ -385,10 +411,13 @@ impl Progress {
             let why = entry.message.as_deref().unwrap_or_default();
             self.say(&format!("case {} failed: {why}", entry.case));
         }
-        if self.last.elapsed() >= LINE_INTERVAL || (self.bar.is_some() && self.last.elapsed().as_millis() > 100) {
+        if self.last.elapsed() >= LINE_INTERVAL
+            || (self.bar.is_some() && self.last.elapsed().as_millis() > 100)
+        {
             self.last = Instant::now();
             let [cases, done, failed] = self.counts;
-            let rest = self.start.elapsed().mul_f64((self.work[0] - self.work[1]).max(0.0) / self.work[1].max(1e-9));
+            let rest =
+                self.start.elapsed().mul_f64((self.work[0] - self.work[1]).max(0.0) / self.work[1].max(1e-9));
             let failed = if failed > 0 { format!(", {failed} failed") } else { String::new() };
             let eta = format!("{failed}, ETA {}", HumanDuration(rest));
             match &self.bar {

@@ -12,13 +12,16 @@ use percuss_table::{Sink, csv::Csv, parquet::Parquet};
 
 use super::{
     journal::{Done, Entry, Journal, JournalError, State, line},
-    measure,
-    plan::{CASE_FILE, Keep, Plan, Request},
+    plan::Plan,
+    request::{Keep, Request},
     schedule::Job,
+    summary,
 };
 
 /// Name of the sweep file in a folder.
 const SWEEP_FILE: &str = "sweep.toml";
+/// Name of the case among the files, unless it is a built-in one.
+const CASE_FILE: &str = "case.toml";
 /// Name of the folder of recordings.
 const RUNS: &str = "runs";
 /// Memory for the rows of a Parquet file \[bytes\].
@@ -35,7 +38,8 @@ impl FromStr for Shard {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+        let parts =
+            text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
         match parts {
             Some((number, of)) if 1 <= number && number <= of => Ok(Self { number, of }),
             _ => Err(format!("`{text}` is no shard: I/N, with I from 1 to N")),
@@ -228,7 +232,9 @@ impl Folder {
     ) -> Result<bool, FolderError> {
         if let Some(old) = entry.file.as_deref().filter(|old| *old != name && !path.exists()) {
             match fs::rename(self.path.join(old), path) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(Self::system(path, error)),
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    return Err(Self::system(path, error));
+                }
                 _ => {}
             }
         }
@@ -270,15 +276,9 @@ impl Folder {
     ///
     /// It cannot be written.
     pub fn write_summary(&self, plan: &Plan, done: &Done) -> Result<(), FolderError> {
-        let headings = measure::headings(plan);
-        let numbers = (1..=plan.cases.len()).filter(|number| self.has(*number));
-        let entry = |number: usize| done.entries.get(&plan.cases[number - 1].digest.to_string());
-        let rows: Vec<_> =
-            numbers.filter_map(|number| Some(measure::row(plan, &headings, number, entry(number)?))).collect();
         let written = |sink: &mut dyn Sink| {
-            sink.begin(&headings)?;
-            rows.iter().try_for_each(|row| sink.row(row))?;
-            sink.end()
+            let numbers = (1..=plan.cases.len()).filter(|number| self.has(*number));
+            summary::write(plan, done, numbers, sink)
         };
         let (mut csv, mut parquet) = (Vec::new(), Vec::new());
         let creator = concat!("percuss ", env!("CARGO_PKG_VERSION"));
@@ -302,7 +302,8 @@ impl Folder {
         let new = digests.filter(|digest| seen.insert(digest.clone()));
         let ours: Vec<&Entry> = new.filter_map(|digest| done.entries.get(&digest)).collect();
         // what the sweep had when it was another one
-        let others = done.entries.iter().filter(|(digest, _)| !seen.contains(*digest)).map(|(_, entry)| entry);
+        let others =
+            done.entries.iter().filter(|(digest, _)| !seen.contains(*digest)).map(|(_, entry)| entry);
         let lines: String = ours.into_iter().chain(others).map(line).collect();
         self.write(&self.name("manifest", "jsonl"), lines.as_bytes())
     }

@@ -1,104 +1,20 @@
-//! The cases of a sweep: what is asked for, and all cases of it, checked.
+//! The cases of a sweep, all checked before the first is run.
 
-use std::{
-    collections::BTreeMap,
-    fmt, fs, io,
-    path::{Path, PathBuf},
-    str::FromStr,
-};
+use std::{collections::BTreeMap, fmt, path::Path};
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use super::spec::{Axis, Combine, SpecError, Vary, axes};
+use super::{
+    request::Request,
+    spec::{Axis, SpecError, axes},
+};
 use crate::{
     case::{Case, CaseBuilder, CaseErrors, builtin},
     cost::Estimate,
     recording::NUMERICS,
     units::Units,
 };
-
-/// Name of the case among the files of a sweep.
-pub const CASE_FILE: &str = "case.toml";
-
-/// Which recordings are kept.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub enum Keep {
-    /// Those of all cases.
-    #[default]
-    All,
-    /// None: the summary is what stays.
-    None,
-    /// That of the case with the largest value of a measure.
-    Worst(String),
-}
-
-impl fmt::Display for Keep {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::All => f.write_str("all"),
-            Self::None => f.write_str("none"),
-            Self::Worst(measure) => write!(f, "worst:{measure}"),
-        }
-    }
-}
-
-impl FromStr for Keep {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.split_once(':') {
-            None if text == "all" => Ok(Self::All),
-            None if text == "none" => Ok(Self::None),
-            Some(("worst", measure)) if super::measure::is_name(measure) => Ok(Self::Worst(measure.into())),
-            Some(("worst", measure)) => {
-                Err(format!("`{measure}` is no measure; known: {}", super::measure::names().join(", ")))
-            }
-            _ => Err(format!("`{text}` is not possible: all, none or worst:MEASURE")),
-        }
-    }
-}
-
-impl TryFrom<String> for Keep {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<Keep> for String {
-    fn from(keep: Keep) -> Self {
-        keep.to_string()
-    }
-}
-
-/// What is asked for, as `sweep.toml` has it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Request {
-    /// A built-in case or a file, which relative paths are seen from the folder of this file.
-    pub case: String,
-    /// Name of the case in messages, where the file is a copy.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub name: Option<String>,
-    /// Folder of relative paths in the case, where the file is a copy.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub folder: Option<PathBuf>,
-    /// Keys that are set in all cases, `key=value`.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub set: Vec<String>,
-    /// Which recordings are kept.
-    #[serde(default)]
-    pub keep: Keep,
-    /// How the variations go together.
-    #[serde(default)]
-    pub combine: Combine,
-    /// The variations.
-    pub vary: Vec<Vary>,
-}
 
 /// Why there is no plan.
 #[derive(Debug, thiserror::Error)]
@@ -109,19 +25,13 @@ pub enum PlanError {
     /// The variations are wrong.
     #[error(transparent)]
     Spec(#[from] SpecError),
-    /// A sweep file is wrong.
-    #[error("`{}`: {what}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        what: String,
-    },
     /// Some cases are wrong.
     #[error(transparent)]
     Cases(#[from] WrongCases),
     /// Cases whose numbers cannot stand in one column.
-    #[error("case {number} has its {what}, case 1 its own in {first}: numbers of one column have one unit; sweep them apart")]
+    #[error(
+        "case {number} has its {what}, case 1 its own in {first}: numbers of one column have one unit; sweep them apart"
+    )]
     Units {
         /// Number of the case.
         number: usize,
@@ -198,23 +108,6 @@ pub struct Plan {
     axes: Vec<Axis>,
 }
 
-impl Request {
-    /// Reads a sweep file, `None` if the file is none: it has no `vary`.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, or something in it is wrong.
-    pub fn read(path: &Path) -> Result<Option<Self>, PlanError> {
-        let fail = |what: String| PlanError::File { path: path.into(), what };
-        let text = fs::read_to_string(path).map_err(|error| fail(error.to_string()))?;
-        let Ok(table) = text.parse::<toml::Table>() else { return Ok(None) };
-        if !table.contains_key("vary") {
-            return Ok(None);
-        }
-        toml::from_str(&text).map(Some).map_err(|error| fail(error.to_string()))
-    }
-}
-
 impl Plan {
     /// Checks all cases.
     ///
@@ -230,16 +123,18 @@ impl Plan {
         let (base, text) = base(&mut request, folder)?;
         let base = base.overrides(&request.set);
         let count = axes.iter().map(|axis| axis.rows.len()).product();
-        let check = |number: usize| settle(&base, &axes, number).map(|case| {
-            let estimate = Estimate::new(&case);
-            let planned = Planned {
-                digest: Digest::of(&case),
-                seconds: estimate.seconds * rayon::current_num_threads() as f64,
-                memory: estimate.memory,
-                file: estimate.file,
-            };
-            (planned, case.units())
-        });
+        let check = |number: usize| {
+            settle(&base, &axes, number).map(|case| {
+                let estimate = Estimate::new(&case);
+                let planned = Planned {
+                    digest: Digest::of(&case),
+                    seconds: estimate.seconds * rayon::current_num_threads() as f64,
+                    memory: estimate.memory,
+                    file: estimate.file,
+                };
+                (planned, case.units())
+            })
+        };
         let checked: Vec<_> = (1..=count).into_par_iter().map(check).collect();
         let wrong = wrong_cases(&checked, &base, &axes);
         if !wrong.is_empty() {
@@ -298,10 +193,8 @@ fn base(request: &mut Request, folder: &Path) -> Result<(CaseBuilder, Option<Str
     let of_case = || path.parent().filter(|folder| *folder != "").unwrap_or(Path::new(".")).to_owned();
     let folder = request.folder.get_or_insert_with(of_case).clone();
     // a copy of the case knows its folder from anywhere
-    let folder = std::path::absolute(&folder).map_err(|error: io::Error| PlanError::File {
-        path: folder,
-        what: error.to_string(),
-    })?;
+    let folder = std::path::absolute(&folder)
+        .map_err(|error| SpecError::File { path: folder, what: error.to_string() })?;
     request.folder = Some(folder.clone());
     Ok((CaseBuilder::from_text(&name, &text, &folder), Some(text)))
 }
@@ -332,7 +225,9 @@ fn wrong_cases<T>(
     axes: &[Axis],
 ) -> Vec<(usize, usize, CaseErrors)> {
     let mut groups: BTreeMap<Vec<&str>, (usize, usize)> = BTreeMap::new();
-    for (number, errors) in (1..).zip(checked).filter_map(|(number, case)| Some((number, case.as_ref().err()?))) {
+    for (number, errors) in
+        (1..).zip(checked).filter_map(|(number, case)| Some((number, case.as_ref().err()?)))
+    {
         let problems = errors.problems.iter().map(|problem| problem.message.as_str()).collect();
         groups.entry(problems).or_insert((number, 0)).1 += 1;
     }
@@ -344,7 +239,8 @@ fn wrong_cases<T>(
 
 fn same_units(units: &[Units]) -> Result<(), PlanError> {
     let names = |units: &Units| {
-        [("time", units.time), ("length", units.length), ("force", units.force)].map(|(what, unit)| (what, unit.name))
+        [("time", units.time), ("length", units.length), ("force", units.force)]
+            .map(|(what, unit)| (what, unit.name))
     };
     for (number, others) in (1..).zip(units) {
         for ((what, unit), (_, first)) in names(others).into_iter().zip(names(&units[0])) {

@@ -132,7 +132,9 @@ impl Vary {
         let axis = match self {
             Self::Key { key, .. } if key.is_empty() => return Err(refuse("the key is missing: KEY=VALUES")),
             Self::Key { key, values: Value::String(text) } => match Range::parse(text) {
-                Some(range) => column(key, range.and_then(|range| range.values()).map_err(|what| refuse(&what))?),
+                Some(range) => {
+                    column(key, range.and_then(|range| range.values()).map_err(|what| refuse(&what))?)
+                }
                 None => column(key, split(text)),
             },
             Self::Key { key, values: Value::Array(values) } => {
@@ -191,7 +193,10 @@ pub fn axes(vary: &[Vary], combine: Combine) -> Result<Vec<Axis>, SpecError> {
         Some(_) => Ok(axes),
         None => {
             let counts: Vec<String> = axes.iter().map(|axis| axis.rows.len().to_string()).collect();
-            let text = format!("{} cases are more than the {MAX_CASES} of a sweep; vary less at a time", counts.join(" x "));
+            let text = format!(
+                "{} cases are more than the {MAX_CASES} of a sweep; vary less at a time",
+                counts.join(" x ")
+            );
             Err(SpecError::Together(text))
         }
     }
@@ -209,7 +214,10 @@ fn zip(axes: Vec<Axis>) -> Result<Axis, SpecError> {
         return Err(SpecError::Together(text));
     }
     let row = |i: usize| axes.iter().flat_map(|axis| axis.rows[i].clone()).collect();
-    Ok(Axis { keys: axes.iter().flat_map(|axis| axis.keys.clone()).collect(), rows: (0..rows).map(row).collect() })
+    Ok(Axis {
+        keys: axes.iter().flat_map(|axis| axis.keys.clone()).collect(),
+        rows: (0..rows).map(row).collect(),
+    })
 }
 
 /// A range of numbers, with a unit or without.
@@ -239,7 +247,10 @@ impl Range {
                 return Err(format!("both ends of a range have one unit, not `{from_unit}` and `{unit}`"));
             }
             let read = |text: &str| {
-                text.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| format!("`{text}` is no number"))
+                text.parse::<f64>()
+                    .ok()
+                    .filter(|x| x.is_finite())
+                    .ok_or_else(|| format!("`{text}` is no number"))
             };
             let ends = [read(a)?, read(b)?];
             let count = count
@@ -389,7 +400,11 @@ mod tests {
             ("m=1:3 g:2", vec!["1 g", "3 g"]),
             ("m=5:5:1", vec!["5"]),
         ] {
-            assert_eq!(values(spec), Ok(expected.iter().map(|value| (*value).to_owned()).collect()), "{spec}");
+            assert_eq!(
+                values(spec),
+                Ok(expected.iter().map(|value| (*value).to_owned()).collect()),
+                "{spec}"
+            );
         }
     }
 
@@ -419,7 +434,9 @@ mod tests {
     #[test]
     fn variations_go_together() {
         let error = |specs: &[&str], combine| together(specs, combine).expect_err("an error");
-        assert!(error(&["a=1:2:1000", "b=1:2:1000", "c=1,2"], Combine::Product).contains("1000 x 1000 x 2 cases"));
+        assert!(
+            error(&["a=1:2:1000", "b=1:2:1000", "c=1,2"], Combine::Product).contains("1000 x 1000 x 2 cases")
+        );
         assert!(error(&["a=1,2", "a=3"], Combine::Product).contains("`a` is varied twice"));
         assert!(error(&["a=1,2", "b=1,2,3"], Combine::Zip).contains("`a` has 2 and `b` has 3"));
         assert!(error(&[], Combine::Product).contains("nothing is varied"));
@@ -435,7 +452,8 @@ mod tests {
         let lhs = |seed| together(&["a=0:1", "b=1 g:100 g:log"], Combine::Lhs { samples: 50, seed });
         let axes = lhs(7).expect("axes");
         let parts = |column: usize, share: fn(f64) -> f64| {
-            let number = |row: &Vec<String>| number_and_unit(&row[column]).expect("a number")[0].parse::<f64>();
+            let number =
+                |row: &Vec<String>| number_and_unit(&row[column]).expect("a number")[0].parse::<f64>();
             let part = |row| (50.0 * share(number(row).expect("a number"))) as usize;
             let mut parts: Vec<usize> = axes[0].rows.iter().map(part).collect();
             parts.sort_unstable();
