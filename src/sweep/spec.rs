@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use super::MAX_CASES;
+use crate::{case::quantity_si, geometry::Geometry};
 
 /// Values of keys that vary together, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -222,8 +223,9 @@ fn zip(axes: Vec<Axis>) -> Result<Axis, SpecError> {
 
 /// A range of numbers, with a unit or without.
 struct Range {
+    /// Its ends \[unit\].
     ends: [f64; 2],
-    /// As they are written, without the unit.
+    /// As they are written, with their units.
     written: [String; 2],
     unit: String,
     count: Option<usize>,
@@ -243,16 +245,21 @@ impl Range {
         };
         let ([a, from_unit], [b, unit]) = (number_and_unit(from)?, number_and_unit(to)?);
         let range = || {
-            if !from_unit.is_empty() && from_unit != unit {
-                return Err(format!("both ends of a range have one unit, not `{from_unit}` and `{unit}`"));
-            }
             let read = |text: &str| {
-                text.parse::<f64>()
-                    .ok()
-                    .filter(|x| x.is_finite())
-                    .ok_or_else(|| format!("`{text}` is no number"))
+                let number = text.parse::<f64>().ok().filter(|x| x.is_finite());
+                number.ok_or_else(|| format!("`{text}` is no number"))
             };
-            let ends = [read(a)?, read(b)?];
+            let (ends, unit, written) = if from_unit.is_empty() {
+                ([read(a)?, read(b)?], unit, [format!("{a} {unit}"), to.to_owned()])
+            } else if from_unit == unit {
+                ([read(a)?, read(b)?], unit, [from.to_owned(), to.to_owned()])
+            } else {
+                let other =
+                    || format!("both ends of a range are of one kind, not in `{from_unit}` and `{unit}`");
+                let (ends, unit) = same_kind(from, to).ok_or_else(other)?;
+                (ends, unit, [from.to_owned(), to.to_owned()])
+            };
+            let written = written.map(|end| end.trim().to_owned());
             let count = count
                 .map(|count| match count.parse() {
                     Ok(count @ 1..=MAX_CASES) => Ok(count),
@@ -263,9 +270,9 @@ impl Range {
                 return Err("a logarithmic range has ends above 0".into());
             }
             if ends[0] == ends[1] && count != Some(1) {
-                return Err(format!("the range is empty: it begins and ends at {a}"));
+                return Err(format!("the range is empty: it begins and ends at {from}"));
             }
-            Ok(Self { ends, written: [a.into(), b.into()], unit: unit.into(), count, is_log })
+            Ok(Self { ends, written, unit: unit.into(), count, is_log })
         };
         Some(range())
     }
@@ -285,12 +292,20 @@ impl Range {
     fn values(&self) -> Result<Vec<String>, String> {
         let count = self.count.ok_or("a range has a count: FROM:TO:COUNT or FROM:TO:COUNT:log")?;
         let value = |i: usize| match i {
-            0 => self.text(&self.written[0]),
-            i if i + 1 == count => self.text(&self.written[1]),
+            0 => self.written[0].clone(),
+            i if i + 1 == count => self.written[1].clone(),
             i => self.text(&format!("{:?}", self.at(i as f64 / (count - 1) as f64))),
         };
         Ok((0..count).map(value).collect())
     }
+}
+
+/// Two quantities of one dimension, in its SI unit.
+fn same_kind(a: &str, b: &str) -> Option<([f64; 2], &'static str)> {
+    [Geometry::Axisymmetric, Geometry::Plane].into_iter().find_map(|geometry| {
+        let ((a, unit), (b, other)) = (quantity_si(a, geometry)?, quantity_si(b, geometry)?);
+        (unit == other).then_some(([a, b], unit))
+    })
 }
 
 /// A number and what stands behind it; `None` if the text does not begin with one.
@@ -398,6 +413,8 @@ mod tests {
             ("m=1:100:3:log", vec!["1", "10.0", "100"]),
             ("m=1 g:3 g:3", vec!["1 g", "2.0 g", "3 g"]),
             ("m=1:3 g:2", vec!["1 g", "3 g"]),
+            ("m=1 g:1 kg:4:log", vec!["1 g", "0.01 kg", "0.1 kg", "1 kg"]),
+            ("m=1 kg/m:1 g/cm:2", vec!["1 kg/m", "1 g/cm"]),
             ("m=5:5:1", vec!["5"]),
         ] {
             assert_eq!(
@@ -419,7 +436,7 @@ mod tests {
             ("m=1:2:0", "no count of values"),
             ("m=1:2:1000000000", "no count of values"),
             ("m=0:2:5:log", "ends above 0"),
-            ("m=1 g:2 kg:5", "one unit"),
+            ("m=1 g:2 m:5", "of one kind, not in `g` and `m`"),
         ] {
             let error = values(spec).expect_err(spec);
             assert!(error.contains(expected) && error.contains(spec), "{error}");
