@@ -250,9 +250,8 @@ impl Folder {
     /// The case whose recording is kept alone, the first with the largest value of the measure, if it is not there yet.
     pub fn worst(&self, plan: &Plan, done: &Done) -> Option<Job> {
         let Keep::Worst(key) = &plan.request.keep else { return None };
-        let value = |number: &usize| {
-            done.entries.get(&plan.cases[number - 1].digest.to_string())?.measures.get(key).copied()
-        };
+        let value =
+            |number: &usize| done.entries.get(&plan.cases[number - 1].digest.to_string())?.measures.get(key);
         let cases = (1..=plan.cases.len()).filter_map(|number| Some((number, value(&number)?)));
         let (number, _) = cases.reduce(|worst, other| if other.1 > worst.1 { other } else { worst })?;
         let (path, name) = self.recording(plan, number);

@@ -9,6 +9,8 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
+use super::measure::Measures;
+
 /// How a case has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -50,8 +52,8 @@ pub struct Entry {
     pub seconds: f64,
     /// Machine.
     pub host: String,
-    /// What was measured, by name, in the units of the case; none of a case that failed.
-    pub measures: BTreeMap<String, f64>,
+    /// What was measured, in the units of the case; nothing of a case that failed.
+    pub measures: Measures,
 }
 
 /// Why a journal cannot be used.
@@ -193,7 +195,7 @@ mod tests {
             file: None,
             seconds: 0.5,
             host: "here".into(),
-            measures: BTreeMap::from([("peak_force".into(), 0.1 + 0.2)]),
+            measures: BTreeMap::from([("peak_force".to_owned(), 0.1 + 0.2)]).into(),
         }
     }
 

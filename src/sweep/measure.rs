@@ -8,6 +8,8 @@ use percuss_table::measures::{
     Drag, EXTENSION, Measure, Moment, Motion, Observations, RECONTACT, SEPARATION, Story,
 };
 
+use serde::{Deserialize, Serialize};
+
 use crate::{
     case::Case,
     session::{Flow, Observer, RunError},
@@ -29,6 +31,32 @@ pub fn is_name(text: &str) -> bool {
     names().contains(&text)
 }
 
+/// What was measured of a case, in the order of the columns; in a journal by name, where only known numbers stand.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "BTreeMap<String, f64>", into = "BTreeMap<&'static str, f64>")]
+pub struct Measures(Box<[Option<f64>]>);
+
+impl Measures {
+    /// A number by its name.
+    pub fn get(&self, name: &str) -> Option<f64> {
+        let place = NOTHING.iter().position(|measure| measure.name == name)?;
+        self.0.get(place).copied().flatten()
+    }
+}
+
+impl From<BTreeMap<String, f64>> for Measures {
+    fn from(known: BTreeMap<String, f64>) -> Self {
+        Self(NOTHING.iter().map(|measure| known.get(measure.name).copied()).collect())
+    }
+}
+
+impl From<Measures> for BTreeMap<&'static str, f64> {
+    fn from(measures: Measures) -> Self {
+        let names = NOTHING.iter().map(|measure| measure.name);
+        names.zip(&measures.0).filter_map(|(name, value)| Some((name, (*value)?))).collect()
+    }
+}
+
 /// Measures a run that it observes.
 pub struct Measuring {
     units: Units,
@@ -47,8 +75,8 @@ impl Measuring {
         Self { units: case.units(), story: Story::default(), drag: Drag::default(), motion, energy }
     }
 
-    /// What was measured, by name, in the units of the case.
-    pub fn measures(&self, validity: &Validity) -> BTreeMap<String, f64> {
+    /// What was measured, in the units of the case.
+    pub fn measures(&self, validity: &Validity) -> Measures {
         let Units { length, time, .. } = self.units;
         let (mut motion, mut energy) =
             (Motion::at(self.story.separation()), Moment::at(self.story.separation()));
@@ -66,9 +94,8 @@ impl Measuring {
             energy,
             largest_strain: [Some(strain.value), r, z, when],
         };
-        let known =
-            |measure: Measure| Some((measure.name.to_owned(), measure.value.filter(|x| x.is_finite())?));
-        observations.measures().into_iter().filter_map(known).collect()
+        let values = observations.measures().into_iter().map(|measure| measure.value);
+        Measures(values.map(|value| value.filter(|x| x.is_finite())).collect())
     }
 }
 

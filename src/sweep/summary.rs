@@ -63,9 +63,8 @@ fn row(plan: &Plan, headings: &[Heading], number: usize, entry: &Entry) -> Vec<C
         }
         _ => Cell::Text(value.trim_matches('"').to_owned()),
     });
-    let measured = NOTHING
-        .iter()
-        .map(|measure| entry.measures.get(measure.name).map_or(Cell::Empty, |value| Cell::Double(*value)));
+    let measured =
+        NOTHING.iter().map(|measure| entry.measures.get(measure.name).map_or(Cell::Empty, Cell::Double));
     let start = [Cell::UInt(number as u64)].into_iter();
     start.chain(varied).chain([Cell::Text(entry.state.name().into())]).chain(measured).collect()
 }
