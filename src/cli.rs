@@ -40,6 +40,7 @@ mod check;
 mod exact;
 mod layers;
 mod layout;
+mod manual;
 mod materials;
 mod output;
 mod progress;
@@ -94,6 +95,10 @@ enum Command {
     Cases(cases::Cases),
     /// List the materials that cases can name
     Materials(materials::Materials),
+    /// Print completions for a shell
+    Completions(manual::Completions),
+    /// Print the page of the manual, or write those of all commands
+    Man(manual::Manual),
 }
 
 /// The case of a command.
@@ -208,6 +213,8 @@ impl Arguments {
             Command::Layout(layout) => layout.run(),
             Command::Cases(cases) => cases.run(),
             Command::Materials(materials) => materials.run(),
+            Command::Completions(completions) => completions.run(),
+            Command::Man(manual) => manual.run(),
         }
     }
 }

@@ -40,7 +40,7 @@
 //! dimension. All recorded stress, fields included, is compressive positive, p = −σ_zz. Units and meanings of all fields are in the
 //! metadata of their channels. Metadata records describe the run (`percuss.run`; its `source` is `simulation`, then with the revision
 //! of the `numerics`, [`NUMERICS`], or `exact`, then with the `closed_form`), machine, time and the `commit` of the program
-//! (`percuss.host`, the only part that differs between two runs of a case), the largest strain
+//! (`percuss.host`, the only part that differs between two runs of a case; with `--reproducible` it is empty), the largest strain
 //! (`percuss.validity`), and the end of the run (`percuss.status`, written last); each has the `checksum` of its other entries. The attachment `case.resolved.toml`
 //! repeats the run; `layout.json` is the layout for viewers.
 //!
@@ -136,12 +136,14 @@ pub struct Destination {
     pub overwrite: bool,
     /// When it is synchronised with the disk.
     pub synchronise: Synchronise,
+    /// Leave out what differs from run to run: the same program writes the same bytes.
+    pub reproducible: bool,
 }
 
 impl Destination {
     /// A new file, synchronised at its end.
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self { path: path.into(), overwrite: false, synchronise: Synchronise::default() }
+        Self { path: path.into(), overwrite: false, synchronise: Synchronise::default(), reproducible: false }
     }
 }
 

@@ -499,3 +499,42 @@ fn live_runs_need_an_address_that_is_free() {
     );
     assert!(start.elapsed() >= Duration::from_millis(240), "half a unit at twice the speed");
 }
+
+#[test]
+fn a_reproducible_recording_has_one_hash() {
+    let folder = folder();
+    let record = |name: &str, threads: &str, rest: &[&str]| {
+        let arguments = ["run", "fig5", "--set", "mesh.cells=20", "--threads", threads, "-o", name, "-q"];
+        let output = percuss(folder.path(), &[&arguments[..], rest].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        fs::read(folder.path().join(name)).expect("a recording")
+    };
+    let first = record("a.mcap", "1", &["--reproducible"]);
+    // another second
+    std::thread::sleep(std::time::Duration::from_millis(1100));
+    for threads in ["2", "3"] {
+        assert!(
+            record(&format!("{threads}.mcap"), threads, &["--reproducible"]) == first,
+            "{threads} threads"
+        );
+    }
+    assert!(record("b.mcap", "1", &[]) != first);
+}
+
+#[test]
+fn shells_and_the_manual_know_all_commands() {
+    let folder = folder();
+    let said = |arguments: &[&str]| {
+        let output = percuss(folder.path(), arguments);
+        assert!(output.status.success(), "{}", stderr(&output));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let text = said(&["completions", shell]);
+        assert!(text.contains("sweep") && text.contains("reproducible"), "{shell}");
+    }
+    assert!(said(&["man"]).contains(".TH percuss 1"));
+    said(&["man", "-o", "pages"]);
+    let page = fs::read_to_string(folder.path().join("pages/percuss-run.1")).expect("a page");
+    assert!(page.contains(".TH percuss-run 1") && page.contains("\\-\\-reproducible"), "{page}");
+}

@@ -41,6 +41,10 @@ pub(super) struct OutputArguments {
     /// When the recording is synchronised with the disk: what has been is there after a power failure too
     #[arg(long, value_name = "WHEN", value_enum, default_value_t)]
     sync: Synchronise,
+    /// Leave out what differs from run to run, time, machine and number of threads: the recording of a case by the same version of
+    /// percuss has one hash
+    #[arg(long)]
+    reproducible: bool,
     /// Print errors only
     #[arg(short, long)]
     pub(super) quiet: bool,
@@ -67,7 +71,12 @@ impl OutputArguments {
     /// It is the case file itself, or has the extension of another format.
     pub(super) fn destination(&self, case: &str, suffix: &str) -> Result<Destination, CliError> {
         let path = self.path(case, suffix)?;
-        Ok(Destination { path, overwrite: self.force, synchronise: self.sync })
+        Ok(Destination {
+            path,
+            overwrite: self.force,
+            synchronise: self.sync,
+            reproducible: self.reproducible,
+        })
     }
 
     fn path(&self, case: &str, suffix: &str) -> Result<PathBuf, CliError> {

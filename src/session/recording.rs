@@ -109,7 +109,8 @@ impl Recording {
     /// The file exists, or cannot be written.
     pub fn create(destination: &Destination, case: &Case, source: Source) -> Result<Self, RecordingError> {
         let recorder = Recorder::create(destination, case.record.compression)?;
-        Self::begin(recorder, case, source, None)
+        let host = host_record(destination.reproducible, None);
+        Self::begin(recorder, case, source, host)
     }
 
     /// Begins the recording of a run of `case` that continues: with the same head, and the messages that the run has recorded up
@@ -124,23 +125,24 @@ impl Recording {
         recorded: &Recorded,
     ) -> Result<Self, RecordingError> {
         let (recorder, left) = Recorder::resume(destination, case.record.compression)?;
-        let mut recording = Self::begin(recorder, case, Source::Simulation, Some(recorded.step))?;
+        let host = host_record(destination.reproducible, Some(recorded.step));
+        let mut recording = Self::begin(recorder, case, Source::Simulation, host)?;
         recording.recorder.copy(left, recorded.messages.clone())?;
         recording.last = Some((recorded.step, recorded.time));
         Ok(recording)
     }
 
-    /// * `resumed`: step after which the run was resumed
+    /// * `host`: see [`host_record`]
     fn begin(
         mut recorder: Recorder,
         case: &Case,
         source: Source,
-        resumed: Option<u64>,
+        host: BTreeMap<String, String>,
     ) -> Result<Self, RecordingError> {
         let mut run = run_record(case);
         run.extend(source.entries());
         recorder.metadata("percuss.run", run)?;
-        recorder.metadata("percuss.host", host_record(resumed))?;
+        recorder.metadata("percuss.host", host)?;
         recorder.attach("case.toml", "application/toml", case.text().into_bytes())?;
         let resolved = case.resolved_toml().into_bytes();
         recorder.attach(RESOLVED_CASE, "application/toml", resolved)?;
@@ -321,18 +323,24 @@ fn layer_entries(case: &Case) -> BTreeMap<String, String> {
 
 /// Place, time and program of the computation, padded to a fixed length.
 ///
+/// * `reproducible`: says nothing of all that
 /// * `resumed`: step after which it was resumed
-fn host_record(resumed: Option<u64>) -> BTreeMap<String, String> {
+fn host_record(reproducible: bool, resumed: Option<u64>) -> BTreeMap<String, String> {
     let clip = |text: String| text.chars().take(100).collect::<String>();
-    let build = if cfg!(debug_assertions) { "debug" } else { "release" };
-    let mut map = to_map([
-        ("start_time", humantime::format_rfc3339_seconds(SystemTime::now()).to_string()),
-        ("host", clip(gethostname::gethostname().to_string_lossy().into_owned())),
-        ("threads", rayon::current_num_threads().to_string()),
-        ("build", format!("{build} {} {}", std::env::consts::ARCH, std::env::consts::OS)),
-    ]);
-    map.extend(option_env!("PERCUSS_COMMIT").map(|commit| ("commit".to_owned(), clip(commit.to_owned()))));
-    map.extend(resumed.map(|step| ("resumed_after_step".to_owned(), step.to_string())));
+    let mut map = BTreeMap::new();
+    if !reproducible {
+        let build = if cfg!(debug_assertions) { "debug" } else { "release" };
+        map = to_map([
+            ("start_time", humantime::format_rfc3339_seconds(SystemTime::now()).to_string()),
+            ("host", clip(gethostname::gethostname().to_string_lossy().into_owned())),
+            ("threads", rayon::current_num_threads().to_string()),
+            ("build", format!("{build} {} {}", std::env::consts::ARCH, std::env::consts::OS)),
+        ]);
+        map.extend(
+            option_env!("PERCUSS_COMMIT").map(|commit| ("commit".to_owned(), clip(commit.to_owned()))),
+        );
+        map.extend(resumed.map(|step| ("resumed_after_step".to_owned(), step.to_string())));
+    }
     let used: usize = map.iter().map(|(key, value)| key.len() + value.len()).sum();
     let padding = HOST_LENGTH.saturating_sub(used + "padding".len());
     map.insert("padding".into(), " ".repeat(padding));

@@ -208,7 +208,7 @@ impl<'a> Queue<'a> {
             };
             // of an earlier attempt that was stopped nothing counts
             let destination =
-                Destination { path: path.clone(), overwrite: true, synchronise: Synchronise::Never };
+                Destination { overwrite: true, synchronise: Synchronise::Never, ..Destination::new(path) };
             let mut recording = Recording::create(&destination, &case, Source::Simulation)?;
             session::run(&mut steps, &mut [&mut recording, &mut measuring, &mut watch])
         });

@@ -14,7 +14,7 @@
 //! Errors of the system are reported with the number of bytes that were written before; interrupted calls are repeated, short writes
 //! are continued.
 //!
-//! The feature `signals` has what signals do to a program with such files.
+//! The feature `signals` has what signals do to a program with such files, the feature `manual` what programs say of themselves.
 
 use std::{
     error::Error,
@@ -24,6 +24,8 @@ use std::{
 };
 
 mod counted;
+#[cfg(feature = "manual")]
+pub mod manual;
 mod output;
 mod part;
 #[cfg(feature = "signals")]

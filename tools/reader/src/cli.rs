@@ -5,6 +5,7 @@ mod chosen;
 mod diff;
 mod export;
 mod info;
+mod manual;
 mod outcome;
 mod output;
 mod plot;
@@ -25,6 +26,7 @@ use cat::CatArguments;
 use diff::DiffArguments;
 use export::ExportArguments;
 use info::InfoArguments;
+use manual::{CompletionsArguments, ManualArguments};
 use plot::PlotArguments;
 use recover::RecoverArguments;
 use replay::ReplayArguments;
@@ -113,6 +115,10 @@ enum Command {
     Cat(CatArguments),
     /// The message types of a recording, as text
     Schema(SchemaArguments),
+    /// Completions for a shell
+    Completions(CompletionsArguments),
+    /// The page of the manual, or those of all commands
+    Man(ManualArguments),
 }
 
 impl Arguments {
@@ -135,6 +141,8 @@ impl Arguments {
             Command::Export(arguments) => arguments.run(limits),
             Command::Cat(arguments) => arguments.run(limits),
             Command::Schema(arguments) => arguments.run(limits),
+            Command::Completions(arguments) => arguments.run(),
+            Command::Man(arguments) => arguments.run(),
             // status 1 says that recordings differ: whatever fails here is another
             Command::Diff(arguments) => {
                 arguments.run(limits).map_err(|error| CliError::NotCompared(Box::new(error)))
