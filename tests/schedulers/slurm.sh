@@ -1,5 +1,5 @@
-# A Slurm of its own for tests/schedulers/run, which reads this file: a controller and two nodes, n1 and n2, of one core each, all on
-# this machine. Everything is in the folder $slurm; whatever Slurm starts has SLURM_CONF in its environment.
+# A Slurm for tests/schedulers/run, which reads this file: a controller and two nodes of one core each, n1 and n2, all on this machine.
+# Its files are in the folder $slurm, and whatever it starts has SLURM_CONF in its environment: so it is found again.
 
 slurm_start() {
     export SLURM_CONF=$slurm/slurm.conf
@@ -49,34 +49,29 @@ CONF
     wait_for 30 'two idle nodes' eval 'test "$(sinfo -h -N -t idle -o %N | wc -l)" -eq 2'
 }
 
-# The processes of tasks on a node, after those of Slurm that watch them.
-slurm_tasks() {
-    local environment status tasks=() watchers=()
-    while read -r environment; do
-        grep -qszxF "SLURMD_NODENAME=$1" "$environment" || continue
-        status=$(cat "${environment%environ}status" 2>/dev/null) || continue
-        tasks+=("$(awk '/^Pid:/ { print $2 }' <<<"$status")")
-        watchers+=("$(awk '/^PPid:/ { print $2 }' <<<"$status")")
-    done < <(grep -slzxF "SLURM_CONF=$SLURM_CONF" /proc/[0-9]*/environ)
-    for watcher in "${watchers[@]}"; do
-        if grep -qsx slurmstepd "/proc/$watcher/comm"; then echo "$watcher"; fi
-    done
-    printf '%s\n' "${tasks[@]}"
+# All processes of this Slurm: daemons, tasks, and those that watch tasks.
+slurm_processes() {
+    env -u SLURM_CONF grep -slzxF "SLURM_CONF=$slurm/slurm.conf" /proc/[0-9]*/environ | cut -d/ -f3 || true
 }
 
-# Ends a node and all that runs on it at once, as a failure of its power does; afterwards it may be started again.
+# Ends a node and all that runs on it at once, as a failure of its power does. Afterwards the node may be started again.
 slurm_crash() {
+    local process parent tasks=() watchers=()
     kill -9 "$(cat "$slurm/$1.pid")"
-    slurm_tasks "$1" | xargs -r kill -9
+    for process in $(slurm_processes); do
+        grep -qszxF "SLURMD_NODENAME=$1" "/proc/$process/environ" || continue
+        tasks+=("$process")
+        parent=$(awk '/^PPid:/ { print $2 }' "/proc/$process/status")
+        if grep -qsx slurmstepd "/proc/$parent/comm"; then watchers+=("$parent"); fi
+    done
+    # those first that would report the end of the others
+    kill -9 "${watchers[@]}" "${tasks[@]}"
 }
 
-# Ends all daemons and tasks.
+# Ends everything.
 slurm_stop() {
-    local node daemon
-    for node in n1 n2; do
-        if [ -e "$slurm/$node.pid" ]; then slurm_crash "$node"; fi
-    done
-    for daemon in slurmctld.pid munge/pid; do
-        if [ -e "$slurm/$daemon" ]; then kill -9 "$(cat "$slurm/$daemon")"; fi
+    local processes
+    while processes=$(slurm_processes) && [ "$processes" ]; do
+        xargs kill -9 <<<"$processes" 2>/dev/null || true
     done
 }
