@@ -4,6 +4,7 @@ use std::{
     fs,
     path::Path,
     process::{Command, Output, Stdio},
+    thread::sleep,
     time::{Duration, Instant},
 };
 
@@ -511,7 +512,7 @@ fn a_reproducible_recording_has_one_hash() {
     };
     let first = record("a.mcap", "1", &["--reproducible"]);
     // another second
-    std::thread::sleep(std::time::Duration::from_millis(1100));
+    sleep(Duration::from_millis(1100));
     for threads in ["2", "3"] {
         assert!(
             record(&format!("{threads}.mcap"), threads, &["--reproducible"]) == first,
