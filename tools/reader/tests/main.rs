@@ -15,6 +15,7 @@ mod pictures;
 mod replay;
 mod selections;
 mod summary;
+mod tables;
 mod timeline;
 mod units;
 mod verbs;
