@@ -15,6 +15,7 @@ mod pictures;
 mod replay;
 mod selections;
 mod summary;
+mod sweeps;
 mod tables;
 mod timeline;
 mod units;

@@ -128,7 +128,7 @@ pub fn report(error: &CliError) -> ExitCode {
         | CliError::Cat(CatError::Open(OpenError::UnknownTopic { .. }))
         | CliError::Open(OpenError::UnknownTopic { .. })
         | CliError::Replay(ReplayError::Empty { .. } | ReplayError::Nothing)
-        | CliError::Report(ReportError::NotPercuss(_))
+        | CliError::Report(ReportError::NotPercuss(_) | ReportError::NotSweep(_))
         | CliError::Summary(SummaryError::NotPercuss(_) | SummaryError::Units { .. })
         | CliError::SameFile(_)
         | CliError::Usage(_)
