@@ -30,7 +30,10 @@ with open(folder / "summary.csv", "w") as summary, open(folder / "manifest.jsonl
         is_done = case % 50 != 7
         measures = f"{force!r},{time!r},{0.9 - 0.3 * lost!r}" if is_done else ",,"
         print(f"{case},{mass!r},{speed!r},{thickness},{'done' if is_done else 'failed'},{measures}", file=summary)
-        print(json.dumps({"case": case, "file": f"runs/{case:04}.mcap" if is_done else None}), file=journal)
+        name = f"runs/{case:04}.mcap" if is_done else None
+        print(json.dumps({"case": case, "file": name}), file=journal)
+        if name:
+            (folder / name).touch()
 subprocess.run([reader.resolve(), "report", folder], check=True)
 page = pathlib.Path("masses.html")
 

@@ -7,7 +7,10 @@ use crate::desk::Desk;
 /// A desk with the directory of a sweep, `masses`.
 fn sweep(summary: &str, journal: &str) -> Desk {
     let desk = Desk::new(&[]);
-    fs::create_dir(desk.path("masses")).expect("a folder");
+    fs::create_dir_all(desk.path("masses/runs")).expect("folders");
+    for name in ["masses/runs/1.mcap", "masses/javascript:alert(1)"] {
+        desk.put(name, "");
+    }
     desk.put("masses/summary.csv", summary);
     desk.put("masses/manifest.jsonl", journal);
     desk

@@ -40,7 +40,7 @@ pub fn sweep(folder: &Path, page: &Path, limits: Limits) -> Result<String, Repor
         }
         table => table?,
     };
-    let links = links(&table, &files(folder, limits)?, &way(page, folder));
+    let links = links(folder, &table, &entries(folder, limits)?, &way(page, folder));
     let data = json!({
         "version": VERSION,
         "title": name(folder),
@@ -86,43 +86,48 @@ fn column((heading, cells): (&Heading, &Vec<Cell>)) -> Value {
 #[derive(Deserialize)]
 struct Entry {
     case: u64,
+    state: Option<String>,
     file: Option<String>,
 }
 
-/// The recordings of cases by their numbers, the last that the journal says; a line that is none, like a torn one at its end, is
-/// passed.
-fn files(folder: &Path, limits: Limits) -> Result<HashMap<u64, Option<String>>, OpenError> {
+/// What the journal says last of every case, by number; a line that is none, like a torn one at its end, is passed.
+fn entries(folder: &Path, limits: Limits) -> Result<HashMap<u64, Entry>, OpenError> {
     let path = folder.join(MANIFEST);
     let Ok(journal) = File::open(&path) else { return Ok(HashMap::new()) };
     let error = |error| OpenError::Io { path: path.clone(), error };
-    let mut files = HashMap::new();
+    let mut entries = HashMap::new();
     let mut room = limits.kept();
     let mut lines = BufReader::new(journal);
     let mut line = Vec::new();
     let longest = limits.values() as u64;
     while lines.by_ref().take(longest).read_until(b'\n', &mut line).map_err(error)? > 0 {
-        if let Ok(Entry { case, file }) = serde_json::from_slice(&line) {
-            let size = size_of::<(u64, Option<String>)>() * 2 + file.as_ref().map_or(0, String::len);
+        if let Ok(entry) = serde_json::from_slice::<Entry>(&line) {
+            let size = 2 * size_of::<(u64, Entry)>() + line.len();
             let refuse = || OpenError::Memory { path: path.clone(), what: "the names of the recordings" };
             room = room.checked_sub(size).ok_or_else(refuse)?;
-            files.insert(case, file);
+            entries.insert(entry.case, entry);
         }
         line.clear();
     }
-    Ok(files)
+    Ok(entries)
 }
 
-/// The address of the recording of every row; none where there is none, or where it is not below the folder.
-fn links(table: &Table, files: &HashMap<u64, Option<String>>, way: &str) -> Vec<Option<String>> {
-    let place = table.headings.iter().position(|heading| heading.name == CASE_NUMBER);
-    let cases = place.map_or(&[][..], |place| &table.columns[place]);
-    let link = |case: &Cell| {
-        let Cell::Int(case) = case else { return None };
-        let file = files.get(&u64::try_from(*case).ok()?)?.as_deref()?;
-        let is_below = Path::new(file).components().all(|part| matches!(part, Component::Normal(_)));
-        is_below.then(|| format!("{way}{}", address(file)))
+/// The address of the recording of every row; none where there is none, where it is not below the folder, and where the journal
+/// says another end of the case: a sweep that was changed has other cases under its numbers.
+fn links(folder: &Path, table: &Table, entries: &HashMap<u64, Entry>, way: &str) -> Vec<Option<String>> {
+    let cells = |name| {
+        let place = table.headings.iter().position(|heading| heading.name == name);
+        place.map_or(&[][..], |place| &table.columns[place])
     };
-    cases.iter().map(link).collect()
+    let link = |(case, status): (&Cell, &Cell)| {
+        let Cell::Int(case) = case else { return None };
+        let Entry { state, file, .. } = entries.get(&u64::try_from(*case).ok()?)?;
+        let file =
+            file.as_deref().filter(|_| state.as_ref().is_none_or(|state| *state == status.to_string()))?;
+        let is_below = Path::new(file).components().all(|part| matches!(part, Component::Normal(_)));
+        (is_below && folder.join(file).is_file()).then(|| format!("{way}{}", address(file)))
+    };
+    cells(CASE_NUMBER).iter().zip(cells(STATUS_COLUMN)).map(link).collect()
 }
 
 /// The way from the folder of a page to another folder, as an address that names follow.
@@ -150,24 +155,34 @@ mod tests {
     use super::*;
 
     #[test]
-    fn links_lead_below_the_folder_and_nowhere_else() {
-        let table = Table {
-            headings: vec![Heading::new(CASE_NUMBER, None)],
-            columns: vec![(1..=6).map(Cell::Int).collect()],
-        };
-        let file = |(case, file): (u64, &str)| (case, Some(file.to_owned()));
-        let names = ["runs/1.mcap", "../2.mcap", "/etc/passwd", "javascript:alert(1)", "runs/\"5 %.mcap"];
-        let files = (1..).zip(names).map(file).chain([(6, None)]).collect();
-        let found = links(&table, &files, "../s/");
-        let expected = [
-            Some("../s/runs/1.mcap"),
-            None,
-            None,
-            Some("../s/javascript%3Aalert%281%29"),
-            Some("../s/runs/%225%20%25.mcap"),
-            None,
+    fn links_lead_to_files_below_the_folder_and_nowhere_else() {
+        let folder = tempfile::tempdir().expect("a folder");
+        fs::create_dir(folder.path().join("runs")).expect("a folder");
+        let names = [
+            "runs/1.mcap",
+            "../2.mcap",
+            "/etc/passwd",
+            "javascript:alert(1)",
+            "runs/\"5 %.mcap",
+            "runs/6.mcap",
+            "runs/7.mcap",
         ];
-        assert_eq!(found, expected.map(|link| link.map(str::to_owned)));
+        for name in [names[0], names[3], names[4], names[5]] {
+            fs::write(folder.path().join(name), "").expect("a file");
+        }
+        let table = Table {
+            headings: [CASE_NUMBER, STATUS_COLUMN].map(|name| Heading::new(name, None)).into(),
+            columns: vec![(1..=8).map(Cell::Int).collect(), vec![Cell::Text("completed".into()); 8]],
+        };
+        let entry = |(case, file): (u64, &str)| {
+            let state = if case == 6 { "failed" } else { "completed" };
+            (case, Entry { case, state: Some(state.into()), file: Some(file.into()) })
+        };
+        let found = links(folder.path(), &table, &(1..).zip(names).map(entry).collect(), "../s/");
+        let found: Vec<&str> = found.iter().map(|link| link.as_deref().unwrap_or("none")).collect();
+        let [first, address, odd] = ["runs/1.mcap", "javascript%3Aalert%281%29", "runs/%225%20%25.mcap"]
+            .map(|name| format!("../s/{name}"));
+        assert_eq!(found, [&first, "none", "none", &address, &odd, "none", "none", "none"]);
     }
 
     #[test]
