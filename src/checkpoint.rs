@@ -272,29 +272,42 @@ impl Head {
         if let Some((found, here)) = programs.into_iter().find(|(found, here)| found != here) {
             return Err(CheckpointError::Program { path: path.into(), found, here });
         }
-        let parse = |text: &str| {
-            let mut table: toml::Table = toml::from_str(text).map_err(|error| CheckpointError::Damaged {
-                path: path.into(),
-                what: error.message().to_owned(),
-            })?;
-            if let Some(toml::Value::Table(run)) = table.get_mut("run") {
-                run.remove("checkpoint_every");
-            }
-            Ok(toml::Value::Table(table))
-        };
-        let mut differences = Vec::new();
-        compare("", Some(&parse(&self.case)?), Some(&parse(&case.resolved_toml())?), &mut differences);
-        if differences.is_empty() {
-            return Ok(());
+        let differences = differences(&self.case, case).map_err(|error| CheckpointError::Damaged {
+            path: path.into(),
+            what: error.message().to_owned(),
+        })?;
+        match differences {
+            None => Ok(()),
+            Some(differences) => Err(CheckpointError::Case { path: path.into(), differences }),
         }
-        let more = differences.len().saturating_sub(MOST_DIFFERENCES);
-        differences.truncate(MOST_DIFFERENCES);
-        let mut differences = differences.join(", ");
-        if more > 0 {
-            differences += &format!(", and {more} more");
-        }
-        Err(CheckpointError::Case { path: path.into(), differences })
     }
+}
+
+/// Where a resolved case that was recorded differs from one that is to be computed, but for what changes no result; `None` if nowhere.
+///
+/// # Errors
+///
+/// The text is no TOML.
+pub(crate) fn differences(recorded: &str, case: &Case) -> Result<Option<String>, toml::de::Error> {
+    let parse = |text: &str| {
+        let mut table: toml::Table = toml::from_str(text)?;
+        if let Some(toml::Value::Table(run)) = table.get_mut("run") {
+            run.remove("checkpoint_every");
+        }
+        Ok(toml::Value::Table(table))
+    };
+    let mut differences = Vec::new();
+    compare("", Some(&parse(recorded)?), Some(&parse(&case.resolved_toml())?), &mut differences);
+    if differences.is_empty() {
+        return Ok(None);
+    }
+    let more = differences.len().saturating_sub(MOST_DIFFERENCES);
+    differences.truncate(MOST_DIFFERENCES);
+    let mut differences = differences.join(", ");
+    if more > 0 {
+        differences += &format!(", and {more} more");
+    }
+    Ok(Some(differences))
 }
 
 /// Collects where two values differ.

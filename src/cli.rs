@@ -13,8 +13,9 @@
 //! | 130, 143, 129 | interrupted by SIGINT, SIGTERM, SIGHUP, with a valid partial recording, `NAME.mcap.part` | |
 
 use std::{
+    ffi::OsString,
     io::{self, IsTerminal, Write},
-    path::PathBuf,
+    path::{Path, PathBuf},
     process::ExitCode,
     sync::LazyLock,
 };
@@ -31,6 +32,7 @@ use crate::{
     exact::closed_form::NoClosedForm,
     recording::{FORMAT_VERSION, NUMERICS},
     session::RunError,
+    sweep::plan::WrongCases,
 };
 
 mod cases;
@@ -44,6 +46,7 @@ mod progress;
 mod run;
 mod scales;
 mod study;
+mod sweep;
 
 /// Computes the impact of a rigid indenter on an elastic layer, laminate or half-space and records it as MCAP.
 #[derive(Debug, Parser)]
@@ -67,6 +70,7 @@ Examples:
   percuss run fig5 --live --pace --wait         watch it in a viewer while it is computed
   percuss exact fig2-prescribed                 the closed form of a case, to compare with
   percuss check my.toml --resolved > full.toml  the case with every default written out
+  percuss sweep fig8-m5 --vary indenter.mass=0.1:100:31:log -o masses           a parametric study on all cores
   percuss-read trace fig5.mcap                  the drag against time
 
 Exit status: 0 done, 1 failed, 2 usage or invalid case; 130, 143 or 129 interrupted by SIGINT, SIGTERM or SIGHUP,
@@ -80,6 +84,8 @@ enum Command {
     Exact(exact::Exact),
     /// Run a case on refined meshes; orders, extrapolated values, error bars
     Study(study::StudyArguments),
+    /// Compute a case with keys that vary: thousands of cases, restartable, alone or in shards
+    Sweep(Box<sweep::SweepArguments>),
     /// Validate a case; print its sizes and estimates of memory, file size and run time
     Check(check::Check),
     /// Print or write the layout of a viewer for a case
@@ -130,6 +136,9 @@ pub enum CliError {
     /// The case is invalid.
     #[error(transparent)]
     Case(#[from] CaseErrors),
+    /// Cases of a sweep are invalid.
+    #[error(transparent)]
+    Cases(#[from] WrongCases),
     /// The arguments are invalid.
     #[error("{0}")]
     Usage(String),
@@ -139,6 +148,9 @@ pub enum CliError {
     /// The disk has no room for the output.
     #[error("{0}")]
     Full(String),
+    /// It cannot be done as it is asked for.
+    #[error("{0}")]
+    Failed(String),
     /// The case has no closed form.
     #[error(transparent)]
     NoClosedForm(#[from] NoClosedForm),
@@ -191,6 +203,7 @@ impl Arguments {
             Command::Run(run) => run.run(),
             Command::Exact(exact) => exact.run(),
             Command::Study(study) => study.run(),
+            Command::Sweep(sweep) => sweep.run(),
             Command::Check(check) => check.run(),
             Command::Layout(layout) => layout.run(),
             Command::Cases(cases) => cases.run(),
@@ -203,6 +216,7 @@ impl Arguments {
 pub fn report(error: &CliError) -> ExitCode {
     let (text, status) = match error {
         CliError::Case(errors) => (render(errors), 2),
+        CliError::Cases(wrong) => (render_cases(wrong), 2),
         CliError::Usage(_) | CliError::NoClosedForm(_) => (format!("error: {error}\n"), 2),
         _ => (format!("error: {error}\n"), 1),
     };
@@ -228,6 +242,22 @@ fn render(errors: &CaseErrors) -> String {
     text
 }
 
+/// Groups of wrong cases that are shown.
+const GROUPS: usize = 10;
+
+/// Renders the problems of the cases of a sweep, the same ones once.
+fn render_cases(wrong: &WrongCases) -> String {
+    let mut text = format!("error: {wrong}; none has been run\n");
+    for (number, count, errors) in wrong.groups.iter().take(GROUPS) {
+        let others = if *count > 1 { format!(" and {} others", count - 1) } else { String::new() };
+        text += &format!("\ncase {number}{others}: {}", render(errors));
+    }
+    if wrong.groups.len() > GROUPS {
+        text += &format!("\nand {} other kinds of problems\n", wrong.groups.len() - GROUPS);
+    }
+    text
+}
+
 /// Writes data to stdout; a closed pipe is no error.
 fn print(text: &str) -> Result<(), CliError> {
     let mut stdout = io::stdout().lock();
@@ -239,13 +269,18 @@ fn print(text: &str) -> Result<(), CliError> {
 
 /// Default output of a case: its name, a suffix and `.mcap`, in the current folder.
 fn default_output(case: &str, suffix: &str) -> PathBuf {
-    let path = PathBuf::from(case);
-    let is_file = path.extension().is_some_and(|extension| extension == "toml");
-    let stem = if is_file { path.file_stem() } else { path.file_name() };
-    let mut name = stem.unwrap_or(path.as_os_str()).to_owned();
+    let mut name = stem(case);
     name.push(suffix);
     name.push(".mcap");
     name.into()
+}
+
+/// Name of a case, of a file without folder and extension.
+fn stem(case: &str) -> OsString {
+    let path = Path::new(case);
+    let is_file = path.extension().is_some_and(|extension| extension == "toml");
+    let stem = if is_file { path.file_stem() } else { path.file_name() };
+    stem.unwrap_or(path.as_os_str()).to_owned()
 }
 
 #[cfg(test)]

@@ -55,6 +55,7 @@
 //! | [`session`] | [`session::run`], the only loop over steps, computed or exact; observers; [`session::Recording`], the observer that writes a file |
 //! | [`recording`] | the MCAP writer |
 //! | [`cost`] | estimates of a run, from the sizes of its case |
+//! | [`sweep`] | a case with keys that vary: plan, journal, threads, shards, summary |
 //! | [`live`] | serving a run to viewers, and its pace |
 //! | [`cli`] | the command line |
 //!
@@ -65,10 +66,10 @@
 //! Which module may use which is a test, `tests/house.rs`: from names and limits at the bottom over the numerics, the contact and the
 //! case to the session with its checkpoints, the warnings and the program; nothing uses what is above it, and there are no circles.
 //!
-//! [`cli`] and [`live`] belong to the program and its default feature `cli`.
+//! [`cli`], [`live`] and [`sweep`] belong to the program and its default feature `cli`.
 //!
 //! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader and by the
-//! figures), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
+//! figures), tables and what is measured of a run (`tools/table`, used by [`sweep`] and by the reader), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
 //! benchmarks (`tools/bench`).
 //!
 //! # Invariants
@@ -142,6 +143,8 @@ pub mod simulation;
 pub mod state;
 pub mod study;
 pub mod surface;
+#[cfg(feature = "cli")]
+pub mod sweep;
 mod table;
 pub mod trust;
 pub mod units;

@@ -70,7 +70,7 @@ use percuss_output::{Left, Part, PartError, cause};
 use prost::Message;
 use serde::{Deserialize, Serialize};
 
-mod copy;
+pub(crate) mod copy;
 pub(crate) mod writer;
 
 /// Version of the recording format, `major.minor`: readers of the same major version understand it.

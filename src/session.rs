@@ -17,6 +17,7 @@ mod exact_steps;
 mod recording;
 
 pub use exact_steps::ExactSteps;
+pub(crate) use recording::recorded_case;
 pub use recording::{Recorded, Recording, Source};
 
 /// How a run has ended.

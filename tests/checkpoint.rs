@@ -293,8 +293,6 @@ fn what_cannot_continue_is_refused_and_stays() {
     let case = &CASES[0];
     let folder = folder();
     let [part, checkpoint] = ["a.mcap.part", "a.mcap.checkpoint"].map(|name| folder.path().join(name));
-    let text = refusal(folder.path(), case, &["--resume"]);
-    assert!(text.contains("there is no `a.mcap.part` to resume"), "{text}");
     kill(folder.path(), case, &[]);
     let whole = [&part, &checkpoint].map(|path| fs::read(path).expect("a file"));
     let refused = |settings: &[&str], part_now: &[u8], checkpoint_now: &[u8]| {
@@ -327,10 +325,45 @@ fn what_cannot_continue_is_refused_and_stays() {
         assert!(text.contains("cannot continue `a.mcap.part`"), "{place} of {chunk:?}: {text}");
     }
     fs::write(&part, sound).expect("room");
-    fs::remove_file(&checkpoint).expect("it is there");
-    let text = refusal(folder.path(), case, &["--resume"]);
-    assert!(text.contains("has no checkpoint") && text.contains("--force"), "{text}");
     fs::write(&checkpoint, state).expect("room");
     resume(folder.path(), case, "1");
     compare(&expected(case), &folder.path().join("a.mcap"));
+}
+
+#[test]
+fn one_command_serves_the_first_start_and_all_others() {
+    let case = &CASES[0];
+    let (folder, expected) = (folder(), expected(case));
+    let [whole, part, checkpoint] =
+        ["a.mcap", "a.mcap.part", "a.mcap.checkpoint"].map(|name| folder.path().join(name));
+    // nothing there; killed before the first checkpoint; killed before the case was written
+    let mut left = None;
+    for length in [None, Some(usize::MAX), Some(0)] {
+        if let Some(length) = length {
+            let recorded: &Vec<u8> = left.as_ref().expect("a recording");
+            fs::remove_file(&whole).expect("it is there");
+            fs::write(&part, &recorded[..length.min(recorded.len() / 4)]).expect("room");
+        }
+        resume(folder.path(), case, "2");
+        compare(&expected, &whole);
+        assert_eq!(names(folder.path()), ["a.mcap"]);
+        left = Some(fs::read(&whole).expect("a recording"));
+    }
+    // what is complete stays
+    let before = fs::metadata(&whole).and_then(|metadata| metadata.modified()).expect("a time");
+    assert!(resume(folder.path(), case, "1").contains("is complete"));
+    assert_eq!(fs::metadata(&whole).and_then(|metadata| metadata.modified()).expect("a time"), before);
+    // that of another case, complete or not, is refused and stays
+    let other = ["--resume", "--set", "mesh.cells=31"];
+    for (from, to) in [(&whole, &whole), (&whole, &part)] {
+        fs::rename(from, to).expect("room");
+        let text = refusal(folder.path(), case, &other);
+        assert!(text.contains("mesh.cells is 30 there, 31 here") && text.contains("--force"), "{text}");
+        assert_eq!(fs::read(to).ok(), left);
+    }
+    fs::rename(&part, &whole).expect("room");
+    fs::write(&whole, "a file").expect("room");
+    let text = refusal(folder.path(), case, &["--resume"]);
+    assert!(text.contains("has none that can be read"), "{text}");
+    assert!(!part.exists() && !checkpoint.exists());
 }

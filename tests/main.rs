@@ -10,6 +10,7 @@ mod house;
 mod live;
 mod recording;
 mod schemas;
+mod sweep;
 mod verification;
 
 #[path = "../tools/serve/tests/program.rs"]

@@ -21,7 +21,7 @@ pub struct CaseBuilder {
 
 impl CaseBuilder {
     /// A built-in case, or a TOML file.
-    pub(super) fn load(name: &str) -> Result<Self, CaseErrors> {
+    pub(crate) fn load(name: &str) -> Result<Self, CaseErrors> {
         if let Some(text) = builtin::find(name) {
             return Ok(Self::from_text(name, text, Path::new("")));
         }
@@ -31,12 +31,12 @@ impl CaseBuilder {
         Ok(Self::from_text(name, &text, path.parent().unwrap_or(Path::new(""))))
     }
 
-    pub(super) fn from_text(name: &str, text: &str, folder: &Path) -> Self {
+    pub(crate) fn from_text(name: &str, text: &str, folder: &Path) -> Self {
         Self { name: name.into(), text: text.into(), folder: folder.into(), settings: Vec::new() }
     }
 
     /// Applies texts `key=value`.
-    pub(super) fn overrides(mut self, overrides: &[String]) -> Self {
+    pub(crate) fn overrides(mut self, overrides: &[String]) -> Self {
         self.settings.extend_from_slice(overrides);
         self
     }
@@ -61,7 +61,7 @@ impl CaseBuilder {
         read::case(self)
     }
 
-    pub(super) fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         if self.text.is_empty() { self.settings.join("\n") } else { self.text.clone() }
     }
 }

@@ -8,8 +8,9 @@ use crate::{model::Extent, shape::Shape};
 const ACTIVE_NODES: f64 = (1 << 22) as f64;
 /// Least number of cells that fields show by default.
 const SHOWN_CELLS: usize = 50;
-/// Steps, at most, that nodes are counted at.
+/// Frames, at most, that nodes are counted at, and steps: a sweep estimates each of its cases.
 const SAMPLES: usize = 200;
+const STEP_SAMPLES: usize = 32;
 
 impl Parameters {
     /// Memory of the fields of a frame, at most \[bytes\].
@@ -44,11 +45,11 @@ impl Parameters {
     pub(crate) fn node_updates(&self) -> f64 {
         let (steps, shape, speed) = (self.sizes.steps as f64, self.shape(), self.wave_speed());
         let nodes = |sample: usize| {
-            let step = steps * (sample as f64 + 0.5) / SAMPLES as f64;
+            let step = steps * (sample as f64 + 0.5) / STEP_SAMPLES as f64;
             let [rows, columns] = self.active_region(&shape, speed, step);
             columns * if self.record.frames.is_none() { rows.min(steps - step) } else { rows }
         };
-        steps / SAMPLES as f64 * (0..SAMPLES).map(nodes).sum::<f64>()
+        steps / STEP_SAMPLES as f64 * (0..STEP_SAMPLES).map(nodes).sum::<f64>()
     }
 
     /// Estimated rows and columns inside the light cone of the contact at a step.

@@ -77,7 +77,7 @@ impl Document {
 
     fn push(&mut self, name: &str, text: &str) {
         let start = self.sources.last().map_or(0, |last| last.text.len() + 1);
-        self.sources.push(Source { name: name.into(), text: format!("{:start$}{text}", ""), start });
+        self.sources.push(Source { name: name.into(), text: " ".repeat(start) + text, start });
     }
 
     /// The parsable part of the texts, where later ones override earlier ones.

@@ -85,6 +85,21 @@ pub(super) fn parse(text: &str, dimension: Dimension, geometry: Geometry) -> Res
     with_unit(number, unit, dimension, geometry)
 }
 
+/// Reads a quantity of whatever dimension its unit has: in SI units, and the SI unit.
+pub fn quantity_si(text: &str, geometry: Geometry) -> Option<(f64, &'static str)> {
+    let dimensions = [
+        Dimension::Length,
+        Dimension::Time,
+        Dimension::Speed,
+        Dimension::Density,
+        Dimension::Stress,
+        Dimension::Mass,
+    ];
+    dimensions
+        .into_iter()
+        .find_map(|dimension| Some((parse(text, dimension, geometry).ok()?, si_unit(dimension, geometry))))
+}
+
 /// The SI value of a number in a unit.
 pub(super) fn with_unit(
     number: &str,

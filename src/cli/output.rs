@@ -145,10 +145,15 @@ pub(super) fn flow(signal: &AtomicUsize) -> Flow {
     }
 }
 
+/// The signal that was caught, if there was one.
+pub(super) fn signalled(signal: &AtomicUsize) -> Option<u8> {
+    Some(signal.load(Ordering::Relaxed) as u8).filter(|signal| *signal != 0)
+}
+
 /// The exit of a command that has recorded a run.
 pub(super) fn exit(status: &Status, signal: &AtomicUsize) -> Exit {
     match status {
-        Status::Interrupted(_) => Exit::Interrupted(signal.load(Ordering::Relaxed) as u8),
+        Status::Interrupted(_) => signalled(signal).map_or(Exit::Done, Exit::Interrupted),
         _ => Exit::Done,
     }
 }

@@ -26,7 +26,7 @@ use crate::{
     checkpoint::{self, Checkpoint, Checkpoints, checkpoint_of},
     live::{self, Pace},
     recording::Destination,
-    session::{self, Recorded, Recording, RunError, Source, Status},
+    session::{self, Recording, RunError, Source, Status, recorded_case},
     simulation::{Engine, Simulation},
     view::View,
     warnings::Warned,
@@ -51,7 +51,8 @@ pub(super) struct Run {
     output: OutputArguments,
     /// Continue a run that was interrupted or has crashed, with any number of threads, from its checkpoint,
     /// OUT.mcap.checkpoint, and what it has recorded, OUT.mcap.part. The messages are those of a run that was not interrupted.
-    /// A checkpoint is written at an interruption and every run.checkpoint_every seconds (default: 600)
+    /// A checkpoint is written at an interruption and every run.checkpoint_every seconds (default: 600). Where there is none
+    /// the run begins anew, and a complete recording of the case is left as it is: one command serves the first start and all others
     #[arg(long)]
     resume: bool,
     /// Serve the run to viewers over the Foxglove WebSocket protocol while it is recorded; without ADDR to this machine
@@ -86,21 +87,27 @@ impl Run {
             CliError::system(format!("cannot write `{}`", destination.path.display()), error)
         })?;
         let checkpoint = file.as_deref().map(checkpoint_of);
+        let resumes = self.resume && self.can_resume(file.as_deref(), &case)?;
         if self.resume && is_whole(file.as_deref()) {
             // of a run that was killed at its very end
             checkpoint.as_deref().map_or(Ok(()), checkpoint::remove)?;
             self.remark(&format!("`{}` is complete: nothing is left to resume", destination.path.display()));
             return Ok(Exit::Done);
         }
+        // a part without a checkpoint is begun anew
+        let is_anew = self.resume && !resumes && !destination.path.exists();
+        let destination = Destination { overwrite: destination.overwrite || is_anew, ..destination };
         check_room(&destination.path, &case)?;
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;
         let is_over = || signal.load(Ordering::Relaxed) != 0;
         let mut progress = Progress::new(&case, case.sizes.steps, self.output.quiet);
         let live = self.live.as_ref().map(|address| self.open(address, &case, &progress)).transpose()?;
-        let mut recording = self.recording(&destination, file.as_deref(), &case, &mut simulation, &pool)?;
+        let resumed = if resumes { file.as_deref() } else { None };
+        let mut recording =
+            self.recording(&destination, (file.as_deref(), resumed), &case, &mut simulation, &pool)?;
         progress.say(&self.heading(&case));
-        if self.resume {
+        if resumes {
             progress.say(&format!("continues at step {} of {}", simulation.next_step(), case.sizes.steps));
         }
         if let Some(live) = &live {
@@ -149,16 +156,18 @@ impl Run {
     /// Begins the recording, or the rest of one; then the simulation is put into its state.
     ///
     /// * `file`: of the recording; none for a device
+    /// * `resumed`: the same, if what it has is to be continued
     fn recording(
         &self,
         destination: &Destination,
-        file: Option<&Path>,
+        (file, resumed): (Option<&Path>, Option<&Path>),
         case: &Case,
         simulation: &mut Simulation,
         pool: &ThreadPool,
     ) -> Result<Recording, CliError> {
-        if self.resume {
-            let recorded = self.load(file, case, simulation)?;
+        if let Some(file) = resumed {
+            let checkpoint = checkpoint_of(file);
+            let recorded = Checkpoint::open(&checkpoint, case, self.engine)?.load(simulation)?.recorded;
             let recording = pool.install(|| Recording::resume(destination, case, &recorded));
             return Ok(recording.map_err(RunError::from)?);
         }
@@ -169,32 +178,35 @@ impl Run {
         Ok(recording)
     }
 
-    /// Puts a simulation into the state of the checkpoint beside a recording.
+    /// True if an earlier run has left something to continue. What it has recorded, complete or without a checkpoint, is that of this case, or
+    /// cannot be told.
     ///
     /// * `file`: the recording
-    fn load(
-        &self,
-        file: Option<&Path>,
-        case: &Case,
-        simulation: &mut Simulation,
-    ) -> Result<Recorded, CliError> {
+    fn can_resume(&self, file: Option<&Path>, case: &Case) -> Result<bool, CliError> {
         let Some(file) = file else {
             return Err(CliError::Usage("a recording that goes to a device has no checkpoint".into()));
         };
-        let (part, checkpoint) = (part_of(file), checkpoint_of(file));
-        if !part.exists() {
-            let text = format!("there is no `{}` to resume; leave out --resume", part.display());
-            return Err(CliError::Usage(text));
+        let part = part_of(file);
+        if part.exists() && checkpoint_of(file).exists() {
+            return Ok(true);
         }
-        if !checkpoint.exists() {
-            let text = format!(
-                "`{}` has no checkpoint, `{}`; begin the run anew with --force in place of --resume",
-                part.display(),
-                checkpoint.display()
-            );
-            return Err(CliError::Usage(text));
-        }
-        Ok(Checkpoint::open(&checkpoint, case, self.engine)?.load(simulation)?.recorded)
+        let left = match (part.exists(), file.exists()) {
+            (true, _) => &*part,
+            (false, true) => file,
+            (false, false) => return Ok(false),
+        };
+        let differences = match recorded_case(left).map(|recorded| checkpoint::differences(&recorded, case)) {
+            Some(Ok(None)) => return Ok(false),
+            Some(Ok(Some(differences))) => differences,
+            // killed before its case was written
+            Some(Err(_)) | None if part.exists() => return Ok(false),
+            Some(Err(_)) | None => "it has none that can be read".to_owned(),
+        };
+        Err(CliError::Failed(format!(
+            "`{}` is not the recording of this case: {differences}; choose another output with -o, or begin the run anew with --force in \
+             place of --resume",
+            left.display()
+        )))
     }
 
     fn remark(&self, text: &str) {

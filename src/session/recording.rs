@@ -4,7 +4,7 @@
 //! complete. Nothing from clock, host or thread count enters the file outside `percuss.host`, and that record always
 //! has the same length, so that all offsets in the file repeat too.
 
-use std::{collections::BTreeMap, time::SystemTime};
+use std::{collections::BTreeMap, path::Path, time::SystemTime};
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ use crate::{
     channels::{Catalogue, log::Level},
     grid::{Back, Bond},
     layout::{self, LayoutBuilder},
-    recording::{Destination, FORMAT_VERSION, NUMERICS, Recorder, RecordingError, Tap},
+    recording::{Destination, FORMAT_VERSION, NUMERICS, Recorder, RecordingError, Tap, copy::attachment},
     units::Units,
     validity::{Peak, STRAIN_LIMIT, Validity},
     view::View,
@@ -71,6 +71,14 @@ pub struct Recorded {
     pub time: f64,
     /// Recorded messages of every channel.
     pub messages: Vec<u64>,
+}
+
+/// Name of the attachment with the resolved case.
+const RESOLVED_CASE: &str = "case.resolved.toml";
+
+/// The resolved case that a recording or the part of one has; `None` if it has none that can be read.
+pub(crate) fn recorded_case(path: &Path) -> Option<String> {
+    attachment(path, RESOLVED_CASE)
 }
 
 /// Length to which `percuss.host` is padded \[bytes\].
@@ -135,7 +143,7 @@ impl Recording {
         recorder.metadata("percuss.host", host_record(resumed))?;
         recorder.attach("case.toml", "application/toml", case.text().into_bytes())?;
         let resolved = case.resolved_toml().into_bytes();
-        recorder.attach("case.resolved.toml", "application/toml", resolved)?;
+        recorder.attach(RESOLVED_CASE, "application/toml", resolved)?;
         let catalogue = source.catalogue(case);
         let layout = LayoutBuilder::new(case, &catalogue.topics()).lichtblick().into_bytes();
         recorder.attach(layout::ATTACHMENT, "application/json", layout)?;

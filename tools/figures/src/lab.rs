@@ -1,6 +1,10 @@
 //! Runs cases through the command line of percuss and reads their recordings as any user would.
 
-use std::{io, path::PathBuf};
+use std::{
+    collections::BTreeMap,
+    fs, io,
+    path::{Path, PathBuf},
+};
 
 use clap::Parser;
 use percuss::cli::{Arguments, Exit};
@@ -61,22 +65,117 @@ impl<'a> Lab<'a> {
     }
 
     fn make(&self, verb: &str, name: &str, case: &str, sets: &[&str]) -> Result<Made, Failure> {
-        let file = format!("{name}.mcap");
-        let mut words = vec!["percuss".to_owned(), verb.into(), case.into()];
-        words.extend(sets.iter().flat_map(|set| ["--set".to_owned(), self.set(set)]));
-        words.extend(["-o".to_owned(), file.clone()]);
-        let command = words.join(" ");
+        let sets = sets.iter().flat_map(|set| ["--set".to_owned(), self.set(set)]);
+        self.percuss(&[verb, case], sets, &format!("{name}.mcap"), &["--force", "--quiet"])
+    }
+
+    /// Computes a case with keys that vary.
+    ///
+    /// * `varied`: what varies, `KEY=SPEC`
+    /// * `keep`: which recordings are kept
+    pub fn sweep(
+        &self,
+        name: &str,
+        case: &str,
+        sets: &[&str],
+        varied: &[&str],
+        keep: &str,
+    ) -> Result<Swept, Failure> {
+        let path = self.folder.join(name);
+        if path.exists() {
+            fs::remove_dir_all(&path)?;
+        }
+        let sets = sets.iter().flat_map(|set| ["--set".to_owned(), self.set(set)]);
+        let varied = varied.iter().flat_map(|vary| {
+            let (key, values) = vary.split_once('=').unwrap_or((vary, ""));
+            let values: Vec<String> = match key {
+                "mesh.cells" => values.split(',').map(|n| self.set(&format!("{key}={n}"))).collect(),
+                _ => vec![format!("{key}={values}")],
+            };
+            let values: Vec<&str> = values.iter().filter_map(|set| Some(set.split_once('=')?.1)).collect();
+            ["--vary".to_owned(), format!("{key}={}", values.join(","))]
+        });
+        let keep = ["--keep".to_owned(), keep.to_owned()];
+        let Made { path, command } =
+            self.percuss(&["sweep", case], sets.chain(varied).chain(keep), name, &["--quiet"])?;
+        Swept::read(&path, command)
+    }
+
+    /// Runs a command of percuss that writes `output`.
+    fn percuss(
+        &self,
+        start: &[&str],
+        arguments: impl Iterator<Item = String>,
+        output: &str,
+        silent: &[&str],
+    ) -> Result<Made, Failure> {
+        let start = ["percuss"].iter().chain(start).map(|word| (*word).to_owned());
+        let mut words: Vec<String> =
+            start.chain(arguments).chain(["-o".to_owned(), output.to_owned()]).collect();
+        let command = words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ");
         self.progress.next(&command);
-        let path = self.folder.join(file);
+        let path = self.folder.join(output);
         if let Some(last) = words.last_mut() {
             *last = path.display().to_string();
         }
-        words.extend(["--force".to_owned(), "--quiet".to_owned()]);
+        words.extend(silent.iter().map(|word| (*word).to_owned()));
         let arguments = Arguments::try_parse_from(&words).map_err(|error| Failure(error.to_string()))?;
         match arguments.run().map_err(|error| Failure(format!("{command}: {error}")))? {
             Exit::Done => Ok(Made { path, command }),
             Exit::Interrupted(_) => Err(Failure("interrupted".into())),
         }
+    }
+}
+
+/// A word as it would be typed.
+fn quoted(word: &str) -> String {
+    if word.contains([' ', '"', '[']) { format!("'{word}'") } else { word.to_owned() }
+}
+
+/// A sweep and the command that makes it.
+pub struct Swept {
+    /// The command, as it would be typed.
+    pub command: String,
+    headings: Vec<String>,
+    rows: Vec<Vec<String>>,
+    /// Recordings that are kept, by the number of their case.
+    recordings: BTreeMap<usize, PathBuf>,
+}
+
+impl Swept {
+    fn read(folder: &Path, command: String) -> Result<Self, Failure> {
+        let mut table = csv::Reader::from_path(folder.join("summary.csv"))?;
+        // names without units
+        let name = |heading: &str| heading.split(" [").next().unwrap_or_default().to_owned();
+        let headings = table.headers()?.iter().map(name).collect();
+        let row = |record: csv::Result<csv::StringRecord>| Ok(record?.iter().map(str::to_owned).collect());
+        let rows = table.records().map(row).collect::<Result<_, csv::Error>>()?;
+        let mut recordings = BTreeMap::new();
+        for line in fs::read_to_string(folder.join("manifest.jsonl"))?.lines() {
+            let entry: serde_json::Value = serde_json::from_str(line)?;
+            if let (Some(number), Some(file)) = (entry["case"].as_u64(), entry["file"].as_str()) {
+                recordings.insert(number as usize, folder.join(file));
+            }
+        }
+        Ok(Self { command, headings, rows, recordings })
+    }
+
+    /// The recording of a case, by its number from 1 on.
+    pub fn recording(&self, number: usize) -> Result<Made, Failure> {
+        let path = self.recordings.get(&number).cloned();
+        let nothing = || Failure(format!("{}: no recording of case {number}", self.command));
+        Ok(Made { path: path.ok_or_else(nothing)?, command: self.command.clone() })
+    }
+
+    /// A column over another, of rows that have both, and of a value of a third column if one is chosen.
+    pub fn points(&self, x: &str, y: &str, chosen: Option<(&str, &str)>) -> Points {
+        let place = |name: &str| self.headings.iter().position(|heading| heading == name);
+        let (Some(x), Some(y)) = (place(x), place(y)) else { return Points::new() };
+        let fits = |row: &&Vec<String>| {
+            chosen.is_none_or(|(name, value)| place(name).is_some_and(|place| row[place] == value))
+        };
+        let point = |row: &Vec<String>| Some((row[x].parse().ok()?, row[y].parse().ok()?));
+        self.rows.iter().filter(fits).filter_map(point).collect()
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! One command runs the built-in cases with the command line of percuss, keeps their recordings, reads them with the
 //! reader, draws every figure as SVG and PNG and writes one page, in Markdown and HTML; a second one that compares the
-//! simplified with the full theory; and one of layered targets.
+//! simplified with the full theory, one of layered targets, and one of a sweep.
 //!
 //! | Module | Owns |
 //! |---|---|
@@ -11,6 +11,7 @@
 //! | `noise` | the share of mesh noise in a curve |
 //! | `theories` | the simplified against the full theory |
 //! | `layers` | layered targets |
+//! | `sweeps` | a sweep over mass and material |
 //! | `figure`, `page` | the parts of a figure; the pages |
 
 use std::{
@@ -32,6 +33,7 @@ mod layers;
 mod noise;
 mod page;
 mod paper;
+mod sweeps;
 mod theories;
 
 /// Computes every figure of the paper and writes a page that compares it with what the paper states.
@@ -43,6 +45,7 @@ Examples:
   percuss-figures                     into the folder `figures`: index.html, index.md, pictures, recordings
   percuss-figures --only theories     the simplified against the full theory alone: theories.html, theories.md
   percuss-figures --only layers       layered targets alone: layers.html, layers.md
+  percuss-figures --only sweeps       a ball on plates of five materials: sweeps.html, sweeps.md
   percuss-figures --only paper --quick -o draft
   percuss-figures -o /tmp/page --force"
 )]
@@ -56,7 +59,7 @@ struct Arguments {
     /// Write this page alone
     #[arg(long, value_enum)]
     only: Option<Which>,
-    /// Take meshes a quarter as fine: a look at the paper's page in half a minute, with larger errors
+    /// Take meshes a quarter as fine: a look at the pages of the paper and of the sweep in a minute, with larger errors
     #[arg(long)]
     quick: bool,
 }
@@ -70,6 +73,8 @@ enum Which {
     Theories,
     /// Layered targets
     Layers,
+    /// A ball on plates of five materials, over three decades of mass
+    Sweeps,
 }
 
 /// Why there is no page.
@@ -139,6 +144,11 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     if is_asked(Which::Layers) {
         let path = write("layers", &layers::page(&progress)?, folder, &progress)?;
+        index.get_or_insert(path);
+    }
+    if is_asked(Which::Sweeps) {
+        let page = sweeps::page(&progress, if arguments.quick { 4 } else { 1 })?;
+        let path = write("sweeps", &page, folder, &progress)?;
         index.get_or_insert(path);
     }
     progress.bar.finish_and_clear();

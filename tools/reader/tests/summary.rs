@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use clap::Parser;
 use serde_json::Value;
 
 use crate::{desk::Desk, si};
@@ -193,4 +194,49 @@ fn mcap_of_another_program() -> Vec<u8> {
     let mut writer = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("a writer");
     writer.finish().expect("an end");
     writer.into_inner().into_inner()
+}
+
+#[test]
+fn a_sweep_measures_what_its_recordings_say() {
+    for sweep in [
+        &["fig9-m1", "--vary", "indenter.mass=1,3", "--set", "record.frames=20"][..],
+        &[
+            "ball",
+            "--vary",
+            "impact.velocity=2 m/s,5 m/s",
+            "--set",
+            "record.frames=20",
+            "--set",
+            "run.end_time=250 us",
+        ],
+        &["laminate-armour", "--vary", "target.back=rigid,free", "--set", "run.end_time=4 us"],
+    ] {
+        let desk = Desk::new(&[]);
+        let folder = desk.path("s").display().to_string();
+        let arguments =
+            [&["percuss", "sweep"], sweep, &["--set", "mesh.cells=20", "-q", "-o", &folder]].concat();
+        percuss::cli::Arguments::parse_from(arguments).run().expect("a sweep");
+        let recordings = fs::read_dir(desk.path("s/runs")).expect("recordings");
+        let name =
+            |entry: std::io::Result<fs::DirEntry>| entry.expect("an entry").path().display().to_string();
+        let mut recordings: Vec<String> = recordings.map(name).collect();
+        recordings.sort();
+        let (rows, units) = summary(&desk, &recordings.iter().map(String::as_str).collect::<Vec<_>>());
+        let table = String::from_utf8(desk.bytes("s/summary.csv")).expect("text");
+        let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let headings = lines.next().expect("a heading");
+        let first = headings.iter().position(|heading| *heading == "status").expect("a status") + 1;
+        let mut known = 0;
+        for (row, line) in rows.iter().zip(lines) {
+            for (heading, cell) in headings.iter().zip(line).skip(first) {
+                let (name, unit) = heading
+                    .split_once(" [")
+                    .map_or((*heading, None), |(name, unit)| (name, Some(unit.trim_end_matches(']'))));
+                assert_eq!(units.get(name).and_then(Value::as_str), unit, "{heading}");
+                assert_eq!(row[name].as_f64(), cell.parse::<f64>().ok(), "{sweep:?}, {heading}");
+                known += usize::from(!cell.is_empty());
+            }
+        }
+        assert!(rows.len() == 2 && known > 18, "{known} numbers in {table}");
+    }
 }

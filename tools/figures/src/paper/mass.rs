@@ -18,9 +18,10 @@ fn fig8(lab: &Lab<'_>) -> Result<Figure, Failure> {
     let stated = [("2.5", 3.03), ("5", 4.96), ("10", 9.36)];
     let (mut panels, mut made) = (Vec::new(), Vec::new());
     let mut statements: Vec<Statement> = Vec::new();
-    for (mass, t_ext) in stated {
+    let swept = lab.sweep("fig8", "fig8-m10", &["mesh.cells=200"], &["indenter.mass=2.5,5,10"], "all")?;
+    for (number, (mass, t_ext)) in (1..).zip(stated) {
         let case = format!("fig8-m{mass}");
-        let run = lab.run(&case, &case, &["mesh.cells=200"])?;
+        let run = swept.recording(number)?;
         let mut curves = Vec::new();
         for (i, r) in [0.0, 0.5, 0.75, 0.9, 0.95].into_iter().enumerate() {
             curves.push(curve(format!("r = {r}"), probe(&run, r)?, i));
@@ -64,8 +65,30 @@ fn fig8(lab: &Lab<'_>) -> Result<Figure, Failure> {
                 "(1 − r)/c_s = 1",
             ));
         }
-        made.push(run);
+        if number == 1 {
+            made.push(run);
+        }
     }
+    let masses = lab.sweep(
+        "fig8-masses",
+        "fig8-m10",
+        &["mesh.cells=100", "record.frames=0", "run.end_time=80"],
+        &["indenter.mass=1:100:25:log"],
+        "none",
+    )?;
+    let by_the_paper = stated.iter().filter_map(|(mass, t_ext)| Some((mass.parse().ok()?, *t_ext))).collect();
+    panels.push(Panel {
+        title: "first tension of the interface over the mass".into(),
+        x_label: "M [πγR³]".into(),
+        y_label: "t_ext [R/c_p]".into(),
+        curves: vec![
+            curve("computed", masses.points("indenter.mass", "t_ext", None), 0),
+            curve("as the paper states", by_the_paper, 5),
+        ],
+        log_x: true,
+        log_y: true,
+        ..Panel::default()
+    });
     Ok(Figure {
         id: "8".into(),
         title: "flat punches of mass 2.5, 5, 10 on a half-space".into(),
@@ -75,6 +98,7 @@ fn fig8(lab: &Lab<'_>) -> Result<Figure, Failure> {
         panels,
         statements,
         made,
+        commands: vec![masses.command],
         ..Figure::default()
     })
 }
@@ -87,17 +111,17 @@ fn fig9(lab: &Lab<'_>) -> Result<Figure, Failure> {
     let stated =
         [("1", 2.5, 21.1), ("2.5", 4.0, 13.4), ("5", 5.3, 9.9), ("10", 7.5, 6.9), ("100", 15.0, 3.3)];
     let (mut curves, mut statements, mut made) = (Vec::new(), Vec::new(), Vec::new());
+    let masses = "indenter.mass=1,2.5,5,10,100,inf";
+    let swept =
+        lab.sweep("fig9", "fig9-m1", &["record.fields=[]"], &[masses, "mesh.cells=50,100,200"], "all")?;
     for (i, (mass, peak, velocity)) in stated.into_iter().enumerate() {
-        let case = format!("fig9-m{mass}");
         let mut peaks = Vec::new();
-        let simple = simple_difference(lab, &case)?;
-        for cells in [50, 100, 200] {
-            let name = if cells == 50 { case.clone() } else { format!("{case}-{cells}") };
-            let sets = [&format!("mesh.cells={cells}"), "record.fields=[]"];
-            let run = lab.run(&name, &case, &sets)?;
+        let simple = simple_difference(lab, &format!("fig9-m{mass}"))?;
+        for number in 3 * i + 1..=3 * i + 3 {
+            let run = swept.recording(number)?;
             let edge = probe(&run, 1.0)?;
             peaks.push(largest(&edge).1);
-            if cells == 50 {
+            if peaks.len() == 1 {
                 curves.push(curve(format!("M = {mass}"), edge, i));
                 made.push(run);
             }
@@ -124,18 +148,38 @@ fn fig9(lab: &Lab<'_>) -> Result<Figure, Failure> {
             ),
         ));
     }
-    let run = lab.run("fig9-minf", "fig9-minf", &["record.fields=[]"])?;
-    curves.push(curve("M = ∞", probe(&run, 1.0)?, 5));
-    made.push(run);
+    curves.push(curve("M = ∞", probe(&swept.recording(3 * stated.len() + 1)?, 1.0)?, 5));
+    // all of them come of one command
+    made.truncate(1);
+    let many = lab.sweep(
+        "fig9-masses",
+        "fig9-m1",
+        &["record.fields=[]", "record.frames=0", "run.end_time=30"],
+        &["indenter.mass=1:100:25:log"],
+        "none",
+    )?;
+    let limit = |(mass, strain): (f64, f64)| (mass, LIMIT * WAVE_SPEED / strain);
+    let computed = many.points("indenter.mass", "largest_strain", None).into_iter().map(limit).collect();
+    let by_the_paper = stated.iter().filter_map(|(mass, _, velocity)| Some((mass.parse().ok()?, *velocity)));
+    let admissible = Panel {
+        title: "velocity up to which linear theory holds, Δ = 0.02, c_p = 5000 m/s".into(),
+        x_label: "M [πγR³]".into(),
+        y_label: "V0 [m/s]".into(),
+        curves: vec![curve("computed", computed, 0), curve("as the paper states", by_the_paper.collect(), 5)],
+        log_x: true,
+        log_y: true,
+        ..Panel::default()
+    };
     let mut panel = over_time("r = 1, paper's mesh, Δ = 0.02, c_s = 0.5", curves);
     panel.y_range = Some((0.0, 20.0));
     Ok(Figure {
         id: "9".into(),
         title: "stress at the edge of flat punches on a half-space".into(),
         text: "On the paper's mesh, where a node sits at r = 1. The edge is singular; every value is one of the mesh.".into(),
-        panels: vec![panel],
+        panels: vec![panel, admissible],
         statements,
         made,
+        commands: vec![many.command],
         ..Figure::default()
     })
 }

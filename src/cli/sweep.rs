@@ -1,0 +1,446 @@
+//! `percuss sweep`: a case with keys that vary.
+
+use std::{
+    io::{self, IsTerminal},
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+use clap::Args;
+use indicatif::{BinaryBytes, HumanDuration, ProgressBar, ProgressStyle};
+
+use super::{
+    CliError, Exit,
+    output::{ThreadArguments, signalled, watch_signals},
+    print, stem,
+};
+use crate::{
+    sweep::{
+        folder::{Folder, FolderError, Shard, missing},
+        journal::{Done, Entry, State},
+        plan::{Plan, PlanError, Planned},
+        request::{Keep, Request},
+        schedule::{self, Broken, Limits},
+        script::{Scheduler, script},
+        spec::{Combine, Vary},
+    },
+    units::engineering,
+};
+
+const EXAMPLES: &str = "\
+Examples:
+  percuss sweep fig8-m5 --vary indenter.mass=0.1:100:31:log -o masses
+  percuss sweep ball.toml --vary indenter.mass=\"1 g,2 g,5 g\" --vary target.material=steel,glass,pmma -o balls
+  percuss sweep fig5 --vary target.shear_wave_speed=0.1:0.7 --vary indenter.mass=1:100:log --lhs 1000 --seed 1 \\
+      --set record.frames=0 --keep none -o samples
+  percuss sweep fig5 --vary cases.csv -o table             a column for each key, a row for each case
+  percuss sweep masses                                     go on with a sweep that was stopped
+  percuss sweep fig5 --vary mesh.cells=50,100 -o d --script slurm > job.sh && sbatch job.sh
+  percuss sweep d --shard 2/7                              one part of it, with a journal of its own
+  percuss sweep d --merge                                  one journal and summary of all parts
+  percuss-read plot masses/summary.parquet --x indenter.mass --y peak_force --log x -o force.svg
+
+SPEC is a list, 1,2,5,10, or a range with a count of values, FROM:TO:COUNT, FROM:TO:COUNT:log. Quantities of physical cases have their
+unit, \"1 g:1 kg:7:log\". Several --vary make every combination, the last one varying fastest. A sweep file says the same:
+
+  case = \"fig5\"
+  set = [\"record.frames=0\"]
+  keep = \"none\"                                  # all | none | worst:MEASURE
+  combine = \"product\"                            # product | zip | { lhs = { samples = 100, seed = 1 } }
+  [[vary]]
+  key = \"indenter.mass\"
+  values = \"0.1:100:31:log\"                      # or a list
+  [[vary]]
+  file = \"cases.csv\"
+
+Every case is checked before the first one is run. A case that is done is not computed again, also where the sweep is another one by
+then. DIR/summary.csv and .parquet have a row for every case: what varies, and what `percuss-read summary` measures.";
+
+/// Computes a case with keys that vary: thousands of cases, on all cores, restartable.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct SweepArguments {
+    /// A case as of `percuss run`, a sweep file, or the folder of a sweep, to go on with it
+    #[arg(value_name = "CASE|FILE|DIR")]
+    what: String,
+    /// Change a key in all cases
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Vary a key, or the columns of a CSV file. Repeatable
+    #[arg(long, value_name = "KEY=SPEC|FILE.csv")]
+    vary: Vec<String>,
+    /// Pair the values of several --vary one by one
+    #[arg(long, conflicts_with = "lhs")]
+    zip: bool,
+    /// Draw N cases from ranges, KEY=FROM:TO or KEY=FROM:TO:log, as a Latin hypercube
+    #[arg(long, value_name = "N")]
+    lhs: Option<usize>,
+    /// Seed of --lhs
+    #[arg(long, value_name = "S", default_value_t = 0, requires = "lhs")]
+    seed: u64,
+    /// Folder of the sweep [default: the name of the case with -sweep]
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Recordings to keep, in DIR/runs: all, none, or worst:MEASURE, that of the case with the largest value of a measure
+    /// [default: all]
+    #[arg(long, value_name = "WHICH")]
+    keep: Option<Keep>,
+    #[command(flatten)]
+    threads: ThreadArguments,
+    /// Memory that all cases under way may take together, as estimated, in GiB
+    #[arg(long, value_name = "GIB", default_value_t = 8.0)]
+    max_memory: f64,
+    /// Compute cases that have failed once more
+    #[arg(long)]
+    rerun_failed: bool,
+    /// Check and count all cases, and estimate the time; run and write nothing
+    #[arg(long, conflicts_with_all = ["shard", "merge", "script"])]
+    dry_run: bool,
+    /// Compute one of N parts, with a journal and a summary of its own: parts need nothing but the folder in common
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["merge", "script"])]
+    shard: Option<Shard>,
+    /// Join the journals of all parts, and write the summary
+    #[arg(long, conflicts_with = "script")]
+    merge: bool,
+    /// Make DIR, and print a job script that computes it in parts
+    #[arg(long, value_name = "SCHEDULER", value_enum)]
+    script: Option<Scheduler>,
+    /// Print errors only
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+impl From<FolderError> for CliError {
+    fn from(error: FolderError) -> Self {
+        match error {
+            FolderError::Output(error) => error.into(),
+            error => Self::Failed(error.to_string()),
+        }
+    }
+}
+
+impl From<Broken> for CliError {
+    fn from(error: Broken) -> Self {
+        match error {
+            Broken::Recording { error, .. } => error.into(),
+            error => Self::Failed(error.to_string()),
+        }
+    }
+}
+
+impl From<PlanError> for CliError {
+    fn from(error: PlanError) -> Self {
+        match error {
+            PlanError::Case(errors) => Self::Case(errors),
+            PlanError::Cases(wrong) => Self::Cases(wrong),
+            error => Self::Usage(error.to_string()),
+        }
+    }
+}
+
+/// Bytes of a GiB.
+const GIB: f64 = 1_073_741_824.0;
+
+impl SweepArguments {
+    pub(super) fn run(&self) -> Result<Exit, CliError> {
+        let (request, folder, output) = self.request()?;
+        let pool = self.threads.pool()?;
+        let plan = pool.install(|| Plan::new(request, &folder))?;
+        let limits = Limits { threads: self.threads.count()?, memory: self.memory(&plan)? };
+        let folder = Folder::new(&output, self.shard);
+        if self.dry_run {
+            print(&estimates(&plan, limits))?;
+            return Ok(Exit::Done);
+        }
+        folder.prepare(&plan)?;
+        if let Some(scheduler) = self.script {
+            let memory = plan.cases.iter().map(|case| case.memory).max().unwrap_or_default();
+            let text = script(scheduler, &output, plan.cases.len(), memory)
+                .map_err(|error| CliError::system("the path of the program", error))?;
+            print(&text)?;
+            return Ok(Exit::Done);
+        }
+        let mut done = folder.done()?;
+        for (path, lines) in &done.unread {
+            self.say(&format!("{}: {lines} damaged lines, whose cases are computed again", path.display()));
+        }
+        if self.merge {
+            self.merge(&folder, &plan, &mut done, limits)
+        } else {
+            self.compute(&folder, &plan, &mut done, limits)
+        }
+    }
+
+    /// What is asked for, the folder of relative paths in it, and the folder of the sweep.
+    fn request(&self) -> Result<(Request, PathBuf, PathBuf), CliError> {
+        let path = Path::new(&self.what);
+        let is_given = path.is_dir();
+        let file = match is_given {
+            true => Some(Folder::sweep_file(path).ok_or_else(|| {
+                CliError::Usage(format!(
+                    "`{}` is a folder without a sweep: it has no sweep.toml",
+                    path.display()
+                ))
+            })?),
+            false => Some(path.to_owned()).filter(|path| path.is_file()),
+        };
+        let read = file.as_deref().map(Request::read).transpose().map_err(PlanError::from)?.flatten();
+        let (mut request, folder) = match read {
+            Some(request) => {
+                if !self.vary.is_empty() || !self.overrides.is_empty() || self.zip || self.lhs.is_some() {
+                    let text =
+                        format!("`{}` says what varies: leave out --vary, --set, --zip and --lhs", self.what);
+                    return Err(CliError::Usage(text));
+                }
+                let folder = file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+                (request, folder.to_owned())
+            }
+            None => (self.of_arguments(), PathBuf::new()),
+        };
+        if let Some(keep) = &self.keep {
+            request.keep = keep.clone();
+        }
+        let output = match (&self.output, is_given) {
+            (Some(_), true) => {
+                return Err(CliError::Usage(format!(
+                    "`{}` is the folder of the sweep: leave out -o",
+                    self.what
+                )));
+            }
+            (None, true) => path.to_owned(),
+            (Some(output), false) => output.clone(),
+            (None, false) => {
+                let mut name = stem(&self.what);
+                name.push("-sweep");
+                name.into()
+            }
+        };
+        Ok((request, folder, output))
+    }
+
+    fn of_arguments(&self) -> Request {
+        let combine = match self.lhs {
+            Some(samples) => Combine::Lhs { samples, seed: self.seed },
+            None if self.zip => Combine::Zip,
+            None => Combine::Product,
+        };
+        Request {
+            case: self.what.clone(),
+            name: None,
+            folder: None,
+            set: self.overrides.clone(),
+            keep: Keep::default(),
+            combine,
+            vary: self.vary.iter().map(|vary| Vary::parse(vary)).collect(),
+        }
+    }
+
+    /// Memory that cases may take \[bytes\].
+    fn memory(&self, plan: &Plan) -> Result<u64, CliError> {
+        if !(self.max_memory > 0.0 && self.max_memory <= 1e6) {
+            return Err(CliError::Usage(format!("--max-memory {}: GiB, above 0", self.max_memory)));
+        }
+        let memory = (self.max_memory * GIB) as u64;
+        let large = (1..).zip(&plan.cases).find(|(_, case)| case.memory > memory);
+        match large {
+            None => Ok(memory),
+            Some((number, case)) => Err(CliError::Usage(format!(
+                "case {number} takes about {}, more than --max-memory {}",
+                BinaryBytes(case.memory),
+                self.max_memory
+            ))),
+        }
+    }
+
+    fn say(&self, text: &str) {
+        if !self.quiet {
+            eprintln!("{text}");
+        }
+    }
+
+    fn compute(
+        &self,
+        folder: &Folder,
+        plan: &Plan,
+        done: &mut Done,
+        limits: Limits,
+    ) -> Result<Exit, CliError> {
+        let signal = watch_signals()?;
+        let mut journal = folder.journal()?;
+        let jobs = folder.jobs(plan, done, self.rerun_failed, &mut journal)?;
+        let all = plan.cases.len();
+        let part = self.shard.map_or(String::new(), |shard| format!(", shard {shard}"));
+        self.say(&format!("{}: {all} cases{part}, {} to compute", self.what, jobs.len()));
+        let mut take = |entry: Entry| -> Result<(), CliError> {
+            journal.append(&entry).map_err(FolderError::from)?;
+            done.entries.insert(entry.digest.clone(), entry);
+            Ok(())
+        };
+        let mut progress = Progress::new(plan, jobs.iter().map(|job| job.number), self.quiet);
+        let computed = schedule::run(plan, jobs, limits, &signal, |entry| {
+            progress.advance(plan, &entry);
+            take(entry)
+        });
+        progress.end();
+        drop(journal);
+        computed?;
+        if let Some(signal) = signalled(&signal) {
+            self.say("interrupted; the same command goes on with the rest");
+            return Ok(Exit::Interrupted(signal));
+        }
+        if self.shard.is_none() {
+            self.finish(folder, plan, done, limits)
+        } else {
+            folder.write_summary(plan, done)?;
+            Ok(Exit::Done)
+        }
+    }
+
+    fn merge(&self, folder: &Folder, plan: &Plan, done: &mut Done, limits: Limits) -> Result<Exit, CliError> {
+        let missing = missing(plan, done);
+        if missing > 0 {
+            let text = format!(
+                "{missing} of {} cases are not done; `percuss sweep {}` computes them, with --shard a part of them",
+                plan.cases.len(),
+                self.what
+            );
+            return Err(CliError::Failed(text));
+        }
+        folder.write_journal(plan, done)?;
+        self.finish(folder, plan, done, limits)
+    }
+
+    /// Records the worst case, if that is asked for, and writes the summary.
+    fn finish(
+        &self,
+        folder: &Folder,
+        plan: &Plan,
+        done: &mut Done,
+        limits: Limits,
+    ) -> Result<Exit, CliError> {
+        let jobs = folder.last_jobs(plan, done)?;
+        if !jobs.is_empty() {
+            let signal = watch_signals()?;
+            let mut journal = folder.journal()?;
+            schedule::run(plan, jobs, limits, &signal, |entry| -> Result<(), CliError> {
+                self.say(&format!("{} is kept", entry.file.as_deref().unwrap_or_default()));
+                Ok(journal.append(&entry).map_err(FolderError::from)?)
+            })?;
+            if let Some(signal) = signalled(&signal) {
+                return Ok(Exit::Interrupted(signal));
+            }
+        }
+        folder.write_summary(plan, done)?;
+        let failed: Vec<String> = (1..)
+            .zip(&plan.cases)
+            .filter(|(_, case)| {
+                done.entries.get(&case.digest.to_string()).is_some_and(|entry| entry.state == State::Failed)
+            })
+            .map(|(number, _): (usize, _)| number.to_string())
+            .collect();
+        if failed.is_empty() {
+            self.say(&format!("{} cases are done", plan.cases.len()));
+            return Ok(Exit::Done);
+        }
+        let more =
+            if failed.len() > SHOWN { format!(" and {} more", failed.len() - SHOWN) } else { String::new() };
+        let numbers = failed[..failed.len().min(SHOWN)].join(", ");
+        Err(CliError::Failed(format!(
+            "{} of {} cases failed: {numbers}{more}; manifest.jsonl says why, --rerun-failed tries again",
+            failed.len(),
+            plan.cases.len()
+        )))
+    }
+}
+
+/// Failed cases that are named.
+const SHOWN: usize = 20;
+
+/// What a sweep would take.
+fn estimates(plan: &Plan, limits: Limits) -> String {
+    let sum = |part: fn(&Planned) -> f64| plan.cases.iter().map(part).sum::<f64>();
+    let seconds = sum(|case| case.seconds) / limits.threads as f64;
+    let memory = plan.cases.iter().map(|case| case.memory).max().unwrap_or_default();
+    let files = match plan.request.keep {
+        Keep::All => format!("about {}", BinaryBytes(sum(|case| case.file as f64) as u64)),
+        _ => "none kept, or one".to_owned(),
+    };
+    let keys: Vec<&str> = plan.keys().collect();
+    format!(
+        "cases      {}\nvaries     {}\nrun time   about {} on {} threads\nmemory     at most about {} a case\nrecordings {files}\n",
+        plan.cases.len(),
+        keys.join(", "),
+        engineering(seconds, "s"),
+        limits.threads,
+        BinaryBytes(memory)
+    )
+}
+
+/// Progress of a sweep: a bar on a terminal, a line every few seconds elsewhere.
+struct Progress {
+    bar: Option<ProgressBar>,
+    quiet: bool,
+    start: Instant,
+    last: Instant,
+    /// Cases, those done, those failed.
+    counts: [usize; 3],
+    /// Estimated work, all and done \[s\].
+    work: [f64; 2],
+}
+
+/// Time between lines where stderr is no terminal.
+const LINE_INTERVAL: Duration = Duration::from_secs(5);
+
+impl Progress {
+    fn new(plan: &Plan, numbers: impl Iterator<Item = usize>, quiet: bool) -> Self {
+        let (mut cases, mut work) = (0, 0.0);
+        numbers.for_each(|number| (cases, work) = (cases + 1, work + plan.cases[number - 1].seconds));
+        let bar = (!quiet && io::stderr().is_terminal()).then(|| {
+            let style = ProgressStyle::with_template("{wide_bar} {pos} of {len} cases{msg}");
+            ProgressBar::new(cases as u64).with_style(style.expect("the template is a constant"))
+        });
+        let now = Instant::now();
+        Self { bar, quiet, start: now, last: now, counts: [cases, 0, 0], work: [work, 0.0] }
+    }
+
+    fn advance(&mut self, plan: &Plan, entry: &Entry) {
+        self.counts[1] += 1;
+        self.work[1] += plan.cases[entry.case - 1].seconds;
+        if entry.state == State::Failed {
+            self.counts[2] += 1;
+            let why = entry.message.as_deref().unwrap_or_default();
+            self.say(&format!("case {} failed: {why}", entry.case));
+        }
+        if self.last.elapsed() >= LINE_INTERVAL
+            || (self.bar.is_some() && self.last.elapsed().as_millis() > 100)
+        {
+            self.last = Instant::now();
+            let [cases, done, failed] = self.counts;
+            let rest =
+                self.start.elapsed().mul_f64((self.work[0] - self.work[1]).max(0.0) / self.work[1].max(1e-9));
+            let failed = if failed > 0 { format!(", {failed} failed") } else { String::new() };
+            let eta = format!("{failed}, ETA {}", HumanDuration(rest));
+            match &self.bar {
+                Some(bar) => {
+                    bar.set_position(done as u64);
+                    bar.set_message(eta);
+                }
+                None => self.say(&format!("{done} of {cases} cases{eta}")),
+            }
+        }
+    }
+
+    fn say(&self, text: &str) {
+        match &self.bar {
+            Some(bar) => bar.suspend(|| eprintln!("{text}")),
+            None if !self.quiet => eprintln!("{text}"),
+            None => {}
+        }
+    }
+
+    fn end(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Sweeps: a case with keys that vary, thousands of cases at a time, on all cores, restartable, alone or in shards.
+//!
+//! A sweep lives in a folder of its own:
+//!
+//! | File | What it is |
+//! |---|---|
+//! | `sweep.toml` | what was asked: the case, what is set and what varies |
+//! | `case.toml` | a copy of the case, unless it is a built-in one |
+//! | `manifest.jsonl` | the journal: a line for every case that is done, only ever appended to |
+//! | `summary.csv`, `summary.parquet` | a row for every case, in their order: what varies, and what [`percuss_table::measures`] reads off the run |
+//! | `runs/` | recordings, named by the number of the case and the beginning of its digest |
+//! | `manifest-I-of-N.jsonl`, `summary-I-of-N.csv`, … | of shard I of N |
+//!
+//! A case is known by the digest of all that its results depend on ([`plan::Digest`]): what the journals have of it is not computed again,
+//! whatever its number in the sweep is now. The summary is made of the journals alone, so it is the same however often a sweep was stopped and
+//! however it was cut into shards. A line of the journal is written when the recording of its case, if it is kept, has its name.
+//!
+//! # Files
+//!
+//! A line of `manifest.jsonl` is an object: `case`, the number; `digest`; `state`, `completed`, `stopped` (as `run.stop` asks) or `failed`, then with a
+//! `message`; `file`, the recording from the folder of the sweep, or null; `seconds`; `host`; `measures` by name, in the units of the case.
+//! The summary has the columns `case`, the keys that vary (numbers where all values are, quantities in SI), `status` (the state), and the measures,
+//! each with its unit, empty where there is none; `percuss-read summary --help` says what they are. Cases that failed have a row without measures.
+//!
+//! Folders that are shared need no locks: every shard writes its own journal. Two processes on one machine cannot write the same one.
+//!
+//! # A worked example
+//!
+//! A body with a spherical head strikes a plate with a free back: how much of its velocity does it keep, over three decades of mass and five
+//! materials? `plate.toml` is the case of one plate,
+//!
+//! ```toml
+//! model = "elastic"
+//! [target]
+//! thickness = "6 mm"
+//! material = "glass"
+//! back = "free"
+//! [indenter]
+//! shape = "sphere"
+//! nose_radius = "10 mm"
+//! mass = "1 g"
+//! [impact]
+//! velocity = "5 m/s"
+//! [mesh]
+//! cells = 40
+//! [run]
+//! end_time = "400 us"
+//! stop = "separation"
+//! [record]
+//! frames = 0
+//! ```
+//!
+//! and these commands compute 95 of them and draw the answer (half a minute on two cores; `percuss-figures --only sweeps` does the same):
+//!
+//! ```text
+//! percuss sweep plate.toml --vary "indenter.mass=0.1 g:100 g:19:log" --vary target.material=pmma,epoxy,glass,aluminium,lead --keep none -o plates
+//! percuss-read plot plates/summary.parquet --x indenter.mass --y restitution --by target.material --log x -o restitution.svg
+//! percuss-read plot plates/summary.parquet --x indenter.mass --y contact_duration --by target.material --log xy -o duration.svg
+//! ```
+//!
+//! Light bodies keep up to 0.87 of their velocity; heavier ones leave it to the waves in the plate, and from some mass on they are not seen to
+//! come back at all. Rows without a restitution are those of bodies that are still in contact at the end.
+//!
+//! # Modules
+//!
+//! * [`request`], [`spec`]: what is asked for; lists, ranges, tables, samples
+//! * [`plan`]: the cases of a sweep, all checked before the first is run
+//! * [`journal`], [`folder`]: what is done; the files of a sweep
+//! * [`schedule`]: cases on threads, within a bound of memory
+//! * `measure`, `summary`: what is read off a run on the way; the table of it
+//! * [`script`]: job scripts for schedulers of clusters
+
+pub mod folder;
+pub mod journal;
+mod measure;
+pub mod plan;
+pub mod request;
+pub mod schedule;
+pub mod script;
+pub mod spec;
+mod summary;
+
+/// Largest number of cases of a sweep.
+pub const MAX_CASES: usize = 1_000_000;

@@ -1,0 +1,248 @@
+//! The journal of a sweep: a line for every case that is done. Lines are only appended, one process to a file.
+
+use std::{
+    collections::BTreeMap,
+    fs::{File, OpenOptions, TryLockError},
+    io::{self, Read, Seek, SeekFrom, Write},
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::measure::Measures;
+
+/// How a case has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum State {
+    /// All steps are done.
+    Completed,
+    /// The stop condition of the case held.
+    Stopped,
+    /// The computation failed.
+    Failed,
+}
+
+impl State {
+    /// Name in the journal and the summary.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Completed => "completed",
+            Self::Stopped => "stopped",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// A line of a journal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    /// Number of the case in the sweep as it was then.
+    pub case: usize,
+    /// Digest of the case.
+    pub digest: String,
+    /// How it has ended.
+    pub state: State,
+    /// Why it failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub message: Option<String>,
+    /// Its recording, from the folder of the sweep; none if it is not kept.
+    pub file: Option<String>,
+    /// Time it took \[s\].
+    pub seconds: f64,
+    /// Machine.
+    pub host: String,
+    /// What was measured, in the units of the case; nothing of a case that failed.
+    pub measures: Measures,
+}
+
+/// Why a journal cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum JournalError {
+    /// The system refuses.
+    #[error("`{}`: {error}", path.display())]
+    System {
+        /// The file.
+        path: PathBuf,
+        /// Cause.
+        error: io::Error,
+    },
+    /// Another process works on the same cases.
+    #[error("another percuss works on this sweep: `{}` is locked", .0.display())]
+    Busy(PathBuf),
+}
+
+/// A journal that is appended to.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+}
+
+impl Journal {
+    /// Opens the journal `path`, or begins it. A last line that a crash has torn is cut off.
+    ///
+    /// # Errors
+    ///
+    /// Another process has it, or it cannot be read and written.
+    pub fn open(path: &Path) -> Result<Self, JournalError> {
+        let open = || {
+            let mut file = OpenOptions::new().read(true).append(true).create(true).open(path)?;
+            match file.try_lock() {
+                Err(TryLockError::WouldBlock) => return Ok(None),
+                // some shared folders have no locks: there it is up to the scheduler that a shard runs once
+                Err(TryLockError::Error(_)) | Ok(()) => {}
+            }
+            let whole = whole_lines(&mut file)?;
+            if whole < file.metadata()?.len() {
+                file.set_len(whole)?;
+            }
+            Ok(Some(file))
+        };
+        match open().map_err(|error| JournalError::System { path: path.into(), error })? {
+            Some(file) => Ok(Self { path: path.into(), file }),
+            None => Err(JournalError::Busy(path.into())),
+        }
+    }
+
+    /// Appends a line.
+    ///
+    /// # Errors
+    ///
+    /// The disk is full, or fails.
+    pub fn append(&mut self, entry: &Entry) -> Result<(), JournalError> {
+        self.file
+            .write_all(line(entry).as_bytes())
+            .map_err(|error| JournalError::System { path: self.path.clone(), error })
+    }
+}
+
+/// Length of the part of a file that ends with the end of a line.
+fn whole_lines(file: &mut File) -> io::Result<u64> {
+    const BLOCK: u64 = 1 << 12;
+    let mut end = file.metadata()?.len();
+    let mut block = Vec::new();
+    while end > 0 {
+        let start = end.saturating_sub(BLOCK);
+        file.seek(SeekFrom::Start(start))?;
+        block.clear();
+        Read::by_ref(file).take(end - start).read_to_end(&mut block)?;
+        if let Some(place) = block.iter().rposition(|byte| *byte == b'\n') {
+            return Ok(start + place as u64 + 1);
+        }
+        end = start;
+    }
+    Ok(0)
+}
+
+/// An entry as a line of a journal.
+pub fn line(entry: &Entry) -> String {
+    serde_json::to_string(entry).expect("an entry is plain text and numbers") + "\n"
+}
+
+/// What journals say, by digest.
+#[derive(Debug, Default)]
+pub struct Done {
+    /// The last line of every case; of several journals one that did not fail.
+    pub entries: BTreeMap<String, Entry>,
+    /// Lines that are none, in the middle of a journal.
+    pub unread: Vec<(PathBuf, usize)>,
+}
+
+impl Done {
+    /// Reads a journal; one that is not there is empty, and a last line without an end is not counted, as it may be being written.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be read.
+    pub fn read(&mut self, path: &Path) -> Result<(), JournalError> {
+        let bytes = match std::fs::read(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+            read => read.map_err(|error| JournalError::System { path: path.into(), error })?,
+        };
+        let end = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |place| place + 1);
+        let mut unread = 0;
+        let mut here = BTreeMap::new();
+        for line in bytes[..end].split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
+            match serde_json::from_slice::<Entry>(line) {
+                Ok(entry) => drop(here.insert(entry.digest.clone(), entry)),
+                Err(_) => unread += 1,
+            }
+        }
+        for (digest, entry) in here {
+            let is_better = |known: &Entry| known.state == State::Failed || entry.state != State::Failed;
+            if self.entries.get(&digest).is_none_or(is_better) {
+                self.entries.insert(digest, entry);
+            }
+        }
+        if unread > 0 {
+            self.unread.push((path.into(), unread));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(case: usize, state: State) -> Entry {
+        Entry {
+            case,
+            digest: format!("{case:032x}"),
+            state,
+            message: None,
+            file: None,
+            seconds: 0.5,
+            host: "here".into(),
+            measures: BTreeMap::from([("peak_force".to_owned(), 0.1 + 0.2)]).into(),
+        }
+    }
+
+    #[test]
+    fn a_torn_last_line_is_cut_off_and_others_stay() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("manifest.jsonl");
+        let write = |entries: &[Entry]| {
+            let mut journal = Journal::open(&path).expect("a journal");
+            entries.iter().for_each(|entry| journal.append(entry).expect("a line"));
+        };
+        let read = || {
+            let mut done = Done::default();
+            done.read(&path).expect("a journal");
+            done
+        };
+        assert!(read().entries.is_empty());
+        write(&[entry(1, State::Completed), entry(2, State::Failed)]);
+        let whole = std::fs::read(&path).expect("a file");
+        for torn in [1, 50, whole.len() / 2 - 1] {
+            std::fs::write(&path, [&whole[..], &whole[..torn]].concat()).expect("a file");
+            assert_eq!(read().entries.len(), 2, "{torn}");
+            write(&[entry(3, State::Completed)]);
+            let done = read();
+            assert_eq!((done.entries.len(), done.unread.len()), (3, 0), "{torn}");
+        }
+        // a line that is torn in the middle of a journal is reported, and the others count
+        std::fs::write(&path, [&b"{\"case\":7,\n"[..], &whole].concat()).expect("a file");
+        let done = read();
+        assert_eq!((done.entries.len(), &done.unread), (2, &vec![(path.clone(), 1)]));
+        assert_eq!(done.entries[&entry(1, State::Completed).digest], entry(1, State::Completed));
+        // a second attempt counts, in whatever journal it stands
+        write(&[entry(2, State::Stopped)]);
+        let other = folder.path().join("other.jsonl");
+        std::fs::write(&other, line(&entry(2, State::Failed))).expect("a file");
+        let mut done = read();
+        done.read(&other).expect("a journal");
+        assert_eq!(done.entries[&entry(2, State::Failed).digest].state, State::Stopped);
+    }
+
+    #[test]
+    fn a_journal_belongs_to_one_process_at_a_time() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("manifest.jsonl");
+        let journal = Journal::open(&path).expect("a journal");
+        assert!(matches!(Journal::open(&path), Err(JournalError::Busy(_))));
+        drop(journal);
+        Journal::open(&path).expect("a journal");
+    }
+}

@@ -1,0 +1,254 @@
+//! The cases of a sweep, all checked before the first is run.
+
+use std::{collections::BTreeMap, fmt, path::Path};
+
+use rayon::prelude::*;
+use sha2::{Digest as _, Sha256};
+
+use super::{
+    request::Request,
+    spec::{Axis, SpecError, axes},
+};
+use crate::{
+    case::{Case, CaseBuilder, CaseErrors, builtin},
+    cost::Estimate,
+    recording::NUMERICS,
+    units::Units,
+};
+
+/// Why there is no plan.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    /// The base of all cases cannot be read.
+    #[error(transparent)]
+    Case(#[from] CaseErrors),
+    /// The variations are wrong.
+    #[error(transparent)]
+    Spec(#[from] SpecError),
+    /// Some cases are wrong.
+    #[error(transparent)]
+    Cases(#[from] WrongCases),
+    /// Cases whose numbers cannot stand in one column.
+    #[error(
+        "case {number} has its {what}, case 1 its own in {first}: numbers of one column have one unit; sweep them apart"
+    )]
+    Units {
+        /// Number of the case.
+        number: usize,
+        /// What is in another unit.
+        what: String,
+        /// The unit of the first case.
+        first: String,
+    },
+}
+
+/// Cases that cannot be computed.
+#[derive(Debug, thiserror::Error)]
+#[error("{count} of {cases} cases are wrong")]
+pub struct WrongCases {
+    /// How many.
+    pub count: usize,
+    /// Number of all cases.
+    pub cases: usize,
+    /// Those with the same problems together: the number of the first one, how many there are, the problems of the first.
+    pub groups: Vec<(usize, usize, CaseErrors)>,
+}
+
+/// SHA-256, its first half: of the resolved case without what changes no result (the title and the checkpoints), and the revision of the numerics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Digest([u8; 16]);
+
+impl Digest {
+    fn of(case: &Case) -> Self {
+        let mut resolved = case.resolved_json();
+        if let Some(table) = resolved.as_object_mut() {
+            table.remove("title");
+        }
+        if let Some(run) = resolved["run"].as_object_mut() {
+            run.remove("checkpoint_every");
+        }
+        let hash = Sha256::new().chain_update(format!("numerics {NUMERICS}\n{resolved}")).finalize();
+        let mut first = [0; 16];
+        first.copy_from_slice(&hash[..16]);
+        Self(first)
+    }
+}
+
+impl fmt::Display for Digest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+/// A case of a sweep.
+#[derive(Clone, Copy, Debug)]
+pub struct Planned {
+    /// What its results are known by.
+    pub digest: Digest,
+    /// Estimated time on one core \[s\].
+    pub seconds: f64,
+    /// Estimated memory \[bytes\].
+    pub memory: u64,
+    /// Estimated size of its recording \[bytes\].
+    pub file: u64,
+}
+
+/// The cases of a sweep, checked; numbered from 1 on.
+#[derive(Debug)]
+pub struct Plan {
+    /// What was asked for, with files read.
+    pub request: Request,
+    /// The first case, which has the units of all.
+    pub first: Case,
+    /// The cases, in order.
+    pub cases: Vec<Planned>,
+    /// Text of the case file; none for a built-in case.
+    pub text: Option<String>,
+    base: CaseBuilder,
+    axes: Vec<Axis>,
+}
+
+impl Plan {
+    /// Checks all cases.
+    ///
+    /// * `folder`: of relative paths in the request
+    ///
+    /// # Errors
+    ///
+    /// The case or a table cannot be read, the variations are wrong, or any case is.
+    pub fn new(mut request: Request, folder: &Path) -> Result<Self, PlanError> {
+        let vary = std::mem::take(&mut request.vary);
+        request.vary = vary.into_iter().map(|vary| vary.resolved(folder)).collect::<Result<_, _>>()?;
+        let axes = axes(&request.vary, request.combine)?;
+        let (base, text) = base(&mut request, folder)?;
+        let base = base.overrides(&request.set);
+        let count = axes.iter().map(|axis| axis.rows.len()).product();
+        let check = |number: usize| {
+            settle(&base, &axes, number).map(|case| {
+                let estimate = Estimate::new(&case);
+                let planned = Planned {
+                    digest: Digest::of(&case),
+                    seconds: estimate.seconds * rayon::current_num_threads() as f64,
+                    memory: estimate.memory,
+                    file: estimate.file,
+                };
+                (planned, case.units())
+            })
+        };
+        let checked: Vec<_> = (1..=count).into_par_iter().map(check).collect();
+        let wrong = wrong_cases(&checked, &base, &axes);
+        if !wrong.is_empty() {
+            let errors = checked.iter().filter(|checked| checked.is_err()).count();
+            return Err(WrongCases { count: errors, cases: count, groups: wrong }.into());
+        }
+        let first = settle(&base, &axes, 1)?;
+        let (cases, units): (Vec<Planned>, Vec<Units>) = checked.into_iter().flatten().unzip();
+        same_units(&units)?;
+        Ok(Self { request, first, cases, text, base, axes })
+    }
+
+    /// A case by its number, from 1 on.
+    ///
+    /// # Errors
+    ///
+    /// A file that the case reads has changed since it was checked.
+    pub fn case(&self, number: usize) -> Result<Case, CaseErrors> {
+        settle(&self.base, &self.axes, number)
+    }
+
+    /// Keys that vary.
+    pub fn keys(&self) -> impl Iterator<Item = &str> {
+        self.axes.iter().flat_map(|axis| &axis.keys).map(String::as_str)
+    }
+
+    /// All values of a key, by its number from 0 on.
+    pub(super) fn column(&self, mut key: usize) -> impl Iterator<Item = &str> {
+        let mut axes = self.axes.iter();
+        let axis = loop {
+            let axis = axes.next().expect("the number of a key");
+            if key < axis.keys.len() {
+                break axis;
+            }
+            key -= axis.keys.len();
+        };
+        axis.rows.iter().map(move |row| row[key].as_str())
+    }
+
+    /// Their values in a case by its number, from 1 on, each as it stands in a case file.
+    pub fn values(&self, number: usize) -> impl Iterator<Item = &str> {
+        row(&self.axes, number).into_iter().flatten().map(String::as_str)
+    }
+}
+
+/// The case that all others vary, and its text if it is a file; the request then names the file for messages, and its folder.
+fn base(request: &mut Request, folder: &Path) -> Result<(CaseBuilder, Option<String>), PlanError> {
+    if builtin::find(&request.case).is_some() {
+        return Ok((CaseBuilder::load(&request.case)?, None));
+    }
+    let path = folder.join(&request.case);
+    let given = CaseBuilder::load(&path.to_string_lossy())?;
+    let text = given.text();
+    let name = || path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    let name = request.name.get_or_insert_with(name).clone();
+    let of_case = || path.parent().filter(|folder| *folder != "").unwrap_or(Path::new(".")).to_owned();
+    let folder = request.folder.get_or_insert_with(of_case).clone();
+    // a copy of the case knows its folder from anywhere
+    let folder = std::path::absolute(&folder)
+        .map_err(|error| SpecError::File { path: folder, what: error.to_string() })?;
+    request.folder = Some(folder.clone());
+    Ok((CaseBuilder::from_text(&name, &text, &folder), Some(text)))
+}
+
+/// The rows of the axes that make a case.
+fn row(axes: &[Axis], number: usize) -> Vec<&Vec<String>> {
+    let mut rest = number - 1;
+    let mut rows: Vec<&Vec<String>> = Vec::with_capacity(axes.len());
+    for axis in axes.iter().rev() {
+        rows.push(&axis.rows[rest % axis.rows.len()]);
+        rest /= axis.rows.len();
+    }
+    rows.reverse();
+    rows
+}
+
+fn settle(base: &CaseBuilder, axes: &[Axis], number: usize) -> Result<Case, CaseErrors> {
+    let keys = axes.iter().flat_map(|axis| &axis.keys);
+    let values = row(axes, number).into_iter().flatten();
+    let settings: Vec<String> = keys.zip(values).map(|(key, value)| format!("{key}={value}")).collect();
+    base.clone().overrides(&settings).build()
+}
+
+/// The wrong ones among checked cases, those with the same problems together.
+fn wrong_cases<T>(
+    checked: &[Result<T, CaseErrors>],
+    base: &CaseBuilder,
+    axes: &[Axis],
+) -> Vec<(usize, usize, CaseErrors)> {
+    let mut groups: BTreeMap<Vec<&str>, (usize, usize)> = BTreeMap::new();
+    for (number, errors) in
+        (1..).zip(checked).filter_map(|(number, case)| Some((number, case.as_ref().err()?)))
+    {
+        let problems = errors.problems.iter().map(|problem| problem.message.as_str()).collect();
+        groups.entry(problems).or_insert((number, 0)).1 += 1;
+    }
+    let mut groups: Vec<(usize, usize)> = groups.into_values().collect();
+    groups.sort_unstable();
+    let group = |(number, count)| settle(base, axes, number).err().map(|errors| (number, count, errors));
+    groups.into_iter().filter_map(group).collect()
+}
+
+fn same_units(units: &[Units]) -> Result<(), PlanError> {
+    let names = |units: &Units| {
+        [("time", units.time), ("length", units.length), ("force", units.force)]
+            .map(|(what, unit)| (what, unit.name))
+    };
+    for (number, others) in (1..).zip(units) {
+        for ((what, unit), (_, first)) in names(others).into_iter().zip(names(&units[0])) {
+            if unit != first {
+                let what = format!("{what} in {unit}");
+                return Err(PlanError::Units { number, what, first: first.into() });
+            }
+        }
+    }
+    Ok(())
+}

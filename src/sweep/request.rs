@@ -1,0 +1,109 @@
+//! What is asked for, as arguments and sweep files say it.
+
+use std::{
+    fmt, fs,
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    measure,
+    spec::{Combine, SpecError, Vary},
+};
+
+/// Which recordings are kept.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Keep {
+    /// Those of all cases.
+    #[default]
+    All,
+    /// None: the summary is what stays.
+    None,
+    /// That of the case with the largest value of a measure.
+    Worst(String),
+}
+
+impl fmt::Display for Keep {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::All => f.write_str("all"),
+            Self::None => f.write_str("none"),
+            Self::Worst(measure) => write!(f, "worst:{measure}"),
+        }
+    }
+}
+
+impl FromStr for Keep {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once(':') {
+            None if text == "all" => Ok(Self::All),
+            None if text == "none" => Ok(Self::None),
+            Some(("worst", measure)) if measure::is_name(measure) => Ok(Self::Worst(measure.into())),
+            Some(("worst", measure)) => {
+                Err(format!("`{measure}` is no measure; known: {}", measure::names().join(", ")))
+            }
+            _ => Err(format!("`{text}` is not possible: all, none or worst:MEASURE")),
+        }
+    }
+}
+
+impl TryFrom<String> for Keep {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<Keep> for String {
+    fn from(keep: Keep) -> Self {
+        keep.to_string()
+    }
+}
+
+/// What is asked for, as `sweep.toml` has it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Request {
+    /// A built-in case or a file, which relative paths are seen from the folder of this file.
+    pub case: String,
+    /// Name of the case in messages, where the file is a copy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Folder of relative paths in the case, where the file is a copy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub folder: Option<PathBuf>,
+    /// Keys that are set in all cases, `key=value`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set: Vec<String>,
+    /// Which recordings are kept.
+    #[serde(default)]
+    pub keep: Keep,
+    /// How the variations go together.
+    #[serde(default)]
+    pub combine: Combine,
+    /// The variations.
+    pub vary: Vec<Vary>,
+}
+
+impl Request {
+    /// Reads a sweep file, `None` if the file is none: it has no `vary`.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, or something in it is wrong.
+    pub fn read(path: &Path) -> Result<Option<Self>, SpecError> {
+        let fail = |what: String| SpecError::File { path: path.into(), what };
+        let text = fs::read_to_string(path).map_err(|error| fail(error.to_string()))?;
+        let Ok(table) = text.parse::<toml::Table>() else { return Ok(None) };
+        if !table.contains_key("vary") {
+            return Ok(None);
+        }
+        toml::from_str(&text).map(Some).map_err(|error| fail(error.to_string()))
+    }
+}

@@ -1,0 +1,265 @@
+//! Cases on threads: small ones one to a thread, large ones on all, within a bound of memory.
+//!
+//! Long cases come first, so that none is left at the end. A case gets all threads if on one it would outlast all others that are left: then
+//! nothing else could keep the threads busy. Results go to one place as they come, in any order.
+
+use std::{
+    collections::VecDeque,
+    path::PathBuf,
+    sync::{
+        Condvar, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, AtomicUsize, Ordering},
+        mpsc,
+    },
+    time::{Duration, Instant},
+};
+
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+
+use super::{
+    journal::{Entry, State},
+    measure::Measuring,
+    plan::Plan,
+};
+use crate::{
+    case::CaseErrors,
+    recording::{Destination, Synchronise},
+    session::{self, Flow, Recording, RunError, Source, Status},
+    simulation::Simulation,
+    view::View,
+    warnings::Warned,
+};
+
+/// A case that is to be computed.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// Its number.
+    pub number: usize,
+    /// Where its recording goes, if it is kept, and its name in the journal.
+    pub recording: Option<(PathBuf, String)>,
+}
+
+/// What cases may take.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Threads, of all cases together.
+    pub threads: usize,
+    /// Estimated memory, of all cases together \[bytes\].
+    pub memory: u64,
+}
+
+/// Why a sweep ends before all cases have: none of it is the fault of a case.
+#[derive(Debug, thiserror::Error)]
+pub enum Broken {
+    /// The recording of a case failed, as on a full disk.
+    #[error("case {number}: {error}")]
+    Recording {
+        /// Number of the case.
+        number: usize,
+        /// Cause.
+        error: RunError,
+    },
+    /// A case is another one than was checked.
+    #[error("case {number} has changed since the sweep began: {error}")]
+    Changed {
+        /// Number of the case.
+        number: usize,
+        /// Cause.
+        error: CaseErrors,
+    },
+    /// The system has no threads left.
+    #[error("cannot start threads: {0}")]
+    Threads(#[from] ThreadPoolBuildError),
+}
+
+/// One-thread time up to which a case stays on one thread \[s\]: threads that share less wait for each other.
+const SMALL: f64 = 1.0;
+
+/// Time between looks at the signal where a thread waits for others.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// Computes cases.
+///
+/// * `signal`: not 0 once the sweep is to be interrupted
+/// * `take`: gets what the journal says of every case that is done, on this thread; with an error the sweep ends
+///
+/// # Errors
+///
+/// What ended the sweep; cases that were under way are not done then.
+pub fn run<E: From<Broken>>(
+    plan: &Plan,
+    jobs: Vec<Job>,
+    limits: Limits,
+    signal: &AtomicUsize,
+    mut take: impl FnMut(Entry) -> Result<(), E>,
+) -> Result<(), E> {
+    let queue = Queue::new(plan, jobs, limits, signal);
+    let (sender, receiver) = mpsc::channel();
+    std::thread::scope(|scope| {
+        for _ in 0..limits.threads {
+            let (sender, queue) = (sender.clone(), &queue);
+            scope.spawn(move || work(queue, &sender));
+        }
+        drop(sender);
+        let mut result = Ok(());
+        for done in receiver {
+            if result.is_ok() {
+                result = done.map_err(E::from).and_then(&mut take);
+                if result.is_err() {
+                    queue.break_off();
+                }
+            }
+        }
+        result
+    })
+}
+
+/// Cases that wait, and what those under way leave free.
+struct Queue<'a> {
+    plan: &'a Plan,
+    limits: Limits,
+    signal: &'a AtomicUsize,
+    is_broken: AtomicBool,
+    waiting: Mutex<Waiting>,
+    changed: Condvar,
+}
+
+struct Waiting {
+    jobs: VecDeque<Job>,
+    /// Estimated time of all jobs on one thread \[s\].
+    seconds: f64,
+    threads: usize,
+    memory: u64,
+}
+
+/// What a job has of the limits.
+#[derive(Clone, Copy)]
+struct Share {
+    threads: usize,
+    memory: u64,
+}
+
+impl<'a> Queue<'a> {
+    fn new(plan: &'a Plan, mut jobs: Vec<Job>, limits: Limits, signal: &'a AtomicUsize) -> Self {
+        let seconds = |job: &Job| plan.cases[job.number - 1].seconds;
+        jobs.sort_by(|a, b| seconds(b).total_cmp(&seconds(a)));
+        let waiting = Waiting {
+            seconds: jobs.iter().map(seconds).sum(),
+            jobs: jobs.into(),
+            threads: limits.threads,
+            memory: limits.memory,
+        };
+        let (waiting, changed) = (Mutex::new(waiting), Condvar::new());
+        Self { plan, limits, signal, is_broken: AtomicBool::new(false), waiting, changed }
+    }
+
+    fn is_over(&self) -> bool {
+        self.signal.load(Ordering::Relaxed) != 0 || self.is_broken.load(Ordering::Relaxed)
+    }
+
+    fn break_off(&self) {
+        self.is_broken.store(true, Ordering::Relaxed);
+        self.changed.notify_all();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Waiting> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The next job, once there is room for it; `None` when nothing is left to do.
+    fn next(&self) -> Option<(Job, Share)> {
+        let mut waiting = self.lock();
+        while !self.is_over() {
+            let planned = self.plan.cases[waiting.jobs.front()?.number - 1];
+            let is_large = planned.seconds > SMALL.max(waiting.seconds / self.limits.threads as f64);
+            let threads = if is_large { self.limits.threads } else { 1 };
+            let share = Share { threads, memory: planned.memory.min(self.limits.memory) };
+            if share.threads <= waiting.threads && share.memory <= waiting.memory {
+                waiting.threads -= share.threads;
+                waiting.memory -= share.memory;
+                waiting.seconds -= planned.seconds;
+                return waiting.jobs.pop_front().map(|job| (job, share));
+            }
+            waiting = self.changed.wait_timeout(waiting, PATIENCE).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        None
+    }
+
+    fn give_back(&self, share: Share) {
+        let mut waiting = self.lock();
+        waiting.threads += share.threads;
+        waiting.memory += share.memory;
+        self.changed.notify_all();
+    }
+
+    /// Computes a case; `None` if it was interrupted.
+    fn compute(&self, job: &Job, pool: &ThreadPool) -> Result<Option<Entry>, Broken> {
+        let (number, start) = (job.number, Instant::now());
+        let case = self.plan.case(number).map_err(|error| Broken::Changed { number, error })?;
+        let mut measuring = Measuring::new(&case);
+        let mut watch = |_: &View<'_>| match self.is_over() {
+            true => Flow::Interrupt("the sweep is interrupted".into()),
+            false => Flow::Continue,
+        };
+        let computed = pool.install(|| {
+            let mut steps = Warned::new(&case, Simulation::new(&case));
+            let Some((path, _)) = &job.recording else {
+                return session::run(&mut steps, &mut [&mut measuring, &mut watch]);
+            };
+            // of an earlier attempt that was stopped nothing counts
+            let destination =
+                Destination { path: path.clone(), overwrite: true, synchronise: Synchronise::Never };
+            let mut recording = Recording::create(&destination, &case, Source::Simulation)?;
+            session::run(&mut steps, &mut [&mut recording, &mut measuring, &mut watch])
+        });
+        let entry = |state, message, file, measures| Entry {
+            case: number,
+            digest: self.plan.cases[number - 1].digest.to_string(),
+            state,
+            message,
+            file,
+            seconds: start.elapsed().as_secs_f64(),
+            host: gethostname::gethostname().to_string_lossy().into_owned(),
+            measures,
+        };
+        let file = job.recording.as_ref().map(|(_, name)| name.clone());
+        match computed {
+            Ok(outcome) => {
+                let state = match outcome.status {
+                    Status::Completed => State::Completed,
+                    Status::Stopped(_) => State::Stopped,
+                    Status::Interrupted(_) | Status::Failed(_) => return Ok(None),
+                };
+                Ok(Some(entry(state, None, file, measuring.measures(&outcome.validity))))
+            }
+            Err(RunError::Simulation(error)) => {
+                Ok(Some(entry(State::Failed, Some(error.to_string()), None, Default::default())))
+            }
+            Err(error) => Err(Broken::Recording { number, error }),
+        }
+    }
+}
+
+/// One thread's part of the work.
+fn work(queue: &Queue<'_>, sender: &mpsc::Sender<Result<Entry, Broken>>) {
+    // the thread itself is the pool of small cases
+    let own = match ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
+        Ok(own) => own,
+        Err(error) => return drop(sender.send(Err(error.into()))),
+    };
+    while let Some((job, share)) = queue.next() {
+        let done = match share.threads {
+            1 => queue.compute(&job, &own),
+            threads => ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .map_err(Broken::from)
+                .and_then(|pool| queue.compute(&job, &pool)),
+        };
+        queue.give_back(share);
+        // nobody takes results after the sweep has ended
+        if let Some(done) = done.transpose() {
+            drop(sender.send(done));
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! The summary of a sweep: a row for every case that is done.
+
+use std::io;
+
+use percuss_table::{Cell, CellType, Heading, Sink, measures};
+
+use super::{
+    journal::{Done, Entry},
+    measure::NOTHING,
+    plan::Plan,
+};
+use crate::{case::quantity_si, geometry::Geometry, units::Units};
+
+/// Writes the rows of some cases, by their numbers; those that are not done have none.
+///
+/// # Errors
+///
+/// The output cannot be written.
+pub fn write(
+    plan: &Plan,
+    done: &Done,
+    mut numbers: impl Iterator<Item = usize>,
+    sink: &mut dyn Sink,
+) -> io::Result<()> {
+    let headings = headings(plan);
+    sink.begin(&headings)?;
+    numbers.try_for_each(|number| {
+        let entry = done.entries.get(&plan.cases[number - 1].digest.to_string());
+        entry.map_or(Ok(()), |entry| sink.row(&row(plan, &headings, number, entry)))
+    })?;
+    sink.end()
+}
+
+/// The columns of a summary: number of the case, what varies, how it ended, what was measured.
+fn headings(plan: &Plan) -> Vec<Heading> {
+    let name = |unit: &str| Some(unit.to_owned());
+    let Units { length, time, speed, force, energy, .. } = plan.first.units();
+    let is_si = plan.first.scales.is_some();
+    // dimensionless recordings have units too: those of the theory
+    let units = measures::Units {
+        time: name(time.name),
+        length: name(length.name),
+        speed: name(speed.name),
+        force: name(force.name),
+        energy: name(energy.name),
+    };
+    let text = |name: &str, kind| Heading { name: name.into(), unit: None, kind };
+    let varied = plan.keys().enumerate().map(|(column, key)| match column_unit(plan, column) {
+        Some(unit) => Heading { name: key.into(), unit: unit.filter(|_| is_si), kind: CellType::Double },
+        None => text(key, CellType::Text),
+    });
+    let start = [text("case", CellType::UInt)].into_iter();
+    let measured = NOTHING.iter().map(|measure| measure.heading(&units));
+    start.chain(varied).chain([text("status", CellType::Text)]).chain(measured).collect()
+}
+
+/// The row of a case in a summary.
+fn row(plan: &Plan, headings: &[Heading], number: usize, entry: &Entry) -> Vec<Cell> {
+    let geometry = plan.first.geometry;
+    let varied = plan.values(number).zip(&headings[1..]).map(|(value, heading)| match heading.kind {
+        CellType::Double => {
+            number_of(value, geometry).map_or(Cell::Empty, |(number, _)| Cell::Double(number))
+        }
+        _ => Cell::Text(value.trim_matches('"').to_owned()),
+    });
+    let measured =
+        NOTHING.iter().map(|measure| entry.measures.get(measure.name).map_or(Cell::Empty, Cell::Double));
+    let start = [Cell::UInt(number as u64)].into_iter();
+    start.chain(varied).chain([Cell::Text(entry.state.name().into())]).chain(measured).collect()
+}
+
+/// Unit of a column of varied values if all of them are numbers in it; plain ones have none.
+fn column_unit(plan: &Plan, column: usize) -> Option<Option<String>> {
+    let mut values = plan.column(column).map(|value| number_of(value, plan.first.geometry));
+    let (_, unit) = values.next()??;
+    values.all(|value| value.is_some_and(|(_, other)| other == unit)).then(|| unit.map(str::to_owned))
+}
+
+/// A value of a case file as a number, a quantity in SI with its unit.
+fn number_of(value: &str, geometry: Geometry) -> Option<(f64, Option<&'static str>)> {
+    let value = value.trim().trim_matches('"');
+    match value.parse::<f64>() {
+        Ok(number) => Some((number, None)),
+        Err(_) => quantity_si(value, geometry).map(|(number, unit)| (number, Some(unit))),
+    }
+}
