@@ -107,7 +107,7 @@ enum Command {
     Recover(RecoverArguments),
     /// A recording served to viewers in its own time, with play, pause and seek
     Replay(ReplayArguments),
-    /// A recording of a run as one web page, for people without a viewer
+    /// A recording of a run, or a sweep, as one web page, for people without a viewer
     Report(ReportArguments),
     /// Attachments, and fields at one time (NPY, VTK, PNG, SVG)
     Export(ExportArguments),

@@ -8,6 +8,15 @@ use std::collections::BTreeMap;
 
 use percuss_picture::Layer;
 
+/// Files in the directory of a sweep: a row of measures for every case, and the journal.
+pub const SUMMARY: &str = "summary.csv";
+/// The journal of a sweep: a JSON object a line, with the number of a case and the name of its recording below the directory.
+pub const MANIFEST: &str = "manifest.jsonl";
+/// Column of the number of a case in [`SUMMARY`].
+pub const CASE_NUMBER: &str = "case";
+/// Column of how a case ended: parameters stand before it, measures behind it.
+pub const STATUS_COLUMN: &str = "status";
+
 /// Extension that a recording has until it is complete: `run.mcap.part`.
 pub const PART: &str = "part";
 

@@ -28,6 +28,7 @@
 //! | `toml_keys` | TOML files by dotted keys |
 //! | `percuss-table` | named columns with units, what takes their rows as CSV and Parquet, measures of an impact: a crate of its own |
 //! | [`mod@format`] | what takes rows and fields in other formats, one file each |
+//! | [`tabular`] | tables that were written, read back: columns by their names |
 //! | [`timeline`] | messages by their log time, from any time on |
 //! | `percuss-serve` | messages to viewers over the Foxglove WebSocket protocol, a crate of its own |
 //! | [`compare`] | two recordings number by number: structure, alignment, tolerances, measures. Pure: no output |
@@ -61,7 +62,8 @@
 //!
 //! Memory does not depend on the length of a recording, with three exceptions, all within `--max-memory`: NumPy files begin with
 //! their lengths, so their columns are kept; Parquet files end with a place for every column of every group of
-//! rows; pictures keep the points of their curves. What has no room is refused.
+//! rows; pictures keep the points of their curves. What has no room is refused. So is a table to be read back, of which the columns that are
+//! asked for are kept beside the file.
 //!
 //! # Recordings of other programs
 //!
@@ -188,6 +190,7 @@ pub mod recording;
 pub mod scales;
 pub mod select;
 pub mod slice;
+pub mod tabular;
 mod text;
 pub mod timeline;
 mod toml_keys;

@@ -15,6 +15,8 @@ mod pictures;
 mod replay;
 mod selections;
 mod summary;
+mod sweeps;
+mod tables;
 mod timeline;
 mod units;
 mod verbs;

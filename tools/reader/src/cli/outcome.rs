@@ -18,6 +18,7 @@ use crate::{
     field::SelectionError,
     recording::{Damage, OpenError, is_part},
     slice::MomentError,
+    tabular::TableError,
     text::lines,
 };
 
@@ -111,7 +112,10 @@ pub fn report(error: &CliError) -> ExitCode {
     let status = match error {
         CliError::Trace(error) | CliError::Plot(PlotError::Trace(error)) if is_usage(error) => 2,
         CliError::Plot(
-            PlotError::Nothing(_) | PlotError::Unfit(_) | PlotError::Moment(MomentError::Outside { .. }),
+            PlotError::Nothing(_)
+            | PlotError::Unfit(_)
+            | PlotError::Table(TableError::NoColumn { .. })
+            | PlotError::Moment(MomentError::Outside { .. }),
         )
         | CliError::Export(
             ExportError::Open(OpenError::UnknownTopic { .. })
@@ -124,7 +128,7 @@ pub fn report(error: &CliError) -> ExitCode {
         | CliError::Cat(CatError::Open(OpenError::UnknownTopic { .. }))
         | CliError::Open(OpenError::UnknownTopic { .. })
         | CliError::Replay(ReplayError::Empty { .. } | ReplayError::Nothing)
-        | CliError::Report(ReportError::NotPercuss(_))
+        | CliError::Report(ReportError::NotPercuss(_) | ReportError::NotSweep(_))
         | CliError::Summary(SummaryError::NotPercuss(_) | SummaryError::Units { .. })
         | CliError::SameFile(_)
         | CliError::Usage(_)

@@ -34,6 +34,7 @@ Examples:
   percuss-read plot fig5.mcap --map --topic /field/stress --at r=0 --range=-3,3 -o z-t.png       over z and time
   percuss-read plot old.mcap new.mcap --topic /velocity --log y -o velocity.svg
   percuss-read plot order.csv --x cells --y relative_error --by quantity --log xy                a table, of percuss study
+  percuss-read plot sweep/summary.parquet --x indenter.mass --y peak_force --by target.thickness -o force.svg   of a sweep
 
 Without --field, a topic shows the fields that have the unit of its first. Quantities in SI units are drawn with the prefix
 that fits (µs, kN, MPa); --at, --at-time, --from, --to, --range and --x-range are in the unit of the recording, without it.";
@@ -93,6 +94,9 @@ impl PlotArguments {
         let drawn = plot(&self.files, &request, limits, medium)?;
         write(self.output.as_deref(), self.force, &drawn.picture)?;
         say_left_out(&drawn.left_out);
+        if drawn.lacking > 0 {
+            say(&format!("note: left out: {} rows without a number in both columns", drawn.lacking));
+        }
         let exit = losses(&drawn.damages);
         if drawn.undecoded > 0 {
             say(&format!("warning: {} messages do not fit their schema and are left out", drawn.undecoded));

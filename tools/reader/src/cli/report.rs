@@ -9,7 +9,7 @@ use super::{
     output::{by_extension, refuse_inputs, write},
 };
 use crate::{
-    command::report::report,
+    command::report::{name, report, sweep},
     recording::{Limits, without_part},
 };
 
@@ -18,14 +18,15 @@ The page needs nothing else and fetches nothing: it can be mailed, and opened by
 
 Examples:
   percuss-read report fig5.mcap                       into fig5.html
-  percuss-read report fig5.mcap -o for-the-paper.html --force";
+  percuss-read report fig5.mcap -o for-the-paper.html --force
+  percuss-read report masses                          a sweep, into masses.html: table, plots, links to its recordings";
 
 #[derive(Debug, Args)]
 #[command(after_help = REPORT_EXAMPLES)]
 pub(super) struct ReportArguments {
-    /// Recording of a run
+    /// Recording of a run, or the directory of a sweep
     file: PathBuf,
-    /// Page to write [default: the name of the recording with .html]
+    /// Page to write [default: the name of the recording or sweep with .html]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Overwrite an existing page
@@ -36,12 +37,18 @@ pub(super) struct ReportArguments {
 impl ReportArguments {
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         say_parts(std::slice::from_ref(&self.file));
-        let default =
-            || PathBuf::from(without_part(&self.file).with_extension("html").file_name().unwrap_or_default());
+        let is_sweep = self.file.is_dir();
+        let default = || match is_sweep {
+            true => PathBuf::from(name(&self.file) + ".html"),
+            false => without_part(&self.file).with_extension("html").file_name().unwrap_or_default().into(),
+        };
         let output = self.output.clone().unwrap_or_else(default);
         refuse_inputs(Some(&output), std::iter::once(&self.file))?;
         by_extension(&output, &[("html", ()), ("htm", ())], Some(()))?;
-        let (page, damages) = report(&self.file, limits)?;
+        let (page, damages) = match is_sweep {
+            true => (sweep(&self.file, &output, limits)?, Vec::new()),
+            false => report(&self.file, limits)?,
+        };
         write(Some(&output), self.force, page.as_bytes())?;
         say(&format!("{}: {:.1} MB", output.display(), page.len() as f64 * 1e-6));
         Ok(loss(&self.file, &damages))

@@ -19,7 +19,7 @@ use crate::{
     command::trace::{Outcome, names},
     messages::Recording,
     recording::Limits,
-    select,
+    select, tabular,
 };
 
 use axes::{Line, panel, units};
@@ -46,7 +46,9 @@ pub fn plot(
         let [path] = paths else { return Err(PlotError::Unfit("draw tables one by one".into())) };
         return of_columns(path, (x, y), request, title, limits, medium);
     }
-    if let Some(table) = paths.iter().find(|path| path.extension().is_some_and(|end| end == "csv")) {
+    if let Some(table) =
+        paths.iter().find(|path| tabular::EXTENSIONS.iter().any(|end| path.extension() == Some(end.as_ref())))
+    {
         let text = format!("`{}` is a table; choose its columns with --x and --y", table.display());
         return Err(PlotError::Unfit(text));
     }
@@ -68,7 +70,7 @@ pub fn plot(
     let panels = panels(&time, lines, right, request, title)?;
     let picture = draw(&panels, medium).map_err(PlotError::Draw)?;
     let Outcome { damages, undecoded, left_out, .. } = outcome;
-    Ok(Drawn { picture, damages, undecoded, left_out })
+    Ok(Drawn { picture, damages, undecoded, left_out, ..Drawn::default() })
 }
 
 /// Largest number of diagrams in a picture.

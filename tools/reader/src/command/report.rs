@@ -1,14 +1,15 @@
-//! `report`: a recording as one page that needs nothing else, for people without a viewer.
+//! `report`: a recording or a sweep as one page that needs nothing else, for people without a viewer.
 //!
-//! The page is a template with the data of the recording in it as JSON; a script in the page draws it. Nothing is
+//! The page is a template with the data in it as JSON; a script in the page draws it. Nothing is
 //! fetched from anywhere: the page's own policy forbids it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
 mod animation;
 mod curves;
+mod sweep;
 mod units;
 
 use crate::{
@@ -17,10 +18,14 @@ use crate::{
     convention::{FIELD_STRESS, FIELDS, HOST, INTERFACE, RESOLVED_CASE, RUN, STATUS, VALIDITY},
     messages::Recording,
     recording::{Damage, Limits, OpenError},
+    tabular::TableError,
 };
+
+pub use sweep::{name, sweep};
 
 const PAGE: &str = include_str!("report/page.html");
 const STYLE: &str = include_str!("report/style.css");
+const SHARED: &str = include_str!("report/shared.js");
 const SCRIPT: &str = include_str!("report/script.js");
 
 /// Longest case that is shown \[bytes\].
@@ -43,6 +48,12 @@ pub enum ReportError {
         "`{0}` is not a percuss recording: it has no metadata record percuss.run; `percuss-read plot` draws its fields"
     )]
     NotPercuss(String),
+    /// Not the directory of a sweep.
+    #[error("`{}` is not the directory of a sweep: it has no summary.csv", .0.display())]
+    NotSweep(PathBuf),
+    /// The summary of a sweep cannot be read.
+    #[error(transparent)]
+    Table(#[from] TableError),
 }
 
 /// Writes the report of a recording.
@@ -90,7 +101,8 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
         "case": case.map(|text| String::from_utf8_lossy(&text).into_owned()),
     });
     units::prefix(&mut data);
-    Ok((page(&data), damages))
+    let parts = [("{style}", STYLE), ("{shared}", SHARED), ("{script}", SCRIPT)];
+    Ok((fill(PAGE, &data, &parts), damages))
 }
 
 fn find(recording: &Recording, fits: impl Fn(&str) -> bool) -> Option<u16> {
@@ -98,16 +110,16 @@ fn find(recording: &Recording, fits: impl Fn(&str) -> bool) -> Option<u16> {
     recording.channels.iter().find(|(_, channel)| fits(channel)).map(|(id, _)| *id)
 }
 
-fn page(data: &Value) -> String {
+/// Fills a template: title, style, data and scripts, in this order.
+fn fill(template: &str, data: &Value, [style, scripts @ ..]: &[(&str, &str); 3]) -> String {
     let title = data["title"].as_str().unwrap_or("percuss");
     let title = title.replace('&', "&amp;").replace('<', "&lt;");
     // in a script element nothing but `<` could end it
     let data = data.to_string().replace('<', "\\u003c");
-    let mut page = String::with_capacity(PAGE.len() + STYLE.len() + SCRIPT.len() + data.len());
-    let mut rest = PAGE;
-    for (mark, text) in
-        [("{title}", title.as_str()), ("{style}", STYLE), ("{data}", &data), ("{script}", SCRIPT)]
-    {
+    let mut page = String::with_capacity(template.len() + data.len());
+    let mut rest = template;
+    let head = [("{title}", title.as_str()), *style, ("{data}", &data)];
+    for (mark, text) in head.iter().chain(scripts) {
         let (before, after) = rest.split_once(mark).expect("the template has its marks in this order");
         page.push_str(before);
         page.push_str(text);
@@ -123,7 +135,8 @@ mod tests {
 
     #[test]
     fn what_a_file_says_cannot_leave_its_place_in_the_page() {
-        let page = page(&json!({ "title": "a</title><script>", "x": "</script><b>{script}" }));
+        let data = json!({ "title": "a</title><script>", "x": "</script><b>{script}" });
+        let page = fill(PAGE, &data, &[("{style}", STYLE), ("{shared}", SHARED), ("{script}", SCRIPT)]);
         assert!(page.contains("a&lt;/title>&lt;script>"));
         assert_eq!(page.matches("</script>").count(), 2);
         assert_eq!(page.matches("<b>").count(), 0);

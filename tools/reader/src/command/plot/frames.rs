@@ -58,7 +58,7 @@ pub(super) fn at_times(
         frames.used.check(&request.selection, &channels)?;
     }
     let picture = frames.draw(request, title, medium)?;
-    Ok(Drawn { picture, damages, undecoded: 0, left_out: Vec::new() })
+    Ok(Drawn { picture, damages, ..Drawn::default() })
 }
 
 /// True if a channel has something that can be drawn at one time.

@@ -56,7 +56,7 @@ pub(super) fn over_time(
     let (image, range) = array.image(&times, columns, request)?;
     let picture = draw_image(&image, range, medium).map_err(PlotError::Draw)?;
     let damages = damages.into_iter().map(|damage| (path.clone(), damage)).collect();
-    Ok(Drawn { picture, damages, undecoded, left_out: Vec::new() })
+    Ok(Drawn { picture, damages, undecoded, ..Drawn::default() })
 }
 
 /// The values of an array at its places at one time, if there is a message.

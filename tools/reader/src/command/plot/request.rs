@@ -12,6 +12,7 @@ use crate::{
     recording::{Damage, Limits, OpenError},
     select::{self, Bound, Pattern, Window, finite_time},
     slice::MomentError,
+    tabular::TableError,
 };
 
 /// What to draw.
@@ -42,14 +43,15 @@ pub struct Request {
     /// Log times as seconds since 1970 instead of from the start of the recording
     #[arg(long)]
     pub epoch: bool,
-    /// Draw columns of a table, a .csv file: the one along the horizontal axis; a column is named without its unit
+    /// Draw columns of a table (CSV, JSON lines, Parquet, .npz): the one along the horizontal axis; a column is named without its
+    /// unit
     #[arg(long, value_name = "KEY", requires = "y")]
     #[arg(conflicts_with_all = ["topics", "fields", "at", "right", "map", "at_times", "from", "to", "every", "epoch"])]
     pub x: Option<String>,
     /// The column along the vertical axis
     #[arg(long, value_name = "KEY", requires = "x")]
     pub y: Option<String>,
-    /// A column whose every value has a curve of its own
+    /// A column whose every value has a curve of its own, drawn from the least to the greatest of --x
     #[arg(long, value_name = "KEY", requires = "x")]
     pub by: Option<String>,
     /// Logarithmic axes, horizontal and vertical.
@@ -109,6 +111,7 @@ fn range(text: &str) -> Result<(f64, f64), String> {
 }
 
 /// A picture and what was wrong with its files.
+#[derive(Default)]
 pub struct Drawn {
     /// The picture.
     pub picture: Vec<u8>,
@@ -118,6 +121,8 @@ pub struct Drawn {
     pub undecoded: u64,
     /// Fields that are left out of whole topics, and why.
     pub left_out: Vec<SelectionError>,
+    /// Rows of a table that lack one of the numbers of a point.
+    pub lacking: usize,
 }
 
 /// Why there is no picture.
@@ -127,13 +132,8 @@ pub enum PlotError {
     #[error(transparent)]
     Trace(#[from] TraceError),
     /// The table cannot be read.
-    #[error("cannot read `{}`: {error}", path.display())]
-    Table {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: csv::Error,
-    },
+    #[error(transparent)]
+    Table(#[from] TableError),
     /// There is nothing to draw.
     #[error("nothing to draw: {0}")]
     Nothing(String),

@@ -1,0 +1,111 @@
+//! Parquet: flat columns, units in the key-value metadata of the file as `unit.<column>`.
+
+use ::parquet::{
+    basic::{Compression, LogicalType, Type},
+    file::metadata::{ColumnChunkMetaData, ParquetMetaData, ParquetMetaDataReader},
+};
+use percuss_table::{Cell, Heading};
+
+use super::{
+    Columns, Flaw,
+    pages::{self, Form},
+};
+
+/// What ends the file, and begins it.
+const MAGIC: &[u8] = b"PAR1";
+
+/// The longest description at the end of the file, as a share of the memory for definitions: it takes more when it is parsed.
+const DESCRIPTION: usize = 8;
+
+/// The largest page, as a share of the memory for what is kept: its numbers take more as cells of a dictionary.
+const PAGE: usize = 4;
+
+pub(super) fn read(bytes: &[u8], columns: &mut Columns<'_>) -> Result<(), Flaw> {
+    let metadata = metadata(bytes, columns.limits.directory() / DESCRIPTION)?;
+    let file = metadata.file_metadata();
+    let unit = |name: &str| {
+        let entries = file.key_value_metadata()?;
+        entries.iter().find(|entry| entry.key.strip_prefix("unit.") == Some(name))?.value.as_deref()
+    };
+    // fields inside others, and lists, are no columns of a table
+    let schema = file.schema_descr();
+    let flat: Vec<usize> = (0..schema.num_columns())
+        .filter(|&i| schema.column(i).path().parts().len() == 1 && schema.column(i).max_rep_level() == 0)
+        .collect();
+    let heading = |&place: &usize| {
+        let column = schema.column(place);
+        Heading::new(column.name(), unit(column.name()))
+    };
+    let chosen = columns.begin(flat.iter().map(heading).collect())?;
+    for group in metadata.row_groups() {
+        let rows = usize::try_from(group.num_rows()).map_err(Flaw::of)?;
+        for (column, &place) in chosen.iter().enumerate() {
+            let chunk =
+                group.columns().get(flat[place]).ok_or_else(|| Flaw::of("a column lacks a group of rows"))?;
+            read_chunk(bytes, chunk, rows, column, columns).map_err(|flaw| match flaw {
+                Flaw::Unreadable(reason) => {
+                    Flaw::of(format!("column `{}`: {reason}", chunk.column_descr().name()))
+                }
+                other => other,
+            })?;
+        }
+    }
+    Ok(())
+}
+
+/// The description of the file, which stands at its end with its length and the magic bytes behind it.
+///
+/// * `most`: longest description \[bytes\]
+fn metadata(bytes: &[u8], most: usize) -> Result<ParquetMetaData, Flaw> {
+    let cut = || Flaw::of("it does not end like a Parquet file; is it cut off?");
+    let (rest, length) =
+        bytes.strip_suffix(MAGIC).and_then(|rest| rest.split_last_chunk()).ok_or_else(cut)?;
+    let length = u32::from_le_bytes(*length) as usize;
+    let start = rest.len().checked_sub(length).ok_or_else(cut)?;
+    if length > most {
+        return Err(Flaw::Memory);
+    }
+    ParquetMetaDataReader::decode_metadata(&rest[start..]).map_err(Flaw::of)
+}
+
+/// Takes the cells of a column in a group of rows.
+fn read_chunk(
+    bytes: &[u8],
+    chunk: &ColumnChunkMetaData,
+    rows: usize,
+    column: usize,
+    columns: &mut Columns<'_>,
+) -> Result<(), Flaw> {
+    let is_packed = match chunk.compression() {
+        Compression::UNCOMPRESSED => false,
+        Compression::ZSTD(_) => true,
+        other => {
+            return Err(Flaw::of(format!("compressed as {other}, which is not read; write it with zstd")));
+        }
+    };
+    let descriptor = chunk.column_descr();
+    let form = match chunk.column_type() {
+        Type::DOUBLE => Form::Double,
+        Type::FLOAT => Form::Float,
+        Type::INT32 => Form::Int32,
+        Type::INT64 => match descriptor.logical_type_ref() {
+            Some(LogicalType::Integer(integer)) if !integer.is_signed => Form::UInt64,
+            _ => Form::Int64,
+        },
+        Type::BOOLEAN => Form::Bool,
+        Type::BYTE_ARRAY => Form::Text,
+        other => return Err(Flaw::of(format!("{other} is not read"))),
+    };
+    let outside = || Flaw::of("its place is outside of the file");
+    let start = chunk.dictionary_page_offset().unwrap_or(i64::MAX).min(chunk.data_page_offset());
+    let (start, length) =
+        usize::try_from(start).ok().zip(usize::try_from(chunk.compressed_size()).ok()).ok_or_else(outside)?;
+    let data = start.checked_add(length).and_then(|end| bytes.get(start..end)).ok_or_else(outside)?;
+    let has_gaps = descriptor.max_def_level() > 0;
+    let most = columns.limits.kept() / PAGE;
+    let before = columns.table.columns[column].len();
+    let mut take = |cell: Cell| columns.push(column, cell);
+    pages::read(data, pages::Chunk { form, is_packed, has_gaps, most }, &mut take)?;
+    let found = columns.table.columns[column].len() - before;
+    if found == rows { Ok(()) } else { Err(Flaw::of(format!("{found} cells in a group of {rows} rows"))) }
+}

@@ -1,0 +1,253 @@
+//! Tables that the reader writes, read back and drawn: the same numbers from every format, and no harm from damaged ones.
+
+use std::{
+    fs,
+    io::{self, Read},
+    path::Path,
+};
+
+use percuss_reader::{
+    recording::Limits,
+    tabular::{Table, read},
+};
+use percuss_table::{Cell, CellType, Heading, Sink, csv::Csv, parquet::Parquet};
+use tempfile::TempDir;
+
+use crate::{
+    desk::Desk,
+    forge::{Dice, forge, plain},
+    is_full, si,
+    watchdog::watch::{MEMORY, complaints, watch},
+};
+
+fn table(path: &Path, names: &[&str]) -> Table {
+    read(path, Some(names), Limits::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A table of every type of cell, with gaps, in two groups of rows.
+fn write(sink: &mut dyn Sink, rows: usize) {
+    let column = |name: &str, unit: Option<&str>, kind| Heading {
+        name: name.into(),
+        unit: unit.map(str::to_owned),
+        kind,
+    };
+    let headings = [
+        column("double", Some("kN"), CellType::Double),
+        column("float", None, CellType::Float),
+        column("int", Some("s"), CellType::Int),
+        column("uint", None, CellType::UInt),
+        column("bool", None, CellType::Bool),
+        column("text", None, CellType::Text),
+    ];
+    sink.begin(&headings).expect("a beginning");
+    for i in 0..rows {
+        let cells = [
+            Cell::Double((i as f64).sqrt()),
+            Cell::Float(i as f32 / 3.0),
+            Cell::Int(7 - i as i64 % 5),
+            Cell::UInt(u64::MAX - i as u64),
+            Cell::Bool(i % 3 == 0),
+            Cell::Text(format!("name {}", i % 4)),
+        ];
+        let is_gap = |column: usize| (i + column) % 7 == 3;
+        let cells: Vec<Cell> = cells
+            .into_iter()
+            .enumerate()
+            .map(|(j, cell)| if is_gap(j) { Cell::Empty } else { cell })
+            .collect();
+        sink.row(&cells).expect("a row");
+        if i == rows / 2 {
+            sink.group().expect("a group");
+        }
+    }
+    sink.end().expect("an end");
+}
+
+fn parquet(rows: usize) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    write(&mut Parquet::new(&mut bytes, "test 1", 1 << 24), rows);
+    bytes
+}
+
+#[test]
+fn cells_of_every_type_are_read_back() {
+    let desk = Desk::new(&[("t.parquet", parquet(1000))]);
+    let mut csv = Vec::new();
+    write(&mut Csv::new(&mut csv), 1000);
+    desk.put("t.csv", csv);
+    let names = ["text", "uint", "double", "int", "bool", "float"];
+    let [parquet, csv] = ["t.parquet", "t.csv"].map(|name| table(&desk.path(name), &names));
+    assert_eq!(parquet.headings, csv.headings);
+    let units: Vec<Option<&str>> = parquet.headings.iter().map(|heading| heading.unit.as_deref()).collect();
+    assert_eq!(units, [None, None, Some("kN"), Some("s"), None, None]);
+    let kinds: [fn(&Cell) -> bool; 6] = [
+        |cell| matches!(cell, Cell::Text(_)),
+        |cell| matches!(cell, Cell::UInt(_)),
+        |cell| matches!(cell, Cell::Double(_)),
+        |cell| matches!(cell, Cell::Int(_)),
+        |cell| matches!(cell, Cell::Bool(_)),
+        |cell| matches!(cell, Cell::Float(_)),
+    ];
+    for ((typed, plain), is_kind) in parquet.columns.iter().zip(&csv.columns).zip(kinds) {
+        assert_eq!((typed.len(), plain.len()), (1000, 1000));
+        assert!(typed.iter().all(|cell| *cell == Cell::Empty || is_kind(cell)));
+        let text = |cells: &[Cell]| cells.iter().map(Cell::to_string).collect::<Vec<_>>();
+        // whole numbers without a point in CSV are not told apart from others, and those beyond 2⁶³ are rounded
+        if !matches!(typed[10], Cell::UInt(_)) {
+            assert_eq!(text(typed), text(plain));
+        }
+    }
+}
+
+#[test]
+fn every_format_holds_the_same_numbers() {
+    let desk = Desk::new(&[]);
+    si::record("fig9-m1", &["mesh.cells=20", "record.fields=[]"], &desk.path("a.mcap"));
+    si::record("fig9-m5", &["mesh.cells=20", "record.fields=[]", "run.end_time=1"], &desk.path("b.mcap"));
+    let traced = ["t.csv", "t.jsonl", "t.parquet", "t.npz"].map(|name| {
+        desk.text(0, &["trace", "a.mcap", "--topic", "/drag", "-o", name]);
+        table(&desk.path(name), &["time", "force"]).columns
+    });
+    assert!(traced[0][0].len() > 100 && traced.iter().all(|columns| numbers(columns) == numbers(&traced[0])));
+    let measured = ["s.csv", "s.json", "s.parquet"].map(|name| {
+        desk.text(0, &["summary", "a.mcap", "b.mcap", "-o", name]);
+        table(&desk.path(name), &["indenter.mass", "impulse", "restitution"])
+    });
+    for Table { headings, columns } in &measured {
+        assert_eq!(headings, &measured[0].headings);
+        assert_eq!(headings[1].unit.as_deref(), Some("πR²γc_p²·R/c_p"));
+        assert_eq!(numbers(columns), numbers(&measured[0].columns));
+        assert!(columns[2][0].number().is_some() && columns[2][1] == Cell::Empty);
+    }
+}
+
+fn numbers(columns: &[Vec<Cell>]) -> Vec<Vec<Option<f64>>> {
+    columns.iter().map(|cells| cells.iter().map(Cell::number).collect()).collect()
+}
+
+#[test]
+fn curves_of_a_sweep_go_along_the_axis() {
+    let rows = |order: &[usize]| -> String {
+        let row = |&i: &usize| format!("{i},{},{},{}\n", i % 4, i / 4 * 10, i * i);
+        format!("case,mass [kg],speed [m/s],force [N]\n{}", order.iter().map(row).collect::<String>())
+    };
+    let desk = Desk::new(&[
+        ("a.csv", rows(&[0, 1, 2, 3, 4, 5, 6, 7]).into()),
+        ("b.csv", (rows(&[2, 7, 0, 1, 6, 5, 3, 4]) + "8,3,,\n9,,20,5\n").into()),
+    ]);
+    let drawn = |name: &str, picture: &str| {
+        let arguments =
+            ["plot", name, "--x", "mass", "--y", "force", "--by", "speed", "--title", "t", "-o", picture];
+        let note = desk.error(0, &arguments);
+        (fs::read_to_string(desk.path(picture)).expect("a picture"), note)
+    };
+    let ((a, silence), (b, note)) = (drawn("a.csv", "a.svg"), drawn("b.csv", "b.svg"));
+    assert_eq!((a, silence.as_str()), (b, ""));
+    assert!(note.contains("2 rows without a number"), "{note}");
+    let svg = fs::read_to_string(desk.path("a.svg")).expect("a picture");
+    for text in ["mass [kg]", "force [N]", "speed = 0 m/s", "speed = 10 m/s"] {
+        assert!(svg.contains(&format!("<title>{text}</title>")), "{text}");
+    }
+    assert!(desk.error(2, &["plot", "t.parquet"]).contains("--x and --y"));
+}
+
+/// Reads a table of any bytes; an error is as good as a table.
+fn meet(folder: &TempDir, bytes: &[u8]) -> bool {
+    let path = folder.path().join("t");
+    fs::write(&path, bytes).expect("a file");
+    read(&path, None, Limits::default()).is_ok()
+}
+
+#[test]
+fn damaged_tables_are_errors() {
+    let desk = Desk::new(&[("a.mcap", forge(40, 3).write(plain())), ("t.parquet", parquet(60))]);
+    desk.text(0, &["trace", "a.mcap", "--topic", "/scalar", "--field", "force", "-o", "t.npz"]);
+    desk.text(0, &["trace", "a.mcap", "--topic", "/scalar", "-o", "t.jsonl"]);
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["t.parquet", "t.npz", "t.jsonl"] {
+        let whole = desk.bytes(name);
+        assert!(meet(&folder, &whole), "{name}");
+        let mut dice = Dice(7);
+        for place in (0..whole.len()).step_by(if is_full() { 1 } else { 7 }) {
+            let mut bytes = whole.clone();
+            bytes[place] ^= 1 << dice.below(8);
+            meet(&folder, &bytes);
+            for _ in 0..dice.below(4) {
+                let other = dice.below(bytes.len());
+                bytes[other] = dice.roll() as u8;
+            }
+            meet(&folder, &bytes);
+        }
+        if name != "t.jsonl" {
+            assert!(
+                (0..whole.len()).step_by(37).all(|length| !meet(&folder, &whole[..length]) || length == 0),
+                "{name}"
+            );
+        }
+    }
+    // a number in an archive is not what its checksum says
+    let mut bytes = desk.bytes("t.npz");
+    let data = bytes.windows(6).position(|part| part == b"\x93NUMPY").expect("an array") + 130;
+    bytes[data] ^= 1;
+    desk.put("t.npz", bytes);
+    let error = desk.error(1, &["plot", "t.npz", "--x", "time", "--y", "force"]);
+    assert!(error.contains("`t.npz`") && error.contains("checksum"), "{error}");
+    desk.put("t.parquet", &parquet(60)[..700]);
+    assert!(desk.error(1, &["plot", "t.parquet", "--x", "int", "--y", "double"]).contains("cut off"));
+}
+
+/// A page of a text that is packed well \[bytes\].
+fn page_of_zeros(length: u64) -> Vec<u8> {
+    let packed = zstd::encode_all(io::repeat(0).take(length), 1).expect("zstd");
+    let number = |number: u64| {
+        (0..5).map(move |i| ((2 * number) >> (7 * i)) as u8 & 0x7f | if i < 4 { 0x80 } else { 0 })
+    };
+    let mut page = vec![0x15, 0, 0x15];
+    page.extend(number(length));
+    page.push(0x15);
+    page.extend(number(packed.len() as u64));
+    // one plain value, with levels
+    page.extend([0x2c, 0x15, 2, 0x15, 0, 0x15, 6, 0x15, 6, 0, 0]);
+    [page, packed].concat()
+}
+
+#[test]
+fn a_small_file_takes_no_more_memory_than_there_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut dice = Dice(5);
+    let noise: String = (0..400_000).map(|_| char::from(32 + dice.below(95) as u8)).collect();
+    let mut bytes = Vec::new();
+    let mut sink = Parquet::new(&mut bytes, "test 1", 1 << 24);
+    sink.begin(&["x", "y"].map(|name| Heading {
+        name: name.into(),
+        kind: CellType::Text,
+        ..Heading::default()
+    }))
+    .expect("a beginning");
+    sink.row(&[Cell::Text(noise), Cell::Empty]).expect("a row");
+    sink.end().expect("an end");
+    drop(sink);
+    // the first page has zeros instead
+    let page = page_of_zeros(1 << 30);
+    bytes[4..4 + page.len()].copy_from_slice(&page);
+    fs::write(folder.path().join("page.parquet"), &bytes).expect("a file");
+    // a description of a million keys without values
+    let description = [&[0x59, 0xfc, 0x80, 0x80, 0x40][..], &[0x18, 0, 0].repeat(1 << 20)].concat();
+    let length = (description.len() as u32).to_le_bytes();
+    let end = [b"PAR1", &description[..], &length, b"PAR1"].concat();
+    fs::write(folder.path().join("end.parquet"), end).expect("a file");
+    fs::write(folder.path().join("deep.json"), "{\"x\":".repeat(1 << 16)).expect("a file");
+    fs::write(folder.path().join("wide.json"), format!("{{\"x\":[{}0]}}", "0,".repeat(4 << 20)))
+        .expect("a file");
+    for (name, reason) in [
+        ("page.parquet", "--max-memory"),
+        ("end.parquet", "--max-memory"),
+        ("deep.json", "row 1"),
+        ("wide.json", "--max-memory"),
+    ] {
+        let ending = watch(folder.path(), &["plot", name, "--x", "x", "--y", "y"]);
+        assert_eq!(complaints(&ending, MEMORY), [""; 0], "{name}: {}", ending.stderr);
+        assert_eq!(ending.status, Some(1));
+        assert!(ending.stderr.contains(name) && ending.stderr.contains(reason), "{name}: {}", ending.stderr);
+    }
+}
