@@ -303,7 +303,7 @@ impl Folder {
         // what the sweep had when it was another one
         let others =
             done.entries.iter().filter(|(digest, _)| !seen.contains(*digest)).map(|(_, entry)| entry);
-        let lines: String = ours.into_iter().chain(others).map(line).collect();
+        let lines: String = others.chain(ours).map(line).collect();
         self.write(&self.name("manifest", "jsonl"), lines.as_bytes())
     }
 }

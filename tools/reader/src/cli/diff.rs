@@ -13,8 +13,8 @@ use super::{
 };
 use crate::{
     command::diff::{
-        JSON_VERSION, Job, Style, Verdict, bless, diff, is_whole, jobs, picture, summary, to_json, to_text,
-        verdict,
+        JSON_VERSION, Job, Style, Suite, Verdict, bless, diff, github, is_whole, jobs, junit, markdown,
+        picture, summary, to_json, to_text, verdict,
     },
     compare::{ChannelReport, Comparison, Mode, NanRule, Options, Rule, Rules, Tolerance},
     recording::Limits,
@@ -59,6 +59,8 @@ Examples:
   percuss-read diff coarse.mcap fine.mcap --topic /interface/stress --align cubic --l2-rel 0.01
   percuss-read diff golden/ results/ --tolerances tol.toml --summary
   percuss-read diff golden.mcap new.mcap --bless                   accept the new one
+  percuss-read diff golden/ results/ --junit report.xml --github   in continuous integration
+  percuss-read diff golden/ results/ --markdown >> \"$GITHUB_STEP_SUMMARY\"
 
 A tolerance is PATTERN:KEY=VALUE,... or KEY=VALUE,... for all fields; the pattern is of topic.field or of a topic, `*`
 stands for anything, and the first that fits counts. Keys: abs, rel (of the reference value), peak_rel (of the largest
@@ -132,6 +134,15 @@ pub(super) struct DiffArguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// Print a table for a pull request, in Markdown
+    #[arg(long, conflicts_with_all = ["json", "explain", "summary"])]
+    markdown: bool,
+    /// Also print annotations of GitHub Actions
+    #[arg(long, conflicts_with = "json")]
+    github: bool,
+    /// Write a report in the form of JUnit, a case for every channel
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
     /// Draw the fields that differ most, both curves and their difference (SVG, PNG or PDF)
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -151,6 +162,7 @@ struct Outcome {
     worst: Verdict,
     lossy: bool,
     documents: Vec<serde_json::Value>,
+    suites: Vec<Suite>,
     /// For every rule, whether it fits anything in any of the recordings.
     fitting: Vec<bool>,
 }
@@ -167,14 +179,20 @@ impl DiffArguments {
             say("error: nothing was compared: no recording is in both folders by the same name");
         }
         let fitting = vec![false; options.rules.rules.len()];
-        let mut result = Outcome { worst: Verdict::Equal, lossy: false, documents: Vec::new(), fitting };
+        let mut result = Outcome {
+            worst: Verdict::Equal,
+            lossy: false,
+            documents: Vec::new(),
+            suites: Vec::new(),
+            fitting,
+        };
         let mut left = jobs.len();
         for job in &jobs {
             left -= 1;
             match (&job.a, &job.b) {
                 (Some(a), Some(b)) => self.compare(a, b, &options, limits, &mut result)?,
                 _ => {
-                    self.report_missing(job, &mut result.documents)?;
+                    self.report_missing(job, &mut result)?;
                     if !self.accept_missing(job, limits)? {
                         result.worst = Verdict::Different;
                     }
@@ -194,7 +212,7 @@ impl DiffArguments {
     /// Refuses outputs that are inputs, that exist, or that do not go with what is asked for.
     fn check_outputs(&self, jobs: &[Job]) -> Result<(), CliError> {
         let outputs = [&self.plot, &self.write_diff];
-        for output in outputs.into_iter().flatten() {
+        for output in outputs.into_iter().chain([&self.junit]).flatten() {
             refuse_inputs(Some(output), jobs.iter().flat_map(|job| job.a.iter().chain(&job.b)))?;
             OutputError::refuse_existing(Some(output), self.force)?;
         }
@@ -227,11 +245,12 @@ impl DiffArguments {
         let names = (a.to_string_lossy(), b.to_string_lossy());
         let names = (names.0.as_ref(), names.1.as_ref());
         let style = Style { colour: has_colour(), explain: self.explain };
+        result.suites.push(Suite::of(names, &comparison));
         if self.json {
             result.documents.push(to_json(names, &comparison));
         } else if self.summary {
             print_painted(&summary(names, &comparison, style))?;
-        } else {
+        } else if !self.markdown {
             print_painted(&to_text(names, &comparison, style))?;
         }
         self.report_gaps(names, &comparison);
@@ -248,7 +267,10 @@ impl DiffArguments {
     ///
     /// * `left`: comparisons that were not made, after the first difference (--fail-fast)
     fn conclude(&self, result: Outcome, jobs: usize, left: usize) -> Result<Exit, CliError> {
-        let Outcome { worst, lossy, documents, .. } = result;
+        let Outcome { worst, lossy, documents, suites, .. } = result;
+        if let Some(path) = &self.junit {
+            write(Some(path), self.force, junit(&suites).as_bytes())?;
+        }
         if self.json {
             let document = json!({
                 "version": JSON_VERSION,
@@ -261,12 +283,17 @@ impl DiffArguments {
                 "not_made": left,
             });
             print_document(&format!("{document:#}\n"))?;
+        } else if self.markdown {
+            print(&markdown(&suites))?;
         } else if jobs + left != 1 {
             let left = match left {
                 0 => String::new(),
                 left => format!("; {left} more were not made (--fail-fast)"),
             };
             print(&format!("{jobs} comparisons: {}{left}\n", worst.name()))?;
+        }
+        if self.github {
+            print(&github(&suites))?;
         }
         Ok(match (lossy, worst) {
             (_, Verdict::NotCompared) => Exit::NoAnswer,
@@ -309,14 +336,18 @@ impl DiffArguments {
     }
 
     /// A recording that only one of two folders has.
-    fn report_missing(&self, job: &Job, documents: &mut Vec<serde_json::Value>) -> Result<(), CliError> {
+    fn report_missing(&self, job: &Job, result: &mut Outcome) -> Result<(), CliError> {
         let (path, what) = match (&job.a, &job.b) {
             (Some(a), _) => (a, "missing from the new folder"),
             (None, Some(b)) => (b, "only in the new folder"),
             (None, None) => return Ok(()),
         };
+        result.suites.push(Suite::missing(job, what));
+        if self.markdown {
+            return Ok(());
+        }
         if self.json {
-            documents.push(json!({ "a": job.a, "b": job.b, "verdict": "different", "text": what }));
+            result.documents.push(json!({ "a": job.a, "b": job.b, "verdict": "different", "text": what }));
             return Ok(());
         }
         print(&format!("{}: {what}\n", path.display()))

@@ -1,5 +1,6 @@
 //! `diff`: two recordings, or two folders of them, compared number by number.
 
+mod checks;
 mod json;
 mod picture;
 mod shown;
@@ -14,6 +15,7 @@ use std::{
 
 use percuss_output::Output;
 
+pub use checks::{Suite, github, junit, markdown};
 pub use json::JSON_VERSION;
 pub use json::to_json;
 pub use picture::picture;

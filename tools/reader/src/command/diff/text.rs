@@ -141,8 +141,6 @@ pub fn summary(names: (&str, &str), comparison: &Comparison, style: Style) -> St
         text.push_str(&format!("{}  {finding}\n", style.verdict(Verdict::Different)));
     }
     for channel in &comparison.channels {
-        let worst = channel.fields.iter().filter(|field| field.measure.differing > 0 && !field.ignored);
-        let worst = worst.max_by(|a, b| rank(a).total_cmp(&rank(b)));
         let verdict = match channel {
             _ if channel.is_different() => style.verdict(Verdict::Different),
             _ if !channel.is_within() => style.verdict(Verdict::NotCompared),
@@ -151,13 +149,8 @@ pub fn summary(names: (&str, &str), comparison: &Comparison, style: Style) -> St
             _ if channel.is_notable() => style.verdict(Verdict::Within),
             _ => style.verdict(Verdict::Equal),
         };
-        let detail = worst.map_or(String::new(), |field| {
-            match &field.measure.max {
-                Some((max, _)) => format!("  largest {max:.3e} in {}", field.path),
-                // texts differ by no number
-                None => format!("  {} values differ in {}", field.measure.differing, field.path),
-            }
-        });
+        let largest = largest(channel);
+        let detail = if largest.is_empty() { String::new() } else { format!("  {largest}") };
         text.push_str(&format!("{verdict}  {}  {}{detail}\n", channel.topic, alignment(channel)));
     }
     if let Some(converted) = comparison.converted {
@@ -168,6 +161,17 @@ pub fn summary(names: (&str, &str), comparison: &Comparison, style: Style) -> St
         text.push_str(STOPPED);
     }
     text
+}
+
+/// The largest difference of a channel in words; empty if there is none.
+pub(super) fn largest(channel: &ChannelReport) -> String {
+    let worst = channel.fields.iter().filter(|field| field.measure.differing > 0 && !field.ignored);
+    let worst = worst.max_by(|a, b| rank(a).total_cmp(&rank(b)));
+    worst.map_or(String::new(), |field| match &field.measure.max {
+        Some((max, _)) => format!("largest {max:.3e} in {}", field.path),
+        // texts differ by no number
+        None => format!("{} values differ in {}", field.measure.differing, field.path),
+    })
 }
 
 fn rank(field: &FieldReport) -> f64 {
@@ -191,7 +195,7 @@ fn short(text: &str) -> String {
     }
 }
 
-fn channel_text(channel: &ChannelReport, style: Style) -> String {
+pub(super) fn channel_text(channel: &ChannelReport, style: Style) -> String {
     let mut text = format!("{}  {}\n", style.paint("1", &channel.topic), alignment(channel));
     let mut remarks = Vec::new();
     for (count, what, of_a) in [
