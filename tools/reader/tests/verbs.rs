@@ -15,6 +15,7 @@ use serde_json::Value as Json;
 use crate::{
     desk::Desk,
     forge::{self, forge, plain},
+    si,
 };
 
 /// `a.mcap`, the same again as `same.mcap`, and `b.mcap` that differs a little at step 20.
@@ -639,4 +640,39 @@ fn reports_colour_fields_as_the_views_of_the_recording_do() {
     let metadata = &mut recording.channel("/note").metadata;
     metadata.insert("colour_range.stress".into(), "0,nan".into());
     assert_eq!(range("odd", &recording), estimated);
+}
+
+#[test]
+fn a_comparison_is_reported_to_continuous_integration() {
+    let desk = Desk::new(&[]);
+    for (folder, speed) in [("old", "0.5"), ("new", "0.501")] {
+        fs::create_dir(desk.path(folder)).expect("room");
+        for (name, speed) in [("same", "0.5"), ("other", speed)] {
+            let settings = ["mesh.cells=10", "record.frames=0", &format!("target.shear_wave_speed={speed}")];
+            si::record("fig5", &settings, &desk.path(&format!("{folder}/{name}.mcap")));
+        }
+    }
+    fs::copy(desk.path("old/same.mcap"), desk.path("old/gone.mcap")).expect("room");
+    let (text, said) =
+        desk.both(1, &["diff", "old", "new", "--markdown", "--junit", "report.xml", "--github"]);
+    assert!(
+        text.starts_with("### percuss: DIFFERENT\n\n| recording | channel | verdict | largest |\n"),
+        "{text}"
+    );
+    assert!(text.contains("| new/other.mcap | /drag | DIFFERENT | largest "), "{text}{said}");
+    assert!(
+        text.contains("| old/gone.mcap | both recordings | DIFFERENT | missing from the new folder |"),
+        "{text}"
+    );
+    assert!(text.contains("::error title=new/other.mcap /drag%3A DIFFERENT::/drag "), "{text}");
+    assert!(!text.contains("new/same.mcap"), "{text}");
+    let report = String::from_utf8(desk.bytes("report.xml")).expect("text");
+    let count = |element: &str| report.matches(element).count();
+    let failures = count("<failure ");
+    assert!(failures > 2 && count("<testsuite ") == 3 && count("<error ") == 0, "{report}");
+    assert!(report.contains(&format!("failures=\"{failures}\" errors=\"0\">")), "{report}");
+    assert!(report.contains("<testcase classname=\"new/same.mcap\" name=\"/drag\"/>"), "{report}");
+    assert!(desk.both(2, &["diff", "old", "new", "--junit", "report.xml"]).1.contains("--force"));
+    let (text, _) = desk.both(0, &["diff", "old/same.mcap", "new/same.mcap", "--markdown"]);
+    assert!(text.starts_with("### percuss: equal\n\n0 of "), "{text}");
 }
