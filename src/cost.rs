@@ -59,9 +59,9 @@ pub struct Estimate {
 impl Estimate {
     /// Estimates a run of `case`.
     pub fn new(case: &Case) -> Self {
-        let memory = case.field_memory()
-            + FRAMES_IN_MEMORY.min(case.frames().count()) * case.frame_size() as u64
-            + gauge_memory(case);
+        let frames = case.frames().count().min(FRAMES_IN_MEMORY);
+        let frame = if frames > 0 { case.frame_size() as u64 } else { 0 };
+        let memory = case.field_memory() + frames * frame + gauge_memory(case);
         let messages = messages(case);
         let file = compressed(case, messages, COMPRESSED);
         let rate = match (case.model, case.mesh.order) {
@@ -93,9 +93,21 @@ fn messages(case: &Case) -> u64 {
     let points = if record.points.is_empty() { 0 } else { message(HEAD + 24 * record.points.len() as u64) };
     let step = 2 * message(HEAD) + message(HEAD + probes) + points;
     let columns = (sizes.contact_reach / sizes.dr) as u64;
-    let lines = &case.gauges().lines;
-    let along = GaugePlan::new(&case.gauges(), &case.grid()).size() as u64;
-    let interface = message(HEAD + 8 * columns) + lines.len() as u64 * message(HEAD) + along;
+    let gauges = case.gauges();
+    // a sweep estimates each of its cases: the mesh is not made for nothing
+    let along = if gauges.is_empty() { 0 } else { GaugePlan::new(&gauges, &case.grid()).size() as u64 };
+    let interface = message(HEAD + 8 * columns) + gauges.lines.len() as u64 * message(HEAD) + along;
+    let frames = match case.frames().count() {
+        0 => 0,
+        frames => frames * frame_messages(case),
+    };
+    steps * step + (sizes.steps.div_ceil(record.interface_every) + 1) * interface + frames
+}
+
+/// Size of the messages of a frame before compression \[bytes\].
+fn frame_messages(case: &Case) -> u64 {
+    let record = &case.record;
+    let message = |payload: u64| MESSAGE_OVERHEAD + payload;
     let viewport = Viewport::new(case);
     let pixels = 2 * (viewport.columns * viewport.rows) as u64;
     let fields = record.fields.len() as u64;
@@ -109,13 +121,10 @@ fn messages(case: &Case) -> u64 {
             ViewChannel::Profile => PROFILE,
         })
     };
-    let frame = message(2 * HEAD)
+    message(2 * HEAD)
         + fields * message(2 * HEAD)
         + case.frame_size() as u64
-        + record.views.iter().map(view).sum::<u64>();
-    steps * step
-        + (sizes.steps.div_ceil(record.interface_every) + 1) * interface
-        + case.frames().count() * frame
+        + record.views.iter().map(view).sum::<u64>()
 }
 
 /// Memory of points and lines of steps that are under way, at most \[bytes\].

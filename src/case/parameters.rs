@@ -62,6 +62,11 @@ impl Parameters {
         resolved::json(self)
     }
 
+    /// All that the results depend on, as a text: of two cases the same if their recordings are.
+    pub(crate) fn identity(&self) -> String {
+        resolved::identity(self)
+    }
+
     /// The shape of the indenter.
     pub fn shape(&self) -> Shape {
         self.indenter.shape()

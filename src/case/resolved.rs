@@ -227,6 +227,13 @@ pub fn toml(case: &Parameters) -> String {
     toml::to_string(&resolved(case)).expect("a case is plain tables, text and numbers")
 }
 
+/// All that the results of a case depend on, as a text: not its title, nor when its checkpoints are written.
+pub fn identity(case: &Parameters) -> String {
+    let mut resolved = resolved(case);
+    (resolved.title, resolved.run.checkpoint_every) = ("", None);
+    serde_json::to_string(&resolved).expect("a case is plain maps, text and numbers")
+}
+
 /// The case as JSON; an infinite mass becomes `null`, as JSON has no infinity.
 pub fn json(case: &Parameters) -> serde_json::Value {
     // values that are not there are left out of TOML, and would be `null`
