@@ -16,20 +16,20 @@ from ._tables import Columns, read_columns
 if TYPE_CHECKING:
     import xarray
 
-Table = TypeVar("Table")
+Table_co = TypeVar("Table_co", covariant=True)
 
 RUN = "percuss.run"
 FORMAT = "2"
 """Major version of the format."""
 
 
-class Recording(Generic[Table]):
+class Recording(Generic[Table_co]):
     """A recording, see `percuss.open`. What is read of it is read when it is asked for; tables are kept.
 
     Everything that reads raises OSError, or `RecordingError` where the recording is damaged or has no such channel.
     """
 
-    def __init__(self, path: str | os.PathLike[str], make: Callable[[Columns, dict[str, str]], Table]) -> None:
+    def __init__(self, path: str | os.PathLike[str], make: Callable[[Columns, dict[str, str]], Table_co]) -> None:
         self._file = File(path)
         self._make = make
         self._columns: dict[str, Columns] = {}
@@ -61,22 +61,22 @@ class Recording(Generic[Table]):
         return self._file.units(topic)
 
     @property
-    def drag(self) -> Table:
+    def drag(self) -> Table_co:
         """Every step: `time`, `step`, `force` on the indenter, `contact_radius`."""
         return self._table("/drag")
 
     @property
-    def velocity(self) -> Table:
+    def velocity(self) -> Table_co:
         """Every step: `time`, `step`, `velocity` and `displacement` of the indenter into the target."""
         return self._table("/velocity")
 
     @property
-    def energy(self) -> Table:
+    def energy(self) -> Table_co:
         """Every frame: `time`, `step` and the parts of the energy; of several layers also `layer_strain[0]` and so on."""
         return self._table("/energy")
 
     @property
-    def events(self) -> Table:
+    def events(self) -> Table_co:
         """What happened: `time`, `step`, `kind`, `text`, and where they apply, else NaN, `r`, `since`, `interface`."""
         return self._table("/event")
 
@@ -162,7 +162,7 @@ class Recording(Generic[Table]):
             self._columns[topic] = read_columns(self._file, topic)
         return self._columns[topic]
 
-    def _table(self, topic: str) -> Table:
+    def _table(self, topic: str) -> Table_co:
         return self._make(self._read(topic), self.units(topic))
 
     @property
