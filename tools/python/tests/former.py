@@ -27,6 +27,9 @@ def former_schema(data: bytes) -> bytes:
                     assert field.oneof_index == len(message.oneof_decl) - 1
                     del message.oneof_decl[field.oneof_index]
                 message.field.remove(field)
+            for kinds in message.enum_type:
+                for kind in [kind for kind in kinds.value if kind.name == "LAYER_TENSION"]:
+                    kinds.value.remove(kind)
     return files.SerializeToString()
 
 

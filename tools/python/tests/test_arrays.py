@@ -14,7 +14,9 @@ from test_tables import same, traced
 
 def test_fields(program: Programs, recording: Path, tmp_path: Path) -> None:
     run = percuss.open(recording)
-    recorded = [topic.removeprefix("/field/") for topic, count in run.topics.items() if count > 0 and "/field/" in topic]
+    recorded = [
+        topic.removeprefix("/field/") for topic, count in run.topics.items() if count > 0 and "/field/" in topic
+    ]
     assert recorded == (run.case["record"]["fields"] if recording.stem not in ["cone", "exact"] else [])
     for name in recorded:
         field = run.field(name)
@@ -48,7 +50,9 @@ def test_profiles(program: Programs, recording: Path, tmp_path: Path) -> None:
     profile = run.profile(t=float(profiles.time[middle]))
     assert same(profile.values, expected[middle, : profile.size]) and np.isnan(expected[middle, profile.size :]).all()
     assert same(profile.r.values, profiles.r.values[: profile.size])
-    assert same(profiles.r.values, profiles.r.values[0] + np.arange(profiles.r.size) * float(run.metadata["percuss.run"]["dr"]))
+    assert same(
+        profiles.r.values, profiles.r.values[0] + np.arange(profiles.r.size) * float(run.metadata["percuss.run"]["dr"])
+    )
 
 
 def test_growing_contact_is_padded(recordings: dict[str, Path]) -> None:
@@ -63,7 +67,10 @@ def test_probes(program: Programs, recording: Path, tmp_path: Path) -> None:
     columns, _ = traced(program, recording, "/probes", tmp_path)
     probes = run.probes
     assert same(probes.time.values, columns.pop("time")) and same(probes.step.values, columns.pop("step"))
-    assert probes.dims == ("time", "r") and same(probes.values, np.array(list(columns.values())).T)
+    assert probes.dims == ("time", "r") and same(
+        probes.values, np.array(list(columns.values())).T.reshape(probes.shape)
+    )
+    assert probes.sizes["r"] == len(columns) == len(run.case["record"]["probes"])
     if run.metadata["percuss.run"]["units"] == "dimensionless":
         assert [f"stress@r={radius:g}" for radius in probes.r.values] == list(columns)
         assert list(probes.r.values) == run.case["record"]["probes"]

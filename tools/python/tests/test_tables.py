@@ -25,7 +25,9 @@ def same(found: NDArray[Any], expected: NDArray[Any]) -> bool:
     return found.shape == expected.shape and found.astype(expected.dtype).tobytes() == expected.tobytes()
 
 
-def traced(program: Programs, recording: Path, topic: str, folder: Path) -> tuple[dict[str, NDArray[Any]], dict[str, str]]:
+def traced(
+    program: Programs, recording: Path, topic: str, folder: Path
+) -> tuple[dict[str, NDArray[Any]], dict[str, str]]:
     """Columns of `percuss-read trace` and their units; without a value: NaN."""
     path = folder / "trace.parquet"
     program("percuss-read", "trace", recording, "--topic", topic, "-o", path, "--force")
@@ -33,9 +35,13 @@ def traced(program: Programs, recording: Path, topic: str, folder: Path) -> tupl
     columns = {}
     for name in table.column_names:
         column = table[name].to_pandas()
-        columns[name] = np.array(column.astype(float) if column.hasnans else column, str if column.dtype == object else None)
+        columns[name] = np.array(
+            column.astype(float) if column.hasnans else column, str if column.dtype == object else None
+        )
     entries = table.schema.metadata.items()
-    return columns, {key.decode().removeprefix("unit."): unit.decode() for key, unit in entries if key.startswith(b"unit.")}
+    return columns, {
+        key.decode().removeprefix("unit."): unit.decode() for key, unit in entries if key.startswith(b"unit.")
+    }
 
 
 @pytest.mark.parametrize("topic", TABLES)
@@ -74,7 +80,12 @@ def test_summary(program: Programs, recording: Path) -> None:
 
 
 def test_every_measure_is_tested(recordings: dict[str, Path]) -> None:
-    measured = {name for path in recordings.values() for name, number in percuss.open(path).summary.items() if number is not None}
+    measured = {
+        name
+        for path in recordings.values()
+        for name, number in percuss.open(path).summary.items()
+        if number is not None
+    }
     assert measured == set(percuss.open(recordings["ball"]).summary)
 
 
@@ -88,11 +99,11 @@ def test_tables_of_nothing_installed(recordings: dict[str, Path], monkeypatch: p
     for name in ["pandas", "polars", "xarray"]:
         monkeypatch.setitem(sys.modules, name, None)
     run = percuss.open(recordings["flat"])
-    with pytest.raises(ImportError, match=r"pip install 'percuss\[pandas\]', or .*numpy"):
+    with pytest.raises(ImportError, match=r"pip install pandas, or .*numpy"):
         run.drag
-    with pytest.raises(ImportError, match=r"pip install 'percuss\[xarray\]'"):
+    with pytest.raises(ImportError, match=r"pip install xarray"):
         run.profile(t=1)
-    with pytest.raises(ImportError, match=r"pip install 'percuss\[polars\]'"):
+    with pytest.raises(ImportError, match=r"pip install polars"):
         percuss.open(recordings["flat"], tables="polars").drag
     force = percuss.open(recordings["flat"], tables="numpy").drag["force"]
     assert force.max() == run.summary["peak_force"]

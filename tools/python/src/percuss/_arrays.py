@@ -77,7 +77,7 @@ def read_arrays(
     try:
         import xarray
     except ImportError as error:
-        raise ImportError("arrays need xarray: pip install 'percuss[xarray]'") from error
+        raise ImportError("arrays need xarray: pip install xarray") from error
     entries, units = file.channel(topic).metadata, file.units(topic)
     times, steps = np.empty(picks.size), np.empty(picks.size, np.uint64)
     kind = np.float32 if "values" in fields else np.float64
@@ -98,7 +98,7 @@ def read_arrays(
         "time": ("time", times, {"units": units["time"]}),
         "step": ("time", steps),
     }
-    for dim, axis in zip(dims, axes):
+    for dim, axis in zip(dims, axes, strict=True):
         coordinates[dim] = (dim, axis, {} if dim == "point" else {"units": length})
         repeats = np.diff(axis) == 0.0
         if dim == "z" and repeats.any():
@@ -117,7 +117,7 @@ def _axes(message: Any, axis: str | None, size: int) -> list[NDArray[np.float64]
     if axis is None:
         return [np.arange(size, dtype=np.float64)]
     try:
-        return [np.array([float(number) for number in axis.split(",")])]
+        return [np.array([float(number) for number in axis.split(",") if number])]
     except ValueError:
         sides = [side.split(",") for side in axis.split(";")]
     axes = []

@@ -55,7 +55,9 @@ def measure(
     }
 
 
-def units_of(time: str | None, length: str | None, speed: str | None, force: str | None, energy: str | None) -> dict[str, str]:
+def units_of(
+    time: str | None, length: str | None, speed: str | None, force: str | None, energy: str | None
+) -> dict[str, str]:
     """Units of what is measured, from those of the quantities; plain numbers have none."""
     impulse = None if force is None or time is None else f"{force}·{time}"
     units = {

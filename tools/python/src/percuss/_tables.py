@@ -39,7 +39,7 @@ def read_columns(file: File, topic: str) -> Columns:
     for number, field in enumerate(fields):
         values = [row[number] for row in rows]
         if field.is_repeated:
-            columns |= {f"{field.name}[{n}]": np.array(part, np.float64) for n, part in enumerate(zip(*values))}
+            columns |= {f"{field.name}[{n}]": np.array(part, np.float64) for n, part in enumerate(zip(*values, strict=True))}
         else:
             columns[field.name] = np.array(values, np.float64 if field.has_presence else TYPES[field.cpp_type])
     return columns
@@ -75,7 +75,7 @@ def to_pandas(columns: Columns, units: dict[str, str]) -> pandas.DataFrame:
     try:
         import pandas
     except ImportError as error:
-        text = "tables need pandas: pip install 'percuss[pandas]', or percuss.open(…, tables=\"numpy\")"
+        text = 'tables need pandas: pip install pandas, or percuss.open(…, tables="numpy")'
         raise ImportError(text) from error
     table = pandas.DataFrame(columns)
     table.attrs["units"] = {name: unit for name in columns if (unit := units.get(name.partition("[")[0])) is not None}
@@ -91,5 +91,5 @@ def to_polars(columns: Columns, units: dict[str, str]) -> polars.DataFrame:
     try:
         import polars
     except ImportError as error:
-        raise ImportError("these tables need polars: pip install 'percuss[polars]'") from error
+        raise ImportError("these tables need polars: pip install polars") from error
     return polars.DataFrame(columns)
