@@ -1,0 +1,231 @@
+"""Checks of the guide.
+
+    check.py commands PROGRAMS      runs what the chapters show
+    check.py reference PROGRAMS     the reference against what the programs know
+    check.py links BOOK             links and anchors of the built book
+
+Blocks of a chapter are taken in their order, each chapter in a folder of its own:
+
+* `console`: lines that begin with `$ ` are commands, `\\` at the end continues them, `# exit 1` says that another status than 0 is
+  right. Lines below stand in what the command prints, in this order; `…` stands for lines left out.
+* any other language and a name, as in `toml plate.toml`: a file.
+* `python`: run by this Python, with the names of the blocks before.
+"""
+
+import contextlib
+import fractions
+import html.parser
+import io
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import tomllib
+import urllib.parse
+
+HERE = pathlib.Path(__file__).resolve().parent
+CHAPTERS = HERE / "src"
+
+
+def blocks(chapter):
+    """Language, name of the file and text of all blocks of a chapter."""
+    text = (CHAPTERS / chapter).read_text()
+    return [(words.split(), body) for words, body in re.findall(r"^```([^\n`]+)\n(.*?)^```$", text, re.M | re.S)]
+
+
+def run_console(text, environment):
+    """Runs the commands of a block; compares status and what is printed."""
+    commands = []
+    for line in text.replace("\\\n", " ").splitlines():
+        if line.startswith("$ "):
+            commands.append((line[2:], []))
+        elif line.strip() not in ("", "…"):
+            commands[-1][1].append(line.strip())
+    for command, shown in commands:
+        expected = re.search(r"# exit (\d+)", command)
+        done = subprocess.run(
+            ["bash", "-c", command], env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True, timeout=100,
+        )
+        place = 0
+        for line in shown:
+            place = done.stdout.find(line, place)
+            assert place >= 0, f"$ {command}\ndoes not print, where it is shown: {line}\n\n{done.stdout}"
+        assert done.returncode == int(expected[1] if expected else 0), (
+            f"$ {command}\nexit status {done.returncode}\n{done.stdout}"
+        )
+    return len(commands)
+
+
+def run_chapters(programs):
+    environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}", "COLUMNS": "120"}
+    for chapter in sorted(path.name for path in CHAPTERS.glob("*.md")):
+        names, number = {}, 0
+        with tempfile.TemporaryDirectory() as folder:
+            os.chdir(folder)
+            for words, text in blocks(chapter):
+                if words == ["console"]:
+                    number += run_console(text, environment)
+                elif words == ["python"]:
+                    with contextlib.redirect_stdout(io.StringIO()):
+                        exec(compile(text, f"{chapter}, python", "exec"), names)
+                    number += 1
+                elif len(words) == 2:
+                    pathlib.Path(words[1]).write_text(text)
+            os.chdir(HERE)
+        print(f"{chapter}: {number} commands")
+
+
+def rows(chapter, level):
+    """First cells in code and further cells of the tables below every heading of a level."""
+    tables, heading = {}, None
+    for line in (CHAPTERS / chapter).read_text().splitlines():
+        if line.startswith("#" * level + " "):
+            heading = line.lstrip("# ").strip("`")
+        elif heading and line.startswith("| `"):
+            first, *cells = [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+            tables.setdefault(heading, {})[first.strip("`")] = cells
+    return tables
+
+
+def output(*command):
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return done.stdout
+
+
+def allowed(program, cases, key):
+    """What the program allows for a key: bounds of numbers, or names."""
+    bounds, names = set(), set()
+    for case in cases:
+        problems = output(program, "check", case, "--set", f"{key}=-7").split("\n  x ")
+        problems = [problem for problem in problems if problem.startswith(f"`{key}`")]
+        for text in re.findall(r"help: allowed: (.*(?:\n {8}.*)*)", "".join(problems)):
+            if "number" in text:
+                bounds |= numbers(text.split("number")[1])
+            elif re.match(r"(a list of )?[\w-]+(,|$)", text):
+                names |= set(re.findall(r"[\w-]+", text.removeprefix("a list of ")))
+    return bounds, names
+
+
+def numbers(text):
+    """Numbers of a text, fractions too, to four digits."""
+    found = re.findall(r"(?<![\w.])-?\d[\d.]*(?:e-?\d+)?(?:/\d+)?", text)
+    return {f"{float(fractions.Fraction(number)):.4g}" for number in found}
+
+
+def known_keys(program, case, section):
+    """Keys that the program names where it refuses another one."""
+    printed = output(program, "check", case, "--set", f"{section}unknown=1")
+    known = re.search(r"help: known (?:in|at)[^:]*:((?:\s+\w+,?)+)", printed)
+    assert known, printed
+    return set(re.findall(r"\w+", known[1]))
+
+
+def check_reference(programs):
+    percuss, reader = programs / "percuss", programs / "percuss-read"
+    tables = rows("case.md", 2)
+    sections = ["target", "indenter", "impact", "mesh", "run", "record"]
+    layer = known_keys(percuss, "layers", "target.layer.2.") | known_keys(percuss, "laminate-armour", "target.layer.2.")
+    expected = {
+        "Top level": known_keys(percuss, "fig5", "") - set(sections),
+        **{f"[{name}]": known_keys(percuss, "fig5", f"{name}.") for name in sections},
+        "[[target.layer]]": layer,
+        "[target.material]": known_keys(percuss, "ball", "target.material."),
+    }
+    assert known_keys(percuss, "fig5", "") >= set(sections)
+    same({name: set(keys) for name, keys in tables.items()}, expected, "keys of case.md")
+
+    # defaults, in the smallest case of the page
+    smallest = next(text for words, text in blocks("case.md") if words == ["toml", "smallest.toml"])
+    with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
+        file.write(smallest)
+        file.flush()
+        resolved = tomllib.loads(output(percuss, "check", file.name, "--resolved"))
+    compared = 0
+    for name, keys in tables.items():
+        given = resolved if name == "Top level" else resolved.get(name.strip("[]"), {})
+        for key, (_, _, default, *_) in keys.items():
+            if default.startswith("`"):
+                value = tomllib.loads(f"x = {default.strip('`')}")["x"]
+                assert key in given and given[key] == value, f"default of {name} {key}: {default}, {given.get(key)}"
+                compared += 1
+    assert compared > 15, compared
+
+    # ranges, in both theories
+    cases = {"[target.material]": ["ball"], "[[target.layer]]": ["layers", "laminate-armour"]}
+    paths = {"Top level": "", "[target.material]": "target.material.", "[[target.layer]]": "target.layer.2."}
+    ranges = 0
+    for name, keys in tables.items():
+        for key, (_, cell, *_) in keys.items():
+            path = paths.get(name, f"{name.strip('[]')}.")
+            bounds, names = allowed(percuss, cases.get(name, ["fig5", "elastic-fig5"]), path + key)
+            if bounds and "`run.end_time`" not in cell:
+                same(numbers(cell), bounds, f"range of {path}{key}")
+                ranges += 1
+            elif names and re.match(r"`[\w-]+`", cell):
+                same(set(re.findall(r"`([\w-]+)`", cell.split(";")[0])), names, f"names of {path}{key}")
+                ranges += 1
+    assert ranges > 30, ranges
+
+    for program in (percuss, reader):
+        listed = output(program, "--help").split("Commands:")[1].split("Options:")[0]
+        verbs = set(re.findall(r"^  (\w+)", listed, re.M)) - {"help"}
+        same(set(rows("commands.md", 2)[program.name]), verbs, f"verbs of {program.name}")
+
+    # topics of a recording that has all of them
+    page = rows("recording.md", 2)["Channels"]
+    with tempfile.TemporaryDirectory() as folder:
+        recording = f"{folder}/all.mcap"
+        output(percuss, "run", "laminate-glass", "--set", "mesh.cells=20", "-o", recording)
+        topics = json.loads(output(reader, "info", recording, "--json"))["channels"]
+    names = {re.sub(r"^/field/.*", "/field/…", re.sub(r"^/line/.*", "/line/<n>", topic["topic"])) for topic in topics}
+    same(set(page), names, "topics")
+    print(f"{sum(map(len, expected.values()))} keys, {ranges} ranges, {compared} defaults, {len(names)} topics")
+
+
+def same(page, program, what):
+    assert page == program, f"{what}: the guide has {page}, the program {program}"
+
+
+class Page(html.parser.HTMLParser):
+    """Links and anchors of a page."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.links, self.anchors = [], set()
+        self.feed(path.read_text())
+
+    def handle_starttag(self, tag, attributes):
+        for key, value in attributes:
+            if key in ("href", "src") and value:
+                self.links.append(value)
+            elif key == "id":
+                self.anchors.add(value)
+
+
+def check_links(book):
+    listed = re.findall(r"\]\((\S+\.md)\)", (CHAPTERS / "SUMMARY.md").read_text())
+    same(set(listed) | {"SUMMARY.md"}, {path.name for path in CHAPTERS.glob("*.md")}, "chapters")
+    pages = {path.name: Page(path) for path in book.glob("*.html")}
+    number = 0
+    for name, page in pages.items():
+        for link in page.links:
+            parts = urllib.parse.urlsplit(link)
+            number += 1
+            if parts.scheme or parts.netloc:
+                assert parts.scheme == "https" and "." in parts.netloc, f"{name}: {link}"
+                continue
+            path = urllib.parse.unquote(parts.path) or name
+            # files of the repository, from the folder of the chapters
+            assert (book / path).exists() or (CHAPTERS / path).resolve().exists(), f"{name}: no file {link}"
+            if parts.fragment and path in pages:
+                anchor = urllib.parse.unquote(parts.fragment)
+                assert anchor in pages[path].anchors, f"{name}: no anchor {link}"
+    print(f"{len(pages)} pages, {number} links")
+
+
+what, folder = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
+{"commands": run_chapters, "reference": check_reference, "links": check_links}[what](folder)
