@@ -170,6 +170,7 @@ def check_reference(programs):
                 ranges += 1
     assert ranges > 30, ranges
 
+    check_copies()
     for program in (percuss, reader):
         listed = output(program, "--help").split("Commands:")[1].split("Options:")[0]
         verbs = set(re.findall(r"^  (\w+)", listed, re.M)) - {"help"}
@@ -184,6 +185,15 @@ def check_reference(programs):
     names = {re.sub(r"^/field/.*", "/field/…", re.sub(r"^/line/.*", "/line/<n>", topic["topic"])) for topic in topics}
     same(set(page), names, "topics")
     print(f"{sum(map(len, expected.values()))} keys, {ranges} ranges, {compared} defaults, {len(names)} topics")
+
+
+def check_copies():
+    """Tables that stand in the documentation too have the same rows there."""
+    for chapter, heading, source in [("theory.md", "Errors", "src/exact.rs"), ("performance.md", "Solver", "tools/bench/src/lib.rs")]:
+        lines = (HERE.parents[1] / source).read_text().splitlines()
+        documented = {line.removeprefix("//! ") for line in lines}
+        for row in re.findall(r"^\|.*", (CHAPTERS / chapter).read_text().split(f"## {heading}\n")[1], re.M):
+            assert row in documented, f"{chapter}: not in {source}: {row}"
 
 
 def same(page, program, what):
