@@ -52,8 +52,9 @@ def run_console(text, environment):
         )
         place = 0
         for line in shown:
-            place = done.stdout.find(line, place)
-            assert place >= 0, f"$ {command}\ndoes not print, where it is shown: {line}\n\n{done.stdout}"
+            found = done.stdout.find(line, place)
+            assert found >= 0, f"$ {command}\ndoes not print, where it is shown: {line}\n\n{done.stdout}"
+            place = found + len(line)
         assert done.returncode == int(expected[1] if expected else 0), (
             f"$ {command}\nexit status {done.returncode}\n{done.stdout}"
         )
@@ -92,6 +93,7 @@ def rows(chapter, level):
 
 
 def output(*command):
+    """All that a command prints, whatever its status is."""
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     return done.stdout
 
@@ -127,18 +129,36 @@ def known_keys(program, case, section):
 def check_reference(programs):
     percuss, reader = programs / "percuss", programs / "percuss-read"
     tables = rows("case.md", 2)
+    check_keys(percuss, tables)
+    check_defaults(percuss, tables)
+    check_ranges(percuss, tables)
+    check_units(percuss)
+    check_copies()
+    for program in (percuss, reader):
+        listed = output(program, "--help").split("Commands:")[1].split("Options:")[0]
+        verbs = set(re.findall(r"^  (\w+)", listed, re.M)) - {"help"}
+        same(set(rows("commands.md", 2)[program.name]), verbs, f"verbs of {program.name}")
+    check_topics(percuss, reader)
+
+
+def check_keys(percuss, tables):
     sections = ["target", "indenter", "impact", "mesh", "run", "record"]
-    layer = known_keys(percuss, "layers", "target.layer.2.") | known_keys(percuss, "laminate-armour", "target.layer.2.")
+    top = known_keys(percuss, "fig5", "")
+    assert top >= set(sections), top
+    # of a dimensionless and a physical case
+    layer = [known_keys(percuss, case, "target.layer.2.") for case in ("layers", "laminate-armour")]
     expected = {
-        "Top level": known_keys(percuss, "fig5", "") - set(sections),
+        "Top level": top - set(sections),
         **{f"[{name}]": known_keys(percuss, "fig5", f"{name}.") for name in sections},
-        "[[target.layer]]": layer,
+        "[[target.layer]]": set.union(*layer),
         "[target.material]": known_keys(percuss, "ball", "target.material."),
     }
-    assert known_keys(percuss, "fig5", "") >= set(sections)
     same({name: set(keys) for name, keys in tables.items()}, expected, "keys of case.md")
+    print(f"{sum(map(len, expected.values()))} keys")
 
-    # defaults, in the smallest case of the page
+
+def check_defaults(percuss, tables):
+    """Defaults in code are those of the smallest case of the page."""
     smallest = next(text for words, text in blocks("case.md") if words == ["toml", "smallest.toml"])
     with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
         file.write(smallest)
@@ -153,43 +173,58 @@ def check_reference(programs):
                 assert key in given and given[key] == value, f"default of {name} {key}: {default}, {given.get(key)}"
                 compared += 1
     assert compared > 15, compared
+    print(f"{compared} defaults")
 
-    # ranges, in both theories
+
+def check_ranges(percuss, tables):
+    """Bounds and names of the page are those of the program, in both theories."""
     cases = {"[target.material]": ["ball"], "[[target.layer]]": ["layers", "laminate-armour"]}
     paths = {"Top level": "", "[target.material]": "target.material.", "[[target.layer]]": "target.layer.2."}
-    ranges = 0
+    compared = 0
     for name, keys in tables.items():
         for key, (_, cell, *_) in keys.items():
-            path = paths.get(name, f"{name.strip('[]')}.")
-            bounds, names = allowed(percuss, cases.get(name, ["fig5", "elastic-fig5"]), path + key)
+            path = paths.get(name, f"{name.strip('[]')}.") + key
+            bounds, names = allowed(percuss, cases.get(name, ["fig5", "elastic-fig5"]), path)
             if bounds and "`run.end_time`" not in cell:
-                same(numbers(cell), bounds, f"range of {path}{key}")
-                ranges += 1
+                same(numbers(cell), bounds, f"range of {path}")
+                compared += 1
             elif names and re.match(r"`[\w-]+`", cell):
-                same(set(re.findall(r"`([\w-]+)`", cell.split(";")[0])), names, f"names of {path}{key}")
-                ranges += 1
-    assert ranges > 30, ranges
+                same(set(re.findall(r"`([\w-]+)`", cell.split(";")[0])), names, f"names of {path}")
+                compared += 1
+    assert compared > 30, compared
+    print(f"{compared} ranges")
 
-    check_copies()
-    for program in (percuss, reader):
-        listed = output(program, "--help").split("Commands:")[1].split("Options:")[0]
-        verbs = set(re.findall(r"^  (\w+)", listed, re.M)) - {"help"}
-        same(set(rows("commands.md", 2)[program.name]), verbs, f"verbs of {program.name}")
 
-    # topics of a recording that has all of them
-    page = rows("recording.md", 2)["Channels"]
+def check_units(percuss):
+    """Units of physical cases are those that the program offers for a number without one."""
+    keys = {
+        "length": "target.thickness", "time": "run.end_time", "speed": "impact.velocity", "mass": "indenter.mass",
+        "density": "target.material.density", "mass, plane": "indenter.mass",
+    }
+    page = (CHAPTERS / "case.md").read_text().split("## Units")[1].split("\n## ")[0]
+    for dimension, key in keys.items():
+        geometry = "plane" if "plane" in dimension else "axisymmetric"
+        printed = output(percuss, "check", "ball", "--set", f"geometry={geometry}", "--set", f'{key}="7"')
+        offered = re.search(r'such as "[^"]*", in ((?:[^\s,]+(?:,\s+)?)+)', printed)
+        row = re.search(rf"^\| {dimension} \|.*\|(.*)\|$", page, re.M)
+        same(set(re.findall(r"`(.*?)`", row[1])), set(re.findall(r"[^\s,]+", offered[1])) - {"or"}, f"units of {dimension}")
+
+
+def check_topics(percuss, reader):
+    """Topics of the page are those of a recording that has all of them."""
     with tempfile.TemporaryDirectory() as folder:
         recording = f"{folder}/all.mcap"
         output(percuss, "run", "laminate-glass", "--set", "mesh.cells=20", "-o", recording)
-        topics = json.loads(output(reader, "info", recording, "--json"))["channels"]
-    names = {re.sub(r"^/field/.*", "/field/…", re.sub(r"^/line/.*", "/line/<n>", topic["topic"])) for topic in topics}
-    same(set(page), names, "topics")
-    print(f"{sum(map(len, expected.values()))} keys, {ranges} ranges, {compared} defaults, {len(names)} topics")
+        topics = [channel["topic"] for channel in json.loads(output(reader, "info", recording, "--json"))["channels"]]
+    names = {re.sub(r"^/field/.*", "/field/…", re.sub(r"^/line/.*", "/line/<n>", topic)) for topic in topics}
+    same(set(rows("recording.md", 2)["Channels"]), names, "topics")
+    print(f"{len(names)} topics")
 
 
 def check_copies():
     """Tables that stand in the documentation too have the same rows there."""
-    for chapter, heading, source in [("theory.md", "Errors", "src/exact.rs"), ("performance.md", "Solver", "tools/bench/src/lib.rs")]:
+    copies = [("theory.md", "Errors", "src/exact.rs"), ("performance.md", "Solver", "tools/bench/src/lib.rs")]
+    for chapter, heading, source in copies:
         lines = (HERE.parents[1] / source).read_text().splitlines()
         documented = {line.removeprefix("//! ") for line in lines}
         for row in re.findall(r"^\|.*", (CHAPTERS / chapter).read_text().split(f"## {heading}\n")[1], re.M):
