@@ -38,6 +38,7 @@ pub enum Combine {
 /// A variation as it is asked for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, deny_unknown_fields)]
+#[serde(expecting = "a [[vary]] has `key` and `values`, or `file`, or `keys` and `rows`")]
 pub enum Vary {
     /// A key with its values.
     #[serde(rename_all = "kebab-case")]
