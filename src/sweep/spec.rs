@@ -345,6 +345,11 @@ fn read_table(path: &Path) -> Result<Axis, SpecError> {
         .map_err(|error| fail(error.to_string()))?;
     let texts = |record: &csv::StringRecord| record.iter().map(str::to_owned).collect::<Vec<_>>();
     let keys = texts(reader.headers().map_err(|error| fail(error.to_string()))?);
+    if let [key] = &keys[..]
+        && key.contains(';')
+    {
+        return Err(fail("its columns are between semicolons: a CSV file has commas there".into()));
+    }
     if keys.iter().any(String::is_empty) {
         return Err(fail("the first line names the key of every column".into()));
     }
