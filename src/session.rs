@@ -17,8 +17,7 @@ mod exact_steps;
 mod recording;
 
 pub use exact_steps::ExactSteps;
-pub(crate) use recording::recorded_case;
-pub use recording::{Recorded, Recording, Source};
+pub use recording::{Recorded, Recording, Source, recorded_case};
 
 /// How a run has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -184,7 +184,8 @@ fn a_changed_sweep_computes_what_is_new() {
     assert!(start("5,2,3,2").contains("0 to compute"));
     assert!(summaries(&path) == again);
     // a recording that is gone is computed again, and with none kept it is not missed
-    fs::remove_file(path.join("runs").join(&recordings(&path)[0])).expect("it is there");
+    let new = names.iter().find(|name| name.starts_with("000001-") && !first.contains(name)).expect("a case");
+    fs::remove_file(path.join("runs").join(new)).expect("it is there");
     assert!(succeed(folder.path(), &["s", "--keep", "none"])[1].contains("0 to compute"));
     assert!(succeed(folder.path(), &["s", "--keep", "all"])[1].contains("1 to compute"));
     assert!(summaries(&path) == again);
@@ -315,6 +316,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
         "case = \"fig5\"\n[[vary]]\nkey = \"indenter.mass\"\nvalue = 1\n",
     )
     .expect("room");
+    fs::write(folder.path().join("semicolons.csv"), "indenter.mass;mesh.cells\n1;20\n").expect("room");
     fs::create_dir(folder.path().join("other")).expect("room");
     fs::write(folder.path().join("other/file"), "not mine").expect("room");
     for (arguments, expected) in [
@@ -339,6 +341,8 @@ fn what_is_wrong_is_said_before_anything_runs() {
         (&["fig5", "--vary", "geometry=plane,axisymmetric"], "numbers of one column have one unit"),
         (&["fig5", "--vary", "missing.csv"], "missing.csv"),
         (&["fig55", "--vary", "indenter.mass=1,2"], "is no built-in case"),
+        (&["fig55", "--vary", "indenter.mass=1,2"], "did you mean `fig5`?"),
+        (&["fig5", "--vary", "semicolons.csv"], "between semicolons"),
         (&["fig5", "--vary", "indenter.mass=1,2", "--max-memory", "1e-6"], "more than --max-memory"),
         (&["wrong.toml"], "wrong.toml"),
         (&["other"], "without a sweep"),
@@ -350,7 +354,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
     let occupied = refusal(folder.path(), &["fig5", "--vary", "indenter.mass=1,2", "-o", "other"], 1);
     assert!(occupied.contains("is no folder of a sweep"), "{occupied}");
     let entries = fs::read_dir(folder.path()).expect("a folder").count();
-    assert_eq!(entries, 2, "nothing was written");
+    assert_eq!(entries, 3, "nothing was written");
 }
 
 #[test]

@@ -41,8 +41,15 @@ impl CaseErrors {
     /// The file cannot be read.
     pub(super) fn unreadable(name: &str, error: &std::io::Error) -> Self {
         let names: Vec<&str> = super::builtin::names().collect();
-        let help =
-            format!("CASE is the path of a TOML file or one of the built-in cases: {}", names.join(", "));
+        // as alike as one slip of the fingers leaves them
+        let alike = |known: &&&str| strsim::damerau_levenshtein(known, name) <= 1 + name.len() / 8;
+        let meant = names.iter().filter(alike).map(|known| format!("`{known}`")).collect::<Vec<_>>();
+        let meant =
+            if meant.is_empty() { String::new() } else { format!("did you mean {}? ", meant.join(" or ")) };
+        let help = format!(
+            "{meant}CASE is the path of a TOML file or one of the built-in cases: {}",
+            names.join(", ")
+        );
         Self::single(name, format!("`{name}` is no built-in case, and as a file: {error}"), help)
     }
 

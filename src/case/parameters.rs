@@ -63,7 +63,7 @@ impl Parameters {
     }
 
     /// All that the results depend on, as a text: of two cases the same if their recordings are.
-    pub(crate) fn identity(&self) -> String {
+    pub fn identity(&self) -> String {
         resolved::identity(self)
     }
 

@@ -109,10 +109,16 @@ fn read_points(path: &Path, system: &System) -> Result<Vec<[f64; 2]>, String> {
     for (index, record) in reader.records().enumerate() {
         let record = record.map_err(|error| error.to_string())?;
         let line = record.position().map_or(0, csv::Position::line);
-        let cells: [&str; 2] =
-            record.iter().collect::<Vec<_>>().try_into().map_err(|cells: Vec<_>| {
-                format!("line {line} does not have 2 columns, but {}", cells.len())
-            })?;
+        let cells: Vec<&str> = record.iter().collect();
+        let cells = match cells[..] {
+            [r, f] => [r, f],
+            [cell] if cell.contains(';') => {
+                return Err(format!(
+                    "line {line} has its columns between semicolons: a CSV file has commas there"
+                ));
+            }
+            _ => return Err(format!("line {line} does not have 2 columns, but {}", cells.len())),
+        };
         let is_heading = index == 0 && cells.iter().any(|cell| cell.parse::<f64>().is_err());
         if is_heading {
             units = read_heading(cells)?;

@@ -15,6 +15,7 @@ use super::{
     print, stem,
 };
 use crate::{
+    case::builtin,
     sweep::{
         folder::{Folder, FolderError, Shard, missing},
         journal::{Done, Entry, State},
@@ -174,7 +175,7 @@ impl SweepArguments {
     /// What is asked for, the folder of relative paths in it, and the folder of the sweep.
     fn request(&self) -> Result<(Request, PathBuf, PathBuf), CliError> {
         let path = Path::new(&self.what);
-        let is_given = path.is_dir();
+        let is_given = path.is_dir() && builtin::find(&self.what).is_none();
         let file = match is_given {
             true => Some(Folder::sweep_file(path).ok_or_else(|| {
                 CliError::Usage(format!(

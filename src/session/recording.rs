@@ -77,7 +77,7 @@ pub struct Recorded {
 const RESOLVED_CASE: &str = "case.resolved.toml";
 
 /// The resolved case that a recording or the part of one has; `None` if it has none that can be read.
-pub(crate) fn recorded_case(path: &Path) -> Option<String> {
+pub fn recorded_case(path: &Path) -> Option<String> {
     attachment(path, RESOLVED_CASE)
 }
 

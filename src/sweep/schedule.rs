@@ -263,3 +263,78 @@ fn work(queue: &Queue<'_>, sender: &mpsc::Sender<Result<Entry, Broken>>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sweep::{
+        request::{Keep, Request},
+        spec::{Combine, Vary},
+    };
+
+    fn plan(vary: &str) -> Plan {
+        let request = Request {
+            case: "fig5".into(),
+            name: None,
+            folder: None,
+            set: vec!["record.frames=0".into()],
+            keep: Keep::None,
+            combine: Combine::Product,
+            vary: vec![Vary::parse(vary)],
+        };
+        Plan::new(request, "".as_ref()).expect("a plan")
+    }
+
+    fn jobs(plan: &Plan) -> Vec<Job> {
+        (1..=plan.cases.len()).map(|number| Job { number, recording: None }).collect()
+    }
+
+    /// True if the next job has to wait until `share` is given back.
+    fn waits(queue: &Queue<'_>, share: Share) -> bool {
+        std::thread::scope(|scope| {
+            let next = scope.spawn(|| queue.next());
+            std::thread::sleep(3 * PATIENCE);
+            let waits = !next.is_finished();
+            queue.give_back(share);
+            assert!(next.join().expect("no panic").is_some());
+            waits
+        })
+    }
+
+    #[test]
+    fn cases_wait_for_memory() {
+        let plan = plan("indenter.mass=1,2");
+        let memory = plan.cases[0].memory;
+        let signal = AtomicUsize::new(0);
+        for (room, is_short) in [(2 * memory - 1, true), (2 * memory, false)] {
+            let queue = Queue::new(&plan, jobs(&plan), Limits { threads: 2, memory: room }, &signal);
+            let (_, share) = queue.next().expect("a job");
+            assert_eq!(share.threads, 1);
+            assert_eq!(waits(&queue, share), is_short, "{room}");
+        }
+    }
+
+    #[test]
+    fn a_case_that_would_outlast_all_others_has_all_threads() {
+        let mut plan = plan("indenter.mass=1,2,3,4");
+        let signal = AtomicUsize::new(0);
+        let limits = Limits { threads: 4, memory: u64::MAX };
+        let shares = |plan: &Plan| {
+            let queue = Queue::new(plan, jobs(plan), limits, &signal);
+            let next = || {
+                let (job, share) = queue.next().expect("a job");
+                queue.give_back(share);
+                (job.number, share.threads)
+            };
+            [(); 4].map(|()| next())
+        };
+        // small ones, however they differ
+        assert_eq!(shares(&plan).map(|(_, threads)| threads), [1; 4]);
+        let seconds = [2.0, 9.0, 1.5, 1.5];
+        plan.cases.iter_mut().zip(seconds).for_each(|(case, seconds)| case.seconds = seconds);
+        // 9 of 14 s on 4 threads; then 2 of 5, 1.5 of 3, 1.5 of 1.5
+        assert_eq!(shares(&plan), [(2, 4), (1, 4), (3, 4), (4, 4)]);
+        plan.cases.iter_mut().for_each(|case| case.seconds = 2.0);
+        assert_eq!(shares(&plan).map(|(_, threads)| threads), [1, 4, 4, 4]);
+    }
+}

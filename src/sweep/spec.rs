@@ -38,6 +38,7 @@ pub enum Combine {
 /// A variation as it is asked for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, deny_unknown_fields)]
+#[serde(expecting = "a [[vary]] has `key` and `values`, or `file`, or `keys` and `rows`")]
 pub enum Vary {
     /// A key with its values.
     #[serde(rename_all = "kebab-case")]
@@ -344,6 +345,11 @@ fn read_table(path: &Path) -> Result<Axis, SpecError> {
         .map_err(|error| fail(error.to_string()))?;
     let texts = |record: &csv::StringRecord| record.iter().map(str::to_owned).collect::<Vec<_>>();
     let keys = texts(reader.headers().map_err(|error| fail(error.to_string()))?);
+    if let [key] = &keys[..]
+        && key.contains(';')
+    {
+        return Err(fail("its columns are between semicolons: a CSV file has commas there".into()));
+    }
     if keys.iter().any(String::is_empty) {
         return Err(fail("the first line names the key of every column".into()));
     }

@@ -252,3 +252,10 @@ fn a_small_file_takes_no_more_memory_than_there_is() {
         assert!(ending.stderr.contains(name) && ending.stderr.contains(reason), "{name}: {}", ending.stderr);
     }
 }
+
+#[test]
+fn columns_between_semicolons_are_named() {
+    let desk = Desk::new(&[("a.csv", b"x;y\n1;2\n".to_vec())]);
+    let error = desk.both(1, &["plot", "a.csv", "--x", "x", "--y", "y"]).1;
+    assert!(error.contains("between semicolons"), "{error}");
+}

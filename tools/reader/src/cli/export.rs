@@ -100,7 +100,7 @@ impl ExportArguments {
         Ok(loss(&self.file, &damages))
     }
 
-    /// All images into a folder, named by their log times.
+    /// All images into a folder, named by their log times, padded so that names are in the order of times.
     fn images(&self, camera: &Camera, folder: &Path) -> Result<Exit, CliError> {
         if self.at_time.is_some() {
             return Err(CliError::Usage(
@@ -117,7 +117,7 @@ impl ExportArguments {
             };
             last = Some((log_time, number));
             let number = if number > 1 { format!(".{number}") } else { String::new() };
-            let path = folder.join(format!("{log_time}{number}.{}", image.extension));
+            let path = folder.join(format!("{log_time:019}{number}.{}", image.extension));
             write(Some(&path), self.force, &image.bytes)?;
             print(&format!("{}\n", path.display()))
         })?;

@@ -6,7 +6,11 @@ use super::{Columns, Flaw};
 
 pub(super) fn read(bytes: &[u8], columns: &mut Columns<'_>) -> Result<(), Flaw> {
     let mut rows = ::csv::Reader::from_reader(bytes);
-    let known = rows.headers().map_err(Flaw::of)?.iter().map(heading).collect();
+    let head = rows.headers().map_err(Flaw::of)?;
+    if head.len() == 1 && head[0].contains(';') {
+        return Err(Flaw::of("its columns are between semicolons: a CSV file has commas there"));
+    }
+    let known = head.iter().map(heading).collect();
     let chosen = columns.begin(known)?;
     for row in rows.records() {
         let row = row.map_err(Flaw::of)?;
