@@ -58,7 +58,7 @@
 //! percuss-read plot plates/summary.parquet --x indenter.mass --y contact_duration --by target.material --log xy -o duration.svg
 //! ```
 //!
-//! Light bodies keep up to 0.87 of their velocity; heavier ones leave it to the waves in the plate, and from some mass on they are not seen to
+//! Light bodies keep up to 0.88 of their velocity; heavier ones leave it to the waves in the plate, and from some mass on they are not seen to
 //! come back at all. Rows without a restitution are those of bodies that are still in contact at the end.
 //!
 //! # Modules
