@@ -92,6 +92,9 @@ fn a_sweep_that_is_killed_twenty_times_has_the_same_summary() {
     let path = folder.path().join("killed");
     for keep in ["none", "all"] {
         drop(fs::remove_dir_all(&path));
+        // of one that was killed at its very beginning
+        fs::create_dir(&path).expect("room");
+        fs::write(path.join("sweep.toml.kill.part"), "case =").expect("room");
         let start = || -> Child {
             command(folder.path(), &many(&["-o", "killed", "--keep", keep, "-q"]))
                 .spawn()

@@ -104,11 +104,8 @@ impl Folder {
     /// There is something else in it, or it cannot be written.
     pub fn prepare(&self, plan: &Plan) -> Result<(), FolderError> {
         let fail = |error| Self::system(&self.path, error);
-        if self.path.exists() && Self::sweep_file(&self.path).is_none() {
-            let is_empty = self.path.is_dir() && fs::read_dir(&self.path).map_err(fail)?.next().is_none();
-            if !is_empty {
-                return Err(FolderError::Occupied(self.path.clone()));
-            }
+        if self.path.exists() && Self::sweep_file(&self.path).is_none() && !self.is_begun().map_err(fail)? {
+            return Err(FolderError::Occupied(self.path.clone()));
         }
         fs::create_dir_all(&self.path).map_err(fail)?;
         let case = plan.text.as_ref().map_or_else(|| plan.request.case.clone(), |_| CASE_FILE.to_owned());
@@ -118,6 +115,22 @@ impl Folder {
         }
         let text = toml::to_string(&request).expect("a request is plain tables, text and numbers");
         self.write(SWEEP_FILE, text.as_bytes())
+    }
+
+    /// True of a folder with nothing in it but what a sweep leaves that was killed before it had its sweep file.
+    fn is_begun(&self) -> io::Result<bool> {
+        let is_ours = |name: &str| {
+            let of = |file: &str| {
+                name.strip_prefix(file).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            };
+            of(CASE_FILE) || of(SWEEP_FILE)
+        };
+        for entry in fs::read_dir(&self.path)? {
+            if !entry?.file_name().to_str().is_some_and(is_ours) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Writes a file whole, unless it says the same.

@@ -13,6 +13,7 @@ import subprocess
 import sys
 
 from selenium import webdriver
+from selenium.common.exceptions import StaleElementReferenceException
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
@@ -53,7 +54,7 @@ try:
         return int(body.get_attribute(f"data-{name}"))
 
     def until(what, fits):
-        WebDriverWait(driver, 5).until(lambda _: fits(), what)
+        WebDriverWait(driver, 5, ignored_exceptions=[StaleElementReferenceException]).until(lambda _: fits(), what)
 
     until("the script comes to its end", lambda: body.get_attribute("data-ready") == "true")
     done = CASES - CASES // 50
