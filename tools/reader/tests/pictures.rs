@@ -7,6 +7,7 @@ use prost_reflect::Value;
 use crate::{
     desk::Desk,
     forge::{Forged, forge, list, number, plain},
+    si,
 };
 
 /// A folder with a recording `a.mcap`.
@@ -183,4 +184,16 @@ fn columns_of_a_table_are_curves() {
     assert!(error.contains("--max-memory"), "{error}");
     let error = desk.error(2, &["plot", "long.csv", "--x", "a", "--y", "b", "--by", "a"]);
     assert!(error.contains("more than 1000 values"), "{error}");
+}
+
+#[test]
+fn the_image_of_a_field_shows_where_something_can_be_seen() {
+    let desk = Desk::new(&[]);
+    si::record("fig9-m1", &["mesh.cells=10", "run.end_time=6", "record.frames=4"], &desk.path("a.mcap"));
+    let plot = ["plot", "a.mcap", "--topic", "/field/stress", "--at-time"];
+    let said = |arguments: &[&str]| desk.both(0, &[&plot[..], arguments].concat()).1;
+    assert!(said(&["2", "-o", "part.svg"]).contains("drawn where something can be seen"));
+    let all = said(&["2", "--x-range", "0,100", "-o", "all.svg"]);
+    assert!(!all.contains("drawn where"), "{all}");
+    assert!(desk.bytes("part.svg") != desk.bytes("all.svg"));
 }

@@ -94,6 +94,9 @@ impl PlotArguments {
         let drawn = plot(&self.files, &request, limits, medium)?;
         write(self.output.as_deref(), self.force, &drawn.picture)?;
         say_left_out(&drawn.left_out);
+        if let Some(remark) = &drawn.remark {
+            say(remark);
+        }
         if drawn.lacking > 0 {
             say(&format!("note: left out: {} rows without a number in both columns", drawn.lacking));
         }

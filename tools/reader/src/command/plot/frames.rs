@@ -6,7 +6,7 @@ use percuss_picture::{Curve, Image, Medium, Panel, draw, draw_image};
 
 use super::{
     axes::{Line, labelled, panel, time_label},
-    cut::cut,
+    cut::{cut, part, visible},
     request::{Drawn, PlotError, Request},
 };
 use crate::{
@@ -57,8 +57,8 @@ pub(super) fn at_times(
         let channels: Vec<&Channel> = ids.iter().map(|id| &recording.channels[id]).collect();
         frames.used.check(&request.selection, &channels)?;
     }
-    let picture = frames.draw(request, title, medium)?;
-    Ok(Drawn { picture, damages, ..Drawn::default() })
+    let (picture, remark) = frames.draw(request, title, medium)?;
+    Ok(Drawn { picture, damages, remark, ..Drawn::default() })
 }
 
 /// True if a channel has something that can be drawn at one time.
@@ -147,7 +147,13 @@ impl Frames {
         Ok(())
     }
 
-    fn draw(&self, request: &Request, title: &str, medium: Medium) -> Result<Vec<u8>, PlotError> {
+    /// The picture, and what is to be said of it.
+    fn draw(
+        &self,
+        request: &Request,
+        title: &str,
+        medium: Medium,
+    ) -> Result<(Vec<u8>, Option<String>), PlotError> {
         let coordinates: BTreeSet<_> = self.profiles.iter().map(|named| &named.profile.axis.name).collect();
         if coordinates.len() > 1 {
             let names: Vec<&str> = coordinates.into_iter().map(String::as_str).collect();
@@ -165,7 +171,8 @@ impl Frames {
             (profiles, []) => {
                 request.check_curves()?;
                 let panel = profiles_panel(profiles, request);
-                draw(&[Panel { title: title.into(), ..panel }], medium).map_err(PlotError::Draw)
+                let picture = draw(&[Panel { title: title.into(), ..panel }], medium);
+                Ok((picture.map_err(PlotError::Draw)?, None))
             }
             (_, [(image, _), ..]) => Err(PlotError::Unfit(format!(
                 "profiles and the image of `{}` do not go into one picture; draw them one by one",
@@ -192,19 +199,28 @@ fn lines(slice: &Slice, at: &Positions, extent: &Extent) -> Result<Vec<Profile>,
     Ok(lines)
 }
 
-fn image_of(slice: &Slice, time: &str, request: &Request, medium: Medium) -> Result<Vec<u8>, PlotError> {
+fn image_of(
+    slice: &Slice,
+    time: &str,
+    request: &Request,
+    medium: Medium,
+) -> Result<(Vec<u8>, Option<String>), PlotError> {
     if request.log != (false, false) {
         return Err(PlotError::Unfit("--log is for curves, not for an image".into()));
     }
     let title = request.title.clone().unwrap_or_else(|| format!("{} at {time}", slice.topic));
     let [rows, columns] = slice.axes.clone();
     let quantities = [rows, columns, slice.heading()];
-    let (image, range) = labelled(
-        Image { title, ..cut(slice.image(), request.x_range, request.y_range)? },
-        &quantities,
-        request.range,
-    );
-    draw_image(&image, range, medium).map_err(PlotError::Draw)
+    let image = slice.image();
+    let is_chosen = request.x_range.is_some() || request.y_range.is_some();
+    let (image, is_cut) = match visible(&image, request.range).filter(|_| !is_chosen) {
+        Some(seen) => (part(image, seen), true),
+        None => (cut(image, request.x_range, request.y_range)?, false),
+    };
+    let remark = "drawn where something can be seen; --x-range and --y-range draw another part";
+    let remark = is_cut.then(|| remark.to_owned());
+    let (image, range) = labelled(Image { title, ..image }, &quantities, request.range);
+    Ok((draw_image(&image, range, medium).map_err(PlotError::Draw)?, remark))
 }
 
 impl Named {

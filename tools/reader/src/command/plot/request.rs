@@ -60,7 +60,7 @@ pub struct Request {
     /// Ends of the vertical axis, or of the colours of an image, in the unit of the recording: LOW,HIGH
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     pub range: Option<(f64, f64)>,
-    /// Ends of the horizontal axis, in the unit of the recording: LOW,HIGH
+    /// Ends of the horizontal axis, in the unit of the recording: LOW,HIGH [default of the image of a matrix: where it can be seen]
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     pub x_range: Option<(f64, f64)>,
     /// Ends of the vertical axis of an image, in the unit of the recording: LOW,HIGH
@@ -123,6 +123,8 @@ pub struct Drawn {
     pub left_out: Vec<SelectionError>,
     /// Rows of a table that lack one of the numbers of a point.
     pub lacking: usize,
+    /// What is to be said of the picture.
+    pub remark: Option<String>,
 }
 
 /// Why there is no picture.
