@@ -208,31 +208,25 @@ impl Domain {
         energies: &mut [EnergySum],
     ) {
         // SAFETY, of all below: the caller's promise
-        match &self.scheme {
-            Weighted::Axial(weights) if run.around(rows.start).is_none() => {
-                let patch = self.patch(level, weights, run, rows.start);
-                unsafe { self.instructions.advance::<true>(patch, rows, columns, &weights.area, energies) };
-            }
-            Weighted::Axial(weights) => {
-                for (j, energy) in rows.zip(energies) {
-                    if self.grid.interface_of(j).is_some() {
-                        unsafe { self.advance_run(level, run, j..j + 1, columns.clone()) };
-                        continue;
-                    }
+        if let (Weighted::Axial(weights), None) = (&self.scheme, run.around(rows.start)) {
+            let patch = self.patch(level, weights, run, rows.start);
+            unsafe { self.instructions.advance::<true>(patch, rows, columns, &weights.area, energies) };
+            return;
+        }
+        for (j, energy) in rows.zip(energies) {
+            let columns = columns.clone();
+            match &self.scheme {
+                _ if self.grid.interface_of(j).is_some() => unsafe {
+                    self.advance_run(level, run, j..j + 1, columns);
+                },
+                Weighted::Axial(weights) => unsafe {
                     let (patch, energy) = (self.patch(level, weights, run, j), std::slice::from_mut(energy));
-                    let (area, columns) = (&weights.area, columns.clone());
-                    unsafe { self.instructions.advance::<true>(patch, j..j + 1, columns, area, energy) };
-                }
-            }
-            Weighted::Cells(weights) => {
-                let patch = self.cell_patch(level, weights, run.layer);
-                for (j, energy) in rows.zip(energies) {
-                    if self.grid.interface_of(j).is_some() {
-                        unsafe { self.advance_run(level, run, j..j + 1, columns.clone()) };
-                        continue;
-                    }
-                    unsafe { self.advance_cells::<true>(patch, run.layer, j, columns.clone(), energy) };
-                }
+                    self.instructions.advance::<true>(patch, j..j + 1, columns, &weights.area, energy);
+                },
+                Weighted::Cells(weights) => unsafe {
+                    let patch = self.cell_patch(level, weights, run.layer);
+                    self.advance_cells::<true>(patch, run.layer, j, columns, energy);
+                },
             }
         }
     }
