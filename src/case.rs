@@ -167,7 +167,7 @@ pub use frames::{FrameSteps, Frames};
 pub use parameters::{
     Body, Impact, LayerSizes, Mesh, Parameters, Record, Run, Sizes, Stop, Target, TargetLayer, ViewChannel,
 };
-pub use quantity::quantity_si;
+pub use quantity::{quantity_si, split as split_number};
 pub(crate) use rows::NOTED_CHANGE;
 
 /// A checked, complete case.

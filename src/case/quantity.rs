@@ -121,7 +121,7 @@ pub(super) fn with_unit(
 }
 
 /// The number at the beginning of a text, and the rest.
-fn split(text: &str) -> Option<(&str, &str)> {
+pub fn split(text: &str) -> Option<(&str, &str)> {
     let is_part = |c: char| c.is_ascii_digit() || "+-.eE".contains(c);
     let longest = text.find(|c| !is_part(c)).unwrap_or(text.len());
     let end = (1..=longest).rev().find(|end| text[..*end].parse::<f64>().is_ok())?;

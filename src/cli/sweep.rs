@@ -272,15 +272,12 @@ impl SweepArguments {
         let all = plan.cases.len();
         let part = self.shard.map_or(String::new(), |shard| format!(", shard {shard}"));
         self.say(&format!("{}: {all} cases{part}, {} to compute", self.what, jobs.len()));
-        let mut take = |entry: Entry| -> Result<(), CliError> {
-            journal.append(&entry).map_err(FolderError::from)?;
-            done.entries.insert(entry.digest.clone(), entry);
-            Ok(())
-        };
         let mut progress = Progress::new(plan, jobs.iter().map(|job| job.number), self.quiet);
-        let computed = schedule::run(plan, jobs, limits, &signal, |entry| {
+        let computed = schedule::run(plan, jobs, limits, &signal, |entry| -> Result<(), CliError> {
             progress.advance(plan, &entry);
-            take(entry)
+            journal.append(&entry).map_err(FolderError::from)?;
+            done.entries.insert(entry.digest, entry);
+            Ok(())
         });
         progress.end();
         drop(journal);
@@ -335,7 +332,7 @@ impl SweepArguments {
         let failed: Vec<String> = (1..)
             .zip(&plan.cases)
             .filter(|(_, case)| {
-                done.entries.get(&case.digest.to_string()).is_some_and(|entry| entry.state == State::Failed)
+                done.entries.get(&case.digest).is_some_and(|entry| entry.state == State::Failed)
             })
             .map(|(number, _): (usize, _)| number.to_string())
             .collect();

@@ -212,7 +212,7 @@ impl Folder {
                 continue;
             }
             let (path, name) = self.recording(plan, number);
-            let entry = done.entries.get_mut(&planned.digest.to_string());
+            let entry = done.entries.get_mut(&planned.digest);
             let is_done = match entry {
                 Some(entry) if entry.state == State::Failed => !again,
                 Some(entry) => self.take_over(entry, number, (&path, &name), journal)? || !keeps,
@@ -260,24 +260,20 @@ impl Folder {
         Ok(is_there)
     }
 
-    /// The case whose recording is kept alone, the first with the largest value of the measure, if it is not there yet.
-    pub fn worst(&self, plan: &Plan, done: &Done) -> Option<Job> {
-        let Keep::Worst(key) = &plan.request.keep else { return None };
-        let value =
-            |number: &usize| done.entries.get(&plan.cases[number - 1].digest.to_string())?.measures.get(key);
-        let cases = (1..=plan.cases.len()).filter_map(|number| Some((number, value(&number)?)));
-        let (number, _) = cases.reduce(|worst, other| if other.1 > worst.1 { other } else { worst })?;
-        let (path, name) = self.recording(plan, number);
-        (!path.exists()).then_some(Job { number, recording: Some((path, name)) })
-    }
-
-    /// [`Folder::worst`] as a list, with the folder it is written to.
+    /// What is left to do once all cases are done: that whose recording is kept alone, the first with the largest value of the measure,
+    /// if it is not there yet.
     ///
     /// # Errors
     ///
-    /// The folder cannot be made.
+    /// The folder of recordings cannot be made.
     pub fn last_jobs(&self, plan: &Plan, done: &Done) -> Result<Vec<Job>, FolderError> {
-        let jobs: Vec<Job> = self.worst(plan, done).into_iter().collect();
+        let Keep::Worst(key) = &plan.request.keep else { return Ok(Vec::new()) };
+        let value = |number: &usize| done.entries.get(&plan.cases[number - 1].digest)?.measures.get(key);
+        let cases = (1..=plan.cases.len()).filter_map(|number| Some((number, value(&number)?)));
+        let worst = cases.reduce(|worst, other| if other.1 > worst.1 { other } else { worst });
+        let job = |(number, _)| Job { number, recording: Some(self.recording(plan, number)) };
+        let is_there = |job: &Job| job.recording.as_ref().is_some_and(|(path, _)| path.exists());
+        let jobs: Vec<Job> = worst.map(job).filter(|job| !is_there(job)).into_iter().collect();
         self.make_room(&jobs)?;
         Ok(jobs)
     }
@@ -310,12 +306,10 @@ impl Folder {
         // nobody else may be appending to it
         drop(self.journal()?);
         let mut seen = BTreeSet::new();
-        let digests = plan.cases.iter().map(|case| case.digest.to_string());
-        let new = digests.filter(|digest| seen.insert(digest.clone()));
+        let new = plan.cases.iter().map(|case| case.digest).filter(|digest| seen.insert(*digest));
         let ours: Vec<&Entry> = new.filter_map(|digest| done.entries.get(&digest)).collect();
         // what the sweep had when it was another one
-        let others =
-            done.entries.iter().filter(|(digest, _)| !seen.contains(*digest)).map(|(_, entry)| entry);
+        let others = done.entries.iter().filter(|(digest, _)| !seen.contains(digest)).map(|(_, entry)| entry);
         let lines: String = others.chain(ours).map(line).collect();
         self.write(&self.name("manifest", "jsonl"), lines.as_bytes())
     }
@@ -323,6 +317,5 @@ impl Folder {
 
 /// Number of cases that journals say nothing of.
 pub fn missing(plan: &Plan, done: &Done) -> usize {
-    let is_done = |digest: String| done.entries.contains_key(&digest);
-    plan.cases.iter().filter(|case| !is_done(case.digest.to_string())).count()
+    plan.cases.iter().filter(|case| !done.entries.contains_key(&case.digest)).count()
 }

@@ -9,7 +9,7 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use super::measure::Measures;
+use super::{measure::Measures, plan::Digest};
 
 /// How a case has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -40,7 +40,7 @@ pub struct Entry {
     /// Number of the case in the sweep as it was then.
     pub case: usize,
     /// Digest of the case.
-    pub digest: String,
+    pub digest: Digest,
     /// How it has ended.
     pub state: State,
     /// Why it failed.
@@ -144,7 +144,7 @@ pub fn line(entry: &Entry) -> String {
 #[derive(Debug, Default)]
 pub struct Done {
     /// The last line of every case; of several journals one that did not fail.
-    pub entries: BTreeMap<String, Entry>,
+    pub entries: BTreeMap<Digest, Entry>,
     /// Lines that are none, in the middle of a journal.
     pub unread: Vec<(PathBuf, usize)>,
 }
@@ -165,7 +165,7 @@ impl Done {
         let mut here = BTreeMap::new();
         for line in bytes[..end].split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
             match serde_json::from_slice::<Entry>(line) {
-                Ok(entry) => drop(here.insert(entry.digest.clone(), entry)),
+                Ok(entry) => drop(here.insert(entry.digest, entry)),
                 Err(_) => unread += 1,
             }
         }
@@ -189,7 +189,7 @@ mod tests {
     fn entry(case: usize, state: State) -> Entry {
         Entry {
             case,
-            digest: format!("{case:032x}"),
+            digest: format!("{case:032x}").try_into().expect("a digest"),
             state,
             message: None,
             file: None,

@@ -3,6 +3,7 @@
 use std::{collections::BTreeMap, fmt, path::Path};
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use super::{
@@ -55,7 +56,8 @@ pub struct WrongCases {
 }
 
 /// SHA-256, its first half: of all that the results of a case depend on, and the revision of the numerics.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct Digest([u8; 16]);
 
 impl Digest {
@@ -71,6 +73,21 @@ impl Digest {
 impl fmt::Display for Digest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl From<Digest> for String {
+    fn from(digest: Digest) -> Self {
+        digest.to_string()
+    }
+}
+
+impl TryFrom<String> for Digest {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        let number = u128::from_str_radix(&text, 16).ok().filter(|_| text.len() == 32);
+        number.map(|number| Self(number.to_be_bytes())).ok_or_else(|| format!("`{text}` is no digest"))
     }
 }
 
@@ -130,14 +147,9 @@ impl Plan {
             })
         };
         let checked: Vec<_> = (1..=count).into_par_iter().map(check).collect();
-        let wrong = wrong_cases(&checked, &base, &axes);
-        if !wrong.is_empty() {
-            let errors = checked.iter().filter(|checked| checked.is_err()).count();
-            return Err(WrongCases { count: errors, cases: count, groups: wrong }.into());
-        }
-        let first = settle(&base, &axes, 1)?;
-        let (cases, units): (Vec<Planned>, Vec<Units>) = checked.into_iter().flatten().unzip();
+        let (cases, units): (Vec<Planned>, Vec<Units>) = all_right(checked)?.into_iter().unzip();
         same_units(&units)?;
+        let first = settle(&base, &axes, 1)?;
         Ok(Self { request, first, cases, text, base, axes })
     }
 
@@ -212,23 +224,27 @@ fn settle(base: &CaseBuilder, axes: &[Axis], number: usize) -> Result<Case, Case
     base.clone().overrides(&settings).build()
 }
 
-/// The wrong ones among checked cases, those with the same problems together.
-fn wrong_cases<T>(
-    checked: &[Result<T, CaseErrors>],
-    base: &CaseBuilder,
-    axes: &[Axis],
-) -> Vec<(usize, usize, CaseErrors)> {
-    let mut groups: BTreeMap<Vec<&str>, (usize, usize)> = BTreeMap::new();
-    for (number, errors) in
-        (1..).zip(checked).filter_map(|(number, case)| Some((number, case.as_ref().err()?)))
-    {
-        let problems = errors.problems.iter().map(|problem| problem.message.as_str()).collect();
-        groups.entry(problems).or_insert((number, 0)).1 += 1;
+/// All checked cases, or the wrong ones, those with the same problems together.
+fn all_right<T>(checked: Vec<Result<T, CaseErrors>>) -> Result<Vec<T>, WrongCases> {
+    let cases = checked.len();
+    let (mut right, mut count) = (Vec::with_capacity(cases), 0);
+    let mut groups: BTreeMap<Vec<String>, (usize, usize, CaseErrors)> = BTreeMap::new();
+    for (number, case) in (1..).zip(checked) {
+        match case {
+            Ok(case) => right.push(case),
+            Err(errors) => {
+                count += 1;
+                let problems = errors.problems.iter().map(|problem| problem.message.clone()).collect();
+                groups.entry(problems).or_insert((number, 0, errors)).1 += 1;
+            }
+        }
     }
-    let mut groups: Vec<(usize, usize)> = groups.into_values().collect();
-    groups.sort_unstable();
-    let group = |(number, count)| settle(base, axes, number).err().map(|errors| (number, count, errors));
-    groups.into_iter().filter_map(group).collect()
+    if count == 0 {
+        return Ok(right);
+    }
+    let mut groups: Vec<_> = groups.into_values().collect();
+    groups.sort_unstable_by_key(|(number, ..)| *number);
+    Err(WrongCases { count, cases, groups })
 }
 
 fn same_units(units: &[Units]) -> Result<(), PlanError> {

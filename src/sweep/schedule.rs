@@ -214,7 +214,7 @@ impl<'a> Queue<'a> {
         });
         let entry = |state, message, file, measures| Entry {
             case: number,
-            digest: self.plan.cases[number - 1].digest.to_string(),
+            digest: self.plan.cases[number - 1].digest,
             state,
             message,
             file,

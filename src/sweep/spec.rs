@@ -6,7 +6,10 @@ use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use super::MAX_CASES;
-use crate::{case::quantity_si, geometry::Geometry};
+use crate::{
+    case::{quantity_si, split_number},
+    geometry::Geometry,
+};
 
 /// Values of keys that vary together, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -244,7 +247,8 @@ impl Range {
             [from, to, count] => (from, to, Some(count)),
             _ => return None,
         };
-        let ([a, from_unit], [b, unit]) = (number_and_unit(from)?, number_and_unit(to)?);
+        let ((a, from_unit), (b, unit)) = (split_number(from)?, split_number(to)?);
+        let (from_unit, unit) = (from_unit.trim(), unit.trim());
         let range = || {
             let read = |text: &str| {
                 let number = text.parse::<f64>().ok().filter(|x| x.is_finite());
@@ -307,14 +311,6 @@ fn same_kind(a: &str, b: &str) -> Option<([f64; 2], &'static str)> {
         let ((a, unit), (b, other)) = (quantity_si(a, geometry)?, quantity_si(b, geometry)?);
         (unit == other).then_some(([a, b], unit))
     })
-}
-
-/// A number and what stands behind it; `None` if the text does not begin with one.
-fn number_and_unit(text: &str) -> Option<[&str; 2]> {
-    let is_part = |c: char| c.is_ascii_digit() || "+-.eE".contains(c);
-    let longest = text.find(|c| !is_part(c)).unwrap_or(text.len());
-    let end = (1..=longest).rev().find(|end| text[..*end].parse::<f64>().is_ok())?;
-    Some([&text[..end], text[end..].trim()])
 }
 
 /// The values of a list, cut at commas outside of brackets and quotes.
@@ -475,8 +471,7 @@ mod tests {
         let lhs = |seed| together(&["a=0:1", "b=1 g:100 g:log"], Combine::Lhs { samples: 50, seed });
         let axes = lhs(7).expect("axes");
         let parts = |column: usize, share: fn(f64) -> f64| {
-            let number =
-                |row: &Vec<String>| number_and_unit(&row[column]).expect("a number")[0].parse::<f64>();
+            let number = |row: &Vec<String>| split_number(&row[column]).expect("a number").0.parse::<f64>();
             let part = |row| (50.0 * share(number(row).expect("a number"))) as usize;
             let mut parts: Vec<usize> = axes[0].rows.iter().map(part).collect();
             parts.sort_unstable();

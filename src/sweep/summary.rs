@@ -25,7 +25,7 @@ pub fn write(
     let headings = headings(plan);
     sink.begin(&headings)?;
     numbers.try_for_each(|number| {
-        let entry = done.entries.get(&plan.cases[number - 1].digest.to_string());
+        let entry = done.entries.get(&plan.cases[number - 1].digest);
         entry.map_or(Ok(()), |entry| sink.row(&row(plan, &headings, number, entry)))
     })?;
     sink.end()
