@@ -153,6 +153,7 @@ mod quantity;
 mod read;
 mod read_indenter;
 mod read_layers;
+mod read_mass;
 mod read_profile;
 mod read_target;
 mod resolved;
