@@ -7,7 +7,7 @@
 //! * `builder`: cases from keys and values, files and `--set` included
 //! * `parameters`: the data of a case
 //! * `errors`, `bounds`, `document`: problems and their places; bounds of numbers; TOML text with spans, one section at a time
-//! * `read`, `read_layers`, `read_target`, `read_indenter`, `read_profile`: from a document to parameters, section by section
+//! * `read`, `read_layers`, `read_target`, `read_indenter`, `read_mass`, `read_profile`: from a document to parameters, section by section
 //! * `system`, `quantity`: dimensionless and physical cases; numbers with a unit
 //! * `frames`, `density`: which steps are frames, and which nodes they show
 //! * `gauges`: points and lines in the target
@@ -43,8 +43,9 @@
 //! # file = "nose.csv"               # profile: columns r, f, the tip 0, 0 first, units in the heading of a physical case: r [mm],f [mm]
 //! # points = [[0, 0], [1, 0.2]]     # profile, instead of the file
 //! mass = inf                        # or a number > 0, in units of πγR³; plane: γR², of the half x ≥ 0, per length
-//! # density = 6.6                   # of a whole sphere, instead of the mass, in units of γ
-//! # material = "steel"              # physical cases: gives a whole sphere its mass, unless that is given, and says how rigid the indenter is
+//! # density = 6.6                   # instead of the mass, in units of γ: of a whole sphere, or of a body with a length
+//! # material = "steel"              # physical cases: instead of the density, unless the mass is given, and says how rigid the indenter is
+//! # length = 3.0                    # from the tip to the flat end of a body that has a radius: gives it a mass
 //!
 //! [impact]
 //! velocity = 1.0                    # V0 / c_p; physical cases must give it

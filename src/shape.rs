@@ -3,6 +3,8 @@
 //! A shape knows nothing of meshes, motion or contact rules. Averages are those of the *prescribed* motion,
 //! in which every point of the surface moves with the indenter from the time of contact on.
 
+use std::f64::consts::FRAC_PI_2;
+
 use crate::{geometry::Geometry, grid::Support};
 
 mod profile;
@@ -181,6 +183,36 @@ impl Shape {
         }
         // a node on the edge within rounding belongs to the punch
         if outer > self.radius * (1.0 + 1e-12) { (least, f64::INFINITY) } else { (least, most) }
+    }
+
+    /// Content of a body of finite radius a whose flat end is L behind its tip: volume `a²L − 2∫f r dr` \[πR³\], in the plane area of
+    /// the half x ≥ 0, `aL − ∫f dx` \[R²\].
+    ///
+    /// Between corners and knots p, q of the head the substitution `r = p + (q − p)·sin θ` makes an arc that ends upright
+    /// smooth; the error is below 1e-12 of the content.
+    pub fn content(&self, length: f64, geometry: Geometry) -> f64 {
+        const PANELS: usize = 16;
+        let mut ends = vec![0.0, self.radius];
+        match &self.head {
+            Head::Profile(profile) => ends.extend(profile.knots().filter(|&r| r > 0.0 && r < self.radius)),
+            Head::Flat { edge_radius } => ends.push((self.radius - edge_radius).max(0.0)),
+            _ => {}
+        }
+        ends.sort_by(f64::total_cmp);
+        let half = FRAC_PI_2 / (2 * PANELS) as f64;
+        let mut content = 0.0;
+        for piece in ends.windows(2) {
+            let width = piece[1] - piece[0];
+            for panel in 0..PANELS {
+                for (x, w) in GAUSS {
+                    let (sin, cos) = libm::sincos(half * ((2 * panel + 1) as f64 + x));
+                    let r = piece[0] + width * sin;
+                    let weight = if geometry == Geometry::Axisymmetric { 2.0 * r } else { 1.0 };
+                    content += w * half * width * cos * weight * (length - self.head_depth(r));
+                }
+            }
+        }
+        content
     }
 
     /// True if all points have the same depth.
@@ -370,6 +402,35 @@ mod tests {
         assert!(punch.profile(0.8) < 1e-30 && (punch.profile(1.0) - 0.2).abs() < 1e-15);
         assert!(!punch.is_flat() && Shape::new(Head::Flat { edge_radius: 0.0 }, Some(1.0)).is_flat());
         assert_eq!((punch.reach(0.0), punch.reach(0.2), punch.reach(1.0)), (0.8, 1.0, 1.0));
+    }
+
+    #[test]
+    fn contents_are_those_of_known_bodies() {
+        let check = |shape: &Shape, length: f64, geometry, expected: f64| {
+            let content = shape.content(length, geometry);
+            assert!((content / expected - 1.0).abs() < 1e-12, "{shape:?}: {content}, {expected}");
+        };
+        let (axisymmetric, plane) = (Geometry::Axisymmetric, Geometry::Plane);
+        let flat = Shape::new(Head::Flat { edge_radius: 0.0 }, Some(1.5));
+        check(&flat, 2.0, axisymmetric, 4.5);
+        check(&flat, 2.0, plane, 3.0);
+        let cone = Shape::new(Head::Cone { slope: 0.5 }, Some(1.5));
+        check(&cone, 2.0, axisymmetric, 4.5 - 2.25 * 0.75 * 2.0 / 3.0);
+        check(&cone, 2.0, plane, 3.0 - 0.5 * 1.5 * 0.75);
+        let paraboloid = Shape::new(Head::Paraboloid { nose_radius: 2.0 }, Some(1.0));
+        check(&paraboloid, 3.0, axisymmetric, 3.0 - 0.125);
+        check(&paraboloid, 3.0, plane, 3.0 - 1.0 / 12.0);
+        // a hemisphere on a cylinder of length 1, a cap of height ½ of a sphere of radius 1, π(3a² + h²)h/6
+        let half = Shape::new(Head::Sphere { nose_radius: 1.0 }, None);
+        check(&half, 2.0, axisymmetric, 1.0 + 2.0 / 3.0);
+        check(&half, 2.0, plane, 1.0 + 0.5 * FRAC_PI_2);
+        let cap = Shape::new(Head::Sphere { nose_radius: 1.0 }, Some(0.75_f64.sqrt()));
+        check(&cap, 0.5, axisymmetric, (3.0 * 0.75 + 0.25) * 0.5 / 6.0);
+        let rounded = Shape::new(Head::Flat { edge_radius: 0.3 }, Some(1.0));
+        check(&rounded, 1.0, plane, 1.0 - 0.09 * (1.0 - 0.5 * FRAC_PI_2));
+        let profile =
+            Shape::new(Head::Profile(Profile::new(&[[0.0, 0.0], [1.0, 0.5]]).expect("points")), None);
+        check(&profile, 2.0, axisymmetric, 2.0 - 0.5 * 2.0 / 3.0);
     }
 
     #[test]

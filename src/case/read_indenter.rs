@@ -9,16 +9,11 @@ use super::{
     Body,
     bounds::{Bounds, HUGE, TINY},
     document::{Given, Section, Span, span_of, value},
-    read_mass::{mass_of, read_substance},
+    read_mass::{GivenBody, read_length, read_substance},
     read_profile::GivenProfile,
     system::System,
 };
-use crate::{
-    contact::Rule,
-    geometry::Geometry,
-    shape::Head,
-    units::Dimension,
-};
+use crate::{contact::Rule, geometry::Geometry, shape::Head, units::Dimension};
 
 /// Name of a shape in a case file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -87,14 +82,18 @@ pub(super) fn read_indenter(mut section: Section<'_>, parts: &IndenterParts<'_>)
     let given = GivenHead::read(&mut section, parts.system);
     refuse_old_keys(&mut section, shape, parts);
     let has_mass = section.has("mass");
+    let has_substance = section.has("density") || section.has("material");
     let mass =
         section.quantity("mass", Dimension::Mass, Bounds::within(TINY, 1e12).or_infinite(), parts.system);
     let (density, material) = read_substance(&mut section, has_mass, parts.system);
+    let length = read_length(&mut section, has_mass, has_substance, parts.system);
     check_rule(&section, parts.contact, shape, mass.as_ref(), given.edge_radius.as_ref());
     let radius = given.radius.clone();
     let head = shape.and_then(|shape| given.head(&mut section, shape, parts));
     let mass = mass.map(value).or_else(|| {
-        let mass = mass_of(&section, head.as_ref()?, radius.as_ref(), density?, parts)?;
+        let (radius, length) = (radius.as_ref(), length.as_ref());
+        let body = GivenBody { head: head.as_ref()?, radius, length, density: density? };
+        let mass = body.mass(&section, parts)?;
         Some(parts.system.default(Dimension::Mass, mass))
     });
     section.end();
