@@ -16,6 +16,7 @@
 //! | [`elastic_paraboloid`] | pressure on the axis under a paraboloid with prescribed motion |
 //! | [`elastic_plane_punch`] | pressure and drag of a plane flat punch before a wave has crossed it |
 //! | [`elastic_wedge`] | pressure and drag of a plane wedge that outruns all waves |
+//! | [`hertz`] | pressure, drag and motion of a slow ball on a half-space, without waves: an approximation |
 //! | [`disc_stiffness`], [`elastic_strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
 //! | [`lamb`] | displacement of the surface under a pulse on a line |
 //! | [`surface_impedance`], [`surface_wave`] | speed of Rayleigh waves, and of waves along coated surfaces |
@@ -54,6 +55,7 @@
 //! | paraboloid, unilateral, drag at t = 1; 0.3, 0.5 | without damping, extrapolated | 0.11 %, 0.03 % |
 //! | line load on a half-space (Lamb), u_z at x = 1; ν = 1/4 | closed form | 3.8 % rms, without damping 0.76 % |
 //! | wedge whose edge outruns all waves, V* = 2, pressure behind it; 0.3 | closed form | 0.014 % ± 0.5 % of ripple |
+//! | steel ball of 3 mm on PMMA, 0.5 m/s, 50 cells, drag and velocity | [`hertz`], without waves | 2.1 % of the peak, 1.0 % of V0 |
 //! | energy, glued punch, rebound, separation, recontact | conservation | 8e-15 |
 //!
 //! Layered targets, plain stepper (`src/exact/tests`):
@@ -81,6 +83,7 @@ pub mod elastic_paraboloid;
 pub mod elastic_plane_punch;
 pub mod elastic_strip_stiffness;
 pub mod elastic_wedge;
+pub mod hertz;
 pub mod lamb;
 mod layer_kernel;
 pub mod paraboloid;

@@ -9,6 +9,7 @@ use super::{
     elastic_paraboloid::ElasticParaboloid,
     elastic_plane_punch::ElasticPlanePunch,
     elastic_wedge::ElasticWedge,
+    hertz::{Hertz, Motion},
     plane_punch::PlanePunch,
     spreading::{Front, Spreading},
     stack::{Stack, StackLayer},
@@ -49,6 +50,8 @@ enum Form {
     ElasticPlanePunch(ElasticPlanePunch),
     /// Full theory, a plane wedge, until the wave of its edge arrives.
     ElasticWedge(ElasticWedge),
+    /// Full theory without waves, a ball on a half-space.
+    Hertz(Hertz),
 }
 
 impl Form {
@@ -119,6 +122,31 @@ impl Form {
     }
 }
 
+/// The contact of Hertz, for a ball of finite mass.
+fn hertz(case: &Case) -> Result<Hertz, NoClosedForm> {
+    let is_half_space = case.target.is_simple() && case.target.thickness.is_none();
+    let nose_radius = match (case.model, case.geometry, &case.indenter.head) {
+        (
+            ModelKind::Elastic,
+            Geometry::Axisymmetric,
+            Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius },
+        ) if is_half_space => *nose_radius,
+        _ => {
+            return none(
+                "it needs an indenter of infinite mass (indenter.mass = inf) or, for the contact of Hertz, model = \
+                 \"elastic\" with an axisymmetric sphere or paraboloid on a half-space",
+            );
+        }
+    };
+    let c_s = case.target.material.shear_wave_speed;
+    let form = Hertz::new(case.impact.velocity, nose_radius, case.indenter.mass, c_s);
+    let form = form.map_err(|error| NoClosedForm { reason: error.to_string() })?;
+    if case.indenter.radius.is_some_and(|radius| form.largest_radius() > radius) {
+        return none("the contact of Hertz would be wider than the indenter");
+    }
+    Ok(form)
+}
+
 /// The layers as they are computed.
 fn stack(case: &Case) -> Result<Stack, ExactError> {
     let layers = case.target.computed().into_iter().zip(&case.sizes.layers).map(|(layer, rows)| StackLayer {
@@ -161,9 +189,7 @@ impl ClosedForm {
     ///
     /// The reason why there is none.
     pub fn for_case(case: &Case) -> Result<Self, NoClosedForm> {
-        if case.indenter.mass.is_finite() {
-            return none("it needs an indenter of infinite mass (indenter.mass = inf)");
-        }
+        let hertz = case.indenter.mass.is_finite().then(|| hertz(case)).transpose()?;
         let rule = case.impact.contact;
         // in layers the edge is first heard of through the fastest one
         let wave_speed = case.wave_speed();
@@ -172,14 +198,21 @@ impl ClosedForm {
         // a prescribed contact spreads as the depth V0·t cuts the head: r*² = 2ρV0·t, r* = V0·t/s
         let front = match case.indenter.head {
             Head::Flat { edge_radius: 0.0 } => Front::Flat,
-            Head::Paraboloid { nose_radius } => Front::Paraboloid { curvature: 2.0 * nose_radius * velocity },
             Head::Cone { slope } => Front::Cone { spread_rate: velocity / slope },
+            Head::Paraboloid { nose_radius } => Front::Paraboloid { curvature: 2.0 * nose_radius * velocity },
+            // the contact of Hertz takes it as one
+            Head::Sphere { nose_radius } if hertz.is_some() => {
+                Front::Paraboloid { curvature: 2.0 * nose_radius * velocity }
+            }
             _ => return none("it needs a flat face with a sharp edge, a paraboloid or a cone"),
         };
         let outruns_waves =
             if rule == Rule::Prescribed { f64::INFINITY } else { front.sonic_radius(wave_speed) };
         let edge = punch_radius.min(outruns_waves);
-        let form = Form::for_case(case, front, edge)?;
+        let form = match hertz {
+            Some(form) => Form::Hertz(form),
+            None => Form::for_case(case, front, edge)?,
+        };
         let grid = case.grid();
         Ok(Self {
             form,
@@ -207,7 +240,13 @@ impl ClosedForm {
             Form::ElasticParaboloid(_) => "elastic_paraboloid",
             Form::ElasticPlanePunch(_) => "elastic_plane_punch",
             Form::ElasticWedge(_) => "elastic_wedge",
+            Form::Hertz(_) => "hertz",
         }
+    }
+
+    /// True if the form leaves out waves, so that a computed run differs from it on the finest mesh too.
+    pub fn is_approximate(&self) -> bool {
+        matches!(self.form, Form::Hertz(_))
     }
 
     /// Time up to which the closed form holds somewhere \[R/c_p\].
@@ -223,6 +262,7 @@ impl ClosedForm {
             Form::ElasticWedge(_) if self.rule == Rule::Prescribed => self.edge_end(),
             // the pressure under waves reflected from the backing might fall to 0 where the form does not know it
             Form::ElasticWedge(_) => self.edge_end().min(self.thickness.map_or(f64::INFINITY, |h| 2.0 * h)),
+            Form::Hertz(form) => form.duration(),
         }
     }
 
@@ -235,7 +275,7 @@ impl ClosedForm {
     pub fn has_drag(&self) -> bool {
         match &self.form {
             Form::Spreading(_) => self.front != Front::Flat && self.edge.is_infinite(),
-            Form::PlanePunch(_) | Form::ElasticPlanePunch(_) => true,
+            Form::PlanePunch(_) | Form::ElasticPlanePunch(_) | Form::Hertz(_) => true,
             Form::ElasticParaboloid(_) => false,
             Form::ElasticWedge(_) => self.edge.is_infinite(),
         }
@@ -251,6 +291,7 @@ impl ClosedForm {
     pub fn evaluate(&mut self, step: u64) -> View<'_> {
         self.time = step as f64 * self.dt;
         let (r0, time) = (self.r0_shown(), self.time);
+        let Motion { depth, velocity } = self.motion(time);
         let radius = |i: usize| r0 + i as f64 * self.dr;
         let nodes = 0..self.reached();
         let pressure: Vec<f64> = nodes.into_par_iter().map(|i| self.pressure_at(radius(i), time)).collect();
@@ -268,8 +309,8 @@ impl ClosedForm {
             },
             drag: self.drag_at(time),
             contact_radius: self.contact_radius(time),
-            velocity: self.velocity,
-            depth: self.velocity * time,
+            velocity,
+            depth,
             events: Arc::default(),
             frame: None,
             gauges: None,
@@ -288,6 +329,7 @@ impl ClosedForm {
             Form::ElasticWedge(form) => form.drag(time),
             Form::Spreading(form) => form.drag(time),
             Form::ElasticParaboloid(_) => return f64::NAN,
+            Form::Hertz(form) => form.motion(time).map(|motion| form.force(motion.depth)),
         };
         drag.unwrap_or(f64::NAN)
     }
@@ -310,6 +352,7 @@ impl ClosedForm {
             Form::ElasticParaboloid(form) => form.axis_pressure(0.0, time),
             Form::Spreading(_) if r > self.known_radius(time) => return f64::NAN,
             Form::Spreading(form) => form.pressure(r, 0.0, time),
+            Form::Hertz(form) => form.motion(time).map(|motion| form.pressure(r, motion.depth)),
         };
         value.unwrap_or(f64::NAN)
     }
@@ -319,9 +362,28 @@ impl ClosedForm {
         if matches!(self.form, Form::ElasticParaboloid(_)) { 0.0 } else { self.r0 }
     }
 
-    /// Contact radius if the surface is at rest ahead of the contact \[R\].
+    /// Depth and velocity of the indenter; NaN where they are not known.
+    fn motion(&self, time: f64) -> Motion {
+        match &self.form {
+            Form::Hertz(form) => form.motion(time).unwrap_or(Motion { depth: f64::NAN, velocity: f64::NAN }),
+            _ => Motion { depth: self.velocity * time, velocity: self.velocity },
+        }
+    }
+
+    /// Contact radius, but for the contact of Hertz if the surface is at rest ahead of the contact \[R\].
     fn contact_radius(&self, t: f64) -> f64 {
-        self.front.radius(t).min(self.punch_radius)
+        match &self.form {
+            Form::Hertz(form) => form.contact_radius(self.motion(t.min(form.duration())).depth),
+            _ => self.front.radius(t).min(self.punch_radius),
+        }
+    }
+
+    /// Largest contact radius until a time \[R\].
+    fn widest(&self, t: f64) -> f64 {
+        match &self.form {
+            Form::Hertz(form) => self.contact_radius(t.min(0.5 * form.duration())),
+            _ => self.contact_radius(t),
+        }
     }
 
     /// Number of nodes that a computed run has had in contact after this step. Partial contact begins one step and a
@@ -330,9 +392,9 @@ impl ClosedForm {
         if matches!(self.form, Form::ElasticParaboloid(_)) {
             return 1;
         }
-        let full = self.nodes_within(self.contact_radius(self.time + self.dt));
+        let full = self.nodes_within(self.widest(self.time + self.dt));
         let partial = if self.has_partial_contact {
-            self.nodes_within(self.contact_radius(self.time + (1.0 + HALF_WIDTH) * self.dt) + self.dr)
+            self.nodes_within(self.widest(self.time + (1.0 + HALF_WIDTH) * self.dt) + self.dr)
         } else {
             full
         };
@@ -386,8 +448,21 @@ impl fmt::Display for ClosedForm {
                 "pressure under a plane wedge, full theory, until the wave of its edge arrives"
             }
             Form::ElasticWedge(_) => "pressure and drag of a plane wedge, full theory",
+            Form::Hertz(_) => {
+                "Hertz: pressure, drag and motion of a ball on a half-space, each moment as if at rest"
+            }
         };
         write!(f, "{what}")?;
+        if let Form::Hertz(form) = &self.form {
+            let radius = form.largest_radius();
+            // waves take 2a/c_p across the contact
+            let crossings = form.duration() * self.wave_speed / (2.0 * radius);
+            let curved = radius / form.nose_radius();
+            write!(
+                f,
+                " (waves left out, which cross the contact {crossings:.0} times while it lasts; a/ρ ≤ {curved:.2})"
+            )?;
+        }
         let end = self.end_time();
         if end.is_finite() { write!(f, "; t < {end:.4}") } else { Ok(()) }
     }
