@@ -80,25 +80,34 @@ impl Document {
         self.sources.push(Source { name: name.into(), text: " ".repeat(start) + text, start });
     }
 
-    /// The parsable part of the texts, where later ones override earlier ones.
-    pub fn root(&self) -> Section<'_> {
+    /// The contents of all texts, where later ones override earlier ones.
+    ///
+    /// # Errors
+    ///
+    /// The first error of syntax, alone: what is behind it may be anything.
+    pub fn root(&self) -> Result<Section<'_>, CaseErrors> {
         let mut table = DeTable::new();
         for source in &self.sources {
             let (part, errors) = DeTable::parse_recoverable(&source.text);
             for error in errors {
                 let span = error.span().unwrap_or(source.start..source.start);
-                let (message, help) = match error.message().trim_end() {
+                match error.message().trim_end() {
                     "duplicate key" => {
-                        let message = format!("`{}` is given twice", self.written(&span));
-                        (message, Some("keep one of them".into()))
+                        self.problem(
+                            span.clone(),
+                            format!("`{}` is given twice", self.written(&span)),
+                            "keep one of them",
+                        );
                     }
-                    message => (message.to_owned(), None),
-                };
-                self.problems.borrow_mut().push(Note { span, message, help });
+                    message => {
+                        self.problems.replace(vec![Note { span, message: message.to_owned(), help: None }]);
+                        return self.finish(None);
+                    }
+                }
             }
             merge(&mut table, part.into_inner());
         }
-        Section::new(self, String::new(), table, 0..0)
+        Ok(Section::new(self, String::new(), table, 0..0))
     }
 
     /// The text at a place.

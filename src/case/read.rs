@@ -44,7 +44,7 @@ const DEFAULT_LATERAL_DAMPING: f64 = 0.5;
 /// Reads and checks a case.
 pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let document = Document::new(&given);
-    let mut root = document.root();
+    let mut root = document.root()?;
 
     let title = root.get::<String>("title", "a text in quotes").map(|given| given.value);
     let model = root.get("model", "rakhmatulin, elastic").map_or(ModelKind::Rakhmatulin, value);
