@@ -319,6 +319,9 @@ fn what_is_wrong_is_said_before_anything_runs() {
         "case = \"fig5\"\n[[vary]]\nkey = \"indenter.mass\"\nvalue = 1\n",
     )
     .expect("room");
+    fs::write(folder.path().join("open.toml"), "case = \"fig5\n").expect("room");
+    let lhs = "case = \"fig5\"\ncombine = { lhs = { samples = 'few', seed = 1 } }\nvary = []\n";
+    fs::write(folder.path().join("few.toml"), lhs).expect("room");
     fs::write(folder.path().join("semicolons.csv"), "indenter.mass;mesh.cells\n1;20\n").expect("room");
     fs::create_dir(folder.path().join("other")).expect("room");
     fs::write(folder.path().join("other/file"), "not mine").expect("room");
@@ -348,6 +351,8 @@ fn what_is_wrong_is_said_before_anything_runs() {
         (&["fig5", "--vary", "semicolons.csv"], "between semicolons"),
         (&["fig5", "--vary", "indenter.mass=1,2", "--max-memory", "1e-6"], "more than --max-memory"),
         (&["wrong.toml"], "wrong.toml"),
+        (&["open.toml"], "line 1, column 13"),
+        (&["few.toml"], "\"few\" is no whole number from 0 on"),
         (&["other"], "without a sweep"),
         (&["other", "--vary", "indenter.mass=1,2"], "without a sweep"),
     ] {
@@ -357,7 +362,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
     let occupied = refusal(folder.path(), &["fig5", "--vary", "indenter.mass=1,2", "-o", "other"], 1);
     assert!(occupied.contains("is no folder of a sweep"), "{occupied}");
     let entries = fs::read_dir(folder.path()).expect("a folder").count();
-    assert_eq!(entries, 3, "nothing was written");
+    assert_eq!(entries, 5, "nothing was written");
 }
 
 #[test]

@@ -23,7 +23,7 @@ use crate::{
         request::{Keep, Request},
         schedule::{self, Broken, Limits},
         script::{Scheduler, script},
-        spec::{Combine, Vary},
+        spec::{Combine, Samples, Vary},
     },
     units::engineering,
 };
@@ -75,7 +75,7 @@ pub(super) struct SweepArguments {
     zip: bool,
     /// Draw N cases from ranges, KEY=FROM:TO or KEY=FROM:TO:log, as a Latin hypercube
     #[arg(long, value_name = "N")]
-    lhs: Option<usize>,
+    lhs: Option<u64>,
     /// Seed of --lhs
     #[arg(long, value_name = "S", default_value_t = 0, requires = "lhs")]
     seed: u64,
@@ -221,7 +221,7 @@ impl SweepArguments {
 
     fn of_arguments(&self) -> Request {
         let combine = match self.lhs {
-            Some(samples) => Combine::Lhs { samples, seed: self.seed },
+            Some(samples) => Combine::Lhs(Samples { samples, seed: self.seed }),
             None if self.zip => Combine::Zip,
             None => Combine::Product,
         };

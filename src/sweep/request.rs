@@ -100,7 +100,7 @@ impl Request {
     pub fn read(path: &Path) -> Result<Option<Self>, SpecError> {
         let fail = |what: String| SpecError::File { path: path.into(), what };
         let text = fs::read_to_string(path).map_err(|error| fail(error.to_string()))?;
-        let Ok(table) = text.parse::<toml::Table>() else { return Ok(None) };
+        let table: toml::Table = text.parse().map_err(|error: toml::de::Error| fail(error.to_string()))?;
         if !table.contains_key("vary") {
             return Ok(None);
         }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use toml::Value;
 
 use super::MAX_CASES;
@@ -30,12 +30,26 @@ pub enum Combine {
     /// The first values of all, then the second.
     Zip,
     /// A Latin hypercube: in every range each of as many equal parts is hit once.
-    Lhs {
-        /// Number of cases.
-        samples: usize,
-        /// Seed of the random numbers.
-        seed: u64,
-    },
+    Lhs(Samples),
+}
+
+/// Random samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table, { samples = 100, seed = 1 }")]
+pub struct Samples {
+    /// Number of cases.
+    #[serde(deserialize_with = "count")]
+    pub samples: u64,
+    /// Seed of the random numbers.
+    #[serde(deserialize_with = "count")]
+    pub seed: u64,
+}
+
+/// A whole number, or an error in words of TOML.
+fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+    let value = Value::deserialize(deserializer)?;
+    let count = value.as_integer().and_then(|count| u64::try_from(count).ok());
+    count.ok_or_else(|| D::Error::custom(format!("{value} is no whole number from 0 on")))
 }
 
 /// A variation as it is asked for.
@@ -182,7 +196,7 @@ pub fn axes(vary: &[Vary], combine: Combine) -> Result<Vec<Axis>, SpecError> {
         return Err(SpecError::Together("nothing is varied: add --vary KEY=VALUES".into()));
     }
     let axes = match combine {
-        Combine::Lhs { samples, seed } => {
+        Combine::Lhs(Samples { samples, seed }) => {
             let ranges = vary.iter().map(Vary::range).collect::<Result<Vec<_>, _>>()?;
             vec![latin_hypercube(ranges, samples, seed)?]
         }
@@ -355,10 +369,11 @@ fn read_table(path: &Path) -> Result<Axis, SpecError> {
 
 /// A Latin hypercube: every range is cut into as many parts as there are samples, in its own scale, and every part has one sample, at a random
 /// place in it and in a random order.
-fn latin_hypercube(ranges: Vec<(String, Range)>, samples: usize, seed: u64) -> Result<Axis, SpecError> {
-    if !(1..=MAX_CASES).contains(&samples) {
+fn latin_hypercube(ranges: Vec<(String, Range)>, samples: u64, seed: u64) -> Result<Axis, SpecError> {
+    let known = usize::try_from(samples).ok().filter(|samples| (1..=MAX_CASES).contains(samples));
+    let Some(samples) = known else {
         return Err(SpecError::Together(format!("--lhs {samples}: 1 to {MAX_CASES} samples")));
-    }
+    };
     let mut random = Random(seed);
     let mut rows = vec![Vec::with_capacity(ranges.len()); samples];
     for (_, range) in &ranges {
@@ -459,7 +474,7 @@ mod tests {
         assert!(error(&["a=1,2", "a=3"], Combine::Product).contains("`a` is varied twice"));
         assert!(error(&["a=1,2", "b=1,2,3"], Combine::Zip).contains("`a` has 2 and `b` has 3"));
         assert!(error(&[], Combine::Product).contains("nothing is varied"));
-        let lhs = Combine::Lhs { samples: 5, seed: 1 };
+        let lhs = Combine::Lhs(Samples { samples: 5, seed: 1 });
         assert!(error(&["a=1,2"], lhs).contains("samples of ranges"));
         assert!(error(&["a=1:2:5"], lhs).contains("no count"));
         let zipped = together(&["a=1,2", "b=3,4"], Combine::Zip).expect("axes");
@@ -468,7 +483,7 @@ mod tests {
 
     #[test]
     fn a_latin_hypercube_hits_every_part_once() {
-        let lhs = |seed| together(&["a=0:1", "b=1 g:100 g:log"], Combine::Lhs { samples: 50, seed });
+        let lhs = |seed| together(&["a=0:1", "b=1 g:100 g:log"], Combine::Lhs(Samples { samples: 50, seed }));
         let axes = lhs(7).expect("axes");
         let parts = |column: usize, share: fn(f64) -> f64| {
             let number = |row: &Vec<String>| split_number(&row[column]).expect("a number").0.parse::<f64>();

@@ -1,7 +1,8 @@
 //! What differences are allowed, field by field.
 
 use clap::Args;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer, de::Error};
+use toml::Value;
 
 use crate::{convention, select::Pattern};
 
@@ -51,11 +52,13 @@ pub struct Tolerance {
 /// A tube around the reference: b(t) must lie between the least and greatest a(t'), |t' − t| ≤ `time`, widened by
 /// `value`.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table, { time = 0.1, value = 1e-3 }")]
 pub struct Tube {
     /// Half-width in time.
+    #[serde(deserialize_with = "number")]
     pub time: f64,
     /// Half-width in value.
+    #[serde(deserialize_with = "number")]
     pub value: f64,
 }
 
@@ -204,15 +207,39 @@ struct Document {
 #[serde(deny_unknown_fields)]
 struct Entry {
     field: String,
+    #[serde(default, deserialize_with = "some_number")]
     abs: Option<f64>,
+    #[serde(default, deserialize_with = "some_number")]
     rel: Option<f64>,
+    #[serde(default, deserialize_with = "some_number")]
     peak_rel: Option<f64>,
+    #[serde(default, deserialize_with = "some_number")]
     range_rel: Option<f64>,
+    #[serde(default, deserialize_with = "some_count")]
     ulp: Option<u64>,
+    #[serde(default, deserialize_with = "some_number")]
     l2_rel: Option<f64>,
     tube: Option<Tube>,
     #[serde(default)]
     ignore: bool,
+}
+
+/// A number, or an error in words of TOML.
+fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    let value = Value::deserialize(deserializer)?;
+    let number = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+    number.ok_or_else(|| D::Error::custom(format!("{value} is no number")))
+}
+
+fn some_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    number(deserializer).map(Some)
+}
+
+/// A number of units in the last place.
+fn some_count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u64>, D::Error> {
+    let value = Value::deserialize(deserializer)?;
+    let count = value.as_integer().and_then(|count| u64::try_from(count).ok());
+    count.map(Some).ok_or_else(|| D::Error::custom(format!("{value} is no whole number from 0 on")))
 }
 
 impl Rules {
@@ -288,6 +315,17 @@ mod tests {
             assert!(error.contains(expected), "{error}");
         }
         let mut rules = Rules::default();
-        assert!(rules.add_file("t", "[[tolerance]]\nfield='*'\nabsolute=1\n").is_err());
+        for (entry, expected) in [
+            ("absolute = 1", "unknown field `absolute`"),
+            ("abs = 'x'", "\"x\" is no number"),
+            ("ulp = 0.5", "0.5 is no whole number"),
+            ("tube = 3", "expected a table, { time = 0.1, value = 1e-3 }"),
+            ("tube = { time = 'x', value = 1 }", "\"x\" is no number"),
+        ] {
+            let error = rules
+                .add_file("t", &format!("[[tolerance]]\nfield = '*'\n{entry}\n"))
+                .expect_err("a refusal");
+            assert!(error.contains(expected), "{error}");
+        }
     }
 }
