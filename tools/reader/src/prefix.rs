@@ -47,6 +47,13 @@ impl Prefixed {
     }
 }
 
+/// A number as people read it: five digits, without zeros at its end.
+pub(crate) fn short(number: f64) -> String {
+    let rounded = format!("{number:.4e}").parse::<f64>().unwrap_or(number);
+    let text = format!("{rounded:?}");
+    text.strip_suffix(".0").unwrap_or(&text).to_owned()
+}
+
 /// The largest magnitude of every column of a table; takes no memory for its rows.
 #[derive(Debug, Default)]
 pub struct Largest {

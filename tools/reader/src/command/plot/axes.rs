@@ -6,7 +6,7 @@ use percuss_picture::{Curve, Image, Layer, Panel, Side};
 use percuss_table::Heading;
 
 use super::request::Request;
-use crate::prefix::Prefixed;
+use crate::prefix::{Prefixed, short};
 
 /// A curve, and what its values are.
 pub(super) struct Line {
@@ -163,12 +163,10 @@ pub(super) fn labelled(
     (image, scaled(range, factor))
 }
 
-/// A time in words: `time 0.5`, or with the prefix that fits it, `time 12.5 µs`; to six digits after the point.
+/// A time in words: `time 0.5`, or with the prefix that fits it, `time 12.5 µs`.
 pub(super) fn time_label(time: f64, unit: Option<&str>) -> String {
     let prefixed = unit.and_then(|unit| Prefixed::choose(unit, time));
-    let number = format!("{:.6}", time * prefixed.as_ref().map_or(1.0, |prefixed| prefixed.factor));
-    let number =
-        if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { &number };
+    let number = short(prefixed.as_ref().map_or(time, |prefixed| prefixed.apply(time)));
     prefixed.map_or_else(|| format!("time {number}"), |prefixed| format!("time {number} {}", prefixed.unit))
 }
 
@@ -223,6 +221,7 @@ mod tests {
         let panel = super::panel(&time, left(), Vec::new(), &request);
         assert_eq!((panel.y_label.as_str(), panel.y_range), ("force [MN]", Some((0.0, 2.0))));
         assert_eq!(time_label(1.25e-5, Some("s")), "time 12.5 µs");
+        assert_eq!(time_label(3.2165977e-5, Some("s")), "time 32.166 µs");
         assert_eq!(time_label(2.5, Some("R/c_p")), "time 2.5");
     }
 }
