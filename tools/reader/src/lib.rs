@@ -61,7 +61,7 @@
 //! terminal escapes made visible.
 //!
 //! Memory does not depend on the length of a recording, with three exceptions, all within `--max-memory`: NumPy files begin with
-//! their lengths, so their columns are kept; Parquet files end with a place for every column of every group of
+//! their lengths, so their columns, or the arrays of a topic over time, are kept; Parquet files end with a place for every column of every group of
 //! rows; pictures keep the points of their curves. What has no room is refused. So is a table to be read back, of which the columns that are
 //! asked for are kept beside the file.
 //!

@@ -37,7 +37,8 @@ Examples:
   percuss-read plot sweep/summary.parquet --x indenter.mass --y peak_force --by target.thickness -o force.svg   of a sweep
 
 Without --field, a topic shows the fields that have the unit of its first. Quantities in SI units are drawn with the prefix
-that fits (µs, kN, MPa); --at, --at-time, --from, --to, --range and --x-range are in the unit of the recording, without it.";
+that fits (µs, kN, MPa). --at, --at-time, --from and --to are in the unit that is recorded unless they have one, --at-time 87us;
+--range and --x-range are numbers in the unit of the recording.";
 
 #[derive(Debug, Args)]
 #[command(after_help = PLOT_EXAMPLES)]

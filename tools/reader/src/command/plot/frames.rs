@@ -99,6 +99,7 @@ impl Frames {
                 let mut fitting = Vec::new();
                 for (i, at) in selection.at.iter().enumerate().filter(|(_, at)| at.fit(axis)) {
                     self.used.at[i] = true;
+                    at.check_units(channel)?;
                     fitting.push(at);
                 }
                 if let Some(at) = fitting.iter().find(|at| !at.are_lines(axis)) {

@@ -32,8 +32,8 @@ pub struct Request {
     /// nearest message and the nearest element are drawn, zero where a message leaves them out
     #[arg(long, conflicts_with_all = ["at_times", "every"])]
     pub map: bool,
-    /// Times: arrays over their axis, or a matrix as an image, at the nearest messages; in the unit of the recording,
-    /// whatever prefix the picture has
+    /// Times: arrays over their axis, or a matrix as an image, at the nearest messages; in the unit that is recorded or with one,
+    /// 87us, whatever prefix the picture has
     #[arg(long = "at-time", value_name = "T", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite_time)]
     #[arg(conflicts_with_all = ["from", "to", "every"])]
     pub at_times: Option<Vec<Bound>>,
