@@ -24,6 +24,7 @@
 //! | [`select`] | patterns of topics and windows of times, the same for every verb |
 //! | [`mod@slice`] | arrays over their axis and matrices, at one time |
 //! | [`prefix`] | engineering prefixes of SI units, and tables in prefixed units |
+//! | [`units`] | units in which quantities are shown, chosen or with the prefix that fits |
 //! | [`scales`] | numbers of one recording in the units of another |
 //! | `toml_keys` | TOML files by dotted keys |
 //! | `percuss-table` | named columns with units, what takes their rows as CSV and Parquet, measures of an impact: a crate of its own |
@@ -194,4 +195,5 @@ pub mod tabular;
 mod text;
 pub mod timeline;
 mod toml_keys;
+pub mod units;
 pub mod wire;

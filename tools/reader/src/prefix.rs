@@ -18,7 +18,7 @@ pub struct Prefixed {
 const UNITS: [&str; 10] = ["s", "m", "N", "N/m", "Pa", "m/s", "J", "J/m", "N s", "N s/m"];
 
 /// Prefixes with their powers of ten.
-const PREFIXES: [(i32, &str); 9] =
+pub(crate) const PREFIXES: [(i32, &str); 9] =
     [(-12, "p"), (-9, "n"), (-6, "µ"), (-3, "m"), (0, ""), (3, "k"), (6, "M"), (9, "G"), (12, "T")];
 
 impl Prefixed {
@@ -153,7 +153,13 @@ impl Largest {
     /// The unit of every column; `None` where it stays as it is.
     ///
     /// * `groups`: columns of the same group and unit share a prefix
-    pub fn units(&self, headings: &[Heading], groups: &[String]) -> Vec<Option<Prefixed>> {
+    /// * `choose`: the unit for a plain unit and the largest number in it
+    pub fn units(
+        &self,
+        headings: &[Heading],
+        groups: &[String],
+        choose: impl Fn(&str, f64) -> Option<Prefixed>,
+    ) -> Vec<Option<Prefixed>> {
         let mut largest: HashMap<_, f64> = HashMap::new();
         for ((heading, group), number) in headings.iter().zip(groups).zip(&self.columns) {
             let largest = largest.entry((group, &heading.unit)).or_default();
@@ -162,7 +168,7 @@ impl Largest {
         let unit = |(heading, group): (&Heading, &String)| {
             let unit = heading.unit.as_deref().filter(|_| takes_prefix(heading))?;
             let largest = largest.get(&(group, &heading.unit)).copied().unwrap_or_default();
-            Prefixed::choose(unit, largest).filter(|chosen| chosen.factor != 1.0)
+            choose(unit, largest).filter(|chosen| chosen.factor != 1.0)
         };
         headings.iter().zip(groups).map(unit).collect()
     }

@@ -159,6 +159,39 @@ fn arrays_are_written_over_time() {
 }
 
 #[test]
+fn units_can_be_chosen() {
+    let desk = desk();
+    let units = ["--unit", "force=kN", "--unit", "time=ms"];
+    let lines = desk.lines(&[&["trace", "si.mcap"], &units[..]].concat());
+    assert_eq!(lines[0], "time [ms],step,force [kN],contact_radius [mm]");
+    let base = desk.lines(&["trace", "si.mcap", "--units", "base"]);
+    let force = |line: &str| line.split(',').nth(2).expect("a force").parse::<f64>().expect("a number");
+    assert!((force(&lines[9]) / force(&base[9]) - 1e-3).abs() < 1e-15);
+    // in other formats only what is chosen changes
+    let json = desk.lines(&[&["trace", "si.mcap", "--format", "jsonl"], &units[..]].concat());
+    let row: Value = serde_json::from_str(&json[8]).expect("an object");
+    assert_eq!(
+        (row["force"].as_f64(), row["contact_radius"].as_f64()),
+        (Some(force(&lines[9])), base[9].split(',').nth(3).and_then(|cell| cell.parse().ok()))
+    );
+    let table = desk.text(0, &[&["summary", "si.mcap"], &units[..]].concat());
+    assert!(table.contains("[kN]") && table.contains("[ms]") && !table.contains("µs"), "{table}");
+    desk.text(0, &[&["plot", "si.mcap", "-o", "drag.svg"], &units[..]].concat());
+    desk.text(
+        0,
+        &[&["plot", "si.mcap", "--map", "-o", "map.svg", "--unit", "stress=kPa"], &units[..]].concat(),
+    );
+    let texts = |name: &str| String::from_utf8(desk.bytes(name)).expect("text");
+    assert!(texts("drag.svg").contains("force [kN]") && texts("drag.svg").contains("time [ms]"));
+    assert!(texts("map.svg").contains("stress [kPa]") && texts("map.svg").contains("time [ms]"));
+    let at = ["plot", "si.mcap", "--topic", "/interface/stress", "--at-time", "100ns,300ns", "-o", "at.svg"];
+    desk.text(0, &[&at[..], &["--unit", "time=ps"]].concat());
+    assert!(texts("at.svg").contains(" ps</title>"));
+    let error = desk.error(2, &["plot", "si.mcap", "--unit", "force=kPa"]);
+    assert!(error.contains("`kPa` is no unit of force"), "{error}");
+}
+
+#[test]
 fn columns_of_an_array_share_a_prefix() {
     let desk = desk();
     let header = desk.lines(&["trace", "si.mcap", "--topic", "/probes"]).remove(0);

@@ -13,6 +13,7 @@ use crate::{
     command::summary::{Outcome, summary},
     format::{aligned::Aligned, json::Json},
     recording::Limits,
+    units::Units,
 };
 
 const SUMMARY_HELP: &str = "\
@@ -42,6 +43,7 @@ Examples:
   percuss-read summary fig9-m1.mcap
   percuss-read summary fig9-*.mcap -o masses.csv
   percuss-read summary sweep/*.mcap --format json
+  percuss-read summary ball.mcap --unit force=N --unit time=ms
 
 Exit status: 0 done, 1 failed, 2 usage, 3 a recording is damaged or its run was not finished: what is there was used.";
 
@@ -57,6 +59,8 @@ pub(super) struct SummaryArguments {
     /// Units of SI columns in text and CSV
     #[arg(long, value_enum, default_value = "prefixed")]
     units: UnitChoice,
+    #[command(flatten)]
+    chosen: Units,
     /// Output file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -90,7 +94,7 @@ impl SummaryArguments {
             Format::Json => Box::new(Json::new(&mut output)),
             Format::Parquet => Box::new(Parquet::new(&mut output, PROGRAM, limits.kept())),
         };
-        let result = summary(&self.files, prefixed, limits, &mut *sink);
+        let result = summary(&self.files, prefixed, &self.chosen, limits, &mut *sink);
         drop(sink);
         let result = result.and_then(|outcome| Ok(commit(output).map(|()| outcome)?));
         let outcome = unless_closed(result, self.output.as_deref())?;

@@ -28,6 +28,7 @@ Examples:
   percuss-read trace fig5.mcap --topic /field/stress -o field.npz                      all of it: stress over time, z, r
   percuss-read trace fig5.mcap --topic /energy --field kinetic,strain,residual
   percuss-read trace steel.mcap --units base                       s and N, not µs and kN
+  percuss-read trace ball.mcap --unit force=N --unit time=ms       in chosen units
   percuss-read trace robot.mcap --topic /control --field gains[kd] --time iso      of another program, with dates
 
 --from, --to and positions of --at are in the units that are recorded, unless they have one: --from 32us --at r=0.1mm. On an

@@ -20,6 +20,7 @@ use crate::{
     recording::{Budget, Damage, Limits, OpenError},
     scales::{Conversion, Scales},
     toml_keys,
+    units::Units,
 };
 
 /// Why there is no summary.
@@ -127,6 +128,7 @@ impl Read {
 /// Writes a table with a row per recording.
 ///
 /// * `prefixed`: SI columns get the prefix that suits their largest number
+/// * `units`: units that are chosen
 ///
 /// # Errors
 ///
@@ -134,6 +136,7 @@ impl Read {
 pub fn summary(
     paths: &[PathBuf],
     prefixed: bool,
+    units: &Units,
     limits: Limits,
     sink: &mut dyn Sink,
 ) -> Result<Outcome, SummaryError> {
@@ -148,7 +151,7 @@ pub fn summary(
         let case = parameters.iter().map(|heading| parameter(file.case.get(&heading.name), heading.kind));
         rows.push(start.into_iter().chain(case).chain(file.cells(first, &scales)?).collect::<Vec<Cell>>());
     }
-    write(&headings, &rows, prefixed, sink)?;
+    write(&headings, &rows, prefixed, units, sink)?;
     let mut outcome = Outcome::default();
     for Read { recording, reading, .. } in files {
         outcome.undecoded += reading.undecoded;
@@ -161,13 +164,22 @@ pub fn summary(
     Ok(outcome)
 }
 
-fn write(headings: &[Heading], rows: &[Vec<Cell>], prefixed: bool, sink: &mut dyn Sink) -> io::Result<()> {
+fn write(
+    headings: &[Heading],
+    rows: &[Vec<Cell>],
+    prefixed: bool,
+    units: &Units,
+    sink: &mut dyn Sink,
+) -> io::Result<()> {
     let mut largest = Largest::default();
     largest.begin(headings)?;
     rows.iter().try_for_each(|row| largest.row(row))?;
     let groups: Vec<String> = headings.iter().map(|heading| heading.name.clone()).collect();
-    let units = if prefixed { largest.units(headings, &groups) } else { vec![None; headings.len()] };
-    let mut sink = InUnits::new(sink, units);
+    let choose = |unit: &str, largest: f64| match prefixed {
+        true => units.choose(unit, largest),
+        false => units.of(unit),
+    };
+    let mut sink = InUnits::new(sink, largest.units(headings, &groups, choose));
     sink.begin(headings)?;
     rows.iter().try_for_each(|row| sink.row(row))?;
     sink.end()

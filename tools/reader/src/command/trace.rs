@@ -65,11 +65,17 @@ pub fn trace(
         Prefixes::Always => true,
     };
     let mut scaled;
-    let sink = if prefixed && begun.iter().any(takes_prefix) {
+    let sink = if (prefixed || !request.units.is_empty()) && begun.iter().any(takes_prefix) {
         let mut largest = Largest::default();
         largest.begin(&begun)?;
-        run_all(&files, paths, request, &mut largest, &mut Outcome::default())?;
-        scaled = InUnits::new(sink, largest.units(&begun, &groups(&files, request.stack)));
+        let choose = |unit: &str, largest: f64| match prefixed {
+            true => request.units.choose(unit, largest),
+            false => request.units.of(unit),
+        };
+        if prefixed {
+            run_all(&files, paths, request, &mut largest, &mut Outcome::default())?;
+        }
+        scaled = InUnits::new(sink, largest.units(&begun, &groups(&files, request.stack), choose));
         &mut scaled
     } else {
         sink

@@ -261,7 +261,7 @@ impl<'a> Array<'a> {
             layers: self.recording.layers(self.label()),
             ..Image::default()
         };
-        Ok(labelled(cut(image, None, request.y_range)?, &quantities, request.range))
+        Ok(labelled(cut(image, None, request.y_range)?, &quantities, request))
     }
 }
 

@@ -13,6 +13,7 @@ use crate::{
     select::{self, Bound, Pattern, Window, finite_time},
     slice::MomentError,
     tabular::TableError,
+    units::Units,
 };
 
 /// What to draw.
@@ -54,6 +55,9 @@ pub struct Request {
     /// A column whose every value has a curve of its own, drawn from the least to the greatest of --x
     #[arg(long, value_name = "KEY", requires = "x")]
     pub by: Option<String>,
+    /// Units that are chosen.
+    #[command(flatten)]
+    pub units: Units,
     /// Logarithmic axes, horizontal and vertical.
     #[arg(skip)]
     pub log: (bool, bool),

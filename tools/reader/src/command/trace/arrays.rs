@@ -57,7 +57,8 @@ pub fn arrays(
     limits: Limits,
     output: &mut dyn Write,
 ) -> Result<Option<Outcome>, TraceError> {
-    if request.follow || request.stack || !request.selection.at.is_empty() {
+    // arrays keep the units that are recorded
+    if request.follow || request.stack || !request.units.is_empty() || !request.selection.at.is_empty() {
         return Ok(None);
     }
     let mut recording = Recording::open(path, limits)?;
