@@ -112,7 +112,7 @@ impl UnitError {
         }
         let recorded = match recorded {
             Some(unit) if Prefixed::choose(unit, 1.0).is_none() => {
-                format!("are in {unit}, which no unit of the SI leads to")
+                format!("are in {unit}, the recording has no units of the SI")
             }
             Some(unit) => format!("are in {unit}"),
             None => "are recorded without a unit".into(),

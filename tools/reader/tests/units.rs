@@ -72,7 +72,10 @@ fn times_and_positions_take_units() {
             &["plot", "plain.mcap", "--map", "--topic", "/field/stress", "--at", "r=1mm"],
             "positions r of `/field/stress`",
         ),
-        (&["trace", "plain.mcap", "--topic", "/interface/stress", "--at", "r=1mm"], "are in R,"),
+        (
+            &["trace", "plain.mcap", "--topic", "/interface/stress", "--at", "r=1mm"],
+            "are in R, the recording has no units",
+        ),
         (
             &["export", "plain.mcap", "--topic", "/field/stress", "-o", "g.npy", "--at-time", "3us"],
             "in R/c_p",
@@ -187,6 +190,16 @@ fn units_can_be_chosen() {
     let at = ["plot", "si.mcap", "--topic", "/interface/stress", "--at-time", "100ns,300ns", "-o", "at.svg"];
     desk.text(0, &[&at[..], &["--unit", "time=ps"]].concat());
     assert!(texts("at.svg").contains(" ps</title>"));
+    let stress = |name: &str| {
+        let file = fs::File::open(desk.path(name)).expect("a file");
+        let mut archive = ndarray_npy::NpzReader::new(file).expect("an archive");
+        let stress: ndarray::Array2<f64> = archive.by_name("stress").expect("an array");
+        stress[[1, 0]]
+    };
+    let arrays = ["trace", "si.mcap", "--topic", "/interface/stress", "-o"];
+    desk.text(0, &[&arrays[..], &["a.npz"]].concat());
+    desk.text(0, &[&arrays[..], &["b.npz", "--unit", "stress=MPa", "--unit", "length=mm"]].concat());
+    assert_eq!(stress("a.npz") / 1e6, stress("b.npz"));
     let error = desk.error(2, &["plot", "si.mcap", "--unit", "force=kPa"]);
     assert!(error.contains("`kPa` is no unit of force"), "{error}");
 }

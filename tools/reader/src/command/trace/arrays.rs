@@ -18,9 +18,11 @@ use crate::{
     field::SelectionError,
     format::npy::Text,
     messages::Recording,
+    prefix::Prefixed,
     recording::{Budget, Limits},
     select,
     slice::shown_name,
+    units::Units,
     wire::{Layout, Type, Values},
 };
 
@@ -28,7 +30,9 @@ use crate::{
 struct Field {
     leaf: usize,
     name: String,
+    /// The unit, and what leads to it from that which is recorded, if another is chosen.
     unit: Option<String>,
+    shown: Option<Prefixed>,
     axis: Axis,
     /// Coordinates and positions along each side behind the time.
     sides: Vec<(String, Side)>,
@@ -57,8 +61,7 @@ pub fn arrays(
     limits: Limits,
     output: &mut dyn Write,
 ) -> Result<Option<Outcome>, TraceError> {
-    // arrays keep the units that are recorded
-    if request.follow || request.stack || !request.units.is_empty() || !request.selection.at.is_empty() {
+    if request.follow || request.stack || !request.selection.at.is_empty() {
         return Ok(None);
     }
     let mut recording = Recording::open(path, limits)?;
@@ -72,7 +75,7 @@ pub fn arrays(
     let Some(leaves) = chosen(channel, layout, &request.selection.fields) else { return Ok(None) };
     request.window.check(channel).map_err(SelectionError::from)?;
     let extents = Extents::read(&recording, &[id])?;
-    let field = |&leaf: &usize| Field::of(channel, layout, leaf, &extents.of(id, leaf));
+    let field = |&leaf: &usize| Field::of(channel, layout, leaf, &extents.of(id, leaf), &request.units);
     let mut fields = leaves.iter().map(field).collect::<Result<Vec<_>, _>>()?;
     let (mut times, mut outcome) = (Vec::new(), Outcome::default());
     let mut budget = Budget::new(usize::try_from(limits.memory / 2).unwrap_or(usize::MAX));
@@ -116,11 +119,12 @@ pub fn arrays(
     outcome.rows = times.len() as u64;
     // beside the arrays there is no room for them once more
     let archive = tempfile::tempfile()?;
-    let mut archive = write(archive, channel, times, fields).map_err(|error| match error {
-        WriteNpzError::Zip(_) | WriteNpzError::Npy(_) => {
-            TraceError::Output(io::Error::other(error.to_string()))
-        }
-    })?;
+    let mut archive =
+        write(archive, channel, times, fields, &request.units).map_err(|error| match error {
+            WriteNpzError::Zip(_) | WriteNpzError::Npy(_) => {
+                TraceError::Output(io::Error::other(error.to_string()))
+            }
+        })?;
     archive.rewind()?;
     io::copy(&mut archive, output)?;
     Ok(Some(outcome))
@@ -155,7 +159,13 @@ fn chosen(channel: &Channel, layout: &Layout, names: &[String]) -> Option<Vec<us
 }
 
 impl Field {
-    fn of(channel: &Channel, layout: &Layout, leaf: usize, extent: &Extent) -> Result<Self, TraceError> {
+    fn of(
+        channel: &Channel,
+        layout: &Layout,
+        leaf: usize,
+        extent: &Extent,
+        units: &Units,
+    ) -> Result<Self, TraceError> {
         let path = &layout.leaves[leaf].path;
         let misplaced = |flaw: String| SelectionError::Misplaced {
             topic: channel.topic.clone(),
@@ -179,9 +189,10 @@ impl Field {
             _ => Numbers::Double(Vec::new()),
         };
         let rest = if axis.is_matrix() { 0.0 } else { f64::NAN };
-        let unit = channel.unit(path).map(str::to_owned);
+        let shown = channel.unit(path).and_then(|unit| units.of(unit));
+        let unit = shown.as_ref().map(|shown| shown.unit.as_str()).or(channel.unit(path)).map(str::to_owned);
         let name = shown_name(&channel.topic, path).to_owned();
-        Ok(Self { leaf, name, unit, axis, sides, rest, numbers })
+        Ok(Self { leaf, name, unit, shown, axis, sides, rest, numbers })
     }
 
     /// Memory of the numbers of a message \[bytes\].
@@ -223,7 +234,8 @@ impl Field {
         let width = lengths.last().copied().unwrap_or(1);
         let number = |j: usize, i: usize| {
             let element = if i < width { list.number(j * width + i) } else { None };
-            element.unwrap_or(self.rest)
+            let number = element.unwrap_or(self.rest);
+            self.shown.as_ref().map_or(number, |shown| shown.apply(number))
         };
         let all = (0..rows).flat_map(|j| (0..columns).map(move |i| (j, i))).map(|(j, i)| number(j, i));
         match &mut self.numbers {
@@ -249,10 +261,18 @@ fn write<W: Write + Seek>(
     channel: &Channel,
     times: Vec<f64>,
     fields: Vec<Field>,
+    chosen: &Units,
 ) -> Result<W, WriteNpzError> {
     let mut archive = NpzWriter::new(file);
-    let (count, mut units) = (times.len(), vec![("time".to_owned(), channel.time_unit().map(str::to_owned))]);
-    archive.add_array("time", &Array1::from(times))?;
+    // positions and times are few, in the units that are chosen
+    let list = |numbers: Vec<f64>, unit: Option<&str>| match unit.and_then(|unit| chosen.of(unit)) {
+        Some(shown) => (numbers.into_iter().map(|number| shown.apply(number)).collect(), Some(shown.unit)),
+        None => (Array1::from(numbers), unit.map(str::to_owned)),
+    };
+    let count = times.len();
+    let (times, unit) = list(times, channel.time_unit());
+    archive.add_array("time", &times)?;
+    let mut units = vec![("time".to_owned(), unit)];
     let mut known: BTreeMap<String, Side> = BTreeMap::new();
     for Field { name, unit, axis, sides, numbers, .. } in fields {
         for ((label, side), coordinate_name) in sides.iter().zip(axis.coordinates()) {
@@ -262,8 +282,10 @@ fn write<W: Write + Seek>(
                 Some(_) => format!("{name}.{label}"),
                 None => label.clone(),
             };
-            archive.add_array(label.as_str(), &Array1::from_shape_fn(side.length(), |i| side.at(i)))?;
-            units.push((label.clone(), channel.coordinate_unit(coordinate_name).map(str::to_owned)));
+            let positions = (0..side.length()).map(|i| side.at(i)).collect();
+            let (positions, unit) = list(positions, channel.coordinate_unit(coordinate_name));
+            archive.add_array(label.as_str(), &positions)?;
+            units.push((label.clone(), unit));
             known.insert(label, side.clone());
         }
         let shape: Vec<usize> =
