@@ -301,17 +301,22 @@ impl Scale {
         map.map_rgb(share).map_or(Color::None, |(r, g, b)| Color::Rgb(r, g, b))
     }
 
-    /// Ticks, the ends among them; those too close to an end are left out.
+    /// Ticks at round numbers within the ends; the ends themselves where there are not two of these.
     fn ticks(&self, count: usize) -> Vec<f64> {
         let (low, high) = (self.low, self.high);
         if high <= low {
             return vec![low];
         }
-        let room = 0.6 * (high - low) / count as f64;
-        let inner =
-            generate_ticks(low, high, count).into_iter().filter(|t| t - low > room && high - t > room);
-        [low].into_iter().chain(inner).chain([high]).collect()
+        let rounding = 1e-9 * (high - low);
+        let is_inside = |tick: &f64| (low - rounding..=high + rounding).contains(tick);
+        let round: Vec<f64> = generate_ticks(low, high, count).into_iter().filter(is_inside).collect();
+        if round.len() > 1 { round } else { vec![low, high] }
     }
+}
+
+/// A number of four digits.
+fn rounded(number: f64) -> f64 {
+    format!("{number:.3e}").parse().unwrap_or(number)
 }
 
 /// The colour bar at the right of a matrix, from the lower end of the scale to the upper.
@@ -385,7 +390,7 @@ fn shades(image: &Image, low: f64, high: f64, columns: usize, rows: usize) -> St
     }
     let span = if high > low { high - low } else { 1.0 };
     let mut text = format!("{}\n", shown(&image.title));
-    let ends = (TickFormat::Auto.format(low), TickFormat::Auto.format(high));
+    let ends = (TickFormat::Auto.format(rounded(low)), TickFormat::Auto.format(rounded(high)));
     text.push_str(&format!(
         "{}: `{}` {} to `{}` {}\n",
         shown(&image.value_label),

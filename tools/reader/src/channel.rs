@@ -69,11 +69,29 @@ impl Channel {
         (r.len() == z.len()).then(|| r.into_iter().zip(z).map(|(r, z)| [r, z]).collect())
     }
 
+    /// Unit of the positions on a coordinate: that of the field that holds the first one, or of the coordinate; metres in recordings in SI.
+    pub(crate) fn coordinate_unit(&self, coordinate: &str) -> Option<&str> {
+        let is_si = self.schema.starts_with(convention::SCHEMAS) && self.unit(convention::TIME) == Some("s");
+        let unit = self.unit(&format!("{coordinate}0")).or_else(|| self.unit(coordinate));
+        unit.or(is_si.then_some("m"))
+    }
+
+    /// What a coordinate is called where it is shown: that of a line in a target is the one along it.
+    pub(crate) fn along<'a>(&self, coordinate: &'a str) -> &'a str {
+        match self.metadata.get(convention::LINE).map(String::as_str) {
+            Some(line) if line.starts_with("r =") => "z",
+            Some(line) if line.starts_with("z =") => "r",
+            _ => coordinate,
+        }
+    }
+
     /// A position on a coordinate for a label: `r=0.5`; in a recording in SI with the prefix that fits, `z=2mm`.
     pub(crate) fn label(&self, coordinate: &str, position: f64) -> String {
-        let is_si = self.schema.starts_with(convention::SCHEMAS) && self.unit(convention::TIME) == Some("s");
-        let unit = self.unit(coordinate).or(is_si.then_some("m"));
-        match unit.filter(|_| position != 0.0).and_then(|unit| Prefixed::choose(unit, position)) {
+        match self
+            .coordinate_unit(coordinate)
+            .filter(|_| position != 0.0)
+            .and_then(|unit| Prefixed::choose(unit, position))
+        {
             // what a number in another unit has beyond twelve digits is rounding
             Some(prefixed) => {
                 let number = format!("{:.11e}", prefixed.apply(position)).parse().unwrap_or(position);

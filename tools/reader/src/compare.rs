@@ -62,6 +62,7 @@ pub fn compare(
 ) -> Result<Comparison, CompareError> {
     structure::find_chosen(a, b, options)?;
     let (mut pairs, structure) = structure::pair(a, b, options);
+    pairs.iter().try_for_each(|pair| options.window.check(&a.channels[&pair.a]))?;
     let ids: Vec<[u16; 2]> = pairs.iter().map(|pair| [pair.a, pair.b]).collect();
     for (pair, starts) in pairs.iter_mut().zip(clock::starts(a, b, options, &ids)?) {
         pair.starts = starts;

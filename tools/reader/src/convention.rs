@@ -42,6 +42,8 @@ pub const RECORDS: [&str; 3] = [HOST, VALIDITY, STATUS];
 pub const CASE: &str = "case.toml";
 /// Attachment with every default of the case written out.
 pub const RESOLVED_CASE: &str = "case.resolved.toml";
+/// Key of [`RESOLVED_CASE`] that follows from the others, unless it is in [`CASE`].
+pub const OUTER_RADIUS: &str = "mesh.outer_radius";
 
 /// Topic of the drag, a message every step.
 pub const DRAG: &str = "/drag";

@@ -24,6 +24,7 @@
 //! | [`select`] | patterns of topics and windows of times, the same for every verb |
 //! | [`mod@slice`] | arrays over their axis and matrices, at one time |
 //! | [`prefix`] | engineering prefixes of SI units, and tables in prefixed units |
+//! | [`units`] | units in which quantities are shown, chosen or with the prefix that fits |
 //! | [`scales`] | numbers of one recording in the units of another |
 //! | `toml_keys` | TOML files by dotted keys |
 //! | `percuss-table` | named columns with units, what takes their rows as CSV and Parquet, measures of an impact: a crate of its own |
@@ -61,7 +62,7 @@
 //! terminal escapes made visible.
 //!
 //! Memory does not depend on the length of a recording, with three exceptions, all within `--max-memory`: NumPy files begin with
-//! their lengths, so their columns are kept; Parquet files end with a place for every column of every group of
+//! their lengths, so their columns, or the arrays of a topic over time, are kept; Parquet files end with a place for every column of every group of
 //! rows; pictures keep the points of their curves. What has no room is refused. So is a table to be read back, of which the columns that are
 //! asked for are kept beside the file.
 //!
@@ -194,4 +195,5 @@ pub mod tabular;
 mod text;
 pub mod timeline;
 mod toml_keys;
+pub mod units;
 pub mod wire;

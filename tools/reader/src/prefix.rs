@@ -1,7 +1,7 @@
 //! Engineering prefixes: the unit in which numbers of an SI quantity are best read, and tables in such units, SI columns scaled so that
 //! their largest number has one to three digits before the point.
 
-use std::{collections::HashMap, io};
+use std::{borrow::Cow, collections::HashMap, io};
 
 use percuss_table::{Cell, CellType, Heading, Sink};
 
@@ -18,7 +18,7 @@ pub struct Prefixed {
 const UNITS: [&str; 10] = ["s", "m", "N", "N/m", "Pa", "m/s", "J", "J/m", "N s", "N s/m"];
 
 /// Prefixes with their powers of ten.
-const PREFIXES: [(i32, &str); 9] =
+pub(crate) const PREFIXES: [(i32, &str); 9] =
     [(-12, "p"), (-9, "n"), (-6, "µ"), (-3, "m"), (0, ""), (3, "k"), (6, "M"), (9, "G"), (12, "T")];
 
 impl Prefixed {
@@ -47,6 +47,87 @@ impl Prefixed {
     }
 }
 
+/// Times and lengths as they are typed: what they are, and the unit that numbers without one are in.
+pub(crate) const TIME: (&str, &str) = ("time", "s");
+/// See [`TIME`].
+pub(crate) const LENGTH: (&str, &str) = ("length", "m");
+
+/// A number as it is typed, with or without a unit: `32us` is `32e-6` and true, `0.5` is itself. Only the exponent is changed, so that the
+/// number is rounded once.
+///
+/// # Errors
+///
+/// It is no number, or its unit is not of the quantity.
+pub(crate) fn typed<'a>(
+    text: &'a str,
+    (quantity, base): (&str, &str),
+) -> Result<(Cow<'a, str>, bool), String> {
+    let text = text.trim();
+    let is_number = |text: &str| text.parse::<f64>().is_ok_and(|number| !number.is_nan());
+    if is_number(text) {
+        return Ok((text.into(), false));
+    }
+    let ends = (1..text.len()).rev().filter(|end| text.is_char_boundary(*end));
+    let end = ends.into_iter().find(|end| is_number(text[..*end].trim()));
+    let (number, unit) = text.split_at(end.ok_or_else(|| format!("`{text}` is not a number"))?);
+    let known = || PREFIXES.into_iter().filter(|(power, _)| *power <= 0).chain([(-2, "c")]);
+    let prefix = unit.trim().strip_suffix(base).map(|prefix| prefix.replace(['u', 'μ'], "µ"));
+    let power =
+        known().find(|(power, name)| prefix.as_deref() == Some(name) && (base == "m" || *power != -2));
+    let Some((power, _)) = power else {
+        let all = known().filter(|(power, _)| base == "m" || *power != -2);
+        let all: Vec<String> = all.map(|(_, prefix)| format!("{prefix}{base}")).collect();
+        let all = all.join(", ");
+        return Err(format!("`{}` is no unit of {quantity}; known are {all} (u stands for µ)", unit.trim()));
+    };
+    let (mantissa, exponent) = number.trim().split_once(['e', 'E']).unwrap_or((number.trim(), "0"));
+    let exponent = exponent.parse::<i32>().ok().and_then(|exponent| exponent.checked_add(power));
+    let number = exponent.map(|exponent| format!("{mantissa}e{exponent}")).filter(|text| is_number(text));
+    Ok((number.ok_or_else(|| format!("`{text}` is not a number"))?.into(), true))
+}
+
+/// A unit was typed where numbers that are recorded have another, or none.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{what} of `{topic}` {recorded}; write numbers without a unit")]
+pub struct UnitError {
+    /// Topic.
+    topic: String,
+    /// What has the numbers: times, or a coordinate.
+    what: String,
+    /// The unit in words.
+    recorded: String,
+}
+
+impl UnitError {
+    /// Refuses typed units for numbers that are not recorded in their base unit.
+    pub(crate) fn check(
+        is_typed: bool,
+        (_, base): (&str, &str),
+        topic: &str,
+        what: &str,
+        recorded: Option<&str>,
+    ) -> Result<(), Self> {
+        if !is_typed || recorded == Some(base) {
+            return Ok(());
+        }
+        let recorded = match recorded {
+            Some(unit) if Prefixed::choose(unit, 1.0).is_none() => {
+                format!("are in {unit}, the recording has no units of the SI")
+            }
+            Some(unit) => format!("are in {unit}"),
+            None => "are recorded without a unit".into(),
+        };
+        Err(Self { topic: topic.into(), what: what.into(), recorded })
+    }
+}
+
+/// A number as people read it: five digits, without zeros at its end.
+pub(crate) fn short(number: f64) -> String {
+    let rounded = format!("{number:.4e}").parse::<f64>().unwrap_or(number);
+    let text = format!("{rounded:?}");
+    text.strip_suffix(".0").unwrap_or(&text).to_owned()
+}
+
 /// The largest magnitude of every column of a table; takes no memory for its rows.
 #[derive(Debug, Default)]
 pub struct Largest {
@@ -72,7 +153,13 @@ impl Largest {
     /// The unit of every column; `None` where it stays as it is.
     ///
     /// * `groups`: columns of the same group and unit share a prefix
-    pub fn units(&self, headings: &[Heading], groups: &[String]) -> Vec<Option<Prefixed>> {
+    /// * `choose`: the unit for a plain unit and the largest number in it
+    pub fn units(
+        &self,
+        headings: &[Heading],
+        groups: &[String],
+        choose: impl Fn(&str, f64) -> Option<Prefixed>,
+    ) -> Vec<Option<Prefixed>> {
         let mut largest: HashMap<_, f64> = HashMap::new();
         for ((heading, group), number) in headings.iter().zip(groups).zip(&self.columns) {
             let largest = largest.entry((group, &heading.unit)).or_default();
@@ -81,7 +168,7 @@ impl Largest {
         let unit = |(heading, group): (&Heading, &String)| {
             let unit = heading.unit.as_deref().filter(|_| takes_prefix(heading))?;
             let largest = largest.get(&(group, &heading.unit)).copied().unwrap_or_default();
-            Prefixed::choose(unit, largest).filter(|chosen| chosen.factor != 1.0)
+            choose(unit, largest).filter(|chosen| chosen.factor != 1.0)
         };
         headings.iter().zip(groups).map(unit).collect()
     }
@@ -149,6 +236,32 @@ mod tests {
         {
             assert_eq!(Prefixed::choose(unit, largest).expect("a prefix").apply(number), expected);
         }
+    }
+
+    #[test]
+    fn typed_units_are_powers_of_ten() {
+        for (text, expected) in
+            [("32us", "32e-6"), (" 1.5e-1 µs", "1.5e-7"), ("-2 ms", "-2e-3"), ("3s", "3e0")]
+        {
+            assert_eq!(typed(text, TIME), Ok((expected.into(), true)), "{text}");
+        }
+        assert_eq!(typed("0.1mm", LENGTH).map(|(text, _)| text.parse()), Ok(Ok(1e-4)));
+        assert_eq!(typed("2 cm", LENGTH), Ok(("2e-2".into(), true)));
+        assert_eq!(typed("1e-3", TIME), Ok(("1e-3".into(), false)));
+        for (text, what) in [
+            ("32mm", "`mm` is no unit of time; known are ps, ns, µs, ms, s (u stands for µ)"),
+            ("1cs", "`cs` is no unit of time"),
+            ("us", "`us` is not a number"),
+            ("nan", "`nan` is not a number"),
+            ("1e99999999999s", "is not a number"),
+        ] {
+            let error = typed(text, TIME).expect_err("an error");
+            assert!(error.contains(what), "{error}");
+        }
+        let check = |unit| UnitError::check(true, TIME, "/drag", "times", unit);
+        assert_eq!(check(Some("s")), Ok(()));
+        let error = check(Some("R/c_p")).expect_err("an error").to_string();
+        assert!(error.starts_with("times of `/drag` are in R/c_p"), "{error}");
     }
 
     #[test]

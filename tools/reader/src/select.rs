@@ -4,7 +4,13 @@ use clap::Args;
 use globset::{GlobBuilder, GlobMatcher};
 
 use crate::{
-    channel::Channel, convention, instant::Instant, messages::Recording, recording::OpenError, wire::Type,
+    channel::Channel,
+    convention,
+    instant::Instant,
+    messages::Recording,
+    prefix::{TIME, UnitError, typed},
+    recording::OpenError,
+    wire::Type,
 };
 
 /// A pattern of topics or fields: `*` stands for anything, `?` for one character, `[ab]` for one of some.
@@ -46,6 +52,8 @@ pub struct Bound {
     floor: i128,
     /// Whole nanoseconds not before it.
     ceil: i128,
+    /// True if it was written with a unit: then it is in seconds.
+    has_unit: bool,
 }
 
 impl Bound {
@@ -63,6 +71,11 @@ impl Bound {
         }
     }
 
+    /// Refuses a unit where the times of a channel are in another than seconds.
+    pub(crate) fn check(self, channel: &Channel) -> Result<(), UnitError> {
+        UnitError::check(self.has_unit, TIME, &channel.topic, "times", channel.time_unit())
+    }
+
     /// Whole nanoseconds not after and not before it.
     pub(crate) fn nanoseconds(self) -> (i128, i128) {
         (self.floor, self.ceil)
@@ -76,7 +89,7 @@ impl From<f64> for Bound {
             true => (i128::MAX, i128::MAX),
             false => (i128::MIN, i128::MIN),
         });
-        Self { number, floor, ceil }
+        Self { number, floor, ceil, has_unit: false }
     }
 }
 
@@ -84,9 +97,10 @@ impl std::str::FromStr for Bound {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let number = time(text)?;
-        let (floor, ceil) = nanoseconds(text.trim()).unwrap_or_else(|| Self::from(number).nanoseconds());
-        Ok(Self { number, floor, ceil })
+        let (text, has_unit) = typed(text, TIME)?;
+        let number = text.parse::<f64>().map_err(|_| "not a number")?;
+        let (floor, ceil) = nanoseconds(&text).unwrap_or_else(|| Self::from(number).nanoseconds());
+        Ok(Self { number, floor, ceil, has_unit })
     }
 }
 
@@ -121,12 +135,6 @@ fn nanoseconds(text: &str) -> Option<(i128, i128)> {
     Some(if is_negative { (-size - more, -size) } else { (size, size + more) })
 }
 
-/// A time; NaN is none.
-fn time(text: &str) -> Result<f64, String> {
-    let number = text.trim().parse::<f64>().ok().filter(|number| !number.is_nan());
-    number.ok_or_else(|| "not a number".into())
-}
-
 /// A time of a frame.
 pub(crate) fn finite_time(text: &str) -> Result<Bound, String> {
     let bound: Bound = text.parse()?;
@@ -136,7 +144,7 @@ pub(crate) fn finite_time(text: &str) -> Result<Bound, String> {
 /// Which times, and which of many messages.
 #[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 pub struct Window {
-    /// First time, in the unit of the time column; of log times that are dates, seconds from the start of the recording
+    /// First time, in the unit that is recorded or with one, 32us; of log times that are dates, from the start of the recording
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub from: Option<Bound>,
     /// Last time, like the first
@@ -163,6 +171,11 @@ impl Window {
             u64::try_from(sum).unwrap_or(u64::MAX)
         };
         (self.from.map_or(0, |from| at(from.ceil)), self.to.map_or(u64::MAX, |to| at(to.floor)))
+    }
+
+    /// Refuses a unit where the times of a channel are in another than seconds.
+    pub(crate) fn check(&self, channel: &Channel) -> Result<(), UnitError> {
+        [self.from, self.to].into_iter().flatten().try_for_each(|bound| bound.check(channel))
     }
 
     /// First and last time as numbers.

@@ -12,6 +12,7 @@ use crate::{
     instant::Instant,
     messages::Recording,
     nest::{Counts, Element, Nest},
+    prefix::UnitError,
     recording::{Budget, Damage, Limits, OpenError},
     select::Bound,
     wire::{DecodeError, Values},
@@ -103,6 +104,9 @@ pub enum MomentError {
     /// The file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// A time with a unit that is not recorded.
+    #[error(transparent)]
+    Unit(#[from] UnitError),
     /// A time before the first or after the last message.
     #[error("time {time} lies outside the recording: `{topic}` of `{}` has messages from time {first} to {last}", file.display())]
     Outside {
@@ -177,6 +181,7 @@ pub fn moments(
     times: &[Bound],
 ) -> Result<(Vec<Moment>, Vec<Damage>), MomentError> {
     let channel = &recording.channels[&id];
+    times.iter().try_for_each(|time| time.check(channel))?;
     let Some(layout) = &channel.layout else { return Ok((Vec::new(), Vec::new())) };
     let mut messages = recording.messages([id], None)?;
     let mut nearest: Vec<Option<(Instant, Vec<u8>)>> = vec![None; times.len().max(1)];

@@ -70,7 +70,7 @@ const SAID: &[(&[&str], &[Said])] = &[
         &["depths that are not sound"],
         &[("verify", 1, "lists the position 1 behind 2 along z"), ("trace", 0, ""), ("report", 0, "")],
     ),
-    (&["depths that all stand twice"], &[("trace", 0, "left out"), ("report", 0, "")]),
+    (&["depths that all stand twice"], &[("trace", 2, "is a matrix"), ("report", 0, "")]),
     (
         &["a record that is longer than its chunk"],
         &[

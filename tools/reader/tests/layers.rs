@@ -269,6 +269,7 @@ fn depths_go_into_a_rectilinear_grid() {
     let bytes = desk.bytes("f.vtr");
     let place = bytes.windows(3).position(|part| part == b">\n_").expect("the data") + 3;
     let head = String::from_utf8_lossy(&bytes[..place]);
+    assert!(head.contains("x is r [m], y is z [m]"), "{head}");
     assert!(head.contains("<RectilinearGrid WholeExtent=\"0 4 0 5 0 0\">"), "{head}");
     let numbers = |offset: usize| -> Vec<f64> {
         let word = |i: usize| bytes[place + offset + 8 * i..][..8].try_into().expect("eight bytes");
@@ -280,10 +281,10 @@ fn depths_go_into_a_rectilinear_grid() {
             head.split_once(&format!("Name=\"{name}\" format=\"appended\" offset=\"")).expect("an array");
         rest.split('"').next().expect("an offset").parse().expect("a number")
     };
-    assert_eq!(numbers(offset("y")), DEPTHS);
-    assert_near(&numbers(offset("x")), &[0.0, 0.1, 0.2, 0.3, 0.4]);
-    assert_eq!(numbers(offset("z")), [0.0]);
-    let values = numbers(offset("values"));
+    assert_eq!(numbers(offset("z [m]")), DEPTHS);
+    assert_near(&numbers(offset("r [m]")), &[0.0, 0.1, 0.2, 0.3, 0.4]);
+    assert_eq!(numbers(offset("plane")), [0.0]);
+    let values = numbers(offset("stress [Pa]"));
     assert_near(&[values[2 * RADII], values[3 * RADII]], &[1.43, 18.03]);
     assert!(desk.error(2, &export("f.vti")).contains("write a .vtr"));
     desk.text(0, &export("f.npz"));

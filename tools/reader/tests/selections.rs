@@ -124,12 +124,16 @@ fn a_large_array_is_left_out_of_a_whole_topic() {
     let mut recording = forge(3, 1);
     recording.set_all("/profile", "p", |_| list([1.0; 10_001]));
     let desk = desk_of(&[("a.mcap", &recording)]);
-    let (rows, notes) = desk.both(0, &["trace", "a.mcap", "--topic", "/profile"]);
-    assert_eq!(rows, "time,step\n0.0,0\n0.01,1\n0.02,2\n");
+    let topics = ["trace", "a.mcap", "--topic", "/scalar,/profile,/slice", "--to", "0"];
+    let (rows, notes) = desk.both(0, &topics);
+    assert!(rows.starts_with("time,/scalar.step,") && rows.lines().count() == 2, "{rows}");
     assert!(notes.contains("left out: `p` of `/profile` has more than 10000 elements"), "{notes}");
-    // so are matrices and bytes
-    let (rows, notes) = desk.both(0, &["trace", "a.mcap", "--topic", "/slice"]);
-    assert!(rows.starts_with("time,step\n") && notes.contains("`values` of `/slice` is a matrix"), "{notes}");
+    // so are matrices
+    assert!(notes.contains("left out: `values` of `/slice` is a matrix"), "{notes}");
+    // a table of nothing but steps is none
+    for (topic, why) in [("/profile", "has more than 10000 elements"), ("/slice", "whole it is in an .npz")] {
+        assert!(desk.error(2, &["trace", "a.mcap", "--topic", topic]).contains(why));
+    }
     // asked for by name it is refused
     assert!(desk.error(2, &["trace", "a.mcap", "--topic", "/profile", "--field", "p"]).contains("10000"));
     let some = desk.text(0, &["trace", "a.mcap", "--topic", "/profile", "--at", "r=0.5"]);

@@ -190,6 +190,22 @@ fn partial_recordings_are_used_and_others_refused() {
     assert!(desk.error(2, &["summary", "other.mcap"]).contains("is not a percuss recording"));
 }
 
+#[test]
+fn parameters_that_were_set_are_numbers_with_a_unit() {
+    let desk = Desk::new(&[]);
+    for (velocity, name) in [("5 m/s", "a.mcap"), ("6 m/s", "b.mcap")] {
+        let velocity = format!("impact.velocity=\"{velocity}\"");
+        si::record("ball", &["mesh.cells=10", "run.end_time=\"20 us\"", &velocity], &desk.path(name));
+    }
+    let text = desk.text(0, &["summary", "a.mcap", "b.mcap"]);
+    let rows: Vec<&str> = text.lines().collect();
+    assert!(rows[0].contains("  impact.velocity  peak_force") && !text.contains("outer_radius"), "{text}");
+    let at = rows[0].find("impact.velocity").expect("the column") + "impact.velocity".len();
+    assert!(rows[1][..at].ends_with("[m/s]") && rows[2][..at].ends_with(" 5"), "{text}");
+    let (rows, units) = summary(&desk, &["a.mcap", "b.mcap"]);
+    assert_eq!((&rows[1]["impact.velocity"], &units["impact.velocity"]), (&6.0.into(), &"m/s".into()));
+}
+
 fn mcap_of_another_program() -> Vec<u8> {
     let mut writer = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("a writer");
     writer.finish().expect("an end");

@@ -104,7 +104,7 @@ fn diff_leaves_derived_channels_to_what_they_are_made_from() {
 fn diff_as_json() {
     let desk = desk();
     let json = desk.json(1, &["diff", "a.mcap", "b.mcap", "--json"]);
-    assert_eq!((&json["version"], &json["verdict"]), (&Json::from(2), &Json::from("different")));
+    assert_eq!((&json["version"], &json["verdict"]), (&Json::from(3), &Json::from("different")));
     let comparison = &json["comparisons"][0];
     assert_eq!(comparison["first_beyond"]["step"], 20);
     assert_eq!(comparison["first_beyond"]["topic"], "/scalar");
@@ -118,6 +118,12 @@ fn diff_as_json() {
     for key in ["l1_rel", "l2_rel", "linf", "max_peak_rel", "correlation", "sprague_geers"] {
         assert!(!force[key].is_null(), "{key}");
     }
+    // what does not differ is counted, and what is none is left out
+    assert_eq!(comparison["channels"][0]["equal"]["count"], 60);
+    assert!(fields.iter().all(|field| field["field"] == "force"), "{fields:?}");
+    assert!(force.get("skipped").is_none() && comparison.get("damages").is_none(), "{comparison}");
+    let same = desk.text(0, &["diff", "a.mcap", "a.mcap", "--json"]);
+    assert!(same.lines().count() < 20 && !same.contains("null") && !same.contains("fields"), "{same}");
 }
 
 #[test]

@@ -4,6 +4,7 @@ use clap::Args;
 
 use crate::{
     field::{Positions, Selection},
+    prefix::{LENGTH, typed},
     select::Pattern,
 };
 
@@ -18,7 +19,7 @@ pub(super) struct Chosen {
     #[arg(long = "field", value_name = "NAME")]
     fields: Vec<String>,
     /// Positions on the axis of arrays, r=0,0.5,0.9, or points of matrices, r=0,z=0.5, interpolated; may be repeated. One
-    /// coordinate of a matrix is a line over the other
+    /// coordinate of a matrix is a line over the other. With or without a unit, r=0.1mm
     #[arg(long, value_name = "R=LIST")]
     at: Vec<Positions>,
 }
@@ -27,7 +28,7 @@ pub(super) struct Chosen {
 fn split_fields(text: &str) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for item in text.split(',') {
-        let is_position = (item.contains('=') && !item.contains('@')) || item.trim().parse::<f64>().is_ok();
+        let is_position = (item.contains('=') && !item.contains('@')) || typed(item, LENGTH).is_ok();
         match names.last_mut().filter(|last| is_position && last.contains('@')) {
             Some(last) => {
                 last.push(',');
@@ -58,5 +59,6 @@ mod tests {
     fn positions_stay_with_their_field() {
         assert_eq!(split_fields("a,b.c[2]"), ["a", "b.c[2]"]);
         assert_eq!(split_fields("a@r=0,0.5,b@r=1,z=2,c"), ["a@r=0,0.5", "b@r=1,z=2", "c"]);
+        assert_eq!(split_fields("a@r=0,0.5mm,b"), ["a@r=0,0.5mm", "b"]);
     }
 }

@@ -42,7 +42,7 @@ pub(super) struct ExportArguments {
     /// Topic of a field with two axes, or of images
     #[arg(long, value_name = "TOPIC")]
     topic: Option<Pattern>,
-    /// Time of the field; the nearest message is taken [default: the last]
+    /// Time of the field, in the unit that is recorded or with one, 87us; the nearest message is taken [default: the last]
     #[arg(long, value_name = "T", requires = "topic", allow_negative_numbers = true, value_parser = finite_time)]
     at_time: Option<Bound>,
     /// Output: a folder with --attachments; .npy, .npz (with positions), .vti, .vtr (also of layers), .png or .svg with --topic; of

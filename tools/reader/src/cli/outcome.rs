@@ -115,7 +115,7 @@ pub fn report(error: &CliError) -> ExitCode {
             PlotError::Nothing(_)
             | PlotError::Unfit(_)
             | PlotError::Table(TableError::NoColumn { .. })
-            | PlotError::Moment(MomentError::Outside { .. }),
+            | PlotError::Moment(MomentError::Outside { .. } | MomentError::Unit(_)),
         )
         | CliError::Export(
             ExportError::Open(OpenError::UnknownTopic { .. })
@@ -123,11 +123,11 @@ pub fn report(error: &CliError) -> ExitCode {
             | ExportError::NoMatrix(_)
             | ExportError::Several { .. }
             | ExportError::Uneven { .. }
-            | ExportError::Moment(MomentError::Outside { .. }),
+            | ExportError::Moment(MomentError::Outside { .. } | MomentError::Unit(_)),
         )
-        | CliError::Cat(CatError::Open(OpenError::UnknownTopic { .. }))
+        | CliError::Cat(CatError::Open(OpenError::UnknownTopic { .. }) | CatError::Unit(_))
         | CliError::Open(OpenError::UnknownTopic { .. })
-        | CliError::Replay(ReplayError::Empty { .. } | ReplayError::Nothing)
+        | CliError::Replay(ReplayError::Empty { .. } | ReplayError::Nothing | ReplayError::Unit(_))
         | CliError::Report(ReportError::NotPercuss(_) | ReportError::NotSweep(_))
         | CliError::Summary(SummaryError::NotPercuss(_) | SummaryError::Units { .. })
         | CliError::SameFile(_)

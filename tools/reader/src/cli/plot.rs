@@ -32,12 +32,14 @@ Examples:
   percuss-read plot fig4.mcap --topic /field/stress --at r=0,z=0.1 -o point.svg                  a point over time
   percuss-read plot fig5.mcap --map -o r-t.png                                                   stress over r and time
   percuss-read plot fig5.mcap --map --topic /field/stress --at r=0 --range=-3,3 -o z-t.png       over z and time
+  percuss-read plot ball.mcap --unit force=N --unit time=ms -o drag.svg                          in chosen units
   percuss-read plot old.mcap new.mcap --topic /velocity --log y -o velocity.svg
   percuss-read plot order.csv --x cells --y relative_error --by quantity --log xy                a table, of percuss study
   percuss-read plot sweep/summary.parquet --x indenter.mass --y peak_force --by target.thickness -o force.svg   of a sweep
 
 Without --field, a topic shows the fields that have the unit of its first. Quantities in SI units are drawn with the prefix
-that fits (µs, kN, MPa); --at, --at-time, --from, --to, --range and --x-range are in the unit of the recording, without it.";
+that fits (µs, kN, MPa). --at, --at-time, --from and --to are in the unit that is recorded unless they have one, --at-time 87us;
+--range and --x-range are numbers in the unit of the recording.";
 
 #[derive(Debug, Args)]
 #[command(after_help = PLOT_EXAMPLES)]

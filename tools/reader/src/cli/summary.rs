@@ -13,12 +13,14 @@ use crate::{
     command::summary::{Outcome, summary},
     format::{aligned::Aligned, json::Json},
     recording::Limits,
+    units::Units,
 };
 
 const SUMMARY_HELP: &str = "\
 Columns, from recorded messages only; what a recording does not say is empty, never 0:
   file, title          name of the recording, title of the case
-  <parameter>          parameters of the case that differ between the recordings, by dotted keys: indenter.mass
+  <parameter>          parameters of the case that differ between the recordings, by dotted keys, indenter.mass, as they are
+                       given, with their unit; lists are left out, and so is what follows from the others, mesh.outer_radius
   peak_force           largest force of /drag
   peak_time            time at which it is first reached
   impulse              integral of the force over time, by trapezia over all messages of /drag
@@ -41,6 +43,7 @@ Examples:
   percuss-read summary fig9-m1.mcap
   percuss-read summary fig9-*.mcap -o masses.csv
   percuss-read summary sweep/*.mcap --format json
+  percuss-read summary ball.mcap --unit force=N --unit time=ms
 
 Exit status: 0 done, 1 failed, 2 usage, 3 a recording is damaged or its run was not finished: what is there was used.";
 
@@ -56,6 +59,8 @@ pub(super) struct SummaryArguments {
     /// Units of SI columns in text and CSV
     #[arg(long, value_enum, default_value = "prefixed")]
     units: UnitChoice,
+    #[command(flatten)]
+    chosen: Units,
     /// Output file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -66,7 +71,7 @@ pub(super) struct SummaryArguments {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// Aligned columns, numbers of six digits
+    /// Aligned columns, numbers of five digits
     Text,
     /// Comma-separated values, names and units in the first line
     Csv,
@@ -89,7 +94,7 @@ impl SummaryArguments {
             Format::Json => Box::new(Json::new(&mut output)),
             Format::Parquet => Box::new(Parquet::new(&mut output, PROGRAM, limits.kept())),
         };
-        let result = summary(&self.files, prefixed, limits, &mut *sink);
+        let result = summary(&self.files, prefixed, &self.chosen, limits, &mut *sink);
         drop(sink);
         let result = result.and_then(|outcome| Ok(commit(output).map(|()| outcome)?));
         let outcome = unless_closed(result, self.output.as_deref())?;

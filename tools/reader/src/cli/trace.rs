@@ -11,7 +11,7 @@ use super::{
     output::{Output, PROGRAM, UnitChoice, chosen_format, commit, refuse_inputs, unless_closed},
 };
 use crate::{
-    command::trace::{Outcome, Prefixes, Request, trace},
+    command::trace::{Outcome, Prefixes, Request, TraceError, arrays, trace},
     format::{
         json_lines::JsonLines,
         npy::{Npy, Shape},
@@ -25,12 +25,14 @@ Examples:
   percuss-read trace fig5.mcap --topic /probes --every 10 -o probes.csv
   percuss-read trace fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 --format jsonl
   percuss-read trace fig5.mcap --topic /field/stress --at r=0,z=0.5 --at r=1,z=0.2     points in the target
+  percuss-read trace fig5.mcap --topic /field/stress -o field.npz                      all of it: stress over time, z, r
   percuss-read trace fig5.mcap --topic /energy --field kinetic,strain,residual
   percuss-read trace steel.mcap --units base                       s and N, not µs and kN
+  percuss-read trace ball.mcap --unit force=N --unit time=ms       in chosen units
   percuss-read trace robot.mcap --topic /control --field gains[kd] --time iso      of another program, with dates
 
---from, --to and positions of --at are always in the units that are recorded. On an interface between layers a position is in
-the upper one.";
+--from, --to and positions of --at are in the units that are recorded, unless they have one: --from 32us --at r=0.1mm. On an
+interface between layers a position is in the upper one.";
 
 #[derive(Debug, Args)]
 #[command(after_help = TRACE_EXAMPLES)]
@@ -67,7 +69,7 @@ enum Format {
     Parquet,
     /// One NumPy matrix of all columns
     Npy,
-    /// NumPy arrays, one per column
+    /// NumPy arrays, one per column; of one topic with a field, a profile or a line, all of it over time, z and r, with these
     Npz,
 }
 
@@ -87,15 +89,14 @@ impl TraceArguments {
             ..self.request.clone()
         };
         let mut output = BufWriter::new(Output::new(self.output.as_deref(), self.force));
-        let mut sink: Box<dyn Sink> = match format {
-            Format::Csv => Box::new(Csv::new(&mut output)),
-            Format::Jsonl => Box::new(JsonLines::new(&mut output)),
-            Format::Parquet => Box::new(Parquet::new(&mut output, PROGRAM, limits.kept())),
-            Format::Npy => Box::new(Npy::new(&mut output, Shape::Matrix, limits.memory)),
-            Format::Npz => Box::new(Npy::new(&mut output, Shape::Archive, limits.memory)),
+        let written = match (format, self.files.as_slice()) {
+            (Format::Npz, [file]) => arrays(file, &request, limits, &mut output),
+            _ => Ok(None),
         };
-        let result = trace(&self.files, &request, limits, &mut *sink);
-        drop(sink);
+        let result = match written {
+            Ok(None) => self.table(format, &request, limits, &mut output),
+            written => written.map(Option::unwrap_or_default),
+        };
         let result = result.and_then(|outcome| Ok(commit(output).map(|()| outcome)?));
         let Some(outcome) = unless_closed(result, self.output.as_deref())? else { return Ok(Exit::Done) };
         say_left_out(&outcome.left_out);
@@ -109,6 +110,24 @@ impl TraceArguments {
             return Ok(Exit::Loss);
         }
         Ok(losses(&outcome.damages))
+    }
+
+    /// Writes a table of columns.
+    fn table(
+        &self,
+        format: Format,
+        request: &Request,
+        limits: Limits,
+        output: &mut BufWriter<Output>,
+    ) -> Result<Outcome, TraceError> {
+        let mut sink: Box<dyn Sink> = match format {
+            Format::Csv => Box::new(Csv::new(output)),
+            Format::Jsonl => Box::new(JsonLines::new(output)),
+            Format::Parquet => Box::new(Parquet::new(output, PROGRAM, limits.kept())),
+            Format::Npy => Box::new(Npy::new(output, Shape::Matrix, limits.memory)),
+            Format::Npz => Box::new(Npy::new(output, Shape::Archive, limits.memory)),
+        };
+        trace(&self.files, request, limits, &mut *sink)
     }
 
     fn format(&self) -> Result<Format, CliError> {

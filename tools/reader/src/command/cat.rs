@@ -14,6 +14,7 @@ use serde_json::value::RawValue;
 use crate::{
     channel::Channel,
     messages::{Message, POLL, Recording},
+    prefix::UnitError,
     recording::{Damage, Limits, OpenError},
     select::{self, Pattern, Window},
     wire::dynamic,
@@ -40,6 +41,9 @@ pub enum CatError {
     /// The file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// A time with a unit that is not recorded.
+    #[error(transparent)]
+    Unit(#[from] UnitError),
     /// The output cannot be written.
     #[error("cannot write the output: {0}")]
     Output(#[from] io::Error),
@@ -68,7 +72,9 @@ pub fn cat(
     }
     let (from, to) = request.window.numbers();
     let window = recording.log_window(from, to);
-    let mut messages = recording.messages(select::channels(&recording, &request.topics)?, window)?;
+    let ids = select::channels(&recording, &request.topics)?;
+    ids.iter().try_for_each(|id| request.window.check(&recording.channels[id]))?;
+    let mut messages = recording.messages(ids, window)?;
     if request.follow {
         messages.follow();
     }

@@ -17,6 +17,7 @@ use crate::{
     convention,
     instant::seconds,
     messages::Recording,
+    prefix::UnitError,
     recording::{Damage, Limits, OpenError, open_file},
     select::{Bound, Window},
     timeline::{Event, Timeline, TimelineError},
@@ -47,7 +48,7 @@ pub struct Request {
     /// With --once, wait for viewers to leave so many seconds at most
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = percuss_serve::seconds, requires = "once")]
     pub hold: Duration,
-    /// First time, in the unit of the time of messages, else in seconds of log time
+    /// First time, in the unit of the time of messages or with one, 32us; else in seconds of log time
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub from: Option<Bound>,
     /// Last time, like the first
@@ -61,6 +62,9 @@ pub enum ReplayError {
     /// The file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// A time with a unit that is not recorded.
+    #[error(transparent)]
+    Unit(#[from] UnitError),
     /// The messages cannot be put in the order of time.
     #[error(transparent)]
     Timeline(#[from] TimelineError),
@@ -110,9 +114,12 @@ pub fn replay(
     say: &mut dyn FnMut(News<'_>),
 ) -> Result<(), ReplayError> {
     let recording = Recording::open(path, limits)?;
+    let window = Window { from: request.from, to: request.to, every: 1 };
+    let mut timed = recording.channels.values().filter(|channel| channel.has_time());
+    timed.try_for_each(|channel| window.check(channel))?;
     let mut timeline = open(path, limits, say)?;
     let span = timeline.span().and_then(|(first, last)| {
-        let (low, high) = window(&recording, request);
+        let (low, high) = log_times(&recording, window);
         let span = (first.max(low), last.min(high));
         (span.0 <= span.1).then_some(span)
     });
@@ -155,15 +162,14 @@ pub fn replay(
 }
 
 /// First and last log time that are asked for \[ns\].
-fn window(recording: &Recording, request: &Request) -> (u64, u64) {
-    let &Request { from, to, .. } = request;
+fn log_times(recording: &Recording, window: Window) -> (u64, u64) {
     match recording.entries(convention::RUN).and_then(convention::playback_rate) {
         Some(rate) => {
             // as percuss rounds the log times of messages
             let log_time = |time: Bound| (1e9 * rate * time.number()).round() as u64;
-            (from.map_or(0, log_time), to.map_or(u64::MAX, log_time))
+            (window.from.map_or(0, log_time), window.to.map_or(u64::MAX, log_time))
         }
-        None => Window { from, to, every: 1 }.log_times(0),
+        None => window.log_times(0),
     }
 }
 

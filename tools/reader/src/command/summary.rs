@@ -14,12 +14,13 @@ use toml::Value;
 use reading::Reading;
 
 use crate::{
-    convention::{RESOLVED_CASE, RUN},
+    convention::{CASE, OUTER_RADIUS, RESOLVED_CASE, RUN},
     messages::Recording,
     prefix::{InUnits, Largest},
     recording::{Budget, Damage, Limits, OpenError},
     scales::{Conversion, Scales},
     toml_keys,
+    units::Units,
 };
 
 /// Why there is no summary.
@@ -82,9 +83,17 @@ impl Read {
             return Err(SummaryError::NotPercuss(path.into()));
         }
         let reading = Reading::of(&recording)?;
-        let case = recording.attachment(RESOLVED_CASE)?;
-        let case = case.and_then(|case| toml_keys::entries(&case, &mut Budget::new(limits.kept())));
-        Ok(Self { recording, reading, case: case.unwrap_or_default() })
+        let keys = |name| -> Result<BTreeMap<String, Value>, OpenError> {
+            let file = recording.attachment(name)?;
+            let keys = file.and_then(|file| toml_keys::entries(&file, &mut Budget::new(limits.kept())));
+            Ok(keys.unwrap_or_default())
+        };
+        let mut case = keys(RESOLVED_CASE)?;
+        case.retain(|_, value| !value.is_array());
+        if case.contains_key(OUTER_RADIUS) && !keys(CASE)?.contains_key(OUTER_RADIUS) {
+            case.remove(OUTER_RADIUS);
+        }
+        Ok(Self { recording, reading, case })
     }
 
     fn title(&self) -> Cell {
@@ -119,6 +128,7 @@ impl Read {
 /// Writes a table with a row per recording.
 ///
 /// * `prefixed`: SI columns get the prefix that suits their largest number
+/// * `units`: units that are chosen
 ///
 /// # Errors
 ///
@@ -126,6 +136,7 @@ impl Read {
 pub fn summary(
     paths: &[PathBuf],
     prefixed: bool,
+    units: &Units,
     limits: Limits,
     sink: &mut dyn Sink,
 ) -> Result<Outcome, SummaryError> {
@@ -137,10 +148,10 @@ pub fn summary(
     for file in &files {
         let scales = Scales::between(&file.recording, &first.recording);
         let start = [Cell::Text(file.recording.path.display().to_string()), file.title()];
-        let case = parameters.iter().map(|(key, is_number)| parameter(file.case.get(key), *is_number));
+        let case = parameters.iter().map(|heading| parameter(file.case.get(&heading.name), heading.kind));
         rows.push(start.into_iter().chain(case).chain(file.cells(first, &scales)?).collect::<Vec<Cell>>());
     }
-    write(&headings, &rows, prefixed, sink)?;
+    write(&headings, &rows, prefixed, units, sink)?;
     let mut outcome = Outcome::default();
     for Read { recording, reading, .. } in files {
         outcome.undecoded += reading.undecoded;
@@ -153,47 +164,68 @@ pub fn summary(
     Ok(outcome)
 }
 
-fn write(headings: &[Heading], rows: &[Vec<Cell>], prefixed: bool, sink: &mut dyn Sink) -> io::Result<()> {
+fn write(
+    headings: &[Heading],
+    rows: &[Vec<Cell>],
+    prefixed: bool,
+    units: &Units,
+    sink: &mut dyn Sink,
+) -> io::Result<()> {
     let mut largest = Largest::default();
     largest.begin(headings)?;
     rows.iter().try_for_each(|row| largest.row(row))?;
     let groups: Vec<String> = headings.iter().map(|heading| heading.name.clone()).collect();
-    let units = if prefixed { largest.units(headings, &groups) } else { vec![None; headings.len()] };
-    let mut sink = InUnits::new(sink, units);
+    let choose = |unit: &str, largest: f64| match prefixed {
+        true => units.choose(unit, largest),
+        false => units.of(unit),
+    };
+    let mut sink = InUnits::new(sink, largest.units(headings, &groups, choose));
     sink.begin(headings)?;
     rows.iter().try_for_each(|row| sink.row(row))?;
     sink.end()
 }
 
-/// Parameters of the case that differ between the recordings, and whether all of their values are numbers.
-fn parameters(files: &[Read]) -> Vec<(String, bool)> {
+/// Columns of the parameters of the case that differ between the recordings: numbers, if all of them are, in one unit.
+fn parameters(files: &[Read]) -> Vec<Heading> {
     let keys: BTreeSet<&String> = files.iter().flat_map(|file| file.case.keys()).collect();
     let differs = |key: &&String| files.iter().any(|file| file.case.get(*key) != files[0].case.get(*key));
-    let is_number = |key: &String| {
-        let mut values = files.iter().filter_map(|file| file.case.get(key));
-        values.all(|value| matches!(value, Value::Integer(_) | Value::Float(_)))
+    let heading = |key: &String| {
+        let mut values = files.iter().filter_map(|file| file.case.get(key)).map(quantity);
+        let unit = values.next().flatten().map(|(_, unit)| unit);
+        let unit = unit.filter(|unit| values.all(|value| value.is_some_and(|(_, other)| other == *unit)));
+        match unit {
+            Some(unit) => Heading::new(key, unit),
+            None => Heading { name: key.clone(), unit: None, kind: CellType::Text },
+        }
     };
     // the title has a column of its own
-    let keys = keys.into_iter().filter(|key| *key != "title").filter(differs);
-    keys.map(|key| (key.clone(), is_number(key))).collect()
+    keys.into_iter().filter(|key| *key != "title").filter(differs).map(heading).collect()
 }
 
-fn parameter(value: Option<&Value>, is_number: bool) -> Cell {
+/// A number and its unit, if a value is one: `1.5` or `"20 mm"`.
+fn quantity(value: &Value) -> Option<(f64, Option<&str>)> {
     match value {
-        None => Cell::Empty,
-        Some(Value::Float(number)) if is_number => Cell::Double(*number),
-        Some(Value::Integer(number)) if is_number => Cell::Double(*number as f64),
-        Some(Value::String(text)) => Cell::Text(text.clone()),
-        Some(other) => Cell::Text(other.to_string()),
+        Value::Float(number) => Some((*number, None)),
+        Value::Integer(number) => Some((*number as f64, None)),
+        Value::String(text) => {
+            let (number, unit) = text.split_once(' ')?;
+            Some((number.parse().ok()?, Some(unit)))
+        }
+        _ => None,
     }
 }
 
-fn headings(parameters: &[(String, bool)], first: &Reading) -> Vec<Heading> {
-    let heading = |name: &str, unit, kind| Heading { name: name.into(), unit, kind };
-    let mut headings = vec![heading("file", None, CellType::Text), heading("title", None, CellType::Text)];
-    headings.extend(parameters.iter().map(|(key, is_number)| {
-        heading(key, None, if *is_number { CellType::Double } else { CellType::Text })
-    }));
-    headings.extend(first.measures.iter().map(|measure| measure.heading(&first.units)));
-    headings
+fn parameter(value: Option<&Value>, kind: CellType) -> Cell {
+    match (value, value.and_then(quantity)) {
+        (None, _) => Cell::Empty,
+        (_, Some((number, _))) if kind == CellType::Double => Cell::Double(number),
+        (Some(Value::String(text)), _) => Cell::Text(text.clone()),
+        (Some(other), _) => Cell::Text(other.to_string()),
+    }
+}
+
+fn headings(parameters: &[Heading], first: &Reading) -> Vec<Heading> {
+    let text = |name: &str| Heading { name: name.into(), unit: None, kind: CellType::Text };
+    let measures = first.measures.iter().map(|measure| measure.heading(&first.units));
+    [text("file"), text("title")].into_iter().chain(parameters.iter().cloned()).chain(measures).collect()
 }

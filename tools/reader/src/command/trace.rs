@@ -1,5 +1,6 @@
 //! `trace`: fields of topics against time, from one recording or many.
 
+mod arrays;
 mod clock;
 mod join;
 mod request;
@@ -11,12 +12,13 @@ use percuss_table::{Cell, CellType, Heading, Sink};
 
 use crate::{
     convention,
-    field::Column,
+    field::{Column, SelectionError},
     messages::{POLL, Recording},
     prefix::{InUnits, Largest, takes_prefix},
     recording::{Limits, without_part},
 };
 
+pub use arrays::arrays;
 use clock::Clock;
 pub use clock::TimeForm;
 pub(crate) use clock::iso;
@@ -46,6 +48,7 @@ pub fn trace(
     for (path, name) in paths.iter().zip(names(paths)) {
         files.push(Traced::open(path, name, request, origin, limits, &mut outcome.left_out)?);
     }
+    check_values(&files, &outcome.left_out)?;
     check_units(&files)?;
     check_own_times(&files, request.time)?;
     let begun = if request.stack {
@@ -62,11 +65,17 @@ pub fn trace(
         Prefixes::Always => true,
     };
     let mut scaled;
-    let sink = if prefixed && begun.iter().any(takes_prefix) {
+    let sink = if (prefixed || !request.units.is_empty()) && begun.iter().any(takes_prefix) {
         let mut largest = Largest::default();
         largest.begin(&begun)?;
-        run_all(&files, paths, request, &mut largest, &mut Outcome::default())?;
-        scaled = InUnits::new(sink, largest.units(&begun, &groups(&files, request.stack)));
+        let choose = |unit: &str, largest: f64| match prefixed {
+            true => request.units.choose(unit, largest),
+            false => request.units.of(unit),
+        };
+        if prefixed {
+            run_all(&files, paths, request, &mut largest, &mut Outcome::default())?;
+        }
+        scaled = InUnits::new(sink, largest.units(&begun, &groups(&files, request.stack), choose));
         &mut scaled
     } else {
         sink
@@ -167,6 +176,17 @@ fn check_own_times(files: &[Traced], form: TimeForm) -> Result<(), TraceError> {
     match slots.find(|slot| form != TimeForm::Seconds && slot.time.leaf.is_some()) {
         Some(slot) => Err(TraceError::OwnTime(slot.topic.clone())),
         None => Ok(()),
+    }
+}
+
+/// Refuses a table of nothing but steps and times, where what was left out are the values.
+fn check_values(files: &[Traced], left_out: &[SelectionError]) -> Result<(), TraceError> {
+    let mut columns = files.iter().flat_map(|file| &file.slots).flat_map(|slot| &slot.columns);
+    match left_out.first() {
+        Some(error) if columns.all(|column| column.heading.name == convention::STEP) => {
+            Err(error.clone().into())
+        }
+        _ => Ok(()),
     }
 }
 

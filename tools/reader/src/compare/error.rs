@@ -1,6 +1,6 @@
 //! Why a comparison failed.
 
-use crate::recording::OpenError;
+use crate::{prefix::UnitError, recording::OpenError};
 
 /// Why a comparison failed.
 #[derive(Debug, thiserror::Error)]
@@ -8,6 +8,9 @@ pub enum CompareError {
     /// A file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// A time with a unit that is not recorded.
+    #[error(transparent)]
+    Unit(#[from] UnitError),
     /// A topic or field that was asked for is in neither recording: to call them equal would be no answer.
     #[error("neither recording has a {what} `{pattern}`")]
     Unknown {

@@ -187,8 +187,10 @@ impl Picker<'_> {
             }
             Axis::Matrix(_) => {
                 let [row, column] = [0, 1].map(|side| axis.coordinates()[side]);
-                let hint =
-                    format!("choose points, as in --at {column}=0,{row}=0; plot and export show it whole");
+                let hint = format!(
+                    "choose points, as in --at {column}=0,{row}=0; whole it is in an .npz of trace, at one time in export and \
+                     plot"
+                );
                 Err(self.refuse(&field.path, "a matrix", hint))
             }
             Axis::Described(_) | Axis::Listed(_) | Axis::Unknown => {
@@ -277,6 +279,7 @@ impl Picker<'_> {
         axis: &Axis,
         at: &Positions,
     ) -> Result<Vec<Column>, SelectionError> {
+        at.check_units(self.channel)?;
         let path = &self.layout.leaves[leaf].path;
         let names = axis.coordinates();
         let reaches = match axis {

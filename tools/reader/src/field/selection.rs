@@ -2,7 +2,14 @@
 
 use prost_reflect::Kind;
 
-use crate::{axis::Axis, channel::Channel, extent::Reach, nest::Index, wire::Layout};
+use crate::{
+    axis::Axis,
+    channel::Channel,
+    extent::Reach,
+    nest::Index,
+    prefix::{LENGTH, UnitError, typed},
+    wire::Layout,
+};
 
 /// Which fields of a topic are wanted.
 #[derive(Clone, Debug, Default)]
@@ -20,13 +27,15 @@ pub struct Selection {
 pub struct Positions {
     /// Names of the coordinates and the positions on each.
     pub coordinates: Vec<(String, Vec<f64>)>,
+    /// True if any was written with a unit: then those are in metres.
+    pub(crate) has_unit: bool,
 }
 
 impl std::str::FromStr for Positions {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let mut coordinates: Vec<(String, Vec<f64>)> = Vec::new();
+        let (mut coordinates, mut has_unit) = (Vec::<(String, Vec<f64>)>::new(), false);
         for item in text.split(',') {
             let number = match item.split_once('=') {
                 Some((name, number)) => {
@@ -42,12 +51,14 @@ impl std::str::FromStr for Positions {
                 None => item,
             };
             let (_, values) = coordinates.last_mut().ok_or("write positions as r=0,0.5,0.9 or r=0,z=0.5")?;
-            match number.trim().parse::<f64>() {
+            let (number, is_in_metres) = typed(number, LENGTH)?;
+            has_unit |= is_in_metres;
+            match number.parse::<f64>() {
                 Ok(value) if value.is_finite() => values.push(value),
-                _ => return Err(format!("`{}` is not a number", number.trim())),
+                _ => return Err(format!("`{number}` is not a finite number")),
             }
         }
-        Ok(Self { coordinates })
+        Ok(Self { coordinates, has_unit })
     }
 }
 
@@ -72,6 +83,15 @@ impl Positions {
     pub(crate) fn fit(&self, axis: &Axis) -> bool {
         let known = axis.coordinates();
         self.coordinates.iter().all(|(name, _)| known.contains(&name.as_str()))
+    }
+
+    /// Refuses a unit where positions of a channel are in another than metres.
+    pub(crate) fn check_units(&self, channel: &Channel) -> Result<(), SelectionError> {
+        let mut names = self.coordinates.iter().map(|(name, _)| name);
+        Ok(names.try_for_each(|name| {
+            let (what, unit) = (format!("positions {name}"), channel.coordinate_unit(name));
+            UnitError::check(self.has_unit, LENGTH, &channel.topic, &what, unit)
+        })?)
     }
 
     /// True if they leave out a coordinate of an axis that they fit.
@@ -126,6 +146,9 @@ pub enum SelectionError {
         /// What is wrong.
         error: String,
     },
+    /// Positions with a unit that is not recorded.
+    #[error(transparent)]
+    Unit(#[from] UnitError),
     /// No field has the axes to choose positions on.
     #[error("no array of `{topic}` has an axis named `{coordinate}` to choose positions on{known}")]
     NoAxis {
@@ -379,6 +402,8 @@ mod tests {
             (Some(&[0.0][..]), Some(&[0.5, 1.0][..]), None)
         );
         assert_eq!(point.to_string(), "r=0,z=0.5,1");
+        let typed = parse("r=0.1mm,z=2 cm").expect("a point");
+        assert_eq!((typed.to_string().as_str(), typed.has_unit), ("r=0.0001,z=0.02", true));
         for bad in ["0,1", "r=", "r=x", "r=nan", "r=0,r=1", ""] {
             assert!(parse(bad).is_err(), "{bad}");
         }

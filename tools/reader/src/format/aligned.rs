@@ -1,10 +1,10 @@
-//! Columns aligned for reading: names, units below them, numbers of six digits.
+//! Columns aligned for reading: names, units below them, numbers of five digits.
 
 use std::io::{self, Write};
 
 use percuss_table::{Cell, Heading, Sink};
 
-use crate::text::printable;
+use crate::{prefix::short, text::printable};
 
 /// Writes a table whose columns are aligned: texts to the left, numbers to the right, empty cells as `-`. It keeps the
 /// rows to the end, so it is for tables with few of them.
@@ -61,17 +61,9 @@ impl<W: Write> Sink for Aligned<W> {
 fn text(cell: &Cell) -> String {
     match cell {
         Cell::Empty => "-".into(),
-        Cell::Float(value) => short(f64::from(*value)),
-        Cell::Double(value) => short(*value),
+        Cell::Float(_) | Cell::Double(_) => cell.number().map_or_else(String::new, short),
         other => printable(&other.to_string()).into_owned(),
     }
-}
-
-/// A number of six digits, without zeros at its end.
-fn short(value: f64) -> String {
-    let rounded = format!("{value:.5e}").parse::<f64>().unwrap_or(value);
-    let text = format!("{rounded:?}");
-    text.strip_suffix(".0").unwrap_or(&text).to_owned()
 }
 
 #[cfg(test)]
@@ -89,7 +81,8 @@ mod tests {
         table.row(&[Cell::Text("c\u{1b}".into()), Cell::Double(12.0)]).expect("row");
         table.end().expect("end");
         let text = String::from_utf8(output).expect("text");
-        let expected = "file        force\n             [µN]\na        0.666667\nb.mcap          -\nc\\u{1b}        12\n";
+        let expected =
+            "file       force\n            [µN]\na        0.66667\nb.mcap         -\nc\\u{1b}       12\n";
         assert_eq!(text, expected);
     }
 }

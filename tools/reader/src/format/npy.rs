@@ -3,8 +3,38 @@
 use std::io::{self, Cursor, Write};
 
 use ndarray::{Array1, Array2, ArrayView1};
-use ndarray_npy::{NpzWriter, WriteNpyExt};
+use ndarray_npy::{NpzWriter, WritableElement, WriteDataError, WriteNpyExt};
 use percuss_table::{Cell, CellType, Heading, Sink};
+
+/// Longest text of an array \[characters\].
+const TEXT: usize = 64;
+
+/// A text of an array: `<U64`, longer ones are cut off.
+pub(crate) struct Text([u32; TEXT]);
+
+impl Text {
+    /// As it stands in an array.
+    pub(crate) fn of(text: &str) -> Self {
+        let mut characters = [0; TEXT];
+        characters.iter_mut().zip(text.chars()).for_each(|(place, c)| *place = c.into());
+        Self(characters)
+    }
+}
+
+impl WritableElement for Text {
+    fn type_descriptor() -> py_literal::Value {
+        py_literal::Value::String(format!("<U{TEXT}"))
+    }
+
+    fn write<W: Write>(&self, mut writer: W) -> Result<(), WriteDataError> {
+        let bytes: Vec<u8> = self.0.iter().flat_map(|c| c.to_le_bytes()).collect();
+        writer.write_all(&bytes).map_err(WriteDataError::from)
+    }
+
+    fn write_slice<W: Write>(slice: &[Self], mut writer: W) -> Result<(), WriteDataError> {
+        slice.iter().try_for_each(|text| text.write(&mut writer))
+    }
+}
 
 /// How the columns are laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,10 +1,14 @@
 //! Fields as VTK XML, which ParaView opens: one field on a uniform (`.vti`) or a rectilinear grid (`.vtr`); binary, appended raw.
 //!
-//! x runs along the columns, y along the rows, with one point per value.
+//! x runs along the columns, y along the rows, with one point per value. The array has its unit in its name, `stress [Pa]`; one without
+//! dimension has none. What x and y are is said by the comment in front, and by the names of the coordinates of a `.vtr`.
 
 use percuss_table::Heading;
 
-use crate::slice::{Side, Slice};
+use crate::{
+    convention,
+    slice::{Side, Slice},
+};
 
 /// A field as image data.
 ///
@@ -33,7 +37,9 @@ pub fn vti(slice: &Slice) -> Result<Vec<u8>, &Heading> {
 /// ```
 pub fn vtr(slice: &Slice) -> Vec<u8> {
     let places = |side: &Side| (0..side.length()).map(|i| side.at(i)).collect();
-    let coordinates = [("x", places(&slice.columns)), ("y", places(&slice.rows)), ("z", vec![0.0])];
+    let [rows, columns] = slice.axes.each_ref().map(name);
+    let coordinates =
+        [(&*columns, places(&slice.columns)), (&*rows, places(&slice.rows)), ("plane", vec![0.0])];
     file(slice, "RectilinearGrid", "", coordinates)
 }
 
@@ -49,8 +55,9 @@ fn file<const N: usize>(
 ) -> Vec<u8> {
     let (nx, ny) = (slice.columns.length().max(1), slice.rows.length().max(1));
     let extent = format!("0 {} 0 {} 0 0", nx - 1, ny - 1);
-    let name = escape(&slice.name);
-    let (title, time) = (escape(&slice.title()), slice.time);
+    let name = escape(&name(&slice.heading()));
+    let [y, x] = slice.axes.each_ref().map(Heading::with_unit);
+    let (title, time) = (escape(&format!("{}; x is {x}, y is {y}", slice.title())), slice.time);
     let mut data = Vec::new();
     let mut array = |name: &str, values: &[f64]| {
         let offset = data.len();
@@ -59,7 +66,7 @@ fn file<const N: usize>(
         format!("<DataArray type=\"Float64\" Name=\"{name}\" format=\"appended\" offset=\"{offset}\"/>\n")
     };
     let values = array(&name, &slice.values);
-    let axes: String = coordinates.iter().map(|(name, places)| array(name, places)).collect();
+    let axes: String = coordinates.iter().map(|(name, places)| array(&escape(name), places)).collect();
     let axes = if N > 0 { format!("<Coordinates>\n{axes}</Coordinates>\n") } else { axes };
     let head = format!(
         "<?xml version=\"1.0\"?>\n\
@@ -72,6 +79,12 @@ fn file<const N: usize>(
         title.replace("--", "- -"),
     );
     [head.as_bytes(), &data, b"\n</AppendedData>\n</VTKFile>\n"].concat()
+}
+
+/// Name of an array with its unit, if it has a dimension.
+fn name(heading: &Heading) -> String {
+    let is_plain = |unit: &String| convention::UNITS.iter().any(|(plain, ..)| unit == plain);
+    Heading { unit: heading.unit.clone().filter(|unit| !is_plain(unit)), ..heading.clone() }.with_unit()
 }
 
 fn escape(text: &str) -> String {

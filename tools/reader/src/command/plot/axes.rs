@@ -6,7 +6,10 @@ use percuss_picture::{Curve, Image, Layer, Panel, Side};
 use percuss_table::Heading;
 
 use super::request::Request;
-use crate::prefix::Prefixed;
+use crate::{
+    prefix::{Prefixed, short},
+    units::Units,
+};
 
 /// A curve, and what its values are.
 pub(super) struct Line {
@@ -21,8 +24,8 @@ fn largest(ends: Option<(f64, f64)>, numbers: impl Iterator<Item = f64>) -> f64 
 }
 
 /// A quantity in the prefixed unit in which its largest number is best read, and the factor of its numbers.
-fn prefixed(heading: &Heading, largest: f64) -> (Heading, f64) {
-    match heading.unit.as_deref().and_then(|unit| Prefixed::choose(unit, largest)) {
+fn prefixed(heading: &Heading, largest: f64, units: &Units) -> (Heading, f64) {
+    match heading.unit.as_deref().and_then(|unit| units.choose(unit, largest)) {
         Some(Prefixed { factor, unit }) => (Heading { unit: Some(unit), ..heading.clone() }, factor),
         None => (heading.clone(), 1.0),
     }
@@ -39,13 +42,13 @@ fn scaled(ends: Option<(f64, f64)>, factor: f64) -> Option<(f64, f64)> {
 /// * `right`: curves on an axis at the right
 pub(super) fn panel(x: &Heading, left: Vec<Line>, right: Vec<Line>, request: &Request) -> Panel {
     let points = || left.iter().chain(&right).flat_map(|line| &line.curve.points);
-    let (x, x_factor) = prefixed(x, largest(request.x_range, points().map(|point| point.0)));
+    let (x, x_factor) = prefixed(x, largest(request.x_range, points().map(|point| point.0)), &request.units);
     let is_shown = |x: f64| request.x_range.is_none_or(|(low, high)| (low..=high).contains(&x));
     let side = |lines: Vec<Line>, ends: Option<(f64, f64)>| {
         let shown = lines.iter().flat_map(|line| &line.curve.points).filter(|point| is_shown(point.0));
         let largest = largest(ends, shown.map(|point| point.1));
         let unit = match units(&lines).as_slice() {
-            [Some(unit)] => Prefixed::choose(unit, largest),
+            [Some(unit)] => request.units.choose(unit, largest),
             _ => None,
         };
         let y_factor = unit.as_ref().map_or(1.0, |unit| unit.factor);
@@ -139,7 +142,7 @@ pub(super) fn common_label(headings: &[Heading]) -> String {
 pub(super) fn labelled(
     image: Image,
     [rows, columns, values]: &[Heading; 3],
-    range: Option<(f64, f64)>,
+    Request { range, units, .. }: &Request,
 ) -> (Image, Option<(f64, f64)>) {
     let reach =
         |side: &Side| largest(None, [side.at(0), side.at(side.length().saturating_sub(1))].into_iter());
@@ -147,8 +150,8 @@ pub(super) fn labelled(
     if rows.unit == columns.unit {
         (down, along) = (down.max(along), down.max(along));
     }
-    let ((rows, down), (columns, along)) = (prefixed(rows, down), prefixed(columns, along));
-    let (values, factor) = prefixed(values, largest(range, image.values.iter().copied()));
+    let ((rows, down), (columns, along)) = (prefixed(rows, down, units), prefixed(columns, along, units));
+    let (values, factor) = prefixed(values, largest(*range, image.values.iter().copied()), units);
     let layer = |layer: Layer| Layer { top: layer.top * down, bottom: layer.bottom * down, ..layer };
     let image = Image {
         row_label: rows.with_unit(),
@@ -160,15 +163,13 @@ pub(super) fn labelled(
         values: image.values.into_iter().map(|value| value * factor).collect(),
         ..image
     };
-    (image, scaled(range, factor))
+    (image, scaled(*range, factor))
 }
 
-/// A time in words: `time 0.5`, or with the prefix that fits it, `time 12.5 µs`; to six digits after the point.
-pub(super) fn time_label(time: f64, unit: Option<&str>) -> String {
-    let prefixed = unit.and_then(|unit| Prefixed::choose(unit, time));
-    let number = format!("{:.6}", time * prefixed.as_ref().map_or(1.0, |prefixed| prefixed.factor));
-    let number =
-        if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { &number };
+/// A time in words: `time 0.5`, or with the prefix that fits it, `time 12.5 µs`.
+pub(super) fn time_label(time: f64, unit: Option<&str>, units: &Units) -> String {
+    let prefixed = unit.and_then(|unit| units.choose(unit, time));
+    let number = short(prefixed.as_ref().map_or(time, |prefixed| prefixed.apply(time)));
     prefixed.map_or_else(|| format!("time {number}"), |prefixed| format!("time {number} {}", prefixed.unit))
 }
 
@@ -222,7 +223,8 @@ mod tests {
         let request = Request { range: Some((0.0, 2e6)), ..Request::default() };
         let panel = super::panel(&time, left(), Vec::new(), &request);
         assert_eq!((panel.y_label.as_str(), panel.y_range), ("force [MN]", Some((0.0, 2.0))));
-        assert_eq!(time_label(1.25e-5, Some("s")), "time 12.5 µs");
-        assert_eq!(time_label(2.5, Some("R/c_p")), "time 2.5");
+        assert_eq!(time_label(1.25e-5, Some("s"), &Units::default()), "time 12.5 µs");
+        assert_eq!(time_label(3.2165977e-5, Some("s"), &Units::default()), "time 32.166 µs");
+        assert_eq!(time_label(2.5, Some("R/c_p"), &Units::default()), "time 2.5");
     }
 }

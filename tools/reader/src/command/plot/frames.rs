@@ -19,6 +19,7 @@ use crate::{
     recording::Limits,
     select::Bound,
     slice::{Moment, Profile, Slice, misfit, moments, profile, slice},
+    units::Units,
 };
 
 /// Profiles and images at some times.
@@ -99,6 +100,7 @@ impl Frames {
                 let mut fitting = Vec::new();
                 for (i, at) in selection.at.iter().enumerate().filter(|(_, at)| at.fit(axis)) {
                     self.used.at[i] = true;
+                    at.check_units(channel)?;
                     fitting.push(at);
                 }
                 if let Some(at) = fitting.iter().find(|at| !at.are_lines(axis)) {
@@ -113,13 +115,13 @@ impl Frames {
                     return Err(misfit());
                 }
                 if let Some(profile) = profile(channel, *leaf, moment) {
-                    self.profiles.push(Named::new(file, channel, profile));
+                    self.profiles.push(Named::new(file, channel, profile, &request.units));
                 } else if axis.is_matrix() {
                     let slice = slice(channel, *leaf, moment).ok_or_else(misfit)?;
                     let extent = extents.of(id, *leaf);
                     let slice = slice.whole(&extent, recording.limits()).ok_or_else(too_large)?;
                     let layers = recording.layers(&slice.axes[0].name);
-                    self.matrix(file, channel, Slice { layers, ..slice }, &extent, &fitting)?;
+                    self.matrix(file, channel, Slice { layers, ..slice }, &extent, &fitting, &request.units)?;
                 }
             }
         }
@@ -134,15 +136,16 @@ impl Frames {
         slice: Slice,
         extent: &Extent,
         at: &[&Positions],
+        units: &Units,
     ) -> Result<(), SelectionError> {
         if at.is_empty() {
-            let time = time_label(slice.time, channel.time_unit());
+            let time = time_label(slice.time, channel.time_unit(), units);
             self.images.push((slice, time));
             return Ok(());
         }
         for at in at {
             let lines = lines(&slice, at, extent)?;
-            self.profiles.extend(lines.into_iter().map(|line| Named::new(file, channel, line)));
+            self.profiles.extend(lines.into_iter().map(|line| Named::new(file, channel, line, units)));
         }
         Ok(())
     }
@@ -219,13 +222,13 @@ fn image_of(
     };
     let remark = "drawn where something can be seen; --x-range and --y-range draw another part";
     let remark = is_cut.then(|| remark.to_owned());
-    let (image, range) = labelled(Image { title, ..image }, &quantities, request.range);
+    let (image, range) = labelled(Image { title, ..image }, &quantities, request);
     Ok((draw_image(&image, range, medium).map_err(PlotError::Draw)?, remark))
 }
 
 impl Named {
-    fn new(file: &str, channel: &Channel, profile: Profile) -> Self {
-        Self { file: file.to_owned(), time: time_label(profile.time, channel.time_unit()), profile }
+    fn new(file: &str, channel: &Channel, profile: Profile, units: &Units) -> Self {
+        Self { file: file.to_owned(), time: time_label(profile.time, channel.time_unit(), units), profile }
     }
 }
 

@@ -80,6 +80,7 @@ struct Array<'a> {
 impl<'a> Array<'a> {
     fn choose(recording: &'a Recording, id: u16, request: &Request) -> Result<Self, PlotError> {
         let channel = &recording.channels[&id];
+        request.window.check(channel).map_err(SelectionError::from)?;
         let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::not_decoded(channel))?;
         let leaf = leaf(channel, layout, &request.selection.fields)?;
         let axis = Axis::of(leaf, layout, channel);
@@ -89,6 +90,7 @@ impl<'a> Array<'a> {
             (Axis::Matrix(_), at) => {
                 let coordinates = axis.coordinates();
                 let (line, across) = line(name, &coordinates, at)?;
+                at.iter().try_for_each(|at| at.check_units(channel))?;
                 if let Some(reach) = extent.reaches.get(across) {
                     SelectionError::check(reach, &channel.topic, name, &line.0, &[line.1])?;
                 }
@@ -117,11 +119,7 @@ impl<'a> Array<'a> {
 
     /// What its places are called: those of a line in a target by the coordinate along it.
     fn label(&self) -> &str {
-        match self.channel().metadata.get(convention::LINE).map(String::as_str) {
-            Some(line) if line.starts_with("r =") => "z",
-            Some(line) if line.starts_with("z =") => "r",
-            _ => &self.coordinate,
-        }
+        self.channel().along(&self.coordinate)
     }
 
     /// True if its places are depths: they go down, as in a section.
@@ -263,7 +261,7 @@ impl<'a> Array<'a> {
             layers: self.recording.layers(self.label()),
             ..Image::default()
         };
-        Ok(labelled(cut(image, None, request.y_range)?, &quantities, request.range))
+        Ok(labelled(cut(image, None, request.y_range)?, &quantities, request))
     }
 }
 
@@ -295,7 +293,7 @@ fn leaf(channel: &Channel, layout: &Layout, fields: &[String]) -> Result<usize, 
 
 /// The one line through a matrix that is drawn, and the number of the coordinate that it fixes.
 fn line(name: &str, coordinates: &[&str], at: &[Positions]) -> Result<((String, f64), usize), PlotError> {
-    if let [Positions { coordinates: chosen }] = at
+    if let [Positions { coordinates: chosen, .. }] = at
         && let [(coordinate, positions)] = chosen.as_slice()
         && let ([position], Some(across)) =
             (positions.as_slice(), coordinates.iter().position(|known| known == coordinate))

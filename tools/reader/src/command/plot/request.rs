@@ -13,6 +13,7 @@ use crate::{
     select::{self, Bound, Pattern, Window, finite_time},
     slice::MomentError,
     tabular::TableError,
+    units::Units,
 };
 
 /// What to draw.
@@ -32,8 +33,8 @@ pub struct Request {
     /// nearest message and the nearest element are drawn, zero where a message leaves them out
     #[arg(long, conflicts_with_all = ["at_times", "every"])]
     pub map: bool,
-    /// Times: arrays over their axis, or a matrix as an image, at the nearest messages; in the unit of the recording,
-    /// whatever prefix the picture has
+    /// Times: arrays over their axis, or a matrix as an image, at the nearest messages; in the unit that is recorded or with one,
+    /// 87us, whatever prefix the picture has
     #[arg(long = "at-time", value_name = "T", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite_time)]
     #[arg(conflicts_with_all = ["from", "to", "every"])]
     pub at_times: Option<Vec<Bound>>,
@@ -54,6 +55,9 @@ pub struct Request {
     /// A column whose every value has a curve of its own, drawn from the least to the greatest of --x
     #[arg(long, value_name = "KEY", requires = "x")]
     pub by: Option<String>,
+    /// Units that are chosen.
+    #[command(flatten)]
+    pub units: Units,
     /// Logarithmic axes, horizontal and vertical.
     #[arg(skip)]
     pub log: (bool, bool),

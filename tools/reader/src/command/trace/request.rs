@@ -9,6 +9,7 @@ use crate::{
     field::{Selection, SelectionError},
     recording::{Damage, OpenError},
     select::{Pattern, Window},
+    units::Units,
 };
 
 /// What to trace.
@@ -41,6 +42,9 @@ pub struct Request {
     /// When SI columns get prefixes.
     #[arg(skip)]
     pub prefixes: Prefixes,
+    /// Units that are chosen, in every format.
+    #[command(flatten)]
+    pub units: Units,
 }
 
 /// When SI columns get prefixes.

@@ -68,6 +68,7 @@ impl Traced {
                 false => Some(request.selection.clone()),
             };
             let Some(selection) = selection else { continue };
+            request.window.check(channel).map_err(SelectionError::from)?;
             let Columns { time, fields, left_out } = columns(channel, &selection, &mut extent)?;
             all_left_out.extend(left_out);
             width += fields.len();

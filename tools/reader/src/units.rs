@@ -1,0 +1,116 @@
+//! Units in which quantities are shown: chosen with `--unit`, else with the prefix that fits.
+
+use std::str::FromStr;
+
+use clap::Args;
+
+use crate::prefix::{PREFIXES, Prefixed};
+
+/// Quantities, and the units of the SI that recordings have them in: the second of a plane case, per length.
+const QUANTITIES: [(&str, &[&str]); 7] = [
+    ("time", &["s"]),
+    ("length", &["m"]),
+    ("velocity", &["m/s"]),
+    ("force", &["N", "N/m"]),
+    ("stress", &["Pa"]),
+    ("energy", &["J", "J/m"]),
+    ("impulse", &["N s", "N s/m"]),
+];
+
+/// The unit of a quantity, as it is typed: `force=kN`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChosenUnit {
+    /// Unit without prefix.
+    base: &'static str,
+    shown: Prefixed,
+}
+
+impl FromStr for ChosenUnit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, unit) = text.split_once('=').ok_or("write a quantity and its unit, as in force=kN")?;
+        let bases = QUANTITIES.into_iter().find(|(known, _)| *known == name.trim()).map(|(_, bases)| bases);
+        let bases = bases.ok_or_else(|| {
+            let names = QUANTITIES.map(|(name, _)| name).join(", ");
+            format!("`{}` is no quantity; known are {names}", name.trim())
+        })?;
+        let unit = unit.trim().replace(['u', 'μ'], "µ");
+        let power = |base: &str| {
+            let prefix = unit.strip_suffix(base)?;
+            PREFIXES.into_iter().find(|(_, name)| *name == prefix).map(|(power, _)| power)
+        };
+        let found = bases.iter().find_map(|&base| Some((base, power(base)?)));
+        let (base, power) = found.ok_or_else(|| {
+            let prefixes = PREFIXES.map(|(_, prefix)| prefix).join(" ");
+            let bases = bases.join(" or ");
+            format!(
+                "`{unit}` is no unit of {}; known is {bases}, with one of the prefixes {}",
+                name.trim(),
+                prefixes.trim()
+            )
+        })?;
+        Ok(Self { base, shown: Prefixed { factor: 10f64.powi(-power), unit } })
+    }
+}
+
+/// The units that are chosen.
+#[derive(Args, Clone, Debug, Default, PartialEq)]
+pub struct Units {
+    /// Unit in which an SI quantity is shown, instead of that with the prefix that fits: time=ms, length=mm, velocity, force=kN,
+    /// stress=MPa, energy, impulse; may be repeated
+    #[arg(long = "unit", value_name = "QUANTITY=UNIT")]
+    chosen: Vec<ChosenUnit>,
+}
+
+impl Units {
+    /// True if none is chosen.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.chosen.is_empty()
+    }
+
+    /// The unit that is chosen for numbers in an SI unit, the last if there are several.
+    pub(crate) fn of(&self, unit: &str) -> Option<Prefixed> {
+        self.chosen.iter().rev().find(|chosen| chosen.base == unit).map(|chosen| chosen.shown.clone())
+    }
+
+    /// The unit that is chosen, else that in which the largest number is best read.
+    ///
+    /// * `largest`: largest number by magnitude, in the plain unit
+    pub(crate) fn choose(&self, unit: &str, largest: f64) -> Option<Prefixed> {
+        self.of(unit).or_else(|| Prefixed::choose(unit, largest))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_chosen_by_quantity() {
+        let units = |texts: &[&str]| Units {
+            chosen: texts.iter().map(|text| text.parse().expect("a unit")).collect(),
+        };
+        let chosen = units(&["force=kN", "time = us", "velocity=mm/s", "force=MN/m", "impulse=mN s"]);
+        for (unit, number, expected, name) in [
+            ("N", 1500.0, 1.5, "kN"),
+            ("N/m", 2e6, 2.0, "MN/m"),
+            ("s", 1e-3, 1e3, "µs"),
+            ("m/s", 2.0, 2000.0, "mm/s"),
+            ("N s", 0.5, 500.0, "mN s"),
+            ("Pa", 2e6, 2.0, "MPa"),
+        ] {
+            let shown = chosen.choose(unit, number).expect("a unit");
+            assert_eq!((shown.apply(number), shown.unit.as_str()), (expected, name));
+        }
+        assert_eq!((chosen.of("Pa"), chosen.choose("R", 1.0)), (None, None));
+        for (text, what) in [
+            ("kN", "as in force=kN"),
+            ("mass=kg", "known are time, length, velocity, force, stress, energy, impulse"),
+            ("force=kPa", "`kPa` is no unit of force; known is N or N/m, with one of the prefixes p n µ m"),
+        ] {
+            let error = text.parse::<ChosenUnit>().expect_err("an error");
+            assert!(error.contains(what), "{error}");
+        }
+    }
+}
