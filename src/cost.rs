@@ -75,6 +75,14 @@ impl Estimate {
     }
 }
 
+/// Estimated size of the recording of a case whose fields show the whole mesh; `None` if those of the case do \[bytes\].
+#[cfg(feature = "cli")]
+pub(crate) fn whole_file(case: &Case) -> Option<u64> {
+    let is_narrower = case.shown_radius().is_some();
+    let whole = is_narrower.then(|| case.vary().set("record.r_max", f64::INFINITY).build().ok()).flatten();
+    whole.map(|whole| Estimate::new(&whole).file)
+}
+
 /// Size that the recording of a case has at least, if its stop condition does not end it earlier \[bytes\].
 pub fn least_bytes(case: &Case) -> u64 {
     compressed(case, messages(case), LEAST_COMPRESSED)

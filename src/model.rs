@@ -281,8 +281,10 @@ pub struct Extent {
 
 impl Extent {
     /// Size of a field that shows every `every`-th node of a mesh along r and z, the first one included, see [`Grid::shown_rows`].
-    pub fn of(grid: &Grid, every: usize) -> Self {
-        Self { nr: grid.nr().div_ceil(every), nz: grid.shown_rows(every).len() }
+    ///
+    /// * `columns`: of the mesh that are shown, see [`FrameFields::columns`]
+    pub fn of(grid: &Grid, every: usize, columns: usize) -> Self {
+        Self { nr: grid.nr().min(columns).div_ceil(every), nz: grid.shown_rows(every).len() }
     }
 }
 
@@ -311,6 +313,8 @@ pub struct FrameFields {
     pub fields: Vec<Field>,
     /// Nodes from one that is shown to the next, along r and z; the first is always shown.
     pub every: usize,
+    /// Columns of the mesh that are shown, from the axis outwards; all, if the mesh has no more.
+    pub columns: usize,
 }
 
 /// What a model shows of the target.
@@ -344,9 +348,9 @@ pub struct Sample {
 impl Sample {
     /// A field at rest.
     ///
-    /// * `every`: nodes from one that is shown to the next
-    pub fn at_rest(field: Field, grid: &Grid, every: usize) -> Self {
-        let extent = Extent::of(grid, every);
+    /// * `shown`: what frames show
+    pub fn at_rest(field: Field, grid: &Grid, shown: &FrameFields) -> Self {
+        let extent = Extent::of(grid, shown.every, shown.columns);
         Self { field, extent, values: vec![0.0; extent.nr * extent.nz] }
     }
 }

@@ -24,8 +24,8 @@ use crate::{
     grid::Grid,
     indenter::Indenter,
     model::{
-        CompletedStep, Coverage, FrameFields, Model, ModelKind, Request, Sampling, TargetEnergy, Tension,
-        elastic, rakhmatulin::Rakhmatulin,
+        CompletedStep, Coverage, Model, ModelKind, Request, Sampling, TargetEnergy, Tension, elastic,
+        rakhmatulin::Rakhmatulin,
     },
     surface::Surface,
     units::Units,
@@ -406,9 +406,8 @@ const TENSION: f64 = 0.01;
 
 /// The target of a case, at rest.
 fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>> {
-    let frames = FrameFields { fields: case.record.fields.clone(), every: case.record.field_every };
     let tension = TENSION * case.impact.velocity;
-    let shown = Sampling { frames, gauges: case.gauges(), tension: Some(tension) };
+    let shown = Sampling { frames: case.frame_fields(), gauges: case.gauges(), tension: Some(tension) };
     let waves = case.waves();
     match case.model {
         ModelKind::Rakhmatulin => {

@@ -219,6 +219,38 @@ fn outputs_that_cannot_be_written() {
 }
 
 #[test]
+fn the_width_of_fields_is_reported() {
+    let folder = folder();
+    let [narrow, whole] = ["--", "--set=record.r_max=inf"].map(|more| {
+        let more = [more].into_iter().filter(|more| *more != "--");
+        let check =
+            percuss(folder.path(), &["check", "ball"].into_iter().chain(more.clone()).collect::<Vec<_>>());
+        let json = ["check", "ball", "--json"].into_iter().chain(more).collect::<Vec<_>>();
+        let json = percuss(folder.path(), &json).stdout;
+        let json: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
+        (String::from_utf8(check.stdout).expect("text"), json)
+    });
+    assert!(narrow.0.contains("section    to r = 64.56 mm of 558.0 mm (record.r_max)"), "{}", narrow.0);
+    assert!(!whole.0.contains("section "), "{}", whole.0);
+    let [narrow, whole] = [narrow.1, whole.1];
+    assert!(narrow["case"]["record"]["r_max"].as_str().is_some_and(|r| r.starts_with("0.0645")));
+    assert_eq!(narrow["estimate"]["whole_file_bytes"], whole["estimate"]["file_bytes"]);
+    assert!(whole["estimate"]["whole_file_bytes"].is_null());
+    let bytes = |value: &serde_json::Value| value["estimate"]["file_bytes"].as_u64().expect("a number");
+    assert!(2 * bytes(&narrow) < bytes(&whole));
+    let said = |more: &[&str]| {
+        let settings = ["--set", "run.end_time=2 us", "--set", "mesh.outer_radius=300 mm"];
+        stderr(&percuss(folder.path(), &[&["run", "ball", "--force"], &settings[..], more].concat()))
+    };
+    assert!(
+        said(&[]).contains("to r = ") && said(&[]).contains("--set record.r_max=inf shows all"),
+        "{}",
+        said(&[])
+    );
+    assert!(!said(&["--set", "record.r_max=100 mm"]).contains("shows all"));
+}
+
+#[test]
 fn the_default_density_of_fields_is_reported() {
     let folder = folder();
     let many = ["--set", "record.frames=600", "--set", "run.end_time=12"];

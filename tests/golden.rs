@@ -35,8 +35,9 @@ struct Golden {
     settings: &'static [&'static str],
 }
 
-/// All fields, in few frames.
-const SHARED: [&str; 2] = ["record.fields=[\"displacement\", \"velocity\", \"stress\"]", "record.frames=9"];
+/// All fields of all of the mesh, in few frames.
+const SHARED: [&str; 3] =
+    ["record.fields=[\"displacement\", \"velocity\", \"stress\"]", "record.frames=9", "record.r_max=inf"];
 
 const CASES: [Golden; 8] = [
     Golden {

@@ -66,6 +66,53 @@ fn messages<M: Message + Default>(bytes: &[u8], topic: &str) -> Vec<(u64, M)> {
 }
 
 #[test]
+fn narrower_fields_are_columns_of_whole_ones() {
+    let folder = folder();
+    let settings = ["mesh.cells=20", "record.frames=5", "record.field_every=2"];
+    for name in ["fig5", "elastic-fig5"] {
+        let recorded = ["inf", "1.6"].map(|r_max| {
+            let case = case(name, &[&settings[..], &[&format!("record.r_max={r_max}")]].concat());
+            record(&case, &folder.path().join(format!("{name}-{r_max}.mcap")))
+        });
+        let [whole, narrow] =
+            recorded.each_ref().map(|bytes| messages::<message::FieldSlice>(bytes, "/field/stress"));
+        assert_eq!((whole.len(), narrow.len()), (5, 5));
+        for ((_, whole), (_, narrow)) in whole.iter().zip(&narrow) {
+            assert_eq!(
+                (whole.step, whole.r0, whole.dr, whole.nz),
+                (narrow.step, narrow.r0, narrow.dr, narrow.nz)
+            );
+            let (nr, last) = (narrow.nr as usize, narrow.r0 + f64::from(narrow.nr - 1) * narrow.dr);
+            assert!(nr < whole.nr as usize && (last - 1.6).abs() < 1.5 * narrow.dr, "{last}");
+            let rows = whole.values.chunks_exact(whole.nr as usize).zip(narrow.values.chunks_exact(nr));
+            assert!(
+                rows.clone().count() == narrow.nz as usize
+                    && rows.into_iter().all(|(whole, narrow)| whole[..nr] == *narrow)
+            );
+        }
+        assert!(whole[4].1.values.iter().any(|value| *value != 0.0));
+        // the pictures end there too
+        let widths = recorded.each_ref().map(|bytes| {
+            let (_, grid) = &messages::<foxglove::Grid>(bytes, "/view/field")[0];
+            f64::from(grid.column_count) * grid.cell_size.expect("a size").x
+        });
+        assert!(widths[0] > 1.5 * widths[1] && (widths[1] / 3.2 - 1.0).abs() < 0.05, "{widths:?}");
+        // and nothing else changes
+        for topic in ["/drag", "/velocity", "/energy", "/interface/stress"] {
+            let payloads = recorded.each_ref().map(|bytes| payloads(bytes, topic));
+            assert!(!payloads[0].is_empty() && payloads[0] == payloads[1], "{name} {topic}");
+        }
+    }
+}
+
+/// Messages of a topic as they are.
+fn payloads(bytes: &[u8], topic: &str) -> Vec<Vec<u8>> {
+    let stream =
+        MessageStream::new(bytes).expect("a sound file").map(|message| message.expect("a sound message"));
+    stream.filter(|message| message.channel.topic == topic).map(|message| message.data.to_vec()).collect()
+}
+
+#[test]
 fn downsampled_fields_are_nodes_of_whole_ones() {
     let folder = folder();
     let topics = ["/field/displacement", "/field/velocity", "/field/stress"];
@@ -116,6 +163,8 @@ fn points_and_lines_are_those_of_the_fields() {
                 "indenter.mass=2.0",
                 "run.end_time=3.0",
                 "record.frames=12",
+                // as wide as the line along r
+                "record.r_max=inf",
                 "record.interface_every=3",
                 "record.fields=[\"displacement\", \"velocity\", \"stress\"]",
                 &format!("record.points={points:?}"),

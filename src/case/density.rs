@@ -1,7 +1,10 @@
-//! The density of recorded fields: which nodes frames show, and their size.
+//! The section of recorded fields: how far it reaches, which nodes frames show, and their size.
 
 use super::Parameters;
-use crate::{model::Extent, shape::Shape};
+use crate::{
+    model::{Extent, FrameFields},
+    shape::Shape,
+};
 
 /// Default of the estimated nonzero numbers of a field in all frames together: 16 MiB. Recording them takes a small part of any
 /// long run; recording all nodes of a fine mesh takes longer than computing them.
@@ -11,13 +14,52 @@ const SHOWN_CELLS: usize = 50;
 /// Frames, at most, that nodes are counted at, and steps: a sweep estimates each of its cases.
 const SAMPLES: usize = 200;
 const STEP_SAMPLES: usize = 32;
+/// Thicknesses of the target beside the contact that fields show by default: waves of the contact that the back and the surface have
+/// returned are under it, farther out are those that go along the layer and do not come back.
+const SHOWN_THICKNESSES: f64 = 3.0;
+/// Part of a column by which a radius may miss it: radii of physical cases are converted.
+const ROUNDING: f64 = 1e-6;
 
 impl Parameters {
     /// Memory of the fields of a frame, at most \[bytes\].
     pub(crate) fn frame_size(&self) -> usize {
-        let Extent { nr, nz } = Extent::of(&self.grid(), self.record.field_every);
+        let Extent { nr, nz } = Extent::of(&self.grid(), self.record.field_every, self.shown_columns());
         let values = nr * nz * self.record.fields.len();
         (size_of::<f32>() * values).max(1)
+    }
+
+    /// What frames show.
+    pub(crate) fn frame_fields(&self) -> FrameFields {
+        FrameFields {
+            fields: self.record.fields.clone(),
+            every: self.record.field_every,
+            columns: self.shown_columns(),
+        }
+    }
+
+    /// Radius to which fields show the target \[R\]; `None` if that is all of the mesh, or there are no fields.
+    #[cfg(feature = "cli")]
+    pub(crate) fn shown_radius(&self) -> Option<f64> {
+        let has_fields = !self.record.fields.is_empty() && !self.record.frames.is_none();
+        (has_fields && self.shown_columns() < self.sizes.nr).then_some(self.record.r_max)
+    }
+
+    /// Columns of the mesh that fields show: those whose cells begin within `record.r_max`, two at least.
+    fn shown_columns(&self) -> usize {
+        let columns = (self.record.r_max / self.sizes.dr + ROUNDING).floor() + 1.0;
+        columns.clamp(2.0, self.sizes.nr.max(2) as f64) as usize
+    }
+
+    /// Default of `record.r_max` \[R\]: the largest contact radius, and beside it as much again or [`SHOWN_THICKNESSES`], whichever is more, within
+    /// the mesh. In a half-space waves go as far down as outwards, and the section is that of the mesh.
+    ///
+    /// ```text
+    /// r_max = r_contact + max(r_contact, 3h)
+    /// ```
+    pub(crate) fn default_r_max(&self) -> f64 {
+        let (reach, outer) = (self.sizes.contact_reach, self.sizes.outer_radius);
+        let beside = self.target.thickness.map(|thickness| reach.max(SHOWN_THICKNESSES * thickness));
+        beside.map_or(outer, |beside| outer.min(reach + beside))
     }
 
     /// Default of `record.field_every`: as small as [`ACTIVE_NODES`] allows, and not above what leaves [`SHOWN_CELLS`].
@@ -33,7 +75,8 @@ impl Parameters {
     fn estimated_nodes(&self, every: usize) -> f64 {
         let shown = |nodes: f64| (nodes / every as f64).ceil();
         let c_s = self.target.fastest_shear();
-        let nodes = |[rows, columns]: [f64; 2]| shown(rows) * shown(columns);
+        let widest = self.shown_columns() as f64;
+        let nodes = |[rows, columns]: [f64; 2]| shown(rows) * shown(columns.min(widest));
         let frames = self.frames().0;
         let samples = frames.iter().step_by(frames.len().div_ceil(SAMPLES).max(1));
         let each = frames.len() as f64 / samples.len().max(1) as f64;
@@ -104,6 +147,41 @@ mod tests {
         }
         let again = Case::parse("again", &case.resolved_toml(), &[], Path::new("")).expect("a case");
         assert_eq!(again.record, case.record);
+    }
+
+    #[test]
+    fn fields_end_where_nothing_comes_back() {
+        let load = |name: &str, settings: &[&str]| {
+            let all: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+            Case::load(name, &all).expect("a built-in case")
+        };
+        let radii = |case: &Case| (case.sizes.contact_reach, case.record.r_max, case.sizes.outer_radius);
+        // a punch of radius 1 on a layer of thickness 1: wave fronts are at r = 4 at the end
+        let (reach, r_max, outer) = radii(&load("fig5", &[]));
+        assert!(reach == 1.0 && r_max == 4.0 && outer > 4.0, "{r_max} {outer}");
+        // a thin layer: as much again as the contact
+        assert_eq!(load("fig5", &["target.thickness=0.1"]).record.r_max, 2.0);
+        // not beyond the mesh; a half-space is shown whole
+        let (_, r_max, outer) = radii(&load("fig5", &["mesh.outer_radius=2.5"]));
+        assert_eq!(r_max, outer);
+        let (_, r_max, outer) = radii(&load("fig8-m5", &[]));
+        assert_eq!(r_max, outer);
+        let ball = load("ball", &[]);
+        let (reach, r_max, outer) = radii(&ball);
+        assert!(r_max == reach + 3.0 * ball.target.thickness.expect("a layer") && r_max < 0.2 * outer);
+        // both columns that there are at least, and all of them
+        let columns = |settings: &[&str]| load("fig5", settings).frame_fields().columns;
+        assert_eq!(columns(&["record.r_max=1e-3"]), 2);
+        assert_eq!(columns(&["record.r_max=inf"]), load("fig5", &[]).sizes.nr);
+        assert_eq!(columns(&["record.r_max=1000"]), load("fig5", &[]).sizes.nr);
+        #[cfg(feature = "cli")]
+        assert_eq!(load("fig5", &["record.r_max=inf"]).shown_radius(), None);
+        for case in [&ball, &load("ball", &["record.r_max=inf"]), &load("ball", &["record.r_max=\"30 mm\""])]
+        {
+            let again = Case::parse("again", &case.resolved_toml(), &[], Path::new("")).expect("a case");
+            assert_eq!(again.resolved_toml(), case.resolved_toml());
+            assert_eq!(again.frame_fields(), case.frame_fields());
+        }
     }
 
     #[test]

@@ -311,6 +311,8 @@ pub struct Record {
     pub lines: Vec<Line>,
     /// Fields recorded in frames.
     pub fields: Vec<Field>,
+    /// Fields show the target out to this radius, may be infinite: to the outer radius of the mesh \[R\].
+    pub r_max: f64,
     /// Distance of the nodes that fields show, along r and z \[nodes\].
     pub field_every: usize,
     /// Channels for viewers, at frames.

@@ -78,7 +78,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let mesh = read_mesh(mesh, model, sound, &system);
     let (run, end_time) = read_run(run, &system);
     let thickness = sound.and_then(|target| target.thickness);
-    let (record, field_every) = read_record(record, run.end_time, model, thickness, &system);
+    let (record, derived) = read_record(record, run.end_time, model, thickness, &system);
 
     // sizes are derived from sound values only
     let parts = target.zip(indenter).filter(|_| document.is_sound());
@@ -112,7 +112,9 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
             record,
             sizes,
         };
-        parameters.record.field_every = field_every.unwrap_or_else(|| parameters.default_field_every());
+        parameters.record.r_max = derived.r_max.unwrap_or_else(|| parameters.default_r_max());
+        parameters.record.field_every =
+            derived.field_every.unwrap_or_else(|| parameters.default_field_every());
         Some(parameters)
     });
     let parameters = document.finish(parameters)?;
@@ -239,7 +241,13 @@ fn read_run(mut section: Section<'_>, system: &System) -> (Run, Span) {
     (Run { end_time: end_time.map_or(1.0, value), stop, checkpoint_every }, span)
 }
 
-/// The `[record]` section, and its `field_every`, if given: its default depends on the sizes.
+/// Keys of `[record]`, if given, whose defaults depend on the sizes.
+struct Derived {
+    r_max: Option<f64>,
+    field_every: Option<usize>,
+}
+
+/// The `[record]` section.
 ///
 /// * `thickness`: of the target, if it is no half-space
 fn read_record(
@@ -248,7 +256,7 @@ fn read_record(
     model: ModelKind,
     thickness: Option<f64>,
     system: &System,
-) -> (Record, Option<usize>) {
+) -> (Record, Derived) {
     let interface_every = section.count("interface_every", 1..=1_000_000_000).map_or(1, value);
     let radii = (Dimension::Length, Bounds::within(0.0, HUGE));
     let default = || DEFAULT_PROBES.map(|r| system.default(Dimension::Length, r)).to_vec();
@@ -256,6 +264,8 @@ fn read_record(
     let points = gauges::read_points(&mut section, thickness, system);
     let lines = gauges::read_lines(&mut section, thickness, system);
     let fields = read_fields(&mut section, model);
+    let radius = Bounds::within(TINY, HUGE).or_infinite();
+    let r_max = section.quantity("r_max", Dimension::Length, radius, system).map(value);
     let field_every = section.count("field_every", 1..=1_000_000).map(|given| given.value as usize);
     let views = read_names(&mut section, "views", "field, image, scene, fronts, tf, profile").map(value);
     let frames = read_frames(&mut section, end_time, system);
@@ -269,13 +279,14 @@ fn read_record(
         points,
         lines,
         fields: fields.unwrap_or(vec![Field::Stress]),
+        r_max: f64::INFINITY,
         field_every: 1,
         views: views.unwrap_or(ViewChannel::ALL.to_vec()),
         frames,
         compression,
         playback_rate,
     };
-    (record, field_every)
+    (record, Derived { r_max, field_every })
 }
 
 /// Seconds of log time per unit of time: 1, in a physical case the power of ten that plays the run in 2 to 20 s.

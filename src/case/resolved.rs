@@ -103,6 +103,7 @@ struct Record<'a> {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     lines: Vec<BTreeMap<&'static str, Value>>,
     fields: &'a [Field],
+    r_max: Value,
     field_every: usize,
     views: &'a [ViewChannel],
     frames: Option<usize>,
@@ -152,6 +153,7 @@ fn resolved(case: &Parameters) -> Resolved<'_> {
             points: record.points.iter().map(|point| point.map(length)).collect(),
             lines: record.lines.iter().map(line).collect(),
             fields: &record.fields,
+            r_max: length(record.r_max),
             field_every: record.field_every,
             views: &record.views,
             frames,

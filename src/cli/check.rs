@@ -8,7 +8,7 @@ use super::{CaseArguments, CliError, Exit, layers, print, scales};
 use crate::{
     admissible::{self, Trial},
     case::{Case, Sizes, Stop},
-    cost::Estimate,
+    cost::{self, Estimate},
     rigidity::Rigidity,
     trust::TheoryError,
     units::{Dimension, Units},
@@ -91,6 +91,7 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &
             "memory_bytes": estimate.memory,
             "message_bytes": estimate.messages,
             "file_bytes": estimate.file,
+            "whole_file_bytes": cost::whole_file(case),
             "seconds": estimate.seconds,
         },
         "theory_error": theory.map(|theory| serde_json::json!({
@@ -152,8 +153,9 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
     }
     let Estimate { memory, messages, file, seconds } = *estimate;
     let recording = format!("about {}; {} before compression", bytes(file), bytes(messages));
+    rows.extend([("frames", frames(case))]);
+    rows.extend(section(case).map(|section| ("section", section)));
     rows.extend([
-        ("frames", frames(case)),
         ("memory", format!("about {}", bytes(memory))),
         ("recording", recording),
         ("run time", format!("about {seconds:.2} s")),
@@ -173,6 +175,17 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
         ));
     }
     rows.iter().map(|(key, value)| format!("{key:<10} {value}\n")).collect()
+}
+
+/// How far out fields show the target, where that is not all of it, and what showing all takes.
+fn section(case: &Case) -> Option<String> {
+    let (radius, whole) = case.shown_radius().zip(cost::whole_file(case))?;
+    let length = case.units().length;
+    let [radius, outer] = [radius, case.sizes.outer_radius].map(|r| length.text(r));
+    Some(format!(
+        "to r = {radius} of {outer} (record.r_max); with r_max = inf the recording is about {}",
+        bytes(whole)
+    ))
 }
 
 /// Number and density of the frames.

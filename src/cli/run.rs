@@ -215,7 +215,7 @@ impl Run {
         }
     }
 
-    /// The case, and how dense its fields are unless it says so itself.
+    /// The case, and how dense its fields are and how far they reach unless it says so itself.
     fn heading(&self, case: &Case) -> String {
         let mut text = format!("{}: {}", self.case.case, case.title);
         let rows = case.scales.map_or_else(|| layers::rows(case), |scales| scales::rows(case, &scales));
@@ -227,6 +227,10 @@ impl Run {
             text += &format!(
                 "\nfields show one node in {every} along r and along z; --set record.field_every=1 shows all"
             );
+        }
+        if let Some(radius) = case.shown_radius().filter(|radius| *radius == case.default_r_max()) {
+            let radius = case.units().length.text(radius);
+            text += &format!("\nfields reach to r = {radius}; --set record.r_max=inf shows all");
         }
         text
     }

@@ -184,8 +184,8 @@ impl ::prost::Name for Event {
     }
 }
 /// One field over the section r ≥ 0, z ≥ 0 of the target (z into the target). All slices of a recording have the same rows
-/// and columns, those of the whole mesh (every so many nodes of it, as the case asks), so that an index is one place; what is
-/// still at rest is 0. Recordings before format 1.1 leave rows and columns at rest out.
+/// and columns, those of the mesh out to a radius of the case (every so many nodes, as it asks), so that an index is one place;
+/// what is still at rest is 0. Recordings before format 1.1 leave rows and columns at rest out.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct FieldSlice {
     /// Number k of the step.

@@ -167,7 +167,10 @@ impl<T> Engine<T> {
         let gauges = Arc::new(GaugePlan::new(&gauges, &grid));
         let every = shown.every.max(1);
         let shown_rows: Arc<[usize]> = grid.shown_rows(every).into();
-        let frame_size = size_of::<f32>() * grid.nr().div_ceil(every) * shown_rows.len() * shown.fields.len();
+        let frame_size = size_of::<f32>()
+            * grid.nr().min(shown.columns).div_ceil(every)
+            * shown_rows.len()
+            * shown.fields.len();
         Self {
             cone,
             field: Workers::new(domain, Sizes::TUNED),

@@ -151,7 +151,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         let every = self.shown.every;
         let rows = self.grid.shown_rows(every);
         let sample = |&field: &Field| {
-            let mut sample = Sample::at_rest(field, &self.grid, every);
+            let mut sample = Sample::at_rest(field, &self.grid, &self.shown);
             let nr = sample.extent.nr;
             for (place, value) in sample.values.iter_mut().enumerate() {
                 let (j, i) = (rows[place / nr], place % nr * every);

@@ -114,7 +114,7 @@ fn computed(c_s: f64, places: &[f64], damping: f64, cells: usize) -> Vec<(f64, V
     let nodes: Vec<usize> = places.iter().map(|x| (x / step) as usize).collect();
     let mut seen: Vec<_> = nodes.iter().map(|&i| (grid.r(i), Vec::new())).collect();
     let area = grid.area[0];
-    let shown = FrameFields { fields: Vec::new(), every: 1 };
+    let shown = FrameFields { fields: Vec::new(), every: 1, columns: usize::MAX };
     let mut target: Box<dyn Model<()>> =
         elastic::theory(grid, c_s, damping).blocked(Coverage::Everything, shown);
     let mut surface = Surface::new(nr);

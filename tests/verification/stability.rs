@@ -42,7 +42,7 @@ fn frames(geometry: Geometry, cells: usize, courant: f64, corner: Option<Corner>
     let rows = (cells / 4).max(4);
     let spacing = Spacing { dr: 1.0, dz: 1.0, layer_rows: Some(rows) };
     let grid = Grid::new(geometry, MeshKind::Matched, spacing, cells, rows);
-    let shown = FrameFields { fields: vec![Field::Displacement], every: 1 };
+    let shown = FrameFields { fields: vec![Field::Displacement], every: 1, columns: usize::MAX };
     let mut target: Box<dyn Model<()>> =
         Rakhmatulin::new(grid, courant, corner).blocked(Coverage::Everything, shown);
     let (mut surface, mut noise, mut frames) = (Surface::new(cells), Noise(cells as u64), Vec::new());

@@ -16,8 +16,8 @@ from selenium.webdriver.support.ui import WebDriverWait
 page, screenshot = map(pathlib.Path, sys.argv[1:])
 text = page.read_text()
 for outside in ["http://", "https://", "//cdn", "@import", "url("]:
-    # the name space of SVG is a name, not an address that is asked for anything
-    assert outside not in text.replace("http://www.w3.org/2000/svg", ""), f"the page mentions {outside}"
+    # the name space of SVG is a name, not an address that is asked for anything; url(#…) is a place on the page
+    assert outside not in text.replace("http://www.w3.org/2000/svg", "").replace("url(#", ""), f"the page mentions {outside}"
 
 options = webdriver.ChromeOptions()
 for option in [
@@ -38,10 +38,10 @@ try:
         drag = driver.find_element(By.CSS_SELECTOR, "#chart-drag .legend span").text
         return driver.find_element(By.ID, "now").text, profile, field, drag
 
-    def move(value):
+    def move(thousandths):
         driver.execute_script(
-            "const s = document.getElementById('time'); s.value = arguments[0];"
-            "s.dispatchEvent(new Event('input', { bubbles: true }));", value)
+            "const s = document.getElementById('time'); s.value = Math.round(arguments[0] * s.max / 1000);"
+            "s.dispatchEvent(new Event('input', { bubbles: true }));", thousandths)
         return state()
 
     begin, middle, end = move(0), move(500), move(1000)
@@ -55,6 +55,21 @@ try:
     slider = driver.find_element(By.ID, "time")
     slider.send_keys("\ue012")  # arrow left
     assert state()[0] != end[0], "arrow keys move the slider"
+    keys = webdriver.ActionChains(driver)
+
+    def frame():
+        return int(slider.get_attribute("value"))
+
+    driver.execute_script("document.activeElement.blur()")
+    move(500)
+    there = frame()
+    keys.send_keys("\ue014").perform()  # arrow right, with nothing focused
+    assert frame() == there + 1, "arrow keys step by one frame"
+    keys.send_keys(" ").perform()
+    WebDriverWait(driver, 5).until(lambda _: frame() > there + 3)
+    keys.send_keys(" ").perform()
+    assert driver.find_element(By.ID, "play").text == "play", "space plays and stops"
+    assert "frame" in slider.get_attribute("aria-valuetext") and slider.get_attribute("aria-label")
     move(100)
     driver.find_element(By.ID, "play").click()
     driver.implicitly_wait(1)
@@ -66,8 +81,46 @@ try:
     badges = [badge.text for badge in driver.find_elements(By.CSS_SELECTOR, "#verdict li")]
     assert any(badge.startswith("completed") for badge in badges) and "recording sound" in badges, badges
     assert any(badge.startswith("warning: ") and "sharp edge" in badge for badge in badges), badges
-    for id in ["run", "validity", "ledger"]:
+    for id in ["results", "run", "ledger"]:
         assert len(driver.find_elements(By.CSS_SELECTOR, f"#{id} tr")) > 3, id
+    assert "Largest pressure" in driver.find_element(By.ID, "results").text
+    assert "largest_pressure.r = " in driver.find_element(By.ID, "records").get_attribute("textContent")
+    assert not driver.find_element(By.ID, "records").is_displayed(), "raw metadata are folded away"
+
+    # the section at equal scales, the indenter and the contact on it
+    move(500)
+    for part in ["body", "contact"]:
+        assert driver.find_element(By.CSS_SELECTOR, f"#field .{part}").get_attribute("d"), part
+
+    def proportions():
+        return driver.execute_script(
+            "const c = document.querySelector('#field .section canvas'), b = c.getBoundingClientRect();"
+            "return (b.width / b.height) / (c.width / c.height);")
+
+    def overlaps():
+        """Pairs of labels of a chart or of the section that lie on each other."""
+        return driver.execute_script("""
+            const found = [];
+            for (const svg of document.querySelectorAll("svg")) {
+                const boxes = [...svg.querySelectorAll("text")].map((t) => [t.textContent, t.getBoundingClientRect()]);
+                boxes.forEach(([a, p], i) => boxes.slice(i + 1).forEach(([b, q]) => {
+                    if (p.left < q.right && q.left < p.right && p.top + 2 < q.bottom && q.top + 2 < p.bottom) found.push([a, b]);
+                }));
+            }
+            return found;""")
+
+    for width in [360, 800, 1400]:
+        driver.execute_cdp_cmd(
+            "Emulation.setDeviceMetricsOverride", {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500})
+        driver.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+        assert driver.execute_script("return document.documentElement.scrollWidth") <= width, f"no sideways scrolling at {width}"
+        assert not overlaps(), f"labels at {width}: {overlaps()}"
+        assert abs(proportions() - 1) < 0.02, f"equal scales at {width}: {proportions()}"
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    assert not driver.find_element(By.ID, "time").is_displayed() and not driver.find_element(By.ID, "records").is_displayed()
+    assert driver.find_element(By.CSS_SELECTOR, "#field canvas").is_displayed(), "a still frame"
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
     assert "shear_wave_speed" in driver.find_element(By.ID, "case").get_attribute("textContent")
     charts = [chart.get_attribute("id") for chart in driver.find_elements(By.CSS_SELECTOR, "#charts figure")]
     assert charts == ["chart-drag", "chart-velocity", "chart-probes", "chart-energy"], charts

@@ -87,7 +87,8 @@ impl Viewport {
         let shape = case.shape();
         let end_time = sizes.steps as f64 * sizes.dt;
         let reach = sizes.contact_reach;
-        let half_width = (reach + case.wave_speed() * end_time).min(sizes.outer_radius);
+        let half_width =
+            (reach + case.wave_speed() * end_time).min(sizes.outer_radius).min(case.record.r_max);
         let depth = if sizes.layer { sizes.depth } else { end_time.min(sizes.depth) };
         // a tenth of the nodes, so that pictures are small beside fields, and not many more than recorded nodes
         let nodes = (half_width / sizes.dr) * (depth / sizes.dz);

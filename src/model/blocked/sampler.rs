@@ -80,8 +80,8 @@ impl Sampler {
         (shown, rows): (&FrameFields, &Arc<[usize]>),
         surface: Vec<f64>,
     ) -> Self {
-        let FrameFields { fields, every } = shown;
-        let shown = |nodes: usize| nodes.div_ceil(*every);
+        let FrameFields { fields, every, columns } = shown;
+        let shown = |nodes: usize| nodes.min(*columns).div_ceil(*every);
         let extent = Extent { nr: shown(domain.grid.nr()), nz: rows.len() };
         let fields = fields.iter().map(|field| (*field, Parts::new(extent.nr * extent.nz)));
         Self {

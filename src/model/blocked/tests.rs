@@ -46,6 +46,7 @@ struct Twins<S, const FIELDS: usize> {
     engine: Engine<usize>,
     reference: Reference<usize, S, FIELDS>,
     every: usize,
+    columns: usize,
     pool: ThreadPool,
     /// What the case is called in messages.
     name: String,
@@ -56,6 +57,7 @@ struct Setting {
     instructions: Instructions,
     coverage: Coverage,
     every: usize,
+    columns: usize,
     threads: usize,
 }
 
@@ -66,13 +68,18 @@ impl Setting {
             instructions: instructions[noise.below(instructions.len())],
             coverage: [Coverage::Field, Coverage::Everything][noise.below(3) / 2],
             every: 1 + noise.below(2) * noise.below(5),
+            columns: [usize::MAX, 2 + noise.below(20)][noise.below(2)],
             threads: 1 + seed as usize % 3,
         }
     }
 
     /// What is shown of some fields.
     fn shown(&self, fields: Vec<Field>, gauges: Gauges) -> Sampling {
-        Sampling { frames: FrameFields { every: self.every, fields }, gauges, tension: Some(0.05) }
+        Sampling {
+            frames: FrameFields { every: self.every, columns: self.columns, fields },
+            gauges,
+            tension: Some(0.05),
+        }
     }
 
     /// * `models`: an engine and the plain stepper
@@ -82,10 +89,10 @@ impl Setting {
         grid: Grid,
         (engine, reference): (Engine<usize>, Reference<usize, S, FIELDS>),
     ) -> Twins<S, FIELDS> {
-        let Self { instructions, coverage, every, threads } = self;
+        let Self { instructions, coverage, every, columns, threads } = self;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         let name = format!("{name}, {coverage:?}, {instructions:?}, {threads} threads");
-        Twins { grid, engine, reference, every, pool, name }
+        Twins { grid, engine, reference, every, columns, pool, name }
     }
 }
 
@@ -215,10 +222,10 @@ impl<S: Scheme<FIELDS>, const FIELDS: usize> Twins<S, FIELDS> {
         let moved = found.surface.len();
         for (a, b) in expected.samples.iter().zip(&found.samples) {
             assert_eq!((a.field, a.extent), (b.field, b.extent));
-            assert_eq!(a.extent, super::super::Extent::of(&self.grid, self.every));
+            assert_eq!(a.extent, super::super::Extent::of(&self.grid, self.every, self.columns));
             let rows = a.values.chunks_exact(a.extent.nr).zip(b.values.chunks_exact(a.extent.nr));
             for (j, (a, b)) in rows.enumerate() {
-                let shown = moved.max(1).div_ceil(self.every);
+                let shown = moved.clamp(1, self.columns).div_ceil(self.every);
                 assert_eq!(a[..shown], b[..shown], "{}, row {j}", self.name);
                 assert!(b[shown..].iter().all(|value| *value == 0.0), "{}, row {j}", self.name);
             }
@@ -281,7 +288,11 @@ fn compare<S: Scheme<FIELDS>, const FIELDS: usize>(
 }
 
 fn all_fields() -> FrameFields {
-    FrameFields { fields: vec![Field::Displacement, Field::Velocity, Field::Stress], every: 1 }
+    FrameFields {
+        fields: vec![Field::Displacement, Field::Velocity, Field::Stress],
+        every: 1,
+        columns: usize::MAX,
+    }
 }
 
 /// A step that shows nothing.
@@ -290,7 +301,7 @@ fn bare<T>(step: T) -> CompletedStep<T> {
 }
 
 fn nothing() -> FrameFields {
-    FrameFields { fields: Vec::new(), every: 1 }
+    FrameFields { fields: Vec::new(), every: 1, columns: usize::MAX }
 }
 
 #[test]
@@ -329,7 +340,7 @@ fn engine(grid: &Grid, c_s: f64, coverage: Coverage, shown: FrameFields) -> Engi
 fn run_with(coverage: Coverage, c_s: f64, steps: usize) -> (Vec<f64>, Vec<TargetEnergy>, Vec<f32>) {
     let spacing = Spacing { dr: 0.01, dz: 0.01, layer_rows: Some(60) };
     let grid = Grid::new(Geometry::Axisymmetric, MeshKind::Paper, spacing, 400, 60);
-    let shown = FrameFields { fields: vec![Field::Displacement], every: 1 };
+    let shown = FrameFields { fields: vec![Field::Displacement], every: 1, columns: usize::MAX };
     let mut model = engine(&grid, c_s, coverage, shown);
     let mut surface = Surface::new(400);
     surface.loaded = 40;

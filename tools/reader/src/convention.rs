@@ -57,6 +57,10 @@ pub const EVENT: &str = "/event";
 pub const ENERGY: &str = "/energy";
 /// Field of [`ENERGY`] that is nothing but rounding: its bits say nothing of the physics.
 pub const RESIDUAL: &str = "residual";
+/// Topic of the surface at frames, for viewers.
+pub const PROFILE: &str = "/view/profile";
+/// Field of [`PROFILE`]: the face of the indenter, downwards, over the field `r`; 0 beside the indenter.
+pub const FACE: &str = "indenter";
 /// Topic of the stress in the target.
 pub const FIELD_STRESS: &str = "/field/stress";
 /// Beginning of the topics of fields in the target.
@@ -73,6 +77,9 @@ pub const WARNING: &str = "warning: ";
 
 /// Key of the largest strain in the record [`VALIDITY`]; `.time`, `.r` and `.z` behind it say when and where.
 pub const LARGEST_STRAIN: &str = "largest_strain";
+
+/// Key of the largest interface pressure in the record [`VALIDITY`], with the same keys behind it.
+pub const LARGEST_PRESSURE: &str = "largest_pressure";
 
 /// Units of percuss: of dimensionless numbers, of the same in SI, and the scale in the record [`RUN`] that leads from the first
 /// to the second.
@@ -129,6 +136,11 @@ pub const DERIVED: &str = "derived";
 /// Key of the unit of a field.
 pub fn unit(field: &str) -> String {
     format!("unit.{field}")
+}
+
+/// Key of a field in words.
+pub fn meaning(field: &str) -> String {
+    format!("meaning.{field}")
 }
 
 /// Key of the axis of an array.

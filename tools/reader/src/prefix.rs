@@ -128,6 +128,29 @@ pub(crate) fn short(number: f64) -> String {
     text.strip_suffix(".0").unwrap_or(&text).to_owned()
 }
 
+/// A number for people: four digits and its unit, with a prefix where it takes one, `52.31 µs`, `1.204 kN`, `0.3155 R`.
+pub fn engineering(number: f64, unit: Option<&str>) -> String {
+    let prefixed = unit.and_then(|unit| Prefixed::choose(unit, number));
+    let (number, unit) = match &prefixed {
+        // four digits of what is a little less than the next prefix are that prefix
+        Some(chosen) if chosen.apply(number).abs() >= 999.95 => {
+            let chosen =
+                Prefixed::choose(unit.unwrap_or_default(), 1.0001 * number).unwrap_or_else(|| chosen.clone());
+            (chosen.apply(number), chosen.unit)
+        }
+        Some(chosen) => (chosen.apply(number), chosen.unit.clone()),
+        None => (number, unit.unwrap_or_default().to_owned()),
+    };
+    let rounded: f64 = format!("{number:.3e}").parse().unwrap_or(number);
+    let whole = if rounded == 0.0 { 4.0 } else { rounded.abs().log10().floor() + 1.0 };
+    let text = if (-3.0..=6.0).contains(&whole) {
+        format!("{rounded:.*}", (4.0 - whole).max(0.0) as usize)
+    } else {
+        format!("{rounded:.3e}")
+    };
+    format!("{text} {unit}").trim_end().to_owned()
+}
+
 /// The largest magnitude of every column of a table; takes no memory for its rows.
 #[derive(Debug, Default)]
 pub struct Largest {
@@ -262,6 +285,24 @@ mod tests {
         assert_eq!(check(Some("s")), Ok(()));
         let error = check(Some("R/c_p")).expect_err("an error").to_string();
         assert!(error.starts_with("times of `/drag` are in R/c_p"), "{error}");
+    }
+
+    #[test]
+    fn numbers_for_people_have_four_digits() {
+        for (number, unit, expected) in [
+            (527_438_295.3, Some("Pa"), "527.4 MPa"),
+            (0.000_100_466, Some("m"), "100.5 µm"),
+            (0.000_999_99, Some("s"), "1.000 ms"),
+            (-3457.69, Some("N"), "-3.458 kN"),
+            (0.0, Some("m"), "0 m"),
+            (2680.0, Some("m/s"), "2680 m/s"),
+            (0.315_51, Some("R"), "0.3155 R"),
+            (0.082_026, None, "0.08203"),
+            (3e-13, None, "3.000e-13"),
+            (f64::NAN, None, "NaN"),
+        ] {
+            assert_eq!(engineering(number, unit), expected);
+        }
     }
 
     #[test]

@@ -229,6 +229,70 @@ fn the_report_has_prefixes() {
     assert!(page.contains("time [R/c_p]") && !page.contains("\"time_unit\""));
 }
 
+#[test]
+fn the_report_is_in_words_and_engineering_units() {
+    let desk = Desk::new(&[]);
+    si::record("ball", &["mesh.cells=15", "run.end_time=30 us", "record.frames=5"], &desk.path("ball.mcap"));
+    desk.text(0, &["report", "ball.mcap"]);
+    let page = std::fs::read_to_string(desk.path("ball.html")).expect("a page");
+    let json =
+        page.split_once("id=\"data\">").and_then(|(_, rest)| rest.split_once("</script>")).expect("data").0;
+    let data: Value = serde_json::from_str(json).expect("JSON");
+    let row = |table: &str, name: &str| {
+        let rows = data["facts"][table].as_array().expect("rows");
+        let row = rows.iter().find(|row| row[0] == name).unwrap_or_else(|| panic!("{name}: {rows:?}"));
+        row[1].as_str().expect("text").to_owned()
+    };
+    let recording = desk.text(0, &["info", "ball.mcap"]);
+    let recorded = |key: &str| {
+        let line = recording
+            .lines()
+            .find(|line| line.trim_start().starts_with(&format!("{key} = ")))
+            .expect("a line");
+        line.split_once(" = ").and_then(|(_, number)| number.parse::<f64>().ok()).expect("a number")
+    };
+    let pressure = row("results", "Largest pressure");
+    let (number, place) = pressure.split_once(" MPa at r = ").expect("a pressure");
+    let largest = 1e-6 * recorded("largest_pressure");
+    assert!(
+        (number.parse::<f64>().expect("a number") / largest - 1.0).abs() < 1e-3 && number.len() == 5,
+        "{pressure}"
+    );
+    assert!(place.contains("m, z = 0 m, t = ") && place.ends_with(" µs"), "{pressure}");
+    assert!(row("results", "Peak force").contains(" kN at t = "), "{}", row("results", "Peak force"));
+    assert!(row("run", "Spacing").starts_with("dr = ") && row("run", "Units").contains("R/c_p = 3.731 µs"));
+    assert!(row("energy", "Kinetic energy of the target").ends_with('J'));
+    let probes = data["charts"]
+        .as_array()
+        .expect("charts")
+        .iter()
+        .find(|chart| chart["id"] == "probes")
+        .expect("probes");
+    assert_eq!(probes["curves"][1]["name"], "r = 5.000 mm");
+    // the indenter and the contact at every frame, and its outline as far as the profile reaches
+    let (body, times) = (&data["field"]["body"], data["field"]["times"].as_array().expect("times").len());
+    let list = |key: &str| {
+        body[key]
+            .as_array()
+            .expect("a list")
+            .iter()
+            .map(|x| x.as_f64().expect("a number"))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(
+        (list("depths").len(), list("radii").len(), body["is_cut"].as_bool()),
+        (times, times, Some(false))
+    );
+    assert!(list("depths").is_sorted() && list("radii").is_sorted());
+    let sphere = |r: f64| 10.0 - (100.0 - r * r).sqrt();
+    let (radii, heights) = (list("r"), list("height"));
+    assert!(radii.len() > 5 && radii.len() == heights.len());
+    for (r, height) in radii.into_iter().zip(heights) {
+        // from the first node on, which is not on the axis
+        assert!((height - sphere(r)).abs() < 0.02, "{r} {height}");
+    }
+}
+
 /// Topics of double precision, without the words in which an event gives its numbers.
 const TOPICS: &str = "/interface/stress,/drag,/velocity,/probes,/energy";
 

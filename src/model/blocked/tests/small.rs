@@ -27,6 +27,7 @@ fn setting(noise: &mut Noise, seed: u64) -> Setting {
         instructions: Instructions::PLAIN[[2, 0, 1][(turn + turn / 3) % 3]],
         coverage: [Coverage::Field, Coverage::Everything][noise.below(2)],
         every: 1 + noise.below(3),
+        columns: usize::MAX,
     }
 }
 

@@ -14,7 +14,8 @@ use crate::{
 };
 
 const REPORT_EXAMPLES: &str = "\
-The page needs nothing else and fetches nothing: it can be mailed, and opened by any browser.
+The page needs nothing else and fetches nothing: it can be mailed, opened by any browser, and printed. The section is cropped to where the
+field is above 1 % of its range; a button shows all of it. Arrow keys step through the frames, space plays.
 
 Examples:
   percuss-read report fig5.mcap                       into fig5.html

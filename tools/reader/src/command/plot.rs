@@ -3,7 +3,7 @@
 
 mod axes;
 mod curves;
-mod cut;
+pub(super) mod cut;
 mod frames;
 mod map;
 mod request;

@@ -8,13 +8,15 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 mod animation;
+mod body;
 mod curves;
+mod facts;
 mod sweep;
 mod units;
 
 use crate::{
     channel::Channel,
-    command::{plot::PlotError, verify::verify},
+    command::{plot::PlotError, summary::Reading, verify::verify},
     convention::{FIELD_STRESS, FIELDS, HOST, INTERFACE, RESOLVED_CASE, RUN, STATUS, VALIDITY},
     messages::Recording,
     recording::{Damage, Limits, OpenError},
@@ -26,7 +28,11 @@ pub use sweep::{name, sweep};
 const PAGE: &str = include_str!("report/page.html");
 const STYLE: &str = include_str!("report/style.css");
 const SHARED: &str = include_str!("report/shared.js");
-const SCRIPT: &str = include_str!("report/script.js");
+const SCRIPT: &str = concat!(
+    include_str!("report/chart.js"),
+    include_str!("report/section.js"),
+    include_str!("report/script.js")
+);
 
 /// Longest case that is shown \[bytes\].
 const MAX_CASE: usize = 1 << 20;
@@ -70,7 +76,9 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
     let mut host = recording.entries(HOST).cloned().unwrap_or_default();
     host.remove("padding");
     let mut damages = recording.damages.clone();
-    let curves = curves::charts(path, &recording, limits)?;
+    let reading = Reading::of(&recording)?;
+    damages.extend(reading.damages.iter().cloned());
+    let curves = curves::charts(path, &recording, reading.units.length.as_deref(), limits)?;
     let profiles = match find(&recording, |topic| topic == INTERFACE) {
         Some(id) => curves::profiles(&recording, id, &mut damages)?,
         None => Value::Null,
@@ -94,6 +102,7 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
         "sound": verdict.is_sound(),
         "partial": verdict.partial,
         "verdict": verdict.to_text(&name),
+        "facts": facts::facts(&recording, &reading, &curves),
         "events": curves::events(&recording, &mut damages)?,
         "charts": curves,
         "profiles": profiles,

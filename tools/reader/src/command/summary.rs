@@ -11,7 +11,7 @@ use std::{
 use percuss_table::{Cell, CellType, Heading, Sink, measures::Measure};
 use toml::Value;
 
-use reading::Reading;
+pub(super) use reading::Reading;
 
 use crate::{
     convention::{CASE, OUTER_RADIUS, RESOLVED_CASE, RUN},

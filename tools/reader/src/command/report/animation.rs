@@ -1,11 +1,13 @@
-//! The field of a report: frames of one byte a pixel.
+//! The field of a report: frames of one byte a pixel, of the part that is worth looking at and of the whole section.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use percuss_table::Heading;
 use serde_json::{Value, json};
 
+use super::body;
 use crate::{
     axis::Axis,
+    command::plot::cut::Peaks,
     convention,
     messages::Recording,
     recording::{Damage, OpenError},
@@ -14,8 +16,15 @@ use crate::{
 
 /// Frames, at most.
 const FRAMES: u64 = 120;
-/// Pixels of a frame, at most.
+/// Pixels of a frame, at most; of the whole section beside a part of it.
 const PIXELS: f64 = 16_000.0;
+const WHOLE_PIXELS: f64 = 6_000.0;
+/// Share of the range of the colours above which a value makes its row and column part of the picture.
+const SEEN: f64 = 0.01;
+/// Room around that part, relative to its size.
+const ROOM: f64 = 1.05;
+/// A part of the section larger than this is not worth a picture of its own.
+const LARGEST_PART: f64 = 0.8;
 /// Level of the value 0, and levels on either side of it.
 const ZERO: f64 = 128.0;
 const SIDE: f64 = 126.0;
@@ -29,8 +38,9 @@ const SHOWN: f64 = 0.995;
 /// How far the frames reach, and how large their values are.
 #[derive(Default)]
 struct Bounds {
-    width: f64,
-    depth: f64,
+    whole: Section,
+    peaks: Peaks,
+    sides: Option<[Side; 2]>,
     samples: Vec<f64>,
     unit: Option<String>,
     length_unit: Option<String>,
@@ -41,19 +51,21 @@ struct Bounds {
 impl Bounds {
     fn take(&mut self, slice: Slice) {
         let (columns, rows) = (&slice.columns, &slice.rows);
-        // a step beyond the last, unless they are listed
-        let width = match columns {
-            Side::Even { length, .. } => columns.at(*length),
-            Side::Listed(_) => columns.at(columns.length().saturating_sub(1)),
-        };
-        self.width = self.width.max(width);
-        self.depth = self.depth.max(rows.at(rows.length().saturating_sub(1)));
+        self.whole.width = self.whole.width.max(end(columns, columns.length()));
+        self.whole.depth = self.whole.depth.max(rows.at(rows.length().saturating_sub(1)));
+        self.peaks.take(&slice.values, columns.length());
         let step = slice.values.len().div_ceil(SAMPLES).max(31);
         let values = slice.values.iter().step_by(step).map(|value| value.abs());
         self.samples.extend(values.filter(|value| *value > 0.0 && value.is_finite()));
         self.unit = slice.unit;
         let [Heading { unit, name, .. }, _] = slice.axes;
         (self.length_unit, self.coordinate) = (unit, Some(name));
+        let is_longer = |known: &[Side; 2]| {
+            slice.rows.length() * slice.columns.length() > known[0].length() * known[1].length()
+        };
+        if self.sides.as_ref().is_none_or(is_longer) {
+            self.sides = Some([slice.rows, slice.columns]);
+        }
     }
 
     /// The value that the share of those to be distinguished does not exceed.
@@ -62,16 +74,77 @@ impl Bounds {
         self.samples.get((self.samples.len() as f64 * SHOWN) as usize).copied()
     }
 
-    /// Columns, rows and size of a pixel; `None` for a field as narrow as a line, or of no size at all.
-    fn raster(&self) -> Option<(usize, usize, f64)> {
-        let pixel = (self.width * self.depth / PIXELS).sqrt();
-        let (columns, rows) = ((self.width / pixel).ceil(), (self.depth / pixel).ceil());
-        let is_picture = (1.0..=LONGEST).contains(&columns) && (1.0..=LONGEST).contains(&rows);
-        is_picture.then_some((columns as usize, rows as usize, pixel))
+    /// The part of the section with values above a share of the range; `None` if that is most of it, or nothing.
+    fn part(&self, range: f64) -> Option<Section> {
+        let [rows, columns] = self.peaks.above(SEEN * range);
+        let [row_side, column_side] = self.sides.as_ref()?;
+        if rows.is_empty() {
+            return None;
+        }
+        let (width, depth) = (end(column_side, columns.end), end(row_side, rows.end));
+        let part = Section {
+            width: (ROOM * width).min(self.whole.width),
+            depth: (ROOM * depth).min(self.whole.depth),
+        };
+        (part.width * part.depth < LARGEST_PART * self.whole.width * self.whole.depth).then_some(part)
     }
 }
 
-/// The frames of a matrix channel: `null` if it is none.
+/// Where the elements of a side end, of which there are `length`: a step beyond the last, unless they are listed.
+fn end(side: &Side, length: usize) -> f64 {
+    match side {
+        Side::Even { .. } => side.at(length),
+        Side::Listed(_) => side.at(length.saturating_sub(1)),
+    }
+}
+
+/// A section from the axis and the surface on.
+#[derive(Clone, Copy, Default)]
+struct Section {
+    width: f64,
+    depth: f64,
+}
+
+impl Section {
+    /// Its picture; `None` for a field as narrow as a line, or of no size at all.
+    fn picture(self, pixels: f64) -> Option<Picture> {
+        let pixel = (self.width * self.depth / pixels).sqrt();
+        let (columns, rows) = ((self.width / pixel).ceil(), (self.depth / pixel).ceil());
+        let is_picture = (1.0..=LONGEST).contains(&columns) && (1.0..=LONGEST).contains(&rows);
+        let size = (rows as usize, columns as usize);
+        is_picture.then_some(Picture { section: self, size, pixel, frames: Vec::new() })
+    }
+}
+
+/// A section in pixels.
+struct Picture {
+    section: Section,
+    /// Rows and columns.
+    size: (usize, usize),
+    /// Edge of a pixel.
+    pixel: f64,
+    frames: Vec<String>,
+}
+
+impl Picture {
+    /// * `layers`: of the target
+    fn json(self, layers: &[Layer]) -> Value {
+        let (rows, columns) = self.size;
+        let share = |depth: f64| (depth / (rows as f64 * self.pixel)).clamp(0.0, 1.0);
+        let layer = |layer: &Layer| json!({ "name": layer.name, "from": share(layer.top), "to": share(layer.bottom) });
+        json!({
+            "columns": columns,
+            "rows": rows,
+            "width": self.section.width,
+            "depth": self.section.depth,
+            "pixel": self.pixel,
+            "layers": layers.iter().map(layer).collect::<Vec<_>>(),
+            "frames": self.frames,
+        })
+    }
+}
+
+/// The frames of a matrix channel: `null` if it is none. The first of its `views` is what a page begins with.
 pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> Result<Value, OpenError> {
     let channel = &recording.channels[&id];
     let Some(leaf) = Axis::matrices(channel).next() else { return Ok(Value::Null) };
@@ -81,36 +154,37 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
         slice(channel, leaf, &moment).into_iter().for_each(|slice| bounds.take(slice));
     })?);
     let Some(quantile) = bounds.quantile() else { return Ok(Value::Null) };
-    let Some((columns, rows, pixel)) = bounds.raster() else { return Ok(Value::Null) };
     let mut views = recording.channels.values();
     let recorded = views.find_map(|view| convention::colour_range(&view.metadata, &channel.topic));
     let range = recorded.unwrap_or(quantile);
-    let (mut times, mut frames) = (Vec::new(), Vec::new());
+    let part = bounds.part(range).and_then(|part| part.picture(PIXELS));
+    let whole = bounds.whole.picture(if part.is_some() { WHOLE_PIXELS } else { PIXELS });
+    let mut pictures: Vec<Picture> = part.into_iter().chain(whole).collect();
+    if pictures.is_empty() {
+        return Ok(Value::Null);
+    }
+    let mut times = Vec::new();
     damages.extend(visit(recording, id, every, |moment| {
         if let Some(slice) = slice(channel, leaf, &moment) {
             times.push(moment.time);
-            frames.push(STANDARD.encode(raster(&slice, (rows, columns), pixel, range)));
+            for picture in &mut pictures {
+                let levels = raster(&slice, picture.size, picture.pixel, range);
+                picture.frames.push(STANDARD.encode(levels));
+            }
         }
     })?);
-    let coordinate = bounds.coordinate.as_deref().unwrap_or_default();
-    let share = |depth: f64| (depth / (rows as f64 * pixel)).clamp(0.0, 1.0);
-    let layer =
-        |layer: Layer| json!({ "name": layer.name, "from": share(layer.top), "to": share(layer.bottom) });
-    let layers: Vec<Value> = recording.layers(coordinate).into_iter().map(layer).collect();
+    let layers = recording.layers(bounds.coordinate.as_deref().unwrap_or_default());
+    let body = body::body(recording, &times, damages)?;
     Ok(json!({
         "name": channel.topic,
         "unit": bounds.unit,
         "length_unit": bounds.length_unit,
-        "columns": columns,
-        "rows": rows,
-        "width": bounds.width,
-        "depth": bounds.depth,
-        "layers": layers,
+        "views": pictures.into_iter().map(|picture| picture.json(&layers)).collect::<Vec<_>>(),
+        "body": body,
         "range": range,
         "zero": ZERO,
         "side": SIDE,
         "times": times,
-        "frames": frames,
     }))
 }
 
@@ -134,6 +208,42 @@ fn raster(slice: &Slice, (rows, columns): (usize, usize), pixel: f64, range: f64
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_part_is_where_values_are_above_a_hundredth() {
+        let side = |length| Side::Even { start: 0.0, step: 0.5, length };
+        let bounds = |seen: usize| {
+            let mut bounds = Bounds::default();
+            for frame in [1, 2] {
+                // 0.02 is the farthest out of the second frame, 0.005 is not seen in any
+                let mut values = vec![0.0; 100 * 40];
+                (values[0], values[39]) = (1.0, 0.005);
+                values[3 * 40 + seen / frame] = 0.02;
+                bounds.take(Slice {
+                    name: String::new(),
+                    topic: String::new(),
+                    unit: None,
+                    time: 0.0,
+                    rows: side(100),
+                    columns: side(40),
+                    axes: [Heading::new("z", None), Heading::new("r", None)],
+                    even: false,
+                    values,
+                    layers: Vec::new(),
+                });
+            }
+            bounds
+        };
+        let part = bounds(8).part(1.0).expect("a part");
+        assert!((part.width - 1.05 * 4.5).abs() < 1e-12 && (part.depth - 1.05 * 2.0).abs() < 1e-12);
+        assert!(bounds(8).part(1e3).is_none(), "nothing is seen");
+        assert!(bounds(8).part(0.0).is_some());
+        let mut all = bounds(8);
+        all.peaks.take(&vec![1.0; 100 * 40], 40);
+        assert!(all.part(1.0).is_none(), "most of it");
+        let picture = part.picture(PIXELS).expect("a picture");
+        assert!(((picture.size.0 * picture.size.1) as f64) < 1.05 * PIXELS);
+    }
 
     #[test]
     fn pixels_show_the_nearest_node() {

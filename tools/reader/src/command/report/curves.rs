@@ -11,6 +11,7 @@ use crate::{
     convention::{self, CHARTS, EVENT, WARNING},
     field::Selection,
     messages::Recording,
+    prefix::engineering,
     recording::{Damage, Limits, OpenError},
     slice::{Moment, profile, visit},
 };
@@ -26,7 +27,14 @@ const PROFILES: u64 = 200;
 const PROFILE_POINTS: usize = 300;
 
 /// The charts against time of what the recording has.
-pub fn charts(path: &Path, recording: &Recording, limits: Limits) -> Result<Vec<Value>, PlotError> {
+///
+/// * `length`: unit of the radii of probes
+pub fn charts(
+    path: &Path,
+    recording: &Recording,
+    length: Option<&str>,
+    limits: Limits,
+) -> Result<Vec<Value>, PlotError> {
     let mut charts = Vec::new();
     for (id, title, topic, fields) in CHARTS {
         let Some(id_of_channel) = super::find(recording, |known| known == topic) else { continue };
@@ -43,17 +51,16 @@ pub fn charts(path: &Path, recording: &Recording, limits: Limits) -> Result<Vec<
             ..Request::default()
         };
         let panel = traces(&[path.to_owned()], &request, limits)?;
-        charts.push(chart(id, title, &panel, channel));
+        charts.push(chart(id, title, &panel, channel, length));
     }
     Ok(charts)
 }
 
-fn chart(id: &str, title: &str, panel: &Panel, channel: &Channel) -> Value {
+fn chart(id: &str, title: &str, panel: &Panel, channel: &Channel, length: Option<&str>) -> Value {
     // the radii of the probes are the axis of their array
-    let axis = channel.metadata.get(&convention::axis("stress"));
-    let radii: Vec<&str> = axis.map_or_else(Vec::new, |axis| axis.split(',').map(str::trim).collect());
-    let name = |(i, curve): (usize, &Curve)| match radii.get(i) {
-        Some(radius) if id == "probes" => format!("r = {radius}"),
+    let radii = channel.metadata.get(&convention::axis("stress")).and_then(|axis| convention::numbers(axis));
+    let name = |(i, curve): (usize, &Curve)| match radii.as_ref().and_then(|radii| radii.get(i)) {
+        Some(radius) if id == "probes" => format!("r = {}", engineering(*radius, length)),
         _ => curve.name.rsplit(['/', '.', ':']).next().unwrap_or_default().to_owned(),
     };
     let curves = panel.curves.iter().enumerate().map(|(i, curve)| {
@@ -71,6 +78,11 @@ fn chart(id: &str, title: &str, panel: &Panel, channel: &Channel) -> Value {
         "y": panel.y_label,
         "curves": curves.collect::<Vec<_>>(),
     })
+}
+
+/// The last number of a curve of a chart.
+pub fn last(curve: &Value) -> Option<f64> {
+    curve["y"].as_array()?.iter().rev().find_map(Value::as_f64)
 }
 
 /// A number as short as six digits allow; `null` if it is none.

@@ -10,7 +10,7 @@ const make = (name, attributes = {}, text) => {
   if (text !== undefined) node.textContent = text;
   return node;
 };
-const short = (x) => (x === null || !Number.isFinite(x) ? "–" : String(Number(x.toPrecision(5))));
+const short = (x, digits = 5) => (x === null || !Number.isFinite(x) ? "–" : String(Number(x.toPrecision(digits))));
 
 // --- axes -------------------------------------------------------------------------------------------------------
 const ticks = (low, high, count) => {

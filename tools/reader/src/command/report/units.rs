@@ -82,9 +82,16 @@ fn field(field: &mut Value) {
         scale_numbers(&mut field["range"], &unit);
         field["unit"] = json!(unit.unit);
     }
-    let largest = number(&field["width"]).max(number(&field["depth"]));
+    let lengths = |view: &Value| number(&view["width"]).max(number(&view["depth"]));
+    // as the first view is best read
+    let largest = field["views"].get(0).map_or(0.0, lengths);
     if let Some(unit) = unit(&field["length_unit"], largest) {
-        ["width", "depth"].into_iter().for_each(|side| scale_numbers(&mut field[side], &unit));
+        for key in ["width", "depth", "pixel"] {
+            scale(&mut field["views"], key, &unit);
+        }
+        for key in ["depths", "radii", "r", "height"] {
+            field["body"].get_mut(key).into_iter().for_each(|list| scale_numbers(list, &unit));
+        }
         field["length_unit"] = json!(unit.unit);
     }
 }
@@ -100,7 +107,9 @@ mod tests {
             ],
             "events": [{ "time": 1e-5, "text": "" }],
             "profiles": { "x": format!("r [{length}]"), "y": "stress", "frames": [{ "time": 2e-5, "x": [0.01], "y": [3.0] }] },
-            "field": { "unit": "Pa", "range": 2e9, "length_unit": length, "width": 0.05, "depth": 0.02, "times": [1e-5] },
+            "field": { "unit": "Pa", "range": 2e9, "length_unit": length, "times": [1e-5],
+                "views": [{ "width": 0.05, "depth": 0.02, "pixel": 0.001 }, { "width": 0.5, "depth": 0.02, "pixel": 0.01 }],
+                "body": { "depths": [0.002], "radii": [null], "r": [0.0, 0.01], "height": [0.0, 0.004] } },
         })
     }
 
@@ -123,7 +132,13 @@ mod tests {
             [&si["field"]["unit"], &si["field"]["length_unit"], &si["time_unit"]],
             ["GPa", "mm", "µs"]
         );
-        assert_eq!([&si["field"]["range"], &si["field"]["width"], &si["field"]["depth"]], [2.0, 50.0, 20.0]);
+        let views = &si["field"]["views"];
+        assert_eq!(views[0], json!({ "width": 50.0, "depth": 20.0, "pixel": 1.0 }));
+        assert_eq!((&si["field"]["range"], &views[1]["width"]), (&json!(2.0), &json!(500.0)));
+        assert_eq!(
+            si["field"]["body"],
+            json!({ "depths": [2.0], "radii": [null], "r": [0.0, 10.0], "height": [0.0, 4.0] })
+        );
         assert_eq!(si["field"]["times"], json!([10.0]));
     }
 

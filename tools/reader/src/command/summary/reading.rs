@@ -16,15 +16,15 @@ use crate::{
 
 /// What was measured, and what could not be read.
 #[derive(Debug, Default)]
-pub(super) struct Reading {
+pub(in crate::command) struct Reading {
     /// The numbers, in the order of the columns.
-    pub(super) measures: Vec<Measure>,
+    pub(in crate::command) measures: Vec<Measure>,
     /// Their units.
-    pub(super) units: Units,
+    pub(in crate::command) units: Units,
     /// Damaged parts of the file.
-    pub(super) damages: Vec<Damage>,
+    pub(in crate::command) damages: Vec<Damage>,
     /// Messages that do not fit their schema.
-    pub(super) undecoded: u64,
+    pub(in crate::command) undecoded: u64,
 }
 
 impl Reading {
@@ -33,7 +33,7 @@ impl Reading {
     /// # Errors
     ///
     /// The file cannot be read.
-    pub(super) fn of(recording: &Recording) -> Result<Self, OpenError> {
+    pub(in crate::command) fn of(recording: &Recording) -> Result<Self, OpenError> {
         let mut events = [Source::open(recording, EVENT, ["kind", "since"])];
         let mut story = Story::default();
         visit(recording, &mut events, |_, time, [kind, since]| {

@@ -1,0 +1,143 @@
+//! What a report says in words: what came out, and of what run. Numbers have their unit and four digits.
+
+use std::collections::BTreeMap;
+
+use percuss_table::measures::{Measure, Units};
+use serde_json::{Value, json};
+
+use super::{curves::last, find};
+use crate::{
+    command::summary::Reading,
+    convention::{
+        self, DEPTH, ENERGY, HOST, INTERFACE, LARGEST_PRESSURE, LARGEST_STRAIN, RUN, STATUS, VALIDITY,
+    },
+    messages::Recording,
+    prefix::engineering,
+};
+
+/// Measures in words, in the order of the page.
+const RESULTS: [(&str, &str); 9] = [
+    ("peak_force", "Peak force"),
+    ("impulse", "Impulse"),
+    ("contact_duration", "Duration of contact"),
+    ("contact_radius", "Largest contact radius"),
+    ("depth", "Largest depth of the indenter"),
+    ("rebound_velocity", "Velocity of rebound"),
+    ("restitution", "Coefficient of restitution"),
+    ("t_ext", "Interface first needs tension"),
+    ("energy_left", "Energy left in the target"),
+];
+
+/// Rows of names and texts: `results`, `run` and `energy`.
+///
+/// * `charts`: of the report, in recorded units
+pub fn facts(recording: &Recording, reading: &Reading, charts: &[Value]) -> Value {
+    json!({
+        "results": results(recording, reading),
+        "run": run(recording, &reading.units),
+        "energy": energy(recording, charts),
+    })
+}
+
+type Rows = Vec<(String, String)>;
+
+fn results(recording: &Recording, reading: &Reading) -> Rows {
+    let units = &reading.units;
+    let measure = |name: &str| reading.measures.iter().find(|measure| measure.name == name);
+    let text = |Measure { quantity, value, .. }: &Measure| {
+        Some(engineering((*value)?, quantity.unit(units).as_deref()))
+    };
+    let row = |(name, label): (&str, &str)| {
+        let mut text = text(measure(name)?)?;
+        let peak_time =
+            measure("peak_time").filter(|_| name == "peak_force").and_then(|measure| measure.value);
+        if let Some(time) = peak_time {
+            text += &format!(" at t = {}", engineering(time, units.time.as_deref()));
+        }
+        if name == "t_ext" {
+            text = format!("at t = {text}");
+        }
+        Some((label.to_owned(), text))
+    };
+    let mut rows: Rows = RESULTS.into_iter().filter_map(row).collect();
+    let Some(validity) = recording.entries(VALIDITY) else { return rows };
+    let stress =
+        find(recording, |topic| topic == INTERFACE).and_then(|id| recording.channels[&id].unit("stress"));
+    let peaks = [("Largest pressure", LARGEST_PRESSURE, stress), ("Largest strain", LARGEST_STRAIN, None)];
+    rows.extend(peaks.into_iter().filter_map(|(label, key, unit)| {
+        let number = |key: &str| validity.get(key)?.parse::<f64>().ok();
+        let length = units.length.as_deref();
+        let place = [("r", length), ("z", length), ("time", units.time.as_deref())];
+        let place = place.into_iter().filter_map(|(name, unit)| {
+            let number = number(&format!("{key}.{name}"))?;
+            Some(format!("{} = {}", if name == "time" { "t" } else { name }, engineering(number, unit)))
+        });
+        let place: Vec<String> = place.collect();
+        let at = if place.is_empty() { String::new() } else { format!(" at {}", place.join(", ")) };
+        Some((label.to_owned(), engineering(number(key)?, unit) + &at))
+    }));
+    if let Some(limit) = validity.get("strain_limit") {
+        rows.push(("Limit of linear theory".into(), format!("strain {limit}")));
+    }
+    rows
+}
+
+fn run(recording: &Recording, units: &Units) -> Rows {
+    let empty = BTreeMap::new();
+    let [run, status, host] = [RUN, STATUS, HOST].map(|name| recording.entries(name).unwrap_or(&empty));
+    let number = |key: &str| run.get(key)?.parse::<f64>().ok();
+    let (length, time) = (units.length.as_deref(), units.time.as_deref());
+    let words = |keys: &[&str]| {
+        let words: Vec<&str> = keys.iter().filter_map(|key| run.get(*key)).map(String::as_str).collect();
+        (!words.is_empty()).then(|| words.join(", "))
+    };
+    let layers = recording
+        .layers(DEPTH)
+        .into_iter()
+        .map(|layer| format!("{} {}", layer.name, engineering(layer.bottom - layer.top, length)));
+    let layers: Vec<String> = layers.collect();
+    let spacing = || {
+        Some(format!(
+            "dr = {}, dz = {}",
+            engineering(number("dr")?, length),
+            engineering(number("dz")?, length)
+        ))
+    };
+    let steps = || {
+        let made = status.get("last_step").or(run.get("steps"))?;
+        Some(format!("{made} of {} steps of {}", run.get("steps")?, engineering(number("dt")?, time)))
+    };
+    let scales = || {
+        let scale = |(name, unit, key): &(&str, &str, &str)| {
+            Some(format!("{name} = {}", engineering(number(key)?, Some(unit))))
+        };
+        let scales: Vec<String> = convention::UNITS.iter().filter_map(scale).collect();
+        (!scales.is_empty()).then(|| scales.join(", "))
+    };
+    let rows = [
+        ("Theory", words(&["model", "geometry"])),
+        ("Contact", words(&["contact"])),
+        ("Layers", (!layers.is_empty()).then(|| layers.join(", "))),
+        ("Mesh", run.get("nr").zip(run.get("nz")).map(|(nr, nz)| format!("{nr} × {nz} nodes"))),
+        ("Spacing", spacing()),
+        ("Time", steps()),
+        ("Units", scales()),
+        ("Computed", host.get("start_time").cloned()),
+    ];
+    rows.into_iter().filter_map(|(name, text)| Some((name.to_owned(), text?))).collect()
+}
+
+/// Energies at the end, with what each is.
+fn energy(recording: &Recording, charts: &[Value]) -> Rows {
+    let Some(id) = find(recording, |topic| topic == ENERGY) else { return Vec::new() };
+    let channel = &recording.channels[&id];
+    let curves =
+        charts.iter().filter(|chart| chart["id"] == "energy").filter_map(|chart| chart["curves"].as_array());
+    let row = |curve: &Value| {
+        let name = curve["name"].as_str()?;
+        let meaning = channel.metadata.get(&convention::meaning(name)).map_or(name, String::as_str);
+        let (first, rest) = meaning.split_at(meaning.chars().next().map_or(0, char::len_utf8));
+        Some((first.to_uppercase() + rest, engineering(last(curve)?, channel.unit(name))))
+    };
+    curves.flatten().filter_map(row).collect()
+}
