@@ -55,7 +55,7 @@
 //! | paraboloid, unilateral, drag at t = 1; 0.3, 0.5 | without damping, extrapolated | 0.11 %, 0.03 % |
 //! | line load on a half-space (Lamb), u_z at x = 1; ν = 1/4 | closed form | 3.8 % rms, without damping 0.76 % |
 //! | wedge whose edge outruns all waves, V* = 2, pressure behind it; 0.3 | closed form | 0.014 % ± 0.5 % of ripple |
-//! | steel ball of 3 mm on PMMA, 0.5 m/s, 50 cells, drag and velocity | [`hertz`], without waves | 2.1 % of the peak, 1.0 % of V0 |
+//! | steel ball of 3 mm on PMMA, 0.5 m/s, 50 cells, drag and velocity | Hertz, without waves | 2.1 % of the peak, 1.0 % of V0 |
 //! | energy, glued punch, rebound, separation, recontact | conservation | 8e-15 |
 //!
 //! Layered targets, plain stepper (`src/exact/tests`):

@@ -93,7 +93,7 @@ pub(super) fn read_indenter(mut section: Section<'_>, parts: &IndenterParts<'_>)
     let mass = mass.map(value).or_else(|| {
         let (radius, length) = (radius.as_ref(), length.as_ref());
         let body = GivenBody { head: head.as_ref()?, radius, length, density: density? };
-        let mass = body.mass(&section, parts)?;
+        let mass = body.mass(&section, parts.geometry, parts.system)?;
         Some(parts.system.default(Dimension::Mass, mass))
     });
     section.end();

@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 use super::{
     bounds::{Bounds, HUGE, TINY},
     document::{Given, Section},
-    read_indenter::IndenterParts,
     read_target::read_preset,
     system::System,
 };
@@ -79,7 +78,7 @@ impl GivenBody<'_> {
     /// 4πρ³d/3 / (πγR³) = 4ρ³d/3          plane: πρ²d/2 / (γR²)
     /// d·(a²L − 2∫_0^a f r dr)            plane: d·(aL − ∫_0^a f dx)
     /// ```
-    pub(super) fn mass(self, section: &Section<'_>, parts: &IndenterParts<'_>) -> Option<f64> {
+    pub(super) fn mass(self, section: &Section<'_>, geometry: Geometry, system: &System) -> Option<f64> {
         let (key, Given { value: density, span }) = &self.density;
         match (self.head, self.length) {
             (Head::Sphere { nose_radius }, length)
@@ -92,7 +91,7 @@ impl GivenBody<'_> {
                     let help = "leave it out, or give indenter.radius, smaller than nose_radius";
                     section.problem(length.span.clone(), message, help);
                 }
-                Some(match parts.geometry {
+                Some(match geometry {
                     Geometry::Axisymmetric => 4.0 / 3.0 * nose_radius.powi(3) * density,
                     Geometry::Plane => 0.5 * PI * nose_radius * nose_radius * density,
                 })
@@ -110,11 +109,11 @@ impl GivenBody<'_> {
                 if length.value < head_length {
                     let given = section.document.written(&length.span);
                     let message = format!("`indenter.length` = {given} ends inside the head");
-                    let least = parts.system.quoted(Dimension::Length, head_length);
+                    let least = system.quoted(Dimension::Length, head_length);
                     section.problem(length.span.clone(), message, format!("allowed: at least {least}"));
                     return None;
                 }
-                Some(density * shape.content(length.value, parts.geometry))
+                Some(density * shape.content(length.value, geometry))
             }
             (_, None) => {
                 let message = format!(
