@@ -42,8 +42,8 @@ pub const RECORDS: [&str; 3] = [HOST, VALIDITY, STATUS];
 pub const CASE: &str = "case.toml";
 /// Attachment with every default of the case written out.
 pub const RESOLVED_CASE: &str = "case.resolved.toml";
-/// Key of [`RESOLVED_CASE`] that follows from the others, unless it is in [`CASE`].
-pub const OUTER_RADIUS: &str = "mesh.outer_radius";
+/// Keys of a case that follow from the others, unless they are given.
+pub const DERIVED_KEYS: [&str; 2] = ["mesh.outer_radius", "record.r_max"];
 
 /// Topic of the drag, a message every step.
 pub const DRAG: &str = "/drag";

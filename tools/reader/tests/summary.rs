@@ -195,7 +195,11 @@ fn parameters_that_were_set_are_numbers_with_a_unit() {
     let desk = Desk::new(&[]);
     for (velocity, name) in [("5 m/s", "a.mcap"), ("6 m/s", "b.mcap")] {
         let velocity = format!("impact.velocity=\"{velocity}\"");
-        si::record("ball", &["mesh.cells=10", "run.end_time=\"20 us\"", &velocity], &desk.path(name));
+        si::record(
+            "ball",
+            &["mesh.cells=10", "run.end_time=\"20 us\"", "record.frames=0", &velocity],
+            &desk.path(name),
+        );
     }
     let text = desk.text(0, &["summary", "a.mcap", "b.mcap"]);
     let rows: Vec<&str> = text.lines().collect();

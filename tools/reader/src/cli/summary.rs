@@ -20,7 +20,7 @@ const SUMMARY_HELP: &str = "\
 Columns, from recorded messages only; what a recording does not say is empty, never 0:
   file, title          name of the recording, title of the case
   <parameter>          parameters of the case that differ between the recordings, by dotted keys, indenter.mass, as they are
-                       given, with their unit; lists are left out, and so is what follows from the others, mesh.outer_radius
+                       given, with their unit; lists are left out, and so is what follows from the others (mesh.outer_radius, record.r_max)
   peak_force           largest force of /drag
   peak_time            time at which it is first reached
   impulse              integral of the force over time, by trapezia over all messages of /drag

@@ -14,7 +14,7 @@ use toml::Value;
 pub(super) use reading::Reading;
 
 use crate::{
-    convention::{CASE, OUTER_RADIUS, RESOLVED_CASE, RUN},
+    convention::{CASE, DERIVED_KEYS, RESOLVED_CASE, RUN},
     messages::Recording,
     prefix::{InUnits, Largest},
     recording::{Budget, Damage, Limits, OpenError},
@@ -90,9 +90,8 @@ impl Read {
         };
         let mut case = keys(RESOLVED_CASE)?;
         case.retain(|_, value| !value.is_array());
-        if case.contains_key(OUTER_RADIUS) && !keys(CASE)?.contains_key(OUTER_RADIUS) {
-            case.remove(OUTER_RADIUS);
-        }
+        let given = keys(CASE)?;
+        case.retain(|key, _| !DERIVED_KEYS.contains(&key.as_str()) || given.contains_key(key));
         Ok(Self { recording, reading, case })
     }
 

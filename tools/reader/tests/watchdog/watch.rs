@@ -63,9 +63,18 @@ pub fn watch_with(folder: &Path, memory: u64, addresses: u64, arguments: &[&str]
     Ending {
         status: used.status.code().filter(|status| *status < 128),
         stderr: String::from_utf8_lossy(&text[..text.len().min(1 << 16)]).into_owned(),
-        memory: used.rusage.maxrss >> 20,
+        memory: own_memory(used.rusage.maxrss) >> 20,
         time: used.rusage.utime + used.rusage.stime,
     }
+}
+
+/// Memory of a command by itself: at its start the system counts the peak of the process that starts it, this one; what is below that peak
+/// says nothing of the command \[bytes\].
+fn own_memory(counted: u64) -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let peak = peak.and_then(|peak| peak.trim().split(' ').next()?.parse::<u64>().ok()).unwrap_or(0);
+    if counted > peak << 10 { counted } else { 0 }
 }
 
 /// What is wrong with an ending: a status that is not documented, a crash, too much memory or time, commands for the terminal.
