@@ -1,6 +1,6 @@
 //! Images of matrices.
 
-mod layers;
+pub(crate) mod layers;
 mod side;
 
 use std::sync::Arc;
@@ -91,13 +91,13 @@ const MAX_CELLS: (usize, usize) = (220, 320);
 const EQUAL: std::ops::RangeInclusive<f64> = 0.04..=25.0;
 
 /// Where an image, its axes and its colours are [units of the SVG].
-struct Place {
-    left: f64,
-    top: f64,
-    width: f64,
-    height: f64,
+pub(crate) struct Place {
+    pub left: f64,
+    pub top: f64,
+    pub width: f64,
+    pub height: f64,
     /// Size of the picture.
-    size: (f64, f64),
+    pub size: (f64, f64),
 }
 
 /// Draws a matrix as an image with a colour bar.
@@ -205,39 +205,62 @@ fn ratio(image: &Image) -> Option<f64> {
 
 /// The axes around a matrix.
 fn axes(image: &Image, place: &Place, with_labels: bool, rows: Option<usize>) -> Scene {
-    let (x, y) = (image.columns.ends(), image.rows.ends());
-    // the library draws upward: positions of rows that go down are negative
-    let (bottom, top) = if image.upward { y } else { (-y.1, -y.0) };
-    let corners = LinePlot::new().with_data([(x.0, bottom), (x.1, top)]);
-    let plots: Vec<Plot> = vec![corners.into()];
-    let mut layout = base(Layout::auto_from_plots(&plots))
-        .with_width(place.size.0)
-        .with_height(place.size.1)
-        .with_force_margins(place.left, place.size.0 - place.left - place.width)
-        .with_force_margins_y(place.top, place.size.1 - place.top - place.height)
-        .with_show_grid(false)
-        .with_x_label(image.column_label.as_str())
-        .with_x_axis_min(x.0)
-        .with_x_axis_max(x.1)
-        .with_y_axis_min(bottom)
-        .with_y_axis_max(top);
-    if !image.upward {
-        // 0 − v, not −v, which can be a negative zero
-        layout =
-            layout.with_y_tick_format(TickFormat::Custom(Arc::new(|v| TickFormat::Auto.format(0.0 - v))));
+    let axes = Axes {
+        ends: [image.columns.ends(), image.rows.ends()],
+        upward: image.upward,
+        title: if with_labels { &image.title } else { "" },
+        labels: [&image.column_label, if with_labels { &image.row_label } else { "" }],
+    };
+    axes.scene(place, rows)
+}
+
+/// Axes around something.
+pub(crate) struct Axes<'a> {
+    /// Ends of the horizontal and of the vertical axis.
+    pub ends: [(f64, f64); 2],
+    /// False if the numbers of the vertical axis grow downwards.
+    pub upward: bool,
+    pub title: &'a str,
+    pub labels: [&'a str; 2],
+}
+
+impl Axes<'_> {
+    /// * `rows`: of a terminal
+    pub(crate) fn scene(&self, place: &Place, rows: Option<usize>) -> Scene {
+        let [x, y] = self.ends;
+        // the library draws upward: positions of rows that go down are negative
+        let (bottom, top) = if self.upward { y } else { (-y.1, -y.0) };
+        let corners = LinePlot::new().with_data([(x.0, bottom), (x.1, top)]);
+        let plots: Vec<Plot> = vec![corners.into()];
+        let mut layout = base(Layout::auto_from_plots(&plots))
+            .with_width(place.size.0)
+            .with_height(place.size.1)
+            .with_force_margins(place.left, place.size.0 - place.left - place.width)
+            .with_force_margins_y(place.top, place.size.1 - place.top - place.height)
+            .with_show_grid(false)
+            .with_x_label(self.labels[0])
+            .with_x_axis_min(x.0)
+            .with_x_axis_max(x.1)
+            .with_y_axis_min(bottom)
+            .with_y_axis_max(top);
+        if !self.upward {
+            // 0 − v, not −v, which can be a negative zero
+            layout =
+                layout.with_y_tick_format(TickFormat::Custom(Arc::new(|v| TickFormat::Auto.format(0.0 - v))));
+        }
+        if !self.title.is_empty() {
+            layout = layout.with_title(self.title).with_title_wrap(90);
+        }
+        if !self.labels[1].is_empty() {
+            layout = layout.with_y_label(self.labels[1]);
+        }
+        if let Some(rows) = rows {
+            layout = layout.with_term_rows(u32::try_from(rows).unwrap_or(u32::MAX));
+        }
+        let mut scene = kuva::render::render::render_multiple(plots, layout);
+        scene.elements.retain(|element| !matches!(element, Primitive::PolyLine { .. }));
+        scene
     }
-    if with_labels {
-        layout = layout
-            .with_title(image.title.as_str())
-            .with_title_wrap(90)
-            .with_y_label(image.row_label.as_str());
-    }
-    if let Some(rows) = rows {
-        layout = layout.with_term_rows(u32::try_from(rows).unwrap_or(u32::MAX));
-    }
-    let mut scene = kuva::render::render::render_multiple(plots, layout);
-    scene.elements.retain(|element| !matches!(element, Primitive::PolyLine { .. }));
-    scene
 }
 
 /// The cells of a matrix, neighbours of one colour as one.
@@ -274,15 +297,15 @@ fn mean(image: &Image, row: &Block, column: &Block) -> f64 {
 }
 
 /// Values and their colours.
-struct Scale {
-    low: f64,
-    high: f64,
-    colours: Colours,
+pub(crate) struct Scale {
+    pub low: f64,
+    pub high: f64,
+    pub colours: Colours,
 }
 
 impl Scale {
     /// Colour of a value; grey of what is no number.
-    fn colour(&self, value: f64) -> Color {
+    pub(crate) fn colour(&self, value: f64) -> Color {
         if value.is_nan() {
             return Color::Rgb(160, 160, 160);
         }
@@ -320,7 +343,7 @@ fn rounded(number: f64) -> f64 {
 }
 
 /// The colour bar at the right of a matrix, from the lower end of the scale to the upper.
-fn bar(scale: &Scale, place: &Place, label: &str) -> Vec<Primitive> {
+pub(crate) fn bar(scale: &Scale, place: &Place, label: &str) -> Vec<Primitive> {
     /// Steps of the bar, its distance and width.
     const STEPS: usize = 64;
     const GAP: f64 = 18.0;

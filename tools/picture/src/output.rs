@@ -43,11 +43,23 @@ fn svg(mut scene: Scene) -> String {
 /// An SVG without texts as PNG, two pixels per unit.
 fn png(svg: &str) -> Result<Vec<u8>, String> {
     const SCALE: f32 = 2.0;
-    let tree = Tree::from_str(svg, &Options::default()).map_err(|error| error.to_string())?;
+    let tree = tree(svg)?;
     let size = tree.size().to_int_size().scale_by(SCALE).ok_or("the picture has no size")?;
     let mut pixels = Pixmap::new(size.width(), size.height()).ok_or("the picture is too large")?;
     resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
     pixels.encode_png().map_err(|error| error.to_string())
+}
+
+fn tree(svg: &str) -> Result<Tree, String> {
+    Tree::from_str(svg, &Options::default()).map_err(|error| error.to_string())
+}
+
+/// Draws a scene over what pixels show already.
+///
+/// * `transform`: from units of the scene to pixels
+pub fn paint(scene: Scene, transform: Transform, pixels: &mut Pixmap) -> Result<(), String> {
+    resvg::render(&tree(&svg(scene))?, transform, &mut pixels.as_mut());
+    Ok(())
 }
 
 /// Largest distance from a curve of the points that are left out of it \[units of the SVG\].

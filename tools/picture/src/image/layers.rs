@@ -20,7 +20,7 @@ pub struct Layer {
 
 /// Interfaces and names of the layers that an image shows, if it has more than one. The names stand at the right end, none over
 /// another where layers are thin.
-pub(super) fn layers(image: &Image, place: &Place) -> Vec<Primitive> {
+pub(crate) fn layers(image: &Image, place: &Place) -> Vec<Primitive> {
     /// Size of names, width of a letter and height of a line.
     const SIZE: u32 = 11;
     const LETTER: f64 = 6.4;

@@ -1,0 +1,203 @@
+//! Frames as a GIF or an animated PNG: one palette, and of every frame the part that is another than before.
+
+use std::{borrow::Cow, collections::HashMap, io::Write};
+
+use crate::film::{BODY, INK, REST, Raster, curve_colour, levels};
+
+/// Form of a moving picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Container {
+    /// GIF.
+    Gif,
+    /// Animated PNG.
+    Apng,
+}
+
+/// Shades between white and an ink, and greys.
+const SHADES: u32 = 10;
+const GREYS: u32 = 16;
+
+/// The colours of films, and the number of each.
+struct Colours {
+    palette: Vec<[u8; 3]>,
+    known: HashMap<[u8; 3], u8>,
+}
+
+impl Colours {
+    fn new() -> Self {
+        let shade = |ink: [u8; 3], i: u32| ink.map(|c| (255 - (255 - u32::from(c)) * i / SHADES) as u8);
+        let mut palette = levels();
+        palette.extend((0..GREYS).map(|i| [(255 * i / (GREYS - 1)) as u8; 3]));
+        palette.extend((1..=SHADES).map(|i| shade(curve_colour(), i)));
+        palette.extend([BODY, INK, REST]);
+        Self { palette, known: HashMap::new() }
+    }
+
+    /// Number of the colour that is none: what was there before stays.
+    fn nothing(&self) -> u8 {
+        self.palette.len() as u8
+    }
+
+    /// Number of the colour nearest to a pixel.
+    fn number(&mut self, rgb: [u8; 3]) -> u8 {
+        let palette = &self.palette;
+        *self.known.entry(rgb).or_insert_with(|| {
+            let distance = |other: &[u8; 3]| -> i32 {
+                rgb.iter().zip(other).map(|(a, b)| (i32::from(*a) - i32::from(*b)).pow(2)).sum()
+            };
+            let numbered = palette.iter().enumerate();
+            numbered.min_by_key(|(_, other)| distance(other)).map_or(0, |(number, _)| number as u8)
+        })
+    }
+
+    /// All colours one behind the other, with that which is none.
+    fn bytes(&self) -> Vec<u8> {
+        self.palette.iter().flatten().copied().chain([255; 3]).collect()
+    }
+}
+
+/// A part of a frame.
+struct Part {
+    left: u32,
+    top: u32,
+    width: u32,
+    height: u32,
+    numbers: Vec<u8>,
+}
+
+enum Sink<W: Write> {
+    Gif(Box<gif::Encoder<W>>),
+    Png(Box<png::Writer<W>>),
+}
+
+/// A moving picture that is being written.
+pub struct Moving<W: Write> {
+    colours: Colours,
+    sink: Sink<W>,
+    size: (u32, u32),
+    /// Colours of the frame before.
+    before: Vec<u8>,
+    /// Hundredths of a second that a frame is shown.
+    delay: u16,
+}
+
+/// Longest side of a GIF.
+const LONGEST: u32 = u16::MAX as u32;
+
+impl<W: Write> Moving<W> {
+    /// Begins a picture that repeats for ever.
+    ///
+    /// * `size`: columns and rows of its frames
+    /// * `frames`: how many there will be
+    /// * `delay`: how long each is shown \[1/100 s\]
+    ///
+    /// # Errors
+    ///
+    /// It cannot be written, or is too large for its form.
+    pub fn new(container: Container, output: W, size: (u32, u32), frames: u32, delay: u16) -> Result<Self, String> {
+        let colours = Colours::new();
+        let sink = match container {
+            Container::Gif if size.0.max(size.1) > LONGEST => return Err("a GIF has 65535 columns at most".into()),
+            Container::Gif => {
+                let (width, height) = (size.0 as u16, size.1 as u16);
+                let mut encoder = gif::Encoder::new(output, width, height, &colours.bytes()).map_err(text)?;
+                encoder.set_repeat(gif::Repeat::Infinite).map_err(text)?;
+                Sink::Gif(Box::new(encoder))
+            }
+            Container::Apng => {
+                let mut encoder = png::Encoder::new(output, size.0, size.1);
+                encoder.set_color(png::ColorType::Indexed);
+                encoder.set_depth(png::BitDepth::Eight);
+                encoder.set_compression(png::Compression::High);
+                encoder.set_palette(colours.bytes());
+                let mut opacity = vec![255; colours.palette.len()];
+                opacity.push(0);
+                encoder.set_trns(opacity);
+                encoder.set_animated(frames, 0).map_err(text)?;
+                encoder.set_frame_delay(delay, 100).map_err(text)?;
+                Sink::Png(Box::new(encoder.write_header().map_err(text)?))
+            }
+        };
+        Ok(Self { colours, sink, size, before: Vec::new(), delay })
+    }
+
+    /// Adds a frame.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be written, or is not of the size of the picture.
+    pub fn add(&mut self, frame: &Raster) -> Result<(), String> {
+        if (frame.width, frame.height) != self.size {
+            return Err("frames of several sizes".into());
+        }
+        let pixels = frame.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]);
+        let numbers: Vec<u8> = pixels.map(|pixel| self.colours.number(pixel)).collect();
+        let part = self.changed(&numbers);
+        self.before = numbers;
+        match &mut self.sink {
+            Sink::Gif(encoder) => {
+                let frame = gif::Frame {
+                    delay: self.delay,
+                    dispose: gif::DisposalMethod::Keep,
+                    transparent: Some(self.colours.nothing()),
+                    left: part.left as u16,
+                    top: part.top as u16,
+                    width: part.width as u16,
+                    height: part.height as u16,
+                    buffer: Cow::Owned(part.numbers),
+                    ..gif::Frame::default()
+                };
+                encoder.write_frame(&frame).map_err(text)
+            }
+            Sink::Png(writer) => {
+                // the first frame is the whole picture, as its header says
+                if (part.width, part.height) != self.size {
+                    writer.set_frame_dimension(part.width, part.height).map_err(text)?;
+                    writer.set_frame_position(part.left, part.top).map_err(text)?;
+                }
+                writer.set_blend_op(png::BlendOp::Over).map_err(text)?;
+                writer.write_image_data(&part.numbers).map_err(text)
+            }
+        }
+    }
+
+    /// The smallest rectangle of what is another than before; in it what has stayed is nothing.
+    fn changed(&self, numbers: &[u8]) -> Part {
+        let (width, height) = (self.size.0 as usize, self.size.1 as usize);
+        if self.before.is_empty() {
+            return Part { left: 0, top: 0, width: self.size.0, height: self.size.1, numbers: numbers.to_vec() };
+        }
+        let differs = |at: usize| numbers[at] != self.before[at];
+        let rows: Vec<usize> = (0..height).filter(|j| (0..width).any(|i| differs(j * width + i))).collect();
+        let columns: Vec<usize> = (0..width).filter(|i| rows.iter().any(|j| differs(j * width + i))).collect();
+        // a part has one pixel at least
+        let (top, bottom) = (rows.first().copied().unwrap_or(0), rows.last().copied().unwrap_or(0));
+        let (left, right) = (columns.first().copied().unwrap_or(0), columns.last().copied().unwrap_or(0));
+        let nothing = self.colours.nothing();
+        let number = |at: usize| if differs(at) { numbers[at] } else { nothing };
+        let part = (top..=bottom).flat_map(|j| (left..=right).map(move |i| number(j * width + i)));
+        Part {
+            left: left as u32,
+            top: top as u32,
+            width: (right - left + 1) as u32,
+            height: (bottom - top + 1) as u32,
+            numbers: part.collect(),
+        }
+    }
+
+    /// Completes the picture.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be written.
+    pub fn finish(self) -> Result<(), String> {
+        match self.sink {
+            Sink::Gif(encoder) => encoder.into_inner().map_err(text)?.flush().map_err(text),
+            Sink::Png(writer) => writer.finish().map_err(text),
+        }
+    }
+}
+
+fn text(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
