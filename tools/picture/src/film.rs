@@ -80,7 +80,7 @@ pub struct Moment<'a> {
     pub values: &'a [f64],
     /// Outline of the body at the section, column and row, from its middle to its edge; rows above the surface are negative.
     pub body: &'a [(f64, f64)],
-    /// Half-width of the contact, where there is one.
+    /// Where the contact ends, from the first column on.
     pub contact: f64,
     /// A curve for each diagram.
     pub curves: &'a [Vec<(f64, f64)>],
@@ -134,6 +134,8 @@ struct Cells {
 /// A film: draws its frames one by one.
 pub struct Film {
     base: Pixmap,
+    /// Over the section: its layers.
+    over: Option<Pixmap>,
     scale: f32,
     cells: Option<Cells>,
     diagrams: Vec<(Window, Vec<(f64, f64)>)>,
@@ -170,11 +172,12 @@ impl Film {
         let mut base = Pixmap::new(size[0], size[1]).ok_or("the picture is too large")?;
         base.fill(resvg::tiny_skia::Color::WHITE);
         let scale = scale as f32;
-        let to_pixels = |x: f64, y: f64| Transform::from_translate(x as f32, y as f32).post_scale(scale, scale);
+        let to_pixels =
+            |x: f64, y: f64| Transform::from_translate(x as f32, y as f32).post_scale(scale, scale);
         let mut title = empty(WIDTH, places.height);
         title.elements.push(text(16.0, 22.0, stage.title.clone(), TextAnchor::Start));
         paint(title, to_pixels(0.0, 0.0), &mut base)?;
-        let mut cells = None;
+        let (mut cells, mut over) = (None, None);
         if let Some((section, (x, y, place))) = stage.section.as_ref().zip(places.section) {
             let film = section_cells(section, (x, y), &place, f64::from(scale));
             let axes = Axes {
@@ -187,6 +190,13 @@ impl Film {
             let scale = Scale { low: -section.range, high: section.range, colours: Colours::Diverging };
             scene.elements.extend(bar(&scale, &place, &section.image.value_label));
             paint(scene, to_pixels(x, y), &mut base)?;
+            let mut names = empty(WIDTH, places.height);
+            names.elements = layers(&section.image, &below_headroom(section, &place));
+            if !names.elements.is_empty() {
+                let mut pixels = Pixmap::new(size[0], size[1]).ok_or("the picture is too large")?;
+                paint(names, to_pixels(x, y), &mut pixels)?;
+                over = Some(pixels);
+            }
             cells = Some(film);
         }
         let mut diagrams = Vec::new();
@@ -197,7 +207,7 @@ impl Film {
             let at = [x + place.left, y + place.top, place.width, place.height];
             diagrams.push((Window { at, ends: diagram.ends, upward: true }, diagram.rest.clone()));
         }
-        let mut film = Self { base, scale, cells, diagrams };
+        let mut film = Self { base, over, scale, cells, diagrams };
         let mut base = film.base.clone();
         for (window, rest) in &film.diagrams {
             film.stroke(&mut base, window, rest, REST, 1.4);
@@ -220,6 +230,10 @@ impl Film {
         let mut pixels = self.base.clone();
         if let Some(cells) = &self.cells {
             cells.paint(moment.values, &mut pixels);
+            if let Some(over) = &self.over {
+                let paint = PixmapPaint::default();
+                pixels.draw_pixmap(0, 0, over.as_ref(), &paint, Transform::identity(), None);
+            }
             self.body(cells, moment, &mut pixels);
         }
         for ((window, rest), curve) in self.diagrams.iter().zip(moment.curves) {
@@ -241,11 +255,8 @@ impl Film {
         let window = &cells.window;
         let (left, right) = window.ends[0];
         let top = window.ends[1].0;
-        // a body that is seen from its middle on is seen on both sides of it, if the section is
-        let inside = moment.body.iter().filter(|(x, _)| *x <= right).map(|&(x, y)| (x, y.max(top)));
-        let right_half: Vec<(f64, f64)> = inside.collect();
-        let mirrored = right_half.iter().rev().map(|&(x, y)| (-x, y)).filter(|(x, _)| *x >= left && *x < 0.0);
-        let outline: Vec<(f64, f64)> = mirrored.chain(right_half.iter().copied()).collect();
+        let inside = moment.body.iter().filter(|(x, _)| *x <= right);
+        let outline: Vec<(f64, f64)> = inside.map(|&(x, y)| (x.max(left), y.max(top))).collect();
         if let [first, .., last] = outline.as_slice() {
             let mut builder = PathBuilder::new();
             let start = window.point((first.0, top));
@@ -262,7 +273,7 @@ impl Film {
         }
         if moment.contact > 0.0 {
             let reach = moment.contact.min(right);
-            self.stroke(pixels, window, &[((-reach).max(left), 0.0), (reach, 0.0)], INK, 3.0);
+            self.stroke(pixels, window, &[(left, 0.0), (reach, 0.0)], INK, 3.0);
         }
     }
 
@@ -271,7 +282,14 @@ impl Film {
     }
 
     /// A curve within its window.
-    fn stroke(&self, pixels: &mut Pixmap, window: &Window, points: &[(f64, f64)], colour: [u8; 3], width: f32) {
+    fn stroke(
+        &self,
+        pixels: &mut Pixmap,
+        window: &Window,
+        points: &[(f64, f64)],
+        colour: [u8; 3],
+        width: f32,
+    ) {
         let mut builder = PathBuilder::new();
         let mut is_down = false;
         for &point in points {
@@ -280,10 +298,15 @@ impl Film {
                 continue;
             }
             let (x, y) = window.point(point);
-            if is_down { builder.line_to(x, y) } else { builder.move_to(x, y) }
+            if is_down {
+                builder.line_to(x, y)
+            } else {
+                builder.move_to(x, y)
+            }
             is_down = true;
         }
-        let (Some(path), Some(mut layer)) = (builder.finish(), Pixmap::new(pixels.width(), pixels.height())) else {
+        let (Some(path), Some(mut layer)) = (builder.finish(), Pixmap::new(pixels.width(), pixels.height()))
+        else {
             return;
         };
         let stroke = Stroke { width, ..Stroke::default() };
@@ -291,7 +314,8 @@ impl Film {
         layer.stroke_path(&path, &ink(colour), &stroke, self.transform(), None);
         // what is outside of the window is cut off, but for half of the width of the curve
         let edge = width;
-        let Some(clip) = Rect::from_xywh(left - edge, top - edge, across + 2.0 * edge, down + 2.0 * edge) else {
+        let Some(clip) = Rect::from_xywh(left - edge, top - edge, across + 2.0 * edge, down + 2.0 * edge)
+        else {
             return;
         };
         let Some(mut mask) = resvg::tiny_skia::Mask::new(pixels.width(), pixels.height()) else { return };
@@ -313,7 +337,9 @@ impl Cells {
         let width = pixels.width() as usize;
         let data = pixels.data_mut();
         for (j, row) in self.rows.iter().enumerate() {
-            let Some(row) = row.and_then(|row| values.get(row * self.width..(row + 1) * self.width)) else { continue };
+            let Some(row) = row.and_then(|row| values.get(row * self.width..(row + 1) * self.width)) else {
+                continue;
+            };
             let start = 4 * ((self.corner.1 as usize + j) * width + self.corner.0 as usize);
             for (pixel, column) in data[start..].chunks_exact_mut(4).zip(&self.columns) {
                 let Some(value) = column.and_then(|column| row.get(column)) else { continue };
@@ -329,6 +355,13 @@ impl Cells {
     }
 }
 
+/// The part of the place of a section that its rows take.
+fn below_headroom(section: &Section, place: &Place) -> Place {
+    let (low, high) = section.image.rows.ends();
+    let height = place.height * (high - low) / (high - low + section.headroom);
+    Place { top: place.top + place.height - height, height, ..*place }
+}
+
 /// The section at its place.
 fn section_cells(section: &Section, (x, y): (f64, f64), place: &Place, scale: f64) -> Cells {
     let image = &section.image;
@@ -341,11 +374,12 @@ fn section_cells(section: &Section, (x, y): (f64, f64), place: &Place, scale: f6
         (from, ((start + length) * scale).round() as u32)
     };
     let (columns, rows) = (pixels(at[0], at[2]), pixels(at[1], at[3]));
-    let element = |pixel: u32, (start, length): (f64, f64), (low, high): (f64, f64), side: &Side, first: f64| {
-        let share = ((f64::from(pixel) + 0.5) / scale - start) / length;
-        let position = low + share * (high - low);
-        (position >= first).then(|| side.cell(position)).flatten()
-    };
+    let element =
+        |pixel: u32, (start, length): (f64, f64), (low, high): (f64, f64), side: &Side, first: f64| {
+            let share = ((f64::from(pixel) + 0.5) / scale - start) / length;
+            let position = low + share * (high - low);
+            (position >= first).then(|| side.cell(position)).flatten()
+        };
     Cells {
         columns: (columns.0..columns.1)
             .map(|i| element(i, (at[0], at[2]), across, &image.columns, across.0))
@@ -422,4 +456,96 @@ fn empty(width: f64, height: f64) -> Scene {
 
 fn text(x: f64, y: f64, content: String, anchor: TextAnchor) -> Primitive {
     Primitive::Text { x, y, content, size: 16, anchor, rotate: None, bold: false, color: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Container, Moving};
+
+    fn stage() -> Stage {
+        let side = |length| Side::Even { start: 0.05, step: 0.1, length };
+        let image = Image { rows: side(10), columns: side(30), is_equal: true, ..Image::default() };
+        let diagram =
+            |rest: Vec<(f64, f64)>| Diagram { ends: [(0.0, 1.0), (0.0, 2.0)], rest, ..Diagram::default() };
+        Stage {
+            title: "a title".into(),
+            section: Some(Section { image, range: 2.0, headroom: 0.4 }),
+            diagrams: vec![diagram(Vec::new()), diagram(vec![(0.0, 0.0), (1.0, 2.0)])],
+            width: 480,
+        }
+    }
+
+    fn frame(film: &Film, value: f64) -> Raster {
+        let curves = [vec![(0.0, 1.0), (1.0, 1.0)], vec![(0.0, 0.0), (0.5, value)]];
+        let values = vec![value; 300];
+        let body = [(0.0, 0.0), (0.5, -0.2)];
+        let moment = Moment { time: "t = 1", values: &values, body: &body, contact: 0.2, curves: &curves };
+        film.frame(&moment).expect("a frame")
+    }
+
+    /// A pixel of a frame.
+    fn pixel(raster: &Raster, x: u32, y: u32) -> [u8; 3] {
+        let at = 4 * (y * raster.width + x) as usize;
+        [raster.rgba[at], raster.rgba[at + 1], raster.rgba[at + 2]]
+    }
+
+    #[test]
+    fn colours_and_axes_stay_while_values_move() {
+        let film = Film::new(&stage()).expect("a film");
+        let (width, height) = film.size();
+        assert!(width == 480 && width % 2 == 0 && height % 2 == 0);
+        let [half, whole, beyond] = [1.0, 2.0, 9.0].map(|value| frame(&film, value));
+        // the middle of the section
+        let at = |raster: &Raster| pixel(raster, 230, 90);
+        let levels = levels();
+        assert_eq!(at(&half), levels[150]);
+        assert_eq!((at(&whole), at(&beyond)), (levels[200], levels[200]));
+        assert_eq!(at(&frame(&film, -1.0)), levels[50]);
+        assert_eq!(at(&frame(&film, f64::NAN)), [160; 3]);
+        // left of the axes nothing moves
+        let left = |raster: &Raster| (0..height).map(|y| pixel(raster, 20, y)).collect::<Vec<_>>();
+        assert_eq!(left(&half), left(&whole));
+        assert!(at(&half) != [255; 3] && pixel(&half, 42, 40) != [255; 3], "a body above the section");
+    }
+
+    #[test]
+    fn frames_are_written_as_what_changes() {
+        let film = Film::new(&stage()).expect("a film");
+        let frames = [0.5, 0.5, 1.5].map(|value| frame(&film, value));
+        let write = |container| {
+            let mut bytes = Vec::new();
+            let mut moving = Moving::new(container, &mut bytes, film.size(), 3, 5).expect("a picture");
+            frames.iter().for_each(|frame| moving.add(frame).expect("a frame"));
+            moving.finish().expect("an end");
+            bytes
+        };
+        let (gif, apng) = (write(Container::Gif), write(Container::Apng));
+        assert!(gif == write(Container::Gif) && apng == write(Container::Apng));
+        let mut options = gif::DecodeOptions::new();
+        options.set_color_output(gif::ColorOutput::Indexed);
+        let mut decoder = options.read_info(gif.as_slice()).expect("a GIF");
+        let mut sizes = Vec::new();
+        while let Some(frame) = decoder.read_next_frame().expect("a frame") {
+            assert_eq!(frame.delay, 5);
+            sizes.push((u32::from(frame.width), u32::from(frame.height)));
+        }
+        assert_eq!((sizes[0], sizes[1], sizes.len()), (film.size(), (1, 1), 3));
+        assert!(sizes[2].0 < sizes[0].0 && sizes[2].0 > 100, "{sizes:?}");
+        let reader = png::Decoder::new(std::io::Cursor::new(apng)).read_info().expect("a PNG");
+        let control = reader.info().animation_control.expect("animated");
+        assert_eq!((control.num_frames, control.num_plays), (3, 0));
+    }
+
+    #[test]
+    fn axes_that_do_not_increase_are_refused() {
+        let mut stage = stage();
+        if let Some(section) = &mut stage.section {
+            section.image.columns = Side::default();
+        }
+        assert!(Film::new(&stage).is_err());
+        let film = Film::new(&Stage { section: None, ..stage }).expect("without a section");
+        let curves = [vec![(0.0, f64::NAN), (0.5, 1e300), (1.0, 5.0)], Vec::new()];
+        assert!(film.frame(&Moment { curves: &curves, ..Moment::default() }).is_ok());
+    }
 }

@@ -94,10 +94,18 @@ impl<W: Write> Moving<W> {
     /// # Errors
     ///
     /// It cannot be written, or is too large for its form.
-    pub fn new(container: Container, output: W, size: (u32, u32), frames: u32, delay: u16) -> Result<Self, String> {
+    pub fn new(
+        container: Container,
+        output: W,
+        size: (u32, u32),
+        frames: u32,
+        delay: u16,
+    ) -> Result<Self, String> {
         let colours = Colours::new();
         let sink = match container {
-            Container::Gif if size.0.max(size.1) > LONGEST => return Err("a GIF has 65535 columns at most".into()),
+            Container::Gif if size.0.max(size.1) > LONGEST => {
+                return Err("a GIF has 65535 columns at most".into());
+            }
             Container::Gif => {
                 let (width, height) = (size.0 as u16, size.1 as u16);
                 let mut encoder = gif::Encoder::new(output, width, height, &colours.bytes()).map_err(text)?;
@@ -165,11 +173,18 @@ impl<W: Write> Moving<W> {
     fn changed(&self, numbers: &[u8]) -> Part {
         let (width, height) = (self.size.0 as usize, self.size.1 as usize);
         if self.before.is_empty() {
-            return Part { left: 0, top: 0, width: self.size.0, height: self.size.1, numbers: numbers.to_vec() };
+            return Part {
+                left: 0,
+                top: 0,
+                width: self.size.0,
+                height: self.size.1,
+                numbers: numbers.to_vec(),
+            };
         }
         let differs = |at: usize| numbers[at] != self.before[at];
         let rows: Vec<usize> = (0..height).filter(|j| (0..width).any(|i| differs(j * width + i))).collect();
-        let columns: Vec<usize> = (0..width).filter(|i| rows.iter().any(|j| differs(j * width + i))).collect();
+        let columns: Vec<usize> =
+            (0..width).filter(|i| rows.iter().any(|j| differs(j * width + i))).collect();
         // a part has one pixel at least
         let (top, bottom) = (rows.first().copied().unwrap_or(0), rows.last().copied().unwrap_or(0));
         let (left, right) = (columns.first().copied().unwrap_or(0), columns.last().copied().unwrap_or(0));

@@ -1,5 +1,6 @@
 //! The command line: arguments, and which of them carries out what.
 
+mod animate;
 mod cat;
 mod chosen;
 mod diff;
@@ -22,6 +23,7 @@ use clap::{Parser, Subcommand};
 pub use outcome::{CliError, Exit, report};
 
 use crate::recording::Limits;
+use animate::AnimateArguments;
 use cat::CatArguments;
 use diff::DiffArguments;
 use export::ExportArguments;
@@ -78,6 +80,7 @@ Examples:
   percuss-read summary fig9-*.mcap                                 a row per recording
   percuss-read plot fig5.mcap                                      the drag, drawn in the terminal
   percuss-read plot fig5.mcap --topic /interface/stress --at-time 1,2,3 -o profiles.svg
+  percuss-read animate ball.mcap -o ball.gif
   percuss-read diff old.mcap new.mcap --peak-rel 1e-9
   percuss-read verify fig5.mcap
   percuss-read recover damaged.mcap -o recovered.mcap
@@ -99,6 +102,8 @@ enum Command {
     Summary(SummaryArguments),
     /// Fields against time, arrays over their axis, matrices and arrays over time as images: SVG, PNG, PDF or in the terminal
     Plot(Box<PlotArguments>),
+    /// Section, profile and drag as a moving picture: GIF, APNG, MP4
+    Animate(AnimateArguments),
     /// Two recordings, or folders of them, number by number
     Diff(Box<DiffArguments>),
     /// Whether a recording is sound: checksums, index, schemas, counts
@@ -134,6 +139,7 @@ impl Arguments {
             Command::Trace(arguments) => arguments.run(limits),
             Command::Summary(arguments) => arguments.run(limits),
             Command::Plot(arguments) => arguments.run(limits),
+            Command::Animate(arguments) => arguments.run(limits),
             Command::Verify(arguments) => arguments.run(limits),
             Command::Recover(arguments) => arguments.run(limits),
             Command::Replay(arguments) => arguments.run(limits),

@@ -1,5 +1,6 @@
 //! The verbs, one file each: from arguments to a result, printing left to the command line.
 
+pub mod animate;
 pub mod cat;
 pub mod diff;
 pub mod export;

@@ -11,8 +11,8 @@ use percuss_output::OutputError;
 
 use crate::{
     command::{
-        cat::CatError, export::ExportError, plot::PlotError, recover::RecoverError, replay::ReplayError,
-        report::ReportError, summary::SummaryError, trace::TraceError,
+        animate::AnimateError, cat::CatError, export::ExportError, plot::PlotError, recover::RecoverError,
+        replay::ReplayError, report::ReportError, summary::SummaryError, trace::TraceError,
     },
     compare::CompareError,
     field::SelectionError,
@@ -55,6 +55,9 @@ pub enum CliError {
     /// Tracing failed.
     #[error(transparent)]
     Trace(#[from] TraceError),
+    /// No film.
+    #[error(transparent)]
+    Animate(#[from] AnimateError),
     /// No picture.
     #[error(transparent)]
     Plot(#[from] PlotError),

@@ -1,7 +1,7 @@
 //! `plot`: fields against time, arrays over their axis at chosen times, matrices as images, arrays over place and time, columns
 //! of tables.
 
-mod axes;
+pub(super) mod axes;
 mod curves;
 pub(super) mod cut;
 mod frames;

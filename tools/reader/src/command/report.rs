@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-mod animation;
-mod body;
-mod curves;
+pub(super) mod animation;
+pub(super) mod body;
+pub(super) mod curves;
 mod facts;
 mod sweep;
 mod units;
@@ -114,7 +114,7 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
     Ok((fill(PAGE, &data, &parts), damages))
 }
 
-fn find(recording: &Recording, fits: impl Fn(&str) -> bool) -> Option<u16> {
+pub(super) fn find(recording: &Recording, fits: impl Fn(&str) -> bool) -> Option<u16> {
     let fits = |channel: &Channel| channel.count > 0 && channel.layout.is_some() && fits(&channel.topic);
     recording.channels.iter().find(|(_, channel)| fits(channel)).map(|(id, _)| *id)
 }

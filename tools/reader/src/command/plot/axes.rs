@@ -24,7 +24,7 @@ fn largest(ends: Option<(f64, f64)>, numbers: impl Iterator<Item = f64>) -> f64 
 }
 
 /// A quantity in the prefixed unit in which its largest number is best read, and the factor of its numbers.
-fn prefixed(heading: &Heading, largest: f64, units: &Units) -> (Heading, f64) {
+pub(in crate::command) fn prefixed(heading: &Heading, largest: f64, units: &Units) -> (Heading, f64) {
     match heading.unit.as_deref().and_then(|unit| units.choose(unit, largest)) {
         Some(Prefixed { factor, unit }) => (Heading { unit: Some(unit), ..heading.clone() }, factor),
         None => (heading.clone(), 1.0),

@@ -37,19 +37,22 @@ const SHOWN: f64 = 0.995;
 
 /// How far the frames reach, and how large their values are.
 #[derive(Default)]
-struct Bounds {
+pub(in crate::command) struct Bounds {
     whole: Section,
     peaks: Peaks,
-    sides: Option<[Side; 2]>,
+    /// Rows and columns of the largest frame.
+    pub sides: Option<[Side; 2]>,
     samples: Vec<f64>,
-    unit: Option<String>,
-    length_unit: Option<String>,
+    /// Of the values.
+    pub unit: Option<String>,
+    /// Of the sides.
+    pub length_unit: Option<String>,
     /// Of the rows.
-    coordinate: Option<String>,
+    pub coordinate: Option<String>,
 }
 
 impl Bounds {
-    fn take(&mut self, slice: Slice) {
+    pub(in crate::command) fn take(&mut self, slice: Slice) {
         let (columns, rows) = (&slice.columns, &slice.rows);
         self.whole.width = self.whole.width.max(end(columns, columns.length()));
         self.whole.depth = self.whole.depth.max(rows.at(rows.length().saturating_sub(1)));
@@ -69,13 +72,13 @@ impl Bounds {
     }
 
     /// The value that the share of those to be distinguished does not exceed.
-    fn quantile(&mut self) -> Option<f64> {
+    pub(in crate::command) fn quantile(&mut self) -> Option<f64> {
         self.samples.sort_by(f64::total_cmp);
         self.samples.get((self.samples.len() as f64 * SHOWN) as usize).copied()
     }
 
     /// The part of the section with values above a share of the range; `None` if that is most of it, or nothing.
-    fn part(&self, range: f64) -> Option<Section> {
+    pub(in crate::command) fn part(&self, range: f64) -> Option<Section> {
         let [rows, columns] = self.peaks.above(SEEN * range);
         let [row_side, column_side] = self.sides.as_ref()?;
         if rows.is_empty() {
@@ -100,9 +103,11 @@ fn end(side: &Side, length: usize) -> f64 {
 
 /// A section from the axis and the surface on.
 #[derive(Clone, Copy, Default)]
-struct Section {
-    width: f64,
-    depth: f64,
+pub(in crate::command) struct Section {
+    /// Out from the axis.
+    pub width: f64,
+    /// Down from the surface.
+    pub depth: f64,
 }
 
 impl Section {
@@ -174,7 +179,7 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
         }
     })?);
     let layers = recording.layers(bounds.coordinate.as_deref().unwrap_or_default());
-    let body = body::body(recording, &times, damages)?;
+    let body = body::body(recording, &times, damages)?.json();
     Ok(json!({
         "name": channel.topic,
         "unit": bounds.unit,

@@ -10,23 +10,49 @@ use crate::{
     slice::{Moment, visit},
 };
 
-/// Depths and contact radii at times, and the outline in the frame of the indenter: `null` and no points where they are not recorded.
+/// The indenter at some times, and its outline; no numbers where they are not recorded.
+#[derive(Default)]
+pub(in crate::command) struct Body {
+    /// Depth of the tip at every time.
+    pub depths: Vec<f64>,
+    /// Contact radius at every time.
+    pub radii: Vec<f64>,
+    /// The outline in the frame of the indenter, `[r, f]` from the axis outwards.
+    pub outline: Vec<[f64; 2]>,
+    /// True if the outline ends at the edge of the indenter, not where the profile does.
+    is_cut: bool,
+}
+
+/// Depths and contact radii at times, and the outline in the frame of the indenter.
 ///
 /// ```text
 /// outline f(r) = w − y(r)      w: depth of the indenter, y: its face at the same time
 /// ```
 ///
 /// * `times`: of the frames, rising
-pub fn body(recording: &Recording, times: &[f64], damages: &mut Vec<Damage>) -> Result<Value, OpenError> {
+pub(in crate::command) fn body(
+    recording: &Recording,
+    times: &[f64],
+    damages: &mut Vec<Damage>,
+) -> Result<Body, OpenError> {
     let depths = at_times(recording, (VELOCITY, "displacement"), times, damages)?;
     let radii = at_times(recording, (DRAG, "contact_radius"), times, damages)?;
-    let (face, is_cut) = match (find(recording, |topic| topic == PROFILE), times.last(), depths.last()) {
+    let (outline, is_cut) = match (find(recording, |topic| topic == PROFILE), times.last(), depths.last()) {
         (Some(_), Some(_), Some(_)) => outline(recording, damages)?,
         _ => (Vec::new(), false),
     };
-    let list = |values: &[f64]| values.iter().map(|value| number(*value)).collect::<Vec<_>>();
-    let [r, height] = [0, 1].map(|part| face.iter().map(|point| number(point[part])).collect::<Vec<_>>());
-    Ok(json!({ "depths": list(&depths), "radii": list(&radii), "r": r, "height": height, "is_cut": is_cut }))
+    Ok(Body { depths, radii, outline, is_cut })
+}
+
+impl Body {
+    /// As a page has it.
+    pub(super) fn json(&self) -> Value {
+        let list = |values: &[f64]| values.iter().map(|value| number(*value)).collect::<Vec<_>>();
+        let [r, height] =
+            [0, 1].map(|part| self.outline.iter().map(|point| number(point[part])).collect::<Vec<_>>());
+        let (depths, radii) = (list(&self.depths), list(&self.radii));
+        json!({ "depths": depths, "radii": radii, "r": r, "height": height, "is_cut": self.is_cut })
+    }
 }
 
 /// A field of a channel at the message nearest to every time; nothing if it is not recorded.

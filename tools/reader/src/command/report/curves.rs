@@ -91,7 +91,7 @@ pub fn number(value: f64) -> Value {
 }
 
 /// The smallest and the largest point of every stretch, in their order.
-fn downsampled(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+pub(in crate::command) fn downsampled(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     if points.len() <= POINTS {
         return points.to_vec();
     }
