@@ -2,6 +2,7 @@
 //!
 //! With `PERCUSS_FULL=1` what takes minutes is done in full: see `mutations` and `watchdog`.
 
+mod animate;
 mod cli;
 mod closed_forms;
 mod containers;

@@ -234,7 +234,7 @@ fn the_report_is_in_words_and_engineering_units() {
     let desk = Desk::new(&[]);
     si::record("ball", &["mesh.cells=15", "run.end_time=30 us", "record.frames=5"], &desk.path("ball.mcap"));
     desk.text(0, &["report", "ball.mcap"]);
-    let page = std::fs::read_to_string(desk.path("ball.html")).expect("a page");
+    let page = fs::read_to_string(desk.path("ball.html")).expect("a page");
     let json =
         page.split_once("id=\"data\">").and_then(|(_, rest)| rest.split_once("</script>")).expect("data").0;
     let data: Value = serde_json::from_str(json).expect("JSON");

@@ -6,13 +6,14 @@ use std::{
 };
 
 use clap::Args;
+use percuss_output::OutputError;
 
 use super::{
     outcome::{CliError, Exit, loss, say, say_parts},
     output::{by_extension, explain, is_same_file, print, refuse_inputs, write},
 };
 use crate::{
-    command::export::{Camera, FORMS, attachment, attachments, form, matrix},
+    command::export::{Camera, FORMS, attachment, attachments, form, matrix, series},
     recording::Limits,
     select::{Bound, Pattern, finite_time},
 };
@@ -23,6 +24,7 @@ Examples:
   percuss-read export fig5.mcap --attachments -o folder            all, into a folder
   percuss-read export fig5.mcap --topic /field/stress --at-time 2.5 -o field.npy
   percuss-read export fig5.mcap --topic /field/stress -o field.vti            the last, for ParaView
+  percuss-read export fig5.mcap --topic /field/stress -o series.pvd          all, for ParaView
   percuss-read export fig5.mcap --topic /field/stress --at-time 1 -o field.png
   percuss-read export robot.mcap --topic /camera --at-time 2.5 -o image.jpg    an image, 2.5 s after the start
   percuss-read export robot.mcap --topic /camera -o images/                   all images, named by log time";
@@ -45,7 +47,7 @@ pub(super) struct ExportArguments {
     /// Time of the field, in the unit that is recorded or with one, 87us; the nearest message is taken [default: the last]
     #[arg(long, value_name = "T", requires = "topic", allow_negative_numbers = true, value_parser = finite_time)]
     at_time: Option<Bound>,
-    /// Output: a folder with --attachments; .npy, .npz (with positions), .vti, .vtr (also of layers), .png or .svg with --topic; of
+    /// Output: a folder with --attachments; .npy, .npz (with positions), .vti, .vtr (also of layers), .png or .svg with --topic, or .pvd for all times; of
     /// images .png, .jpg or .webp as they are recorded (raw ones: .png), or a folder, with a slash at the end if it is new, for
     /// all of them
     #[arg(short, long, value_name = "FILE")]
@@ -74,6 +76,9 @@ impl ExportArguments {
                 let is_folder = output.is_dir() || output.as_os_str().as_encoded_bytes().ends_with(b"/");
                 return if is_folder { self.images(&camera, output) } else { self.image(&camera, output) };
             }
+            if output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pvd")) {
+                return self.series(topic, output, limits);
+            }
             let kind = by_extension(output, &FORMS, None)?;
             let (slice, damages) = matrix(&self.file, topic, self.at_time, limits)?;
             write(Some(output), self.force, &form(&slice, kind)?)?;
@@ -81,6 +86,27 @@ impl ExportArguments {
             return Ok(loss(&self.file, &damages));
         }
         self.all(output, limits)
+    }
+
+    /// A time series: its frames into a folder of its name, and after them the file that names them.
+    fn series(&self, topic: &Pattern, output: &Path, limits: Limits) -> Result<Exit, CliError> {
+        if self.at_time.is_some() {
+            return Err(CliError::Usage(
+                "a .pvd is of all times; leave out --at-time, or write a .vti".into(),
+            ));
+        }
+        OutputError::refuse_existing(Some(output), self.force)?;
+        let folder = output.with_extension("");
+        fs::create_dir_all(&folder).map_err(|error| explain(Some(&folder), error))?;
+        let name = folder.file_name().unwrap_or_default().to_string_lossy();
+        let mut count = 0;
+        let (text, damages) = series(&self.file, topic, &name, limits, |file, bytes| {
+            count += 1;
+            write(Some(&folder.join(file)), self.force, bytes)
+        })?;
+        write(Some(output), self.force, text.as_bytes())?;
+        say(&format!("{}: {count} frames in {}", output.display(), folder.display()));
+        Ok(loss(&self.file, &damages))
     }
 
     /// One image.

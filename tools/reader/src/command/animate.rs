@@ -47,7 +47,7 @@ pub struct Request {
     /// Frames a second
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=50))]
     pub fps: u16,
-    /// Width of the picture [pixels]
+    /// Width of the picture, in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = 960, value_parser = clap::value_parser!(u32).range(320..=3840))]
     pub width: u32,
     /// The colours end at this value and its negative, in the unit of the recording [default: as in viewers]
@@ -358,8 +358,11 @@ fn thinned(times: &[f64], most: usize) -> Vec<f64> {
     (0..count).map(|i| times[i * (times.len() - 1) / (count - 1).max(1)]).collect()
 }
 
-/// Curves of several frames, and the diagram around them.
-type Curves = (Option<Diagram>, Vec<Vec<(f64, f64)>>, f64);
+/// A curve.
+type Points = Vec<(f64, f64)>;
+
+/// Curves of several frames, the diagram around them, and the factor of lengths.
+type Curves = (Option<Diagram>, Vec<Points>, f64);
 
 /// The profile of the interface stress nearest to every time, its diagram, and the factor of lengths.
 fn profiles(
@@ -429,7 +432,7 @@ fn drag(
     (time, per_time): (&Heading, f64),
     request: &Request,
     damages: &mut Vec<Damage>,
-) -> Result<(Option<Diagram>, Vec<(f64, f64)>), AnimateError> {
+) -> Result<(Option<Diagram>, Points), AnimateError> {
     let Some(id) = find(recording, |topic| topic == DRAG) else { return Ok((None, Vec::new())) };
     let channel = &recording.channels[&id];
     let leaf = channel.layout.as_ref().and_then(|layout| layout.find("force"));

@@ -17,11 +17,11 @@ use percuss_picture::{Medium, draw_image};
 use crate::{
     axis::Axis,
     extent::Extents,
-    format::vtk::{vti, vtr},
+    format::vtk::{pvd, vti, vtr},
     messages::Recording,
     recording::{Damage, Limits, OpenError},
     select::{self, Bound, Pattern},
-    slice::{Moment, MomentError, Slice, misfit, moments, slice},
+    slice::{Moment, MomentError, Slice, misfit, moments, slice, visit},
 };
 
 pub use image::{Camera, Image};
@@ -220,19 +220,8 @@ pub fn matrix(
     limits: Limits,
 ) -> Result<(Slice, Vec<Damage>), ExportError> {
     let recording = Recording::open(path, limits)?;
-    let mut matrices = Vec::new();
-    for id in select::channels(&recording, std::slice::from_ref(topic))? {
-        let channel = &recording.channels[&id];
-        matrices.extend(Axis::matrices(channel).map(|leaf| (id, channel, leaf)));
-    }
-    let (id, channel, leaf) = match matrices.as_slice() {
-        [] => return Err(ExportError::NoMatrix(topic.text().into())),
-        [matrix] => *matrix,
-        several => {
-            let topics = several.iter().map(|(_, channel, _)| channel.topic.as_str());
-            return Err(ExportError::several(topic, "matrices", topics));
-        }
-    };
+    let (id, leaf) = only_matrix(&recording, topic)?;
+    let channel = &recording.channels[&id];
     let (moment, damages) = moment(&recording, id, time)?;
     let name = || channel.topic.clone();
     let slice = slice(channel, leaf, &moment)
@@ -241,6 +230,69 @@ pub fn matrix(
     let slice = slice.whole(&extent, limits).ok_or_else(|| ExportError::TooLarge(name()))?;
     let layers = recording.layers(&slice.axes[0].name);
     Ok((Slice { layers, ..slice }, damages))
+}
+
+/// Channel and leaf of the one matrix of a topic.
+fn only_matrix(recording: &Recording, topic: &Pattern) -> Result<(u16, usize), ExportError> {
+    let mut matrices = Vec::new();
+    for id in select::channels(recording, std::slice::from_ref(topic))? {
+        matrices.extend(Axis::matrices(&recording.channels[&id]).map(|leaf| (id, leaf)));
+    }
+    match matrices.as_slice() {
+        [] => Err(ExportError::NoMatrix(topic.text().into())),
+        [matrix] => Ok(*matrix),
+        several => {
+            let topics = several.iter().map(|(id, _)| recording.channels[id].topic.as_str());
+            Err(ExportError::several(topic, "matrices", topics))
+        }
+    }
+}
+
+/// All matrices of a topic as a time series for ParaView: hands the files of the frames to `write`, by names padded so that they are in
+/// the order of times, and answers the text that names them, and what of the recording is damaged.
+///
+/// * `folder`: of the frames, as seen from the text
+///
+/// # Errors
+///
+/// As of [`matrix`], or `write` has failed.
+pub fn series<E: From<ExportError>>(
+    path: &Path,
+    topic: &Pattern,
+    folder: &str,
+    limits: Limits,
+    mut write: impl FnMut(&str, &[u8]) -> Result<(), E>,
+) -> Result<(String, Vec<Damage>), E> {
+    let recording = Recording::open(path, limits).map_err(ExportError::Open)?;
+    let (id, leaf) = only_matrix(&recording, topic)?;
+    let channel = &recording.channels[&id];
+    let extent = Extents::read(&recording, &[id]).map_err(ExportError::Open)?.of(id, leaf);
+    let (mut frames, mut failed) = (Vec::new(), None);
+    let mut take = |moment: Moment| -> Result<(), E> {
+        let slice = slice(channel, leaf, &moment)
+            .ok_or_else(|| ExportError::Misshapen(misfit(channel, leaf, &moment)))?;
+        let slice =
+            slice.whole(&extent, limits).ok_or_else(|| ExportError::TooLarge(channel.topic.clone()))?;
+        let (bytes, extension) = match vti(&slice) {
+            Ok(bytes) => (bytes, "vti"),
+            Err(_) => (vtr(&slice), "vtr"),
+        };
+        let name = format!("{:06}.{extension}", frames.len());
+        write(&name, &bytes)?;
+        frames.push((slice.time, format!("{folder}/{name}")));
+        Ok(())
+    };
+    let damages = visit(&recording, id, 1, |moment| {
+        if failed.is_none() {
+            failed = take(moment).err();
+        }
+    });
+    let damages = damages.map_err(ExportError::Open)?;
+    match failed {
+        Some(error) => Err(error),
+        None if frames.is_empty() => Err(ExportError::NoMessages(channel.topic.clone()).into()),
+        None => Ok((pvd(&frames), damages)),
+    }
 }
 
 /// The message of a channel nearest to `time`, or the last.

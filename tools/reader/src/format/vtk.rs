@@ -90,3 +90,12 @@ fn name(heading: &Heading) -> String {
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
+/// A time series of ParaView: times, and the files of the frames as seen from it.
+pub fn pvd(frames: &[(f64, String)]) -> String {
+    let entry =
+        |(time, file): &(f64, String)| format!("<DataSet timestep=\"{time}\" file=\"{}\"/>\n", escape(file));
+    let entries: String = frames.iter().map(entry).collect();
+    format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n{entries}</Collection>\n</VTKFile>\n"
+    )
+}
