@@ -66,15 +66,18 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 
 const EXAMPLES: &str = "\
 Examples:
-  percuss run fig5                              compute Fig. 5 of the paper into fig5.mcap
+  percuss run fig5               # compute Fig. 5 of the paper into fig5.mcap
   percuss run fig5 --set mesh.cells=400 -o fine.mcap
-  percuss run fig5 --live --pace --wait         watch it in a viewer while it is computed
-  percuss exact fig2-prescribed                 the closed form of a case, to compare with
-  percuss check my.toml --resolved > full.toml  the case with every default written out
-  percuss sweep fig8-m5 --vary indenter.mass=0.1:100:31:log -o masses           a parametric study on all cores
-  percuss-read trace fig5.mcap                  the drag against time
+  # watch it in a viewer while it is computed
+  percuss run fig5 --live --pace --wait
+  percuss exact fig2-prescribed  # the closed form of a case, to compare with
+  # the case with every default written out
+  percuss check my.toml --resolved > full.toml
+  # a parametric study on all cores
+  percuss sweep fig8-m5 --vary indenter.mass=0.1:100:31:log -o masses
+  percuss-read trace fig5.mcap   # the drag against time
 
-Exit status: 0 done, 1 failed, 2 usage or invalid case; 130, 143 or 129 interrupted by SIGINT, SIGTERM or SIGHUP,
+Exit status: 0 done, 1 failed, 2 usage or invalid case; 130, 143 or 129 interrupted by SIGINT, SIGTERM or SIGHUP, \
 with a valid partial recording, NAME.mcap.part.";
 
 #[derive(Debug, Subcommand)]

@@ -10,8 +10,15 @@ use crate::{
     exact::closed_form::ClosedForm,
 };
 
+const EXAMPLES: &str = "\
+Examples:
+  percuss cases
+  percuss cases --json
+  percuss run fig5  # computes one of them";
+
 /// Lists the built-in cases and their closed forms.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Cases {
     /// Print JSON
     #[arg(long)]

@@ -16,13 +16,19 @@ use crate::{
     warnings::{self, Warning},
 };
 
-const ESTIMATES: &str = "\
-Recording and run time are estimated from the sizes of the case. The size of a recording depends on how well its waves compress, within a
-factor of 3, and the time on the machine: it is an order of magnitude. A run that its stop condition ends earlier takes less of both.";
+const EXAMPLES: &str = "\
+Examples:
+  percuss check fig5
+  percuss check my.toml --resolved > full.toml
+  percuss check ball --admissible
+
+Recording and run time are estimated from the sizes of the case. The size of a recording depends on how well its \
+waves compress, within a factor of 3, and the time on the machine: it is an order of magnitude. A run that its stop \
+condition ends earlier takes less of both.";
 
 /// Validates a case.
 #[derive(Debug, Args)]
-#[command(after_help = ESTIMATES)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Check {
     #[command(flatten)]
     case: CaseArguments,

@@ -14,13 +14,16 @@ use crate::{
 
 const EXAMPLES: &str = "\
 Examples:
-  percuss exact fig2-prescribed                              into fig2-prescribed-exact.mcap
-  percuss run fig2-prescribed && percuss-read diff fig2-prescribed-exact.mcap fig2-prescribed.mcap --l2-rel 0.01
-  percuss exact fig3 --set record.probes=[0.0,0.5]           until the wave of the edge arrives
-  percuss exact ball --set 'target.thickness=\"half-space\"'   the contact of Hertz, without waves
+  percuss exact fig2-prescribed  # into fig2-prescribed-exact.mcap
+  percuss run fig2-prescribed && percuss-read diff \\
+      fig2-prescribed-exact.mcap fig2-prescribed.mcap --l2-rel 0.01
+  # until the wave of the edge arrives
+  percuss exact fig3 --set record.probes=[0.0,0.5]
+  # the contact of Hertz, without waves
+  percuss exact ball --set 'target.thickness=\"half-space\"'
 
-`percuss cases` lists each form and its valid time. Where a form has no value the recording has NaN;
-`percuss-read diff --skip-nan` leaves those out.";
+`percuss cases` lists each form and its valid time. Where a form has no value the recording has NaN; `percuss-read \
+diff --skip-nan` leaves those out.";
 
 /// Records the closed form for a case, on those channels of a run that it has values of.
 #[derive(Debug, Args)]

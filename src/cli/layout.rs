@@ -9,8 +9,10 @@ use crate::{channels::Catalogue, layout::LayoutBuilder};
 
 const EXAMPLES: &str = "\
 Examples:
-  percuss layout fig5 -o fig5-layout.json                    for Lichtblick and Foxglove: import it there
-  percuss layout my.toml --viewer plotjuggler -o my.xml      for PlotJuggler: load it there
+  # for Lichtblick and Foxglove: import it there
+  percuss layout fig5 -o fig5-layout.json
+  # for PlotJuggler: load it there
+  percuss layout my.toml --viewer plotjuggler -o my.xml
 
 Every recording carries its layout for Lichtblick and Foxglove as the attachment layout.json:
   percuss-read export fig5.mcap --attachment layout.json -o layout.json";

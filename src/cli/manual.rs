@@ -9,7 +9,8 @@ use super::{Arguments, CliError, Exit, print};
 
 const COMPLETIONS: &str = "\
 Examples:
-  percuss completions bash > ~/.local/share/bash-completion/completions/percuss
+  percuss completions bash > \\
+      ~/.local/share/bash-completion/completions/percuss
   percuss completions zsh > ~/.zfunc/_percuss
   percuss completions fish > ~/.config/fish/completions/percuss.fish";
 

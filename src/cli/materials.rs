@@ -7,13 +7,21 @@ use clap::Args;
 use super::{CliError, Exit, print};
 use crate::material::{MaterialError, PRESETS, Preset};
 
-const NOTES: &str = "\
-Real materials differ by some per cent from sample to sample, polymers by more. A table gives the values of the one at hand:
-  material = { youngs_modulus = \"211 GPa\", poisson_ratio = 0.29, density = \"7.85 g/cm3\" }";
+const EXAMPLES: &str = "\
+Examples:
+  percuss materials
+  percuss run ball --set target.material=glass
+
+Real materials differ by some per cent from sample to sample, polymers by more. A table gives the values of the one \
+at hand:
+  [target.material]
+  youngs_modulus = \"211 GPa\"
+  poisson_ratio = 0.29
+  density = \"7.85 g/cm3\"";
 
 /// Lists the materials that cases can name, with wave speeds and sources.
 #[derive(Debug, Args)]
-#[command(after_help = NOTES)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Materials {
     /// Print JSON
     #[arg(long)]

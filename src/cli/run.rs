@@ -34,12 +34,15 @@ use crate::{
 
 const EXAMPLES: &str = "\
 Examples:
-  percuss run fig8-m5                                        a built-in case, into fig8-m5.mcap
+  percuss run fig8-m5  # a built-in case, into fig8-m5.mcap
   percuss run my.toml -o runs/first.mcap --threads 2
   percuss run fig5 --set mesh.cells=400 --set run.end_time=12 --force
-  percuss run my.toml --resume                               continue a run that was interrupted or has crashed
-  percuss run fig5 --live --pace --wait     watch it: connect a viewer to ws://127.0.0.1:8765
-  percuss run fig5 --live --wait --allow-origin https://app.foxglove.dev     with a viewer on a web site";
+  # continue a run that was interrupted or has crashed
+  percuss run my.toml --resume
+  # watch it: connect a viewer to ws://127.0.0.1:8765
+  percuss run fig5 --live --pace --wait
+  # with a viewer on a web site
+  percuss run fig5 --live --wait --allow-origin https://app.foxglove.dev";
 
 /// Computes a case and records it.
 #[derive(Debug, Args)]

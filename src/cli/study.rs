@@ -22,18 +22,22 @@ use crate::{
 
 const EXAMPLES: &str = "\
 Examples:
-  percuss study fig5 --set mesh.cells=50                     50, 100 and 200 cells
-  percuss study fig2-prescribed --set mesh.cells=50 --refine 8 --times 1,3,5 --probes 0,0.2
+  percuss study fig5 --set mesh.cells=50  # 50, 100 and 200 cells
+  percuss study fig2-prescribed --set mesh.cells=50 --refine 8 --times 1,3,5 \\
+      --probes 0,0.2
   percuss study fig8-m5 --refine 4 -o fig8-m5.json
   percuss study fig4 -o fig4.csv
-  percuss-read plot fig4.csv --x cells --y relative_error --by quantity --log xy
+  percuss-read plot fig4.csv --x cells --y relative_error --by quantity \\
+      --log xy
 
-The table of -o has a row for each quantity and mesh. Its `relative_error` is that of the value against the closed form,
-without one against the extrapolated value, without an order against the finest; it is empty where it may be rounding.
+The table of -o has a row for each quantity and mesh. Its `relative_error` is that of the value against the closed \
+form, without one against the extrapolated value, without an order against the finest; it is empty where it may be \
+rounding.
 
-The order is observed on the last three meshes, the extrapolated value is Richardson's. The error bar, about the finest value,
-is 1.25 times the remaining error at that order, at most the first; without an order (none between 0.5 and 2.5) it is three
-times the largest difference. The stress at r = 0 under the waves of an edge and the stress at an edge do not converge.";
+The order is observed on the last three meshes, the extrapolated value is Richardson's. The error bar, about the \
+finest value, is 1.25 times the remaining error at that order, at most the first; without an order (none between 0.5 \
+and 2.5) it is three times the largest difference. The stress at r = 0 under the waves of an edge and the stress at \
+an edge do not converge.";
 
 /// Runs a case on meshes refined by two and reports observed orders, extrapolated values and error bars.
 #[derive(Debug, Args)]

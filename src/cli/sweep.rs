@@ -31,31 +31,39 @@ use crate::{
 const EXAMPLES: &str = "\
 Examples:
   percuss sweep fig8-m5 --vary indenter.mass=0.1:100:31:log -o masses
-  percuss sweep ball.toml --vary indenter.mass=\"1 g,2 g,5 g\" --vary target.material=steel,glass,pmma -o balls
-  percuss sweep fig5 --vary target.shear_wave_speed=0.1:0.7 --vary indenter.mass=1:100:log --lhs 1000 --seed 1 \\
+  percuss sweep ball.toml --vary indenter.mass=\"1 g,2 g,5 g\" \\
+      --vary target.material=steel,glass,pmma -o balls
+  percuss sweep fig5 --vary target.shear_wave_speed=0.1:0.7 \\
+      --vary indenter.mass=1:100:log --lhs 1000 --seed 1 \\
       --set record.frames=0 --keep none -o samples
-  percuss sweep fig5 --vary cases.csv -o table             a column for each key, a row for each case
-  percuss sweep masses                                     go on with a sweep that was stopped
-  percuss sweep fig5 --vary mesh.cells=50,100 -o d --script slurm > job.sh && sbatch job.sh
-  percuss sweep d --shard 2/7                              one part of it, with a journal of its own
-  percuss sweep d --merge                                  one journal and summary of all parts
-  percuss-read plot masses/summary.parquet --x indenter.mass --y peak_force --log x -o force.svg
+  # a column for each key, a row for each case
+  percuss sweep fig5 --vary cases.csv -o table
+  percuss sweep masses         # go on with a sweep that was stopped
+  percuss sweep fig5 --vary mesh.cells=50,100 -o d --script slurm > job.sh \\
+      && sbatch job.sh
+  percuss sweep d --shard 2/7  # one part of it, with a journal of its own
+  percuss sweep d --merge      # one journal and summary of all parts
+  percuss-read plot masses/summary.parquet --x indenter.mass --y peak_force \\
+      --log x -o force.svg
 
-SPEC is a list, 1,2,5,10, or a range with a count of values, FROM:TO:COUNT, FROM:TO:COUNT:log. Quantities of physical cases have their
-unit, \"1 g:1 kg:7:log\". Several --vary make every combination, the last one varying fastest. A sweep file says the same:
+SPEC is a list, 1,2,5,10, or a range with a count of values, FROM:TO:COUNT, FROM:TO:COUNT:log. Quantities of \
+physical cases have their unit, \"1 g:1 kg:7:log\". Several --vary make every combination, the last one varying \
+fastest. A sweep file says the same:
 
   case = \"fig5\"
   set = [\"record.frames=0\"]
   keep = \"none\"                                  # all | none | worst:MEASURE
-  combine = \"product\"                            # product | zip | { lhs = { samples = 100, seed = 1 } }
+  # product | zip | { lhs = { samples = 100, seed = 1 } }
+  combine = \"product\"
   [[vary]]
   key = \"indenter.mass\"
   values = \"0.1:100:31:log\"                      # or a list
   [[vary]]
   file = \"cases.csv\"
 
-Every case is checked before the first one is run. A case that is done is not computed again, also where the sweep is another one by
-then. DIR/summary.csv and .parquet have a row for every case: what varies, and what `percuss-read summary` measures.";
+Every case is checked before the first one is run. A case that is done is not computed again, also where the sweep \
+is another one by then. DIR/summary.csv and .parquet have a row for every case: what varies, and what `percuss-read \
+summary` measures.";
 
 /// Computes a case with keys that vary: thousands of cases, on all cores, restartable.
 #[derive(Debug, Args)]

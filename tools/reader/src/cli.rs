@@ -76,21 +76,25 @@ fn memory(text: &str) -> Result<u64, String> {
 const EXAMPLES: &str = "\
 Examples:
   percuss-read info fig5.mcap
-  percuss-read trace fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 -o stress.csv
-  percuss-read summary fig9-*.mcap                                 a row per recording
-  percuss-read plot fig5.mcap                                      the drag, drawn in the terminal
-  percuss-read plot fig5.mcap --topic /interface/stress --at-time 1,2,3 -o profiles.svg
+  percuss-read trace fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 \\
+      -o stress.csv
+  percuss-read summary fig9-*.mcap  # a row per recording
+  percuss-read plot fig5.mcap       # the drag, drawn in the terminal
+  percuss-read plot fig5.mcap --topic /interface/stress --at-time 1,2,3 \\
+      -o profiles.svg
   percuss-read animate ball.mcap -o ball.gif
   percuss-read diff old.mcap new.mcap --peak-rel 1e-9
   percuss-read verify fig5.mcap
   percuss-read recover damaged.mcap -o recovered.mcap
-  percuss-read export fig5.mcap --topic /field/stress --at-time 2.5 -o field.vti
-  percuss-read replay fig5.mcap                                    to viewers that connect
-  percuss-read report fig5.mcap                                    into fig5.html
+  percuss-read export fig5.mcap --topic /field/stress --at-time 2.5 \\
+      -o field.vti
+  percuss-read replay fig5.mcap     # to viewers that connect
+  percuss-read report fig5.mcap     # into fig5.html
   percuss-read cat running.mcap.part --topic /drag --follow
 
-Exit status: 0 done, 1 failed, 2 usage, 3 done with loss: a file is damaged or cut off, what is sound is read. diff: 0 equal
-within tolerance, 1 different, 2 could not compare. verify: 1 not sound, 3 sound, but the run was not finished.";
+Exit status: 0 done, 1 failed, 2 usage, 3 done with loss: a file is damaged or cut off, what is sound is read. diff: \
+0 equal within tolerance, 1 different, 2 could not compare. verify: 1 not sound, 3 sound, but the run was not \
+finished.";
 
 #[derive(Debug, Subcommand)]
 enum Command {

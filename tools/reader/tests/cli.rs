@@ -2,6 +2,7 @@
 
 use std::{fs, process::Output};
 
+use clap::CommandFactory;
 use mcap::WriteOptions;
 use serde_json::json;
 
@@ -182,5 +183,24 @@ fn mismatches_are_usage_errors() {
         let output = lab.read(&[&["trace", "a.mcap"], arguments].concat());
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+    }
+}
+
+/// Examples at 80 columns: every verb has some, and no line of them is broken.
+#[test]
+fn examples_fit_80_columns() {
+    let program = percuss_reader::cli::Arguments::command();
+    for verb in program.get_subcommands() {
+        let all = verb.get_after_help().map(ToString::to_string).unwrap_or_default();
+        let examples =
+            all.split_once("Examples:\n").map(|(_, rest)| rest.split("\n\n").next().unwrap_or(rest));
+        let examples = examples.unwrap_or_else(|| panic!("`{}` has no examples", verb.get_name()));
+        let shown = verb.clone().term_width(80).render_long_help().to_string();
+        for line in examples.lines() {
+            assert!(
+                line.chars().count() <= 80 && shown.lines().any(|shown| shown == line),
+                "{line}\n{shown}"
+            );
+        }
     }
 }

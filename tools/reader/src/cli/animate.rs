@@ -26,8 +26,7 @@ Examples:
   percuss-read animate ball.mcap -o ball.mp4 --fps 30 --width 1920
   percuss-read animate fig5.mcap --from 1 --to 3 --range 1.5 -o fig5.png
 
-All frames have the same scales. The section is shown as far as it moves.
-MP4 needs ffmpeg on the PATH.";
+All frames have the same scales. The section is shown as far as it moves. MP4 needs ffmpeg on the PATH.";
 
 #[derive(Debug, Args)]
 #[command(after_help = ANIMATE_EXAMPLES)]

@@ -53,48 +53,54 @@ impl ValueEnum for Align {
 
 const DIFF_EXAMPLES: &str = "\
 Examples:
-  percuss-read diff old.mcap new.mcap                              every bit
+  percuss-read diff old.mcap new.mcap             # every bit
   percuss-read diff old.mcap new.mcap --peak-rel 1e-9
-  percuss-read diff run.mcap exact.mcap --tol '/drag.*:rel=1e-6' --tol '/interface/*:peak_rel=0.004'
-  percuss-read diff coarse.mcap fine.mcap --topic /interface/stress --align cubic --l2-rel 0.01
+  percuss-read diff run.mcap exact.mcap --tol '/drag.*:rel=1e-6' \\
+      --tol '/interface/*:peak_rel=0.004'
+  percuss-read diff coarse.mcap fine.mcap --topic /interface/stress \\
+      --align cubic --l2-rel 0.01
   percuss-read diff golden/ results/ --tolerances tol.toml --summary
-  percuss-read diff golden.mcap new.mcap --bless                   accept the new one
-  percuss-read diff golden/ results/ --junit report.xml --github   in continuous integration
+  percuss-read diff golden.mcap new.mcap --bless  # accept the new one
+  # in continuous integration
+  percuss-read diff golden/ results/ --junit report.xml --github
   percuss-read diff golden/ results/ --markdown >> \"$GITHUB_STEP_SUMMARY\"
 
-A tolerance is PATTERN:KEY=VALUE,... or KEY=VALUE,... for all fields; the pattern is of topic.field or of a topic, `*`
-stands for anything, and the first that fits counts. Keys: abs, rel (of the reference value), peak_rel (of the largest
-magnitude of the field), range_rel (of its range), ulp (units in the last place), tube=TIME:VALUE (half-widths around the
-reference curve), l2_rel (norm of the whole field), ignore, bitwise. A value may differ by the largest of abs, rel,
-peak_rel and range_rel, or by ulp, or lie in the tube. Without any tolerance all bits must agree: NaN equals itself, -0
-is not +0 (abs=0 makes it so). The file of --tolerances holds the same as [[tolerance]] tables: field = \"/drag.*\",
-abs = 1e-9, tube = { time = 0.01, value = 1e-3 }.
+A tolerance is PATTERN:KEY=VALUE,... or KEY=VALUE,... for all fields; the pattern is of topic.field or of a topic, \
+`*` stands for anything, and the first that fits counts. Keys: abs, rel (of the reference value), peak_rel (of the \
+largest magnitude of the field), range_rel (of its range), ulp (units in the last place), tube=TIME:VALUE \
+(half-widths around the reference curve), l2_rel (norm of the whole field), ignore, bitwise. A value may differ by \
+the largest of abs, rel, peak_rel and range_rel, or by ulp, or lie in the tube. Without any tolerance all bits must \
+agree: NaN equals itself, -0 is not +0 (abs=0 makes it so). The file of --tolerances holds the same as [[tolerance]] \
+tables: field = \"/drag.*\", abs = 1e-9, tube = { time = 0.01, value = 1e-3 }.
 
-Without a tolerance only messages of the same step or exact time are compared, and nothing interpolated is equal; with one,
-messages of other times are interpolated (--align linear --l2-rel 0.01), which is reported. Times and steps of paired messages
-are compared like fields: a rule for `time` is for those of all topics (--tol time:abs=1e-12, --ignore time).
+Without a tolerance only messages of the same step or exact time are compared, and nothing interpolated is equal; \
+with one, messages of other times are interpolated (--align linear --l2-rel 0.01), which is reported. Times and \
+steps of paired messages are compared like fields: a rule for `time` is for those of all topics (--tol \
+time:abs=1e-12, --ignore time).
 
-What is compared are the values of messages, not how they are written: not the order of fields and of entries of a map, packed or
-not, the length of a varint, blanks and digits of JSON that the type of a number does not hold. Messages that do not fit their schema, or
-whose encoding is neither protobuf nor JSON, are compared as bytes. Of schemas, names, numbers and types of fields are compared, not
-their text.
+What is compared are the values of messages, not how they are written: not the order of fields and of entries of a \
+map, packed or not, the length of a varint, blanks and digits of JSON that the type of a number does not hold. \
+Messages that do not fit their schema, or whose encoding is neither protobuf nor JSON, are compared as bytes. Of \
+schemas, names, numbers and types of fields are compared, not their text.
 
-Metadata (of programs: version, commit, revision of the numerics), attachments, names of enum values, log times, publish times
-and sequence numbers are not compared where fields say which message it is; what differs of them is mentioned, and the status
-stays. Topics that are derived from others in both recordings are compared if they are named (--topic). Residuals of rounding
-(/energy.residual) are compared if they are named (--field residual, --tol /energy.residual:abs=1e-12).
+Metadata (of programs: version, commit, revision of the numerics), attachments, names of enum values, log times, \
+publish times and sequence numbers are not compared where fields say which message it is; what differs of them is \
+mentioned, and the status stays. Topics that are derived from others in both recordings are compared if they are \
+named (--topic). Residuals of rounding (/energy.residual) are compared if they are named (--field residual, --tol \
+/energy.residual:abs=1e-12).
 
-What could not be compared is never equal: without a value that both have (no common time or axis, nothing in the window, no
-field left) the status is 2, or 1 if one recording has messages that the other has not. Recordings without any common time,
-as of wall clocks, are paired as with --align relative, which is reported; without a tolerance their fields `time` differ. Folders with --bless: new recordings are taken
-over too, and those that only the reference has stay, with status 1.
+What could not be compared is never equal: without a value that both have (no common time or axis, nothing in the \
+window, no field left) the status is 2, or 1 if one recording has messages that the other has not. Recordings \
+without any common time, as of wall clocks, are paired as with --align relative, which is reported; without a \
+tolerance their fields `time` differ. Folders with --bless: new recordings are taken over too, and those that only \
+the reference has stay, with status 1.
 
-Of a recording in SI and a dimensionless one, the new one is converted to the units of the reference if the one in SI carries
-its scales; the report says so. That rounds the last bits: give a tolerance such as --rel 1e-12, for fields of single precision
---rel 1e-6. --plot and --write-diff need recordings in the same units.
+Of a recording in SI and a dimensionless one, the new one is converted to the units of the reference if the one in \
+SI carries its scales; the report says so. That rounds the last bits: give a tolerance such as --rel 1e-12, for \
+fields of single precision --rel 1e-6. --plot and --write-diff need recordings in the same units.
 
-Exit status: 0 equal within tolerance, 1 different, 2 could not compare, 3 an input is damaged or partial: the sound part
-was compared.";
+Exit status: 0 equal within tolerance, 1 different, 2 could not compare, 3 an input is damaged or partial: the sound \
+part was compared.";
 
 #[derive(Debug, Args)]
 #[command(after_help = DIFF_EXAMPLES)]

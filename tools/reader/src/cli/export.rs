@@ -20,14 +20,20 @@ use crate::{
 
 const EXPORT_EXAMPLES: &str = "\
 Examples:
-  percuss-read export fig5.mcap --attachment case.toml             to standard output
-  percuss-read export fig5.mcap --attachments -o folder            all, into a folder
-  percuss-read export fig5.mcap --topic /field/stress --at-time 2.5 -o field.npy
-  percuss-read export fig5.mcap --topic /field/stress -o field.vti            the last, for ParaView
-  percuss-read export fig5.mcap --topic /field/stress -o series.pvd          all, for ParaView
-  percuss-read export fig5.mcap --topic /field/stress --at-time 1 -o field.png
-  percuss-read export robot.mcap --topic /camera --at-time 2.5 -o image.jpg    an image, 2.5 s after the start
-  percuss-read export robot.mcap --topic /camera -o images/                   all images, named by log time";
+  percuss-read export fig5.mcap --attachment case.toml   # to standard output
+  percuss-read export fig5.mcap --attachments -o folder  # all, into a folder
+  percuss-read export fig5.mcap --topic /field/stress --at-time 2.5 \\
+      -o field.npy
+  # the last, for ParaView
+  percuss-read export fig5.mcap --topic /field/stress -o field.vti
+  # all, for ParaView
+  percuss-read export fig5.mcap --topic /field/stress -o series.pvd
+  percuss-read export fig5.mcap --topic /field/stress --at-time 1 \\
+      -o field.png
+  # an image, 2.5 s after the start
+  percuss-read export robot.mcap --topic /camera --at-time 2.5 -o image.jpg
+  # all images, named by log time
+  percuss-read export robot.mcap --topic /camera -o images/";
 
 #[derive(Debug, Args)]
 #[command(after_help = EXPORT_EXAMPLES)]

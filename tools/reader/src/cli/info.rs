@@ -10,7 +10,14 @@ use super::{
 };
 use crate::{command::info::info, recording::Limits};
 
+const INFO_EXAMPLES: &str = "\
+Examples:
+  percuss-read info fig5.mcap
+  percuss-read info fig5.mcap --json
+  percuss-read info fig5.mcap.part  # of a run in progress";
+
 #[derive(Debug, Args)]
+#[command(after_help = INFO_EXAMPLES)]
 pub(super) struct InfoArguments {
     /// Recording
     file: PathBuf,

@@ -13,9 +13,11 @@ use super::{
 
 const COMPLETIONS_EXAMPLES: &str = "\
 Examples:
-  percuss-read completions bash > ~/.local/share/bash-completion/completions/percuss-read
+  percuss-read completions bash > \\
+      ~/.local/share/bash-completion/completions/percuss-read
   percuss-read completions zsh > ~/.zfunc/_percuss-read
-  percuss-read completions fish > ~/.config/fish/completions/percuss-read.fish";
+  percuss-read completions fish > \\
+      ~/.config/fish/completions/percuss-read.fish";
 
 #[derive(Debug, Args)]
 #[command(after_help = COMPLETIONS_EXAMPLES)]

@@ -21,25 +21,46 @@ use crate::{
 
 const PLOT_EXAMPLES: &str = "\
 Examples:
-  percuss-read plot fig5.mcap                                      the drag, drawn in the terminal
-  percuss-read plot fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 -o stress.svg
-  percuss-read plot fig5.mcap --topic /interface/stress --at-time 1,2,3 -o profiles.png
-  percuss-read plot fig5.mcap --topic /field/stress --at-time 2.5 --range 0,3 -o field.png
-  percuss-read plot fig5.mcap --right contact_radius --right /velocity.displacement -o drag.pdf  two axes
-  percuss-read plot fig5.mcap --topic /drag,/velocity --field force,velocity -o both.pdf         a diagram for each unit
-  percuss-read plot fig4.mcap --topic /field/stress --at z=0.05,0.1 --at-time 1 -o rows.svg      lines over r
-  percuss-read plot fig4.mcap --topic /field/stress --at r=0 -o axis.svg                         over z, last frame
-  percuss-read plot fig4.mcap --topic /field/stress --at r=0,z=0.1 -o point.svg                  a point over time
-  percuss-read plot fig5.mcap --map -o r-t.png                                                   stress over r and time
-  percuss-read plot fig5.mcap --map --topic /field/stress --at r=0 --range=-3,3 -o z-t.png       over z and time
-  percuss-read plot ball.mcap --unit force=N --unit time=ms -o drag.svg                          in chosen units
-  percuss-read plot old.mcap new.mcap --topic /velocity --log y -o velocity.svg
-  percuss-read plot order.csv --x cells --y relative_error --by quantity --log xy                a table, of percuss study
-  percuss-read plot sweep/summary.parquet --x indenter.mass --y peak_force --by target.thickness -o force.svg   of a sweep
+  # the drag, drawn in the terminal
+  percuss-read plot fig5.mcap
+  percuss-read plot fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 \\
+      -o stress.svg
+  percuss-read plot fig5.mcap --topic /interface/stress --at-time 1,2,3 \\
+      -o profiles.png
+  percuss-read plot fig5.mcap --topic /field/stress --at-time 2.5 \\
+      --range 0,3 -o field.png
+  # two axes
+  percuss-read plot fig5.mcap --right contact_radius \\
+      --right /velocity.displacement -o drag.pdf
+  # a diagram for each unit
+  percuss-read plot fig5.mcap --topic /drag,/velocity --field force,velocity \\
+      -o both.pdf
+  # lines over r
+  percuss-read plot fig4.mcap --topic /field/stress --at z=0.05,0.1 \\
+      --at-time 1 -o rows.svg
+  # over z, last frame
+  percuss-read plot fig4.mcap --topic /field/stress --at r=0 -o axis.svg
+  # a point over time
+  percuss-read plot fig4.mcap --topic /field/stress --at r=0,z=0.1 \\
+      -o point.svg
+  percuss-read plot fig5.mcap --map -o r-t.png  # stress over r and time
+  # over z and time
+  percuss-read plot fig5.mcap --map --topic /field/stress --at r=0 \\
+      --range=-3,3 -o z-t.png
+  # in chosen units
+  percuss-read plot ball.mcap --unit force=N --unit time=ms -o drag.svg
+  percuss-read plot old.mcap new.mcap --topic /velocity --log y \\
+      -o velocity.svg
+  # a table, of percuss study
+  percuss-read plot order.csv --x cells --y relative_error --by quantity \\
+      --log xy
+  # of a sweep
+  percuss-read plot sweep/summary.parquet --x indenter.mass --y peak_force \\
+      --by target.thickness -o force.svg
 
-Without --field, a topic shows the fields that have the unit of its first. Quantities in SI units are drawn with the prefix
-that fits (µs, kN, MPa). --at, --at-time, --from and --to are in the unit that is recorded unless they have one, --at-time 87us;
---range and --x-range are numbers in the unit of the recording.";
+Without --field, a topic shows the fields that have the unit of its first. Quantities in SI units are drawn with the \
+prefix that fits (µs, kN, MPa). --at, --at-time, --from and --to are in the unit that is recorded unless they have \
+one, --at-time 87us; --range and --x-range are numbers in the unit of the recording.";
 
 #[derive(Debug, Args)]
 #[command(after_help = PLOT_EXAMPLES)]

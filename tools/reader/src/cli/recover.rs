@@ -17,8 +17,8 @@ use crate::{
 };
 
 const RECOVER_EXAMPLES: &str = "\
-Copies every sound message, attachment and metadata record into a new, finished file, and lists what was lost; the new
-file lists it too, in the metadata record `percuss.recovered`. The damaged file is left as it is.
+Copies every sound message, attachment and metadata record into a new, finished file, and lists what was lost; the \
+new file lists it too, in the metadata record `percuss.recovered`. The damaged file is left as it is.
 
 Examples:
   percuss-read recover damaged.mcap -o recovered.mcap

@@ -11,15 +11,17 @@ use crate::{
 };
 
 const REPLAY_EXAMPLES: &str = "\
-Viewers that speak the Foxglove WebSocket protocol connect to the address that is printed; those that have playback control
-play, pause and go to times. It begins 1.5 s after the last subscription, since viewers subscribe panel by panel; a
-viewer that comes later gets what has been played so far. Interrupt it with Ctrl-C.
+Viewers that speak the Foxglove WebSocket protocol connect to the address that is printed; those that have playback \
+control play, pause and go to times. It begins 1.5 s after the last subscription, since viewers subscribe panel by \
+panel; a viewer that comes later gets what has been played so far. Interrupt it with Ctrl-C.
 
 Examples:
-  percuss-read replay fig5.mcap                       at ws://127.0.0.1:8765, a unit of time per second
+  # at ws://127.0.0.1:8765, a unit of time per second
+  percuss-read replay fig5.mcap
   percuss-read replay fig5.mcap --speed 0.25 --loop
   percuss-read replay fig5.mcap --from 1 --to 3 --addr 0.0.0.0:9000
-  percuss-read replay fig5.mcap --allow-origin https://app.foxglove.dev     for the viewer of that site";
+  # for the viewer of that site
+  percuss-read replay fig5.mcap --allow-origin https://app.foxglove.dev";
 
 #[derive(Debug, Args)]
 #[command(after_help = REPLAY_EXAMPLES)]

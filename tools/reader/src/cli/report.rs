@@ -14,13 +14,15 @@ use crate::{
 };
 
 const REPORT_EXAMPLES: &str = "\
-The page needs nothing else and fetches nothing: it can be mailed, opened by any browser, and printed. The section is cropped to where the
-field is above 1 % of its range; a button shows all of it. Arrow keys step through the frames, space plays.
+The page needs nothing else and fetches nothing: it can be mailed, opened by any browser, and printed. The section \
+is cropped to where the field is above 1 % of its range; a button shows all of it. Arrow keys step through the \
+frames, space plays.
 
 Examples:
-  percuss-read report fig5.mcap                       into fig5.html
+  percuss-read report fig5.mcap  # into fig5.html
   percuss-read report fig5.mcap -o for-the-paper.html --force
-  percuss-read report masses                          a sweep, into masses.html: table, plots, links to its recordings";
+  # a sweep, into masses.html: table, plots, links to its recordings
+  percuss-read report masses";
 
 #[derive(Debug, Args)]
 #[command(after_help = REPORT_EXAMPLES)]

@@ -21,18 +21,27 @@ use crate::{
 
 const TRACE_EXAMPLES: &str = "\
 Examples:
-  percuss-read trace fig5.mcap --from 1.9 --to 2.1                 the drag around the first reflection
+  # the drag around the first reflection
+  percuss-read trace fig5.mcap --from 1.9 --to 2.1
   percuss-read trace fig5.mcap --topic /probes --every 10 -o probes.csv
-  percuss-read trace fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 --format jsonl
-  percuss-read trace fig5.mcap --topic /field/stress --at r=0,z=0.5 --at r=1,z=0.2     points in the target
-  percuss-read trace fig5.mcap --topic /field/stress -o field.npz                      all of it: stress over time, z, r
-  percuss-read trace fig5.mcap --topic /energy --field kinetic,strain,residual
-  percuss-read trace steel.mcap --units base                       s and N, not µs and kN
-  percuss-read trace ball.mcap --unit force=N --unit time=ms       in chosen units
-  percuss-read trace robot.mcap --topic /control --field gains[kd] --time iso      of another program, with dates
+  percuss-read trace fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 \\
+      --format jsonl
+  # points in the target
+  percuss-read trace fig5.mcap --topic /field/stress --at r=0,z=0.5 \\
+      --at r=1,z=0.2
+  # all of it: stress over time, z, r
+  percuss-read trace fig5.mcap --topic /field/stress -o field.npz
+  percuss-read trace fig5.mcap --topic /energy \\
+      --field kinetic,strain,residual
+  percuss-read trace steel.mcap --units base  # s and N, not µs and kN
+  # in chosen units
+  percuss-read trace ball.mcap --unit force=N --unit time=ms
+  # of another program, with dates
+  percuss-read trace robot.mcap --topic /control --field gains[kd] \\
+      --time iso
 
---from, --to and positions of --at are in the units that are recorded, unless they have one: --from 32us --at r=0.1mm. On an
-interface between layers a position is in the upper one.";
+--from, --to and positions of --at are in the units that are recorded, unless they have one: --from 32us --at \
+r=0.1mm. On an interface between layers a position is in the upper one.";
 
 #[derive(Debug, Args)]
 #[command(after_help = TRACE_EXAMPLES)]

@@ -11,8 +11,8 @@ use super::{
 use crate::{command::verify::verify, recording::Limits};
 
 const VERIFY_EXAMPLES: &str = "\
-Every checksum, the index against the data, the schemas, every message against its schema, the order of times, the counts;
-of percuss recordings also that everything is there that a run records, or that the closed form knows.
+Every checksum, the index against the data, the schemas, every message against its schema, the order of times, the \
+counts; of percuss recordings also that everything is there that a run records, or that the closed form knows.
 
 Examples:
   percuss-read verify fig5.mcap
