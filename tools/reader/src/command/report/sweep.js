@@ -328,7 +328,7 @@
       get("scale").hidden = !column;
       const [low, bar, high] = get("scale").children;
       bar.style.background = `linear-gradient(to right, ${STOPS.map((stop) => `rgb(${stop})`)})`;
-      [low.textContent, high.textContent] = (column?.ends ?? []).map(short);
+      [low.textContent, high.textContent] = (column?.ends ?? []).map((x) => short(x));
     };
     for (const id of ["x", "y", "colour"]) suit(id);
     for (const id of ["log-x", "log-y"]) get(id).addEventListener("change", change);
