@@ -178,8 +178,9 @@ pub struct ClosedForm {
     dr: f64,
     dt: f64,
     steps: u64,
-    /// Time of the step evaluated last.
+    /// Time of the step evaluated last, and the motion at it, which every node asks for.
     time: f64,
+    motion: Motion,
 }
 
 impl ClosedForm {
@@ -229,6 +230,7 @@ impl ClosedForm {
             dt: grid.dt(),
             steps: case.sizes.steps,
             time: 0.0,
+            motion: Motion { depth: 0.0, velocity },
         })
     }
 
@@ -289,9 +291,9 @@ impl ClosedForm {
 
     /// Evaluates step `step`, with the threads of the pool it is called in.
     pub fn evaluate(&mut self, step: u64) -> View<'_> {
-        self.time = step as f64 * self.dt;
-        let (r0, time) = (self.r0_shown(), self.time);
-        let Motion { depth, velocity } = self.motion(time);
+        let time = step as f64 * self.dt;
+        (self.motion, self.time) = (self.motion(time), time);
+        let (r0, Motion { depth, velocity }) = (self.r0_shown(), self.motion);
         let radius = |i: usize| r0 + i as f64 * self.dr;
         let nodes = 0..self.reached();
         let pressure: Vec<f64> = nodes.into_par_iter().map(|i| self.pressure_at(radius(i), time)).collect();
@@ -329,7 +331,7 @@ impl ClosedForm {
             Form::ElasticWedge(form) => form.drag(time),
             Form::Spreading(form) => form.drag(time),
             Form::ElasticParaboloid(_) => return f64::NAN,
-            Form::Hertz(form) => form.motion(time).map(|motion| form.force(motion.depth)),
+            Form::Hertz(form) => return form.force(self.motion(time).depth),
         };
         drag.unwrap_or(f64::NAN)
     }
@@ -352,7 +354,7 @@ impl ClosedForm {
             Form::ElasticParaboloid(form) => form.axis_pressure(0.0, time),
             Form::Spreading(_) if r > self.known_radius(time) => return f64::NAN,
             Form::Spreading(form) => form.pressure(r, 0.0, time),
-            Form::Hertz(form) => form.motion(time).map(|motion| form.pressure(r, motion.depth)),
+            Form::Hertz(form) => return form.pressure(r, self.motion(time).depth),
         };
         value.unwrap_or(f64::NAN)
     }
@@ -365,6 +367,7 @@ impl ClosedForm {
     /// Depth and velocity of the indenter; NaN where they are not known.
     fn motion(&self, time: f64) -> Motion {
         match &self.form {
+            _ if time == self.time => self.motion,
             Form::Hertz(form) => form.motion(time).unwrap_or(Motion { depth: f64::NAN, velocity: f64::NAN }),
             _ => Motion { depth: self.velocity * time, velocity: self.velocity },
         }

@@ -116,7 +116,7 @@ impl Hertz {
     /// Pressure at radius `r` under a depth \[γc_p²\].
     pub fn pressure(&self, r: f64, depth: f64) -> f64 {
         let rest = self.nose_radius * depth - r * r;
-        2.0 * self.modulus / (PI * self.nose_radius) * rest.max(0.0).sqrt()
+        if rest <= 0.0 { 0.0 } else { 2.0 * self.modulus / (PI * self.nose_radius) * rest.sqrt() }
     }
 
     /// Time at `v = φ^(4/5)` on the way in \[w_m/V0\].
