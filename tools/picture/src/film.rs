@@ -7,7 +7,7 @@ use kuva::{
         render::{Primitive, Scene, TextAnchor},
     },
 };
-use resvg::tiny_skia::{FillRule, Paint, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke, Transform};
+use resvg::tiny_skia::{FillRule, Mask, Paint, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke, Transform};
 
 use crate::{
     LARGEST,
@@ -104,9 +104,33 @@ struct Window {
     ends: [(f64, f64); 2],
     /// True if the numbers of the vertical axis grow upwards.
     upward: bool,
+    /// From units to pixels.
+    transform: Transform,
+    /// The pixels within, and half of a curve around them.
+    mask: Mask,
 }
 
 impl Window {
+    /// * `scale`: pixels in a unit
+    /// * `size`: of the picture \[pixels\]
+    fn new(
+        at: [f64; 4],
+        ends: [(f64, f64); 2],
+        upward: bool,
+        scale: f32,
+        [width, height]: [u32; 2],
+    ) -> Result<Self, String> {
+        const EDGE: f32 = 2.0;
+        let transform = Transform::from_scale(scale, scale);
+        let [left, top, across, down] = at.map(|length| length as f32);
+        let clip = Rect::from_xywh(left - EDGE, top - EDGE, across + 2.0 * EDGE, down + 2.0 * EDGE);
+        let (Some(mut mask), Some(clip)) = (Mask::new(width, height), clip) else {
+            return Err("the picture is too large".into());
+        };
+        mask.fill_path(&PathBuilder::from_rect(clip), FillRule::Winding, false, transform);
+        Ok(Self { at, ends, upward, transform, mask })
+    }
+
     /// Where a point is \[units\].
     fn point(&self, (x, y): (f64, f64)) -> (f32, f32) {
         let share = |value: f64, (low, high): (f64, f64)| (value - low) / (high - low);
@@ -116,6 +140,55 @@ impl Window {
         // far outside is as good as infinitely far
         let near = |share: f64| share.clamp(-9.0, 9.0);
         ((left + near(across) * width) as f32, (top + near(down) * height) as f32)
+    }
+
+    /// A curve.
+    fn stroke(&self, pixels: &mut Pixmap, points: &[(f64, f64)], colour: [u8; 3], width: f32) {
+        let mut builder = PathBuilder::new();
+        let is_visible = |point: &(f64, f64)| point.0.abs() < LARGEST && point.1.abs() < LARGEST;
+        for stretch in points.split(|point| !is_visible(point)) {
+            for (i, &point) in stretch.iter().enumerate() {
+                let (x, y) = self.point(point);
+                if i == 0 { builder.move_to(x, y) } else { builder.line_to(x, y) }
+            }
+        }
+        if let Some(path) = builder.finish() {
+            let stroke = Stroke { width, ..Stroke::default() };
+            pixels.stroke_path(&path, &ink(colour), &stroke, self.transform, Some(&self.mask));
+        }
+    }
+
+    /// A dot, which may be half outside.
+    fn dot(&self, pixels: &mut Pixmap, point: (f64, f64), colour: [u8; 3]) {
+        let (x, y) = self.point(point);
+        if let Some(path) = PathBuilder::from_circle(x, y, 4.0) {
+            pixels.fill_path(&path, &ink(colour), FillRule::Winding, self.transform, None);
+        }
+    }
+
+    /// A body above the first row, and the contact under it.
+    fn body(&self, moment: &Moment<'_>, pixels: &mut Pixmap) {
+        let (left, right) = self.ends[0];
+        let top = self.ends[1].0;
+        let inside = moment.body.iter().filter(|(x, _)| *x <= right);
+        let outline: Vec<(f64, f64)> = inside.map(|&(x, y)| (x.max(left), y.max(top))).collect();
+        if let [first, .., last] = outline.as_slice() {
+            let mut builder = PathBuilder::new();
+            let start = self.point((first.0, top));
+            builder.move_to(start.0, start.1);
+            for point in outline.iter().copied().chain([(last.0, top)]) {
+                let (x, y) = self.point(point);
+                builder.line_to(x, y);
+            }
+            builder.close();
+            if let Some(path) = builder.finish() {
+                pixels.fill_path(&path, &ink(BODY), FillRule::Winding, self.transform, None);
+            }
+            self.stroke(pixels, &outline, INK, 1.2);
+        }
+        if moment.contact > 0.0 {
+            self.stroke(pixels, &[(left, 0.0), (moment.contact.min(right), 0.0)], INK, 3.0);
+        }
     }
 }
 
@@ -138,7 +211,8 @@ pub struct Film {
     over: Option<Pixmap>,
     scale: f32,
     cells: Option<Cells>,
-    diagrams: Vec<(Window, Vec<(f64, f64)>)>,
+    /// Windows, and true where the end of the curve has a dot.
+    diagrams: Vec<(Window, bool)>,
 }
 
 /// The colours of values from −[`LEVELS`] to +[`LEVELS`].
@@ -179,7 +253,7 @@ impl Film {
         paint(title, to_pixels(0.0, 0.0), &mut base)?;
         let (mut cells, mut over) = (None, None);
         if let Some((section, (x, y, place))) = stage.section.as_ref().zip(places.section) {
-            let film = section_cells(section, (x, y), &place, f64::from(scale));
+            let film = section_cells(section, (x, y), &place, scale, size)?;
             let axes = Axes {
                 ends: film.window.ends,
                 upward: false,
@@ -205,15 +279,11 @@ impl Film {
             let axes = Axes { ends: diagram.ends, upward: true, title: "", labels };
             paint(axes.scene(&place, None), to_pixels(x, y), &mut base)?;
             let at = [x + place.left, y + place.top, place.width, place.height];
-            diagrams.push((Window { at, ends: diagram.ends, upward: true }, diagram.rest.clone()));
+            let window = Window::new(at, diagram.ends, true, scale, size)?;
+            window.stroke(&mut base, &diagram.rest, REST, 1.4);
+            diagrams.push((window, !diagram.rest.is_empty()));
         }
-        let mut film = Self { base, over, scale, cells, diagrams };
-        let mut base = film.base.clone();
-        for (window, rest) in &film.diagrams {
-            film.stroke(&mut base, window, rest, REST, 1.4);
-        }
-        film.base = base;
-        Ok(film)
+        Ok(Self { base, over, scale, cells, diagrams })
     }
 
     /// Columns and rows of its frames \[pixels\].
@@ -234,12 +304,12 @@ impl Film {
                 let paint = PixmapPaint::default();
                 pixels.draw_pixmap(0, 0, over.as_ref(), &paint, Transform::identity(), None);
             }
-            self.body(cells, moment, &mut pixels);
+            cells.window.body(moment, &mut pixels);
         }
-        for ((window, rest), curve) in self.diagrams.iter().zip(moment.curves) {
-            self.stroke(&mut pixels, window, curve, curve_colour(), 1.8);
-            if let Some(&last) = curve.last().filter(|_| !rest.is_empty()) {
-                self.dot(&mut pixels, window.point(last));
+        for ((window, has_dot), curve) in self.diagrams.iter().zip(moment.curves) {
+            window.stroke(&mut pixels, curve, curve_colour(), 1.8);
+            if let Some(&last) = curve.last().filter(|_| *has_dot) {
+                window.dot(&mut pixels, last, curve_colour());
             }
         }
         let mut scene = empty(WIDTH, f64::from(self.base.height()) / f64::from(self.scale));
@@ -248,86 +318,6 @@ impl Film {
         let (width, height) = self.size();
         // all is opaque
         Ok(Raster { width, height, rgba: pixels.take() })
-    }
-
-    /// The body over its section, and the contact.
-    fn body(&self, cells: &Cells, moment: &Moment<'_>, pixels: &mut Pixmap) {
-        let window = &cells.window;
-        let (left, right) = window.ends[0];
-        let top = window.ends[1].0;
-        let inside = moment.body.iter().filter(|(x, _)| *x <= right);
-        let outline: Vec<(f64, f64)> = inside.map(|&(x, y)| (x.max(left), y.max(top))).collect();
-        if let [first, .., last] = outline.as_slice() {
-            let mut builder = PathBuilder::new();
-            let start = window.point((first.0, top));
-            builder.move_to(start.0, start.1);
-            for point in outline.iter().copied().chain([(last.0, top)]) {
-                let (x, y) = window.point(point);
-                builder.line_to(x, y);
-            }
-            builder.close();
-            if let Some(path) = builder.finish() {
-                pixels.fill_path(&path, &ink(BODY), FillRule::Winding, self.transform(), None);
-            }
-            self.stroke(pixels, window, &outline, INK, 1.2);
-        }
-        if moment.contact > 0.0 {
-            let reach = moment.contact.min(right);
-            self.stroke(pixels, window, &[(left, 0.0), (reach, 0.0)], INK, 3.0);
-        }
-    }
-
-    fn transform(&self) -> Transform {
-        Transform::from_scale(self.scale, self.scale)
-    }
-
-    /// A curve within its window.
-    fn stroke(
-        &self,
-        pixels: &mut Pixmap,
-        window: &Window,
-        points: &[(f64, f64)],
-        colour: [u8; 3],
-        width: f32,
-    ) {
-        let mut builder = PathBuilder::new();
-        let mut is_down = false;
-        for &point in points {
-            if !(point.0.abs() < LARGEST && point.1.abs() < LARGEST) {
-                is_down = false;
-                continue;
-            }
-            let (x, y) = window.point(point);
-            if is_down {
-                builder.line_to(x, y)
-            } else {
-                builder.move_to(x, y)
-            }
-            is_down = true;
-        }
-        let (Some(path), Some(mut layer)) = (builder.finish(), Pixmap::new(pixels.width(), pixels.height()))
-        else {
-            return;
-        };
-        let stroke = Stroke { width, ..Stroke::default() };
-        let [left, top, across, down] = window.at.map(|length| length as f32);
-        layer.stroke_path(&path, &ink(colour), &stroke, self.transform(), None);
-        // what is outside of the window is cut off, but for half of the width of the curve
-        let edge = width;
-        let Some(clip) = Rect::from_xywh(left - edge, top - edge, across + 2.0 * edge, down + 2.0 * edge)
-        else {
-            return;
-        };
-        let Some(mut mask) = resvg::tiny_skia::Mask::new(pixels.width(), pixels.height()) else { return };
-        mask.fill_path(&PathBuilder::from_rect(clip), FillRule::Winding, false, self.transform());
-        let paint = PixmapPaint::default();
-        pixels.draw_pixmap(0, 0, layer.as_ref(), &paint, Transform::identity(), Some(&mask));
-    }
-
-    fn dot(&self, pixels: &mut Pixmap, (x, y): (f32, f32)) {
-        if let Some(path) = PathBuilder::from_circle(x, y, 4.0) {
-            pixels.fill_path(&path, &ink(curve_colour()), FillRule::Winding, self.transform(), None);
-        }
     }
 }
 
@@ -363,11 +353,22 @@ fn below_headroom(section: &Section, place: &Place) -> Place {
 }
 
 /// The section at its place.
-fn section_cells(section: &Section, (x, y): (f64, f64), place: &Place, scale: f64) -> Cells {
+///
+/// * `scale`: pixels in a unit
+/// * `size`: of the picture \[pixels\]
+fn section_cells(
+    section: &Section,
+    (x, y): (f64, f64),
+    place: &Place,
+    scale: f32,
+    size: [u32; 2],
+) -> Result<Cells, String> {
     let image = &section.image;
     let (across, down) = (image.columns.ends(), image.rows.ends());
     let top = down.0 - section.headroom;
     let at = [x + place.left, y + place.top, place.width, place.height];
+    let window = Window::new(at, [across, (top, down.1)], false, scale, size)?;
+    let scale = f64::from(scale);
     // pixels whose middle is within
     let pixels = |start: f64, length: f64| {
         let from = (start * scale).round().max(0.0) as u32;
@@ -380,7 +381,7 @@ fn section_cells(section: &Section, (x, y): (f64, f64), place: &Place, scale: f6
             let position = low + share * (high - low);
             (position >= first).then(|| side.cell(position)).flatten()
         };
-    Cells {
+    Ok(Cells {
         columns: (columns.0..columns.1)
             .map(|i| element(i, (at[0], at[2]), across, &image.columns, across.0))
             .collect(),
@@ -391,8 +392,8 @@ fn section_cells(section: &Section, (x, y): (f64, f64), place: &Place, scale: f6
         width: image.columns.length(),
         range: section.range,
         map: levels(),
-        window: Window { at, ends: [across, (top, down.1)], upward: false },
-    }
+        window,
+    })
 }
 
 /// Where the parts of a film are: left, top, and the place of the axes within.
