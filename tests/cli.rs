@@ -8,7 +8,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use clap::CommandFactory;
 use tempfile::TempDir;
 
 fn folder() -> TempDir {
@@ -571,23 +570,4 @@ fn shells_and_the_manual_know_all_commands() {
     said(&["man", "-o", "pages"]);
     let page = fs::read_to_string(folder.path().join("pages/percuss-run.1")).expect("a page");
     assert!(page.contains(".TH percuss-run 1") && page.contains("\\-\\-reproducible"), "{page}");
-}
-
-/// Examples of a program at 80 columns: every verb has some, and no line of them is broken.
-#[test]
-fn examples_fit_80_columns() {
-    let program = percuss::cli::Arguments::command();
-    for verb in program.get_subcommands() {
-        let all = verb.get_after_help().map(ToString::to_string).unwrap_or_default();
-        let examples =
-            all.split_once("Examples:\n").map(|(_, rest)| rest.split("\n\n").next().unwrap_or(rest));
-        let examples = examples.unwrap_or_else(|| panic!("`{}` has no examples", verb.get_name()));
-        let shown = verb.clone().term_width(80).render_long_help().to_string();
-        for line in examples.lines() {
-            assert!(
-                line.chars().count() <= 80 && shown.lines().any(|shown| shown == line),
-                "{line}\n{shown}"
-            );
-        }
-    }
 }

@@ -186,11 +186,11 @@ fn mismatches_are_usage_errors() {
     }
 }
 
-/// Examples at 80 columns: every verb has some, and no line of them is broken.
+/// Examples of both programs at 80 columns: every verb has some, and no line of them is broken.
 #[test]
 fn examples_fit_80_columns() {
-    let program = percuss_reader::cli::Arguments::command();
-    for verb in program.get_subcommands() {
+    let programs = [percuss::cli::Arguments::command(), percuss_reader::cli::Arguments::command()];
+    for verb in programs.iter().flat_map(clap::Command::get_subcommands) {
         let all = verb.get_after_help().map(ToString::to_string).unwrap_or_default();
         let examples =
             all.split_once("Examples:\n").map(|(_, rest)| rest.split("\n\n").next().unwrap_or(rest));
