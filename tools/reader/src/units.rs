@@ -80,6 +80,11 @@ impl Units {
     pub(crate) fn choose(&self, unit: &str, largest: f64) -> Option<Prefixed> {
         self.of(unit).or_else(|| Prefixed::choose(unit, largest))
     }
+
+    /// The unit that is chosen, and where prefixes are wanted, else that in which the largest number is best read.
+    pub(crate) fn shown(&self, unit: &str, largest: f64, prefixed: bool) -> Option<Prefixed> {
+        if prefixed { self.choose(unit, largest) } else { self.of(unit) }
+    }
 }
 
 #[cfg(test)]

@@ -174,10 +174,7 @@ fn write(
     largest.begin(headings)?;
     rows.iter().try_for_each(|row| largest.row(row))?;
     let groups: Vec<String> = headings.iter().map(|heading| heading.name.clone()).collect();
-    let choose = |unit: &str, largest: f64| match prefixed {
-        true => units.choose(unit, largest),
-        false => units.of(unit),
-    };
+    let choose = |unit: &str, largest| units.shown(unit, largest, prefixed);
     let mut sink = InUnits::new(sink, largest.units(headings, &groups, choose));
     sink.begin(headings)?;
     rows.iter().try_for_each(|row| sink.row(row))?;

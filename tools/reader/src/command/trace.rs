@@ -68,10 +68,7 @@ pub fn trace(
     let sink = if (prefixed || !request.units.is_empty()) && begun.iter().any(takes_prefix) {
         let mut largest = Largest::default();
         largest.begin(&begun)?;
-        let choose = |unit: &str, largest: f64| match prefixed {
-            true => request.units.choose(unit, largest),
-            false => request.units.of(unit),
-        };
+        let choose = |unit: &str, largest| request.units.shown(unit, largest, prefixed);
         if prefixed {
             run_all(&files, paths, request, &mut largest, &mut Outcome::default())?;
         }
