@@ -65,14 +65,13 @@ impl AnimateArguments {
         OutputError::refuse_existing(Some(&self.output), self.force)?;
         let animation = Animation::new(&self.file, &self.request, limits)?;
         let (frames, size) = (animation.length(), animation.size());
-        let mut bytes = Vec::new();
+        let (mut bytes, mut count) = (Vec::new(), Count::of(frames));
         let damages = match form {
             Form::Container(container) => {
                 // a hundredth of a second is the unit of both forms
                 let delay = (100 + self.request.fps / 2) / self.request.fps;
                 let moving = Moving::new(container, &mut bytes, size, frames as u32, delay);
                 let mut moving = moving.map_err(AnimateError::Write)?;
-                let mut count = Count::of(frames);
                 let damages = animation.draw(|raster| {
                     count.next();
                     moving.add(&raster)
@@ -82,7 +81,6 @@ impl AnimateArguments {
             }
             Form::Mp4 => {
                 let film = Mp4::begin(size, self.request.fps)?;
-                let mut count = Count::of(frames);
                 let mut input = film.child.stdin.as_ref();
                 let drawn = animation.draw(|raster| {
                     count.next();

@@ -82,10 +82,12 @@ impl ExportArguments {
                 let is_folder = output.is_dir() || output.as_os_str().as_encoded_bytes().ends_with(b"/");
                 return if is_folder { self.images(&camera, output) } else { self.image(&camera, output) };
             }
-            if output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pvd")) {
+            // a file of one time, or the time series
+            let mut forms = FORMS.map(|(extension, form)| (extension, Some(form))).to_vec();
+            forms.push(("pvd", None));
+            let Some(kind) = by_extension(output, &forms, None)? else {
                 return self.series(topic, output, limits);
-            }
-            let kind = by_extension(output, &FORMS, None)?;
+            };
             let (slice, damages) = matrix(&self.file, topic, self.at_time, limits)?;
             write(Some(output), self.force, &form(&slice, kind)?)?;
             say(&slice.title());
@@ -103,11 +105,11 @@ impl ExportArguments {
         }
         OutputError::refuse_existing(Some(output), self.force)?;
         let folder = output.with_extension("");
-        fs::create_dir_all(&folder).map_err(|error| explain(Some(&folder), error))?;
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
         let mut count = 0;
         let (text, damages) = series(&self.file, topic, &name, limits, |file, bytes| {
             count += 1;
+            fs::create_dir_all(&folder).map_err(|error| explain(Some(&folder), error))?;
             write(Some(&folder.join(file)), self.force, bytes)
         })?;
         write(Some(output), self.force, text.as_bytes())?;

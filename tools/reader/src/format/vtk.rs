@@ -90,6 +90,7 @@ fn name(heading: &Heading) -> String {
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
+
 /// A time series of ParaView: times, and the files of the frames as seen from it.
 pub fn pvd(frames: &[(f64, String)]) -> String {
     let entry =
