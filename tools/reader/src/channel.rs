@@ -46,6 +46,11 @@ impl Channel {
         (layout.leaves[leaf].is_single && layout.leaves[leaf].kind.is_number()).then_some(leaf)
     }
 
+    /// What its times are called: those of its field, else log times.
+    pub fn time_name(&self) -> &'static str {
+        if self.has_time() { convention::TIME } else { "log_time" }
+    }
+
     /// Unit of the times of messages.
     pub fn time_unit(&self) -> Option<&str> {
         if self.has_time() { self.unit(convention::TIME) } else { Some("s") }

@@ -122,6 +122,11 @@ impl Recording {
         self.metadata.iter().rev().find(|record| record.name == name).map(|record| &record.entries)
     }
 
+    /// How far the colours of a field reach from 0, by the metadata of the views, if any says it.
+    pub(crate) fn colour_range(&self, topic: &str) -> Option<f64> {
+        self.channels.values().find_map(|view| convention::colour_range(&view.metadata, topic))
+    }
+
     /// Layers of the target of a percuss recording, where positions on a coordinate are depths.
     pub(crate) fn layers(&self, coordinate: &str) -> Vec<Layer> {
         let run = self.entries(convention::RUN).filter(|_| coordinate == convention::DEPTH);

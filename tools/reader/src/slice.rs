@@ -266,6 +266,36 @@ pub fn visit(
     Ok(messages.damages().to_vec())
 }
 
+/// What `take` makes of the message nearest to every time; `None` where it makes nothing of any. Messages and times rise, and messages are
+/// as close as the times or closer: a message is offered to the times beside it.
+///
+/// # Errors
+///
+/// The file cannot be read.
+pub fn nearest<T>(
+    recording: &Recording,
+    id: u16,
+    times: &[f64],
+    mut take: impl FnMut(&Moment) -> Option<T>,
+) -> Result<(Vec<Option<T>>, Vec<Damage>), OpenError> {
+    let mut nearest: Vec<(f64, Option<T>)> = times.iter().map(|_| (f64::INFINITY, None)).collect();
+    let mut next = 0;
+    let damages = visit(recording, id, 1, |moment| {
+        while next + 1 < times.len() && times[next + 1] <= moment.time {
+            next += 1;
+        }
+        for i in next..times.len().min(next + 2) {
+            let distance = (times[i] - moment.time).abs();
+            if distance < nearest[i].0
+                && let Some(value) = take(&moment)
+            {
+                nearest[i] = (distance, Some(value));
+            }
+        }
+    })?;
+    Ok((nearest.into_iter().map(|(_, value)| value).collect(), damages))
+}
+
 /// Name and unit of a coordinate: the unit of the field that holds the first position is that of all.
 pub(crate) fn coordinate(channel: &Channel, name: &str) -> Heading {
     Heading::new(name, channel.unit(&format!("{name}0")).or_else(|| channel.unit(name)))

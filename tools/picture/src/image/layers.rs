@@ -18,6 +18,13 @@ pub struct Layer {
     pub bottom: f64,
 }
 
+impl Layer {
+    /// The same with its depths times a factor.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { top: self.top * factor, bottom: self.bottom * factor, ..self }
+    }
+}
+
 /// Interfaces and names of the layers that an image shows, if it has more than one. The names stand at the right end, none over
 /// another where layers are thin.
 pub(crate) fn layers(image: &Image, place: &Place) -> Vec<Primitive> {

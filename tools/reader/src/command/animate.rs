@@ -6,7 +6,7 @@
 use std::{ops::Range, path::Path};
 
 use clap::Args;
-use percuss_picture::{Colours, Diagram, Film, Image, Layer, Moment as Shown, Raster, Section, Side, Stage};
+use percuss_picture::{Colours, Diagram, Film, Image, Moment as Shown, Raster, Section, Side, Stage};
 use percuss_table::Heading;
 
 use crate::{
@@ -17,15 +17,15 @@ use crate::{
             animation::Bounds,
             body::{Body, body},
             curves::downsampled,
-            find,
+            find, main_field,
         },
     },
-    convention::{self, DRAG, FIELD_STRESS, FIELDS, INTERFACE},
+    convention::{self, DRAG, INTERFACE},
     messages::Recording,
     prefix::{UnitError, short},
     recording::{Damage, Limits, OpenError},
     select::{self, Bound, Pattern, Window},
-    slice::{Slice, profile, slice, visit},
+    slice::{Slice, nearest, profile, shown_name, slice, visit},
     units::Units,
 };
 
@@ -164,8 +164,7 @@ impl Animation {
             return Err(AnimateError::Nothing(format!("`{}` has no frames in this time", channel.topic)));
         };
         let body = body(&recording, &times, &mut damages)?;
-        let time_name = if channel.has_time() { convention::TIME } else { "log_time" };
-        let time = Heading::new(time_name, channel.time_unit());
+        let time = Heading::new(channel.time_name(), channel.time_unit());
         let (time, per_time) = prefixed(&time, last.abs(), &request.units);
         let unit = time.unit.as_deref().unwrap_or_default();
         let label = |at: &f64| format!("{} {unit}", short(at * per_time)).trim_end().to_owned();
@@ -267,9 +266,7 @@ impl Moving {
         request: &Request,
     ) -> Result<Option<Self>, AnimateError> {
         let channel = &recording.channels[&id];
-        let mut views = recording.channels.values();
-        let recorded = views.find_map(|view| convention::colour_range(&view.metadata, &channel.topic));
-        let range = request.range.or(recorded).or_else(|| bounds.quantile());
+        let range = request.range.or(recording.colour_range(&channel.topic)).or_else(|| bounds.quantile());
         let (Some(range), Some([rows, columns])) = (range, bounds.sides.clone()) else { return Ok(None) };
         let part = bounds.part(range);
         let count = |side: &Side, reach: Option<f64>| {
@@ -282,7 +279,8 @@ impl Moving {
         let largest = |side: &Side| side.at(side.length() - 1).abs();
         let length = Heading::new("r", bounds.length_unit.as_deref());
         let (length, per_length) = prefixed(&length, largest(&rows).max(largest(&columns)), &request.units);
-        let value = Heading::new(field_name(&channel.topic), bounds.unit.as_deref());
+        let path = channel.layout.as_ref().map_or("", |layout| &layout.leaves[leaf].path);
+        let value = Heading::new(shown_name(&channel.topic, path), bounds.unit.as_deref());
         let (value, per_value) = prefixed(&value, range, &request.units);
         let row = bounds.coordinate.clone().unwrap_or_default();
         let layers = recording.layers(&row).into_iter();
@@ -298,13 +296,7 @@ impl Moving {
             columns: columns.scaled(per_length),
             is_equal: true,
             colours: Colours::Diverging,
-            layers: layers
-                .map(|layer| Layer {
-                    top: layer.top * per_length,
-                    bottom: layer.bottom * per_length,
-                    ..layer
-                })
-                .collect(),
+            layers: layers.map(|layer| layer.scaled(per_length)).collect(),
             ..Image::default()
         };
         let headroom =
@@ -338,13 +330,7 @@ fn field(recording: &Recording, request: &Request) -> Result<Option<(u16, usize)
         let none = || AnimateError::Nothing(format!("`{}` is no field with two axes", topic.text()));
         return found.map(Some).ok_or_else(none);
     }
-    let known = find(recording, |topic| topic == FIELD_STRESS);
-    let known = known.or_else(|| find(recording, |topic| topic.starts_with(FIELDS)));
-    Ok(known.and_then(matrix))
-}
-
-fn field_name(topic: &str) -> &str {
-    topic.rsplit('/').next().unwrap_or(topic)
+    Ok(main_field(recording).and_then(matrix))
 }
 
 fn holds(window: Window, time: f64) -> bool {
@@ -377,23 +363,16 @@ fn profiles(
     let Some(leaf) = channel.layout.as_ref().and_then(|layout| layout.find("stress")) else {
         return Ok(none);
     };
-    let mut nearest = vec![(f64::INFINITY, Vec::new()); times.len()];
     let mut headings = None;
-    damages.extend(visit(recording, id, 1, |moment| {
-        let next = times.partition_point(|time| *time < moment.time);
-        for i in next.saturating_sub(1)..times.len().min(next + 1) {
-            let distance = (times[i] - moment.time).abs();
-            if distance < nearest[i].0
-                && let Some(profile) = profile(channel, leaf, &moment)
-            {
-                let step = profile.points.len().div_ceil(PROFILE_POINTS).max(1);
-                nearest[i] = (distance, profile.points.iter().copied().step_by(step).collect());
-                headings = Some([profile.axis, profile.field]);
-            }
-        }
-    })?);
+    let (profiles, damaged) = nearest(recording, id, times, |moment| {
+        let profile = profile(channel, leaf, moment)?;
+        headings = Some([profile.axis, profile.field]);
+        let step = profile.points.len().div_ceil(PROFILE_POINTS).max(1);
+        Some(profile.points.into_iter().step_by(step).collect::<Points>())
+    })?;
+    damages.extend(damaged);
     let Some([axis, stress]) = headings else { return Ok(none) };
-    let mut profiles: Vec<Vec<(f64, f64)>> = nearest.into_iter().map(|(_, points)| points).collect();
+    let mut profiles: Vec<Points> = profiles.into_iter().map(Option::unwrap_or_default).collect();
     let reach = profiles.iter().flatten().map(|point| point.0).fold(0.0, f64::max);
     let (low, high) = profiles
         .iter()

@@ -83,10 +83,7 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
         Some(id) => curves::profiles(&recording, id, &mut damages)?,
         None => Value::Null,
     };
-    // the stress if it is recorded, else what there is
-    let field = find(&recording, |topic| topic == FIELD_STRESS)
-        .or_else(|| find(&recording, |topic| topic.starts_with(FIELDS)));
-    let field = match field {
+    let field = match main_field(&recording) {
         Some(id) => animation::animation(&recording, id, &mut damages)?,
         None => Value::Null,
     };
@@ -117,6 +114,12 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
 pub(super) fn find(recording: &Recording, fits: impl Fn(&str) -> bool) -> Option<u16> {
     let fits = |channel: &Channel| channel.count > 0 && channel.layout.is_some() && fits(&channel.topic);
     recording.channels.iter().find(|(_, channel)| fits(channel)).map(|(id, _)| *id)
+}
+
+/// The field that is shown first: the stress if it is recorded, else what there is.
+pub(super) fn main_field(recording: &Recording) -> Option<u16> {
+    let stress = find(recording, |topic| topic == FIELD_STRESS);
+    stress.or_else(|| find(recording, |topic| topic.starts_with(FIELDS)))
 }
 
 /// Fills a template: title, style, data and scripts, in this order.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use percuss_picture::{Curve, Image, Layer, Panel, Side};
+use percuss_picture::{Curve, Image, Panel, Side};
 use percuss_table::Heading;
 
 use super::request::Request;
@@ -152,14 +152,13 @@ pub(super) fn labelled(
     }
     let ((rows, down), (columns, along)) = (prefixed(rows, down, units), prefixed(columns, along, units));
     let (values, factor) = prefixed(values, largest(*range, image.values.iter().copied()), units);
-    let layer = |layer: Layer| Layer { top: layer.top * down, bottom: layer.bottom * down, ..layer };
     let image = Image {
         row_label: rows.with_unit(),
         column_label: columns.with_unit(),
         value_label: values.with_unit(),
         rows: image.rows.scaled(down),
         columns: image.columns.scaled(along),
-        layers: image.layers.into_iter().map(layer).collect(),
+        layers: image.layers.into_iter().map(|layer| layer.scaled(down)).collect(),
         values: image.values.into_iter().map(|value| value * factor).collect(),
         ..image
     };

@@ -244,10 +244,9 @@ impl<'a> Array<'a> {
         let path = channel.layout.as_deref().map_or("", |layout| &layout.leaves[self.leaf].path);
         let place =
             self.line.as_ref().map_or(String::new(), |(name, position)| format!(" at {name}={position}"));
-        let time = if channel.has_time() { convention::TIME } else { "log_time" };
         let quantities = [
             Heading { name: self.label().into(), ..coordinate(channel, &self.coordinate) },
-            Heading::new(time, channel.time_unit()),
+            Heading::new(channel.time_name(), channel.time_unit()),
             Heading::new(shown_name(&channel.topic, path), channel.unit(path)),
         ];
         let image = Image {

@@ -8,7 +8,6 @@ use super::body;
 use crate::{
     axis::Axis,
     command::plot::cut::Peaks,
-    convention,
     messages::Recording,
     recording::{Damage, OpenError},
     slice::{Layer, Side, Slice, slice, visit},
@@ -159,9 +158,7 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
         slice(channel, leaf, &moment).into_iter().for_each(|slice| bounds.take(slice));
     })?);
     let Some(quantile) = bounds.quantile() else { return Ok(Value::Null) };
-    let mut views = recording.channels.values();
-    let recorded = views.find_map(|view| convention::colour_range(&view.metadata, &channel.topic));
-    let range = recorded.unwrap_or(quantile);
+    let range = recording.colour_range(&channel.topic).unwrap_or(quantile);
     let part = bounds.part(range).and_then(|part| part.picture(PIXELS));
     let whole = bounds.whole.picture(if part.is_some() { WHOLE_PIXELS } else { PIXELS });
     let mut pictures: Vec<Picture> = part.into_iter().chain(whole).collect();

@@ -7,7 +7,7 @@ use crate::{
     convention::{DRAG, FACE, PROFILE, VELOCITY},
     messages::Recording,
     recording::{Damage, OpenError},
-    slice::{Moment, visit},
+    slice::{Moment, nearest, visit},
 };
 
 /// The indenter at some times, and its outline; no numbers where they are not recorded.
@@ -37,10 +37,8 @@ pub(in crate::command) fn body(
 ) -> Result<Body, OpenError> {
     let depths = at_times(recording, (VELOCITY, "displacement"), times, damages)?;
     let radii = at_times(recording, (DRAG, "contact_radius"), times, damages)?;
-    let (outline, is_cut) = match (find(recording, |topic| topic == PROFILE), times.last(), depths.last()) {
-        (Some(_), Some(_), Some(_)) => outline(recording, damages)?,
-        _ => (Vec::new(), false),
-    };
+    let is_known = !times.is_empty() && !depths.is_empty();
+    let (outline, is_cut) = if is_known { outline(recording, damages)? } else { (Vec::new(), false) };
     Ok(Body { depths, radii, outline, is_cut })
 }
 
@@ -65,22 +63,10 @@ fn at_times(
     let Some(id) = find(recording, |known| known == topic) else { return Ok(Vec::new()) };
     let layout = recording.channels[&id].layout.as_ref();
     let Some(leaf) = layout.and_then(|layout| layout.find(field)) else { return Ok(Vec::new()) };
-    let mut nearest = vec![(f64::INFINITY, f64::NAN); times.len()];
-    let mut next = 0;
-    damages.extend(visit(recording, id, 1, |moment| {
-        let Some(value) = numbers(&moment, leaf).first().copied() else { return };
-        // messages and times rise: times long past are not looked at again
-        while next + 1 < times.len() && times[next + 1] <= moment.time {
-            next += 1;
-        }
-        for i in next..times.len().min(next + 2) {
-            let distance = (times[i] - moment.time).abs();
-            if distance < nearest[i].0 {
-                nearest[i] = (distance, value);
-            }
-        }
-    })?);
-    Ok(nearest.into_iter().map(|(_, value)| value).collect())
+    let value = |moment: &Moment| numbers(moment, leaf).first().copied();
+    let (values, damaged) = nearest(recording, id, times, value)?;
+    damages.extend(damaged);
+    Ok(values.into_iter().map(|value| value.unwrap_or(f64::NAN)).collect())
 }
 
 /// The outline of the indenter as `[r, height]` from the axis outwards, of the profile in which it is deepest; and true if it ends at
