@@ -17,6 +17,8 @@ use kuva::{
     },
 };
 
+use percuss_canvas::diverging;
+
 use crate::{
     LARGEST, Medium, SIZE,
     curves::base,
@@ -310,18 +312,18 @@ impl Scale {
             return Color::Rgb(160, 160, 160);
         }
         let value = value.clamp(self.low, self.high);
-        let (map, share) = match self.colours {
+        match self.colours {
             Colours::Sequential => {
                 let span = if self.high > self.low { self.high - self.low } else { 1.0 };
-                (ColorMap::Viridis, (value - self.low) / span)
+                let rgb = ColorMap::Viridis.map_rgb((value - self.low) / span);
+                rgb.map_or(Color::None, |(r, g, b)| Color::Rgb(r, g, b))
             }
             Colours::Diverging => {
                 let largest = self.low.abs().max(self.high.abs());
-                // the library's scale goes from red to blue
-                (ColorMap::RedBlue, 0.5 - 0.5 * if largest > 0.0 { value / largest } else { 0.0 })
+                let [r, g, b] = diverging(if largest > 0.0 { value / largest } else { 0.0 });
+                Color::Rgb(r, g, b)
             }
-        };
-        map.map_rgb(share).map_or(Color::None, |(r, g, b)| Color::Rgb(r, g, b))
+        }
     }
 
     /// Ticks at round numbers within the ends; the ends themselves where there are not two of these.

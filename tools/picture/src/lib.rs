@@ -6,7 +6,6 @@
 mod curves;
 mod film;
 mod image;
-mod label;
 mod moving;
 mod output;
 mod terminal;
@@ -16,6 +15,7 @@ pub use curves::draw;
 pub use film::{Diagram, Film, Moment, Raster, Section, Stage};
 pub use image::{Colours, Image, Layer, Side, draw_image};
 pub use moving::{Container, Moving};
+pub use percuss_canvas::DIVERGING;
 
 /// Format of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,9 @@
 
 use kuva::render::render::Scene;
 
-use crate::{Medium, label::plain, output::render};
+use percuss_canvas::plain;
+
+use crate::{Medium, output::render};
 
 /// What stands around a picture in a terminal.
 pub struct Frame<'a> {

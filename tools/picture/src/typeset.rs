@@ -1,60 +1,14 @@
 //! Texts of a scene: set with subscripts and superscripts, as outlines, or as plain Unicode.
 
-use std::sync::OnceLock;
-
 use kuva::render::{
     color::Color,
     render::{PathData, Primitive, Scene, TextAnchor},
 };
-use ttf_parser::{Face, GlyphId, OutlineBuilder};
-
-use crate::label::{Level, parts, plain};
-
-/// Size of subscripts and superscripts, and how far they are below and above the line \[sizes of the text\].
-const SMALL: f64 = 0.72;
-const DOWN: f64 = 0.18;
-const UP: f64 = 0.38;
+use percuss_canvas::{Pen, Placed, plain, set};
+use ttf_parser::OutlineBuilder;
 
 /// Units of an outline in the size of its text: a few thousandths are too small to see.
 const UNITS: f64 = 500.0;
-
-/// The font of pictures, the one that the library measures and draws with.
-fn font() -> Option<&'static Face<'static>> {
-    static FONT: OnceLock<Option<Face<'static>>> = OnceLock::new();
-    FONT.get_or_init(|| Face::parse(dejavu::sans::regular(), 0).ok()).as_ref()
-}
-
-/// A part of a label in its place.
-struct Placed {
-    text: String,
-    /// Distances from the start of the label, to the right and down \[sizes of the text\].
-    x: f64,
-    y: f64,
-    /// Size \[sizes of the text\].
-    scale: f64,
-}
-
-/// The parts of a label one behind the other, and their width; `None` if the font has not all of its letters.
-fn set(label: &str) -> Option<(Vec<Placed>, f64)> {
-    let font = font()?;
-    let em = f64::from(font.units_per_em());
-    let mut x = 0.0;
-    let mut placed = Vec::new();
-    for (level, text) in parts(label) {
-        let (scale, y) = match level {
-            Level::Base => (1.0, 0.0),
-            Level::Sub => (SMALL, DOWN),
-            Level::Super => (SMALL, -UP),
-        };
-        let mut width = 0.0;
-        for letter in text.chars() {
-            width += f64::from(font.glyph_hor_advance(font.glyph_index(letter)?)?) / em * scale;
-        }
-        placed.push(Placed { text, x, y, scale });
-        x += width;
-    }
-    Some((placed, x))
-}
 
 /// Distance from the anchor of a text to its start \[widths\].
 fn start(anchor: TextAnchor) -> f64 {
@@ -77,8 +31,8 @@ pub fn outline(scene: &mut Scene) {
             return vec![element];
         };
         let Some((placed, width)) = set(content) else { return vec![element] };
-        let mut pen = Pen { d: String::new(), x: 0.0, y: 0.0, scale: 1.0, at: (0, 0), first: (0, 0) };
-        placed.iter().for_each(|part| pen.write(part, start(anchor) * width));
+        let mut pen = Outline { d: String::new(), x: 0.0, y: 0.0, scale: 1.0, at: (0, 0), first: (0, 0) };
+        placed.iter().for_each(|part| percuss_canvas::outline(part, start(anchor) * width, &mut pen));
         let turn = rotate.map_or(String::new(), |angle| format!(" rotate({})", short(angle)));
         let scale = format!(" scale({})", f64::from(size) / UNITS);
         let fill = color.clone().unwrap_or(Color::Rgb(0, 0, 0));
@@ -148,7 +102,7 @@ pub fn unicode(scene: &mut Scene) {
 }
 
 /// Writes outlines as a path in whole units, every point relative to the one before.
-struct Pen {
+struct Outline {
     d: String,
     /// Origin of the glyph, to the right and down, and its scale \[units\].
     x: f64,
@@ -159,19 +113,7 @@ struct Pen {
     first: (i32, i32),
 }
 
-impl Pen {
-    /// * `origin`: start of the label \[sizes of the text\]
-    fn write(&mut self, part: &Placed, origin: f64) {
-        let Some(font) = font() else { return };
-        self.scale = UNITS * part.scale / f64::from(font.units_per_em());
-        (self.x, self.y) = (UNITS * (origin + part.x), UNITS * part.y);
-        for letter in part.text.chars() {
-            let glyph = font.glyph_index(letter).unwrap_or(GlyphId(0));
-            font.outline_glyph(glyph, self);
-            self.x += self.scale * f64::from(font.glyph_hor_advance(glyph).unwrap_or(0));
-        }
-    }
-
+impl Outline {
     fn command(&mut self, letter: char, points: &[(f32, f32)]) {
         self.d.push(letter);
         let from = self.at;
@@ -186,7 +128,13 @@ impl Pen {
     }
 }
 
-impl OutlineBuilder for Pen {
+impl Pen for Outline {
+    fn place(&mut self, (x, y): (f64, f64), scale: f64) {
+        (self.x, self.y, self.scale) = (UNITS * x, UNITS * y, UNITS * scale);
+    }
+}
+
+impl OutlineBuilder for Outline {
     fn move_to(&mut self, x: f32, y: f32) {
         self.command('m', &[(x, y)]);
         self.first = self.at;
@@ -213,14 +161,6 @@ impl OutlineBuilder for Pen {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_font_has_what_labels_need() {
-        for label in ["γc_p² πR³ µs σ_zz − Δr β kN/m (right)", "₀₁ₚ⁻³"] {
-            assert!(set(label).is_some(), "{label}");
-        }
-        assert!(set("漢").is_none());
-    }
 
     #[test]
     fn subscripts_are_smaller_and_lower() {

@@ -1,6 +1,7 @@
 //! The field of a report: frames of one byte a pixel, of the part that is worth looking at and of the whole section.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
+use percuss_picture::DIVERGING;
 use percuss_table::Heading;
 use serde_json::{Value, json};
 
@@ -186,6 +187,7 @@ pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> R
         "range": range,
         "zero": ZERO,
         "side": SIDE,
+        "colours": DIVERGING,
         "times": times,
     }))
 }

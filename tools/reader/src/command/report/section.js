@@ -1,13 +1,13 @@
 // The section of the target under the indenter, at equal scales of r and z.
-// blue for tension, white for nothing, red for compression; one colour a level, transparent where there is no value
-const STOPS = [[18, 52, 120], [98, 160, 214], [247, 247, 247], [232, 128, 78], [120, 12, 32]];
+// one colour a level, transparent where there is no value
 const palette = (field) => {
+  const stops = field.colours;
   const colours = new Uint8ClampedArray(256 * 4);
   for (let level = field.zero - field.side; level <= field.zero + field.side; level += 1) {
-    const place = ((level - field.zero + field.side) / (2 * field.side)) * (STOPS.length - 1);
-    const stop = Math.min(Math.floor(place), STOPS.length - 2);
+    const place = ((level - field.zero + field.side) / (2 * field.side)) * (stops.length - 1);
+    const stop = Math.min(Math.floor(place), stops.length - 2);
     for (let part = 0; part < 3; part += 1)
-      colours[4 * level + part] = STOPS[stop][part] + (place - stop) * (STOPS[stop + 1][part] - STOPS[stop][part]);
+      colours[4 * level + part] = stops[stop][part] + (place - stop) * (stops[stop + 1][part] - stops[stop][part]);
     colours[4 * level + 3] = 255;
   }
   return new Uint32Array(colours.buffer);
