@@ -21,9 +21,9 @@
 //! | `/energy` | `percuss.Energy` | frame | `kinetic`, `strain`, `indenter`, `dissipated`, `damped`, `work`, `residual`; with several layers `layer_strain[]`, `layer_kinetic[]` |
 //! | `/event` | `percuss.Event` | as it happens | `kind` (EXTENSION, REBOUND, SEPARATION, RECONTACT, LAYER_TENSION, STOPPED, WARNING), `text`, `r`, `since`, `interface` |
 //! | `/log` | `foxglove.Log` | as it happens | messages of the run in text |
-//! | `/view/field` | `foxglove.Grid` | frame | the recorded fields as levels of one byte, mirrored to r < 0; their range is in the metadata |
-//! | `/view/image` | `foxglove.CompressedImage` | frame | the first recorded field as a PNG, the contact above it |
-//! | `/view/scene` | `foxglove.SceneUpdate` | frame | indenter, deformed surface, backing, interfaces and names of layers, contact radius, drag arrow |
+//! | `/view/field` | `foxglove.Grid` | frame | the recorded fields as levels of one byte and the colour of the first, mirrored to r < 0; their range is in the metadata |
+//! | `/view/image` | `foxglove.CompressedImage` | frame | the first recorded field as a PNG with axes, colour bar, indenter and values |
+//! | `/view/scene` | `foxglove.SceneUpdate` | frame | indenter, deformed surface, backing, interfaces and names of layers, contact radius, drag arrow, colours of the field |
 //! | `/view/fronts` | `foxglove.SceneUpdate` | frame | wave fronts of the edge by geometry, in the struck layer |
 //! | `/view/tf` | `foxglove.FrameTransforms` | frame | frame `indenter` in `world` |
 //! | `/view/profile` | `percuss.SurfaceProfile` | frame | `r[]`, `stress[]`, `displacement[]`, `indenter[]`, downsampled, for x–y plots |

@@ -156,6 +156,28 @@ impl Unit {
         if self.is_dimensionless() { format!("{x:.decimals$}") } else { engineering(self.of(x), self.name) }
     }
 
+    /// The same with the unit of a plain number, too: `1.250 R/c_p`, `52.31 µs`.
+    pub fn text_with_unit(self, decimals: usize, x: f64) -> String {
+        let text = self.text_to(decimals, x);
+        if self.is_dimensionless() { format!("{text} {}", self.name) } else { text }
+    }
+
+    /// The same without zeros at the end: `8 γc_p²`, `150 MPa`.
+    pub fn short_with_unit(self, x: f64) -> String {
+        if self.is_dimensionless() { format!("{x} {}", self.name) } else { short(self.of(x), self.name) }
+    }
+
+    /// The unit in which numbers are best read: its name, and the number in it of a dimensionless 1.
+    ///
+    /// * `largest`: the largest dimensionless number
+    pub fn for_axis(self, largest: f64) -> (String, f64) {
+        if self.is_dimensionless() || UNPREFIXED.contains(&self.name) {
+            return (self.name.into(), self.scale);
+        }
+        let (size, prefix) = prefix(self.of(largest));
+        (format!("{prefix}{}", self.name), self.scale / size)
+    }
+
     /// The same of numbers of any size: a plain one as `1.667e-4 c_p`.
     pub fn short_text(self, x: f64) -> String {
         if self.is_dimensionless() { format!("{x:.3e} {}", self.name) } else { self.text(x) }
@@ -207,8 +229,6 @@ impl Units {
 
 /// An SI value with four digits and its unit with a prefix: `52.31 µs`, `1.204 kN`; speeds and densities without one.
 pub fn engineering(si: f64, unit: &str) -> String {
-    const PREFIXES: [(f64, &str); 8] =
-        [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
     let digits = |x: f64| {
         let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
         let whole = if rounded == 0.0 { 1.0 } else { rounded.abs().log10().floor() + 1.0 };
@@ -219,13 +239,23 @@ pub fn engineering(si: f64, unit: &str) -> String {
         Some(gram) if unit == "kg" || unit == "kg/m" => (1e3 * si, gram),
         _ => (si, unit),
     };
-    if si == 0.0 || !si.is_finite() || ["m/s", "kg/m³"].contains(&unit) {
+    if si == 0.0 || !si.is_finite() || UNPREFIXED.contains(&unit) {
         return format!("{} {unit}", digits(si));
     }
+    let (size, prefix) = prefix(si);
+    format!("{} {prefix}{unit}", digits(si / size))
+}
+
+/// Units that have no prefix: others than these are read less easily.
+const UNPREFIXED: [&str; 2] = ["m/s", "kg/m³"];
+
+/// The prefix of the unit of an SI value, and its size.
+fn prefix(si: f64) -> (f64, &'static str) {
+    const PREFIXES: [(f64, &str); 8] =
+        [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
     // four digits of what is a little less than the next prefix are that prefix
-    let fits = |&&(scale, _): &&(f64, &str)| si.abs() >= 0.999_95 * scale;
-    let (scale, prefix) = PREFIXES.iter().find(fits).unwrap_or(&PREFIXES[7]);
-    format!("{} {prefix}{unit}", digits(si / scale))
+    let fits = |(size, _): &&(f64, &str)| si.abs() >= 0.999_95 * size;
+    PREFIXES.iter().find(fits).copied().unwrap_or(PREFIXES[7])
 }
 
 /// The same without the zeros at the end of its digits: `10 µs`, `4.5 mm`.
@@ -315,6 +345,11 @@ mod tests {
         }
         let units = Units::new(Geometry::Axisymmetric, None);
         assert_eq!((units.time.text(1.25), units.force.text_to(3, 0.5)), ("1.2500".into(), "0.500".into()));
+        assert_eq!(units.time.text_with_unit(3, 1.25), "1.250 R/c_p");
+        assert_eq!(units.length.for_axis(40.0), ("R".into(), 1.0));
+        let units = Units::new(Geometry::Axisymmetric, Some(steel(Geometry::Axisymmetric)));
+        assert_eq!(units.length.for_axis(2.0), ("mm".into(), 10.0));
+        assert_eq!(units.speed.for_axis(1e-9), ("m/s".into(), 5000.0));
     }
 
     #[test]

@@ -22,6 +22,7 @@ mod colours;
 mod fronts;
 mod grid;
 mod image;
+mod plate;
 mod profile;
 mod scene;
 mod section;
@@ -30,8 +31,7 @@ mod viewport;
 mod world;
 
 pub use profile::MARGIN as PROFILE_MARGIN;
-pub use section::level_range;
-pub use viewport::{Sheet, Viewport};
+pub use viewport::{Sheet, Viewport, range};
 
 use section::Section;
 

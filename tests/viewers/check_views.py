@@ -75,7 +75,7 @@ def check_image(image):
     assert image.format == "png"
     picture = PIL.Image.open(io.BytesIO(image.data))
     picture.load()
-    assert len(picture.convert("RGB").getcolors(1 << 20)) > 1
+    assert picture.width >= 1200 and len(picture.convert("RGB").getcolors(1 << 20)) > 20
 
 
 def check_scene(scene):
@@ -163,8 +163,9 @@ def check_layout(layout, samples):
         paths += len(wanted)
         for topic, settings in panel.get("topics", {}).items():
             assert topic in samples and settings["visible"], topic
-            if "colorField" in settings:
-                assert settings["colorField"] in [field.name for field in samples[topic].fields]
+            if settings.get("colorMode") == "rgba-fields":
+                names = {field.name for field in samples[topic].fields}
+                assert {"red", "green", "blue", "alpha"} <= names, names
     return paths
 
 

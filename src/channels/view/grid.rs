@@ -1,11 +1,13 @@
 //! `/view/field`: the recorded fields over the section, both sides of the axis, for the 3D panels of viewers.
 //!
-//! One byte per field and cell: by default viewers map bytes 0 to 255 to colours, so the picture needs no settings.
+//! One byte per field and cell, and the colour of the first field: viewers have no colours with white in the middle, and show these
+//! as "RGBA (separate fields)".
 
 use std::sync::{Arc, Mutex};
 
 use super::{
     Sheet, Viewport, WORLD,
+    colours::of_level,
     section::{Section, ZERO, level_step},
     timestamp,
     viewport::range,
@@ -14,8 +16,10 @@ use crate::{
     case::Case,
     channels::{Channel, FieldNote, lock},
     message::foxglove::{self, PackedElementField, packed_element_field::NumericType},
-    model::Field,
 };
+
+/// Names of the parts of a colour, as viewers know them.
+const COLOUR: [&str; 4] = ["red", "green", "blue", "alpha"];
 
 /// The channel of a case.
 pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) -> Channel {
@@ -28,15 +32,18 @@ pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) 
         FieldNote::new(
             "data",
             "1",
-            "levels: value = (level - level.zero) * level.step.<field>, held at colour_range.<field>; exact values are in /field/<field>",
+            "colours of the first field (red, green, blue, alpha), and levels: value = (level - level.zero) * level.step.<field>, held at colour_range.<field>; exact values are in /field/<field>",
         ),
     ];
-    let fields = lock(section).fields() as u32;
-    let packed = |(offset, field): (usize, &Field)| PackedElementField {
-        name: field.name().into(),
+    let fields = lock(section).fields();
+    let stride = fields + COLOUR.len();
+    let packed = |(offset, name): (usize, &str)| PackedElementField {
+        name: name.into(),
         offset: offset as u32,
         r#type: NumericType::Uint8.into(),
     };
+    let names = case.record.fields.iter().map(|field| field.name()).chain(COLOUR);
+    let colours: Vec<[u8; 3]> = (0..=u8::MAX).map(of_level).collect();
     let mut message = foxglove::Grid {
         timestamp: None,
         frame_id: WORLD.into(),
@@ -48,9 +55,9 @@ pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) 
         )),
         column_count: 2 * viewport.columns as u32,
         cell_size: Some(world.square(viewport.pixel)),
-        row_stride: 2 * viewport.columns as u32 * fields,
-        cell_stride: fields,
-        fields: case.record.fields.iter().enumerate().map(packed).collect(),
+        row_stride: (2 * viewport.columns * stride) as u32,
+        cell_stride: stride as u32,
+        fields: names.enumerate().map(packed).collect(),
         data: Vec::new(),
     };
     let section = Arc::clone(section);
@@ -58,7 +65,11 @@ pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) 
         let Some(frame) = &view.frame else { return };
         message.timestamp = Some(timestamp(outlet));
         message.data.clear();
-        message.data.extend_from_slice(lock(&section).levels(view.step, &frame.fields));
+        for levels in lock(&section).levels(view.step, &frame.fields).chunks_exact(fields) {
+            message.data.extend_from_slice(levels);
+            let [red, green, blue] = colours[usize::from(levels[0])];
+            message.data.extend_from_slice(&[red, green, blue, u8::MAX]);
+        }
         outlet.put(&message);
     });
     case.record.fields.iter().fold(channel.remark("level.zero", ZERO.to_string()), |channel, &field| {

@@ -1,46 +1,43 @@
-//! `/view/image`: the section as a picture file, for every viewer that shows images.
+//! `/view/image`: the section as a picture file with axes and colours explained, for every viewer that shows images, and for talks.
 //!
-//! The picture is a PNG of palette colours whose pixels are the levels of `/view/field`, stored without compression: the
-//! compression of the chunk finds the same bytes in the grid before it, which is faster than compressing twice.
+//! The pixels of the section are the levels of `/view/field`, each drawn as a square of whole pixels, so that both directions have
+//! one scale. Above it stands the indenter, its shape and depth exaggerated less than in `/view/scene`, so that it does not cover what
+//! it causes.
 
 use std::sync::{Arc, Mutex};
 
-use super::{Viewport, WORLD, colours::palette, section::Section, timestamp, viewport::range};
+use percuss_canvas::{Align, BLACK, Raster, Text};
+
+use super::{Viewport, WORLD, plate::Plate, section::Section, timestamp, viewport::range};
 use crate::{
     case::Case,
     channels::{Channel, lock},
     message::foxglove,
     model::Frame,
+    units::Units,
     view::View,
 };
 
-/// Levels with a colour of their own in the palette.
-const NOTHING: u8 = 0;
-const INDENTER: u8 = 1;
+/// Exaggeration over that of the scene.
+const PRESSED: f64 = 0.25;
+/// Thickness of the contact \[pixels\].
+const CONTACT: i64 = 3;
 
-/// The picture of a frame.
+/// Draws the picture of a frame.
 struct Picture {
     section: Arc<Mutex<Section>>,
-    columns: usize,
-    rows: usize,
-    /// Rows above the surface that show the contact.
-    margin: usize,
-    pixel: f64,
-    palette: Vec<u8>,
-    pixels: Vec<u8>,
+    plate: Plate,
+    units: Units,
+    /// Height of the face of the indenter over its tip at each column from the axis on, as far as the indenter reaches \[pixels\].
+    face: Vec<i64>,
+    /// Pixels of a displacement of R.
+    pressed: f64,
+    pixels: Raster,
 }
 
 /// The channel of a case: it shows the first of the recorded fields.
 pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) -> Channel {
-    let mut picture = Picture {
-        section: Arc::clone(section),
-        columns: 2 * viewport.columns,
-        rows: viewport.rows,
-        margin: (viewport.rows / 16).max(2),
-        pixel: viewport.pixel,
-        palette: palette(),
-        pixels: Vec::new(),
-    };
+    let mut picture = Picture::new(case, viewport, section);
     let mut message = foxglove::CompressedImage {
         frame_id: WORLD.into(),
         format: "png".into(),
@@ -48,6 +45,7 @@ pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) 
     };
     let shown = case.record.fields[0];
     let range = range(case, shown);
+    let exaggeration = PRESSED * viewport.exaggeration;
     Channel::new("/view/image", "foxglove.CompressedImage", Vec::new(), move |view, outlet| {
         let Some(frame) = &view.frame else { return };
         message.timestamp = Some(timestamp(outlet));
@@ -58,41 +56,85 @@ pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) 
     })
     .remark("shows", format!("/field/{}", shown.name()))
     .remark(format!("colour_range.{}", shown.name()), format!("{},{range}", -range))
-    .remark("colours", "blue tension, white 0, red compression; grey above: the contact")
+    .remark(
+        "colours",
+        "blue tension, white 0, red compression; grey: the indenter, black below it: the contact",
+    )
+    .remark("exaggeration", exaggeration.to_string())
 }
 
 impl Picture {
-    fn draw(&mut self, view: &View<'_>, frame: &Frame) {
-        let half = self.columns / 2;
-        let contact = ((view.contact_radius / self.pixel).round() as usize).min(half);
-        self.pixels.clear();
-        for _ in 0..self.margin {
-            let row = self.pixels.len();
-            self.pixels.resize(row + self.columns, NOTHING);
-            self.pixels[row + half - contact..row + half + contact].fill(INDENTER);
+    fn new(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) -> Self {
+        let plate = Plate::new(case, viewport);
+        let edge = viewport.face.last().map_or(0.0, |point| point[0]);
+        let columns = (edge * plate.scale).round() as usize;
+        let height = |column: usize| {
+            let r = (column as f64 + 0.5) / plate.scale;
+            let next = viewport.face.partition_point(|point| point[0] < r).clamp(1, viewport.face.len() - 1);
+            let ([r0, y0], [r1, y1]) = (viewport.face[next - 1], viewport.face[next]);
+            let y = y0 + (y1 - y0) * ((r - r0) / (r1 - r0)).min(1.0);
+            (PRESSED * y * plate.scale).round() as i64
+        };
+        Self {
+            section: Arc::clone(section),
+            units: case.units(),
+            face: (0..columns).map(height).collect(),
+            pressed: PRESSED * viewport.exaggeration * plate.scale,
+            pixels: plate.base.clone(),
+            plate,
         }
+    }
+
+    fn draw(&mut self, view: &View<'_>, frame: &Frame) {
+        self.pixels.pixels.copy_from_slice(&self.plate.base.pixels);
         let mut section = lock(&self.section);
         let fields = section.fields();
-        // rows of images begin at the top
-        for row in section.levels(view.step, frame).chunks_exact(self.columns * fields).rev() {
-            if fields == 1 {
-                self.pixels.extend_from_slice(row);
-            } else {
-                self.pixels.extend(row.iter().step_by(fields));
+        self.plate.paint(section.levels(view.step, frame), fields, &mut self.pixels);
+        drop(section);
+        self.indenter(view);
+        let Units { time, force, speed, .. } = self.units;
+        let [time, force, speed] = [(time, view.time), (force, view.drag), (speed, view.velocity)]
+            .map(|(unit, x)| unit.text_with_unit(3, x));
+        self.pixels.text(&Text {
+            label: &format!("t = {time},   F = {force},   V = {speed}"),
+            at: self.plate.values,
+            size: Plate::LETTERS,
+            align: Align::Start,
+            is_upright: false,
+        });
+    }
+
+    /// The indenter from its face to the top of the plot, and the contact.
+    fn indenter(&mut self, view: &View<'_>) {
+        let Plate { axis, surface, top, scale, half, .. } = self.plate;
+        let tip = surface + (self.pressed * view.depth).round() as i64;
+        let mut before = tip;
+        for (column, height) in (0..).zip(&self.face) {
+            let face = (tip - height).max(top);
+            let is_edge = column + 2 > self.face.len() as i64;
+            for column in [axis + column, axis - column - 1] {
+                self.pixels.fill([column, column + 1], [top, face], Plate::BODY);
+                // its outline, joined to that of the column before
+                let ink = if is_edge { [top, face] } else { [face.min(before - 1) - 1, before.max(face)] };
+                self.pixels.fill([column, column + 1], [ink[0].max(top), ink[1]], BLACK);
             }
+            before = face;
         }
+        let contact = ((view.contact_radius * scale).round() as i64).min(half);
+        self.pixels.fill([axis - contact, axis + contact], [surface - 1, surface - 1 + CONTACT], BLACK);
     }
 
     /// Writes the pixels as a file.
     fn encode(&self, data: &mut Vec<u8>) -> Result<(), png::EncodingError> {
-        let mut encoder = png::Encoder::new(data, self.columns as u32, (self.rows + self.margin) as u32);
+        let mut encoder = png::Encoder::new(data, self.pixels.width as u32, self.pixels.height as u32);
         encoder.set_color(png::ColorType::Indexed);
         encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_palette(self.palette.as_slice());
-        encoder.set_compression(png::Compression::NoCompression);
-        encoder.set_filter(png::Filter::NoFilter);
+        encoder.set_palette(self.plate.palette.as_flattened());
+        encoder.set_compression(png::Compression::Fastest);
+        // most rows are those above them
+        encoder.set_filter(png::Filter::Up);
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(&self.pixels)?;
+        writer.write_image_data(&self.pixels.pixels)?;
         writer.finish()
     }
 }

@@ -1,6 +1,8 @@
-//! `/view/scene`: indenter, deformed surface, drag and contact radius, for the 3D panels of viewers.
+//! `/view/scene`: indenter, deformed surface, drag and contact radius, and the colours of the field, for the 3D panels of viewers.
 
 use std::sync::Arc;
+
+use percuss_canvas::DIVERGING;
 
 use super::{INDENTER, Sheet, Viewport, WORLD, colours, entity, viewport::range, world::World};
 use crate::{
@@ -33,6 +35,8 @@ struct Scene {
     backing: Option<LinePrimitive>,
     /// Interfaces between layers, and names of the layers.
     layers: (Vec<LinePrimitive>, Vec<TextPrimitive>),
+    /// The colours of the field and their values, where a field is shown.
+    colours: Option<SceneEntity>,
 }
 
 /// The channel of a case.
@@ -41,7 +45,7 @@ pub fn channel(case: &Case, viewport: &Arc<Viewport>) -> Channel {
     let note = FieldNote::new(
         "entities",
         length.name,
-        "indenter, deformed surface, backing, interfaces between layers with their names, contact radius, drag; x = r, y up, displacements times exaggeration, z only for what covers what",
+        "indenter, deformed surface, backing, interfaces between layers with their names, contact radius, drag, colours of the field; x = r, y up, displacements times exaggeration, z only for what covers what",
     );
     let scene = Scene::new(case, viewport);
     let per_drag = length.of(scene.drag_scale) / force.scale;
@@ -87,6 +91,7 @@ impl Scene {
             body: body(viewport),
             backing: viewport.thickness.map(across),
             layers,
+            colours: case.record.fields.first().map(|field| colour_bar(case, *field, viewport)),
             viewport: Arc::clone(viewport),
         }
     }
@@ -129,6 +134,10 @@ impl Scene {
             let (lines, texts) = self.layers.clone();
             entities.push(SceneEntity { lines, texts, ..new("layers", WORLD) });
         }
+        if let Some(colours) = &self.colours {
+            let (triangles, texts) = (colours.triangles.clone(), colours.texts.clone());
+            entities.push(SceneEntity { triangles, texts, ..new("colours", WORLD) });
+        }
         let tick = 0.05 * viewport.depth;
         let foot = viewport.height(view.depth);
         let contact = [-1.0, 1.0].map(|side| side * view.contact_radius);
@@ -143,10 +152,12 @@ impl Scene {
         ));
         let tail = foot + viewport.top;
         let marks = viewport.height_of(Sheet::Marks);
-        let [time, drag] = [self.units.time.text_to(3, view.time), self.units.force.text_to(3, view.drag)];
+        let [time, drag] = [(self.units.time, view.time), (self.units.force, view.drag)]
+            .map(|(unit, x)| unit.text_with_unit(3, x));
+        let [x, y] = beside(viewport);
         entities.push(SceneEntity {
             arrows: arrow(world, (tail, marks), self.drag_scale * view.drag, tick),
-            texts: vec![label(format!("t = {time}   F = {drag}"), world.at(0.0, tail - 1.5 * tick, marks))],
+            texts: vec![label(format!("t = {time}   F = {drag}"), world.at(-x, y, marks))],
             ..new("drag", WORLD)
         });
         entities
@@ -179,6 +190,53 @@ fn body(viewport: &Viewport) -> (LinePrimitive, TriangleListPrimitive) {
         ..TriangleListPrimitive::default()
     };
     (outline, filling)
+}
+
+/// A place beside the indenter, or above it where it is too wide: the middle of what is written there.
+fn beside(viewport: &Viewport) -> [f64; 2] {
+    let edge = viewport.face.last().map_or(0.0, |point| point[0]);
+    let height = if edge < 0.45 * viewport.half_width { 0.5 } else { 1.25 };
+    [0.72 * viewport.half_width, height * viewport.top]
+}
+
+/// The colours of a field from the lowest level to the highest, with their values.
+fn colour_bar(case: &Case, field: Field, viewport: &Viewport) -> SceneEntity {
+    let world = viewport.world;
+    let ([middle, y], marks) = (beside(viewport), viewport.height_of(Sheet::Marks));
+    let (half, height) = (0.2 * viewport.half_width, 0.12 * viewport.top);
+    // colours are linear between these
+    let shares: Vec<f64> =
+        (0..DIVERGING.len()).map(|i| 2.0 * i as f64 / (DIVERGING.len() - 1) as f64 - 1.0).collect();
+    let (mut points, mut colors) = (Vec::new(), Vec::new());
+    for (pair, shades) in shares.windows(2).zip(DIVERGING.windows(2)) {
+        let corner = |i: usize, up: f64| (world.point(middle + half * pair[i], y + up * height), shades[i]);
+        for (point, [red, green, blue]) in
+            [corner(0, 0.0), corner(1, 0.0), corner(1, 1.0), corner(0, 0.0), corner(1, 1.0), corner(0, 1.0)]
+        {
+            points.push(point);
+            let [red, green, blue] = [red, green, blue].map(|part| f64::from(part) / 255.0);
+            colors.push(colours::opaque(red, green, blue));
+        }
+    }
+    let unit = field.unit(&case.units());
+    let end = range(case, field) / unit.scale;
+    let text =
+        |share: f64, text: String| label(text, world.at(middle + half * share, y + 2.2 * height, marks));
+    let name = field.name().replace('_', " ");
+    SceneEntity {
+        triangles: vec![TriangleListPrimitive {
+            pose: Some(world.at(0.0, 0.0, marks)),
+            points,
+            colors,
+            ..TriangleListPrimitive::default()
+        }],
+        texts: vec![
+            text(-1.0, unit.short_with_unit(-end)),
+            text(0.0, name),
+            text(1.0, unit.short_with_unit(end)),
+        ],
+        ..SceneEntity::default()
+    }
 }
 
 /// The drag: up from the indenter where the target pushes, down where it pulls, no arrow without drag.

@@ -186,7 +186,7 @@ fn largest_displacement(case: &Case) -> f64 {
 }
 
 /// The largest of 1, 2, 5, 10, 20, … that is not above `x`, decades down to 1e-15 too.
-fn round_down(x: f64) -> f64 {
+pub fn round_down(x: f64) -> f64 {
     let steps = (-15..=15).flat_map(|decade| [1, 2, 5].map(|digit| format!("{digit}e{decade}")));
     let steps = steps.map(|text| text.parse::<f64>().expect("a number"));
     steps.take_while(|step| *step <= x).last().unwrap_or(1e-15)
