@@ -19,8 +19,11 @@
 //! $ percuss-read export fig5.mcap --attachment layout.json -o layout.json     # or: percuss layout fig5 -o layout.json
 //! ```
 //!
-//! It has panels for the section with indenter, surface and wave fronts; drag and velocity, probes against time; stress along
-//! the surface at the current time; the log. Topics of the section are switched on and off in the panel's settings.
+//! It has panels for the section with indenter, surface and wave fronts; for drag, velocity and probes against time; for stress and
+//! for surface and indenter along the surface at the current time; for the log. Topics of the section are switched on and off in the
+//! panel's settings. Viewers have no colours with white in the middle: `/view/field` brings its own, blue tension, red
+//! compression. The stress along the surface is shown in the range of the colours, and probes at a sharp edge are left out, as
+//! the stress there grows with the mesh and would flatten the rest.
 //!
 //! **Rerun.** `rerun fig5.mcap` shows image and log. With drag, velocity and probes as well:
 //!
@@ -97,9 +100,12 @@ impl<'a> LayoutBuilder<'a> {
         self.case.scales.is_some()
     }
 
-    /// Numbers and radii of the probes in a panel.
+    /// Numbers and radii of the probes in a panel: all but those at a sharp edge, where the stress grows with the mesh and would
+    /// flatten the others.
     fn probes(&self) -> impl Iterator<Item = (usize, f64)> {
         let probes: &[f64] = if self.has("/probes") { &self.case.record.probes } else { &[] };
-        probes.iter().copied().enumerate().take(MAX_CURVES)
+        let edge = if self.case.indenter.head.is_flat() { self.viewport.reach } else { f64::INFINITY };
+        let is_within = move |(_, r): &(usize, f64)| *r < edge * (1.0 - 1e-9);
+        probes.iter().copied().enumerate().filter(is_within).take(MAX_CURVES)
     }
 }

@@ -7,8 +7,9 @@ use super::LayoutBuilder;
 use crate::{
     channels::{
         log_time,
-        view::{INDENTER, PROFILE_MARGIN, WORLD, level_range},
+        view::{INDENTER, PROFILE_MARGIN, WORLD, range},
     },
+    model::Field,
     units::{self, Units},
 };
 
@@ -78,21 +79,13 @@ fn time_axis(builder: &LayoutBuilder<'_>) -> (String, f64) {
 /// Drag and velocity against time.
 fn motion(builder: &LayoutBuilder<'_>, time: &(String, f64), panels: &mut Panels) -> Vec<Value> {
     let Units { force, speed, .. } = builder.units;
-    let drag = builder.has("/drag").then(|| path("/drag.force", &format!("drag F [{}]", force.name)));
-    let velocity = path("/velocity.velocity", &format!("velocity V [{}]", speed.name));
-    let (drag_label, velocity_label) = (format!("F [{}]", force.name), format!("V [{}]", speed.name));
-    if !builder.is_physical() {
-        let label = format!("{drag_label}, {velocity_label}");
-        let curves: Vec<Value> = drag.into_iter().chain([velocity]).collect();
-        let plot = plot(&curves, time, &label);
-        return vec![panels.add("Plot", "motion", "Drag and velocity against time", plot)];
-    }
-    let drag = drag.map(|drag| ("drag", "Drag against time", drag, drag_label));
-    let plots = drag.into_iter().chain([("velocity", "Velocity against time", velocity, velocity_label)]);
-    let add = |(name, title, curve, label): (&str, &str, Value, String)| {
-        panels.add("Plot", name, title, without_legend(plot(&[curve], time, &label)))
+    let drag = builder.has("/drag").then_some(("drag", "Drag", "/drag.force", format!("F [{}]", force.name)));
+    let velocity = ("velocity", "Velocity", "/velocity.velocity", format!("V [{}]", speed.name));
+    let add = |(name, title, field, label): (&str, &str, &str, String)| {
+        let plot = without_legend(plot(&[path(field, &label)], time, &label));
+        panels.add("Plot", name, &format!("{title} against time"), plot)
     };
-    plots.map(add).collect()
+    drag.into_iter().chain([velocity]).map(add).collect()
 }
 
 /// Stress at the probes against time.
@@ -108,25 +101,20 @@ fn probes(builder: &LayoutBuilder<'_>, time: &(String, f64), panels: &mut Panels
     })
 }
 
-/// Stress and displacements along the surface.
+/// Stress and displacements along the surface: their sizes have nothing to do with each other.
 fn profiles(builder: &LayoutBuilder<'_>, panels: &mut Panels) -> Vec<Value> {
     let (length, stress) = (builder.units.length.name, builder.units.stress.name);
-    let stress_label = format!("stress [{stress}]");
     let curve = |field: &str, label: &str| path(&format!("/view/profile.{field}[:]"), label);
-    let pressed = curve("stress", &stress_label);
-    let surface = curve("displacement", &format!("surface [{length}]"));
-    let indenter = curve("indenter", &format!("indenter [{length}]"));
-    let displacements = format!("surface and indenter [{length}]");
-    let title = format!("Along the surface at the current time, against r [{length}]");
-    if !builder.is_physical() {
-        let label = format!("{stress_label}, {displacements}");
-        let plot = profile(builder, &[pressed, surface, indenter], &label);
-        return vec![panels.add("Plot", "profile", &title, plot)];
-    }
-    let pressed = without_legend(profile(builder, &[pressed], &stress_label));
+    let label = format!("stress [{stress}]");
+    let mut pressed = without_legend(profile(builder, &[curve("stress", &label)], &label));
+    // the peak under an edge grows with the mesh, and would flatten the rest
+    let range = range(builder.case, Field::Stress);
+    (pressed["minYValue"], pressed["maxYValue"]) = ((-0.25 * range).into(), range.into());
+    let displacements = [curve("displacement", "surface"), curve("indenter", "indenter")];
+    let displacements = profile(builder, &displacements, &format!("displacement [{length}]"));
     vec![
-        panels.add("Plot", "profile", &title, pressed),
-        panels.add("Plot", "surface", &title, profile(builder, &[surface, indenter], &displacements)),
+        panels.add("Plot", "profile", "Stress along the surface at the current time", pressed),
+        panels.add("Plot", "surface", "Surface and indenter at the current time", displacements),
     ]
 }
 
@@ -144,6 +132,7 @@ fn profile(builder: &LayoutBuilder<'_>, curves: &[Value], label: &str) -> Value 
 /// A plot of one curve: the axis names it, and the legend would cover it.
 fn without_legend(mut plot: Value) -> Value {
     plot["showLegend"] = false.into();
+    plot["legendDisplay"] = "none".into();
     plot
 }
 
@@ -174,10 +163,10 @@ fn plot(paths: &[Value], (x_label, end): &(String, f64), y_label: &str) -> Value
         "showXAxisLabels": true,
         "showYAxisLabels": true,
         "showLegend": true,
-        "legendDisplay": "floating",
+        "legendDisplay": "left",
         "showPlotValuesInLegend": false,
         "isSynced": true,
-        "sidebarDimension": 240,
+        "sidebarDimension": 120,
     })
 }
 
@@ -218,21 +207,9 @@ fn section(builder: &LayoutBuilder<'_>) -> Value {
 /// Settings of the topics of the section.
 fn topics(builder: &LayoutBuilder<'_>) -> Map<String, Value> {
     let mut topics = Map::new();
-    if builder.has("/view/field")
-        && let Some(field) = builder.case.record.fields.first()
-    {
-        let (low, high) = level_range();
-        topics.insert(
-            "/view/field".into(),
-            json!({
-                "visible": true,
-                "colorMode": "colormap",
-                "colorField": field.name(),
-                "colorMap": "turbo",
-                "minValue": low,
-                "maxValue": high,
-            }),
-        );
+    if builder.has("/view/field") {
+        // colours of our own: viewers have no map with white in the middle
+        topics.insert("/view/field".into(), json!({ "visible": true, "colorMode": "rgba-fields" }));
     }
     for topic in ["/view/scene", "/view/fronts"] {
         if builder.has(topic) {
