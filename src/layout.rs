@@ -5,7 +5,8 @@
 //! # Viewers
 //!
 //! One unit of dimensionless time plays as one second (`record.playback_rate`); physical cases play in 2 to 20 s, in a slow motion by a
-//! power of ten that `percuss run` prints. Pictures have x = r and y up; displacements and the
+//! power of ten that `percuss run` prints. Of more than 60 steps in a second Lichtblick has an alert, which is harmless: the same case
+//! on a finer mesh plays as fast, so that recordings of both can be compared. Pictures have x = r and y up; displacements and the
 //! shape of the head are drawn `exaggeration` times their size, a round number in the metadata of `/view/scene`. Pictures are
 //! downsampled; exact numbers are in the other channels. The colours of a field have one range in all pictures of a run, the
 //! report included: `colour_range.<field>` in the metadata of `/view/field`, estimated from the case before the run (stress:
@@ -22,8 +23,8 @@
 //! It has panels for the section with indenter, surface and wave fronts; for drag, velocity and probes against time; for stress and
 //! for surface and indenter along the surface at the current time; for the log. Topics of the section are switched on and off in the
 //! panel's settings. Viewers have no colours with white in the middle: `/view/field` brings its own, blue tension, red
-//! compression. The stress along the surface is shown in the range of the colours, and probes at a sharp edge are left out, as
-//! the stress there grows with the mesh and would flatten the rest.
+//! compression. Of a punch with a sharp edge the stress along the surface is shown in the range of the colours, and probes
+//! at the edge are left out, as the stress there grows with the mesh and would flatten the rest.
 //!
 //! **Rerun.** `rerun fig5.mcap` shows image and log. With drag, velocity and probes as well:
 //!

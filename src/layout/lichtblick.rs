@@ -107,9 +107,11 @@ fn profiles(builder: &LayoutBuilder<'_>, panels: &mut Panels) -> Vec<Value> {
     let curve = |field: &str, label: &str| path(&format!("/view/profile.{field}[:]"), label);
     let label = format!("stress [{stress}]");
     let mut pressed = without_legend(profile(builder, &[curve("stress", &label)], &label));
-    // the peak under an edge grows with the mesh, and would flatten the rest
-    let range = range(builder.case, Field::Stress);
-    (pressed["minYValue"], pressed["maxYValue"]) = ((-0.25 * range).into(), range.into());
+    if builder.case.indenter.head.is_flat() {
+        // the peak at the edge grows with the mesh, and would flatten the rest
+        let range = range(builder.case, Field::Stress);
+        (pressed["minYValue"], pressed["maxYValue"]) = ((-0.25 * range).into(), range.into());
+    }
     let displacements = [curve("displacement", "surface"), curve("indenter", "indenter")];
     let displacements = profile(builder, &displacements, &format!("displacement [{length}]"));
     vec![
@@ -166,18 +168,18 @@ fn plot(paths: &[Value], (x_label, end): &(String, f64), y_label: &str) -> Value
         "legendDisplay": "left",
         "showPlotValuesInLegend": false,
         "isSynced": true,
-        "sidebarDimension": 120,
+        "sidebarDimension": 170,
     })
 }
 
 /// The section from the front, without perspective, all of it in view.
 fn section(builder: &LayoutBuilder<'_>) -> Value {
     let viewport = &builder.viewport;
-    // such a panel is two to three times as wide as it is high
+    // such a panel is three to four times as wide as it is high
     let width = 2.0 * viewport.half_width;
     let height = viewport.depth + 2.0 * viewport.top;
     let length = |length| builder.units.length.of(length);
-    let distance = length(1.1 * height.max(width / 2.5));
+    let distance = length(1.1 * height.max(width / 3.2));
     json!({
         "cameraState": {
             "perspective": false,
@@ -194,7 +196,8 @@ fn section(builder: &LayoutBuilder<'_>) -> Value {
         },
         "followMode": "follow-none",
         "followTf": WORLD,
-        "scene": { "backgroundColor": "#ffffff", "transforms": { "showLabel": false } },
+        // all of the few transforms at once: otherwise Lichtblick asks for it with an alert
+        "scene": { "backgroundColor": "#ffffff", "transforms": { "showLabel": false, "enablePreloading": true } },
         "transforms": {
             format!("frame:{WORLD}"): { "visible": false },
             format!("frame:{INDENTER}"): { "visible": false },

@@ -220,8 +220,10 @@ fn colour_bar(case: &Case, field: Field, viewport: &Viewport) -> SceneEntity {
     }
     let unit = field.unit(&case.units());
     let end = range(case, field) / unit.scale;
-    let text =
-        |share: f64, text: String| label(text, world.at(middle + half * share, y + 2.2 * height, marks));
+    // the values at its ends, the name above it
+    let text = |share: f64, up: f64, text: String| {
+        label(text, world.at(middle + half * share, y + up * height, marks))
+    };
     let name = field.name().replace('_', " ");
     SceneEntity {
         triangles: vec![TriangleListPrimitive {
@@ -231,9 +233,9 @@ fn colour_bar(case: &Case, field: Field, viewport: &Viewport) -> SceneEntity {
             ..TriangleListPrimitive::default()
         }],
         texts: vec![
-            text(-1.0, unit.short_with_unit(-end)),
-            text(0.0, name),
-            text(1.0, unit.short_with_unit(end)),
+            text(-1.8, 0.5, unit.short_with_unit(-end)),
+            text(0.0, 3.0, name),
+            text(1.8, 0.5, unit.short_with_unit(end)),
         ],
         ..SceneEntity::default()
     }
