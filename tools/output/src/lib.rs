@@ -56,21 +56,21 @@ pub fn available(path: &Path) -> io::Result<Option<u64>> {
 ///
 /// It is a folder, or the system does not say.
 pub fn file_of(path: &Path) -> io::Result<Option<PathBuf>> {
-    Ok(match Place::of(path)? {
-        Place::File(path) => Some(path),
-        Place::Device => None,
+    Ok(match Destination::of(path)? {
+        Destination::File(path) => Some(path),
+        Destination::Device => None,
     })
 }
 
 /// Where an output goes.
-enum Place {
+enum Destination {
     /// A regular file, there or not yet.
     File(PathBuf),
     /// A pipe, a device: written to as it is.
     Device,
 }
 
-impl Place {
+impl Destination {
     /// What a path stands for.
     fn of(path: &Path) -> io::Result<Self> {
         let is_link = path.is_symlink();

@@ -32,7 +32,7 @@ mod values;
 use std::collections::HashMap;
 
 pub use error::CompareError;
-pub use measure::{Divergence, Measure, Place};
+pub use measure::{Divergence, Location, Measure};
 pub use mode::{Alignment, Mode};
 pub use options::{Matched, NanRule, Options, Watch};
 pub use report::{ChannelReport, Comparison, Converted, FieldReport, Gap, Hint, Stamp};
