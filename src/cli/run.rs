@@ -182,7 +182,7 @@ impl Run {
     }
 
     /// True if an earlier run has left something to continue. What it has recorded, complete or without a checkpoint, is that of this case, or
-    /// cannot be told.
+    /// cannot be identified.
     ///
     /// * `file`: the recording
     fn can_resume(&self, file: Option<&Path>, case: &Case) -> Result<bool, CliError> {

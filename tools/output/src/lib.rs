@@ -87,7 +87,7 @@ impl Destination {
     }
 }
 
-/// Opens a pipe or a device. Only who writes to it does: the reader of a pipe sees its end when it is closed.
+/// Opens a pipe or a device. Only a writer does: the reader of a pipe sees its end when it is closed.
 fn open_device(path: &Path) -> io::Result<File> {
     OpenOptions::new().write(true).open(path)
 }

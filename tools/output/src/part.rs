@@ -116,7 +116,7 @@ impl Part {
         if !is_same(&left, &part).map_err(|error| system(&part, error))? {
             return Err(PartError::Busy(part));
         }
-        // one name: what an attempt leaves of it, which was killed here, the next one replaces; who has the lock above is alone
+        // one name: what an attempt leaves of it, which was killed here, the next one replaces; the holder of the lock above is the only one
         let mut new = part.clone().into_os_string();
         new.push(".new");
         let new = PathBuf::from(new);
