@@ -14,7 +14,8 @@
 //! Errors of the system are reported with the number of bytes that were written before; interrupted calls are repeated, short writes
 //! are continued.
 //!
-//! The feature `signals` has what signals do to a program with such files, the feature `manual` what programs say of themselves.
+//! The feature `signals` has what signals do to a program with such files, the feature `manual` what
+//! programs say of themselves, and of the numbers that they expect.
 
 use std::{
     error::Error,
@@ -26,6 +27,8 @@ use std::{
 mod counted;
 #[cfg(feature = "manual")]
 pub mod manual;
+#[cfg(feature = "manual")]
+pub mod number;
 mod output;
 mod part;
 #[cfg(feature = "signals")]
