@@ -123,7 +123,7 @@
 //!
 //! `model = "rakhmatulin"` is the simplified theory of the paper: points move along the impact only.
 //! `model = "elastic"` is linear elasticity in full, with displacements along r too, plane strain in the plane. It has the same
-//! indenters, contact rules, targets, channels and reader, and is told apart by these keys:
+//! indenters, contact rules, targets, channels and reader, and is distinguished by these keys:
 //!
 //! * `mesh.kind` is `matched`, and `mesh.order` is refused: its scheme has one order. Nodes are 1/`cells` apart both ways.
 //! * `mesh.damping`, 0 to 0.8, by default 0.5, is lateral damping: of waves along r that the mesh does not resolve, which moving edges

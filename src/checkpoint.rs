@@ -166,9 +166,9 @@ fn write_file(path: &Path, head: &Head, state: &mut dyn SaveState) -> io::Result
     file.write_all(&MAGIC)?;
     file.write_all(&VERSION.to_le_bytes())?;
     StateWriter::new(&mut file).put(head)?;
-    let mut packed = zstd::Encoder::new(&mut file, ZSTD_LEVEL)?;
-    state.save(&mut StateWriter::new(&mut packed))?;
-    packed.finish()?;
+    let mut compressed = zstd::Encoder::new(&mut file, ZSTD_LEVEL)?;
+    state.save(&mut StateWriter::new(&mut compressed))?;
+    compressed.finish()?;
     let (mut file, checksum, size) = file.end();
     file.write_all(&checksum.to_le_bytes())?;
     file.into_inner().map_err(|error| error.into_error())?.commit(true)?;
@@ -195,7 +195,7 @@ pub struct Checkpoint {
     /// What it belongs to.
     pub head: Head,
     /// The state, up to the checksum.
-    packed: BufReader<Take<File>>,
+    compressed: BufReader<Take<File>>,
 }
 
 impl Checkpoint {
@@ -225,17 +225,18 @@ impl Checkpoint {
             return Err(damaged("its checksum is another one"));
         }
         file.seek(SeekFrom::Start(MAGIC.len() as u64)).map_err(system)?;
-        let mut packed = BufReader::new(file.take(content - MAGIC.len() as u64));
+        let mut compressed = BufReader::new(file.take(content - MAGIC.len() as u64));
         let mut version = [0; 4];
-        packed.read_exact(&mut version).map_err(system)?;
+        compressed.read_exact(&mut version).map_err(system)?;
         let version = u32::from_le_bytes(version);
         if version != VERSION {
             let [found, here] = [version, VERSION].map(|version| format!("format {version}"));
             return Err(CheckpointError::Program { path: path.into(), found, here });
         }
-        let head: Head = StateReader::new(&mut packed).get().map_err(|error| damaged(&error.to_string()))?;
+        let head: Head =
+            StateReader::new(&mut compressed).get().map_err(|error| damaged(&error.to_string()))?;
         head.check(path, case, engine)?;
-        Ok(Self { path: path.into(), head, packed })
+        Ok(Self { path: path.into(), head, compressed })
     }
 
     /// Puts a simulation of the case into the state.
@@ -244,9 +245,9 @@ impl Checkpoint {
     ///
     /// The state is not one of this case.
     pub fn load(self, simulation: &mut Simulation) -> Result<Head, CheckpointError> {
-        let Self { path, head, packed } = self;
+        let Self { path, head, compressed } = self;
         let load = || -> Result<(), StateError> {
-            let mut state = zstd::Decoder::with_buffer(packed)?;
+            let mut state = zstd::Decoder::with_buffer(compressed)?;
             simulation.load(&mut StateReader::new(&mut state))?;
             let (next, expected) = (simulation.next_step(), head.recorded.step + 1);
             StateError::unless(next == expected, "number of the next step", next)

@@ -135,7 +135,7 @@ pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64) + Send) -> 
     traces.push(last?);
     let levels: Vec<Level> = cases.iter().map(Level::of).collect();
     // meshes are judged by what they converge to
-    let answer = ClosedForm::for_case(finest).ok().filter(|answer| !answer.is_approximate());
+    let form = ClosedForm::for_case(finest).ok().filter(|form| !form.is_approximate());
     let ratio = levels[levels.len() - 2].dr / levels[levels.len() - 1].dr;
     let units = finest.units();
     let mut quantities = Vec::new();
@@ -147,7 +147,7 @@ pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64) + Send) -> 
                 // the run ends before
                 continue;
             }
-            let exact = answer.as_ref().and_then(|answer| exact(answer, plan, column, time));
+            let exact = form.as_ref().and_then(|form| exact(form, plan, column, time));
             let (name, exact) =
                 (format!("{name}, t = {}", units.time.full_text(time)), exact.map(|value| unit.of(value)));
             quantities.push(Quantity::assess(name, unit.name, values, exact, ratio));
@@ -166,7 +166,7 @@ pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64) + Send) -> 
             ));
         }
     }
-    Ok(Study { levels, closed_form: answer.map(|answer| answer.name()), quantities })
+    Ok(Study { levels, closed_form: form.map(|form| form.name()), quantities })
 }
 
 impl Level {
@@ -190,11 +190,11 @@ fn columns(case: &Case, plan: &Plan) -> Vec<(usize, String, Unit)> {
 }
 
 /// Value of a closed form at a time; `None` where it has none.
-fn exact(answer: &ClosedForm, plan: &Plan, column: usize, time: f64) -> Option<f64> {
+fn exact(form: &ClosedForm, plan: &Plan, column: usize, time: f64) -> Option<f64> {
     let value = match column {
-        DRAG => answer.drag_at(time),
+        DRAG => form.drag_at(time),
         VELOCITY => return None,
-        probe => answer.pressure_at(plan.probes[probe - FIRST_PROBE], time),
+        probe => form.pressure_at(plan.probes[probe - FIRST_PROBE], time),
     };
     value.is_finite().then_some(value)
 }

@@ -262,11 +262,11 @@ fn the_default_density_of_fields_is_reported() {
         table.contains("600 of stress, at one node in 2 along r and along z (record.field_every)"),
         "{table}"
     );
-    let thinned = stderr(&run(&[]));
+    let downsampled = stderr(&run(&[]));
     assert!(
-        thinned
+        downsampled
             .contains("fields show one node in 2 along r and along z; --set record.field_every=1 shows all"),
-        "{thinned}"
+        "{downsampled}"
     );
     for every in ["1", "5"] {
         let asked = stderr(&run(&["--set", &format!("record.field_every={every}")]));

@@ -282,7 +282,7 @@ impl<'t> Section<'t> {
             Ok(value) => Some(Given { value, span }),
             Err(error) => {
                 let place = error.span().filter(|place| !place.is_empty()).unwrap_or(span);
-                let (message, remark) = self.misfit(key, &place, error.message().trim_end());
+                let (message, remark) = self.mismatch(key, &place, error.message().trim_end());
                 self.refuse(key, place, message, &format!("{allowed}{remark}"))
             }
         }
@@ -291,7 +291,7 @@ impl<'t> Section<'t> {
     /// What is said of a value that does not fit, and a remark on what is allowed.
     ///
     /// * `error`: the reader's own words, which for other types are those of the program
-    fn misfit(&self, key: &str, place: &Range<usize>, error: &str) -> (String, &'static str) {
+    fn mismatch(&self, key: &str, place: &Range<usize>, error: &str) -> (String, &'static str) {
         let name = self.name(key);
         if !error.starts_with("invalid ") {
             let error = error.split(", expected").next().unwrap_or(error);

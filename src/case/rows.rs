@@ -32,7 +32,7 @@ pub(super) struct Rows {
 
 /// Why layers have no rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Misfit {
+pub(super) enum RowsError {
     /// There would be so many.
     TooMany(f64),
     /// A layer, by its number, is thinner than two rows.
@@ -80,17 +80,17 @@ impl<'a> Stack<'a> {
     /// ```text
     /// rakhmatulin: Δr ≥ c_s,k·Δt      elastic: Δr ≥ Δz_k = h_k/J_k      in every layer
     /// ```
-    pub fn rows(&self, cells: usize) -> Result<Rows, Misfit> {
+    pub fn rows(&self, cells: usize) -> Result<Rows, RowsError> {
         let dr = |slip| Spacing::radial(cells, self.radius, self.edge, slip);
         let largest = dr(None) / self.fastest();
         let transits: Vec<f64> = self.finite().map(|(thickness, speed)| thickness / speed).collect();
         let rows = transits.iter().sum::<f64>() / largest;
         if rows > MAX_ROWS {
-            return Err(Misfit::TooMany(rows));
+            return Err(RowsError::TooMany(rows));
         }
         let fit = |largest| {
             let LayerSteps { dt, steps, changes } =
-                LayerSteps::fit(&transits, largest).map_err(Misfit::Thin)?;
+                LayerSteps::fit(&transits, largest).map_err(RowsError::Thin)?;
             let slip = self.model.lateral_speed(1.0, self.layers[0].waves.shear) * dt;
             let finite = self.finite().zip(steps.iter().zip(&changes));
             let mut layers: Vec<LayerSizes> = finite
@@ -115,7 +115,7 @@ impl<'a> Stack<'a> {
             rows = fit(largest / (1.0 + LARGEST_CHANGE))?;
         }
         let (number, change) = rows.largest_change();
-        if change.abs() > LARGEST_CHANGE { Err(Misfit::Change(number, change)) } else { Ok(rows) }
+        if change.abs() > LARGEST_CHANGE { Err(RowsError::Change(number, change)) } else { Ok(rows) }
     }
 
     /// The smallest number of cells found, larger than `cells`, that changes no wave speed by more than `change`.

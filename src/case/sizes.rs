@@ -3,7 +3,7 @@
 use super::{
     Body, Impact, Record, Run, Sizes, Target, TargetLayer,
     document::{Document, Given, Span},
-    rows::{self, LARGEST_CHANGE, MAX_ROWS, Misfit, Rows, Stack},
+    rows::{self, LARGEST_CHANGE, MAX_ROWS, Rows, RowsError, Stack},
 };
 use crate::{
     contact::HALF_WIDTH,
@@ -129,11 +129,11 @@ impl Plan<'_> {
         let edge = rows::edge(mesh.order, self.target);
         if computed.len() > 1 {
             let stack = Stack::new(self.model, computed, radius, edge);
-            let misfit = match stack.rows(cells) {
+            let error = match stack.rows(cells) {
                 Ok(rows) => return Some(rows),
-                Err(misfit) => misfit,
+                Err(error) => error,
             };
-            self.refuse_rows(doc, mesh, (&stack, misfit), thicknesses);
+            self.refuse_rows(doc, mesh, (&stack, error), thicknesses);
             return None;
         }
         let speed = self.model.lateral_speed(1.0, self.target.material.shear_wave_speed);
@@ -176,7 +176,7 @@ impl Plan<'_> {
         &self,
         doc: &Document,
         mesh: &GivenMesh,
-        (stack, misfit): (&Stack<'_>, Misfit),
+        (stack, error): (&Stack<'_>, RowsError),
         thicknesses: &[Given<String>],
     ) {
         let cells = mesh.cells.value;
@@ -188,19 +188,19 @@ impl Plan<'_> {
             let Given { value, span } = &thicknesses[self.target.first_of(number)];
             (format!("`{value}` = {}", doc.written(span)), span.clone())
         };
-        match misfit {
-            Misfit::TooMany(rows) => {
+        match error {
+            RowsError::TooMany(rows) => {
                 let message = format!("`mesh.cells` = {cells} makes {rows:.3e} rows through the layers");
                 let help = format!("allowed: at most {MAX_ROWS:e} rows; make mesh.cells smaller");
                 doc.problem(mesh.cells.span.clone(), message, help);
             }
-            Misfit::Thin(number) => {
+            RowsError::Thin(number) => {
                 let (given, span) = thickness(number);
                 let message =
                     format!("{given}: with mesh.cells = {cells} the layer is thinner than {FEWEST} rows");
                 doc.problem(span, message, finer());
             }
-            Misfit::Change(number, change) => {
+            RowsError::Change(number, change) => {
                 let (given, span) = thickness(number);
                 let message = format!(
                     "{given}: with mesh.cells = {cells} waves cross all layers in whole steps only if the wave speed of this one \

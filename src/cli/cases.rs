@@ -35,12 +35,12 @@ impl Cases {
         let text = if self.json {
             let list: Vec<_> = rows
                 .iter()
-                .map(|(name, answer, title)| {
-                    let exact = answer.as_ref().map(|answer| {
+                .map(|(name, form, title)| {
+                    let exact = form.as_ref().map(|form| {
                         serde_json::json!({
-                            "form": answer.name(),
-                            "text": answer.to_string(),
-                            "end_time": Some(answer.end_time()).filter(|time| time.is_finite()),
+                            "form": form.name(),
+                            "text": form.to_string(),
+                            "end_time": Some(form.end_time()).filter(|time| time.is_finite()),
                         })
                     });
                     serde_json::json!({ "name": name, "title": title, "exact": exact })
@@ -49,10 +49,10 @@ impl Cases {
             format!("{:#}\n", serde_json::json!({ "version": 1, "cases": list }))
         } else {
             let mut text = String::new();
-            for (name, answer, title) in &rows {
+            for (name, form, title) in &rows {
                 writeln!(text, "{name:<23} {title}").expect("a String grows");
-                if let Some(answer) = answer {
-                    writeln!(text, "{:<23}   exact: {answer}", "").expect("a String grows");
+                if let Some(form) = form {
+                    writeln!(text, "{:<23}   exact: {form}", "").expect("a String grows");
                 }
             }
             text

@@ -2,7 +2,6 @@
 
 use std::{
     fs,
-    num::NonZeroUsize,
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -12,7 +11,7 @@ use std::{
 
 use clap::Args;
 use indicatif::BinaryBytes;
-use percuss_output::{available, ending_signals, file_of, part_of};
+use percuss_output::{available, ending_signals, file_of, number::whole, part_of};
 use rayon::ThreadPool;
 use signal_hook::{
     consts::{SIGHUP, SIGINT},
@@ -54,8 +53,8 @@ pub(super) struct OutputArguments {
 #[derive(Debug, Args)]
 pub(super) struct ThreadArguments {
     /// Number of threads [default: all cores]; results do not depend on it
-    #[arg(long, value_name = "N")]
-    threads: Option<NonZeroUsize>,
+    #[arg(long, value_name = "N", value_parser = whole(1..=MAX_THREADS))]
+    threads: Option<usize>,
 }
 
 /// Largest number of threads.
@@ -95,17 +94,13 @@ impl OutputArguments {
 
 impl ThreadArguments {
     /// Number of threads.
-    pub(super) fn count(&self) -> Result<usize, CliError> {
-        let threads = self.threads.map_or_else(rayon::current_num_threads, NonZeroUsize::get);
-        if threads > MAX_THREADS {
-            return Err(CliError::Usage(format!("--threads {threads}: at most {MAX_THREADS}")));
-        }
-        Ok(threads)
+    pub(super) fn count(&self) -> usize {
+        self.threads.unwrap_or_else(rayon::current_num_threads).min(MAX_THREADS)
     }
 
     /// A pool of that many threads.
     pub(super) fn pool(&self) -> Result<ThreadPool, CliError> {
-        let threads = self.count()?;
+        let threads = self.count();
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()

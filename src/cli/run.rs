@@ -10,7 +10,7 @@ use std::{
 };
 
 use clap::Args;
-use percuss_output::{file_of, part_of};
+use percuss_output::{file_of, number::whole, part_of};
 use percuss_serve::{Access, Address, AllowedOrigin, Server, VIEWERS, seconds, speed};
 use rayon::ThreadPool;
 
@@ -71,7 +71,7 @@ pub(super) struct Run {
     pace: Option<f64>,
     /// Begin when this many viewers have subscribed and 1.5 s have passed without a subscription, as viewers subscribe panel by
     /// panel; 1 without N
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", requires = "live", value_parser = viewers)]
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", requires = "live", value_parser = whole(0..=VIEWERS))]
     wait: Option<usize>,
     /// After the run, serve viewers until they have left, so many seconds at most; Ctrl-C ends it
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, requires = "live")]
@@ -182,7 +182,7 @@ impl Run {
     }
 
     /// True if an earlier run has left something to continue. What it has recorded, complete or without a checkpoint, is that of this case, or
-    /// cannot be told.
+    /// cannot be identified.
     ///
     /// * `file`: the recording
     fn can_resume(&self, file: Option<&Path>, case: &Case) -> Result<bool, CliError> {
@@ -258,12 +258,6 @@ impl Run {
         progress.say(&format!("live at {} for {}", live.url(), address.reach()));
         Ok(live)
     }
-}
-
-/// Parses a number of viewers.
-fn viewers(text: &str) -> Result<usize, String> {
-    let number = text.parse().ok().filter(|number| *number <= VIEWERS);
-    number.ok_or_else(|| format!("viewers are a number from 0 to {VIEWERS}"))
 }
 
 /// True if a recording has its name and nothing is left that could continue.

@@ -46,7 +46,7 @@ pub(super) struct StudyArguments {
     #[command(flatten)]
     case: CaseArguments,
     /// Largest refinement, a power of two: 4 computes the cells of the case, twice and four times as many
-    #[arg(long, value_name = "N", default_value_t = 4)]
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = refinement)]
     refine: usize,
     /// Times of drag, velocity and stress; in a physical case with their unit, 20us [default: 0.23, 0.48, 0.73, 0.98 of the run, away from arrivals of fronts]
     #[arg(long, value_name = "T", value_delimiter = ',')]
@@ -69,6 +69,12 @@ pub(super) struct StudyArguments {
 
 /// Largest refinement: time grows with its cube.
 const MAX_REFINE: usize = 64;
+
+/// A largest refinement.
+fn refinement(text: &str) -> Result<usize, String> {
+    let factor = text.parse().ok().filter(|n: &usize| n.is_power_of_two() && (4..=MAX_REFINE).contains(n));
+    factor.ok_or_else(|| format!("a power of two from 4 to {MAX_REFINE} is expected"))
+}
 
 impl StudyArguments {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
@@ -94,10 +100,6 @@ impl StudyArguments {
 
     /// The case on all meshes.
     fn cases(&self) -> Result<Vec<Case>, CliError> {
-        if !(self.refine.is_power_of_two() && (4..=MAX_REFINE).contains(&self.refine)) {
-            let text = format!("--refine {}: a power of two from 4 to {MAX_REFINE}", self.refine);
-            return Err(CliError::Usage(text));
-        }
         let case = self.case.load()?;
         let levels: Vec<usize> = (0..=self.refine.ilog2()).map(|level| case.mesh.cells << level).collect();
         Ok(on_meshes(&case, &levels)?)

@@ -2,12 +2,14 @@
 
 use std::{
     io::{self, IsTerminal},
+    ops::Bound,
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
 
 use clap::Args;
 use indicatif::{BinaryBytes, HumanDuration, ProgressBar, ProgressStyle};
+use percuss_output::number::{finite, whole};
 
 use super::{
     CliError, Exit,
@@ -17,6 +19,7 @@ use super::{
 use crate::{
     case::builtin,
     sweep::{
+        MAX_CASES,
         folder::{Folder, FolderError, Shard, missing},
         journal::{Done, Entry, State},
         plan::{Plan, PlanError, Planned},
@@ -82,10 +85,10 @@ pub(super) struct SweepArguments {
     #[arg(long, conflicts_with = "lhs")]
     zip: bool,
     /// Draw N cases from ranges, KEY=FROM:TO or KEY=FROM:TO:log, as a Latin hypercube
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole(1..=MAX_CASES as u64))]
     lhs: Option<u64>,
     /// Seed of --lhs
-    #[arg(long, value_name = "S", default_value_t = 0, requires = "lhs")]
+    #[arg(long, value_name = "S", default_value_t = 0, requires = "lhs", value_parser = whole(0..=u64::MAX))]
     seed: u64,
     /// Folder of the sweep [default: the name of the case with -sweep]
     #[arg(short, long, value_name = "DIR")]
@@ -97,7 +100,7 @@ pub(super) struct SweepArguments {
     #[command(flatten)]
     threads: ThreadArguments,
     /// Memory that all cases under way may take together, as estimated, in GiB
-    #[arg(long, value_name = "GIB", default_value_t = 8.0)]
+    #[arg(long, value_name = "GIB", default_value_t = 8.0, value_parser = finite((Bound::Excluded(0.0), Bound::Unbounded)))]
     max_memory: f64,
     /// Compute cases that have failed once more
     #[arg(long)]
@@ -155,7 +158,7 @@ impl SweepArguments {
         let (request, folder, output) = self.request()?;
         let pool = self.threads.pool()?;
         let plan = pool.install(|| Plan::new(request, &folder))?;
-        let limits = Limits { threads: self.threads.count()?, memory: self.memory(&plan)? };
+        let limits = Limits { threads: self.threads.count(), memory: self.memory(&plan)? };
         let folder = Folder::new(&output, self.shard);
         if self.dry_run {
             print(&estimates(&plan, limits))?;
@@ -246,9 +249,6 @@ impl SweepArguments {
 
     /// Memory that cases may take \[bytes\].
     fn memory(&self, plan: &Plan) -> Result<u64, CliError> {
-        if !(self.max_memory > 0.0 && self.max_memory <= 1e6) {
-            return Err(CliError::Usage(format!("--max-memory {}: GiB, above 0", self.max_memory)));
-        }
         let memory = (self.max_memory * GIB) as u64;
         let large = (1..).zip(&plan.cases).find(|(_, case)| case.memory > memory);
         match large {

@@ -26,7 +26,7 @@ use crate::{
 
 /// Why there is no closed form for a case.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("no closed form answers this case: {reason}")]
+#[error("no closed form covers this case: {reason}")]
 pub struct NoClosedForm {
     reason: String,
 }

@@ -303,7 +303,7 @@ impl Folder {
     ///
     /// It cannot be written.
     pub fn write_journal(&self, plan: &Plan, done: &Done) -> Result<(), FolderError> {
-        // nobody else may be appending to it
+        // no other process may be appending to it
         drop(self.journal()?);
         let mut seen = BTreeSet::new();
         let new = plan.cases.iter().map(|case| case.digest).filter(|digest| seen.insert(*digest));

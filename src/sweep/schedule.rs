@@ -257,7 +257,7 @@ fn work(queue: &Queue<'_>, sender: &mpsc::Sender<Result<Entry, Broken>>) {
                 .and_then(|pool| queue.compute(&job, &pool)),
         };
         queue.give_back(share);
-        // nobody takes results after the sweep has ended
+        // no results are taken after the sweep has ended
         if let Some(done) = done.transpose() {
             drop(sender.send(done));
         }

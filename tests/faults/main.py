@@ -39,7 +39,7 @@ def main():
     for folder in folders:
         if not (folder / "percuss").is_file() or not (folder / "percuss-read").is_file():
             sys.exit(f"`{folder}` is neither a part nor a folder of percuss and percuss-read; parts: {', '.join(PARTS)}")
-    # whoever runs this in the background may have them ignored, and programs that are started inherit that
+    # a shell that runs this in the background may have them ignored, and programs that are started inherit that
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
     failures = 0

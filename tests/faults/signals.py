@@ -71,7 +71,7 @@ def interrupt(part, reference, number, status):
 
 
 def interrupt_twice(part, number):
-    """Two signals to a run that cannot end, because nobody reads the pipe that it writes to; the seconds until the end."""
+    """Two signals to a run that cannot end, because no process reads the pipe that it writes to; the seconds until the end."""
     what = f"{signal.Signals(number).name} twice"
     pipe = part.folder() / "pipe.mcap"
     os.mkfifo(pipe)

@@ -149,7 +149,7 @@ with tempfile.TemporaryDirectory() as name:
     assert columns["load"][COUNT + 3] == load(3) and columns["note"][1] == "n1"
     assert columns["file"][0] == str(paths[0])
 
-    # half a file: what is sound comes out, and the loss is told
+    # half a file: what is sound comes out, and the loss is reported
     cut = folder / "cut.mcap"
     cut.write_bytes(paths[0].read_bytes()[:9000])
     read("verify", cut, status=1)

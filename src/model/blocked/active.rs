@@ -49,7 +49,7 @@ pub struct ActiveRegion {
     pub columns: usize,
 }
 
-/// What is left of a wave of height 1 where nodes are taken to be at rest: rounding cannot tell it from 0.
+/// What is left of a wave of height 1 where nodes are taken to be at rest: rounding cannot distinguish it from 0.
 const NOTHING: f64 = 1e-20;
 
 /// Rows and columns ahead of the wave front that the mixed-derivative correction moves.

@@ -55,7 +55,7 @@ const CORNER: Kind = Kind { levels: 3, reach: 2, lag: 1 };
 const SIZES: Sizes = Sizes { lag_rows: [2, 2], tile_rows: 2, tile_columns: [BLOCK, BLOCK], nodes_for_one: 0 };
 
 /// Levels of a field, place by place.
-struct Field {
+struct Displacement {
     kind: Kind,
     active: ActiveRegion,
     places: Vec<UnsafeCell<isize>>,
@@ -63,11 +63,11 @@ struct Field {
 
 // `loom` checks who reaches the places when
 #[expect(unsafe_code, reason = "the field of the engine is shared the same way")]
-unsafe impl Sync for Field {}
+unsafe impl Sync for Displacement {}
 #[expect(unsafe_code, reason = "the field of the engine is shared the same way")]
-unsafe impl Send for Field {}
+unsafe impl Send for Displacement {}
 
-impl Field {
+impl Displacement {
     /// A field with so many tile rows and blocks of columns.
     fn new(kind: Kind, tile_rows: usize, blocks: usize) -> Arc<Self> {
         let below = tile_rows * SIZES.tile_rows - kind.reach * kind.lag;
@@ -131,14 +131,14 @@ impl Field {
 
 /// A pass over the levels of a lag.
 struct Pass {
-    field: Arc<Field>,
+    field: Arc<Displacement>,
     tiling: Tiling,
     order: Order,
     base: usize,
 }
 
 impl Pass {
-    fn new(field: &Arc<Field>, base: usize, earlier: Option<&Self>) -> Self {
+    fn new(field: &Arc<Displacement>, base: usize, earlier: Option<&Self>) -> Self {
         let (Kind { lag, reach, .. }, ActiveRegion { rows, columns }) = (field.kind, field.active);
         let tiling = Tiling::new(&SIZES, lag, reach, BLOCK, columns, 2);
         let [tile_rows, bands] = tiling.count(rows, columns, lag);
@@ -191,13 +191,13 @@ impl<P: TileRows> Run<P> {
 }
 
 /// Brings the band of a lag up to date.
-fn advance_bands(field: &Field, base: usize) {
+fn advance_bands(field: &Displacement, base: usize) {
     (0..field.kind.lag).for_each(|behind| field.advance_band(base + behind + 1, behind));
 }
 
 fn tiles_see_what_is_above_and_to_the_left(kind: Kind) {
     check(move || {
-        let field = Field::new(kind, 2, 2);
+        let field = Displacement::new(kind, 2, 2);
         advance_bands(&field, 0);
         let pass = Arc::new(Pass::new(&field, 0, None));
         assert_eq!(pass.order.tile_rows(), 2);
@@ -229,7 +229,7 @@ fn loom_tiles_with_the_corner_term_see_what_is_above_and_to_the_left() {
 
 fn a_pass_stays_behind_the_one_before(kind: Kind) {
     check(move || {
-        let field = Field::new(kind, 3, 1);
+        let field = Displacement::new(kind, 3, 1);
         advance_bands(&field, 0);
         let first = Arc::new(Pass::new(&field, 0, None));
         let second = Arc::new(Pass::new(&field, kind.lag, Some(&first)));
@@ -263,7 +263,7 @@ fn loom_a_pass_with_the_corner_term_stays_behind_the_one_before() {
 /// A run with one helper.
 fn the_band_goes_on_while_helpers_work(kind: Kind, blocks: usize) {
     check(move || {
-        let field = Field::new(kind, 2, blocks);
+        let field = Displacement::new(kind, 2, blocks);
         let mut run = Run::new();
         for number in 0..2 {
             let base = number * kind.lag;

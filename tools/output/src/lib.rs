@@ -14,7 +14,8 @@
 //! Errors of the system are reported with the number of bytes that were written before; interrupted calls are repeated, short writes
 //! are continued.
 //!
-//! The feature `signals` has what signals do to a program with such files, the feature `manual` what programs say of themselves.
+//! The feature `signals` has what signals do to a program with such files, the feature `manual` what
+//! programs say of themselves, and of the numbers that they expect.
 
 use std::{
     error::Error,
@@ -26,6 +27,8 @@ use std::{
 mod counted;
 #[cfg(feature = "manual")]
 pub mod manual;
+#[cfg(feature = "manual")]
+pub mod number;
 mod output;
 mod part;
 #[cfg(feature = "signals")]
@@ -56,21 +59,21 @@ pub fn available(path: &Path) -> io::Result<Option<u64>> {
 ///
 /// It is a folder, or the system does not say.
 pub fn file_of(path: &Path) -> io::Result<Option<PathBuf>> {
-    Ok(match Place::of(path)? {
-        Place::File(path) => Some(path),
-        Place::Device => None,
+    Ok(match Destination::of(path)? {
+        Destination::File(path) => Some(path),
+        Destination::Device => None,
     })
 }
 
 /// Where an output goes.
-enum Place {
+enum Destination {
     /// A regular file, there or not yet.
     File(PathBuf),
     /// A pipe, a device: written to as it is.
     Device,
 }
 
-impl Place {
+impl Destination {
     /// What a path stands for.
     fn of(path: &Path) -> io::Result<Self> {
         let is_link = path.is_symlink();
@@ -87,7 +90,7 @@ impl Place {
     }
 }
 
-/// Opens a pipe or a device. Only who writes to it does: the reader of a pipe sees its end when it is closed.
+/// Opens a pipe or a device. Only a writer does: the reader of a pipe sees its end when it is closed.
 fn open_device(path: &Path) -> io::Result<File> {
     OpenOptions::new().write(true).open(path)
 }

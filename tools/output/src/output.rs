@@ -10,7 +10,7 @@ use std::{
 use tempfile::{Builder, TempPath};
 
 use crate::{
-    Place, counted::Counted, folder, open_device, repeated, synchronise_folder, unfinished::Unfinished,
+    Destination, counted::Counted, folder, open_device, repeated, synchronise_folder, unfinished::Unfinished,
 };
 
 /// Longest part of the name of a file in that of its temporary file \[bytes\]: file systems allow 255 in all.
@@ -36,11 +36,11 @@ impl Output {
     ///
     /// [`io::ErrorKind::AlreadyExists`] if it is not to be replaced; else what the system says.
     pub fn create(path: &Path, overwrite: bool) -> io::Result<Self> {
-        let path = match Place::of(path)? {
-            Place::Device => {
+        let path = match Destination::of(path)? {
+            Destination::Device => {
                 return Ok(Self { file: Counted::new(open_device(path)?), names: None, overwrite });
             }
-            Place::File(path) => path,
+            Destination::File(path) => path,
         };
         if !overwrite && path.exists() {
             return Err(io::ErrorKind::AlreadyExists.into());

@@ -10,7 +10,7 @@ use std::{
 use tempfile::TempPath;
 
 use crate::{
-    OutputError, Place, counted::Counted, open_device, output::rename, repeated, synchronise_folder,
+    Destination, OutputError, counted::Counted, open_device, output::rename, repeated, synchronise_folder,
 };
 
 /// Why a file cannot be begun.
@@ -69,12 +69,12 @@ impl Part {
     /// See [`PartError`].
     pub fn create(path: &Path, overwrite: bool) -> Result<Self, PartError> {
         let system = |error| PartError::System { path: path.into(), error };
-        let path = match Place::of(path).map_err(system)? {
-            Place::Device => {
+        let path = match Destination::of(path).map_err(system)? {
+            Destination::Device => {
                 let file = open_device(path).map_err(system)?;
                 return Ok(Self { file: Counted::new(file), names: None, overwrite });
             }
-            Place::File(path) => path,
+            Destination::File(path) => path,
         };
         if !overwrite && path.exists() {
             return Err(OutputError::Exists(path).into());
@@ -99,9 +99,9 @@ impl Part {
     /// See [`PartError`].
     pub fn resume(path: &Path, overwrite: bool) -> Result<(Self, Left), PartError> {
         let system = |path: &Path, error| PartError::System { path: path.into(), error };
-        let path = match Place::of(path).map_err(|error| system(path, error))? {
-            Place::Device => return Err(PartError::Nothing(part_of(path))),
-            Place::File(path) => path,
+        let path = match Destination::of(path).map_err(|error| system(path, error))? {
+            Destination::Device => return Err(PartError::Nothing(part_of(path))),
+            Destination::File(path) => path,
         };
         if !overwrite && path.exists() {
             return Err(OutputError::Exists(path).into());
@@ -116,7 +116,7 @@ impl Part {
         if !is_same(&left, &part).map_err(|error| system(&part, error))? {
             return Err(PartError::Busy(part));
         }
-        // one name: what an attempt leaves of it, which was killed here, the next one replaces; who has the lock above is alone
+        // one name: what an attempt leaves of it, which was killed here, the next one replaces; the holder of the lock above is the only one
         let mut new = part.clone().into_os_string();
         new.push(".new");
         let new = PathBuf::from(new);

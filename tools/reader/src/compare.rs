@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! structure: channels and fields that both have       (units, types, names: reported before any number)
-//! stream:    one thread per file unpacks and hands on the messages of those channels
+//! stream:    one thread per file decompresses it and hands on the messages of those channels
 //! align:     messages that belong together: by step, by time, or interpolated
 //! measure:   one meter per field: first and largest difference, norms, tolerance
 //! ```
@@ -32,7 +32,7 @@ mod values;
 use std::collections::HashMap;
 
 pub use error::CompareError;
-pub use measure::{Divergence, Measure, Place};
+pub use measure::{Divergence, Location, Measure};
 pub use mode::{Alignment, Mode};
 pub use options::{Matched, NanRule, Options, Watch};
 pub use report::{ChannelReport, Comparison, Converted, FieldReport, Gap, Hint, Stamp};

@@ -109,24 +109,24 @@ impl Extents {
     ///
     /// The file cannot be read.
     pub fn read(recording: &Recording, ids: &[u16]) -> Result<Self, OpenError> {
-        let mut surveys: HashMap<u16, Survey<'_>> = HashMap::new();
+        let mut channels: HashMap<u16, ChannelArrays<'_>> = HashMap::new();
         for &id in ids {
             if let Some(channel) = recording.channels.get(&id)
                 && let Some(layout) = channel.layout.as_deref()
             {
-                surveys.insert(id, Survey::of(channel, layout));
+                channels.insert(id, ChannelArrays::of(channel, layout));
             }
         }
         let mut messages = recording.messages(ids.iter().copied(), None)?;
         let mut budget = Budget::new(recording.limits().kept());
         messages.for_each(|message| -> Result<(), OpenError> {
-            if let Some(survey) = surveys.get_mut(&message.channel) {
-                survey.take(message.data, &mut budget);
+            if let Some(channel) = channels.get_mut(&message.channel) {
+                channel.take(message.data, &mut budget);
             }
             Ok(())
         })?;
-        let extents = surveys.into_iter().flat_map(|(id, survey)| {
-            survey.arrays.into_iter().map(move |array| ((id, array.leaf), array.extent))
+        let extents = channels.into_iter().flat_map(|(id, channel)| {
+            channel.arrays.into_iter().map(move |array| ((id, array.leaf), array.extent))
         });
         Ok(Self(extents.collect()))
     }
@@ -150,13 +150,13 @@ struct Array {
 }
 
 /// The arrays of a channel, message by message.
-struct Survey<'a> {
+struct ChannelArrays<'a> {
     layout: &'a Layout,
     values: Values,
     arrays: Vec<Array>,
 }
 
-impl<'a> Survey<'a> {
+impl<'a> ChannelArrays<'a> {
     fn of(channel: &Channel, layout: &'a Layout) -> Self {
         let counts = Counts::of(layout);
         let array = |leaf: usize| Array {

@@ -1,6 +1,6 @@
 //! Opening a file and reading its records in order, with limits and checksums.
 //!
-//! [`Scan`] walks over the records of a file and unpacks its chunks; the parsing and unpacking is that of the `mcap`
+//! [`Scan`] walks over the records of a file and decompresses its chunks; the parsing and decompression is that of the `mcap`
 //! crate. Every checksum is verified, chunks before any message of theirs comes out. A damaged part is skipped and
 //! reported: reading continues with the next sound record, and [`Scan::damages`] lists what was lost. With the
 //! [`Index`] at the end of a file, chunks that hold nothing of interest are not even read.
@@ -29,7 +29,7 @@ const CHECKSUMS_COUNT: bool = cfg!(not(all(fuzzing, percuss_unchecked)));
 ///
 /// | Share | For |
 /// |---|---|
-/// | 1/2 | a chunk, packed and unpacked: 1/4 each, [`Limits::record`] |
+/// | 1/2 | a chunk, compressed and uncompressed: 1/4 each, [`Limits::record`] |
 /// | 1/8 | schemas, channels, metadata, the index: [`Limits::directory`] |
 /// | 1/8 | a decoded message, and room for its lists to grow: [`Limits::values`] is half of that |
 /// | 1/4 | what is kept of messages: rows that wait for others, points of curves, messages at chosen times |
@@ -62,7 +62,7 @@ impl Limits {
         Self { memory: self.memory / 2 }
     }
 
-    /// Largest record or chunk, packed or unpacked \[bytes\].
+    /// Largest record or chunk, compressed or uncompressed \[bytes\].
     pub fn record(self) -> usize {
         self.share(4)
     }

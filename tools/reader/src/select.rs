@@ -2,6 +2,7 @@
 
 use clap::Args;
 use globset::{GlobBuilder, GlobMatcher};
+use percuss_output::number::whole;
 
 use crate::{
     channel::Channel,
@@ -151,7 +152,7 @@ pub struct Window {
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub to: Option<Bound>,
     /// Every n-th message of that time, and the last one
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole(1_u64..))]
     pub every: u64,
 }
 

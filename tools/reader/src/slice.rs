@@ -366,7 +366,7 @@ pub fn slice(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Slice> {
 }
 
 /// Why [`slice()`] finds no matrix in a message.
-pub(crate) fn misfit(channel: &Channel, leaf: usize, moment: &Moment) -> String {
+pub(crate) fn mismatch(channel: &Channel, leaf: usize, moment: &Moment) -> String {
     let axis = channel.layout.as_ref().map(|layout| Axis::of(leaf, layout, channel));
     let flaw = axis.and_then(|axis| axis.flaw(leaf, &moment.values));
     let flaw = flaw.unwrap_or_else(|| "has not as many elements as its rows and columns say".into());

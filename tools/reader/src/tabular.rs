@@ -1,5 +1,5 @@
 //! Tables that were written, by this program or another, read back: columns by their names. CSV, JSON lines and documents, Parquet
-//! and archives of NumPy arrays are told apart by how they begin.
+//! and archives of NumPy arrays are distinguished by how they begin.
 
 mod csv;
 mod json;

@@ -50,7 +50,7 @@ pub struct Timeline {
     /// By their first log time.
     chunks: Vec<Chunk>,
     path: PathBuf,
-    /// Number of the next chunk to unpack.
+    /// Number of the next chunk to decompress.
     next_chunk: usize,
     waiting: BinaryHeap<Reverse<Event>>,
     waiting_bytes: usize,
@@ -151,7 +151,7 @@ impl Timeline {
             self.next_chunk += 1;
             if chunk.last >= self.from {
                 let from = self.from;
-                for event in self.unpack(chunk, |event| event.log_time >= from)? {
+                for event in self.decompress(chunk, |event| event.log_time >= from)? {
                     self.waiting_bytes += event.weight();
                     self.waiting.push(Reverse(event));
                 }
@@ -176,7 +176,7 @@ impl Timeline {
         chunks.sort_by_key(|chunk| Reverse(chunk.last));
         let mut latest = HashMap::<u16, Event>::new();
         for chunk in chunks.into_iter().take(LOOK_BACK) {
-            for event in self.unpack(chunk, |event| event.log_time < time)? {
+            for event in self.decompress(chunk, |event| event.log_time < time)? {
                 let known = latest.get(&event.channel).map(|known| known.log_time);
                 if known.is_none_or(|known| known <= event.log_time) {
                     latest.insert(event.channel, event);
@@ -192,7 +192,11 @@ impl Timeline {
     }
 
     /// The messages of a chunk that are wanted.
-    fn unpack(&mut self, chunk: Chunk, is_wanted: impl Fn(&Event) -> bool) -> Result<Vec<Event>, OpenError> {
+    fn decompress(
+        &mut self,
+        chunk: Chunk,
+        is_wanted: impl Fn(&Event) -> bool,
+    ) -> Result<Vec<Event>, OpenError> {
         self.scan.go_to(chunk.offset)?;
         let (mut events, mut budget) = (Vec::new(), Budget::new(self.limit));
         loop {

@@ -1,5 +1,5 @@
 //! Every way an MCAP file may be put together is read alike: with and without chunks, indexes, statistics, repeated
-//! definitions, and with extra bytes at the ends of records, which a reader must step over.
+//! definitions, and with extra bytes at the ends of records, which a reader must skip.
 //!
 //! The files are those of the conformance suite of the format (its binary files are not to be had here, so they are
 //! made from its description): each of the contents below with each combination of the features that apply to it.
@@ -121,9 +121,17 @@ fn build(content: Content, features: Features) -> Vec<u8> {
             let index = record(0x07, &[&1u16.to_le_bytes()[..], &text(&entries)].concat());
             (_, index_length) = put(&mut file, index);
         }
-        let (compression, packed, unpacked) = ("", size, size);
-        let entry =
-            ChunkEntry { times, offset, length, channels, index_length, compression, packed, unpacked };
+        let (compression, compressed, uncompressed) = ("", size, size);
+        let entry = ChunkEntry {
+            times,
+            offset,
+            length,
+            channels,
+            index_length,
+            compression,
+            compressed,
+            uncompressed,
+        };
         chunk_index = Some(entry.record());
     } else {
         file.extend(data);

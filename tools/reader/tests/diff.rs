@@ -1,4 +1,4 @@
-//! `diff` finds whatever is different, tells where, and nothing else: 500 random mutations, 100 equal pairs, and one
+//! `diff` finds whatever is different, reports where, and nothing else: 500 random mutations, 100 equal pairs, and one
 //! test per way of comparing.
 
 use mcap::{Compression, WriteOptions};
@@ -54,7 +54,7 @@ fn rules(rules: &[&str]) -> Options {
     Options { rules: Rules { rules }, ..Options::default() }
 }
 
-/// Largest difference, first step and topic.field[element] that a comparison tells.
+/// Largest difference, first step and topic.field[element] that a comparison reports.
 fn first(comparison: &Comparison) -> Option<(u64, String)> {
     let (topic, field, divergence) = comparison.first(false)?;
     let name = format!("{topic}.{}", field.element.element(divergence.place.element));

@@ -5,8 +5,8 @@ use std::fs;
 use crate::{
     forge,
     raw::{
-        self, attachment, channel, double, file, folder, map, message, message_at, metadata, packed, record,
-        run, run_all, text, whole,
+        self, attachment, channel, compressed, double, file, folder, map, message, message_at, metadata,
+        record, run, run_all, text, whole,
     },
     watchdog::{self, types::lab},
 };
@@ -132,7 +132,7 @@ fn chunks_full_of_empty_messages() {
         let messages = message_at(1, time, &[]).repeat(MANY as usize);
         let entries = (0..MANY).flat_map(|i| [time.to_le_bytes(), (31 * i).to_le_bytes()].concat());
         let index = record(0x07, &[&1_u16.to_le_bytes()[..], &text(&entries.collect::<Vec<u8>>())].concat());
-        let chunk = packed(&[messages]);
+        let chunk = compressed(&[messages]);
         let mut records = vec![channel(1, 0, "/empty", &[])];
         records.extend((0..chunks).map(|_| chunk.clone()));
         records.push(index);
@@ -163,7 +163,7 @@ fn messages_that_all_have_one_time() {
     records.extend((1..).zip(topics).map(|(id, topic)| channel(id, 1, topic, &[])));
     // force = 1, at time 0
     records.extend((0..MANY).flat_map(|_| (1..=3).map(|id| message(id, &double(3, 1.0)))));
-    let (folder, _) = folder(&whole(&[packed(&records)], &[]));
+    let (folder, _) = folder(&whole(&[compressed(&records)], &[]));
     let plot = ["plot", "a.mcap", "--topic", "*", "-o", "p.svg"];
     let (status, stderr) = run(folder.path(), &plot);
     assert!(status == Some(1) && stderr.contains("more points than --max-memory allows"), "{stderr}");

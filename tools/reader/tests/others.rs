@@ -294,7 +294,7 @@ fn several_topics_out_of_order_under_lz4() {
     assert_eq!(both[..3], ["time [s],/a.v,/b.x,/b.y", "0.0,1.0,,", "0.2,,0.0,0.0"]);
 }
 
-/// A camera with packed images, the second of which is a JPEG.
+/// A camera with compressed images, the second of which is a JPEG.
 fn camera() -> Guest {
     let pool =
         types("CompressedImage timestamp:google.protobuf.Timestamp frame_id:string data:bytes format:string");

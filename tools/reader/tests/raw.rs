@@ -96,21 +96,21 @@ pub fn metadata(name: &str, entries: &[(&str, &str)]) -> Vec<u8> {
     record(0x0c, &[text(name.as_bytes()), text(&map(entries))].concat())
 }
 
-pub fn chunk(unpacked: u64, compression: &[u8], data: &[u8]) -> Vec<u8> {
-    chunk_at((0, 0), unpacked, compression, data)
+pub fn chunk(uncompressed: u64, compression: &[u8], data: &[u8]) -> Vec<u8> {
+    chunk_at((0, 0), uncompressed, compression, data)
 }
 
 /// A chunk of messages from a log time to another.
-pub fn chunk_at(times: (u64, u64), unpacked: u64, compression: &[u8], data: &[u8]) -> Vec<u8> {
-    let head = [times.0, times.1, unpacked].map(u64::to_le_bytes).concat();
+pub fn chunk_at(times: (u64, u64), uncompressed: u64, compression: &[u8], data: &[u8]) -> Vec<u8> {
+    let head = [times.0, times.1, uncompressed].map(u64::to_le_bytes).concat();
     let (checksum, length) = ([0; 4].to_vec(), (data.len() as u64).to_le_bytes().to_vec());
     record(0x06, &[head, checksum, text(compression), length, data.to_vec()].concat())
 }
 
-/// Records in a chunk that is packed as tightly as can be.
-pub fn packed(records: &[Vec<u8>]) -> Vec<u8> {
+/// Records in a chunk that is compressed as tightly as can be.
+pub fn compressed(records: &[Vec<u8>]) -> Vec<u8> {
     let records = records.concat();
-    chunk(records.len() as u64, b"zstd", &zstd::bulk::compress(&records, 3).expect("packed bytes"))
+    chunk(records.len() as u64, b"zstd", &zstd::bulk::compress(&records, 3).expect("compressed bytes"))
 }
 
 pub fn varint(mut value: usize) -> Vec<u8> {
@@ -185,8 +185,8 @@ pub struct ChunkEntry {
     pub channels: Vec<(u16, u64)>,
     pub index_length: u64,
     pub compression: &'static str,
-    pub packed: u64,
-    pub unpacked: u64,
+    pub compressed: u64,
+    pub uncompressed: u64,
 }
 
 impl ChunkEntry {
@@ -194,7 +194,7 @@ impl ChunkEntry {
         let numbers = [self.times.0, self.times.1, self.offset, self.length].map(u64::to_le_bytes).concat();
         let channel = |&(id, at): &(u16, u64)| [&id.to_le_bytes()[..], &at.to_le_bytes()].concat();
         let channels: Vec<u8> = self.channels.iter().flat_map(channel).collect();
-        let sizes = [self.packed, self.unpacked].map(u64::to_le_bytes).concat();
+        let sizes = [self.compressed, self.uncompressed].map(u64::to_le_bytes).concat();
         let body = [
             numbers,
             text(&channels),
@@ -223,7 +223,7 @@ pub fn indexed(
     let mut offset = first_offset() + definitions.concat().len() as u64;
     let (mut entries, mut records) = (Vec::new(), definitions.to_vec());
     for (content, times) in chunks {
-        let data = zstd::bulk::compress(content, 3).expect("packed bytes");
+        let data = zstd::bulk::compress(content, 3).expect("compressed bytes");
         let chunk = chunk_at(*times, content.len() as u64, b"zstd", &data);
         entries.push(ChunkEntry {
             times: *times,
@@ -232,8 +232,8 @@ pub fn indexed(
             channels: Vec::new(),
             index_length: 0,
             compression: "zstd",
-            packed: data.len() as u64,
-            unpacked: content.len() as u64,
+            compressed: data.len() as u64,
+            uncompressed: content.len() as u64,
         });
         offset += chunk.len() as u64;
         records.push(chunk);
@@ -254,8 +254,8 @@ pub fn indexed(
     whole(&records, &[definitions.concat(), entries.concat(), statistics(&counts)].concat())
 }
 
-/// Bytes over and over, packed as tightly as can be without having them all in memory.
-pub fn packed_repeats(part: &[u8], times: usize) -> Vec<u8> {
+/// Bytes over and over, compressed as tightly as can be without having them all in memory.
+pub fn compressed_repeats(part: &[u8], times: usize) -> Vec<u8> {
     let mut encoder = zstd::Encoder::new(Vec::new(), 3).expect("an encoder");
     // in large pieces, which is faster
     let piece = part.repeat((1 << 20) / part.len().max(1) + 1);
@@ -265,7 +265,7 @@ pub fn packed_repeats(part: &[u8], times: usize) -> Vec<u8> {
         std::io::Write::write_all(&mut encoder, &piece[..length]).expect("room");
         left -= length;
     }
-    encoder.finish().expect("packed bytes")
+    encoder.finish().expect("compressed bytes")
 }
 
 /// A number as a field of eight bytes.

@@ -37,7 +37,7 @@ fn record(path: &Path) {
         if step.is_multiple_of(10) {
             write(picture, &[b' '; 20_000]);
         }
-        // the last of its time: who has it has everything
+        // the last of its time: a viewer that has it has everything
         write(drag, step.to_string().as_bytes());
     }
     writer.finish().expect("an end");
@@ -67,7 +67,7 @@ fn who_subscribes_panel_by_panel_sees_the_beginning() {
     viewer.watch(Duration::from_millis(200), |_| false);
     assert_eq!((viewer.times("/drag"), viewer.times("/log")), (times(), vec![0]));
     assert_eq!(viewer.times("/picture").len(), 31);
-    // who comes when all has been played
+    // a viewer that comes when all has been played
     let mut late = Viewer::connect(&url);
     late.subscribe(&["/picture", "/drag"]);
     late.watch(LONG, |viewer| viewer.messages["/drag"].len() == 301);

@@ -92,7 +92,7 @@ fn cells_of_every_type_are_read_back() {
         assert_eq!((typed.len(), plain.len()), (1000, 1000));
         assert!(typed.iter().all(|cell| *cell == Cell::Empty || is_kind(cell)));
         let text = |cells: &[Cell]| cells.iter().map(Cell::to_string).collect::<Vec<_>>();
-        // whole numbers without a point in CSV are not told apart from others, and those beyond 2⁶³ are rounded
+        // whole numbers without a point in CSV are not distinguished from others, and those beyond 2⁶³ are rounded
         if !matches!(typed[10], Cell::UInt(_)) {
             assert_eq!(text(typed), text(plain));
         }
@@ -197,19 +197,19 @@ fn damaged_tables_are_errors() {
     assert!(desk.error(1, &["plot", "t.parquet", "--x", "int", "--y", "double"]).contains("cut off"));
 }
 
-/// A page of a text that is packed well \[bytes\].
+/// A page of a text that is compressed well \[bytes\].
 fn page_of_zeros(length: u64) -> Vec<u8> {
-    let packed = zstd::encode_all(io::repeat(0).take(length), 1).expect("zstd");
+    let compressed = zstd::encode_all(io::repeat(0).take(length), 1).expect("zstd");
     let number = |number: u64| {
         (0..5).map(move |i| ((2 * number) >> (7 * i)) as u8 & 0x7f | if i < 4 { 0x80 } else { 0 })
     };
     let mut page = vec![0x15, 0, 0x15];
     page.extend(number(length));
     page.push(0x15);
-    page.extend(number(packed.len() as u64));
+    page.extend(number(compressed.len() as u64));
     // one plain value, with levels
     page.extend([0x2c, 0x15, 2, 0x15, 0, 0x15, 6, 0x15, 6, 0, 0]);
-    [page, packed].concat()
+    [page, compressed].concat()
 }
 
 #[test]

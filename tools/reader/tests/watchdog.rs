@@ -169,8 +169,8 @@ fn on_threads(threads: usize, take: impl Fn(usize, &str, &Path) + Sync) {
     });
 }
 
-/// Prints who has taken most memory.
-fn tell(mut all: Vec<(u64, Duration, String)>) {
+/// Prints what has taken most memory.
+fn print_largest(mut all: Vec<(u64, Duration, String)>) {
     /// Lines that are printed.
     const SHOWN: usize = 20;
     all.sort_by_key(|(memory, ..)| Reverse(*memory));
@@ -207,7 +207,7 @@ fn watch_every_verb() {
         }
         refuse_pages_that_are_left(what, folder);
     });
-    tell(measured.into_inner().expect("no panic"));
+    print_largest(measured.into_inner().expect("no panic"));
     let wrong = wrong.into_inner().expect("no panic");
     let runs = runs.into_inner();
     println!("{runs} runs");

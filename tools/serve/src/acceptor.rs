@@ -16,7 +16,7 @@ use crate::{
     stream::Phases,
 };
 
-/// Largest number of connections in the handshake. For one more the oldest is closed: who means it needs a moment only.
+/// Largest number of connections in the handshake. For one more the oldest is closed: a real viewer needs a moment only.
 const HANDSHAKES: usize = 64;
 const PAUSE: Duration = Duration::from_millis(20);
 

@@ -18,6 +18,12 @@ use crate::{
     select::{Bound, Pattern, finite_time},
 };
 
+/// A line for each of what can be exported: together they are too long for one.
+const EXPORT_USAGE: &str = "\
+percuss-read export [OPTIONS] --topic <TOPIC> <FILE>
+       percuss-read export [OPTIONS] --attachment <NAME> <FILE>
+       percuss-read export [OPTIONS] --attachments <FILE>";
+
 const EXPORT_EXAMPLES: &str = "\
 Examples:
   percuss-read export fig5.mcap --attachment case.toml   # to standard output
@@ -36,7 +42,7 @@ Examples:
   percuss-read export robot.mcap --topic /camera -o images/";
 
 #[derive(Debug, Args)]
-#[command(after_help = EXPORT_EXAMPLES)]
+#[command(after_help = EXPORT_EXAMPLES, override_usage = EXPORT_USAGE)]
 #[command(group(clap::ArgGroup::new("what").required(true).args(["attachment", "attachments", "topic"])))]
 pub(super) struct ExportArguments {
     /// Recording

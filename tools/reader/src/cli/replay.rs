@@ -36,11 +36,11 @@ impl ReplayArguments {
     pub(super) fn run(&self, limits: Limits) -> Result<Exit, CliError> {
         say_parts(std::slice::from_ref(&self.file));
         let mut exit = Exit::Done;
-        let mut tell = |news: News<'_>| match news {
+        let mut report = |news: News<'_>| match news {
             News::Line(line) => say(line),
             News::Loss(damage) => exit = loss(&self.file, std::slice::from_ref(damage)),
         };
-        replay(&self.file, &self.request, limits, Arc::new(say), &mut tell)?;
+        replay(&self.file, &self.request, limits, Arc::new(say), &mut report)?;
         Ok(exit)
     }
 }

@@ -21,7 +21,7 @@ use crate::{
     messages::Recording,
     recording::{Damage, Limits, OpenError},
     select::{self, Bound, Pattern},
-    slice::{Moment, MomentError, Slice, misfit, moments, slice, visit},
+    slice::{Moment, MomentError, Slice, mismatch, moments, slice, visit},
 };
 
 pub use image::{Camera, Image};
@@ -225,7 +225,7 @@ pub fn matrix(
     let (moment, damages) = moment(&recording, id, time)?;
     let name = || channel.topic.clone();
     let slice = slice(channel, leaf, &moment)
-        .ok_or_else(|| ExportError::Misshapen(misfit(channel, leaf, &moment)))?;
+        .ok_or_else(|| ExportError::Misshapen(mismatch(channel, leaf, &moment)))?;
     let extent = Extents::read(&recording, &[id])?.of(id, leaf);
     let slice = slice.whole(&extent, limits).ok_or_else(|| ExportError::TooLarge(name()))?;
     let layers = recording.layers(&slice.axes[0].name);
@@ -270,7 +270,7 @@ pub fn series<E: From<ExportError>>(
     let (mut frames, mut failed) = (Vec::new(), None);
     let mut take = |moment: Moment| -> Result<(), E> {
         let slice = slice(channel, leaf, &moment)
-            .ok_or_else(|| ExportError::Misshapen(misfit(channel, leaf, &moment)))?;
+            .ok_or_else(|| ExportError::Misshapen(mismatch(channel, leaf, &moment)))?;
         let slice =
             slice.whole(&extent, limits).ok_or_else(|| ExportError::TooLarge(channel.topic.clone()))?;
         let (bytes, extension) = match vti(&slice) {

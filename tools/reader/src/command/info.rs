@@ -95,8 +95,8 @@ fn to_text(path: &Path, size: u64, recording: &Recording) -> String {
     if chunks.count > 0 {
         let name = |name: &String| if name.is_empty() { "uncompressed".to_owned() } else { name.clone() };
         let names: Vec<String> = chunks.compression.iter().map(name).collect();
-        let packed = 100.0 * chunks.compressed as f64 / chunks.uncompressed.max(1) as f64;
-        line("chunks", format!("{}, {}, packed to {packed:.0} %", chunks.count, names.join(", ")));
+        let share = 100.0 * chunks.compressed as f64 / chunks.uncompressed.max(1) as f64;
+        line("chunks", format!("{}, {}, compressed to {share:.0} %", chunks.count, names.join(", ")));
     }
     if let Some((start, end)) = recording.span {
         line("log time", format!("{} s to {} s", seconds(start), seconds(end)));

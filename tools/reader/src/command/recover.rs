@@ -27,7 +27,7 @@ const MAX_LOST: usize = 1000;
 /// Topics of a lost chunk that are reported one by one.
 const MAX_TOPICS: usize = 20;
 
-/// Unpacked size after which a chunk is closed, besides where the chunks of the source end \[bytes\].
+/// Uncompressed size after which a chunk is closed, besides where the chunks of the source end \[bytes\].
 const CHUNK: u64 = 4 << 20;
 
 /// What was kept and what was lost.

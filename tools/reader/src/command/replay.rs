@@ -210,7 +210,7 @@ struct Player {
 impl Player {
     fn run(&mut self, request: &Request, say: &mut dyn FnMut(News<'_>)) -> Result<(), ReplayError> {
         loop {
-            self.tell(say);
+            self.report_damages(say);
             // requests do not keep it from playing, however many there are
             if let Some(asked) = self.server.request(self.wait()) {
                 self.obey(asked)?;
@@ -223,7 +223,7 @@ impl Player {
                 self.play()?;
                 if self.head.is_none() {
                     if request.once {
-                        self.tell(say);
+                        self.report_damages(say);
                         return Ok(());
                     }
                     self.end(request.repeat)?;
@@ -238,7 +238,7 @@ impl Player {
     }
 
     /// Reports what has been found to be lost since the last time.
-    fn tell(&mut self, say: &mut dyn FnMut(News<'_>)) {
+    fn report_damages(&mut self, say: &mut dyn FnMut(News<'_>)) {
         let damages = self.timeline.damages();
         damages.iter().skip(self.said).for_each(|damage| say(News::Loss(damage)));
         self.said = damages.len();

@@ -12,7 +12,7 @@ use super::{
     convert::Converter,
     error::CompareError,
     field::ComparedField,
-    measure::Place,
+    measure::Location,
     meter::Sample,
     mode::{Alignment, LOOKED_AT, Mode, Moment, choose, have_common_step},
     options::{Matched, Options, Watch},
@@ -41,8 +41,8 @@ fn step_leaf(layout: &Layout) -> Option<usize> {
 }
 
 /// The place of a message.
-fn place(sample: u64, step: Option<u64>, time: Instant) -> Place {
-    Place { sample, step, time: time.number(), nanoseconds: time.nanoseconds(), ..Place::default() }
+fn place(sample: u64, step: Option<u64>, time: Instant) -> Location {
+    Location { sample, step, time: time.number(), nanoseconds: time.nanoseconds(), ..Location::default() }
 }
 
 /// Memory that a message takes while it waits \[bytes\].
@@ -270,7 +270,7 @@ impl<'a> Aligner<'a> {
         let report = &mut self.report;
         *[&mut report.only_a, &mut report.only_b][side] += 1;
         let Moment { step, time } = waiting.moment;
-        let is_earlier = |(place, _): &(Place, bool)| time < place.instant();
+        let is_earlier = |(place, _): &(Location, bool)| time < place.instant();
         if report.first_unmatched.as_ref().is_none_or(is_earlier) {
             let place = place(report.compared, step, time);
             report.first_unmatched = Some((place, side == 0));
@@ -278,7 +278,7 @@ impl<'a> Aligner<'a> {
     }
 
     /// The place of a sample, which is counted.
-    fn sample(&mut self, a: &Waiting) -> Place {
+    fn sample(&mut self, a: &Waiting) -> Location {
         let Moment { step, time } = a.moment;
         self.report.compared += 1;
         place(self.report.compared - 1, step, time)
@@ -347,7 +347,7 @@ impl<'a> Aligner<'a> {
     }
 
     /// Measures the decoded messages.
-    fn measure(&mut self, place: &Place, interpolated: bool) {
+    fn measure(&mut self, place: &Location, interpolated: bool) {
         // asked for, or with a tolerance, times count from the start; else they are compared as they are
         let is_from_start = |field: &ComparedField| self.options.relative || field.is_tolerant();
         let starts = self.starts.map(|[a, b]| [a.number(), self.converter.time(b.number())]);

@@ -4,7 +4,7 @@ use prost_reflect::Kind;
 
 use super::{
     convert::Converter,
-    measure::Place,
+    measure::Location,
     meter::{Meter, Sample},
     options::Options,
     report::{ChannelReport, FieldReport},
@@ -105,7 +105,7 @@ impl ComparedField {
         &mut self,
         a: &Values,
         b: &Values,
-        place: &Place,
+        place: &Location,
         interpolated: bool,
         starts: Option<[f64; 2]>,
     ) -> bool {

@@ -5,7 +5,7 @@ use crate::instant::Instant;
 
 /// When and where a value stands.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Place {
+pub struct Location {
     /// Number of the sample among those compared.
     pub sample: u64,
     /// Step, where messages have one.
@@ -20,7 +20,7 @@ pub struct Place {
     pub position: Option<String>,
 }
 
-impl Place {
+impl Location {
     /// When it is; log times as whole numbers.
     pub(super) fn instant(&self) -> Instant {
         self.nanoseconds.map_or(Instant::Number(self.time), Instant::Log)
@@ -31,7 +31,7 @@ impl Place {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Divergence {
     /// When and where.
-    pub place: Place,
+    pub place: Location,
     /// Value in the reference, as text.
     pub a: String,
     /// Value in the new recording, as text.
@@ -56,7 +56,7 @@ pub struct Measure {
     /// Samples whose arrays have no part of their axes in common: nothing of them was compared.
     pub apart: u64,
     /// Largest absolute difference, and where; infinite where one of the two is no finite number.
-    pub max: Option<(f64, Place)>,
+    pub max: Option<(f64, Location)>,
     /// Earliest difference.
     pub first: Option<Divergence>,
     /// Earliest difference beyond tolerance.

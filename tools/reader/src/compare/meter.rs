@@ -1,7 +1,7 @@
 //! One field of two recordings, compared sample by sample.
 
 use super::{
-    measure::{Divergence, Measure, Place},
+    measure::{Divergence, Location, Measure},
     options::NanRule,
     shift::Shift,
     sums::{Block, Scale, Sums},
@@ -28,14 +28,14 @@ pub(super) struct Meter {
 
 /// When a message is, and where its elements are.
 pub(super) struct Sample<'a> {
-    pub(super) place: Place,
+    pub(super) place: Location,
     /// Gives the position of an element in words.
     pub(super) position: &'a dyn Fn(usize) -> Option<String>,
 }
 
 impl Sample<'_> {
-    fn at(&self, element: usize) -> Place {
-        Place { element, position: (self.position)(element), ..self.place.clone() }
+    fn at(&self, element: usize) -> Location {
+        Location { element, position: (self.position)(element), ..self.place.clone() }
     }
 }
 
@@ -62,7 +62,7 @@ impl Meter {
     }
 
     /// A sample whose messages agree in every byte.
-    pub(super) fn take_same(&mut self, a: &List, place: Place) {
+    pub(super) fn take_same(&mut self, a: &List, place: Location) {
         let sample = Sample { place, position: &|_| None };
         if let List::Double(list) = a {
             return self.numbers::<true>(list, list, &sample);
@@ -208,7 +208,7 @@ impl Meter {
     }
 
     /// Two numbers that differ, each as the shortest text that reads back as the number of the field's type.
-    fn divergence(&self, place: Place, a: f64, b: f64) -> Divergence {
+    fn divergence(&self, place: Location, a: f64, b: f64) -> Divergence {
         let are_nan = a.is_nan() && b.is_nan();
         let [a, b] = [a, b].map(|value| number(value, self.floats, are_nan));
         Divergence { place, a, b }
@@ -224,7 +224,7 @@ impl Meter {
             self.measure.differing += 1;
             self.measure.beyond += 1;
             if self.measure.first_beyond.is_none() {
-                let place = Place { element: i, position: None, ..sample.place.clone() };
+                let place = Location { element: i, position: None, ..sample.place.clone() };
                 self.note(Divergence { place, a: shorten(x), b: shorten(y) }, true);
             }
         }

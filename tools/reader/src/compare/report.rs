@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, path::PathBuf};
 
 use super::{
-    measure::{Divergence, Measure, Place},
+    measure::{Divergence, Location, Measure},
     mode::Alignment,
     structure::{Change, Finding},
     tolerance::Rule,
@@ -206,7 +206,7 @@ pub struct ChannelReport {
     /// Messages of the new recording without counterpart.
     pub only_b: u64,
     /// Earliest message without counterpart: its place, and whether it is the reference's.
-    pub first_unmatched: Option<(Place, bool)>,
+    pub first_unmatched: Option<(Location, bool)>,
     /// Messages of both in the window of time that was asked for.
     pub messages: [u64; 2],
     /// First and last time of those.

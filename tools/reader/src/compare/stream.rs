@@ -1,4 +1,4 @@
-//! Two files read at once: a thread for each unpacks it and hands on batches of messages.
+//! Two files read at once: a thread for each decompresses it and hands on batches of messages.
 
 use std::{
     collections::BTreeMap,

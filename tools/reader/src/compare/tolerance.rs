@@ -1,6 +1,7 @@
 //! What differences are allowed, field by field.
 
 use clap::Args;
+use percuss_output::number::{finite, whole};
 use serde::{Deserialize, Deserializer, de::Error};
 use toml::Value;
 
@@ -20,26 +21,26 @@ use crate::{convention, select::Pattern};
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct Tolerance {
     /// Absolute.
-    #[arg(long, value_name = "X", help = "Absolute tolerance of all other fields")]
+    #[arg(long, value_name = "X", value_parser = finite(0.0..), help = "Absolute tolerance of all other fields")]
     pub abs: Option<f64>,
     /// Relative to the reference element.
-    #[arg(long, value_name = "X", help = "Tolerance relative to the reference value, of all other fields")]
+    #[arg(long, value_name = "X", value_parser = finite(0.0..), help = "Tolerance relative to the reference value, of all other fields")]
     pub rel: Option<f64>,
     /// Relative to the largest magnitude of the reference field over all samples compared.
-    #[arg(long, value_name = "X", help = "Tolerance relative to the peak of the field, of all other fields")]
+    #[arg(long, value_name = "X", value_parser = finite(0.0..), help = "Tolerance relative to the peak of the field, of all other fields")]
     pub peak_rel: Option<f64>,
     /// Relative to the range of the reference field over all samples compared.
     #[arg(
         long,
-        value_name = "X",
+        value_name = "X", value_parser = finite(0.0..),
         help = "Tolerance relative to the range of the field, of all other fields"
     )]
     pub range_rel: Option<f64>,
     /// Units in the last place of the field's type.
-    #[arg(long, value_name = "N", help = "Tolerance in units in the last place, of all other fields")]
+    #[arg(long, value_name = "N", value_parser = whole(0_u64..), help = "Tolerance in units in the last place, of all other fields")]
     pub ulp: Option<u64>,
     /// Relative to the reference in the L2 norm, for the field as a whole.
-    #[arg(long, value_name = "X", help = "Tolerance in the relative L2 norm, of all other fields")]
+    #[arg(long, value_name = "X", value_parser = finite(0.0..), help = "Tolerance in the relative L2 norm, of all other fields")]
     pub l2_rel: Option<f64>,
     /// Around the reference in time and value.
     #[arg(skip)]

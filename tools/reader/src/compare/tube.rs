@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::{
-    measure::{Divergence, Place},
+    measure::{Divergence, Location},
     options::NanRule,
     tolerance::Tube,
     values::is_same,
@@ -14,7 +14,7 @@ pub(super) struct TubeState {
     tube: Tube,
     nan: NanRule,
     reference: VecDeque<(f64, Vec<f64>)>,
-    waiting: VecDeque<(Place, Vec<f64>)>,
+    waiting: VecDeque<(Location, Vec<f64>)>,
 }
 
 impl TubeState {
@@ -22,7 +22,7 @@ impl TubeState {
         Self { tube, nan, reference: VecDeque::new(), waiting: VecDeque::new() }
     }
 
-    pub(super) fn put(&mut self, a: &[f64], b: &[f64], place: Place) -> Vec<Divergence> {
+    pub(super) fn put(&mut self, a: &[f64], b: &[f64], place: Location) -> Vec<Divergence> {
         let time = place.time;
         self.reference.push_back((time, a.to_vec()));
         self.waiting.push_back((place, b.to_vec()));
@@ -80,7 +80,7 @@ impl TubeState {
             let inside =
                 centre.is_finite() && low - self.tube.value <= value && value <= high + self.tube.value;
             if !inside && !is_same(centre, value) && centre != value && !self.nan.forgives(centre, value) {
-                let place = Place { element: i, ..place.clone() };
+                let place = Location { element: i, ..place.clone() };
                 late.push(Divergence { place, a: format!("{low:?} to {high:?}"), b: format!("{value:?}") });
             }
         }

@@ -40,7 +40,7 @@ const LARGE: usize = 16 << 20;
 pub struct FileRecord<'a> {
     /// Offset of the record in the file, or of the chunk it is in.
     pub offset: u64,
-    /// Offset in the unpacked content of its chunk, if it is in one.
+    /// Offset in the uncompressed content of its chunk, if it is in one.
     pub inside: Option<u64>,
     /// The record. A chunk comes with its header only; what is in it follows, once its checksum is verified.
     pub record: Record<'a>,
@@ -55,7 +55,7 @@ pub struct Scan {
     position: u64,
     read: u64,
     body: Vec<u8>,
-    unpacker: Option<LinearReader>,
+    decompressor: Option<LinearReader>,
     open: Option<Open>,
     index: Arc<Index>,
     skip: HashSet<u64>,
@@ -67,13 +67,13 @@ pub struct Scan {
     part: Part,
 }
 
-/// The chunk that is being unpacked.
+/// The chunk that is being decompressed.
 struct Open {
     offset: u64,
     end: u64,
     inside: u64,
     is_large: bool,
-    /// Why it is not unpacked.
+    /// Why it is not decompressed.
     refusal: Option<String>,
 }
 
@@ -122,7 +122,7 @@ impl Scan {
             position: MAGIC.len() as u64,
             read: MAGIC.len() as u64,
             body: Vec::new(),
-            unpacker: None,
+            decompressor: None,
             open: None,
             index,
             skip: HashSet::new(),
@@ -262,9 +262,9 @@ impl Scan {
             self.damage(offset, bytes, reason);
             return None;
         }
-        let (Some(open), Some(unpacker)) = (&mut self.open, &mut self.unpacker) else { return None };
+        let (Some(open), Some(decompressor)) = (&mut self.open, &mut self.decompressor) else { return None };
         let (offset, start) = (open.offset, open.inside);
-        let reason = match unpacker.next_event() {
+        let reason = match decompressor.next_event() {
             // the whole chunk was fed: it wants the next record of the file
             None | Some(Ok(LinearReadEvent::ReadRequest(_))) => None,
             Some(Ok(LinearReadEvent::Record { opcode, data })) => {
@@ -283,7 +283,7 @@ impl Scan {
         let (bytes, is_large) = (open.end - offset, open.is_large);
         self.open = None;
         if is_large || reason.is_some() {
-            self.unpacker = None;
+            self.decompressor = None;
         }
         if let Some(reason) = reason {
             self.damage(offset, bytes, reason);
@@ -302,7 +302,7 @@ impl Scan {
             Ok(Record::Chunk { header, .. }) => Record::Chunk { header, data: Cow::Borrowed(&[]) },
             Ok(record) => record,
             Err(error) => {
-                // that of a chunk is reported once it is unpacked
+                // that of a chunk is reported once it is decompressed
                 if opcode != op::CHUNK {
                     self.damage(offset, PREFIX + self.body.len() as u64, error.to_string());
                 }
@@ -310,7 +310,7 @@ impl Scan {
             }
         };
         let taken = take.take().map(|take| take(FileRecord { offset, inside: None, record }));
-        // the unpacker has a copy of a chunk
+        // the decompressor has a copy of a chunk
         if opcode == op::CHUNK && self.body.len() > LARGE {
             self.body = Vec::new();
         }

@@ -1,7 +1,7 @@
 //! Pages of a column in a Parquet file: plain values or places in a dictionary, with a level for every cell that can be empty.
 //!
 //! ```text
-//! page:    header (Thrift, compact), data: packed as a whole
+//! page:    header (Thrift, compact), data: compressed as a whole
 //! data:    [length of the levels: u32, levels: hybrid of 1 bit,] values
 //! values:  plain: number after number, bools as bits, texts with their lengths; or places: width: u8, hybrid of that many bits
 //! hybrid:  runs: header 2n, value, repeated n times; header 2n + 1, 8n values of some bits each
@@ -38,11 +38,11 @@ pub(super) enum Form {
 #[derive(Clone, Copy)]
 pub(super) struct Chunk {
     pub(super) form: Form,
-    /// Packed with zstd.
-    pub(super) is_packed: bool,
+    /// Compressed with zstd.
+    pub(super) is_compressed: bool,
     /// Cells can be empty.
     pub(super) has_gaps: bool,
-    /// Largest page, unpacked \[bytes\].
+    /// Largest page, uncompressed \[bytes\].
     pub(super) most: usize,
 }
 
@@ -57,21 +57,21 @@ pub(super) fn read(
     while !rest.0.is_empty() {
         let cut = || Flaw::of("a page is damaged or cut off");
         let header = Header::read(&mut rest).ok_or_else(cut)?;
-        let packed =
-            usize::try_from(header.packed).ok().and_then(|length| rest.take(length)).ok_or_else(cut)?;
-        if header.checksum.is_some_and(|checksum| checksum as u32 != crc32fast::hash(packed)) {
+        let compressed =
+            usize::try_from(header.compressed).ok().and_then(|length| rest.take(length)).ok_or_else(cut)?;
+        if header.checksum.is_some_and(|checksum| checksum as u32 != crc32fast::hash(compressed)) {
             return Err(Flaw::of("a page does not have its checksum"));
         }
-        let length = usize::try_from(header.unpacked).map_err(Flaw::of)?;
+        let length = usize::try_from(header.uncompressed).map_err(Flaw::of)?;
         if length > chunk.most {
             return Err(Flaw::Memory);
         }
-        let unpacked = if chunk.is_packed {
-            Some(zstd::bulk::decompress(packed, length).map_err(Flaw::of)?)
+        let uncompressed = if chunk.is_compressed {
+            Some(zstd::bulk::decompress(compressed, length).map_err(Flaw::of)?)
         } else {
             None
         };
-        let page = unpacked.as_deref().unwrap_or(packed);
+        let page = uncompressed.as_deref().unwrap_or(compressed);
         match header.kind {
             DICTIONARY_PAGE if chunk.form != Form::Bool => {
                 let mut values = Plain { input: Input(page), form: chunk.form, bit: 0 };
@@ -131,8 +131,8 @@ fn read_page(
 #[derive(Default)]
 struct Header {
     kind: i64,
-    unpacked: i64,
-    packed: i64,
+    uncompressed: i64,
+    compressed: i64,
     checksum: Option<i64>,
     count: i64,
     encoding: i64,
@@ -145,8 +145,8 @@ impl Header {
         input.fields(DEPTH, &mut |input, id, kind| {
             match (id, kind) {
                 (1, INT) => header.kind = input.int()?,
-                (2, INT) => header.unpacked = input.int()?,
-                (3, INT) => header.packed = input.int()?,
+                (2, INT) => header.uncompressed = input.int()?,
+                (3, INT) => header.compressed = input.int()?,
                 (4, INT) => header.checksum = Some(input.int()?),
                 // of a data page, of a dictionary
                 (5 | 7, STRUCT) => input.fields(DEPTH, &mut |input, id, kind| {

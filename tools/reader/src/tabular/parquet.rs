@@ -76,7 +76,7 @@ fn read_chunk(
     column: usize,
     columns: &mut Columns<'_>,
 ) -> Result<(), Flaw> {
-    let is_packed = match chunk.compression() {
+    let is_compressed = match chunk.compression() {
         Compression::UNCOMPRESSED => false,
         Compression::ZSTD(_) => true,
         other => {
@@ -105,7 +105,7 @@ fn read_chunk(
     let most = columns.limits.kept() / PAGE;
     let before = columns.table.columns[column].len();
     let mut take = |cell: Cell| columns.push(column, cell);
-    pages::read(data, pages::Chunk { form, is_packed, has_gaps, most }, &mut take)?;
+    pages::read(data, pages::Chunk { form, is_compressed, has_gaps, most }, &mut take)?;
     let found = columns.table.columns[column].len() - before;
     if found == rows { Ok(()) } else { Err(Flaw::of(format!("{found} cells in a group of {rows} rows"))) }
 }

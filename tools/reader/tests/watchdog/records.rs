@@ -2,9 +2,9 @@
 
 use super::{Case, types::lab};
 use crate::raw::{
-    ChunkEntry, Counts, attachment, attachment_index, attachment_of, block, channel, chunk, chunk_at, file,
-    first_offset, indexed, map, message, message_at, metadata, metadata_index, packed, packed_repeats,
-    record, schema, statistics, text, whole,
+    ChunkEntry, Counts, attachment, attachment_index, attachment_of, block, channel, chunk, chunk_at,
+    compressed, compressed_repeats, file, first_offset, indexed, map, message, message_at, metadata,
+    metadata_index, record, schema, statistics, text, whole,
 };
 
 pub const CASES: &[Case] = &[
@@ -20,7 +20,9 @@ pub const CASES: &[Case] = &[
     ("a record of 2^63 bytes", || of_length(1 << 63)),
     ("records of opcode 0", || [file(&[]), vec![0; 1 << 20]].concat()),
     ("records of no length", || whole(&[many(300_000, |_| record(0x90, &[]))], &[])),
-    ("records of no length in a chunk", || whole(&[packed(&[many(1_000_000, |_| record(0x90, &[]))])], &[])),
+    ("records of no length in a chunk", || {
+        whole(&[compressed(&[many(1_000_000, |_| record(0x90, &[]))])], &[])
+    }),
     ("texts beyond their record", || {
         file(&(1..=0x0f).map(|opcode| record(opcode, &[0xff; 64])).collect::<Vec<_>>())
     }),
@@ -39,24 +41,27 @@ pub const CASES: &[Case] = &[
     }),
     ("summary offsets in circles", offsets_in_circles),
     ("a million channels", || {
-        let part = |k: u32| packed(&[many(250_000, |i| channel((250_000 * k + i) as u16, 0, "/t", &[]))]);
+        let part = |k: u32| compressed(&[many(250_000, |i| channel((250_000 * k + i) as u16, 0, "/t", &[]))]);
         whole(&(0..4).map(part).collect::<Vec<_>>(), &[])
     }),
     ("channels of one id, each different", || {
-        whole(&[packed(&[many(200_000, |i| channel(1, 0, &format!("/{i}"), &[]))]), message(1, &[])], &[])
+        whole(&[compressed(&[many(200_000, |i| channel(1, 0, &format!("/{i}"), &[]))]), message(1, &[])], &[])
     }),
     ("a million channels in the summary", || whole(&[], &many(300_000, |i| channel(i as u16, 0, "/t", &[])))),
-    ("a million schemas", || whole(&[packed(&[many(300_000, |i| schema((i as u16).max(1), "", &[]))])], &[])),
+    ("a million schemas", || {
+        whole(&[compressed(&[many(300_000, |i| schema((i as u16).max(1), "", &[]))])], &[])
+    }),
     ("a million schemas in the summary", || {
         whole(&[], &many(400_000, |i| schema((i as u16).max(1), "", &[])))
     }),
     ("channels with long names", || {
         let name = |i: u32| format!("/{i}{}", "x".repeat(60_000));
-        let part = |k: u32| packed(&[many(20, |i| channel((20 * k + i) as u16, 0, &name(20 * k + i), &[]))]);
+        let part =
+            |k: u32| compressed(&[many(20, |i| channel((20 * k + i) as u16, 0, &name(20 * k + i), &[]))]);
         whole(&(0..150).map(part).collect::<Vec<_>>(), &[])
     }),
     ("a record that is longer than its chunk", || {
-        // found by fuzzing: the unpacker subtracted what was not there
+        // found by fuzzing: the decompressor subtracted what was not there
         let data = [&message(1, &[])[..], &[0x05], &1000_u64.to_le_bytes(), &[0; 20]].concat();
         whole(&[channel(1, 0, "/a", &[]), chunk(data.len() as u64, b"", &data)], &[])
     }),
@@ -113,17 +118,17 @@ pub const CASES: &[Case] = &[
     ("message indexes of very many entries", || {
         let entries = vec![0xff; 16 * 400_000];
         let index = record(0x07, &[&1_u16.to_le_bytes()[..], &text(&entries)].concat());
-        whole(&[channel(1, 0, "/a", &[]), packed(&[message(1, &[])]), index], &[])
+        whole(&[channel(1, 0, "/a", &[]), compressed(&[message(1, &[])]), index], &[])
     }),
     ("message indexes of odd lengths", || {
         let index =
             |length: usize| record(0x07, &[&1_u16.to_le_bytes()[..], &text(&vec![1; length])].concat());
         let indexes = [0, 1, 15, 17, 1000].map(index).concat();
-        whole(&[channel(1, 0, "/a", &[]), packed(&[message(1, &[])]), indexes], &[])
+        whole(&[channel(1, 0, "/a", &[]), compressed(&[message(1, &[])]), indexes], &[])
     }),
     ("message indexes of 65 536 channels that are not there", || {
         let index = |id: u32| record(0x07, &[&(id as u16).to_le_bytes()[..], &text(&[0; 16])].concat());
-        whole(&[packed(&[message(1, &[])]), many(65_536, index)], &[])
+        whole(&[compressed(&[message(1, &[])]), many(65_536, index)], &[])
     }),
     ("an entry of a chunk that is none", || forged(|entries, _| entries[0].offset = first_offset())),
     ("an entry of a chunk beyond the end", || {
@@ -139,12 +144,14 @@ pub const CASES: &[Case] = &[
     ("an entry of a chunk in the summary", || forged(|entries, _| entries[0].offset += 4000)),
     ("an entry of a chunk with other sizes", || {
         forged(|entries, _| {
-            (entries[0].packed, entries[0].unpacked, entries[0].index_length) = (0, u64::MAX, u64::MAX)
+            (entries[0].compressed, entries[0].uncompressed, entries[0].index_length) =
+                (0, u64::MAX, u64::MAX)
         })
     }),
     ("sizes of chunks that overflow", || {
         forged(|entries, _| {
-            let twin = ChunkEntry { offset: 3, packed: u64::MAX, unpacked: u64::MAX, ..entries[0].clone() };
+            let twin =
+                ChunkEntry { offset: 3, compressed: u64::MAX, uncompressed: u64::MAX, ..entries[0].clone() };
             entries.extend([ChunkEntry { offset: 2, ..twin.clone() }, twin]);
         })
     }),
@@ -186,13 +193,13 @@ pub const CASES: &[Case] = &[
     ("twenty chunks of 250 MB of empty messages", || {
         let one = message(1, &[]);
         let count = 250_000_000 / one.len();
-        let chunk = chunk((count * one.len()) as u64, b"zstd", &packed_repeats(&one, count));
+        let chunk = chunk((count * one.len()) as u64, b"zstd", &compressed_repeats(&one, count));
         whole(&[channel(1, 0, "/a", &[]), chunk.repeat(20)], &[])
     }),
     ("chunks of empty messages as large as allowed", || {
         let one = message(1, &[]);
         let count = (8 << 20) / one.len() - 1;
-        let chunk = chunk((count * one.len()) as u64, b"zstd", &packed_repeats(&one, count));
+        let chunk = chunk((count * one.len()) as u64, b"zstd", &compressed_repeats(&one, count));
         whole(&[channel(1, 0, "/a", &[]), chunk], &[])
     }),
     ("chunks in chunks", || {
@@ -218,7 +225,7 @@ pub const CASES: &[Case] = &[
         whole(&[chunk(4, &long, b"abcd"), chunk(4, b"\x1b[2J", b"abcd"), chunk(4, b"", b"")], &[])
     }),
     ("messages of 65 536 channels that are not there", || {
-        whole(&[packed(&[many(200_000, |i| message(i as u16, &[]))])], &[])
+        whole(&[compressed(&[many(200_000, |i| message(i as u16, &[]))])], &[])
     }),
     ("channels whose schemas are not there", || {
         let channels = (1..100).map(|id| channel(id, 7 + id, "/a", &[]));
@@ -238,7 +245,7 @@ pub const CASES: &[Case] = &[
     }),
     ("ten thousand channels of one topic", || {
         let channels = many(4000, |id| channel(id as u16, 1, "/a", &[]));
-        whole(&[lab(1, "Note"), channels, packed(&[many(4000, |id| message(id as u16, &[]))])], &[])
+        whole(&[lab(1, "Note"), channels, compressed(&[many(4000, |id| message(id as u16, &[]))])], &[])
     }),
     ("an attachment that claims a gigabyte", || {
         file(&[
@@ -283,7 +290,7 @@ fn footer_at(summary: u64) -> Vec<u8> {
 
 fn of_length(length: u64) -> Vec<u8> {
     let forged = [&[0x05][..], &length.to_le_bytes(), &[0; 100]].concat();
-    whole(&[channel(1, 0, "/a", &[]), forged, packed(&[message(1, b"later")])], &[])
+    whole(&[channel(1, 0, "/a", &[]), forged, compressed(&[message(1, b"later")])], &[])
 }
 
 fn offsets_in_circles() -> Vec<u8> {
@@ -303,8 +310,8 @@ fn entry_at(offset: u64) -> ChunkEntry {
         channels,
         index_length: 0,
         compression,
-        packed: 0,
-        unpacked: 0,
+        compressed: 0,
+        uncompressed: 0,
     }
 }
 
@@ -319,10 +326,10 @@ fn forged(change: impl FnOnce(&mut Vec<ChunkEntry>, &mut Counts)) -> Vec<u8> {
 }
 
 fn zeros(count: usize) -> Vec<u8> {
-    packed_repeats(&[0], count)
+    compressed_repeats(&[0], count)
 }
 
-/// 20 MB of zeros as lz4 packs them.
+/// 20 MB of zeros as lz4 compresses them.
 fn lz4_zeros() -> Vec<u8> {
     let options = mcap::WriteOptions::new().compression(Some(mcap::Compression::Lz4)).chunk_size(None);
     let mut writer = options.create(std::io::Cursor::new(Vec::new())).expect("a writer");
@@ -343,5 +350,10 @@ fn lz4_zeros() -> Vec<u8> {
 
 /// A chunk of messages that says when they are.
 pub fn timed(times: (u64, u64), records: &[u8]) -> Vec<u8> {
-    chunk_at(times, records.len() as u64, b"zstd", &zstd::bulk::compress(records, 3).expect("packed bytes"))
+    chunk_at(
+        times,
+        records.len() as u64,
+        b"zstd",
+        &zstd::bulk::compress(records, 3).expect("compressed bytes"),
+    )
 }

@@ -12,7 +12,7 @@ use tungstenite::{ClientRequestBuilder, Message, client};
 use wait4::Wait4;
 
 use super::{
-    alone, first_lines, on_threads, tell,
+    alone, first_lines, on_threads, print_largest,
     watch::{Ending, MEMORY, command, complaints},
 };
 
@@ -87,7 +87,7 @@ fn watch_replays() {
         wrong.extend(all.into_iter().map(|complaint| format!("{what}: {complaint}: {said}")));
         most.lock().expect("no panic").push((ending.memory, ending.time, what.to_owned()));
     });
-    tell(most.into_inner().expect("no panic"));
+    print_largest(most.into_inner().expect("no panic"));
     let wrong = wrong.into_inner().expect("no panic");
     assert!(wrong.is_empty(), "{}:\n{}", wrong.len(), wrong.join("\n"));
 }

@@ -16,8 +16,8 @@ use super::{
 use crate::{
     forge::{self, file_of, type_of},
     raw::{
-        block, channel, chunk, double, message, message_at, packed, packed_repeats, schema, varint, whole,
-        whole_number,
+        block, channel, chunk, compressed, compressed_repeats, double, message, message_at, schema, varint,
+        whole, whole_number,
     },
 };
 
@@ -156,7 +156,7 @@ pub const CASES: &[Case] = &[
         let all = many(300, |i| {
             [schema(i as u16 + 1, "T0", &data), channel(i as u16, i as u16 + 1, "/a", &[])].concat()
         });
-        whole(&[packed(&[all])], &[])
+        whole(&[compressed(&[all])], &[])
     }),
     ("empty submessages", || of_note(&block(6, &[]).repeat(MANY))),
     ("entries of a map", || of_note(&block(8, &[]).repeat(MANY))),
@@ -172,12 +172,12 @@ pub const CASES: &[Case] = &[
     ("very many empty messages of a wide type", || {
         let types = vec![type_of("T0", (1..=2000).map(number).collect())];
         let definitions = [schema(1, "T0", &set(vec![file_of("t.proto", types)])), channel(1, 1, "/a", &[])];
-        whole(&[packed(&[definitions.concat(), message(1, &[]).repeat(2000)])], &[])
+        whole(&[compressed(&[definitions.concat(), message(1, &[]).repeat(2000)])], &[])
     }),
     ("keys of maps of a megabyte", || {
         let chunk = |i: u8| {
             let key = block(1, &vec![b'a' + i; 500_000]);
-            packed(&[message_at(1, i.into(), &block(8, &[key, double(2, 1.0)].concat()))])
+            compressed(&[message_at(1, i.into(), &block(8, &[key, double(2, 1.0)].concat()))])
         };
         whole(
             &[vec![lab(1, "Note"), channel(1, 1, "/note", &[])], (0..26).map(chunk).collect()].concat(),
@@ -192,7 +192,7 @@ pub const CASES: &[Case] = &[
                 &block(8, &[block(1, format!("k{i}").as_bytes()), double(2, 1.0)].concat()),
             )
         };
-        whole(&[lab(1, "Note"), channel(1, 1, "/note", &[]), packed(&[many(20_000, one)])], &[])
+        whole(&[lab(1, "Note"), channel(1, 1, "/note", &[]), compressed(&[many(20_000, one)])], &[])
     }),
     ("lists in lists", || {
         let inner = FieldDescriptorProto { label: Some(Label::Repeated.into()), ..of_type("l", 1, ".U") };
@@ -201,7 +201,7 @@ pub const CASES: &[Case] = &[
         let definitions =
             [schema(1, "T0", &set(vec![file_of("t.proto", types)])), channel(1, 1, "/a", &[])].concat();
         let data = block(1, &block(1, &1_f64.to_le_bytes())).repeat(9000);
-        whole(&[packed(&[definitions, many(60, |i| message_at(1, i.into(), &data))])], &[])
+        whole(&[compressed(&[definitions, many(60, |i| message_at(1, i.into(), &data))])], &[])
     }),
     ("maps of wide messages with long keys", || {
         let fields = (1..=1000).map(|n| FieldDescriptorProto {
@@ -225,11 +225,11 @@ pub const CASES: &[Case] = &[
         let definitions =
             [lab(1, "Profile"), many(200, |id| channel(id as u16, 1, &format!("/{id}"), &[]))].concat();
         let data = block(5, &vec![0; 8 * 9000]);
-        whole(&[packed(&[definitions, many(200, |id| message_at(id as u16, 0, &data))])], &[])
+        whole(&[compressed(&[definitions, many(200, |id| message_at(id as u16, 0, &data))])], &[])
     }),
     ("texts of megabytes in two topics", || {
         let text = block(3, &vec![b'x'; 1_000_000]);
-        let one = |i: u64| packed(&[message_at(1 + (i % 2) as u16, i, &text)]);
+        let one = |i: u64| compressed(&[message_at(1 + (i % 2) as u16, i, &text)]);
         let definitions = vec![lab(1, "Note"), channel(1, 1, "/a", &[]), channel(2, 1, "/b", &[])];
         whole(&[definitions, (0..30).map(one).collect()].concat(), &[])
     }),
@@ -239,7 +239,7 @@ pub const CASES: &[Case] = &[
             &[
                 lab(1, "Profile"),
                 channel(1, 1, "/a", &[]),
-                packed(&[message(1, &numbers), message(1, &numbers)]),
+                compressed(&[message(1, &numbers), message(1, &numbers)]),
             ],
             &[],
         )
@@ -254,7 +254,7 @@ pub const CASES: &[Case] = &[
         // the length of the record counts the bytes that follow
         let length = (one.len() - 9 + data) as u64;
         let one = [&one[..1], &length.to_le_bytes(), &one[9..], &vec![1; data]].concat();
-        let chunk = chunk(one.len() as u64, b"zstd", &packed_repeats(&one, 1));
+        let chunk = chunk(one.len() as u64, b"zstd", &compressed_repeats(&one, 1));
         whole(&[head, chunk.repeat(3)], &[])
     }),
 ];
@@ -288,7 +288,7 @@ fn broken() -> Vec<u8> {
     ];
     let head = [lab(1, "Note"), channel(1, 1, "/note", &[])].concat();
     let all: Vec<u8> = messages.iter().flat_map(|data| message(1, data)).collect();
-    whole(&[packed(&[head, all])], &[])
+    whole(&[compressed(&[head, all])], &[])
 }
 
 fn set(file: Vec<FileDescriptorProto>) -> Vec<u8> {
@@ -346,5 +346,5 @@ fn of_schema_with(name: &str, data: &[u8], content: &[u8]) -> Vec<u8> {
 
 /// A message of the other tests, in a chunk.
 fn of_note(data: &[u8]) -> Vec<u8> {
-    whole(&[packed(&[lab(1, "Note"), channel(1, 1, "/note", &[]), message(1, data)])], &[])
+    whole(&[compressed(&[lab(1, "Note"), channel(1, 1, "/note", &[]), message(1, data)])], &[])
 }

@@ -16,8 +16,8 @@ use super::{
 use crate::{
     forge,
     raw::{
-        Counts, attachment, block, channel, channel_of, double, first_offset, indexed, map, message_at,
-        metadata, metadata_index, packed, record, schema, statistics, text, whole, whole_number,
+        Counts, attachment, block, channel, channel_of, compressed, double, first_offset, indexed, map,
+        message_at, metadata, metadata_index, record, schema, statistics, text, whole, whole_number,
     },
 };
 
@@ -36,7 +36,7 @@ pub const CASES: &[Case] = &[
                 lab(1, "Scalar"),
                 channel(1, 1, "/a", &[]),
                 channel(2, 1, "/b", &[]),
-                packed(&[many(800, one)]),
+                compressed(&[many(800, one)]),
             ],
             &[],
         )
@@ -48,7 +48,7 @@ pub const CASES: &[Case] = &[
                 lab(1, "Scalar"),
                 channel(1, 1, "/a", &[]),
                 channel(2, 1, "/b", &[]),
-                packed(&[many(40_000, one)]),
+                compressed(&[many(40_000, one)]),
             ],
             &[],
         )
@@ -72,7 +72,7 @@ pub const CASES: &[Case] = &[
     ("values that are no numbers", || {
         let values = [f64::NAN, f64::INFINITY, -f64::INFINITY, f64::MAX, f64::MIN, 5e-324, -0.0];
         let one = |i: u32| message_at(1, u64::from(i) << 20, &scalar(f64::from(i), values[i as usize % 7]));
-        whole(&[lab(1, "Scalar"), channel(1, 1, "/drag", &[]), packed(&[many(700, one)])], &[])
+        whole(&[lab(1, "Scalar"), channel(1, 1, "/drag", &[]), compressed(&[many(700, one)])], &[])
     }),
     ("axes that are no axes", || {
         let steps = [f64::NAN, f64::INFINITY, 0.0, -1.0, 1e-320, 1e308, -0.0];
@@ -82,7 +82,10 @@ pub const CASES: &[Case] = &[
             message_at(1, u64::from(i) << 24, &data)
         };
         let axis = map(&[("axis.p", "r0,dr"), ("unit.p", "Pa"), ("symmetry.p", "even")]);
-        whole(&[lab(1, "Profile"), channel(1, 1, "/interface/stress", &axis), packed(&[many(49, one)])], &[])
+        whole(
+            &[lab(1, "Profile"), channel(1, 1, "/interface/stress", &axis), compressed(&[many(49, one)])],
+            &[],
+        )
     }),
     ("matrices of 10^12 values that are four", || {
         of_sizes(&[(1_000_000, 1_000_000, 4), (u32::MAX, u32::MAX, 1), (0, 0, 4)])
@@ -252,7 +255,7 @@ pub const CASES: &[Case] = &[
             lab(1, "Note"),
             channel(1, 1, "/event", &[]),
         ];
-        whole(&[records.concat(), packed(&[many(20_000, one)])], &[])
+        whole(&[records.concat(), compressed(&[many(20_000, one)])], &[])
     }),
     ("raw images larger than their bytes", || {
         let sides = [(65_535, 65_535), (u32::MAX, u32::MAX), (0, 0), (1 << 31, 1)];
@@ -265,7 +268,7 @@ pub const CASES: &[Case] = &[
         };
         whole(&[json_channel("", "/camera"), many(4, image)], &[])
     }),
-    ("packed images that are none", || {
+    ("compressed images that are none", || {
         let data = [&b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], &[0xff; 8], &[16, 6, 0, 0, 0]].concat();
         let image = [block(2, &data), block(3, b"png")].concat();
         let jpeg = [block(2, &[0xff, 0xd8, 0xff, 0xc0, 0, 17, 8, 0xff, 0xff, 0xff, 0xff]), block(3, b"jpeg")]
@@ -330,14 +333,14 @@ fn of_depths(messages: &[(Vec<f64>, u32)]) -> Vec<u8> {
     let messages = (0..).zip(messages).flat_map(message).collect();
     let run = metadata("percuss.run", &layers);
     let schema = schema(1, "Depths", &set.encode_to_vec());
-    whole(&[run, schema, channel(1, 1, "/field/stress", &axes), packed(&[messages])], &[])
+    whole(&[run, schema, channel(1, 1, "/field/stress", &axes), compressed(&[messages])], &[])
 }
 
 /// A recording of matrices.
 fn of_slices(messages: Vec<u8>) -> Vec<u8> {
     let axis = map(&[("axis.values", "z0,dz,nz;r0,dr,nr")]);
     let run = metadata("percuss.run", &[("format_version", "2.0")]);
-    whole(&[run, lab(1, "Slice"), channel(1, 1, "/field/stress", &axis), packed(&[messages])], &[])
+    whole(&[run, lab(1, "Slice"), channel(1, 1, "/field/stress", &axis), compressed(&[messages])], &[])
 }
 
 /// Matrices by their numbers of rows, of columns and of values.
@@ -368,7 +371,7 @@ fn json_channel(schema: &str, topic: &str) -> Vec<u8> {
 fn of_json(schema: &str, messages: &[&str]) -> Vec<u8> {
     let messages =
         (0..).zip(messages).flat_map(|(i, json)| message_at(1, i, json.as_bytes())).collect::<Vec<u8>>();
-    whole(&[json_channel(schema, "/json"), packed(&[messages])], &[])
+    whole(&[json_channel(schema, "/json"), compressed(&[messages])], &[])
 }
 
 /// A recording of percuss with a drag, and with its case.
@@ -387,7 +390,7 @@ fn of_percuss(run: &[(&str, &str)], case: &[u8]) -> Vec<u8> {
     whole(&records, &[])
 }
 
-/// A schema with the fields of a packed image.
+/// A schema with the fields of a compressed image.
 fn camera() -> Vec<u8> {
     let field = |name: &str, number, kind| forge::field(name, number, Label::Optional, kind, None);
     let fields = vec![field("data", 2, Type::Bytes), field("format", 3, Type::String)];

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use super::verdict;
 use crate::{
     command::info::damage_json,
-    compare::{ChannelReport, Comparison, Difference, Divergence, FieldReport, Measure, Place},
+    compare::{ChannelReport, Comparison, Difference, Divergence, FieldReport, Location, Measure},
     format::json_lines::special,
 };
 
@@ -188,7 +188,7 @@ fn divergence_json(divergence: &Divergence) -> Value {
     value
 }
 
-fn place_json(place: &Place) -> Value {
+fn place_json(place: &Location) -> Value {
     without_none(json!({
         "sample": place.sample,
         "step": place.step,

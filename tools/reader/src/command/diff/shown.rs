@@ -1,7 +1,7 @@
 //! A comparison as it may be shown: names and values of the files without commands for the terminal.
 
 use crate::{
-    compare::{Comparison, Difference, Divergence, Place},
+    compare::{Comparison, Difference, Divergence, Location},
     text::printable,
 };
 
@@ -52,6 +52,6 @@ fn escape(text: &mut String) {
     *text = printable(text).into_owned();
 }
 
-fn escape_place(place: &mut Place) {
+fn escape_place(place: &mut Location) {
     place.position.as_mut().map(escape);
 }

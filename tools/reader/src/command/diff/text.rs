@@ -1,7 +1,7 @@
 //! A comparison for people.
 
 use super::{Verdict, shown::shown, verdict};
-use crate::compare::{Change, ChannelReport, Comparison, FieldReport, Gap, Mode, Place};
+use crate::compare::{Change, ChannelReport, Comparison, FieldReport, Gap, Location, Mode};
 use crate::instant::exact_seconds;
 
 /// How a text is laid out.
@@ -332,7 +332,7 @@ fn measure_text(field: &FieldReport) -> String {
     text
 }
 
-fn located(field: &FieldReport, place: &Place) -> String {
+fn located(field: &FieldReport, place: &Location) -> String {
     let element = match field.element.lists {
         0 => String::new(),
         _ => format!(", {}", field.element.element(place.element)),
@@ -341,7 +341,7 @@ fn located(field: &FieldReport, place: &Place) -> String {
     format!("{}{element}{position}", when(place))
 }
 
-fn when(place: &Place) -> String {
+fn when(place: &Location) -> String {
     let time = place.nanoseconds.map_or_else(|| place.time.to_string(), exact_seconds);
     match place.step {
         Some(step) => format!("at step {step}, time {time}"),

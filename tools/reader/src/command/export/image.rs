@@ -1,4 +1,4 @@
-//! Images of cameras: packed ones as they are, raw ones as PNG.
+//! Images of cameras: compressed ones as they are, raw ones as PNG.
 //!
 //! A channel holds images if its messages have the fields of `foxglove.CompressedImage` (`format`, `data`) or of
 //! `foxglove.RawImage` (`encoding`, `width`, `height`, `step`, `data`), whatever their type is named.
@@ -16,8 +16,8 @@ use crate::{
     wire::{Layout, List, Type, Values},
 };
 
-/// Extensions of packed images, and the bytes they begin with.
-const PACKED: [(&str, &[u8]); 3] = [("png", b"\x89PNG"), ("jpg", &[0xff, 0xd8]), ("webp", b"RIFF")];
+/// Extensions of compressed images, and the bytes they begin with.
+const COMPRESSED: [(&str, &[u8]); 3] = [("png", b"\x89PNG"), ("jpg", &[0xff, 0xd8]), ("webp", b"RIFF")];
 
 /// A channel with images.
 pub struct Camera {
@@ -29,7 +29,7 @@ pub struct Camera {
 /// Where the parts of an image are.
 #[derive(Clone, Copy)]
 enum Leaves {
-    Packed { format: usize, data: usize },
+    Compressed { format: usize, data: usize },
     Raw { encoding: usize, width: usize, height: usize, step: usize, data: usize, big_endian: Option<usize> },
 }
 
@@ -43,7 +43,7 @@ impl Leaves {
         let is_text: fn(&Type) -> bool = |kind| *kind == Type::Text;
         let data = leaf("data", |kind| *kind == Type::Bytes)?;
         if let Some(format) = leaf("format", is_text) {
-            return Some(Self::Packed { format, data });
+            return Some(Self::Compressed { format, data });
         }
         Some(Self::Raw {
             encoding: leaf("encoding", is_text)?,
@@ -134,9 +134,9 @@ impl Camera {
     /// It is none.
     pub fn read<'a>(&self, values: &'a Values) -> Result<Image<'a>, ExportError> {
         match self.leaves {
-            Leaves::Packed { format, data } => {
+            Leaves::Compressed { format, data } => {
                 let (format, bytes) = (text(values, format), content(values, data));
-                let image = packed(format, bytes);
+                let image = compressed(format, bytes);
                 image.ok_or_else(|| {
                     self.refuse(format!(
                         "its format is `{format}`, which its bytes are not, or which is not png, jpeg or webp"
@@ -172,16 +172,16 @@ fn content(values: &Values, leaf: usize) -> &[u8] {
     if let List::Bytes(list) = &values.lists[leaf] { list.first().map_or(&[], Vec::as_slice) } else { &[] }
 }
 
-/// An image that is packed already; `None` if it is not what its format says. ROS writes `rgb8; jpeg compressed bgr8`.
-fn packed<'a>(format: &str, bytes: &'a [u8]) -> Option<Image<'a>> {
+/// An image that is compressed already; `None` if it is not what its format says. ROS writes `rgb8; jpeg compressed bgr8`.
+fn compressed<'a>(format: &str, bytes: &'a [u8]) -> Option<Image<'a>> {
     let format = format.to_lowercase();
-    let (extension, begin) = PACKED
+    let (extension, begin) = COMPRESSED
         .into_iter()
         .find(|(name, _)| format.contains(name) || (*name == "jpg" && format.contains("jpeg")))?;
     bytes.starts_with(begin).then_some(Image { extension, bytes: bytes.into() })
 }
 
-/// An image that is not packed.
+/// An image that is not compressed.
 struct Raw<'a> {
     encoding: &'a str,
     width: usize,
@@ -277,8 +277,8 @@ mod tests {
     #[test]
     fn packed_images_are_what_they_say() {
         let jpeg = [0xff, 0xd8, 0xff];
-        assert_eq!(packed("rgb8; jpeg compressed bgr8", &jpeg).map(|image| image.extension), Some("jpg"));
-        assert!(packed("png", &jpeg).is_none());
-        assert!(packed("h264", &jpeg).is_none());
+        assert_eq!(compressed("rgb8; jpeg compressed bgr8", &jpeg).map(|image| image.extension), Some("jpg"));
+        assert!(compressed("png", &jpeg).is_none());
+        assert!(compressed("h264", &jpeg).is_none());
     }
 }

@@ -18,7 +18,7 @@ use crate::{
     messages::Recording,
     recording::Limits,
     select::Bound,
-    slice::{Moment, Profile, Slice, misfit, moments, profile, slice},
+    slice::{Moment, Profile, Slice, mismatch, moments, profile, slice},
     units::Units,
 };
 
@@ -110,14 +110,14 @@ impl Frames {
                          for the array"
                     )));
                 }
-                let misfit = || PlotError::Unfit(misfit(channel, *leaf, moment));
+                let mismatch = || PlotError::Unfit(mismatch(channel, *leaf, moment));
                 if axis.flaw(*leaf, &moment.values).is_some() {
-                    return Err(misfit());
+                    return Err(mismatch());
                 }
                 if let Some(profile) = profile(channel, *leaf, moment) {
                     self.profiles.push(Named::new(file, channel, profile, &request.units));
                 } else if axis.is_matrix() {
-                    let slice = slice(channel, *leaf, moment).ok_or_else(misfit)?;
+                    let slice = slice(channel, *leaf, moment).ok_or_else(mismatch)?;
                     let extent = extents.of(id, *leaf);
                     let slice = slice.whole(&extent, recording.limits()).ok_or_else(too_large)?;
                     let layers = recording.layers(&slice.axes[0].name);

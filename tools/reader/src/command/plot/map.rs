@@ -19,7 +19,7 @@ use crate::{
     field::{Positions, SelectionError},
     messages::Recording,
     recording::{Budget, Damage, Limits},
-    slice::{Moment, coordinate, misfit, profile, shown_name, slice},
+    slice::{Moment, coordinate, mismatch, profile, shown_name, slice},
     wire::Layout,
 };
 
@@ -108,7 +108,7 @@ impl<'a> Array<'a> {
             Axis::Listed(positions) => Reach::listed(positions).and_then(|reach| evenly(&reach)),
             _ => extent.reaches.get(along).and_then(|reach| match &reach.side {
                 Side::Even { .. } => evenly(reach),
-                Side::Listed(positions) => Some(thinned(positions)),
+                Side::Listed(positions) => Some(downsampled(positions)),
             }),
         };
         let places = places.ok_or_else(|| {
@@ -199,14 +199,14 @@ impl<'a> Array<'a> {
     /// The array at one time at all places.
     fn column(&self, moment: &Moment) -> Result<Vec<f64>, PlotError> {
         let channel = self.channel();
-        let misfit = || PlotError::Unfit(misfit(channel, self.leaf, moment));
+        let mismatch = || PlotError::Unfit(mismatch(channel, self.leaf, moment));
         if self.axis.flaw(self.leaf, &moment.values).is_some() {
-            return Err(misfit());
+            return Err(mismatch());
         }
         let points = match &self.line {
             None => profile(channel, self.leaf, moment).map(|profile| profile.points),
             Some((name, position)) => {
-                let slice = slice(channel, self.leaf, moment).ok_or_else(misfit)?;
+                let slice = slice(channel, self.leaf, moment).ok_or_else(mismatch)?;
                 let whole = slice.whole(&self.extent, self.recording.limits()).ok_or_else(too_large)?;
                 whole.line(name, *position).map(|line| line.points)
             }
@@ -314,7 +314,7 @@ fn evenly(reach: &Reach) -> Option<Side> {
 }
 
 /// The places where an array at listed positions is drawn: all, or, of too many, some of every layer and both sides of every interface.
-fn thinned(positions: &[f64]) -> Side {
+fn downsampled(positions: &[f64]) -> Side {
     let every = positions.len().div_ceil(MAX_CELLS.0);
     let layers = positions.chunk_by(|a, b| a != b);
     let some = |layer: &[f64]| -> Vec<f64> {
@@ -363,14 +363,14 @@ mod tests {
     }
 
     #[test]
-    fn thinned_places_keep_interfaces() {
+    fn downsampled_positions_keep_interfaces() {
         let layer = |from: f64, rows: u32| (0..=rows).map(move |i| from + f64::from(i) * 0.01);
         let positions: Vec<f64> = layer(0.0, 500).chain(layer(5.0, 3)).chain(layer(5.03, 600)).collect();
-        let places = thinned(&positions);
+        let places = downsampled(&positions);
         assert!((180..=226).contains(&places.length()), "{}", places.length());
         assert_eq!((places.at(0), places.at(places.length() - 1)), (0.0, positions[positions.len() - 1]));
         let doubled = (0..places.length()).filter(|&i| places.is_below_interface(i));
         assert_eq!(doubled.map(|i| places.at(i)).collect::<Vec<_>>(), [5.0, 5.03]);
-        assert_eq!(thinned(&positions[..100]).length(), 100);
+        assert_eq!(downsampled(&positions[..100]).length(), 100);
     }
 }

@@ -27,7 +27,7 @@ use crate::{
 };
 
 /// A field over time.
-struct Field {
+struct ArrayField {
     leaf: usize,
     name: String,
     /// The unit, and what leads to it from that which is recorded, if another is chosen.
@@ -75,7 +75,7 @@ pub fn arrays(
     let Some(leaves) = chosen(channel, layout, &request.selection.fields) else { return Ok(None) };
     request.window.check(channel).map_err(SelectionError::from)?;
     let extents = Extents::read(&recording, &[id])?;
-    let field = |&leaf: &usize| Field::of(channel, layout, leaf, &extents.of(id, leaf), &request.units);
+    let field = |&leaf: &usize| ArrayField::of(channel, layout, leaf, &extents.of(id, leaf), &request.units);
     let mut fields = leaves.iter().map(field).collect::<Result<Vec<_>, _>>()?;
     let (mut times, mut outcome) = (Vec::new(), Outcome::default());
     let mut budget = Budget::new(usize::try_from(limits.memory / 2).unwrap_or(usize::MAX));
@@ -158,7 +158,7 @@ fn chosen(channel: &Channel, layout: &Layout, names: &[String]) -> Option<Vec<us
     (leaves.iter().any(|leaf| is_array(*leaf)) && leaves.iter().all(is_sound)).then_some(leaves)
 }
 
-impl Field {
+impl ArrayField {
     fn of(
         channel: &Channel,
         layout: &Layout,
@@ -260,7 +260,7 @@ fn write<W: Write + Seek>(
     file: W,
     channel: &Channel,
     times: Vec<f64>,
-    fields: Vec<Field>,
+    fields: Vec<ArrayField>,
     chosen: &Units,
 ) -> Result<W, WriteNpzError> {
     let mut archive = NpzWriter::new(file);
@@ -274,7 +274,7 @@ fn write<W: Write + Seek>(
     archive.add_array("time", &times)?;
     let mut units = vec![("time".to_owned(), unit)];
     let mut known: BTreeMap<String, Side> = BTreeMap::new();
-    for Field { name, unit, axis, sides, numbers, .. } in fields {
+    for ArrayField { name, unit, axis, sides, numbers, .. } in fields {
         for ((label, side), coordinate_name) in sides.iter().zip(axis.coordinates()) {
             // another field may have other places
             let label = match known.get(label) {

@@ -8,7 +8,7 @@ fn meter(rule: &str) -> Meter {
 }
 
 fn put(meter: &mut Meter, k: u64, a: &[f64], b: &[f64]) {
-    let place = Place { sample: k, step: Some(k), time: k as f64 * 0.1, ..Place::default() };
+    let place = Location { sample: k, step: Some(k), time: k as f64 * 0.1, ..Location::default() };
     let (a, b) = (List::Double(a.to_vec()), List::Double(b.to_vec()));
     meter.take(&a, &b, &Sample { place, position: &|_| None });
 }
@@ -68,7 +68,7 @@ fn nan_of_single_precision_is_compared_exactly() {
     for (other, differing) in [(quiet, 0), (signalling, 1)] {
         let mut meter = meter("");
         let (a, b) = (List::Float(vec![quiet]), List::Float(vec![other]));
-        meter.take(&a, &b, &Sample { place: Place::default(), position: &|_| None });
+        meter.take(&a, &b, &Sample { place: Location::default(), position: &|_| None });
         assert_eq!((meter.measure.differing, meter.measure.beyond), (differing, differing));
     }
 }
@@ -208,6 +208,6 @@ fn a_tube_holds_no_number_that_is_not_finite() {
 fn large_integers_are_compared_exactly() {
     let mut meter = meter("");
     let (a, b) = (List::UInt(vec![u64::MAX]), List::UInt(vec![u64::MAX - 1]));
-    meter.take(&a, &b, &Sample { place: Place::default(), position: &|_| None });
+    meter.take(&a, &b, &Sample { place: Location::default(), position: &|_| None });
     assert_eq!(meter.measure.beyond, 1);
 }

@@ -113,14 +113,14 @@ impl Scan {
         Ok(())
     }
 
-    /// Feeds a chunk to the unpacker, which verifies it before anything comes out. One that claims to unpack to more than
-    /// there is memory for is refused; one that lies is found out as it is unpacked.
+    /// Feeds a chunk to the decompressor, which verifies it before anything comes out. One that claims to decompress to more than
+    /// there is memory for is refused; one that lies is found out as it is decompressed.
     fn open_chunk(&mut self, offset: u64, prefix: &[u8]) {
         let limit = self.limits.record();
         let (claimed, overflows) = match parse(op::CHUNK, &self.body, limit) {
             Ok(Record::Chunk { header, data }) => {
                 let claimed = usize::try_from(header.uncompressed_size).unwrap_or(usize::MAX);
-                // the unpacker does not look where a record of a chunk that is not packed ends
+                // the decompressor does not look where a record of a chunk that is not compressed ends
                 let is_plain = header.compression.is_empty();
                 (claimed, is_plain && has_checksum(&data, header.uncompressed_crc) && !is_tiled(&data))
             }
@@ -128,7 +128,9 @@ impl Scan {
         };
         let is_large = self.body.len().max(claimed) > LARGE;
         let refusal = (claimed > limit).then(|| {
-            format!("a chunk that unpacks to {claimed} bytes exceeds the limit of {limit} (--max-memory)")
+            format!(
+                "a chunk that decompresses to {claimed} bytes exceeds the limit of {limit} (--max-memory)"
+            )
         });
         let refusal =
             refusal.or_else(|| overflows.then(|| "a record that is longer than its chunk".to_owned()));
@@ -138,10 +140,10 @@ impl Scan {
         self.open = Some(Open { offset, end: self.position, inside: 0, is_large, refusal });
     }
 
-    /// Hands the record that has been read to the unpacker.
+    /// Hands the record that has been read to the decompressor.
     fn feed(&mut self, prefix: &[u8]) {
         let limit = self.limits.record();
-        let unpacker = self.unpacker.get_or_insert_with(|| {
+        let decompressor = self.decompressor.get_or_insert_with(|| {
             let options = LinearReaderOptions::default()
                 .with_skip_start_magic(true)
                 .with_skip_end_magic(true)
@@ -150,10 +152,10 @@ impl Scan {
             LinearReader::new_with_options(options)
         });
         for bytes in [prefix, &self.body] {
-            unpacker.insert(bytes.len()).copy_from_slice(bytes);
+            decompressor.insert(bytes.len()).copy_from_slice(bytes);
             // no bytes would mean the end of the file
             if !bytes.is_empty() {
-                unpacker.notify_read(bytes.len());
+                decompressor.notify_read(bytes.len());
             }
         }
     }

@@ -60,15 +60,15 @@ impl Scan {
         let length = u64_at(1).unwrap_or(u64::MAX);
         let fits = length <= self.limits.record() as u64 && offset + PREFIX + length <= self.length;
         let times = u64_at(9).zip(u64_at(17)).is_some_and(|(first, last)| first <= last);
-        let unpacked = u64_at(25).is_some_and(|size| size <= self.limits.record() as u64);
+        let uncompressed = u64_at(25).is_some_and(|size| size <= self.limits.record() as u64);
         let name = match head.get(37..41) {
             Some([0, 0, 0, 0]) => Some(0),
             Some([3, 0, 0, 0]) => Some(3).filter(|_| head[41..44] == *b"lz4"),
             Some([4, 0, 0, 0]) => Some(4).filter(|_| head[41..45] == *b"zstd"),
             _ => None,
         };
-        let packed =
+        let compressed =
             name.and_then(|name| u64_at(41 + name).map(|size| size.saturating_add(40 + name as u64)));
-        fits && times && unpacked && packed == Some(length)
+        fits && times && uncompressed && compressed == Some(length)
     }
 }
