@@ -6,6 +6,7 @@
 use std::{ops::Range, path::Path};
 
 use clap::Args;
+use percuss_output::number::whole;
 use percuss_picture::{Colours, Diagram, Film, Image, Moment as Shown, Raster, Section, Side, Stage};
 use percuss_table::Heading;
 
@@ -42,13 +43,13 @@ pub struct Request {
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub to: Option<Bound>,
     /// Frames at most, evenly over what is recorded
-    #[arg(long, value_name = "N", default_value_t = 120, value_parser = clap::value_parser!(u32).range(2..=10_000))]
+    #[arg(long, value_name = "N", default_value_t = 120, value_parser = whole(2_u32..=10_000))]
     pub frames: u32,
     /// Frames a second
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=50))]
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = whole(1_u16..=50))]
     pub fps: u16,
     /// Width of the picture, in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 960, value_parser = clap::value_parser!(u32).range(320..=3840))]
+    #[arg(long, value_name = "PIXELS", default_value_t = 960, value_parser = whole(320_u32..=3840))]
     pub width: u32,
     /// The colours end at this value and its negative, in the unit of the recording [default: as in viewers]
     #[arg(long, value_name = "X", value_parser = positive)]
