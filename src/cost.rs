@@ -34,6 +34,8 @@ const LEAST_COMPRESSED: f64 = 0.1;
 const MESSAGE_OVERHEAD: u64 = MESSAGE_HEADER + 16;
 /// Payload of numbers that a message begins with, and that the messages of drag and velocity have \[bytes\].
 const HEAD: u64 = 36;
+/// Size of an image beside its section, of which a pixel takes 0.75 bytes \[bytes\].
+const IMAGE: u64 = 6 << 10;
 /// Payload of a scene, of fronts, of a transform and of a profile \[bytes\].
 const SCENE: u64 = 6 << 10;
 const FRONTS: u64 = 4 << 10;
@@ -121,8 +123,9 @@ fn frame_messages(case: &Case) -> u64 {
     let fields = record.fields.len() as u64;
     let view = |view: &ViewChannel| {
         message(match view {
-            ViewChannel::Field => pixels * fields,
-            ViewChannel::Image => pixels * fields.min(1) * 17 / 16,
+            // a byte for each field, four for the colour
+            ViewChannel::Field => pixels * (fields + 4) * fields.min(1),
+            ViewChannel::Image => (IMAGE + pixels * 3 / 4) * fields.min(1),
             ViewChannel::Scene => SCENE,
             ViewChannel::Fronts => FRONTS,
             ViewChannel::Tf => TRANSFORM,

@@ -11,7 +11,7 @@
 //! downsampled; exact numbers are in the other channels. The colours of a field have one range in all pictures of a run, the
 //! report included: `colour_range.<field>` in the metadata of `/view/field`, estimated from the case before the run (stress:
 //! 1.25·V0 for a front, and the rise behind it by reflections, or by the stiffness of the half-space), a round number. In the
-//! built-in cases 0 to 0.8 % of the moved section exceeds it, under edges. On `fig5` with 100 cells and 200 frames the views take a tenth of the
+//! built-in cases 0 to 0.8 % of the moved section exceeds it, under edges. On `fig5` with 100 cells and 200 frames the views take a quarter of the
 //! file, on fine meshes less; they are drawn on the writer thread.
 //!
 //! **Lichtblick, Foxglove.** Open the file, then import its layout (Layout menu, "Import from file"):

@@ -499,7 +499,8 @@ fn layouts_are_printed_or_written() {
     let write = ["layout", "fig5", "--viewer", "plotjuggler", "-o", "layout.xml"];
     assert!(percuss(folder.path(), &write).status.success());
     let text = fs::read_to_string(folder.path().join("layout.xml")).expect("a layout");
-    assert!(text.contains("<curve name=\"/probes/stress[5]\""));
+    // the last probe is at the edge, where the stress grows with the mesh
+    assert!(text.contains("/probes/stress[4]") && !text.contains("/probes/stress[5]"), "{text}");
     let again = percuss(folder.path(), &write);
     assert_eq!(again.status.code(), Some(1));
     assert!(stderr(&again).contains("layout.xml"), "{}", stderr(&again));

@@ -264,7 +264,8 @@ fn the_camera_of_the_layout_sees_the_section() {
     let grid: foxglove::Grid = ball.last("/view/field");
     let size = grid.cell_size.expect("a size");
     let width = f64::from(grid.column_count) * size.x;
-    assert!(distance > 0.4 * width && distance < 4.0 * width, "{distance} m for {width} m");
+    // a panel is three to four times as wide as it is high
+    assert!(distance > width / 4.0 && distance < 4.0 * width, "{distance} m for {width} m");
     let target = camera["targetOffset"][1].as_f64().expect("a height");
     assert!((-0.008..0.008).contains(&target), "{target}");
     // numbers of different units have panels of their own, over the seconds of log time
