@@ -28,7 +28,7 @@ END = re.compile(rb"completed")
 class Viewer:
     """One connection: subscribes and keeps what comes, in order.
 
-    `shown` is what Lichtblick would show: messages at the time that was told last, nothing of before when time goes back.
+    `shown` is what Lichtblick would show: messages at the time that was sent last, nothing of before when time goes back.
     """
 
     def __init__(self, url):
@@ -238,7 +238,7 @@ async def live(percuss, folder):
     assert viewer.times == sorted(viewer.times) and len(viewer.times) > 50, len(viewer.times)
     print(f"live, paced, among 3 slow viewers and 20 that come and go: all {count} messages, in order")
     for path in [watched, panels, crowd]:
-        assert without_host(path) == without_host(alone), f"{path} differs from the run nobody watched"
+        assert without_host(path) == without_host(alone), f"{path} differs from the run without a viewer"
     print(f"recordings: {alone.stat().st_size} bytes, the same with and without viewers")
 
     # bad addresses
