@@ -95,8 +95,9 @@ impl Picture {
         let Units { time, force, speed, .. } = self.units;
         let [time, force, speed] = [(time, view.time), (force, view.drag), (speed, view.velocity)]
             .map(|(unit, x)| unit.text_with_unit(3, x));
+        let values = format!("t = {time},   F = {force},   V = {speed}").replace('-', "−");
         self.pixels.text(&Text {
-            label: &format!("t = {time},   F = {force},   V = {speed}"),
+            label: &values,
             at: self.plate.values,
             size: Plate::LETTERS,
             align: Align::Start,
