@@ -214,6 +214,7 @@ fn no_circles() {
     for path in [
         "src",
         "tools/reader/src",
+        "tools/canvas/src",
         "tools/picture/src",
         "tools/serve/src",
         "tools/output/src",

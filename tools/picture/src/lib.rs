@@ -1,6 +1,6 @@
 //! Pictures: curves and images as SVG, PDF, PNG, or text for a terminal, and moving ones as GIF or APNG. The same input gives the same bytes.
 //!
-//! Knows numbers, labels and colours, nothing of recordings or physics. The reader and the figures use it. Labels carry subscripts as `γc_p²` and `sigma_zz` have them. An SVG needs no font: its texts are outlines, and
+//! Knows numbers, labels and colours, nothing of recordings or physics. The reader and the figures use it. Labels, letters and colours are those of `percuss_canvas`. Labels carry subscripts as `γc_p²` and `sigma_zz` have them. An SVG needs no font: its texts are outlines, and
 //! what they say are their titles. A PDF has the letters it uses embedded.
 
 mod curves;
