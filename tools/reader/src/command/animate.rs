@@ -160,7 +160,7 @@ impl Animation {
         })?);
         times.sort_by(f64::total_cmp);
         times.dedup();
-        let times = downsampled(&times, request.frames as usize);
+        let times = evenly(&times, request.frames as usize);
         let (Some(&first), Some(&last)) = (times.first(), times.last()) else {
             return Err(AnimateError::Nothing(format!("`{}` has no frames in this time", channel.topic)));
         };
@@ -340,7 +340,7 @@ fn holds(window: Window, time: f64) -> bool {
 }
 
 /// As many of some times as there may be, evenly, the first and the last among them.
-fn downsampled(times: &[f64], most: usize) -> Vec<f64> {
+fn evenly(times: &[f64], most: usize) -> Vec<f64> {
     let count = times.len().min(most);
     (0..count).map(|i| times[i * (times.len() - 1) / (count - 1).max(1)]).collect()
 }
@@ -453,9 +453,9 @@ mod tests {
     #[test]
     fn frames_are_even_and_hold_both_ends() {
         let times: Vec<f64> = (0..101).map(f64::from).collect();
-        assert_eq!(downsampled(&times, 5), [0.0, 25.0, 50.0, 75.0, 100.0]);
-        assert_eq!(downsampled(&times[..3], 5), [0.0, 1.0, 2.0]);
-        assert_eq!((downsampled(&times[..1], 5), downsampled(&[], 5)), (vec![0.0], Vec::new()));
+        assert_eq!(evenly(&times, 5), [0.0, 25.0, 50.0, 75.0, 100.0]);
+        assert_eq!(evenly(&times[..3], 5), [0.0, 1.0, 2.0]);
+        assert_eq!((evenly(&times[..1], 5), evenly(&[], 5)), (vec![0.0], Vec::new()));
     }
 
     #[test]
