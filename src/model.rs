@@ -196,10 +196,19 @@ impl Field {
 pub enum Coverage {
     /// The whole field, at any time.
     Field,
-    /// Only the surface, up to and including this step.
+    /// Only the surface of the first columns, up to and including a step.
     Surface {
         /// Last step of the run.
         last_step: usize,
+        /// Number of columns that are looked at.
+        columns: usize,
+    },
+    /// All depths of the first columns, up to and including a step.
+    Columns {
+        /// Last step of the run.
+        last_step: usize,
+        /// Number of columns that are looked at.
+        columns: usize,
     },
     /// Every node in every step, moved or not: what a computation without the light cone does, for comparisons.
     Everything,

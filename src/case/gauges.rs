@@ -111,7 +111,7 @@ impl Record {
     }
 
     /// Radius of the outermost point or line along z \[R\]; infinite with lines along r.
-    pub(super) fn widest(&self) -> f64 {
+    pub(crate) fn widest(&self) -> f64 {
         let lines = self.lines.iter().map(|line| match line {
             Line::R(r) => *r,
             Line::Z(_) => f64::INFINITY,

@@ -207,7 +207,7 @@ impl<T> Engine<T> {
             sampler: request.frame.then(sampler),
             gauge: (!self.gauges.is_empty()).then(gauge),
             strains: Arc::clone(&self.strains),
-            watched: Watched::at(&self.grid, self.level - 1, loaded),
+            watched: Watched::at(&self.grid, self.level - 1, loaded).within(active.sound),
         }
     }
 
@@ -252,9 +252,10 @@ impl<T> Engine<T> {
         if self.field.domain().last_depth() >= depths || !self.field.domain().strains_back() {
             return;
         }
+        let sound = self.cone.active(self.level).sound;
         if let Weighted::Cells(weights) = self.field.domain().scheme() {
             let level = self.level - 1;
-            let columns = 0..self.cone.active_columns();
+            let columns = 0..self.cone.active_columns().min(sound);
             // SAFETY: the band has the backing and so the whole layer; no pass is under way there
             #[expect(unsafe_code, reason = "a field that threads share")]
             let strains = unsafe { self.field.domain().backing_strains(weights, level, &columns) };
@@ -262,7 +263,7 @@ impl<T> Engine<T> {
             let peak = (0..).zip(&strains).fold(start, |peak, (i, strain)| peak.with(*strain, level, i));
             self.peaks[0] = self.peaks[0].larger(peak);
         } else {
-            let row = &self.field.row(self.level, last_row)[..self.cone.active_columns()];
+            let row = &self.field.row(self.level, last_row)[..self.cone.active_columns().min(sound)];
             let start = RowPeak { level: self.level, ..RowPeak::default() };
             let newest = row.iter().enumerate().fold(start, |peak, (i, u)| peak.with(*u, self.level, i));
             self.note_peak(newest);
@@ -374,7 +375,9 @@ impl<T: Send> Model<T> for Engine<T> {
         match self.field.domain().scheme() {
             Weighted::Axial(_) => pressure.iter().map(|p| p.abs()).zip(0..).fold((0.0, 0), larger_strain),
             Weighted::Cells(_) => {
-                let columns = (self.cone.active_columns() + 1).max(pressure.len()).min(self.grid.nr());
+                let sound = self.cone.active(self.level).sound;
+                let columns =
+                    (self.cone.active_columns() + 1).min(sound).max(pressure.len()).min(self.grid.nr());
                 let at = |i: usize| (self.strain_at(pressure.get(i).copied().unwrap_or_default(), i), i);
                 (0..columns).map(at).fold((0.0, 0), larger_strain)
             }

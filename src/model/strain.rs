@@ -36,6 +36,11 @@ impl Watched {
         };
         Self { rows: rows.min(sound), columns: columns.min(grid.nr()) }
     }
+
+    /// Those of the first columns alone.
+    pub fn within(self, columns: usize) -> Self {
+        Self { columns: self.columns.min(columns), ..self }
+    }
 }
 
 /// The largest strain of cells so far: where there are several, that of the earliest level, then of the uppermost row, then the

@@ -34,6 +34,14 @@
 //!
 //! *From below.* Where nothing but the surface is looked at, what lies deeper than the steps that are left can no
 //! longer be seen there.
+//!
+//! *From outside.* Where nothing but the first columns is looked at, what lies farther out than waves run in the steps that are left can
+//! no longer be seen there. By reciprocity the weight of node i in what node c will be is that of c in i, with their areas exchanged:
+//! it falls off ahead of a front from c as above, but for the ratio of areas, a few thousand at most. A block of columns behind those
+//! that are computed is put to rest in every step, so that they end at something rigid: at columns that stay as they are at different
+//! levels some schemes grow without bound.
+
+use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +55,11 @@ pub struct ActiveRegion {
     pub rows: usize,
     /// Number of columns, a whole number of blocks.
     pub columns: usize,
+    /// End of the columns behind them that are put to rest, as they can no longer be seen: what is computed needs a sound edge. No
+    /// fewer than `columns`.
+    pub resting: usize,
+    /// Number of columns that know nothing of those that are at rest: their strains are those of the target.
+    pub sound: usize,
 }
 
 /// What is left of a wave of height 1 where nodes are taken to be at rest: rounding cannot distinguish it from 0.
@@ -80,9 +93,12 @@ pub struct LightCone {
     /// Number of rows that move, by depth, and of columns.
     nz: usize,
     nr: usize,
+    level: usize,
     state: ConeState,
     /// Pairs of κ and growth per step of waves `exp(κx)` along r under lateral damping, see [`damped_growth`]; none without.
     growth: Vec<[f64; 2]>,
+    /// The same of waves of any length, see [`growth_of_edges`]; none without damping.
+    edges: Vec<[f64; 2]>,
 }
 
 impl LightCone {
@@ -92,7 +108,17 @@ impl LightCone {
     /// * `reach`: rows and columns that the scheme passes on per step
     /// * `nz`, `nr`: number of rows that move, by depth, and of columns
     pub fn new(coverage: Coverage, courant: f64, reach: usize, nz: usize, nr: usize) -> Self {
-        Self { coverage, courant, reach, nz, nr, state: ConeState::default(), growth: Vec::new() }
+        Self {
+            coverage,
+            courant,
+            reach,
+            nz,
+            nr,
+            level: 0,
+            state: ConeState::default(),
+            growth: Vec::new(),
+            edges: Vec::new(),
+        }
     }
 
     /// A target of the scheme of cells at rest at level 0: the scheme passes on one row and four columns per step.
@@ -101,22 +127,68 @@ impl LightCone {
     /// * `damping`: lateral damping σ
     /// * `rows`, `nr`: number of rows, of columns
     pub fn damped(coverage: Coverage, courant: f64, damping: f64, rows: usize, nr: usize) -> Self {
-        let growth = (0..GROWTHS).map(|n| {
-            let kappa = LARGEST_KAPPA * libm::pow(0.9, n as f64);
-            [kappa, damped_growth(courant, damping, kappa)]
-        });
-        Self { growth: growth.collect(), ..Self::new(coverage, courant, 1, rows, nr) }
+        let kappas = || (0..GROWTHS).map(|n| LARGEST_KAPPA * libm::pow(0.9, n as f64));
+        let growth = kappas().map(|kappa| [kappa, damped_growth(courant, damping, kappa)]);
+        let edges = kappas().map(|kappa| [kappa, growth_of_edges(courant, damping, kappa)]);
+        Self {
+            growth: growth.collect(),
+            edges: edges.filter(|_| damping > 0.0).collect(),
+            ..Self::new(coverage, courant, 1, rows, nr)
+        }
     }
 
     /// Continues to `level`, the next one, `loaded` columns of the surface being loaded on the way.
     pub fn advance(&mut self, level: usize, loaded: usize) {
+        self.level = level;
         self.state.front = (self.state.front + self.courant).max(loaded as f64);
-        while self.decay(level as f64, self.state.margin as f64) < -libm::log(NOTHING) {
-            self.state.margin += 1;
-        }
+        self.state.margin = self.margin(level, self.state.margin);
         let seen = libm::ceil(self.state.front) as usize + self.state.margin.max(self.corner_margin());
-        let reach = if self.growth.is_empty() { self.reach } else { 4 };
-        self.state.reached = (self.state.reached + reach).min(seen).max(loaded).min(self.nr);
+        self.state.reached = (self.state.reached + self.lateral_reach()).min(seen).max(loaded).min(self.nr);
+    }
+
+    /// Columns ahead of a front that are not at rest after some steps.
+    ///
+    /// * `least`: as many at least
+    fn margin(&self, steps: usize, least: usize) -> usize {
+        let is_nothing = |margin: &usize| self.decay(steps as f64, *margin as f64) >= -libm::log(NOTHING);
+        (least..).find(is_nothing).unwrap_or(usize::MAX)
+    }
+
+    /// Columns by which an edge, which starts waves of any length, must be ahead of waves that are seen after some steps.
+    fn margin_of_edges(&self, steps: usize) -> usize {
+        if self.edges.is_empty() {
+            return self.margin(steps, 0).max(self.corner_margin());
+        }
+        let left = |[kappa, growth]: &[f64; 2]| (growth * steps as f64 - libm::log(NOTHING)) / kappa;
+        let farthest = self.edges.iter().map(left).fold(f64::INFINITY, f64::min);
+        libm::ceil(farthest - self.courant * steps as f64).max(0.0) as usize
+    }
+
+    /// Columns that the scheme passes on per step.
+    fn lateral_reach(&self) -> usize {
+        if self.growth.is_empty() { self.reach } else { 4 }
+    }
+
+    /// Steps in which what is at the level of the cone can still be seen at the last one: p^K needs rows 0 and 1 at level K, and one
+    /// row more for each step before.
+    fn steps_left(&self, last_step: usize, level: usize) -> usize {
+        (last_step + 1 + self.reach).saturating_sub(level)
+    }
+
+    /// Number of columns that can still be seen, and of those of them that know nothing of columns that could not at levels before.
+    fn seen_columns(&self) -> (usize, usize) {
+        let (Coverage::Surface { last_step, columns } | Coverage::Columns { last_step, columns }) =
+            self.coverage
+        else {
+            return (self.nr, self.nr);
+        };
+        let left = self.steps_left(last_step, self.level);
+        let sound = columns + libm::ceil(self.courant * left as f64) as usize;
+        if sound >= self.nr {
+            return (self.nr, self.nr);
+        }
+        let seen = (sound + self.margin_of_edges(left)).min(columns + self.lateral_reach() * left);
+        (seen.next_multiple_of(BLOCK).min(self.nr), sound.min(seen))
     }
 
     /// How far the cone is.
@@ -134,8 +206,13 @@ impl LightCone {
         StateError::unless(reached <= self.nr, "number of columns reached", reached)?;
         StateError::unless((0.0..=(self.nr + level) as f64).contains(&front), "wave front", front)?;
         StateError::unless(margin <= WIDEST_MARGIN, "margin of the wave front", margin)?;
-        self.state = state;
+        (self.level, self.state) = (level, state);
         Ok(())
+    }
+
+    /// Number of columns that have ever moved.
+    pub fn reached_columns(&self) -> usize {
+        if self.coverage == Coverage::Everything { self.nr } else { self.state.reached }
     }
 
     /// How far a wave has fallen off `ahead` nodes ahead of its front after t steps, see [`decay`]; with lateral damping the best of
@@ -152,23 +229,22 @@ impl LightCone {
         if self.reach > 1 { CORNER_MARGIN } else { 0 }
     }
 
-    /// Number of columns that have moved; those beyond are at rest.
+    /// Number of columns that have moved and can still be seen.
     pub fn active_columns(&self) -> usize {
-        if self.coverage == Coverage::Everything { self.nr } else { self.state.reached }
+        self.reached_columns().min(self.seen_columns().0)
     }
 
     /// What is to be computed of `level`, the one the cone stands at.
     pub fn active(&self, level: usize) -> ActiveRegion {
         let moved = |steps: usize| (self.reach * steps).min(steps + self.corner_margin());
-        // a node needs its neighbours: p^K needs rows 0 and 1 at level K, and one row more for each step before
         let rows = match self.coverage {
-            Coverage::Field => moved(level),
-            Coverage::Surface { last_step } => {
-                moved(level).min(moved((last_step + 1 + self.reach).saturating_sub(level)))
-            }
+            Coverage::Field | Coverage::Columns { .. } => moved(level),
+            Coverage::Surface { last_step, .. } => moved(level).min(moved(self.steps_left(last_step, level))),
             Coverage::Everything => self.nz,
         };
-        ActiveRegion { rows: rows.min(self.nz), columns: self.active_columns().next_multiple_of(BLOCK) }
+        let columns = self.active_columns().next_multiple_of(BLOCK);
+        let resting = (columns + BLOCK).min(self.reached_columns().next_multiple_of(BLOCK)).max(columns);
+        ActiveRegion { rows: rows.min(self.nz), columns, resting, sound: self.seen_columns().1 }
     }
 }
 
@@ -189,6 +265,39 @@ fn damped_growth(courant: f64, damping: f64, kappa: f64) -> f64 {
     let size =
         if discriminant < 0.0 { libm::sqrt(product) } else { libm::fabs(half) + libm::sqrt(discriminant) };
     libm::log(size)
+}
+
+/// Growth Ω per step of waves `exp((κ + iq)x)` along r with cells, the largest over all q: damping lets short waves that an edge starts
+/// run ahead of the long ones, which [`damped_growth`] bounds. As there, with `y = sin²((q + iκ)/2)`, a complex number.
+fn growth_of_edges(courant: f64, damping: f64, kappa: f64) -> f64 {
+    const SAMPLES: u32 = 64;
+    let (grow, turn) = (libm::cosh(kappa), libm::sinh(kappa));
+    let size = |sample: u32| {
+        let q = PI * f64::from(sample) / f64::from(SAMPLES);
+        let y = [0.5 * (1.0 - libm::cos(q) * grow), 0.5 * libm::sin(q) * turn];
+        let once = times(y, [1.0 - y[0], -y[1]]);
+        let damped = times(once, once).map(|part| 4.0 * damping * part);
+        let half = [
+            1.0 - 2.0 * courant * courant * y[0] - 0.5 * damped[0],
+            -2.0 * courant * courant * y[1] - 0.5 * damped[1],
+        ];
+        let square = times(half, half);
+        let root = root([square[0] - 1.0 + damped[0], square[1] + damped[1]]);
+        let size = |sign: f64| libm::hypot(half[0] + sign * root[0], half[1] + sign * root[1]);
+        size(1.0).max(size(-1.0))
+    };
+    libm::log((0..=SAMPLES).map(size).fold(0.0, f64::max))
+}
+
+/// Product of complex numbers.
+fn times([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
+    [a * c - b * d, a * d + b * c]
+}
+
+/// A square root of a complex number.
+fn root([a, b]: [f64; 2]) -> [f64; 2] {
+    let size = libm::hypot(a, b);
+    [libm::sqrt((0.5 * (size + a)).max(0.0)), libm::copysign(libm::sqrt((0.5 * (size - a)).max(0.0)), b)]
 }
 
 /// How far a wave has fallen off `ahead` nodes ahead of its front after t steps: the logarithm of what is left, with the
@@ -255,7 +364,7 @@ mod tests {
 
     #[test]
     fn the_surface_sees_less_and_less_of_the_depth() {
-        let mut cone = LightCone::new(Coverage::Surface { last_step: 99 }, 1.0, 1, 500, 400);
+        let mut cone = LightCone::new(Coverage::Surface { last_step: 99, columns: 400 }, 1.0, 1, 500, 400);
         let rows: Vec<usize> = (1..=100)
             .map(|level| {
                 cone.advance(level, 20);
@@ -264,5 +373,42 @@ mod tests {
             .collect();
         assert_eq!(rows[..50], (1..=50).collect::<Vec<_>>());
         assert_eq!(rows[98..], [2, 1]);
+    }
+
+    #[test]
+    fn columns_see_less_and_less_of_those_beside_them() {
+        let coverage = Coverage::Columns { last_step: 299, columns: 20 };
+        for damping in [0.0, 0.5] {
+            let mut cone = LightCone::damped(coverage, 0.8, damping, 50, 4000);
+            let active: Vec<ActiveRegion> = (1..=300)
+                .map(|level| {
+                    cone.advance(level, 20);
+                    cone.active(level)
+                })
+                .collect();
+            // outwards at first, back in the end, to what the scheme passes on in one step
+            let widest = active.iter().map(|active| active.columns).max().expect("levels");
+            assert!((140..240).contains(&widest), "{widest}");
+            assert!(
+                active[10].resting == active[10].columns && active[299].resting == 32,
+                "{:?}",
+                active[299]
+            );
+            assert_eq!(active[299].columns, 24);
+            let sound: Vec<usize> = active[200..].iter().map(|active| active.sound).collect();
+            assert!(sound.is_sorted_by(|outer, inner| outer >= inner) && sound[99] >= 20, "{sound:?}");
+        }
+    }
+
+    #[test]
+    fn waves_of_an_edge_run_farther_ahead_than_long_ones() {
+        for (courant, kappa) in [(0.8, 0.5), (1.0, 1.5)] {
+            let [plain, damped] = [0.0, 0.5].map(|damping| growth_of_edges(courant, damping, kappa));
+            let bound = 2.0 * libm::asinh(courant * libm::sinh(0.5 * kappa));
+            assert!((plain - bound).abs() < 1e-12, "without damping they are the same: {plain} {bound}");
+            assert!(damped >= damped_growth(courant, 0.5, kappa) && damped > plain);
+        }
+        let [re, im] = root([-3.0, 4.0]);
+        assert_eq!(times([re, im], [re, im]), [-3.0, 4.0]);
     }
 }

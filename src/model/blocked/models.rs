@@ -71,8 +71,12 @@ impl Displacement {
     /// A field with so many tile rows and blocks of columns.
     fn new(kind: Kind, tile_rows: usize, blocks: usize) -> Arc<Self> {
         let below = tile_rows * SIZES.tile_rows - kind.reach * kind.lag;
-        let active =
-            ActiveRegion { rows: Tiling::band_rows(kind.lag, kind.reach) + below, columns: blocks * BLOCK };
+        let active = ActiveRegion {
+            rows: Tiling::band_rows(kind.lag, kind.reach) + below,
+            columns: blocks * BLOCK,
+            resting: blocks * BLOCK,
+            sound: blocks * BLOCK,
+        };
         let levels = kind.levels as isize;
         // the levels before 0 are at rest
         let first = (0..levels).map(|array| if array == 0 { 0 } else { array - levels });
@@ -139,7 +143,7 @@ struct Pass {
 
 impl Pass {
     fn new(field: &Arc<Displacement>, base: usize, earlier: Option<&Self>) -> Self {
-        let (Kind { lag, reach, .. }, ActiveRegion { rows, columns }) = (field.kind, field.active);
+        let (Kind { lag, reach, .. }, ActiveRegion { rows, columns, .. }) = (field.kind, field.active);
         let tiling = Tiling::new(&SIZES, lag, reach, BLOCK, columns, 2);
         let [tile_rows, bands] = tiling.count(rows, columns, lag);
         let order = Order::new(tile_rows, bands, earlier.map(|pass| &pass.order));

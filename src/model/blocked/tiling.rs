@@ -101,8 +101,19 @@ impl Tiling {
         active: ActiveRegion,
     ) -> (Range<usize>, Range<usize>) {
         let first = Self::band_rows(self.lag, self.reach) + tile_row * self.rows - self.reach * t;
+        let [start, end] = self.columns(band, t);
+        (first..(first + self.rows).min(active.rows), start..end.min(active.columns))
+    }
+
+    /// Columns of a tile at that level that are put to rest.
+    pub fn resting(&self, band: usize, t: usize, active: ActiveRegion) -> Range<usize> {
+        let [start, end] = self.columns(band, t);
+        start.max(active.columns)..end.min(active.resting)
+    }
+
+    /// First column of a band at that level, and first one of the next band.
+    fn columns(&self, band: usize, t: usize) -> [usize; 2] {
         let shift = (t - 1) * self.shift;
-        let column = |band: usize| (band * self.columns).saturating_sub(shift);
-        (first..(first + self.rows).min(active.rows), column(band)..column(band + 1).min(active.columns))
+        [band, band + 1].map(|band| (band * self.columns).saturating_sub(shift))
     }
 }
