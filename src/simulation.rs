@@ -399,16 +399,20 @@ const TENSION: f64 = 0.01;
 
 /// What of the field is looked at.
 fn coverage(case: &Case) -> Coverage {
-    if !case.record.frames.is_none() || case.target.computed().len() > 1 {
-        // the energy of a frame is that of all of it, and tension is reported at all of an interface
+    if !case.record.frames.is_none() {
+        // and their energy is that of all of it
         return Coverage::Field;
     }
     let last_step = case.sizes.steps as usize;
     // strains are taken at probes, too
     let probes = case.record.probes.iter().copied().fold(case.sizes.contact_reach, f64::max);
     let farthest = case.record.widest().max(probes);
-    // a node beyond each of them, as they are interpolated
-    let columns = (farthest / case.sizes.dr + 2.0).ceil().min(case.sizes.nr as f64) as usize;
+    let columns = match case.target.computed().len() {
+        // a node beyond each of them, as they are interpolated
+        1 => (farthest / case.sizes.dr + 2.0).ceil().min(case.sizes.nr as f64) as usize,
+        // tension is reported at all of an interface
+        _ => case.sizes.nr,
+    };
     // gauges show the interior, and the validity of a layer the strain at its backing
     if case.sizes.layer || !case.gauges().is_empty() {
         Coverage::Columns { last_step, columns }
@@ -522,6 +526,16 @@ mod tests {
             }
         }
         assert!(seen > 20, "{seen}");
+    }
+
+    #[test]
+    fn of_layers_on_a_half_space_depth_alone_is_left_out() {
+        let text = "[target]\nlayer = [{ thickness = 0.5, shear_wave_speed = 0.5 }, { thickness = \"half-space\", \
+                    shear_wave_speed = 0.4 }]\n\
+                    [indenter]\nshape = \"flat\"\nradius = 1.0\n[run]\nend_time = 4.0\n[record]\nframes = 0\n";
+        let case = Case::parse("layers", text, &[], "".as_ref()).expect("a case");
+        let (last_step, columns) = (case.sizes.steps as usize, case.sizes.nr);
+        assert_eq!(coverage(&case), Coverage::Surface { last_step, columns });
     }
 
     #[test]
