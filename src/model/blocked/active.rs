@@ -94,8 +94,9 @@ pub struct LightCone {
     /// Number of rows that move, by depth, and of columns.
     nz: usize,
     nr: usize,
-    level: usize,
     state: ConeState,
+    /// At its level, see [`LightCone::seen_columns`].
+    seen: (usize, usize),
     /// Pairs of κ and growth per step of waves `exp(κx)` along r under lateral damping, see [`damped_growth`]; none without.
     growth: Vec<[f64; 2]>,
     /// The same of waves of any length, see [`growth_of_edges`]; none without damping.
@@ -115,8 +116,8 @@ impl LightCone {
             reach,
             nz,
             nr,
-            level: 0,
             state: ConeState::default(),
+            seen: (nr, nr),
             growth: Vec::new(),
             edges: Vec::new(),
         }
@@ -140,7 +141,7 @@ impl LightCone {
 
     /// Continues to `level`, the next one, `loaded` columns of the surface being loaded on the way.
     pub fn advance(&mut self, level: usize, loaded: usize) {
-        self.level = level;
+        self.seen = self.seen_columns(level);
         self.state.front = (self.state.front + self.courant).max(loaded as f64);
         self.state.margin = self.margin(level, self.state.margin);
         let seen = libm::ceil(self.state.front) as usize + self.state.margin.max(self.corner_margin());
@@ -176,14 +177,15 @@ impl LightCone {
         (last_step + 1 + self.reach).saturating_sub(level)
     }
 
-    /// Number of columns that can still be seen, and of those of them that know nothing of columns that could not at levels before.
-    fn seen_columns(&self) -> (usize, usize) {
+    /// Number of columns that can still be seen at a level, and of those of them that know nothing of columns that could not at levels
+    /// before.
+    fn seen_columns(&self, level: usize) -> (usize, usize) {
         let (Coverage::Surface { last_step, columns } | Coverage::Columns { last_step, columns }) =
             self.coverage
         else {
             return (self.nr, self.nr);
         };
-        let left = self.steps_left(last_step, self.level);
+        let left = self.steps_left(last_step, level);
         let sound = columns + libm::ceil(self.courant * left as f64) as usize;
         if sound >= self.nr {
             return (self.nr, self.nr);
@@ -207,7 +209,7 @@ impl LightCone {
         StateError::unless(reached <= self.nr, "number of columns reached", reached)?;
         StateError::unless((0.0..=(self.nr + level) as f64).contains(&front), "wave front", front)?;
         StateError::unless(margin <= WIDEST_MARGIN, "margin of the wave front", margin)?;
-        (self.level, self.state) = (level, state);
+        (self.state, self.seen) = (state, self.seen_columns(level));
         Ok(())
     }
 
@@ -232,7 +234,7 @@ impl LightCone {
 
     /// Number of columns that have moved and can still be seen.
     pub fn active_columns(&self) -> usize {
-        self.reached_columns().min(self.seen_columns().0)
+        self.reached_columns().min(self.seen.0)
     }
 
     /// What is to be computed of `level`, the one the cone stands at.
@@ -245,7 +247,7 @@ impl LightCone {
         };
         let columns = self.active_columns().next_multiple_of(BLOCK);
         let resting = (columns + BLOCK).min(self.reached_columns().next_multiple_of(BLOCK)).max(columns);
-        ActiveRegion { rows: rows.min(self.nz), columns, resting, sound: self.seen_columns().1 }
+        ActiveRegion { rows: rows.min(self.nz), columns, resting, sound: self.seen.1 }
     }
 }
 
