@@ -66,8 +66,7 @@ pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) 
 impl Picture {
     fn new(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) -> Self {
         let plate = Plate::new(case, viewport);
-        let edge = viewport.face.last().map_or(0.0, |point| point[0]);
-        let columns = (edge * plate.scale).round() as usize;
+        let columns = (viewport.edge() * plate.scale).round() as usize;
         let height = |column: usize| {
             let r = (column as f64 + 0.5) / plate.scale;
             let next = viewport.face.partition_point(|point| point[0] < r).clamp(1, viewport.face.len() - 1);

@@ -5,7 +5,7 @@ use percuss_canvas::{Align, BLACK, Raster, Text, greys};
 use super::{
     Viewport,
     colours::of_level,
-    section::ZERO,
+    section::{ZERO, level_range},
     viewport::{range, round_down},
 };
 use crate::case::Case;
@@ -31,8 +31,8 @@ const LONGEST: usize = 90;
 /// Length of a tick and width of the colour bar \[pixels\].
 const MARK: i64 = 6;
 const BAR: i64 = 20;
-/// Colour of value 0: levels have a colour for every two of them.
-const MIDDLE: u8 = 64 + ZERO / 2;
+/// Colours of levels, one for every two of them, begin here.
+const LEVELS: u8 = 64;
 
 /// The part of the images of a run that stays.
 pub struct Plate {
@@ -42,11 +42,11 @@ pub struct Plate {
     pub palette: [[u8; 3]; 256],
     /// Pixels of a length of R.
     pub scale: f64,
-    /// Column of the axis, columns of each half.
+    /// First column at r > 0.
     pub axis: i64,
     /// Columns of each half of the section.
     pub half: i64,
-    /// First row of the room above the section, first row of the section.
+    /// First row of the room above the section.
     pub top: i64,
     /// First row of the section.
     pub surface: i64,
@@ -123,7 +123,7 @@ impl Plate {
             self.base.fill(columns, rows, BLACK);
         }
         let (name, per) = viewport.world.unit.for_axis(viewport.half_width.max(viewport.depth));
-        // at least seven ticks along r, and along z one every 28 to 70 pixels
+        // along r at least seven ticks, along z one every 28 to 70 pixels
         let pixels = self.scale / per;
         let ticks = |span: f64, count: f64| {
             let step = round_down(span / count);
@@ -161,24 +161,25 @@ impl Plate {
         let (name, per) = unit.for_axis(end / unit.scale);
         let end = end * per / unit.scale;
         let left = self.axis + self.half + 24;
+        let right = left + BAR;
+        let (zero, (_, highest)) = (f64::from(ZERO), level_range());
         let (top, height) = (self.top, self.surface + depth - self.top);
         for row in 0..height {
             let share = 1.0 - 2.0 * (row as f64 + 0.5) / height as f64;
-            let level = (f64::from(ZERO) + 126.0 * share).round() as u8;
-            self.base.fill([left, left + BAR], [top + row, top + row + 1], colour(level));
+            let level = (zero + (highest - zero) * share).round() as u8;
+            self.base.fill([left, right], [top + row, top + row + 1], colour(level));
         }
-        let ends = [left, left + BAR];
         for rows in [[top - 1, top], [top + height, top + height + 1]] {
-            self.base.fill([left - 1, left + BAR + 1], rows, BLACK);
+            self.base.fill([left - 1, right + 1], rows, BLACK);
         }
-        for column in [left - 1, left + BAR] {
+        for column in [left - 1, right] {
             self.base.fill([column, column + 1], [top, top + height], BLACK);
         }
         for part in [-1.0, -0.5, 0.0, 0.5, 1.0] {
             let row = top + (0.5 * (1.0 - part) * height as f64).round() as i64;
-            self.base.fill([ends[1], ends[1] + MARK], [row, row + 1], BLACK);
+            self.base.fill([right, right + MARK], [row, row + 1], BLACK);
             let text = (part * end).to_string().replace('-', "−");
-            self.write(&text, [ends[1] + MARK + 4, row + 5], TICK, Align::Start, false);
+            self.write(&text, [right + MARK + 4, row + 5], TICK, Align::Start, false);
         }
         let label = format!("{} [{name}]", field.name().replace('_', " "));
         self.write(&label, [left + 96, top + height / 2], Self::LETTERS, Align::Middle, true);
@@ -213,7 +214,7 @@ impl Plate {
 
 /// Colour of a level in the palette.
 fn colour(level: u8) -> u8 {
-    if level < 2 { Plate::UNKNOWN } else { MIDDLE - ZERO / 2 + level / 2 }
+    if level < 2 { Plate::UNKNOWN } else { LEVELS + level / 2 }
 }
 
 /// A tick with the digits that its distance from the next one needs.

@@ -171,7 +171,7 @@ fn body(viewport: &Viewport) -> (LinePrimitive, TriangleListPrimitive) {
     let mirror = |[x, y]: [f64; 2]| [-x, y];
     let face: Vec<[f64; 2]> =
         viewport.face.iter().skip(1).rev().map(|p| mirror(*p)).chain(viewport.face.iter().copied()).collect();
-    let edge = viewport.face.last().map_or(0.0, |point| point[0]);
+    let edge = viewport.edge();
     let mut outline: Vec<Point3> = face.iter().map(|[x, y]| point(*x, *y)).collect();
     outline.extend([point(edge, viewport.top), point(-edge, viewport.top)]);
     let corners = |pair: &[[f64; 2]]| {
@@ -194,8 +194,7 @@ fn body(viewport: &Viewport) -> (LinePrimitive, TriangleListPrimitive) {
 
 /// A place beside the indenter, or above it where it is too wide: the middle of what is written there.
 fn beside(viewport: &Viewport) -> [f64; 2] {
-    let edge = viewport.face.last().map_or(0.0, |point| point[0]);
-    let height = if edge < 0.45 * viewport.half_width { 0.5 } else { 1.25 };
+    let height = if viewport.edge() < 0.45 * viewport.half_width { 0.5 } else { 1.25 };
     [0.72 * viewport.half_width, height * viewport.top]
 }
 

@@ -115,6 +115,11 @@ impl Viewport {
         }
     }
 
+    /// Radius of the face that is drawn \[R\].
+    pub fn edge(&self) -> f64 {
+        self.face.last().map_or(0.0, |point| point[0])
+    }
+
     /// Height at which a displacement into the target is drawn.
     pub fn height(&self, displacement: f64) -> f64 {
         -displacement * self.exaggeration
