@@ -30,6 +30,7 @@ use crate::{
     case::{Case, CaseErrors},
     checkpoint::CheckpointError,
     exact::closed_form::NoClosedForm,
+    model::Instructions,
     recording::{FORMAT_VERSION, NUMERICS},
     session::RunError,
     sweep::plan::WrongCases,
@@ -57,11 +58,14 @@ pub struct Arguments {
     command: Command,
 }
 
-/// What is built: version, numerics and format, and the commit if it is known.
+/// What is built: version, numerics and format, and the commit if it is known; and what instructions it computes with here.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
     let commit = option_env!("PERCUSS_COMMIT").map_or(String::new(), |commit| format!(", commit {commit}"));
     let version = env!("CARGO_PKG_VERSION");
-    format!("{version}\nnumerics {NUMERICS}, recording format {FORMAT_VERSION}{commit}")
+    let instructions = Instructions::detect();
+    format!(
+        "{version}\nnumerics {NUMERICS}, recording format {FORMAT_VERSION}{commit}\ncomputes with {instructions}"
+    )
 });
 
 const EXAMPLES: &str = "\

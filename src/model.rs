@@ -63,7 +63,7 @@ use crate::{
 };
 
 mod blocked;
-pub(crate) use blocked::CORNER_MARGIN;
+pub(crate) use blocked::{CORNER_MARGIN, Instructions};
 pub mod cell_scheme;
 pub mod cells;
 pub mod elastic;

@@ -88,8 +88,9 @@ pub const FORMAT_VERSION: &str = "2.2";
 /// Revision of the numerics: results of the same revision are the same bit for bit. It changes with the golden digests, which a
 /// test of theirs (`tests/golden.rs`) demands.
 ///
-/// * 1: the first that recordings and checkpoints carry.
-pub const NUMERICS: u32 = 1;
+/// * 1: the first that recordings and checkpoints carry;
+/// * 2: products are fused with the sums they are added to.
+pub const NUMERICS: u32 = 2;
 
 /// Uncompressed size at which a chunk is closed \[bytes\]: smaller ones lose less in a crash and cost more index. From 256 KiB
 /// to 4 MiB the size of the file differs by 0.2 % and the time by less than can be measured.

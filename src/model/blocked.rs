@@ -59,10 +59,9 @@ pub use dispatch::Instructions;
 pub use weights::Plate;
 
 use active::LightCone;
-use corner::add_corner;
 use domain::Domain;
 use gauge::Gauge;
-use kernel::free_surface;
+use kernel::FreeSurface;
 use sampler::{Sampler, SurfaceMotion};
 use strains::Strains;
 use tiles::{LevelTask, RowPeak};
@@ -292,13 +291,16 @@ impl<T: Send> Model<T> for Engine<T> {
         match domain.scheme() {
             Weighted::Axial(weights) => {
                 let earlier = domain.levels.two_below(self.level + 1);
-                let [top, below] = [0, 1].map(|j| self.field.row(self.level, j));
-                let before = self.field.row(earlier, 0);
-                free_surface(before, top, below, weights.radial(0), &mut self.sums, free);
-                if let Some(corner) = weights.corner(0) {
-                    let rows = [earlier, self.level].map(|level| [0, 2].map(|j| self.field.row(level, j)));
-                    add_corner(rows, corner.share, corner, &mut self.sums, free);
-                }
+                domain.instructions.run(FreeSurface {
+                    before: self.field.row(earlier, 0),
+                    now: [0, 1].map(|j| self.field.row(self.level, j)),
+                    weights: weights.radial(0),
+                    corner: weights.corner(0).map(|corner| {
+                        (corner, [earlier, self.level].map(|level| [0, 2].map(|j| self.field.row(level, j))))
+                    }),
+                    sums: &mut self.sums,
+                    free,
+                });
             }
             Weighted::Cells(weights) => {
                 let blocks = columns.next_multiple_of(BLOCK);

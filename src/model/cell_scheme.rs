@@ -78,16 +78,19 @@ impl CellScheme {
         if column < self.grid.nr() { sign * level[field][[j, column]] } else { 0.0 }
     }
 
-    /// What lateral damping adds to displacement number `field` of node (j, i).
+    /// Displacement number `field` of node (j, i) at level k+1 with lateral damping.
+    ///
+    /// * `free`: without it
     pub(super) fn damped(
         &self,
-        before: &Level<2>,
-        now: &Level<2>,
+        free: f64,
+        [before, now]: [&Level<2>; 2],
         field: usize,
         j: usize,
         i: usize,
-    ) -> Option<f64> {
-        let weights = &self.damping.as_ref()?[field];
+    ) -> f64 {
+        let Some(weights) = &self.damping else { return free };
+        let weights = &weights[field];
         let moved = |i: isize| self.at(now, field, j, i) - self.at(before, field, j, i);
         // −√(4σ)·E_r of it, which has the images that it has
         let once = |i: isize| {
@@ -96,8 +99,8 @@ impl CellScheme {
             let i = column as isize;
             sign * scheme::double_radial([moved(i - 2), moved(i), moved(i + 2)], *weights)
         };
-        let i = i as isize;
-        Some(-scheme::double_radial([once(i - 2), once(i), once(i + 2)], weights[i as usize]))
+        let column = i as isize;
+        scheme::take_radial(free, [once(column - 2), once(column), once(column + 2)], weights[i])
     }
 
     /// Strains of the cell between rows j and j+1 at the inner side of column `i`.
@@ -147,10 +150,7 @@ impl CellScheme {
         let accelerations = self.at_row(j).accelerations(self.reading(now), i);
         [0, 1].map(|field| {
             let free = cells::advanced(before[field][[j, i]], now[field][[j, i]], accelerations[field]);
-            match self.damped(before, now, field, j, i) {
-                Some(added) => free + added,
-                None => free,
-            }
+            self.damped(free, [before, now], field, j, i)
         })
     }
 

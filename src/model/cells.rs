@@ -47,7 +47,7 @@
 //! what the columns have in both rows of cells ([`Column`]); strains twice themselves to save halves:
 //!
 //! ```text
-//! normal = 2ΔS,  lean = 2(kΔa − cµΣg),  slip = 2Δg,  radial = 2Σ(λε + d) − 2kΔb        of cell i ([`Cell`])
+//! normal = 2ΔS,  lean = 2(kΔa − cµΣg),  slip = 2Δg,  radial = 2Σ(λε + d) − 2kΔb        of cell i ([`Cell`]), sums over its columns
 //! u: A·(normal + lean)_i + B·(normal − lean)_{i+1}       A = w_i/4m_i, B = w_{i+1}/4m_i (A_0 = w_0/2m_0)
 //! v: A'·slip_i + B'·slip_{i+1} + Y·(radial_{i+1} − radial_i)       Y = c·r_iΔr/2m'_i
 //! ```
@@ -232,10 +232,10 @@ impl Column {
 /// What a cell, with the one above it, gives to the nodes between them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cell {
-    /// `2ΔS`
-    pub normal: f64,
-    /// `2(kΔa − cµΣg)`
-    pub lean: f64,
+    /// `normal − lean`, to u in its inner column.
+    pub to_inner: f64,
+    /// `normal + lean`, to u in its outer column.
+    pub to_outer: f64,
     /// `2Δg`
     pub slip: f64,
     /// `2Σ(λε + d) − 2kΔb`
@@ -248,19 +248,35 @@ impl Cell {
     /// * `weights`: of the outer column
     #[inline]
     pub fn new(inner: &Column, outer: &Column, weights: &ColumnWeights, medium: &Medium) -> Self {
-        let Medium { shear, lame, hourglass, courant } = *medium;
-        let dilation = weights.outer * outer.spread.difference - weights.inner * inner.spread.difference;
-        let shift = courant * (outer.sink.sum - inner.sink.sum) + (inner.tilt.sum + outer.tilt.sum);
-        let bend = outer.stretch.difference - inner.stretch.difference;
-        // Σd − kΔb: both are D's of a column
-        let flow = |column: &Column| column.spread.sum - hourglass * column.tilt.difference;
+        let Medium { hourglass, courant, .. } = *medium;
+        let outer = Self::part(outer, [weights.outer, courant, hourglass], medium);
+        let inner = Self::part(inner, [-weights.inner, -courant, -hourglass], medium);
         Self {
-            normal: (inner.stretch.difference + outer.stretch.difference) + lame * dilation,
-            lean: hourglass * bend - courant * shear * shift,
-            slip: courant * (outer.sink.difference - inner.sink.difference)
-                + (inner.tilt.difference + outer.tilt.difference),
-            radial: lame * (inner.stretch.sum + outer.stretch.sum)
-                + (weights.outer * flow(outer) - weights.inner * flow(inner)),
+            to_inner: outer.to_inner + inner.to_inner,
+            to_outer: outer.to_outer + inner.to_outer,
+            slip: outer.slip + inner.slip,
+            radial: outer.radial + inner.radial,
+        }
+    }
+
+    /// What one of its columns contributes.
+    ///
+    /// * `signed`: q, c, k if it is the outer one; −q', −c, −k if it is the inner one
+    #[inline]
+    fn part(column: &Column, signed: [f64; 3], medium: &Medium) -> Self {
+        let Column { stretch, sink, tilt, spread } = column;
+        let Medium { shear, lame, hourglass, courant } = *medium;
+        let [q, c, k] = signed;
+        let normal = q.mul_add(lame * spread.difference, stretch.difference);
+        let shift = c.mul_add(sink.sum, tilt.sum);
+        let lean = (-(courant * shear)).mul_add(shift, k * stretch.difference);
+        // Σd − kΔb: both are D's of a column
+        let flow = (-hourglass).mul_add(tilt.difference, spread.sum);
+        Self {
+            to_inner: normal - lean,
+            to_outer: normal + lean,
+            slip: c.mul_add(sink.difference, tilt.difference),
+            radial: q.mul_add(flow, lame * stretch.sum),
         }
     }
 }
@@ -271,9 +287,10 @@ impl Cell {
 #[inline]
 pub fn accelerations(inner: &Cell, outer: &Cell, weights: &ColumnWeights) -> [f64; 2] {
     let ColumnWeights { axial, slip, radial, .. } = weights;
+    let sheared = slip[1].mul_add(outer.slip, slip[0] * inner.slip);
     [
-        axial[0] * (inner.normal + inner.lean) + axial[1] * (outer.normal - outer.lean),
-        (slip[0] * inner.slip + slip[1] * outer.slip) + radial * (outer.radial - inner.radial),
+        axial[1].mul_add(outer.to_inner, axial[0] * inner.to_outer),
+        radial.mul_add(outer.radial - inner.radial, sheared),
     ]
 }
 

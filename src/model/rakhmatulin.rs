@@ -144,7 +144,12 @@ impl Rakhmatulin {
             _ => scheme::interior(u, before[0][[j, i]], weights),
         };
         match &self.corner {
-            Some(corner) => next + self.corner(before, now, [1.0, corner.share], j, i),
+            Some(corner) => {
+                let weights = self.layers[self.grid.layer_of(j)].corner[i];
+                let [before, now] = [before, now].map(|level| self.around(level, j, i));
+                let d = |dj, di| scheme::combined(corner.share, before(dj, di), now(dj, di));
+                scheme::corrected(next, d, weights)
+            }
             None => next,
         }
     }
@@ -155,7 +160,7 @@ impl Rakhmatulin {
     fn corner(&self, before: &Level<1>, u: &Level<1>, [factor, share]: [f64; 2], j: usize, i: usize) -> f64 {
         let Some(weights) = self.layers[self.grid.layer_of(j)].corner.get(i) else { return 0.0 };
         let (u, before) = (self.around(u, j, i), self.around(before, j, i));
-        factor * scheme::corner(|dj, di| u(dj, di) - share * before(dj, di), *weights)
+        factor * scheme::corner(|dj, di| scheme::combined(share, before(dj, di), u(dj, di)), *weights)
     }
 
     /// Energy that the mixed-derivative correction has taken out between the half steps before and after level `now`:

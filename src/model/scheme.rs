@@ -47,6 +47,12 @@
 //! Both parts are one stencil on one combination of two levels, `α·d = α·(u^k − ρ·u^{k−1})` ([`Corner`]); the factors α and
 //! λ²/256 belong to its radial weights ([`corner_weights`]).
 //!
+//! # Rounding
+//!
+//! A product that is added to something is fused with the sum (`f64::mul_add`, rounded once) where the operators below and those of
+//! [`super::cells`] say so: a part of the scheme's definition, on which its results depend in the last digits. It is the same number on every
+//! machine; one without such an instruction gets it from a library, and is slow.
+//!
 //! # Layers
 //!
 //! Layers have `Δz_k = c_k·Δt`, so that a plane wave passes one row per step in each. The energy is a sum over cells between rows; those of a
@@ -205,7 +211,7 @@ pub fn double_weights(grid: &Grid, scale: f64) -> Vec<RadialWeights> {
 }
 
 /// `16·E_z d` of a node: `2d_j − (d_{j−2} + d_{j+2})`.
-#[inline]
+#[inline(always)]
 pub fn corner_axial(above: f64, here: f64, below: f64) -> f64 {
     2.0 * here - (above + below)
 }
@@ -217,7 +223,30 @@ pub fn corner_axial(above: f64, here: f64, below: f64) -> f64 {
 #[inline]
 pub fn double_radial(axial: [f64; 3], weights: RadialWeights) -> f64 {
     let [inner, here, outer] = axial;
-    weights.outward * (outer - here) - weights.inward * (here - inner)
+    let outward = weights.outward * (outer - here);
+    (-weights.inward).mul_add(here - inner, outward)
+}
+
+/// `sum + outward·(outer − here) − inward·(here − inner)`.
+///
+/// * `values`: inner, here and outer
+#[inline(always)]
+pub fn add_radial(sum: f64, values: [f64; 3], weights: RadialWeights) -> f64 {
+    let [inner, here, outer] = values;
+    let sum = weights.outward.mul_add(outer - here, sum);
+    (-weights.inward).mul_add(here - inner, sum)
+}
+
+/// `sum − outward·(outer − here) + inward·(here − inner)`, as [`add_radial`].
+#[inline(always)]
+pub fn take_radial(sum: f64, values: [f64; 3], weights: RadialWeights) -> f64 {
+    add_radial(sum, values, RadialWeights { outward: -weights.outward, inward: -weights.inward })
+}
+
+/// Combination of levels that the mixed-derivative correction acts on, `u^k − ρ·u^{k−1}`.
+#[inline(always)]
+pub fn combined(share: f64, before: f64, now: f64) -> f64 {
+    (-share).mul_add(before, now)
 }
 
 /// What the mixed-derivative correction adds to u^{k+1} of a node.
@@ -225,12 +254,25 @@ pub fn double_radial(axial: [f64; 3], weights: RadialWeights) -> f64 {
 /// * `d`: combination of levels around the node, with images
 #[inline]
 pub fn corner(d: impl Fn(isize, isize) -> f64, weights: RadialWeights) -> f64 {
-    let axial = |di| corner_axial(d(-2, di), d(0, di), d(2, di));
-    double_radial([axial(-2), axial(0), axial(2)], weights)
+    double_radial(corner_sums(d), weights)
+}
+
+/// u^{k+1} of a node with the mixed-derivative correction.
+///
+/// * `next`: without it
+/// * `d`: combination of levels around the node, with images
+#[inline]
+pub fn corrected(next: f64, d: impl Fn(isize, isize) -> f64, weights: RadialWeights) -> f64 {
+    add_radial(next, corner_sums(d), weights)
+}
+
+/// `16·E_z d` at columns i−2, i, i+2.
+fn corner_sums(d: impl Fn(isize, isize) -> f64) -> [f64; 3] {
+    [-2, 0, 2].map(|di| corner_axial(d(-2, di), d(0, di), d(2, di)))
 }
 
 /// `4·U_j = (u_{j−1} + u_{j+1}) + 2u_j`.
-#[inline]
+#[inline(always)]
 pub fn quadruple_mean(above: f64, here: f64, below: f64) -> f64 {
     (above + below) + 2.0 * here
 }
@@ -239,11 +281,9 @@ pub fn quadruple_mean(above: f64, here: f64, below: f64) -> f64 {
 ///
 /// * `ends`: `u_{j−1} + u_{j+1}`
 /// * `means`: `4·U` at columns i−1, i, i+1
-#[inline]
+#[inline(always)]
 pub fn advanced(ends: f64, before: f64, means: [f64; 3], weights: RadialWeights) -> f64 {
-    let [inner, here, outer] = means;
-    let radial = weights.outward * (outer - here) - weights.inward * (here - inner);
-    (ends - before) + radial
+    add_radial(ends - before, means, weights)
 }
 
 /// u^{k+1} of a node with neighbours on all sides: the scheme itself.

@@ -7,9 +7,9 @@
 use std::ops::Range;
 
 use super::{
-    damping::{Moves, at},
+    damping::Moves,
     energy::EnergySum,
-    vector::{BLOCK, Vector, padded},
+    vector::{BLOCK, Vector, Work, padded},
 };
 use crate::model::{
     cell_scheme::CellScheme,
@@ -17,11 +17,14 @@ use crate::model::{
     scheme::RadialWeights,
 };
 
+/// Cells before the first one that have a weight, 0: those that a vector before the first one asks for.
+const BEFORE: usize = BLOCK - 1;
+
 /// Weights of a layer by column, for whole blocks.
 pub struct CellWeights {
     /// Constants of the material.
     pub medium: Medium,
-    /// q' and q of cells, with a block more.
+    /// q' of cells, from cell −[`BEFORE`] on, and q, with a block more.
     inner: Vec<f64>,
     outer: Vec<f64>,
     /// See [`ColumnWeights::hoop`].
@@ -32,6 +35,8 @@ pub struct CellWeights {
     radial: Vec<f64>,
     /// Lateral damping of u and v, outward and inward, with a block more; 0 without it.
     damping: [[Vec<f64>; 2]; 2],
+    /// True if there is any.
+    is_damped: bool,
     /// Masses of u and v per depth.
     pub areas: [Vec<f64>; 2],
 }
@@ -50,14 +55,16 @@ impl CellWeights {
             sides.map(|side| padded(weights.iter().map(side), columns + BLOCK))
         };
         let lateral_areas = (0..grid.nr()).filter_map(|i| cells::lateral_area(grid, i));
+        let inner = [0.0; BEFORE].into_iter().chain(weights.iter().map(|weights| weights.inner));
         Self {
-            inner: column(|weights| weights.inner, columns + BLOCK),
+            inner: padded(inner, BEFORE + columns + BLOCK + 1),
             outer: column(|weights| weights.outer, columns + BLOCK),
             hoop: [column(|weights| weights.hoop[0], columns), column(|weights| weights.hoop[1], columns)],
             axial: [column(|weights| weights.axial[0], columns), column(|weights| weights.axial[1], columns)],
             slip: [column(|weights| weights.slip[0], columns), column(|weights| weights.slip[1], columns)],
             radial: column(|weights| weights.radial, columns),
             damping: [damped(0), damped(1)],
+            is_damped: damping.is_some(),
             areas: [padded(grid.area.iter().copied(), columns), padded(lateral_areas, columns)],
             medium: *medium,
         }
@@ -65,8 +72,8 @@ impl CellWeights {
 
     /// Weights of the strains of cells at the inner sides of columns: q' and q, [`ColumnWeights::hoop`].
     pub fn strains(&self, columns: &Range<usize>) -> [[&[f64]; 2]; 2] {
-        [[&self.inner, &self.outer], [&self.hoop[0], &self.hoop[1]]]
-            .map(|pair| pair.map(|weights| &weights[columns.clone()]))
+        let [lateral, hoop] = [[&self.inner[BEFORE..], &self.outer], [&self.hoop[0], &self.hoop[1]]];
+        [lateral, hoop].map(|pair| pair.map(|weights| &weights[columns.clone()]))
     }
 
     /// Panics if there are fewer columns.
@@ -74,8 +81,9 @@ impl CellWeights {
         let nodes = [&self.axial, &self.slip, &self.areas];
         let nodes = nodes.into_iter().flatten().chain([&self.radial]);
         assert!(nodes.into_iter().all(|weights| columns.end <= weights.len()));
-        let cells = self.damping.iter().flatten().chain([&self.inner, &self.outer]);
+        let cells = self.damping.iter().flatten().chain([&self.outer]);
         assert!(cells.into_iter().all(|weights| columns.end + BLOCK <= weights.len()));
+        assert!(BEFORE + columns.end + BLOCK < self.inner.len());
     }
 }
 
@@ -96,6 +104,18 @@ pub struct CellPatch<'a> {
     pub weights: &'a CellWeights,
 }
 
+/// The vector at `i` of weights.
+///
+/// # Safety
+///
+/// The machine must have the instructions of `V`; there is a vector at `i`.
+#[inline(always)]
+#[expect(unsafe_code, reason = "instructions that not every machine has")]
+unsafe fn at<V: Vector>(weights: &[f64], i: usize) -> V {
+    // SAFETY: the caller's promise
+    unsafe { V::load(weights.as_ptr().add(i)) }
+}
+
 /// Kinds of rows, for constant parameters.
 pub const SURFACE: usize = 0;
 /// See [`SURFACE`].
@@ -114,21 +134,27 @@ const fn kind(row: usize) -> Row {
     }
 }
 
-/// [`cells::Column`] on vectors, with both flows that a cell takes of it in one.
+/// [`cells::Column`] on vectors, as cells want it.
 #[derive(Clone, Copy)]
 struct Column<V> {
-    stretch: [V; 2],
+    /// `Δ(u_{j+1} − u_j)`
+    stretch: V,
+    /// k times that.
+    bend: V,
+    /// λ times the sum of `u_{j+1} − u_j`.
+    normal: V,
     sink: [V; 2],
     tilt: [V; 2],
+    /// λ times the difference of `v_j + v_{j+1}`.
     spread: V,
     flow: V,
 }
 
-/// [`cells::Cell`] on vectors, as nodes want it: `normal + lean`, `normal − lean`, `slip`, `radial`.
+/// [`cells::Cell`] on vectors: of cells, or what a column contributes to them.
 #[derive(Clone, Copy)]
 struct Cell<V> {
-    inside: V,
-    outside: V,
+    to_inner: V,
+    to_outer: V,
     slip: V,
     radial: V,
 }
@@ -199,68 +225,95 @@ impl<V: Vector> Column<V> {
     /// The machine must have the instructions of `V`; the vector is one of numbers in this row, and in the rows above and below that
     /// `row` has.
     #[inline(always)]
-    unsafe fn load(row: Row, u: *const f64, v: *const f64, stride: usize, hourglass: V) -> Self {
+    unsafe fn load(row: Row, u: *const f64, v: *const f64, stride: usize, constants: &Constants<V>) -> Self {
+        let Constants { lame, hourglass, .. } = *constants;
         // SAFETY: the caller's promise
         unsafe {
             let [stretch, sink] = pairs(row, rows(row, u, stride));
             let [tilt, spread] = pairs(row, rows(row, v, stride));
-            Self { stretch, sink, tilt, spread: spread[0], flow: spread[1].sub(hourglass.mul(tilt[0])) }
+            Self {
+                stretch: stretch[0],
+                bend: hourglass.mul(stretch[0]),
+                normal: lame.mul(stretch[1]),
+                sink,
+                tilt,
+                spread: lame.mul(spread[0]),
+                flow: spread[1].sub_product(hourglass, tilt[0]),
+            }
         }
     }
 
-    /// The columns one node inside those of `self`, `before` being the vector before.
+    /// What it contributes to the cell at its inner side, as the outer column of that.
+    ///
+    /// * `q`: of the cell
     ///
     /// # Safety
     ///
     /// The machine must have the instructions of `V`.
     #[inline(always)]
-    unsafe fn inside(&self, before: &Self) -> Self {
+    unsafe fn as_outer(&self, q: V, constants: &Constants<V>) -> Cell<V> {
+        let Constants { courant, shear, .. } = *constants;
         // SAFETY: the caller's promise
         unsafe {
-            Self {
-                stretch: [
-                    V::seam(before.stretch[0], self.stretch[0]).1,
-                    V::seam(before.stretch[1], self.stretch[1]).1,
-                ],
-                sink: [V::seam(before.sink[0], self.sink[0]).1, V::seam(before.sink[1], self.sink[1]).1],
-                tilt: [V::seam(before.tilt[0], self.tilt[0]).1, V::seam(before.tilt[1], self.tilt[1]).1],
-                spread: V::seam(before.spread, self.spread).1,
-                flow: V::seam(before.flow, self.flow).1,
+            let normal = self.stretch.add_product(q, self.spread);
+            let lean = self.bend.sub_product(shear, self.tilt[1].add_product(courant, self.sink[1]));
+            Cell {
+                to_inner: normal.sub(lean),
+                to_outer: normal.add(lean),
+                slip: self.tilt[0].add_product(courant, self.sink[0]),
+                radial: self.normal.add_product(q, self.flow),
             }
         }
     }
 
-    /// The cells at the inner side of these columns: [`cells::Cell::new`].
+    /// What it contributes to the cell at its outer side, as the inner column of that: signs of q', c and k are turned.
     ///
-    /// * `weights`: q' and q of column 0
+    /// * `q`: q' of the cell
     ///
     /// # Safety
     ///
-    /// The machine must have the instructions of `V`; there is a vector of weights at `i`.
+    /// The machine must have the instructions of `V`.
     #[inline(always)]
-    unsafe fn cells(
-        &self,
-        before: &Self,
-        weights: [&[f64]; 2],
-        i: usize,
-        constants: &Constants<V>,
-    ) -> Cell<V> {
+    unsafe fn as_inner(&self, q: V, constants: &Constants<V>) -> Cell<V> {
+        let Constants { courant, shear, .. } = *constants;
         // SAFETY: the caller's promise
         unsafe {
-            let (inner, outer) = (self.inside(before), self);
-            let (from_inner, from_outer) = (at::<V>(weights[0], i), at::<V>(weights[1], i));
-            let Constants { lame, hourglass, courant, shear } = *constants;
-            let dilation = from_outer.mul(outer.spread).sub(from_inner.mul(inner.spread));
-            let shift = courant.mul(outer.sink[1].sub(inner.sink[1])).add(inner.tilt[1].add(outer.tilt[1]));
-            let bend = outer.stretch[0].sub(inner.stretch[0]);
-            let normal = inner.stretch[0].add(outer.stretch[0]).add(lame.mul(dilation));
-            let lean = hourglass.mul(bend).sub(shear.mul(shift));
-            let flow = from_outer.mul(outer.flow).sub(from_inner.mul(inner.flow));
+            let normal = self.stretch.sub_product(q, self.spread);
+            // −lean
+            let lean = self.bend.add_product(shear, self.tilt[1].sub_product(courant, self.sink[1]));
             Cell {
-                inside: normal.add(lean),
-                outside: normal.sub(lean),
-                slip: courant.mul(outer.sink[0].sub(inner.sink[0])).add(inner.tilt[0].add(outer.tilt[0])),
-                radial: lame.mul(inner.stretch[1].add(outer.stretch[1])).add(flow),
+                to_inner: normal.add(lean),
+                to_outer: normal.sub(lean),
+                slip: self.tilt[0].sub_product(courant, self.sink[0]),
+                radial: self.normal.sub_product(q, self.flow),
+            }
+        }
+    }
+}
+
+/// What the columns one node inside a vector of nodes contribute to the cells between.
+#[derive(Clone, Copy)]
+struct Inside<V> {
+    to_outer: V,
+    slip: V,
+    radial: V,
+}
+
+#[expect(unsafe_code, reason = "instructions that not every machine has")]
+impl<V: Vector> Inside<V> {
+    /// * `before`, `here`: what the vector of columns before and that of the nodes contribute as inner ones
+    ///
+    /// # Safety
+    ///
+    /// The machine must have the instructions of `V`.
+    #[inline(always)]
+    unsafe fn of(before: &Cell<V>, here: &Cell<V>) -> Self {
+        // SAFETY: the caller's promise
+        unsafe {
+            Self {
+                to_outer: V::seam(before.to_outer, here.to_outer).1,
+                slip: V::seam(before.slip, here.slip).1,
+                radial: V::seam(before.radial, here.radial).1,
             }
         }
     }
@@ -302,52 +355,104 @@ pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
             shear: V::splat(courant * shear),
         };
         let (before, now) = (before.add(j * stride), now.add(j * stride));
-        let q = [&weights.inner[..], &weights.outer[..]];
         let mut i = columns.start;
         let first = now.add(i).sub(V::WIDTH);
-        let inside = Column::<V>::load(kind(ROW), first, first.add(lateral), stride, constants.hourglass);
+        let column = Column::<V>::load(kind(ROW), first, first.add(lateral), stride, &constants);
+        // q' of the cells at the outer sides of these columns
+        let inner = column.as_inner(at(&weights.inner, BEFORE + 1 + i - V::WIDTH), &constants);
         let first = now.add(i);
-        let mut here = Column::<V>::load(kind(ROW), first, first.add(lateral), stride, constants.hourglass);
-        let mut cell = here.cells(&inside, q, i, &constants);
-        let [mut u_moves, mut v_moves] = [0, 1]
-            .map(|field| Moves::<V>::new(before, now, field * lateral, i, &weights.damping[field], field));
+        let column = Column::<V>::load(kind(ROW), first, first.add(lateral), stride, &constants);
+        let mut as_outer = column.as_outer(at(&weights.outer, i), &constants);
+        let mut as_inner = column.as_inner(at(&weights.inner, BEFORE + 1 + i), &constants);
+        let mut inside = Inside::of(&inner, &as_inner);
         while i < columns.end {
-            let u = now.add(i + V::WIDTH);
-            let after = Column::<V>::load(kind(ROW), u, u.add(lateral), stride, constants.hourglass);
-            let next_cell = after.cells(&here, q, i + V::WIDTH, &constants);
-            let outside = V::seam(cell.outside, next_cell.outside).0;
-            let slip = V::seam(cell.slip, next_cell.slip).0;
-            let radial = V::seam(cell.radial, next_cell.radial).0.sub(cell.radial);
-            let sheared =
-                at::<V>(&weights.slip[0], i).mul(cell.slip).add(at::<V>(&weights.slip[1], i).mul(slip));
+            let ahead = i + V::WIDTH;
+            let u = now.add(ahead);
+            let column = Column::<V>::load(kind(ROW), u, u.add(lateral), stride, &constants);
+            let next_outer = column.as_outer(at(&weights.outer, ahead), &constants);
+            let next_inner = column.as_inner(at(&weights.inner, BEFORE + 1 + ahead), &constants);
+            // of the cells at the inner and at the outer side
+            let axial = [
+                as_outer.to_outer.add(inside.to_outer),
+                V::seam(as_outer.to_inner, next_outer.to_inner).0.add(as_inner.to_inner),
+            ];
+            let slip = [
+                as_outer.slip.add(inside.slip),
+                V::seam(as_outer.slip, next_outer.slip).0.add(as_inner.slip),
+            ];
+            let radial = [
+                as_outer.radial.add(inside.radial),
+                V::seam(as_outer.radial, next_outer.radial).0.add(as_inner.radial),
+            ];
+            let sheared = at::<V>(&weights.slip[0], i).mul(slip[0]);
+            let sheared = sheared.add_product(at(&weights.slip[1], i), slip[1]);
             let accelerations = [
-                at::<V>(&weights.axial[0], i)
-                    .mul(cell.inside)
-                    .add(at::<V>(&weights.axial[1], i).mul(outside)),
-                sheared.add(at::<V>(&weights.radial, i).mul(radial)),
+                at::<V>(&weights.axial[0], i).mul(axial[0]).add_product(at(&weights.axial[1], i), axial[1]),
+                sheared.add_product(at(&weights.radial, i), radial[1].sub(radial[0])),
             ];
-            let added = [
-                u_moves.damped(before, now, [i, columns.end], &weights.damping[0]),
-                v_moves.damped(before.add(lateral), now.add(lateral), [i, columns.end], &weights.damping[1]),
-            ];
+            inside = Inside::of(&as_inner, &next_inner);
+            (as_outer, as_inner) = (next_outer, next_inner);
             for field in 0..2 {
                 if ROW == BACKING && field == 0 {
                     continue;
                 }
                 let offset = i + field * lateral;
-                let (u, earlier) = (V::load(now.add(offset)), V::load(before.add(offset)));
-                let later = u.twice_less(earlier).add(accelerations[field]).sub(added[field]);
-                later.store(next[field].add(i + j * stride));
+                let free = V::load(now.add(offset)).twice_less(V::load(before.add(offset)));
+                free.add(accelerations[field]).store(next[field].add(i + j * stride));
+            }
+            i = ahead;
+        }
+        if COUNTS || weights.is_damped {
+            let next = next.map(|next| next.add(j * stride));
+            damping_march::<V, ROW, COUNTS>([before, now], next, lateral, weights, columns, energy);
+        }
+    }
+}
+
+/// Damps `columns` of both displacements of a row, which hold them at level k+1 without damping, and adds their energy to `energy` if `COUNTS`
+/// says so.
+///
+/// * `levels`: u in column 0 at levels k−1 and k
+/// * `next`: u and v in column 0 at level k+1
+/// * `lateral`: distance from u to v
+///
+/// # Safety
+///
+/// As [`cell_march`].
+#[inline(always)]
+#[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
+unsafe fn damping_march<V: Vector, const ROW: usize, const COUNTS: bool>(
+    [before, now]: [*const f64; 2],
+    next: [*mut f64; 2],
+    lateral: usize,
+    weights: &CellWeights,
+    columns: Range<usize>,
+    energy: &mut EnergySum,
+) {
+    let damping = weights.damping.each_ref().map(|sides| sides.each_ref().map(|weights| weights.as_ptr()));
+    // SAFETY: the caller's promise
+    unsafe {
+        // not by a closure, which would not be compiled for these instructions
+        let levels = [[before, now], [before.add(lateral), now.add(lateral)]];
+        let mut moves = [
+            Moves::<V>::new(levels[0], columns.start, damping[0], false),
+            Moves::<V>::new(levels[1], columns.start, damping[1], true),
+        ];
+        let mut i = columns.start;
+        while i < columns.end {
+            for field in 0..2 {
+                if ROW == BACKING && field == 0 {
+                    continue;
+                }
+                let free = V::load(next[field].add(i));
+                let later = moves[field].damped(free, levels[field], [i, columns.end], damping[field]);
+                later.store(next[field].add(i));
                 if COUNTS {
-                    energy.add(
-                        i,
-                        at::<V>(&weights.areas[field], i),
-                        [earlier, u, later],
-                        accelerations[field],
-                    );
+                    let (earlier, u) = (V::load(levels[field][0].add(i)), V::load(levels[field][1].add(i)));
+                    let force = free.sub(u).sub(u.sub(earlier));
+                    energy.add(i, at::<V>(&weights.areas[field], i), [earlier, u, later], force);
                 }
             }
-            (here, cell) = (after, next_cell);
             i += V::WIDTH;
         }
     }
@@ -367,10 +472,12 @@ pub struct CellRow<'a> {
     pub courant: f64,
 }
 
-impl CellRow<'_> {
-    /// The largest of [`cells::largest_strain`]: the same bits, however the compiler makes vectors of it.
+impl Work for CellRow<'_> {
+    /// The largest of [`cells::largest_strain`].
+    type Output = f64;
+
     #[inline(always)]
-    pub fn largest_strain(self) -> f64 {
+    fn run(self) -> f64 {
         let count = self.weights[0][0].len();
         let mut largest = [0.0; BLOCK];
         for start in (0..count).step_by(PIECE) {
@@ -385,7 +492,9 @@ impl CellRow<'_> {
         }
         largest.into_iter().fold(0.0, f64::max)
     }
+}
 
+impl CellRow<'_> {
     /// Strains of the cells from `start` on: a loop without branches over slices of one length, which compilers turn into vectors.
     #[inline(always)]
     fn strains(self, start: usize, strains: &mut [f64]) {

@@ -14,22 +14,23 @@ pub const REACH: usize = 4;
 /// The machine must have the instructions of `V`; there is a vector at `i`.
 #[inline(always)]
 #[expect(unsafe_code, reason = "instructions that not every machine has")]
-pub unsafe fn at<V: Vector>(weights: &[f64], i: usize) -> V {
+unsafe fn at<V: Vector>(weights: *const f64, i: usize) -> V {
     // SAFETY: the caller's promise
-    unsafe { V::load(weights.as_ptr().add(i)) }
+    unsafe { V::load(weights.add(i)) }
 }
 
 /// What a displacement has moved by from level k−1 to k, and `−√(4σ)·E_r` of it, on the way outwards.
 #[derive(Clone, Copy)]
 pub struct Moves<V> {
-    /// Moved by, in the vector of nodes and the next one.
+    /// Moved by in the next vector of nodes, and two nodes inside that.
     moved: [V; 2],
-    /// The operator on that, in the vector before and the vector of nodes.
+    /// The operator on that in the vector of nodes, and two nodes inside that.
     once: [V; 2],
 }
 
-/// [`crate::model::scheme::double_radial`] on vectors.
+/// [`crate::model::scheme::double_radial`] on vectors, and what is two nodes inside the next vector.
 ///
+/// * `values`: two nodes inside the vector, the vector, the next one
 /// * `weights`: at these columns, outward and inward
 ///
 /// # Safety
@@ -37,12 +38,11 @@ pub struct Moves<V> {
 /// The machine must have the instructions of `V`.
 #[inline(always)]
 #[expect(unsafe_code, reason = "instructions that not every machine has")]
-unsafe fn double_radial<V: Vector>(inner: V, here: V, outer: V, weights: [V; 2]) -> V {
+unsafe fn double_radial<V: Vector>([inside, here, next]: [V; 3], weights: [V; 2]) -> [V; 2] {
     // SAFETY: the caller's promise
     unsafe {
-        let outward = V::wide_seam(here, outer).0.sub(here);
-        let inward = here.sub(V::wide_seam(inner, here).1);
-        weights[0].mul(outward).sub(weights[1].mul(inward))
+        let (outside, next_inside) = V::wide_seam(here, next);
+        [weights[0].mul(outside.sub(here)).sub_product(weights[1], here.sub(inside)), next_inside]
     }
 }
 
@@ -65,9 +65,9 @@ impl<V: Vector> Moves<V> {
     /// Damping reaches [`REACH`] columns. Vectors of that many numbers and more do not read the second one before: nothing of it
     /// would count, and another thread may be overwriting it.
     ///
-    /// * `offset`: of the displacement in its row
+    /// * `levels`: column 0 at levels k−1 and k
     /// * `weights`: by column, outward and inward
-    /// * `field`: number of the displacement
+    /// * `is_odd`: about the axis
     ///
     /// # Safety
     ///
@@ -75,42 +75,44 @@ impl<V: Vector> Moves<V> {
     /// axis) and two from it on are ones of numbers at both levels.
     #[inline(always)]
     pub unsafe fn new(
-        before: *const f64,
-        now: *const f64,
-        offset: usize,
+        [before, now]: [*const f64; 2],
         first: usize,
-        weights: &[Vec<f64>; 2],
-        field: usize,
+        weights: [*const f64; 2],
+        is_odd: bool,
     ) -> Self {
         // SAFETY: the caller's promise
         unsafe {
-            let (before, now) = (before.add(offset), now.add(offset));
             let (i, width) = (first as isize, V::WIDTH as isize);
             let [inner, here, outer]: [V; 3] =
                 [moved(before, now, i - width), moved(before, now, i), moved(before, now, i + width)];
-            let once = double_radial(inner, here, outer, [at(&weights[0], first), at(&weights[1], first)]);
-            let once_inside = match first.checked_sub(V::WIDTH) {
-                Some(inside) => {
+            let inside = V::wide_seam(inner, here).1;
+            let [once, outer_inside] =
+                double_radial([inside, here, outer], [at(weights[0], first), at(weights[1], first)]);
+            let once_before = match first.checked_sub(V::WIDTH) {
+                Some(before_first) => {
                     let far = if V::WIDTH < REACH { moved(before, now, i - 2 * width) } else { inner };
-                    double_radial(far, inner, here, [at(&weights[0], inside), at(&weights[1], inside)])
+                    let values = [V::wide_seam(far, inner).1, inner, here];
+                    let weights = [at(weights[0], before_first), at(weights[1], before_first)];
+                    double_radial(values, weights)[0]
                 }
                 None => {
                     // images about the axis, of which the last two are read
                     let (mut numbers, mut images) = ([0.0; BLOCK], [0.0; BLOCK]);
                     once.store(numbers.as_mut_ptr());
-                    let sign = if field == 1 { -1.0 } else { 1.0 };
+                    let sign = if is_odd { -1.0 } else { 1.0 };
                     (images[V::WIDTH - 1], images[V::WIDTH - 2]) = (sign * numbers[0], sign * numbers[1]);
                     V::load(images.as_ptr())
                 }
             };
-            Self { moved: [here, outer], once: [once_inside, once] }
+            Self { moved: [outer, outer_inside], once: [once, V::wide_seam(once_before, once).1] }
         }
     }
 
-    /// What damping takes from the vector of nodes at column `i`, and on to the next one.
+    /// The vector of nodes at column `i` with damping, [`crate::model::scheme::take_radial`], and on to the next one.
     ///
     /// As before the first vector, vectors of [`REACH`] numbers and more do not read the second one from `end` on.
     ///
+    /// * `free`: without it
     /// * `end`: column after the last vector of nodes
     ///
     /// # Safety
@@ -120,22 +122,24 @@ impl<V: Vector> Moves<V> {
     #[inline(always)]
     pub unsafe fn damped(
         &mut self,
-        before: *const f64,
-        now: *const f64,
+        free: V,
+        [before, now]: [*const f64; 2],
         [i, end]: [usize; 2],
-        weights: &[Vec<f64>; 2],
+        weights: [*const f64; 2],
     ) -> V {
         let second = i + 2 * V::WIDTH;
         let second = if V::WIDTH < REACH { second } else { second.min(end) };
         // SAFETY: the caller's promise
         unsafe {
-            let ([here, next], [once_inside, once]) = (self.moved, self.once);
+            let ([next, next_inside], [once, once_inside]) = (self.moved, self.once);
             let after = moved(before, now, second as isize);
             let there = i + V::WIDTH;
-            let once_outside =
-                double_radial(here, next, after, [at(&weights[0], there), at(&weights[1], there)]);
-            *self = Self { moved: [next, after], once: [once, once_outside] };
-            double_radial(once_inside, once, once_outside, [at(&weights[0], i), at(&weights[1], i)])
+            let [next_once, after_inside] =
+                double_radial([next_inside, next, after], [at(weights[0], there), at(weights[1], there)]);
+            let (once_outside, next_once_inside) = V::wide_seam(once, next_once);
+            *self = Self { moved: [after, after_inside], once: [next_once, next_once_inside] };
+            let later = free.sub_product(at(weights[0], i), once_outside.sub(once));
+            later.add_product(at(weights[1], i), once.sub(once_inside))
         }
     }
 }

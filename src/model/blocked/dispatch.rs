@@ -1,13 +1,13 @@
 //! The kernel compiled for each set of instructions, and the choice among them.
 
-use std::ops::Range;
+use std::{fmt, ops::Range};
 
 use super::{
-    cells::{CellPatch, CellRow, cell_march},
+    cells::{CellPatch, cell_march},
     energy::EnergySum,
     kernel::advance,
     levels::Patch,
-    vector::{Lanes, Vector},
+    vector::{Lanes, Vector, Work},
 };
 
 /// Instructions that this machine has: [`Instructions::all`] and [`Instructions::detect`] are the only ways to one.
@@ -31,6 +31,21 @@ enum Set {
     Plain8,
 }
 
+impl fmt::Display for Instructions {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => "AVX2",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => "AVX-512",
+            _ if cfg!(target_arch = "x86_64") => {
+                "without AVX2 and FMA: several times slower, with the same results"
+            }
+            _ => std::env::consts::ARCH,
+        })
+    }
+}
+
 impl Instructions {
     /// What every machine has.
     pub const BASELINE: Self = Self(Set::Baseline);
@@ -44,7 +59,8 @@ impl Instructions {
         Self::all().pop().unwrap_or(Self::BASELINE)
     }
 
-    /// All that this machine has, the best one last.
+    /// All that this machine has, the best one last. `--cfg percuss_without_avx512` leaves the widest out, to measure what other
+    /// machines do.
     pub fn all() -> Vec<Self> {
         #[cfg(target_arch = "x86_64")]
         use std::arch::is_x86_feature_detected as has;
@@ -53,7 +69,7 @@ impl Instructions {
             #[cfg(target_arch = "x86_64")]
             (Set::Avx2, has!("avx2") && has!("fma")),
             #[cfg(target_arch = "x86_64")]
-            (Set::Avx512, has!("avx512f")),
+            (Set::Avx512, cfg!(not(percuss_without_avx512)) && has!("avx512f") && has!("fma")),
         ];
         sets.into_iter().filter(|(_, has)| *has).map(|(set, _)| Self(set)).collect()
     }
@@ -139,17 +155,17 @@ impl Instructions {
         }
     }
 
-    /// [`CellRow::largest_strain`]
+    /// What work gives.
     #[expect(unsafe_code, reason = "instructions that not every machine has")]
-    pub fn largest_strain(self, row: CellRow<'_>) -> f64 {
+    pub fn run<W: Work>(self, work: W) -> W::Output {
         match self.0 {
             // SAFETY: `all` has found the instructions
             #[cfg(target_arch = "x86_64")]
-            Set::Avx2 => unsafe { x86::largest_strain_avx2(row) },
+            Set::Avx2 => unsafe { x86::run_avx2(work) },
             // SAFETY: likewise
             #[cfg(target_arch = "x86_64")]
-            Set::Avx512 => unsafe { x86::largest_strain_avx512(row) },
-            _ => row.largest_strain(),
+            Set::Avx512 => unsafe { x86::run_avx512(work) },
+            _ => work.run(),
         }
     }
 }
@@ -162,7 +178,7 @@ mod x86 {
         ops::Range,
     };
 
-    use super::{CellPatch, CellRow, EnergySum, Patch, advance, cell_march};
+    use super::{CellPatch, EnergySum, Patch, Work, advance, cell_march};
 
     /// [`advance`] compiled for 256-bit vectors.
     #[target_feature(enable = "avx2,fma")]
@@ -178,7 +194,7 @@ mod x86 {
     }
 
     /// [`advance`] compiled for 512-bit vectors.
-    #[target_feature(enable = "avx512f")]
+    #[target_feature(enable = "avx512f,fma")]
     pub unsafe fn advance_avx512<const COUNTS: bool>(
         patch: Patch<'_>,
         rows: Range<usize>,
@@ -190,16 +206,16 @@ mod x86 {
         unsafe { advance::<__m512d, COUNTS>(patch, rows, columns, area, sums) }
     }
 
-    /// [`CellRow::largest_strain`] compiled for 256-bit vectors.
-    #[target_feature(enable = "avx2")]
-    pub fn largest_strain_avx2(row: CellRow<'_>) -> f64 {
-        row.largest_strain()
+    /// [`super::Instructions::run`] for 256-bit vectors.
+    #[target_feature(enable = "avx2,fma")]
+    pub fn run_avx2<W: Work>(work: W) -> W::Output {
+        work.run()
     }
 
-    /// [`CellRow::largest_strain`] compiled for 512-bit vectors.
-    #[target_feature(enable = "avx512f")]
-    pub fn largest_strain_avx512(row: CellRow<'_>) -> f64 {
-        row.largest_strain()
+    /// [`super::Instructions::run`] for 512-bit vectors.
+    #[target_feature(enable = "avx512f,fma")]
+    pub fn run_avx512<W: Work>(work: W) -> W::Output {
+        work.run()
     }
 
     /// [`cell_march`] compiled for 256-bit vectors.
@@ -215,7 +231,7 @@ mod x86 {
     }
 
     /// [`cell_march`] compiled for 512-bit vectors.
-    #[target_feature(enable = "avx512f")]
+    #[target_feature(enable = "avx512f,fma")]
     pub unsafe fn cells_avx512<const ROW: usize, const COUNTS: bool>(
         patch: CellPatch<'_>,
         j: usize,

@@ -34,7 +34,7 @@ pub struct Domain {
     /// The scheme with its weights.
     scheme: Weighted,
     /// Instructions to use.
-    instructions: Instructions,
+    pub instructions: Instructions,
 }
 
 impl Domain {
@@ -354,7 +354,7 @@ impl Domain {
                     weights: weights.strains(columns),
                     courant: weights.medium.courant,
                 };
-                self.instructions.largest_strain(row) / (2.0 * self.grid.layer(j).dz)
+                self.instructions.run(row) / (2.0 * self.grid.layer(j).dz)
             }
         }
     }

@@ -48,7 +48,7 @@ impl EnergySum {
             let terms = [moved.mul(moved), next_moved.mul(next_moved), before.mul(force), next.mul(force)];
             for (sum, term) in self.sums.iter_mut().zip(terms) {
                 let place = sum.as_mut_ptr().add(i % BLOCK);
-                V::load(place).add(area.mul(term)).store(place);
+                V::load(place).add_product(area, term).store(place);
             }
         }
     }
@@ -63,7 +63,8 @@ impl EnergySum {
         let (moved, next_moved) = (now - before, next - now);
         let terms = [moved * moved, next_moved * next_moved, before * force, next * force];
         for (sum, term) in self.sums.iter_mut().zip(terms) {
-            sum[i % BLOCK] += area * term;
+            let sum = &mut sum[i % BLOCK];
+            *sum = area.mul_add(term, *sum);
         }
     }
 
@@ -71,7 +72,7 @@ impl EnergySum {
     ///
     /// * `area`: cell areas
     /// * `levels`: u_0 at levels k−1, k, k+1, as many nodes
-    /// * `free`: u_0 at level k+1 without contact and damping, see [`free_surface`]
+    /// * `free`: u_0 at level k+1 without contact and damping, see [`super::kernel::FreeSurface`]
     pub fn of_surface(area: &[f64], levels: [&[f64]; 3], free: &[f64]) -> Self {
         let [before, now, next] = levels;
         let mut energy = Self::default();

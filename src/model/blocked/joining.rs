@@ -174,7 +174,8 @@ impl Domain {
         let here = at(now, field, j, column);
         let (area, force) = match self.scheme() {
             Weighted::Axial(weights) => {
-                let damped = weights.corner(self.grid.layer_of(j)).map_or(0.0, |corner| {
+                let force = (face - here) - (here - before);
+                let force = weights.corner(self.grid.layer_of(j)).map_or(force, |corner| {
                     let [a, _, _, e, _] = self.runs.around(j).unwrap_or_default();
                     let row = |distance: isize| j.wrapping_add_signed(distance / levels.stride() as isize);
                     let moved = |dj: isize, di: isize| {
@@ -185,9 +186,9 @@ impl Domain {
                         };
                         at(now, 0, j, column + di) - at(earlier, 0, j, column + di)
                     };
-                    corner.share * scheme::corner(moved, corner.column(i))
+                    scheme::combined(corner.share, scheme::corner(moved, corner.column(i)), force)
                 });
-                (weights.area[i], (face - here) - (here - before) - damped)
+                (weights.area[i], force)
             }
             Weighted::Cells(weights) => {
                 let row = weights.scheme.at_row(j);

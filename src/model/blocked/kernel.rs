@@ -9,21 +9,19 @@
 use std::ops::Range;
 
 use super::{
-    corner::corner_march,
+    corner::{PIECE, add_corner, corner_march, ring_march},
     energy::EnergySum,
-    levels::{Around, Patch, around},
-    vector::Vector,
+    levels::{Around, CornerTerm, Patch, around},
+    vector::{Vector, Work},
 };
 use crate::model::scheme::{self, RadialWeights};
 
 /// Rows that are marched side by side: what two of them carry fits into 16 registers.
 const ABREAST: usize = 2;
-/// The same with the mixed-derivative correction, whose sums over z reach two rows up and down.
-const CORNER_ABREAST: usize = 2;
 
 /// Advances `rows` of `columns`, whole vectors, and adds their energy to `energies` if `COUNTS` says so.
 ///
-/// Always inlined, so that a caller compiled for wider vectors gets them here; no operation is fused and their order is
+/// Always inlined, so that a caller compiled for wider vectors gets them here; which operations are fused and their order are
 /// fixed, so the bits are those of any other caller.
 ///
 /// * `area`: cell areas a_i, by column; none if nothing is counted
@@ -56,14 +54,27 @@ pub unsafe fn advance<V: Vector, const COUNTS: bool>(
     if let Some(corner) = &patch.corner {
         assert!(columns.end <= corner.outward.len() && columns.end <= corner.inward.len());
     }
-    if let Some(around) = patch.around {
-        assert!(rows.len() <= 2, "at most two rows by themselves");
-        // SAFETY: as below
-        unsafe { by_twos::<V, COUNTS>(patch, around, rows, columns, area, energies) };
-    } else {
-        // distances that compilers see in the loop over columns
-        // SAFETY: as below
-        unsafe { by_twos::<V, COUNTS>(patch, around(patch.stride), rows, columns, area, energies) };
+    // SAFETY, of all below: the caller's promise
+    let Some(corner) = patch.corner.filter(|_| patch.around.is_none()) else {
+        match patch.around {
+            Some(around) => {
+                assert!(rows.len() <= 2, "at most two rows by themselves");
+                unsafe { by_twos::<V, COUNTS>(patch, around, rows, columns, area, energies) };
+            }
+            // distances that compilers see in the loop over columns
+            None => unsafe {
+                by_twos::<V, COUNTS>(patch, around(patch.stride), rows, columns, area, energies)
+            },
+        }
+        return;
+    };
+    for start in columns.clone().step_by(PIECE) {
+        let (rows, columns) = (rows.clone(), start..(start + PIECE).min(columns.end));
+        if COUNTS || V::REGISTERS > 16 {
+            unsafe { by_twos::<V, COUNTS>(patch, around(patch.stride), rows, columns, area, energies) };
+        } else {
+            unsafe { ring_march::<V>(patch, corner, rows, columns) };
+        }
     }
 }
 
@@ -94,9 +105,9 @@ unsafe fn by_twos<V: Vector, const COUNTS: bool>(
     // SAFETY, of all below: the rows belong to the patch; areas, weights and energies have been checked
     unsafe {
         if let Some(corner) = patch.corner {
-            while let Some((j, sums)) = next_rows(CORNER_ABREAST) {
+            while let Some((j, sums)) = next_rows(ABREAST) {
                 let (columns, sums) = (columns.clone(), &mut energies[sums]);
-                corner_march::<V, CORNER_ABREAST, COUNTS>(patch, corner, j, columns, around, area, sums);
+                corner_march::<V, ABREAST, COUNTS>(patch, corner, j, columns, around, area, sums);
             }
             while let Some((j, sums)) = next_rows(1) {
                 let (columns, sums) = (columns.clone(), &mut energies[sums]);
@@ -164,10 +175,10 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
         let (earlier, now, next) = (earlier.add(j * stride), now.add(j * stride), next.add(j * stride));
         let before = axial_sums::<V, N>(now, around, columns.start);
         let mut here = axial_sums::<V, N>(now, around, columns.start + V::WIDTH);
-        // differences of 4·U to the next column, in the vector before
-        let mut inner = [here[0].1; N];
+        // 4·U one node inside
+        let mut inside = [here[0].1; N];
         for row in 0..N {
-            inner[row] = V::seam(before[row].1, here[row].1).0.sub(before[row].1);
+            inside[row] = V::seam(before[row].1, here[row].1).1;
         }
         let mut i = columns.start;
         while i < columns.end {
@@ -175,14 +186,13 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
             let (out, inw) = (V::load(outward.as_ptr().add(i)), V::load(inward.as_ptr().add(i)));
             for row in 0..N {
                 let (ends, four) = here[row];
-                let slope = V::seam(four, after[row].1).0.sub(four);
+                let (outside, next_inside) = V::seam(four, after[row].1);
                 let node = i + row * stride;
                 let before = V::load(earlier.add(node));
-                let axial = ends.sub(before);
-                let radial = out.mul(slope).sub(inw.mul(V::seam(inner[row], slope).1));
-                let later = axial.add(radial);
+                let later = ends.sub(before).add_product(out, outside.sub(four));
+                let later = later.sub_product(inw, four.sub(inside[row]));
                 later.store(next.add(node));
-                inner[row] = slope;
+                inside[row] = next_inside;
                 if COUNTS {
                     let middle = V::load(now.add(node));
                     let area = V::load(area.as_ptr().add(i));
@@ -198,31 +208,44 @@ unsafe fn march<V: Vector, const N: usize, const COUNTS: bool>(
 
 /// Surface nodes at level k+1 if they were free of stress: [`scheme::interior`] and [`scheme::axis`] with the image of
 /// [`scheme::image_row`], column by column.
-///
-/// * `before`: u_0 at level k−1
-/// * `top`, `below`: u_0 and u_1 at level k, one node more than `free`
-/// * `weights`: radial weights, outward and inward; that inward of the first node is 0
-/// * `means`: room for means over z
-/// * `free`: the result
-pub fn free_surface(
-    before: &[f64],
-    top: &[f64],
-    below: &[f64],
-    weights: [&[f64]; 2],
-    means: &mut Vec<f64>,
-    free: &mut [f64],
-) {
-    let n = free.len();
-    means.clear();
-    // what stands inside the first node counts for nothing
-    means.push(0.0);
-    let columns = top[..=n].iter().zip(&below[..=n]);
-    means.extend(columns.map(|(top, below)| scheme::quadruple_mean(*below, *top, *below)));
-    let (inner, here, outer) = (&means[..n], &means[1..=n], &means[2..n + 2]);
-    let ([outward, inward], below, before) =
-        (weights.map(|weights| &weights[..n]), &below[..n], &before[..n]);
-    for i in 0..n {
-        let weights = RadialWeights { outward: outward[i], inward: inward[i] };
-        free[i] = scheme::advanced(below[i] + below[i], before[i], [inner[i], here[i], outer[i]], weights);
+pub struct FreeSurface<'a> {
+    /// u_0 at level k−1.
+    pub before: &'a [f64],
+    /// u_0 and u_1 at level k, one node more than `free`.
+    pub now: [&'a [f64]; 2],
+    /// Radial weights, outward and inward; that inward of the first node is 0.
+    pub weights: [&'a [f64]; 2],
+    /// The mixed-derivative correction, if there is one, with rows as [`add_corner`] reads them.
+    pub corner: Option<(CornerTerm<'a>, [[&'a [f64]; 2]; 2])>,
+    /// Room for sums over z.
+    pub sums: &'a mut Vec<f64>,
+    /// The result.
+    pub free: &'a mut [f64],
+}
+
+impl Work for FreeSurface<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { before, now, weights, corner, sums, free } = self;
+        let n = free.len();
+        let [top, below] = now;
+        sums.clear();
+        // what stands inside the first node counts for nothing
+        sums.push(0.0);
+        let columns = top[..=n].iter().zip(&below[..=n]);
+        sums.extend(columns.map(|(top, below)| scheme::quadruple_mean(*below, *top, *below)));
+        let (inner, here, outer) = (&sums[..n], &sums[1..=n], &sums[2..n + 2]);
+        let ([outward, inward], below, before) =
+            (weights.map(|weights| &weights[..n]), &below[..n], &before[..n]);
+        for i in 0..n {
+            let weights = RadialWeights { outward: outward[i], inward: inward[i] };
+            free[i] =
+                scheme::advanced(below[i] + below[i], before[i], [inner[i], here[i], outer[i]], weights);
+        }
+        if let Some((corner, rows)) = corner {
+            add_corner(rows, corner.share, corner, sums, free);
+        }
     }
 }

@@ -192,7 +192,8 @@ impl Sampler {
             let wider = 0..free.len() + 2;
             let rows = levels.map(|level| [0, 2].map(|j| line(level, j, &wider)));
             add_corner(rows, 1.0, corner, &mut Vec::new(), &mut damped);
-            free.iter_mut().zip(damped).for_each(|(free, damped)| *free -= corner.share * damped);
+            let undamped = |(free, damped): (&mut f64, f64)| *free = (-corner.share).mul_add(damped, *free);
+            free.iter_mut().zip(damped).for_each(undamped);
         }
         let [before, now] = levels.map(|level| line(level, 0, columns));
         EnergySum::of_surface(&weights.area, [before, now, displacement], &free)

@@ -1,6 +1,7 @@
 //! Vectors of neighbouring nodes of a row, in each set of instructions a machine may have.
 //!
-//! Every operation rounds once and none is fused with another, so the bits are the same for vectors of any width.
+//! Every operation rounds once, products that are added are fused with their sum where the scheme says so and nowhere else: the bits are the same
+//! for vectors of any width.
 
 /// Columns are computed in blocks of this many: the width of the widest vector.
 pub const BLOCK: usize = 8;
@@ -10,6 +11,14 @@ pub fn padded(numbers: impl Iterator<Item = f64>, columns: usize) -> Vec<f64> {
     let mut numbers: Vec<f64> = numbers.collect();
     numbers.resize(columns, 0.0);
     numbers
+}
+
+/// Plain loops that compilers make vectors of, for any instructions.
+pub trait Work {
+    /// What it gives: the same bits with any instructions.
+    type Output;
+    /// Does it; always inlined, as are the functions that it calls, so that a caller compiled for wider vectors gets them here.
+    fn run(self) -> Self::Output;
 }
 
 /// Some neighbouring numbers.
@@ -22,11 +31,17 @@ pub fn padded(numbers: impl Iterator<Item = f64>, columns: usize) -> Vec<f64> {
 pub trait Vector: Copy {
     /// How many.
     const WIDTH: usize;
+    /// How many vectors the machine has at hand.
+    const REGISTERS: usize;
     unsafe fn load(from: *const f64) -> Self;
     unsafe fn store(self, to: *mut f64);
     unsafe fn add(self, other: Self) -> Self;
     unsafe fn sub(self, other: Self) -> Self;
     unsafe fn mul(self, other: Self) -> Self;
+    /// `self + a·b`, rounded once.
+    unsafe fn add_product(self, a: Self, b: Self) -> Self;
+    /// `self − a·b`, rounded once.
+    unsafe fn sub_product(self, a: Self, b: Self) -> Self;
     /// `self + 2·other`; twice a number is exact, so this rounds once however it is done.
     unsafe fn add_twice(self, other: Self) -> Self;
     /// `2·self − other`; rounds once, too.
@@ -67,6 +82,8 @@ impl<const N: usize> Lanes<N> {
 #[expect(unsafe_code, reason = "loads and stores; the rest is safe")]
 impl<const N: usize> Vector for Lanes<N> {
     const WIDTH: usize = N;
+    // in tests those of 8 numbers go the way of 512-bit vectors
+    const REGISTERS: usize = if N == BLOCK { 32 } else { 16 };
 
     #[inline(always)]
     unsafe fn load(from: *const f64) -> Self {
@@ -97,6 +114,16 @@ impl<const N: usize> Vector for Lanes<N> {
     #[inline(always)]
     unsafe fn mul(self, other: Self) -> Self {
         Self::of(|i| self.0[i] * other.0[i])
+    }
+
+    #[inline(always)]
+    unsafe fn add_product(self, a: Self, b: Self) -> Self {
+        Self::of(|i| a.0[i].mul_add(b.0[i], self.0[i]))
+    }
+
+    #[inline(always)]
+    unsafe fn sub_product(self, a: Self, b: Self) -> Self {
+        Self::of(|i| (-a.0[i]).mul_add(b.0[i], self.0[i]))
     }
 
     #[inline(always)]
@@ -137,6 +164,7 @@ mod x86 {
 
     impl Vector for __m256d {
         const WIDTH: usize = 4;
+        const REGISTERS: usize = 16;
 
         #[inline(always)]
         unsafe fn load(from: *const f64) -> Self {
@@ -161,6 +189,16 @@ mod x86 {
         #[inline(always)]
         unsafe fn mul(self, other: Self) -> Self {
             unsafe { _mm256_mul_pd(self, other) }
+        }
+
+        #[inline(always)]
+        unsafe fn add_product(self, a: Self, b: Self) -> Self {
+            unsafe { _mm256_fmadd_pd(a, b, self) }
+        }
+
+        #[inline(always)]
+        unsafe fn sub_product(self, a: Self, b: Self) -> Self {
+            unsafe { _mm256_fnmadd_pd(a, b, self) }
         }
 
         #[inline(always)]
@@ -197,6 +235,7 @@ mod x86 {
 
     impl Vector for __m512d {
         const WIDTH: usize = 8;
+        const REGISTERS: usize = 32;
 
         #[inline(always)]
         unsafe fn load(from: *const f64) -> Self {
@@ -221,6 +260,16 @@ mod x86 {
         #[inline(always)]
         unsafe fn mul(self, other: Self) -> Self {
             unsafe { _mm512_mul_pd(self, other) }
+        }
+
+        #[inline(always)]
+        unsafe fn add_product(self, a: Self, b: Self) -> Self {
+            unsafe { _mm512_fmadd_pd(a, b, self) }
+        }
+
+        #[inline(always)]
+        unsafe fn sub_product(self, a: Self, b: Self) -> Self {
+            unsafe { _mm512_fnmadd_pd(a, b, self) }
         }
 
         #[inline(always)]

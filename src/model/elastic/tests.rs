@@ -72,7 +72,7 @@ impl CellScheme {
     /// `4σE_r²` of a level.
     fn damping_of(&self, moved: &Level<2>) -> Level<2> {
         let rest = self.rest();
-        self.level(|field, j, i| -self.damped(&rest, moved, field, j, i).unwrap_or_default())
+        self.level(|field, j, i| -self.damped(0.0, [&rest, moved], field, j, i))
     }
 
     /// Product of levels in which the scheme without damping is symmetric.
