@@ -170,9 +170,13 @@ impl<T> Engine<T> {
             * grid.nr().min(shown.columns).div_ceil(every)
             * shown_rows.len()
             * shown.fields.len();
+        let sizes = match domain.scheme() {
+            Weighted::Cells(_) if domain.instructions.width() == BLOCK => Sizes::WIDE_CELLS,
+            _ => Sizes::TUNED,
+        };
         Self {
             cone,
-            field: Workers::new(domain, Sizes::TUNED),
+            field: Workers::new(domain, sizes),
             level: 0,
             behind: Vec::new(),
             steps: VecDeque::new(),

@@ -19,13 +19,17 @@ pub struct Sizes {
 
 impl Sizes {
     /// What has been found to be fast: one level of a tile is two arrays of 96 KiB that stream from the second cache row after row,
-    /// and what the next levels add to them fits in there too. Half as many rows or columns cost some percent.
+    /// and what the next levels add to them fits in there too. Half or twice as many columns cost some percent at most with 1 MiB of that cache.
     pub const TUNED: Self = Self {
         lag_rows: [8, 32],
         tile_rows: 32,
         tile_columns: [8 * BLOCK, 48 * BLOCK],
         nodes_for_one: 100_000,
     };
+
+    /// The same for two displacements and the widest vectors: with half the columns their weights, eleven numbers a column, fit into the first
+    /// cache, which narrower vectors do not wait for.
+    pub const WIDE_CELLS: Self = Self { tile_columns: [8 * BLOCK, 24 * BLOCK], ..Self::TUNED };
 
     /// Sizes at which a mesh of some hundred nodes has tiles, passes and helpers as a large one has them.
     #[cfg(test)]
