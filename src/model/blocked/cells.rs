@@ -291,29 +291,25 @@ impl<V: Vector> Column<V> {
     }
 }
 
-/// What the columns one node inside a vector of nodes contribute to the cells between.
-#[derive(Clone, Copy)]
-struct Inside<V> {
-    to_outer: V,
-    slip: V,
-    radial: V,
-}
-
 #[expect(unsafe_code, reason = "instructions that not every machine has")]
-impl<V: Vector> Inside<V> {
-    /// * `before`, `here`: what the vector of columns before and that of the nodes contribute as inner ones
+impl<V: Vector> Cell<V> {
+    /// The cells at the inner sides of a vector of columns: [`cells::Cell::new`].
+    ///
+    /// * `outer`: what these columns contribute as outer ones
+    /// * `before`, `here`: what the vector of columns before and they contribute as inner ones
     ///
     /// # Safety
     ///
     /// The machine must have the instructions of `V`.
     #[inline(always)]
-    unsafe fn of(before: &Cell<V>, here: &Cell<V>) -> Self {
+    unsafe fn of(outer: &Self, before: &Self, here: &Self) -> Self {
         // SAFETY: the caller's promise
         unsafe {
             Self {
-                to_outer: V::seam(before.to_outer, here.to_outer).1,
-                slip: V::seam(before.slip, here.slip).1,
-                radial: V::seam(before.radial, here.radial).1,
+                to_inner: outer.to_inner.add(V::seam(before.to_inner, here.to_inner).1),
+                to_outer: outer.to_outer.add(V::seam(before.to_outer, here.to_outer).1),
+                slip: outer.slip.add(V::seam(before.slip, here.slip).1),
+                radial: outer.radial.add(V::seam(before.radial, here.radial).1),
             }
         }
     }
@@ -362,36 +358,27 @@ pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
         let inner = column.as_inner(at(&weights.inner, BEFORE + 1 + i - V::WIDTH), &constants);
         let first = now.add(i);
         let column = Column::<V>::load(kind(ROW), first, first.add(lateral), stride, &constants);
-        let mut as_outer = column.as_outer(at(&weights.outer, i), &constants);
+        let outer = column.as_outer(at(&weights.outer, i), &constants);
         let mut as_inner = column.as_inner(at(&weights.inner, BEFORE + 1 + i), &constants);
-        let mut inside = Inside::of(&inner, &as_inner);
+        let mut cell = Cell::of(&outer, &inner, &as_inner);
         while i < columns.end {
             let ahead = i + V::WIDTH;
             let u = now.add(ahead);
             let column = Column::<V>::load(kind(ROW), u, u.add(lateral), stride, &constants);
-            let next_outer = column.as_outer(at(&weights.outer, ahead), &constants);
+            let outer = column.as_outer(at(&weights.outer, ahead), &constants);
             let next_inner = column.as_inner(at(&weights.inner, BEFORE + 1 + ahead), &constants);
+            let next_cell = Cell::of(&outer, &as_inner, &next_inner);
             // of the cells at the inner and at the outer side
-            let axial = [
-                as_outer.to_outer.add(inside.to_outer),
-                V::seam(as_outer.to_inner, next_outer.to_inner).0.add(as_inner.to_inner),
-            ];
-            let slip = [
-                as_outer.slip.add(inside.slip),
-                V::seam(as_outer.slip, next_outer.slip).0.add(as_inner.slip),
-            ];
-            let radial = [
-                as_outer.radial.add(inside.radial),
-                V::seam(as_outer.radial, next_outer.radial).0.add(as_inner.radial),
-            ];
+            let axial = [cell.to_outer, V::seam(cell.to_inner, next_cell.to_inner).0];
+            let slip = [cell.slip, V::seam(cell.slip, next_cell.slip).0];
+            let radial = [cell.radial, V::seam(cell.radial, next_cell.radial).0];
             let sheared = at::<V>(&weights.slip[0], i).mul(slip[0]);
             let sheared = sheared.add_product(at(&weights.slip[1], i), slip[1]);
             let accelerations = [
                 at::<V>(&weights.axial[0], i).mul(axial[0]).add_product(at(&weights.axial[1], i), axial[1]),
                 sheared.add_product(at(&weights.radial, i), radial[1].sub(radial[0])),
             ];
-            inside = Inside::of(&as_inner, &next_inner);
-            (as_outer, as_inner) = (next_outer, next_inner);
+            (cell, as_inner) = (next_cell, next_inner);
             for field in 0..2 {
                 if ROW == BACKING && field == 0 {
                     continue;

@@ -14,7 +14,7 @@ use super::{
 use crate::model::scheme;
 
 /// Columns over which rows are marched down: what the next rows read again stays in the first cache.
-pub const PIECE: usize = 16 * BLOCK;
+pub const PIECE: usize = 24 * BLOCK;
 
 /// What the scheme needs of a vector of a row: sums over z.
 #[derive(Clone, Copy)]

@@ -38,9 +38,7 @@ impl fmt::Display for Instructions {
             Set::Avx2 => "AVX2",
             #[cfg(target_arch = "x86_64")]
             Set::Avx512 => "AVX-512",
-            _ if cfg!(target_arch = "x86_64") => {
-                "without AVX2 and FMA: several times slower, with the same results"
-            }
+            _ if cfg!(target_arch = "x86_64") => "no AVX2 and FMA: slowly, with the same results",
             _ => std::env::consts::ARCH,
         })
     }
