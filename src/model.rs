@@ -63,7 +63,9 @@ use crate::{
 };
 
 mod blocked;
-pub(crate) use blocked::{CORNER_MARGIN, Instructions};
+pub(crate) use blocked::CORNER_MARGIN;
+#[cfg(feature = "cli")]
+pub(crate) use blocked::Instructions;
 pub mod cell_scheme;
 pub mod cells;
 pub mod elastic;

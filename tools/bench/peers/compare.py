@@ -3,6 +3,7 @@
 
     compare.py [--peers plain-c,numba,pystencils,devito] [-n N ...] [-t T] [--threads K] [--rounds R]
     compare.py --theory full [-n N ...] [-t T] [--threads K] [--rounds R]
+    compare.py --release target/avx2/release --march x86-64-v3     as on a machine without AVX-512
 
 Needs gcc, `cargo build --release`, and a Python with numpy, numba, pystencils and devito (see --python). The peers sweep
 the whole field, record nothing, and are timed without start and compilation, on memory that has been written to. percuss
@@ -44,24 +45,24 @@ THEORIES = {
 }
 
 
-def percuss(scheme, n, end, threads, folder):
+def percuss(release, scheme, n, end, threads, folder):
     factor, keys = SCHEMES[scheme]
     settings = [*keys, f"mesh.cells={n}", "mesh.outer_radius=4", "record.frames=0", f"run.end_time={factor * end}"]
     arguments = [option for setting in settings for option in ("--set", setting)]
-    command = [RELEASE / "percuss", "run", "fig5", *arguments, "--threads", str(threads), "-o", folder / "run.mcap", "--force", "-q"]
+    command = [release / "percuss", "run", "fig5", *arguments, "--threads", str(threads), "-o", folder / "run.mcap", "--force", "-q"]
     start = time.perf_counter()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return time.perf_counter() - start
 
 
-def percuss_steps(scheme, n, end, threads):
-    command = [RELEASE / "solver-bench", "growth", "--cells", str(n), "--end", str(end), "--threads", str(threads)]
+def percuss_steps(release, scheme, n, end, threads):
+    command = [release / "solver-bench", "growth", "--cells", str(n), "--end", str(end), "--threads", str(threads)]
     command += ["--repeat", "3", "--scheme", scheme]
     return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()[-2])
 
 
-def peer(python, name, n, end, threads):
-    command = [python, HERE / "peer.py", name, "-n", str(n), "-t", str(end), "--threads", str(threads)]
+def peer(python, name, n, end, threads, march):
+    command = [python, HERE / "peer.py", name, "-n", str(n), "-t", str(end), "--threads", str(threads), "--march", march]
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()[-1])["seconds"]
 
 
@@ -73,6 +74,8 @@ def main():
     parser.add_argument("-t", type=float, default=6.0, help="end time")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--release", type=pathlib.Path, default=RELEASE, help="folder of the programs of percuss")
+    parser.add_argument("--march", default="native", help="machine that C is compiled for")
     parser.add_argument("--python", default=sys.executable, help="Python that has the peers")
     options = parser.parse_args()
     known, schemes = THEORIES[options.theory]
@@ -87,10 +90,10 @@ def main():
         rounds = []
         with tempfile.TemporaryDirectory() as folder:
             for _ in range(options.rounds):
-                seconds = {name: peer(options.python, name, n, options.t, options.threads) for name in peers}
+                seconds = {name: peer(options.python, name, n, options.t, options.threads, options.march) for name in peers}
                 for scheme in schemes:
-                    seconds[f"{scheme}, steps"] = percuss_steps(scheme, n, options.t, options.threads)
-                    seconds[f"{scheme}, whole"] = percuss(scheme, n, options.t, options.threads, pathlib.Path(folder))
+                    seconds[f"{scheme}, steps"] = percuss_steps(options.release, scheme, n, options.t, options.threads)
+                    seconds[f"{scheme}, whole"] = percuss(options.release, scheme, n, options.t, options.threads, pathlib.Path(folder))
                 rounds.append(seconds)
         updates = (n + 1) * (4 * n + 1) * round(options.t * n)
         print(f"\nN = {n}, t = {options.t:g}, {options.threads} threads, medians of {options.rounds} rounds")

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The reference case of percuss in other tools: plain C, numba, pystencils, Devito; and the full theory in plain C.
 
-    peer.py NAME [-n N] [-t T] [--threads K] [--check]
+    peer.py NAME [-n N] [-t T] [--threads K] [--march M] [--check]
 
 A flat punch of radius 1 strikes a layer of thickness 1 at speed 1: nodes r = i/N out to 4, z = j/N, c_s = 0.5, time step
 1/N, rest at r = 4 and z = 1. Every tool sweeps the whole field in every step, in double precision; nothing is recorded.
@@ -21,6 +21,10 @@ import subprocess
 import sys
 import tempfile
 import time
+
+
+# machine that C is compiled for
+MARCH = "native"
 
 
 class Case:
@@ -68,7 +72,7 @@ def compiled(name):
     """A C file beside this one as a library."""
     here = pathlib.Path(__file__).parent
     library = pathlib.Path(tempfile.mkdtemp()) / f"{name}.so"
-    flags = ["-O3", "-march=native", "-mprefer-vector-width=512", "-ffp-contract=fast", "-fno-math-errno"]
+    flags = ["-O3", f"-march={MARCH}", "-mprefer-vector-width=512", "-ffp-contract=fast", "-fno-math-errno"]
     flags += ["-fopenmp", "-shared", "-fPIC"]
     subprocess.run(["gcc", *flags, here / f"{name}.c", "-o", library], check=True)
     return ctypes.CDLL(library)
@@ -324,13 +328,16 @@ ELASTIC = {"elastic-c": False, "elastic-c-damped": True}
 
 
 def main():
+    global MARCH
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("name", choices=[*SIMPLIFIED, *ELASTIC])
+    parser.add_argument("--march", default=MARCH, help="machine that C is compiled for")
     parser.add_argument("-n", type=int, default=200, help="nodes per unit of length")
     parser.add_argument("-t", type=float, default=6.0, help="end time")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--check", action="store_true", help="compare with NumPy first, N = 40")
     options = parser.parse_args()
+    MARCH = options.march
     for name in ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS"):
         os.environ[name] = str(options.threads)
     is_damped = ELASTIC.get(options.name)
