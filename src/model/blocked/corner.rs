@@ -408,11 +408,13 @@ pub fn add_corner(
     let n = free.len();
     let [before, now] = rows.map(|rows| rows.map(|row| &row[..n + 2]));
     axial.clear();
-    axial.extend([0.0; 2]);
-    axial.extend((0..n + 2).map(|i| {
-        let [top, below] = [0, 1].map(|row| scheme::combined(share, before[row][i], now[row][i]));
-        scheme::corner_axial(below, top, below)
-    }));
+    axial.resize(n + 4, 0.0);
+    // loops and no closures, which would not be compiled for the instructions of the caller
+    for i in 0..n + 2 {
+        let top = scheme::combined(share, before[0][i], now[0][i]);
+        let below = scheme::combined(share, before[1][i], now[1][i]);
+        axial[i + 2] = scheme::corner_axial(below, top, below);
+    }
     // the images about the axis
     (axial[0], axial[1]) = (axial[3], axial[2]);
     for (i, free) in free.iter_mut().enumerate() {

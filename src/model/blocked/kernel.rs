@@ -4,7 +4,7 @@
 //!
 //! Fields are stored row by row, the nodes of one depth in the order of radii. A patch is advanced by marching outwards
 //! with some rows side by side, a vector at a time: sums over z are shared by the rows and carried from vector to
-//! vector, so every node is loaded once or twice and nine operations do an update.
+//! vector, so every node is loaded once or twice and seven operations and some shuffles do an update.
 
 use std::ops::Range;
 
@@ -233,9 +233,11 @@ impl Work for FreeSurface<'_> {
         let [top, below] = now;
         sums.clear();
         // what stands inside the first node counts for nothing
-        sums.push(0.0);
-        let columns = top[..=n].iter().zip(&below[..=n]);
-        sums.extend(columns.map(|(top, below)| scheme::quadruple_mean(*below, *top, *below)));
+        sums.resize(n + 2, 0.0);
+        let (top, below) = (&top[..=n], &below[..=n]);
+        for (i, sum) in sums[1..].iter_mut().enumerate() {
+            *sum = scheme::quadruple_mean(below[i], top[i], below[i]);
+        }
         let (inner, here, outer) = (&sums[..n], &sums[1..=n], &sums[2..n + 2]);
         let ([outward, inward], below, before) =
             (weights.map(|weights| &weights[..n]), &below[..n], &before[..n]);
