@@ -139,12 +139,19 @@ impl LightCone {
         self.state.reached = (self.state.reached + self.lateral_reach()).min(seen).max(loaded).min(self.nr);
     }
 
-    /// Columns ahead of a front that are not at rest after some steps.
+    /// Columns ahead of a front that are not at rest after some steps; with cells by the best of the bounds that have been computed.
     ///
     /// * `least`: as many at least
     fn margin(&self, steps: usize, least: usize) -> usize {
-        let is_nothing = |margin: &usize| self.decay(steps as f64, *margin as f64) >= -libm::log(NOTHING);
-        (least..).find(is_nothing).unwrap_or(usize::MAX)
+        let (t, enough) = (steps as f64, -libm::log(NOTHING));
+        if self.growth.is_empty() {
+            let is_nothing = |margin: &usize| decay(self.courant, t, *margin as f64) >= enough;
+            return (least..).find(is_nothing).unwrap_or(usize::MAX);
+        }
+        // where κ·(ct + margin) − Ωt is enough
+        let farthest = |[kappa, growth]: &[f64; 2]| (growth * t + enough) / kappa - self.courant * t;
+        let margin = self.growth.iter().map(farthest).fold(f64::INFINITY, f64::min);
+        least.max(libm::ceil(margin).max(0.0) as usize)
     }
 
     /// Columns that the scheme passes on per step.
@@ -198,16 +205,6 @@ impl LightCone {
     /// Number of columns that have ever moved.
     pub fn reached_columns(&self) -> usize {
         if self.coverage == Coverage::Everything { self.nr } else { self.state.reached }
-    }
-
-    /// How far a wave has fallen off `ahead` nodes ahead of its front after t steps, see [`decay`]; with lateral damping the best of
-    /// the bounds that have been computed.
-    fn decay(&self, t: f64, ahead: f64) -> f64 {
-        if self.growth.is_empty() {
-            return decay(self.courant, t, ahead);
-        }
-        let bound = |[kappa, growth]: &[f64; 2]| kappa * (self.courant * t + ahead) - growth * t;
-        self.growth.iter().map(bound).fold(0.0, f64::max)
     }
 
     fn corner_margin(&self) -> usize {
