@@ -1,22 +1,23 @@
 //! Lateral damping of a row of the scheme of cells, a vector at a time on the way outwards.
 //!
-//! The operations are those of [`crate::model::elastic`] in the same order: [`crate::model::scheme::double_radial`] twice.
+//! The operations are those of [`crate::model::cell_scheme`] in the same order: [`crate::model::scheme::double_radial`], and
+//! [`crate::model::scheme::take_radial`] of what that gives.
 
 use super::vector::{BLOCK, Vector};
 
 /// Columns around a node that damping depends on.
 pub const REACH: usize = 4;
 
-/// The vector at `i` of weights.
+/// Vectors of weights at column `i`, outward and inward.
 ///
 /// # Safety
 ///
-/// The machine must have the instructions of `V`; there is a vector at `i`.
+/// The machine must have the instructions of `V`; there are vectors at `i`.
 #[inline(always)]
 #[expect(unsafe_code, reason = "instructions that not every machine has")]
-unsafe fn at<V: Vector>(weights: *const f64, i: usize) -> V {
+unsafe fn both<V: Vector>(weights: [*const f64; 2], i: usize) -> [V; 2] {
     // SAFETY: the caller's promise
-    unsafe { V::load(weights.add(i)) }
+    unsafe { [V::load(weights[0].add(i)), V::load(weights[1].add(i))] }
 }
 
 /// What a displacement has moved by from level k−1 to k, and `−√(4σ)·E_r` of it, on the way outwards.
@@ -86,14 +87,12 @@ impl<V: Vector> Moves<V> {
             let [inner, here, outer]: [V; 3] =
                 [moved(before, now, i - width), moved(before, now, i), moved(before, now, i + width)];
             let inside = V::wide_seam(inner, here).1;
-            let [once, outer_inside] =
-                double_radial([inside, here, outer], [at(weights[0], first), at(weights[1], first)]);
+            let [once, outer_inside] = double_radial([inside, here, outer], both(weights, first));
             let once_before = match first.checked_sub(V::WIDTH) {
                 Some(before_first) => {
                     let far = if V::WIDTH < REACH { moved(before, now, i - 2 * width) } else { inner };
                     let values = [V::wide_seam(far, inner).1, inner, here];
-                    let weights = [at(weights[0], before_first), at(weights[1], before_first)];
-                    double_radial(values, weights)[0]
+                    double_radial(values, both(weights, before_first))[0]
                 }
                 None => {
                     // images about the axis, of which the last two are read
@@ -134,12 +133,11 @@ impl<V: Vector> Moves<V> {
             let ([next, next_inside], [once, once_inside]) = (self.moved, self.once);
             let after = moved(before, now, second as isize);
             let there = i + V::WIDTH;
-            let [next_once, after_inside] =
-                double_radial([next_inside, next, after], [at(weights[0], there), at(weights[1], there)]);
+            let [next_once, after_inside] = double_radial([next_inside, next, after], both(weights, there));
             let (once_outside, next_once_inside) = V::wide_seam(once, next_once);
             *self = Self { moved: [after, after_inside], once: [next_once, next_once_inside] };
-            let later = free.sub_product(at(weights[0], i), once_outside.sub(once));
-            later.add_product(at(weights[1], i), once.sub(once_inside))
+            let [outward, inward] = both(weights, i);
+            free.sub_product(outward, once_outside.sub(once)).add_product(inward, once.sub(once_inside))
         }
     }
 }

@@ -55,18 +55,17 @@ pub unsafe fn advance<V: Vector, const COUNTS: bool>(
         assert!(columns.end <= corner.outward.len() && columns.end <= corner.inward.len());
     }
     // SAFETY, of all below: the caller's promise
-    let Some(corner) = patch.corner.filter(|_| patch.around.is_none()) else {
-        match patch.around {
-            Some(around) => {
-                assert!(rows.len() <= 2, "at most two rows by themselves");
-                unsafe { by_twos::<V, COUNTS>(patch, around, rows, columns, area, energies) };
-            }
-            // distances that compilers see in the loop over columns
-            None => unsafe {
-                by_twos::<V, COUNTS>(patch, around(patch.stride), rows, columns, area, energies)
-            },
+    let corner = match (patch.around, patch.corner) {
+        (Some(around), _) => {
+            assert!(rows.len() <= 2, "at most two rows by themselves");
+            return unsafe { by_twos::<V, COUNTS>(patch, around, rows, columns, area, energies) };
         }
-        return;
+        // distances that compilers see in the loop over columns
+        (None, None) => {
+            let around = around(patch.stride);
+            return unsafe { by_twos::<V, COUNTS>(patch, around, rows, columns, area, energies) };
+        }
+        (None, Some(corner)) => corner,
     };
     for start in columns.clone().step_by(PIECE) {
         let (rows, columns) = (rows.clone(), start..(start + PIECE).min(columns.end));
