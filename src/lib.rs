@@ -37,7 +37,7 @@
 //! | [`indenter`] | the rigid body |
 //! | [`surface`] | what model and contact exchange on z = 0 |
 //! | [`contact`] | contact rules, active set, drag, events |
-//! | [`model`] | the interior of the target: the trait, [`model::scheme`] and its plain stepper [`model::reference`], one file per model, and the fast engine, private to it |
+//! | [`model`] | the interior of the target: the trait, [`model::scheme`] and its plain stepper [`model::reference`], one file per model, the light cone ([`model::cone`]), and the fast engine, private to it |
 //! | [`simulation`] | the order of one step |
 //! | [`mod@state`] | the state of a run as a stream of bytes |
 //! | [`checkpoint`] | the file around a state, from which a run continues, and the observer that writes it |
@@ -76,14 +76,16 @@
 //!
 //! * [`session::run`] is the only loop over steps. Nothing under [`simulation`] does input or output.
 //! * A [`case::Case`] that exists is valid, and nothing changes it.
-//! * Observers hold a [`view::View`] by reference, and its fields never change: recording cannot change a number, output
-//!   never alters the time step. Channels of frames share the view and emit on the thread that writes, in the same order.
+//! * Recording is an observer. Drag, velocity, interface stress and events are the same bits whatever is recorded (frames, points, lines,
+//!   probes, views), by either engine, on any number of threads and over a checkpoint: the mesh along r, strains and events follow from the
+//!   case without its section `[record]`, and of the depth nothing is left out that the surface depends on ([`model::Dependence`]). Observers
+//!   hold a [`view::View`] by reference, and its fields never change. Channels of frames share the view and emit on the thread that writes, in the same order.
 //! * Viewers of a live run are served from what is written; they can neither slow the run nor change the file.
 //! * Nothing from clock, host or thread count enters a channel. The same case gives the same bytes on any number of
 //!   threads: every sum is taken in the order of rows and nodes.
 //! * Kernels do not branch on geometry or mesh: [`grid::Grid`] turns both into weights.
 //! * The numerics are in [`model::scheme`], [`model::cells`] and [`model::reference`]; the fast engine gives the same bits and is tested
-//!   against them. It skips nodes outside the light cone, and may run its interior behind the surface, many steps in one pass
+//!   against them. Both leave nodes outside the light cone at rest; the engine may run its interior behind the surface, many steps in one pass
 //!   and on other threads; frames, points and lines are sampled in the pass, and steps are yielded in order. Both rows of an
 //!   interface between layers are advanced by one thread; tension there is noted as an event.
 //! * Vectors of any width give the same bits: FMA is not used, sums over a row are taken in blocks of one size.

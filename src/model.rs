@@ -21,8 +21,7 @@
 //! dispatch   choice of instructions
 //! levels     a field in memory, and the part of it that kernels get
 //! domain     levels and weights
-//! active     light cone: active rows and columns per level
-//! parts      numbers that several threads write
+//! //! parts      numbers that several threads write
 //! sampler    frames and energies of a level, as tiles pass it
 //! gauge      points and lines of a level, as tiles pass it
 //! strains    largest strain of a level, as tiles pass it
@@ -63,11 +62,11 @@ use crate::{
 };
 
 mod blocked;
-pub(crate) use blocked::CORNER_MARGIN;
 #[cfg(feature = "cli")]
 pub(crate) use blocked::Instructions;
 pub mod cell_scheme;
 pub mod cells;
+pub mod cone;
 pub mod elastic;
 mod gauge;
 #[cfg(test)]
@@ -79,6 +78,7 @@ pub mod reference;
 pub mod scheme;
 pub mod strain;
 
+pub use cone::Dependence;
 pub(crate) use gauge::{GaugePlan, UNDER_WAY as GAUGES_UNDER_WAY};
 pub use gauge::{GaugeValues, Gauges, Line, PointState};
 
@@ -198,20 +198,8 @@ impl Field {
 pub enum Coverage {
     /// The whole field, at any time.
     Field,
-    /// Only the surface of the first columns, up to and including a step.
-    Surface {
-        /// Last step of the run.
-        last_step: usize,
-        /// Number of columns that are looked at.
-        columns: usize,
-    },
-    /// All depths of the first columns, up to and including a step.
-    Columns {
-        /// Last step of the run.
-        last_step: usize,
-        /// Number of columns that are looked at.
-        columns: usize,
-    },
+    /// The rows that what is recorded above a depth can still depend on.
+    Rows(Dependence),
     /// Every node in every step, moved or not: what a computation without the light cone does, for comparisons.
     Everything,
 }
@@ -333,8 +321,10 @@ pub struct FrameFields {
 pub struct Sampling {
     /// What frames show.
     pub frames: FrameFields,
-    /// Points and lines. Where there are any, the model must have [`Coverage::Field`] or more.
+    /// Points and lines, in rows that the model covers.
     pub gauges: Gauges,
+    /// Rows of which the largest strain is taken; of all where there is none.
+    pub strained: Option<Dependence>,
     /// Tension of an interface that is looked for, if it is \[γc_p²\].
     pub tension: Option<f64>,
 }

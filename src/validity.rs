@@ -3,8 +3,8 @@
 //! \[KA\], closing estimate: linear elasticity holds while `ε_zz` stays below a limit. In the simplified theory the
 //! strain at the surface is the interface stress, `|∂u/∂z| = |p|` in units of γc_p²; in the full theory it is the largest principal
 //! strain. It is that of the whole target: under a rounded head it is below the surface. Faces and the cells near the contact are
-//! looked at in every step, all other cells in one of 128 ([`crate::model::strain`]); on a half-space of which no field is recorded,
-//! those that the surface can still feel. (The paper's own numbers are
+//! looked at in every step, all other cells in one of 128 ([`crate::model::strain`]); on a half-space, those that the surface or an
+//! interface can still feel. (The paper's own numbers are
 //! twice what its strains give; this is the estimate without that factor.)
 //!
 //! Under a flat face the whole problem is linear in V0, contact rule and finite mass included: if u is a solution for V0, λu is

@@ -29,6 +29,7 @@ mod fig8_finite_mass;
 mod hertz;
 mod layered_contact;
 mod layers;
+mod observer;
 mod one_dimensional;
 mod plane_flat_punch;
 mod points;

@@ -110,15 +110,6 @@ impl Record {
         self.points.iter().map(|[_, z]| *z).chain(lines).fold(0.0, f64::max)
     }
 
-    /// Radius of the outermost point or line along z \[R\]; infinite with lines along r.
-    pub(crate) fn widest(&self) -> f64 {
-        let lines = self.lines.iter().map(|line| match line {
-            Line::R(r) => *r,
-            Line::Z(_) => f64::INFINITY,
-        });
-        self.points.iter().map(|[r, _]| *r).chain(lines).fold(0.0, f64::max)
-    }
-
     /// Notes points and lines along z that lie beyond a mesh and would see waves there.
     ///
     /// * `outer_radius`: of the mesh, as it is given \[R\]

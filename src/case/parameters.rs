@@ -381,6 +381,13 @@ pub struct Sizes {
     pub depth: f64,
     /// Largest radius of contact, partial contact included, on a flat surface \[R\].
     pub contact_reach: f64,
+    /// Rows, by depth, of a half-space that strains and tension of interfaces are taken of, and those that are covered for what is recorded,
+    /// at the last level; waves need more of them before ([`crate::model::Dependence`]).
+    #[serde(skip)]
+    pub strained: usize,
+    /// See `strained`.
+    #[serde(skip)]
+    pub covered: usize,
     /// True for layers, false if the last one is a half-space.
     pub layer: bool,
     /// Rows of the computed layers, from the surface down.

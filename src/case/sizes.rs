@@ -9,9 +9,11 @@ use crate::{
     contact::HALF_WIDTH,
     grid::{Back, FEWEST, MeshKind, Spacing},
     model::{
-        CORNER_MARGIN, ModelKind,
+        Dependence, ModelKind,
+        cone::rows_ahead,
         elastic::FEWEST_ROWS,
         scheme::{Corner, Order},
+        strain::NEAR_ROWS,
     },
     units::{Dimension, Scales, Units},
 };
@@ -65,19 +67,20 @@ impl Plan<'_> {
         let contact_reach = self.contact_reach(&rows, steps);
         let outer = self.outer_radius(doc, mesh, &rows, steps, contact_reach)?;
         let nr = (outer / dr - 1e-9).ceil().max(1.0);
-        // rows that the scheme moves ahead of a wave
         let corner = mesh.order.and_then(|order| Corner::new(order, mesh.damping));
-        let ahead = corner.map_or(2.0, |_| CORNER_MARGIN as f64);
+        let reach = if corner.is_some() { 2 } else { 1 };
         let (layer, interfaces) = (self.target.thickness.is_some(), computed.len() - 1);
         let finite = if layer { &rows.layers[..] } else { &rows.layers[..interfaces] };
         let finite = finite.iter().map(|layer| layer.steps as f64).sum::<f64>();
-        // the wave travels one row per step; where only the surface is observed, half as deep is enough, and for points the
-        // mean of both
-        let deep = if self.record.frames.is_none() {
-            ((steps + rows.steps_to(self.record.deepest())) / 2.0).ceil().min(steps) + ahead
-        } else {
-            steps + ahead
-        };
+        // what strains and tension of interfaces are taken of, and what is recorded, with the row below
+        let strained = (finite as usize).max(NEAR_ROWS) + 2;
+        let recorded =
+            if self.record.frames.is_none() { rows.steps_to(self.record.deepest()) } else { f64::INFINITY };
+        let covered = strained.max(recorded.min(MAX_STEPS) as usize + 2);
+        // the wave travels one row per step
+        let moved = steps as usize + 2 + rows_ahead(reach);
+        let needed = Dependence { last_step: steps as usize, depths: covered };
+        let deep = needed.deepest(reach).min(moved) as f64;
         let half_space = if layer { 0.0 } else { (deep - finite).max(FEWEST as f64) };
         let nz = finite + half_space + interfaces as f64;
         let most = (MAX_NUMBERS / self.model.numbers_per_node(corner.as_ref()) as f64).min(MAX_NODES);
@@ -104,6 +107,8 @@ impl Plan<'_> {
             outer_radius: nr * dr,
             depth: rows.layers.iter().map(|layer| layer.steps as f64 * layer.dz).sum(),
             contact_reach,
+            strained,
+            covered,
             layer,
             layers: rows.layers,
         })
@@ -261,12 +266,10 @@ impl Plan<'_> {
         (shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + dr).min(shape.radius())
     }
 
-    /// Outer radius of the mesh \[R\]: so large that no wave returns from it to the contact and to what is recorded at a radius
-    /// beyond it, or, where fields or lines along r are recorded, that no wave arrives there.
+    /// Outer radius of the mesh \[R\]: so large that no wave arrives there, whatever is recorded.
     ///
     /// ```text
-    /// r_max = r_contact + c·t_end/2 + margin      with fields: r_contact + c·t_end + margin
-    ///                                             with points: r_contact + (c·t_end + r_point − r_contact)/2 + margin
+    /// r_max = r_contact + c·t_end + margin
     /// ```
     ///
     /// with the largest `c = c_s` (model `elastic`: c_p) of all layers and the width of the precursor as margin.
@@ -303,9 +306,6 @@ impl Plan<'_> {
             doc.problem(given.span.clone(), message, help);
             return None;
         }
-        let fields = !self.record.frames.is_none() && !self.record.fields.is_empty();
-        let widest = if fields { f64::INFINITY } else { self.record.widest() };
-        let beside = (widest - contact_reach).clamp(0.0, run);
-        Some(contact_reach + 0.5 * (run + beside) + margin)
+        Some(contact_reach + run + margin)
     }
 }

@@ -10,13 +10,14 @@
 //! `tests/concurrency/run` checks all that: Miri and ThreadSanitizer run the engine on small meshes cut into small tiles, with
 //! plain vectors of every width, whose accesses they see; loom tries the orders in which the band and helpers may run.
 //!
-//! Work is limited to the active region ([`active`]): what has moved and can still be seen.
+//! Work is limited to the active region ([`super::cone`]): what has moved and is still needed.
 
 use std::{collections::VecDeque, io, sync::Arc};
 
 use super::{
-    CompletedStep, Coverage, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Model, Request, Sampling, StrainPeak,
-    Tension, cell_scheme::CellScheme, larger_strain, scheme, scheme::Corner, strain::Watched,
+    CompletedStep, Dependence, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Model, Request, Sampling,
+    StrainPeak, Tension, cell_scheme::CellScheme, cone::LightCone, larger_strain, scheme, scheme::Corner,
+    strain::Watched,
 };
 use crate::{
     grid::Grid,
@@ -24,7 +25,6 @@ use crate::{
     surface::Surface,
 };
 
-mod active;
 mod cells;
 mod corner;
 mod damping;
@@ -54,11 +54,9 @@ mod vector;
 mod weights;
 mod workers;
 
-pub use active::CORNER_MARGIN;
 pub use dispatch::Instructions;
 pub use weights::Plate;
 
-use active::LightCone;
 use domain::Domain;
 use gauge::Gauge;
 use kernel::FreeSurface;
@@ -83,6 +81,8 @@ pub struct Engine<T> {
     /// Levels that no pass over the interior has begun yet.
     behind: Vec<LevelTask>,
     shown: FrameFields,
+    /// Rows of which the largest strain is taken.
+    strained: Option<Dependence>,
     /// Rows that frames show.
     shown_rows: Arc<[usize]>,
     gauges: Arc<GaugePlan>,
@@ -128,40 +128,36 @@ impl<T> Engine<T> {
     ///
     /// * `plates`: layers from the surface down
     /// * `corner`: the mixed-derivative correction, if there is one
-    /// * `courant`: the largest of their radial Courant numbers, at most 1
+    /// * `cone`: of these layers
     /// * `shown`: what is shown
     pub fn new(
         grid: Grid,
         plates: &[Plate<'_>],
         corner: Option<Corner>,
-        courant: f64,
-        coverage: Coverage,
+        cone: LightCone,
         shown: Sampling,
         instructions: Instructions,
     ) -> Self {
         let domain = Domain::new(&grid, plates, corner, instructions);
-        let rows = domain.last_depth() + 1;
-        let cone = LightCone::new(coverage, courant, domain.reach(), rows, grid.nr());
         Self::of(grid, domain, cone, shown)
     }
 
     /// A target with cells between nodes at rest.
     ///
+    /// * `cone`: of this target
     /// * `shown`: what is shown
     pub fn with_cells(
         scheme: CellScheme,
-        coverage: Coverage,
+        cone: LightCone,
         shown: Sampling,
         instructions: Instructions,
     ) -> Self {
         let grid = scheme.grid().clone();
-        let (courant, damping) = (scheme.courant().min(1.0), scheme.damping_number());
-        let cone = LightCone::damped(coverage, courant, damping, grid.depth() + 1, grid.nr());
         Self::of(grid, Domain::with_cells(scheme, instructions), cone, shown)
     }
 
     fn of(grid: Grid, mut domain: Domain, cone: LightCone, shown: Sampling) -> Self {
-        let Sampling { frames: shown, gauges, tension } = shown;
+        let Sampling { frames: shown, gauges, strained, tension } = shown;
         domain.interfaces.limit = tension;
         let gauges = Arc::new(GaugePlan::new(&gauges, &grid));
         let every = shown.every.max(1);
@@ -186,6 +182,7 @@ impl<T> Engine<T> {
             peaks: Default::default(),
             strains: Arc::default(),
             shown,
+            strained,
             shown_rows,
             gauges,
             sums: Vec::new(),
@@ -210,8 +207,13 @@ impl<T> Engine<T> {
             sampler: request.frame.then(sampler),
             gauge: (!self.gauges.is_empty()).then(gauge),
             strains: Arc::clone(&self.strains),
-            watched: Watched::at(&self.grid, self.level - 1, loaded).within(active.sound),
+            watched: Watched::at(&self.grid, self.level - 1, loaded, self.strained_rows()),
         }
+    }
+
+    /// Rows of cells of which the strain may be taken at the level before the newest.
+    fn strained_rows(&self) -> usize {
+        self.strained.map_or(usize::MAX, |part| self.cone.needed(self.level, part))
     }
 
     /// Lets the interior follow up to the level of the surface.
@@ -255,10 +257,9 @@ impl<T> Engine<T> {
         if self.field.domain().last_depth() >= depths || !self.field.domain().strains_back() {
             return;
         }
-        let sound = self.cone.active(self.level).sound;
         if let Weighted::Cells(weights) = self.field.domain().scheme() {
             let level = self.level - 1;
-            let columns = 0..self.cone.active_columns().min(sound);
+            let columns = 0..self.cone.active_columns();
             // SAFETY: the band has the backing and so the whole layer; no pass is under way there
             #[expect(unsafe_code, reason = "a field that threads share")]
             let strains = unsafe { self.field.domain().backing_strains(weights, level, &columns) };
@@ -266,7 +267,7 @@ impl<T> Engine<T> {
             let peak = (0..).zip(&strains).fold(start, |peak, (i, strain)| peak.with(*strain, level, i));
             self.peaks[0] = self.peaks[0].larger(peak);
         } else {
-            let row = &self.field.row(self.level, last_row)[..self.cone.active_columns().min(sound)];
+            let row = &self.field.row(self.level, last_row)[..self.cone.active_columns()];
             let start = RowPeak { level: self.level, ..RowPeak::default() };
             let newest = row.iter().enumerate().fold(start, |peak, (i, u)| peak.with(*u, self.level, i));
             self.note_peak(newest);
@@ -290,7 +291,7 @@ impl<T: Send> Model<T> for Engine<T> {
     fn predict(&mut self, surface: &mut Surface) {
         let domain = self.field.domain();
         // what is beyond is at rest, and free
-        let columns = (self.cone.active_columns() + domain.lateral_reach()).min(self.grid.nr());
+        let columns = self.cone.next_columns();
         let free = &mut surface.free[..columns];
         match domain.scheme() {
             Weighted::Axial(weights) => {
@@ -381,9 +382,7 @@ impl<T: Send> Model<T> for Engine<T> {
         match self.field.domain().scheme() {
             Weighted::Axial(_) => pressure.iter().map(|p| p.abs()).zip(0..).fold((0.0, 0), larger_strain),
             Weighted::Cells(_) => {
-                let sound = self.cone.active(self.level).sound;
-                let columns =
-                    (self.cone.active_columns() + 1).min(sound).max(pressure.len()).min(self.grid.nr());
+                let columns = (self.cone.active_columns() + 1).max(pressure.len()).min(self.grid.nr());
                 let at = |i: usize| (self.strain_at(pressure.get(i).copied().unwrap_or_default(), i), i);
                 (0..columns).map(at).fold((0.0, 0), larger_strain)
             }

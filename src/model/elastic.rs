@@ -12,6 +12,7 @@ use super::{
     blocked::{Engine, Instructions},
     cell_scheme::CellScheme,
     cells,
+    cone::LightCone,
     reference::{Level, Levels, Reference, Scheme},
     scheme,
 };
@@ -81,9 +82,17 @@ pub fn layered(grid: Grid, layers: &[Waves], damping: f64) -> CellScheme {
 impl CellScheme {
     /// A target at rest under the plain stepper.
     ///
+    /// * `coverage`: what must be computed
     /// * `shown`: what is shown
-    pub fn reference<T>(self, shown: impl Into<Sampling>) -> Reference<T, Self, 2> {
-        Reference::new(self.grid.clone(), self, shown)
+    pub fn reference<T>(self, coverage: Coverage, shown: impl Into<Sampling>) -> Reference<T, Self, 2> {
+        let (grid, cone) = (self.grid.clone(), self.cone(coverage));
+        Reference::new(grid, self, cone, shown)
+    }
+
+    /// The light cone of a load on the surface.
+    fn cone(&self, coverage: Coverage) -> LightCone {
+        let (courant, damping) = (self.courant().min(1.0), self.damping_number());
+        LightCone::damped(coverage, courant, damping, self.grid.depth() + 1, self.grid.nr())
     }
 
     /// A target at rest under the fast engine.
@@ -104,7 +113,8 @@ impl CellScheme {
         shown: Sampling,
         instructions: Instructions,
     ) -> Engine<T> {
-        Engine::with_cells(self, coverage, shown, instructions)
+        let cone = self.cone(coverage);
+        Engine::with_cells(self, cone, shown, instructions)
     }
 }
 

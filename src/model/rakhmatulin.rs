@@ -10,6 +10,7 @@
 use super::{
     Coverage, Field, Model, Sampling, TargetEnergy,
     blocked::{self, Engine, Instructions},
+    cone::LightCone,
     reference::{Level, Levels, Reference, Scheme},
     scheme::{self, Corner, RadialWeights},
 };
@@ -107,16 +108,26 @@ impl Rakhmatulin {
         shown: Sampling,
         instructions: Instructions,
     ) -> Engine<T> {
-        let plates: Vec<_> = self.layers.iter().map(Plate::as_parts).collect();
+        let (plates, cone): (Vec<_>, _) =
+            (self.layers.iter().map(Plate::as_parts).collect(), self.cone(coverage));
+        Engine::new(self.grid, &plates, self.corner, cone, shown, instructions)
+    }
+
+    /// The light cone of a load on the surface.
+    fn cone(&self, coverage: Coverage) -> LightCone {
         let courant = self.layers.iter().fold(0.0f64, |largest, plate| plate.courant.max(largest)).min(1.0);
-        Engine::new(self.grid, &plates, self.corner, courant, coverage, shown, instructions)
+        let reach = if self.corner.is_some() { 2 } else { 1 };
+        let backing = usize::from(self.grid.back == Back::Rigid);
+        LightCone::new(coverage, courant, reach, self.grid.depth() + 1 - backing, self.grid.nr())
     }
 
     /// A target at rest under the plain stepper.
     ///
+    /// * `coverage`: what must be computed
     /// * `shown`: what is shown
-    pub fn reference<T>(self, shown: impl Into<Sampling>) -> Reference<T, Self, 1> {
-        Reference::new(self.grid.clone(), self, shown)
+    pub fn reference<T>(self, coverage: Coverage, shown: impl Into<Sampling>) -> Reference<T, Self, 1> {
+        let (grid, cone) = (self.grid.clone(), self.cone(coverage));
+        Reference::new(grid, self, cone, shown)
     }
 
     /// Displacement at node (j, i) of level `u`, with what stands beyond the boundaries of a layer.

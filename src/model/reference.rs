@@ -1,7 +1,7 @@
 //! The plain stepper: every node of every field, level after level, one loop.
 //!
-//! It asks a [`Scheme`] for each node by itself, keeps three whole levels and knows nothing of light cones, tiles, vectors or
-//! threads. New physics starts here: a [`Scheme`] is enough to run whole cases,
+//! It asks a [`Scheme`] for each node by itself, keeps three whole levels and knows nothing of tiles, vectors or threads. What the
+//! [`LightCone`] leaves at rest is at rest here, too. New physics starts here: a [`Scheme`] is enough to run whole cases,
 //! `percuss run --engine reference`. The fast engine is tested bitwise against it.
 
 use std::{collections::VecDeque, io};
@@ -9,8 +9,9 @@ use std::{collections::VecDeque, io};
 use ndarray::{Array2, ArrayView1};
 
 use super::{
-    CompletedStep, Field, Frame, FrameFields, GaugePlan, GaugeValues, Lattice, Model, PointState, Request,
-    Sample, Sampling, StrainPeak, TargetEnergy, Tension,
+    CompletedStep, Dependence, Field, Frame, FrameFields, GaugePlan, GaugeValues, Lattice, Model, PointState,
+    Request, Sample, Sampling, StrainPeak, TargetEnergy, Tension,
+    cone::{ConeState, LightCone},
     strain::{CellPeak, Watched},
 };
 use crate::{
@@ -68,7 +69,10 @@ pub trait Scheme<const FIELDS: usize>: Send {
 pub struct Reference<T, S, const FIELDS: usize> {
     grid: Grid,
     scheme: S,
+    cone: LightCone,
     shown: FrameFields,
+    /// Rows of which the largest strain is taken.
+    strained: Option<Dependence>,
     gauges: GaugePlan,
     /// Tension of an interface that is shown.
     tension: Option<f64>,
@@ -82,7 +86,7 @@ pub struct Reference<T, S, const FIELDS: usize> {
     /// Largest strain of cells, and on the backing, which is that of row `nz`.
     peaks: [CellPeak; 2],
     steps: VecDeque<CompletedStep<T>>,
-    /// Rows and columns beyond these are held at rest.
+    /// Rows and columns of the newest level that are not left at rest.
     rows: usize,
     columns: usize,
 }
@@ -90,13 +94,16 @@ pub struct Reference<T, S, const FIELDS: usize> {
 impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
     /// A target at rest.
     ///
+    /// * `cone`: of this target
     /// * `shown`: what is shown
-    pub fn new(grid: Grid, scheme: S, shown: impl Into<Sampling>) -> Self {
-        let Sampling { frames, gauges, tension } = shown.into();
+    pub fn new(grid: Grid, scheme: S, cone: LightCone, shown: impl Into<Sampling>) -> Self {
+        let Sampling { frames, gauges, strained, tension } = shown.into();
         let rest = || [(); FIELDS].map(|()| Array2::zeros((grid.nz + 1, grid.nr())));
         Self {
             scheme,
+            cone,
             shown: frames,
+            strained,
             gauges: GaugePlan::new(&gauges, &grid),
             tension,
             torn: vec![false; grid.layers.len() - 1],
@@ -106,8 +113,8 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
             level: 0,
             peaks: Default::default(),
             steps: VecDeque::new(),
-            rows: grid.nz + 1,
-            columns: grid.nr(),
+            rows: 0,
+            columns: 0,
             grid,
         }
     }
@@ -119,19 +126,13 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         [self.now[field].row(j), self.before[field].row(j)]
     }
 
-    /// Holds rows from number `rows` and columns from number `columns` on at rest in the next step, as an engine does that knows
-    /// they are.
-    #[cfg(test)]
-    pub(super) fn hold_at_rest(&mut self, rows: usize, columns: usize) {
-        (self.rows, self.columns) = (rows, columns);
-    }
-
     /// Records the strains of cells and on the backing at level k.
     ///
     /// * `loaded`: number of surface nodes that have been in contact
     fn note_strains(&mut self, loaded: usize) {
         let level = self.level as usize;
-        let Watched { rows, columns } = Watched::at(&self.grid, level, loaded);
+        let strained = self.strained.map_or(usize::MAX, |part| self.cone.needed(level + 1, part));
+        let Watched { rows, columns } = Watched::at(&self.grid, level, loaded, strained);
         let [cells, backing] = &mut self.peaks;
         for row in 0..rows.min(self.rows) {
             for column in 0..columns.min(self.columns) {
@@ -218,13 +219,21 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
 
 impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, S, FIELDS> {
     fn predict(&mut self, surface: &mut Surface) {
-        for i in 0..self.grid.nr() {
+        // what is beyond is at rest, and free
+        for i in 0..self.cone.next_columns() {
             surface.free[i] = self.scheme.next(&self.before, &self.now, 0, i)[0];
+        }
+        for i in 0..self.grid.nr() {
             surface.compliance[i] = self.scheme.compliance(i);
         }
     }
 
     fn advance(&mut self, surface: &Surface, step: T, request: Request) {
+        let level = self.level as usize + 1;
+        self.cone.advance(level, surface.loaded);
+        let (active, moved) = (self.cone.active(level), self.cone.active_columns().min(self.grid.nr()));
+        self.rows = self.grid.rows_at(0..active.rows).end;
+        self.columns = active.columns.min(self.grid.nr());
         for j in 0..self.rows {
             for i in 0..self.columns {
                 let values = self.scheme.next(&self.before, &self.now, j, i);
@@ -233,8 +242,8 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
                 }
             }
         }
-        for (i, u) in surface.displacement[..self.columns].iter().enumerate() {
-            self.next[0][[0, i]] = *u;
+        for i in 0..self.columns {
+            self.next[0][[0, i]] = if i < moved { surface.displacement[i] } else { 0.0 };
         }
         self.note_strains(surface.loaded);
         let frame = request.frame.then(|| self.frame(&surface.pressure));
@@ -275,7 +284,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
 
     fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
         assert!(self.steps.is_empty(), "{} steps have not been returned", self.steps.len());
-        out.put(&(self.peaks, &self.torn))?;
+        out.put(&(self.cone.state(), self.peaks, &self.torn))?;
         for level in [&self.before, &self.now] {
             level
                 .iter()
@@ -286,7 +295,9 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
     }
 
     fn load(&mut self, step: u64, from: &mut StateReader<'_>) -> Result<(), StateError> {
-        (self.level, (self.peaks, self.torn)) = (step, from.get()?);
+        let cone: ConeState;
+        (self.level, (cone, self.peaks, self.torn)) = (step, from.get()?);
+        self.cone.set(step as usize, cone)?;
         StateError::unless(
             self.torn.len() + 1 == self.grid.layers.len(),
             "number of interfaces",

@@ -2,8 +2,8 @@
 //!
 //! Cells near the contact are looked at in every step, as are both faces; all others in one step of [`INTERVAL`], which costs little.
 //! Of cells it is the largest principal strain by magnitude in their middle, in the simplified theory, whose displacements are
-//! along z only, `|∂u_z/∂z|`. On a half-space the mesh ends where nothing comes back from in time to be seen; cells that waves from
-//! there have reached are none of the target.
+//! along z only, `|∂u_z/∂z|`. On a half-space they are taken of the cells that the surface and the interfaces can still feel in the run,
+//! so that they do not depend on what is recorded deeper.
 
 use serde::{Deserialize, Serialize};
 
@@ -27,19 +27,16 @@ pub struct Watched {
 
 impl Watched {
     /// * `loaded`: number of surface nodes that have been in contact
-    pub fn at(grid: &Grid, level: usize, loaded: usize) -> Self {
-        // a wave that has come to the end of the mesh of a half-space goes back from there, a row per step
-        let sound = if grid.is_layer { grid.nz } else { (2 * grid.nz).saturating_sub(level).min(grid.nz) };
+    /// * `depths`: rows of cells that may be looked at, by depth
+    pub fn at(grid: &Grid, level: usize, loaded: usize, depths: usize) -> Self {
         let (rows, columns) = match level.is_multiple_of(INTERVAL) {
-            true => (sound, grid.nr()),
+            true => (grid.nz, grid.nr()),
             false => (NEAR_ROWS, loaded + NEAR_COLUMNS),
         };
-        Self { rows: rows.min(sound), columns: columns.min(grid.nr()) }
-    }
-
-    /// Those of the first columns alone.
-    pub fn within(self, columns: usize) -> Self {
-        Self { columns: self.columns.min(columns), ..self }
+        Self {
+            rows: rows.min(grid.rows_at(0..depths.min(grid.depth())).end),
+            columns: columns.min(grid.nr()),
+        }
     }
 }
 

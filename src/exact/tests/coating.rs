@@ -8,7 +8,7 @@ use crate::{
     exact::{stack::Stack, surface_wave::phase_speed},
     geometry::Geometry,
     grid::{Back, Bond, Grid, MeshKind, Spacing},
-    model::{FrameFields, elastic},
+    model::{Coverage, FrameFields, elastic},
 };
 
 use rayon::prelude::*;
@@ -32,7 +32,8 @@ fn measured(stack: &Stack, dr: f64, k: f64) -> f64 {
     let grid = Grid::new(Geometry::Plane, MeshKind::Matched, spacing, steps + 4, 1)
         .with_layers(1.0, &layers, Back::Rigid)
         .with_cells_between_nodes();
-    let model = elastic::layered(grid.clone(), &waves(stack), 0.0).reference(FrameFields::default());
+    let model = elastic::layered(grid.clone(), &waves(stack), 0.0)
+        .reference(Coverage::Everything, FrameFields::default());
     let mut motion = Vec::new();
     let push = |step: usize, surface: &mut _| {
         // two periods of shear waves that begin and end gently

@@ -8,7 +8,7 @@ use crate::{
     grid::{Back, Grid},
     indenter::Indenter,
     model::{
-        Gauges, Sampling,
+        Coverage, Gauges, Sampling,
         rakhmatulin::Rakhmatulin,
         scheme::{Corner, Order},
     },
@@ -29,7 +29,7 @@ fn stresses<P: FnMut(usize, &mut Surface)>(refinement: usize, push: impl Fn(&Gri
     let model = Rakhmatulin::layered(grid.clone(), &waves(&stack), Corner::new(Order::Fourth, 1.0));
     let size = (grid.nr(), (END / grid.dt()) as usize);
     let mut seen = Vec::new();
-    run(model.reference(sampling), size, push(&grid), |step, _, points| {
+    run(model.reference(Coverage::Everything, sampling), size, push(&grid), |step, _, points| {
         if step % refinement == 0 {
             seen.push([0, 1, 2].map(|number| points[number].stress));
         }

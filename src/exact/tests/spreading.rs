@@ -14,7 +14,7 @@ use crate::{
     grid::Back,
     indenter::Indenter,
     model::{
-        Gauges, Sampling,
+        Coverage, Gauges, Sampling,
         rakhmatulin::Rakhmatulin,
         scheme::{Corner, Order},
     },
@@ -48,7 +48,7 @@ fn errors(stack: &Stack, front: Front, r: f64, cells: usize) -> [f64; 2] {
     let size = (grid.nr(), (END / grid.dt()).ceil() as usize);
     let mut seen = Vec::new();
     run(
-        model.reference(sampling),
+        model.reference(Coverage::Everything, sampling),
         size,
         |_, surface| {
             contact.step(surface, &mut indenter);

@@ -10,7 +10,7 @@ use crate::{
     grid::{Back, Edge},
     indenter::Indenter,
     model::{
-        FrameFields, ModelKind, elastic,
+        Coverage, FrameFields, ModelKind, elastic,
         rakhmatulin::Rakhmatulin,
         scheme::{Corner, Order},
     },
@@ -51,11 +51,11 @@ fn error(theory: ModelKind, geometry: Geometry, cells: usize, [from, to]: [f64; 
     match theory {
         ModelKind::Rakhmatulin => {
             let theory = Rakhmatulin::layered(grid.clone(), &waves(&stack), Corner::new(Order::Fourth, 1.0));
-            run(theory.reference(FrameFields::default()), size, push, |_, _, _| {});
+            run(theory.reference(Coverage::Everything, FrameFields::default()), size, push, |_, _, _| {});
         }
         ModelKind::Elastic => {
             let theory = elastic::layered(grid.clone(), &waves(&stack), 0.5);
-            run(theory.reference(FrameFields::default()), size, push, |_, _, _| {});
+            run(theory.reference(Coverage::Everything, FrameFields::default()), size, push, |_, _, _| {});
         }
     }
     drags.retain(|row| row.0 > from);

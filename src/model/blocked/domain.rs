@@ -387,27 +387,6 @@ impl Domain {
         })
     }
 
-    /// Puts the rows at `depths` of `columns`, whole blocks, to rest at `level`.
-    ///
-    /// # Safety
-    ///
-    /// No other thread touches these columns of the rows and their images meanwhile.
-    #[expect(unsafe_code, reason = "several threads update the field in place")]
-    pub unsafe fn rest(&self, level: usize, depths: Range<usize>, columns: &Range<usize>) {
-        let rows = self.grid.rows_at(depths);
-        let fields = match &self.scheme {
-            Weighted::Axial(_) => 1,
-            Weighted::Cells(_) => 2,
-        };
-        // SAFETY: the caller's promise
-        unsafe {
-            for (j, field) in rows.clone().flat_map(|j| (0..fields).map(move |field| (j, field))) {
-                self.levels.columns_mut(level, j, field, columns).fill(0.0);
-            }
-            self.reflect(level, &rows, columns);
-        }
-    }
-
     /// Writes the images of `rows` and `columns` that have just been advanced to `level`, which the schemes read.
     ///
     /// # Safety

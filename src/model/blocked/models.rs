@@ -71,12 +71,8 @@ impl Displacement {
     /// A field with so many tile rows and blocks of columns.
     fn new(kind: Kind, tile_rows: usize, blocks: usize) -> Arc<Self> {
         let below = tile_rows * SIZES.tile_rows - kind.reach * kind.lag;
-        let active = ActiveRegion {
-            rows: Tiling::band_rows(kind.lag, kind.reach) + below,
-            columns: blocks * BLOCK,
-            resting: blocks * BLOCK,
-            sound: blocks * BLOCK,
-        };
+        let active =
+            ActiveRegion { rows: Tiling::band_rows(kind.lag, kind.reach) + below, columns: blocks * BLOCK };
         let levels = kind.levels as isize;
         // the levels before 0 are at rest
         let first = (0..levels).map(|array| if array == 0 { 0 } else { array - levels });

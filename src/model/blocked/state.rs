@@ -4,9 +4,9 @@ use std::io;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Engine, active::ConeState, tiles::RowPeak, vector::BLOCK};
+use super::{Engine, tiles::RowPeak, vector::BLOCK};
 use crate::{
-    model::{Tension, strain::CellPeak},
+    model::{Tension, cone::ConeState, strain::CellPeak},
     state::{StateError, StateReader, StateWriter},
 };
 
@@ -22,7 +22,7 @@ struct EngineState {
 impl<T> Engine<T> {
     /// Columns that have been written to, whole blocks; never fewer than at a level before.
     fn written_columns(&self) -> usize {
-        self.cone.reached_columns().next_multiple_of(BLOCK).min(self.field.domain().levels.columns())
+        self.cone.active_columns().next_multiple_of(BLOCK).min(self.field.domain().levels.columns())
     }
 
     pub(super) fn write_state(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {

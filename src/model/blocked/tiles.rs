@@ -31,7 +31,6 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use super::{
-    active::ActiveRegion,
     domain::Domain,
     gauge::Gauge,
     handover::TileRows,
@@ -42,7 +41,7 @@ use super::{
     vector::BLOCK,
     weights::Weighted,
 };
-use crate::model::strain::Watched;
+use crate::model::{cone::ActiveRegion, strain::Watched};
 
 /// Largest |u| in the row before the backing, with cells largest strain on the backing, with its level and column: where
 /// there are several, the earliest and innermost.
@@ -162,7 +161,7 @@ impl Pass {
     ) -> Self {
         assert!(tasks.len() <= lag, "the near-surface band is not deep enough");
         let rows = tasks.iter().map(|task| task.active.rows).max().unwrap_or(0);
-        let columns = tasks.iter().map(|task| task.active.resting).max().unwrap_or(0);
+        let columns = tasks.iter().map(|task| task.active.columns).max().unwrap_or(0);
         assert!(rows < domain.levels.rows() && columns <= domain.levels.columns());
         let tiling = Tiling::new(sizes, lag, domain.reach(), domain.shift(), columns, threads);
         let [tile_rows, bands] = tiling.count(rows, columns, tasks.len());
@@ -185,13 +184,12 @@ impl Pass {
         let domain = &*self.domain;
         for (t, task) in (1..).zip(&self.tasks) {
             let (rows, columns) = self.tiling.tile(tile_row, band, t, task.active);
-            let resting = self.tiling.resting(band, t, task.active);
-            if rows.is_empty() {
+            if rows.is_empty() || columns.is_empty() {
                 continue;
             }
             let has_last = domain.strains_back() && rows.contains(&domain.last_depth());
             // SAFETY: rows, counted by depth, lie between the surface and the backing and columns in 0 ≤ i < nr (the active region stays below both), so with a
-            // block and `reach` rows or images around them they are inside the arrays; columns that are put to rest are those of the tile, too. No other thread writes to what is
+            // block and `reach` rows or images around them they are inside the arrays. No other thread writes to what is
             // read here or touches what is written here. Let R be the reach, 1 or 2, and T the rows of a tile; images belong
             // to the row they are of:
             // - in this pass, the nodes of a tile at level t are read by tiles to the right and below at levels t + 1 and (where
@@ -209,15 +207,8 @@ impl Pass {
             //   B + T before any shift, so it writes from B on and reads from B − R on.
             #[expect(unsafe_code, reason = "tiles of one array are updated in place by several threads")]
             unsafe {
-                if !resting.is_empty() {
-                    domain.rest(self.base + t, rows.clone(), &resting);
-                }
-                if columns.is_empty() {
-                    continue;
-                }
                 task.advance(domain, self.base + t, rows, columns.clone(), None);
-                let columns = columns.start..columns.end.min(task.active.sound);
-                if has_last && !columns.is_empty() {
+                if has_last {
                     match domain.scheme() {
                         Weighted::Axial(_) => {
                             let row = domain.levels.part(self.base + t, domain.last_row(), columns.clone());

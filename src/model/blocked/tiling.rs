@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::{active::ActiveRegion, vector::BLOCK};
+use super::vector::BLOCK;
+use crate::model::cone::ActiveRegion;
 
 /// Sizes of what threads are given to do.
 #[derive(Clone, Copy, Debug)]
@@ -107,12 +108,6 @@ impl Tiling {
         let first = Self::band_rows(self.lag, self.reach) + tile_row * self.rows - self.reach * t;
         let [start, end] = self.columns(band, t);
         (first..(first + self.rows).min(active.rows), start..end.min(active.columns))
-    }
-
-    /// Columns of a tile at that level that are put to rest.
-    pub fn resting(&self, band: usize, t: usize, active: ActiveRegion) -> Range<usize> {
-        let [start, end] = self.columns(band, t);
-        start.max(active.columns)..end.min(active.resting)
     }
 
     /// First column of a band at that level, and first one of the next band.

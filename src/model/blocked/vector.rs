@@ -4,7 +4,7 @@
 //! for vectors of any width.
 
 /// Columns are computed in blocks of this many: the width of the widest vector.
-pub const BLOCK: usize = 8;
+pub use crate::model::cone::BLOCK;
 
 /// Numbers by column, with zeros for the columns that fill the last block.
 pub fn padded(numbers: impl Iterator<Item = f64>, columns: usize) -> Vec<f64> {

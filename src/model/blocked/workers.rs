@@ -154,10 +154,7 @@ impl Workers {
         self.check(self.domain.grid.rows_at(0..depths).end.saturating_sub(1));
         let rows = 0..depths.min(task.active.rows);
         // SAFETY: passes under way stay below the band, and `&mut self` excludes that a row is borrowed
-        unsafe {
-            self.domain.rest(level, rows.clone(), &(task.active.columns..task.active.resting));
-            task.advance(&self.domain, level, rows, 0..task.active.columns, Some(motion));
-        }
+        unsafe { task.advance(&self.domain, level, rows, 0..task.active.columns, Some(motion)) };
     }
 
     /// Begins a pass over `tasks.len()` levels from level `base` on. When this returns the near-surface band can go on.

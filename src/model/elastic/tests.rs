@@ -368,7 +368,8 @@ fn force_error(cells: usize, c_s: f64) -> f64 {
     let mut surface = Surface::new(grid.nr());
     let mut contact = Contact::new(case.impact.contact, case.shape(), case.geometry, &grid, velocity, 1.0);
     let mut indenter = Indenter::new(f64::INFINITY, velocity, grid.dt());
-    let mut target = theory(grid.clone(), c_s, case.mesh.damping).reference::<()>(Sampling::default());
+    let mut target = theory(grid.clone(), c_s, case.mesh.damping)
+        .reference::<()>(Coverage::Everything, Sampling::default());
     let mut worst: f64 = 0.0;
     for step in 0..=case.sizes.steps {
         target.predict(&mut surface);

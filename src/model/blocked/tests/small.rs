@@ -2,7 +2,7 @@
 //! and store of every thread.
 
 use super::*;
-use crate::model::blocked::tiling::Sizes;
+use crate::model::{Dependence, blocked::tiling::Sizes};
 
 /// Numbers of steps: enough for several passes that begin before the one before them is over. Interpreters take seconds for what
 /// else is a millisecond.
@@ -69,7 +69,8 @@ fn axial(
     let theory = Rakhmatulin::new(grid.clone(), 0.4, corner);
     let mut engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
     engine.field.cut(Sizes::SMALL);
-    setting.twins(&format!("small, seed {seed}, {corner:?}"), grid, (engine, theory.reference(shown)))
+    let reference = theory.reference(coverage.map_or(setting.coverage, |_| Coverage::Field), shown);
+    setting.twins(&format!("small, seed {seed}, {corner:?}"), grid, (engine, reference))
 }
 
 /// A small mesh of the full theory.
@@ -86,7 +87,8 @@ fn elastic_twins(
     let theory = elastic::theory(grid.clone(), 0.5, damping);
     let mut engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
     engine.field.cut(Sizes::SMALL);
-    setting.twins(&format!("small, seed {seed}, elastic, {damping}"), grid, (engine, theory.reference(shown)))
+    let reference = theory.reference(coverage.map_or(setting.coverage, |_| Coverage::Field), shown);
+    setting.twins(&format!("small, seed {seed}, elastic, {damping}"), grid, (engine, reference))
 }
 
 /// A random stack of layers, and columns as small.
@@ -103,11 +105,8 @@ fn axial_layers(noise: &mut Noise, seed: u64) -> Twins<Rakhmatulin, 1> {
     let shown = setting.shown(all_fields().fields, gauges(noise, &grid));
     let mut engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
     engine.field.cut(Sizes::SMALL);
-    setting.twins(
-        &format!("small, seed {seed}, {corner:?}, {stack:?}"),
-        grid,
-        (engine, theory.reference(shown)),
-    )
+    let reference = theory.reference(setting.coverage, shown);
+    setting.twins(&format!("small, seed {seed}, {corner:?}, {stack:?}"), grid, (engine, reference))
 }
 
 /// Small layers of the full theory.
@@ -117,7 +116,8 @@ fn elastic_layers(noise: &mut Noise, seed: u64) -> Twins<CellScheme, 2> {
     let shown = setting.shown(vec![Field::VelocityR, Field::Stress], gauges(noise, &grid));
     let mut engine = theory.clone().engine(setting.coverage, shown.clone(), setting.instructions);
     engine.field.cut(Sizes::SMALL);
-    setting.twins(&format!("small, seed {seed}, elastic, {stack:?}"), grid, (engine, theory.reference(shown)))
+    let reference = theory.reference(setting.coverage, shown);
+    setting.twins(&format!("small, seed {seed}, elastic, {stack:?}"), grid, (engine, reference))
 }
 
 #[test]
@@ -180,12 +180,7 @@ fn compare_surface<S: Scheme<FIELDS>, const FIELDS: usize>(
         }
         twins.pool.install(|| twins.engine.advance(&surface, step, Request::default()));
         assert_eq!(twins.engine.next(false), Some(bare(step)));
-        plain.clone_from(&surface);
-        let columns = twins.engine.cone.reached_columns();
-        plain.displacement[columns..].fill(0.0);
-        let columns = columns.next_multiple_of(BLOCK).min(twins.grid.nr());
-        twins.reference.hold_at_rest(twins.grid.nz + 1, columns);
-        twins.reference.advance(&plain, step, Request::default());
+        twins.reference.advance(&surface, step, Request::default());
     }
 }
 
@@ -193,7 +188,7 @@ fn compare_surface<S: Scheme<FIELDS>, const FIELDS: usize>(
 fn only_the_surface() {
     for seed in seeds() {
         let steps = STEPS.iter().sum();
-        let coverage = Some(Coverage::Surface { last_step: steps - 1, columns: LOADED });
+        let coverage = Some(Coverage::Rows(Dependence { last_step: steps - 1, depths: 1 }));
         let noise = &mut Noise(seed);
         let corner = [None, Corner::new(Order::Fourth, 0.0)][seed as usize / 3 % 2];
         compare_surface(axial(noise, seed, corner, coverage), noise, steps);

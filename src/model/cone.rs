@@ -1,4 +1,6 @@
-//! The light cone: which nodes have moved, and which of them can still be seen.
+//! The light cone: which nodes have moved, and on which of them the surface can still depend.
+//!
+//! Both the fast engine and the plain stepper leave everything else at rest, so that they give the same bits.
 //!
 //! *From above.* The scheme passes on one node per step, so nothing has moved beyond that. Along z, at Courant number 1,
 //! this is the wave front itself. Along r waves run at λ = c_sΔt/Δr ≤ 1 nodes per step, and ahead of them there is only
@@ -32,41 +34,68 @@
 //! Nodes where this is below [`NOTHING`] are left at rest. Their distance from the front grows as t^⅓: 27 nodes after
 //! 100 steps and 111 after 6000 at λ = ½. Weights of axisymmetric meshes only make outgoing waves smaller.
 //!
-//! *From below.* Where nothing but the surface is looked at, what lies deeper than the steps that are left can no
-//! longer be seen there.
-//!
-//! *From outside.* Where nothing but the first columns is looked at, what lies farther out than waves run in the steps that are left can
-//! no longer be seen there. By reciprocity the weight of node i in what node c will be is that of c in i, with their areas exchanged:
-//! it falls off ahead of a front from c as above, but for the ratio of areas, a few thousand at most. A block of columns behind those
-//! that are computed is put to rest in every step, so that they end at something rigid: at columns that stay as they are at different
-//! levels some schemes grow without bound.
+//! *From below.* Where nothing below a depth is recorded, rows that the rest of the run does not depend on are left out ([`Dependence`]).
+//! That is exact: it moves no bit of what is above. Columns are never left out so: contact may come to any of them.
 
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::vector::BLOCK;
-use crate::{model::Coverage, state::StateError};
+use super::Coverage;
+use crate::state::StateError;
 
-/// What of a level is to be computed: the rows and columns that may differ from 0 and can still be seen.
+/// Columns begin to move by so many: the numbers in the widest vector.
+pub const BLOCK: usize = 8;
+
+/// What of a level is to be computed: the rows and columns that may differ from 0 and are needed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ActiveRegion {
     /// Number of rows, by depth: an interface counts once.
     pub rows: usize,
     /// Number of columns, a whole number of blocks.
     pub columns: usize,
-    /// End of the columns behind them that are put to rest, as they can no longer be seen: what is computed needs a sound edge. No
-    /// fewer than `columns`.
-    pub resting: usize,
-    /// Number of columns that know nothing of those that are at rest: their strains are those of the target.
-    pub sound: usize,
+}
+
+/// What the first rows of a target depend on until the end of a run: a node depends on those around it in the step before, and on no
+/// others. What is left out beyond does not change a bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dependence {
+    /// Last step of the run.
+    pub last_step: usize,
+    /// Number of rows, by depth, that are needed up to the level after it.
+    pub depths: usize,
+}
+
+impl Dependence {
+    /// Number of rows, by depth, that are needed of a level.
+    ///
+    /// * `reach`: rows around a node that its next level depends on
+    pub fn depths_at(&self, level: usize, reach: usize) -> usize {
+        self.depths + reach * (self.last_step + 1).saturating_sub(level)
+    }
+
+    /// Largest number of rows, by depth, that have moved and are needed at one level, a few more at most.
+    ///
+    /// * `reach`: rows around a node that its next level depends on
+    pub fn deepest(&self, reach: usize) -> usize {
+        let ahead = rows_ahead(reach);
+        let level = (self.depths + reach * (self.last_step + 1)).saturating_sub(ahead) / (1 + reach);
+        level + ahead + 2
+    }
 }
 
 /// What is left of a wave of height 1 where nodes are taken to be at rest: rounding cannot distinguish it from 0.
 const NOTHING: f64 = 1e-20;
 
 /// Rows and columns ahead of the wave front that the mixed-derivative correction moves.
-pub const CORNER_MARGIN: usize = 24;
+const CORNER_MARGIN: usize = 24;
+
+/// Rows ahead of the wave front that move.
+///
+/// * `reach`: rows around a node that its next level depends on
+pub fn rows_ahead(reach: usize) -> usize {
+    if reach > 1 { CORNER_MARGIN } else { 0 }
+}
 
 /// How far the light cone is at its level.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
@@ -94,8 +123,6 @@ pub struct LightCone {
     nz: usize,
     nr: usize,
     state: ConeState,
-    /// At its level, see [`LightCone::seen_columns`].
-    seen: (usize, usize),
     /// Pairs of κ and growth per step of waves along r with cells, see [`damped_growth`]; none without.
     growth: Vec<[f64; 2]>,
 }
@@ -107,16 +134,7 @@ impl LightCone {
     /// * `reach`: rows and columns that the scheme passes on per step
     /// * `nz`, `nr`: number of rows that move, by depth, and of columns
     pub fn new(coverage: Coverage, courant: f64, reach: usize, nz: usize, nr: usize) -> Self {
-        Self {
-            coverage,
-            courant,
-            reach,
-            nz,
-            nr,
-            state: ConeState::default(),
-            seen: (nr, nr),
-            growth: Vec::new(),
-        }
+        Self { coverage, courant, reach, nz, nr, state: ConeState::default(), growth: Vec::new() }
     }
 
     /// A target of the scheme of cells at rest at level 0: the scheme passes on one row and four columns per step.
@@ -132,7 +150,6 @@ impl LightCone {
 
     /// Continues to `level`, the next one, `loaded` columns of the surface being loaded on the way.
     pub fn advance(&mut self, level: usize, loaded: usize) {
-        self.seen = self.seen_columns(level);
         self.state.front = (self.state.front + self.courant).max(loaded as f64);
         self.state.margin = self.margin(level, self.state.margin);
         let seen = libm::ceil(self.state.front) as usize + self.state.margin.max(self.corner_margin());
@@ -159,30 +176,6 @@ impl LightCone {
         if self.growth.is_empty() { self.reach } else { 4 }
     }
 
-    /// Steps in which what is at the level of the cone can still be seen at the last one: p^K needs rows 0 and 1 at level K, and one
-    /// row more for each step before.
-    fn steps_left(&self, last_step: usize, level: usize) -> usize {
-        (last_step + 1 + self.reach).saturating_sub(level)
-    }
-
-    /// Number of columns that can still be seen at a level, and of those of them that know nothing of columns that could not at levels
-    /// before.
-    fn seen_columns(&self, level: usize) -> (usize, usize) {
-        let (Coverage::Surface { last_step, columns } | Coverage::Columns { last_step, columns }) =
-            self.coverage
-        else {
-            return (self.nr, self.nr);
-        };
-        let left = self.steps_left(last_step, level);
-        let sound = columns + libm::ceil(self.courant * left as f64) as usize;
-        if sound >= self.nr {
-            return (self.nr, self.nr);
-        }
-        let seen = (sound + self.margin(left, 0).max(self.corner_margin()))
-            .min(columns + self.lateral_reach() * left);
-        (seen.next_multiple_of(BLOCK).min(self.nr), sound.min(seen))
-    }
-
     /// How far the cone is.
     pub fn state(&self) -> ConeState {
         self.state
@@ -198,35 +191,38 @@ impl LightCone {
         StateError::unless(reached <= self.nr, "number of columns reached", reached)?;
         StateError::unless((0.0..=(self.nr + level) as f64).contains(&front), "wave front", front)?;
         StateError::unless(margin <= WIDEST_MARGIN, "margin of the wave front", margin)?;
-        (self.state, self.seen) = (state, self.seen_columns(level));
+        self.state = state;
         Ok(())
     }
 
-    /// Number of columns that have ever moved.
-    pub fn reached_columns(&self) -> usize {
+    fn corner_margin(&self) -> usize {
+        rows_ahead(self.reach)
+    }
+
+    /// Number of columns that have moved, never fewer than at a level before.
+    pub fn active_columns(&self) -> usize {
         if self.coverage == Coverage::Everything { self.nr } else { self.state.reached }
     }
 
-    fn corner_margin(&self) -> usize {
-        if self.reach > 1 { CORNER_MARGIN } else { 0 }
+    /// Number of columns of the surface that may be moved on the way to the next level, and by nothing but what has moved already.
+    pub fn next_columns(&self) -> usize {
+        (self.active_columns() + self.lateral_reach()).min(self.nr)
     }
 
-    /// Number of columns that have moved and can still be seen.
-    pub fn active_columns(&self) -> usize {
-        self.reached_columns().min(self.seen.0)
+    /// Rows that a part of them depends on at `level`.
+    pub fn needed(&self, level: usize, part: Dependence) -> usize {
+        part.depths_at(level, self.reach)
     }
 
     /// What is to be computed of `level`, the one the cone stands at.
     pub fn active(&self, level: usize) -> ActiveRegion {
-        let moved = |steps: usize| (self.reach * steps).min(steps + self.corner_margin());
+        let moved = (self.reach * level).min(level + self.corner_margin());
         let rows = match self.coverage {
-            Coverage::Field | Coverage::Columns { .. } => moved(level),
-            Coverage::Surface { last_step, .. } => moved(level).min(moved(self.steps_left(last_step, level))),
+            Coverage::Field => moved,
+            Coverage::Rows(rows) => moved.min(self.needed(level, rows)),
             Coverage::Everything => self.nz,
         };
-        let columns = self.active_columns().next_multiple_of(BLOCK);
-        let resting = (columns + BLOCK).min(self.reached_columns().next_multiple_of(BLOCK)).max(columns);
-        ActiveRegion { rows: rows.min(self.nz), columns, resting, sound: self.seen.1 }
+        ActiveRegion { rows: rows.min(self.nz), columns: self.active_columns().next_multiple_of(BLOCK) }
     }
 }
 
@@ -335,40 +331,20 @@ mod tests {
     }
 
     #[test]
-    fn the_surface_sees_less_and_less_of_the_depth() {
-        let mut cone = LightCone::new(Coverage::Surface { last_step: 99, columns: 400 }, 1.0, 1, 500, 400);
-        let rows: Vec<usize> = (1..=100)
-            .map(|level| {
-                cone.advance(level, 20);
-                cone.active(level).rows
-            })
-            .collect();
-        assert_eq!(rows[..50], (1..=50).collect::<Vec<_>>());
-        assert_eq!(rows[98..], [2, 1]);
-    }
-
-    #[test]
-    fn columns_see_less_and_less_of_those_beside_them() {
-        let coverage = Coverage::Columns { last_step: 299, columns: 20 };
-        for damping in [0.0, 0.5] {
-            let mut cone = LightCone::damped(coverage, 0.8, damping, 50, 4000);
-            let active: Vec<ActiveRegion> = (1..=300)
+    fn the_surface_depends_on_less_and_less_of_the_depth() {
+        for reach in [1, 2] {
+            let part = Dependence { last_step: 99, depths: 3 };
+            let mut cone = LightCone::new(Coverage::Rows(part), 1.0, reach, 500, 400);
+            let rows: Vec<usize> = (1..=100)
                 .map(|level| {
                     cone.advance(level, 20);
-                    cone.active(level)
+                    cone.active(level).rows
                 })
                 .collect();
-            // outwards at first, back in the end, to what the scheme passes on in one step
-            let widest = active.iter().map(|active| active.columns).max().expect("levels");
-            assert!((140..240).contains(&widest), "{widest}");
-            assert!(
-                active[10].resting == active[10].columns && active[299].resting == 32,
-                "{:?}",
-                active[299]
-            );
-            assert_eq!(active[299].columns, 24);
-            let sound: Vec<usize> = active[200..].iter().map(|active| active.sound).collect();
-            assert!(sound.is_sorted_by(|outer, inner| outer >= inner) && sound[99] >= 20, "{sound:?}");
+            assert_eq!(rows[..20], (1..=20).map(|level| reach * level).collect::<Vec<_>>());
+            assert_eq!(rows[98..], [3 + reach, 3]);
+            let deepest = rows.iter().max().expect("levels");
+            assert!((*deepest..deepest + 4).contains(&part.deepest(reach)), "{deepest}");
         }
     }
 
