@@ -18,7 +18,7 @@
 //! | `/points` | `percuss.Points` | step | `displacement[]`, `velocity[]`, `stress[]` at `record.points` |
 //! | `/line/<n>` | `percuss.LineSlice` | `interface_every` | `stress[]` at s0 + i·ds along a line of `record.lines`; across layers at `s[]` |
 //! | `/field/…` | `percuss.FieldSlice` | frame | `values[]`, row-major `[z][r]`, with `r0 dr nr z0 dz nz`: the same in all frames; with several layers `z[]` |
-//! | `/energy` | `percuss.Energy` | frame | `kinetic`, `strain`, `indenter`, `dissipated`, `damped`, `work`, `residual`; with several layers `layer_strain[]`, `layer_kinetic[]` |
+//! | `/energy` | `percuss.Energy` | frame | `kinetic`, `strain`, `indenter`, `dissipated`, `damped`, `work`, `residual` (without damping); with several layers `layer_strain[]`, `layer_kinetic[]` |
 //! | `/event` | `percuss.Event` | as it happens | `kind` (EXTENSION, REBOUND, SEPARATION, RECONTACT, LAYER_TENSION, STOPPED, WARNING), `text`, `r`, `since`, `interface` |
 //! | `/log` | `foxglove.Log` | as it happens | messages of the run in text |
 //! | `/view/field` | `foxglove.Grid` | frame | the recorded fields as levels of one byte and the colour of the first, mirrored to r < 0; their range is in the metadata |
@@ -40,7 +40,7 @@
 //! dimension. All recorded stress, fields included, is compressive positive, p = −σ_zz. Units and meanings of all fields are in the
 //! metadata of their channels. Metadata records describe the run (`percuss.run`; its `source` is `simulation`, then with the revision
 //! of the `numerics`, [`NUMERICS`], or `exact`, then with the `closed_form`), machine, time and the `commit` of the program
-//! (`percuss.host`, the only part that differs between two runs of a case; with `--reproducible` it is empty), the largest strain
+//! (`percuss.host`, the only part that differs between two runs of a case; with `--reproducible` it is empty), the largest strain, velocity of the impact and loss of the mesh
 //! (`percuss.validity`), and the end of the run (`percuss.status`, written last); each has the `checksum` of its other entries. The attachment `case.resolved.toml`
 //! repeats the run; `layout.json` is the layout for viewers.
 //!
@@ -83,7 +83,8 @@ pub(crate) mod writer;
 /// * 2.1: mass, force and energy of physical plane cases are those of the whole body and contact, in 2.0 of the half x ≥ 0.
 /// * 2.2: targets of several layers and with a free back: `FieldSlice.z`, `LineSlice.s`, `Energy.layer_strain`, `Energy.layer_kinetic`,
 ///   `Event.interface`; layers and back in the run record. Other recordings have nothing new.
-pub const FORMAT_VERSION: &str = "2.2";
+/// * 2.3: `impact_velocity` and `mesh_loss` in `percuss.validity`; `Energy.residual` is absent where waves are damped.
+pub const FORMAT_VERSION: &str = "2.3";
 
 /// Revision of the numerics: results of the same revision are the same bit for bit. It changes with the golden digests, which a
 /// test of theirs (`tests/golden.rs`) demands.

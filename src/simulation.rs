@@ -87,6 +87,8 @@ pub struct Simulation {
     /// Displacement of the surface at levels k−1 and k \[R\].
     motion: [Vec<f64>; 2],
     validity: Validity,
+    /// e² = (V/V0)² while the indenter moves back and nothing touches it.
+    rebound: Option<f64>,
     /// Radii of the probes \[R\].
     probes: Vec<f64>,
     frames: FrameSteps,
@@ -169,6 +171,7 @@ impl Simulation {
             },
             motion: [vec![0.0; grid.nr()], vec![0.0; grid.nr()]],
             validity: Validity::new(velocity, case.indenter.head.is_flat()),
+            rebound: None,
             probes: case.record.probes.clone(),
             indenter,
             model,
@@ -241,6 +244,8 @@ impl Simulation {
         let grid = &self.grid;
         let mut events = self.watch.observe(&state, time, |i| grid.r(i));
         self.validity.observe_drag(state.drag, step, time, state.contact_radius);
+        let v0 = self.validity.impact_velocity();
+        self.rebound = (state.nodes == 0 && state.velocity * v0 < 0.0).then(|| (state.velocity / v0).powi(2));
         self.next_step += 1;
         self.ending = self.find_ending(step, time, &mut events);
         let view = self.view(step, time, &state, events);
@@ -340,6 +345,9 @@ impl Simulation {
         let mut validity = self.validity;
         let peak = self.model.strain_peak();
         validity.observe_strain(peak.strain, peak.step, peak.step as f64 * self.grid.dt(), (peak.r, peak.z));
+        validity.rebound = self.rebound;
+        let EnergyBalance { initial, dissipated, .. } = self.balance;
+        validity.mesh_loss = (initial > 0.0).then(|| dissipated / initial);
         validity
     }
 
@@ -452,16 +460,18 @@ impl EnergyBalance {
 
     /// The energy balance at a half step.
     ///
-    /// Dissipated energy is the work of the pressure minus the energy stored in the target: one is a sum over the surface in every
+    /// Damped energy is the work of the pressure minus the energy stored in the target: one is a sum over the surface in every
     /// step, the other a sum over the target at the half step. Counted node by node in every step it is the same but for rounding
-    /// (a test counts it so) and costs more than the rest of the balance.
+    /// (a test counts it so), but the sums of every step take 0.6 (full theory) to 2.7 times the time of the steps themselves. So with
+    /// damping nothing is left over that could show an error, and there is no residual.
     ///
     /// * `indenter`: kinetic energy of the indenter
     fn at_half_step(&self, target: TargetEnergy, indenter: f64) -> Energy {
         let TargetEnergy { kinetic, strain } = target;
         let (work, dissipated) = (self.work, self.dissipated);
         let damped = if self.is_damped { self.on_target - (kinetic + strain) } else { 0.0 };
-        let residual = self.initial + work - (kinetic + strain + indenter + dissipated + damped);
+        let residual =
+            (!self.is_damped).then(|| self.initial + work - (kinetic + strain + indenter + dissipated));
         Energy { kinetic, strain, indenter, dissipated, damped, work, residual }
     }
 }
@@ -482,7 +492,7 @@ fn mean(a: Energy, b: Energy) -> Energy {
         dissipated: half(a.dissipated, b.dissipated),
         damped: half(a.damped, b.damped),
         work: half(a.work, b.work),
-        residual: half(a.residual, b.residual),
+        residual: a.residual.zip(b.residual).map(|(a, b)| half(a, b)),
     }
 }
 
@@ -518,7 +528,13 @@ mod tests {
     #[test]
     fn the_energy_after_a_step_is_that_before_the_next_one() {
         // a light punch, which rebounds
-        let settings = ["mesh.cells=20", "indenter.mass=0.5", "run.end_time=3.0", "record.frames=100000"];
+        let settings = [
+            "mesh.cells=20",
+            "mesh.damping=0.0",
+            "indenter.mass=0.5",
+            "run.end_time=3.0",
+            "record.frames=100000",
+        ];
         let case = Case::load("fig5", &settings.map(String::from)).expect("a built-in case");
         let mut simulation = Simulation::new(&case);
         let mut last: Option<Energy> = None;
@@ -532,7 +548,8 @@ mod tests {
                 assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 1e-13), "{last:?} {before:?}");
             }
             // the energy of the target is computed independently of the balance
-            assert!(before.residual.abs() < 1e-13 && after.residual.abs() < 1e-13, "{before:?} {after:?}");
+            let residuals = [before, after].map(|energy| energy.residual.expect("no damping").abs());
+            assert!(residuals.iter().all(|residual| *residual < 1e-13), "{before:?} {after:?}");
             last = Some(after);
         }
         let last = last.expect("steps");

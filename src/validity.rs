@@ -59,6 +59,10 @@ pub struct Validity {
     pub strain: Peak,
     /// The same at the probes.
     pub probes: Peak,
+    /// e² = (V/V0)² of an indenter that moves back and that nothing touches.
+    pub rebound: Option<f64>,
+    /// Energy that nodes lost which came into contact, as a share of ½M·V0²: a loss of the mesh, which falls with the size of cells.
+    pub mesh_loss: Option<f64>,
     /// Largest drag, with the contact radius as its place \[πR²γc_p²; plane Rγc_p²\].
     pub drag: Peak,
 }
@@ -70,7 +74,21 @@ impl Validity {
     /// * `is_flat`: true if the face of the indenter is flat
     pub fn new(velocity: f64, is_flat: bool) -> Self {
         let nothing = Peak::default();
-        Self { velocity, is_flat, pressure: nothing, strain: nothing, probes: nothing, drag: nothing }
+        Self {
+            velocity,
+            is_flat,
+            pressure: nothing,
+            strain: nothing,
+            probes: nothing,
+            rebound: None,
+            mesh_loss: None,
+            drag: nothing,
+        }
+    }
+
+    /// V0 of the impact \[c_p\].
+    pub fn impact_velocity(&self) -> f64 {
+        self.velocity
     }
 
     /// Observes an interface stress `|p|`.

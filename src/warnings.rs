@@ -22,13 +22,15 @@ use crate::{
 const FAST: f64 = 0.1;
 /// Cells that a contact needs for its stress to be that of the head and not of the mesh.
 const FEWEST_CELLS: f64 = 5.0;
+/// Share of the loss of energy that may be the mesh's.
+const LARGEST_LOSS: f64 = 0.1;
 /// Cells across the corner of an edge that show it.
 const CORNER_CELLS: f64 = 2.0;
 
 /// A warning.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Warning {
-    /// Its subject in one word: `velocity`, `layers`, `edge`, `base`, `rigid`, `theory`, `strain`, `cells`.
+    /// Its subject in one word: `velocity`, `layers`, `edge`, `base`, `rigid`, `theory`, `strain`, `cells`, `loss`.
     pub about: &'static str,
     /// What misleads, and what to do.
     pub text: String,
@@ -138,7 +140,7 @@ impl RunWarnings {
 
     /// The warnings that follow from the results of a run.
     pub fn of(&self, validity: &Validity) -> Vec<Warning> {
-        [self.strain(validity), self.cells(validity)].into_iter().flatten().collect()
+        [self.strain(validity), self.cells(validity), loss(validity)].into_iter().flatten().collect()
     }
 
     /// Strain above the limit. A flat head without units is none of it: its results are those of any V0, scaled.
@@ -174,6 +176,21 @@ impl RunWarnings {
         );
         Some(Warning { about: "cells", text })
     }
+}
+
+/// A rebound whose loss of energy is the mesh's in good part.
+fn loss(validity: &Validity) -> Option<Warning> {
+    let (squared, mesh_loss) = validity.rebound.zip(validity.mesh_loss)?;
+    if mesh_loss <= LARGEST_LOSS * (1.0 - squared) {
+        return None;
+    }
+    let [raw, corrected] = [squared, squared + mesh_loss].map(f64::sqrt);
+    let text = format!(
+        "{:.0} % of the energy that the indenter has lost is the mesh's, of nodes that came into contact: its restitution {raw:.4} is {corrected:.4} with \
+         that returned (restitution_mesh_corrected); make mesh.cells larger",
+        100.0 * mesh_loss / (1.0 - squared)
+    );
+    Some(Warning { about: "loss", text })
 }
 
 /// A run with its warnings: those of the case are events of the first step, those of the results of the last one.
@@ -262,6 +279,29 @@ mod tests {
         assert_eq!(abouts(&of_run(&slow)), ["cells"]);
         let simple = ["model=rakhmatulin", "impact.velocity=300 m/s", "target.thickness=half-space"];
         assert_eq!(abouts(&of_case(&case(BALL, &simple))), ["velocity", "theory"]);
+    }
+
+    #[test]
+    fn losses_of_the_mesh_are_told_and_returned() {
+        let settings = |cells: u32| [format!("mesh.cells={cells}"), "run.end_time=200 us".into()];
+        let [coarse, fine] = [25, 50].map(|cells| {
+            let case = Case::parse(
+                "ball",
+                &BALL.replace("[record]", "stop = \"separation\"\n[record]"),
+                &settings(cells),
+                "".as_ref(),
+            );
+            let case = case.unwrap_or_else(|errors| panic!("{errors:?}"));
+            let outcome = session::run(&mut Simulation::new(&case), &mut []).expect("a run");
+            let warnings = RunWarnings::new(&case).of(&outcome.validity);
+            assert!(abouts(&warnings).contains(&"loss"), "{cells}: {warnings:?}");
+            let Validity { rebound, mesh_loss, .. } = outcome.validity;
+            rebound.zip(mesh_loss).map(|(e, loss)| [e, e + loss].map(f64::sqrt)).expect("a rebound")
+        });
+        // 0.99828 on fine meshes
+        let errors = [coarse, fine].map(|e| e.map(|e| 0.99828 - e));
+        assert!(errors.iter().all(|[raw, corrected]| corrected.abs() < 0.25 * raw), "{errors:?}");
+        assert!(errors[1][1].abs() < 2e-4, "{errors:?}");
     }
 
     #[test]

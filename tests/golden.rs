@@ -139,7 +139,7 @@ fn numbers(topic: &str, bytes: &[u8]) -> Option<Numbers> {
                 ("indenter", m.indenter),
                 ("dissipated", m.dissipated),
                 ("work", m.work),
-                ("residual", m.residual),
+                ("residual", m.residual.unwrap_or_default()),
             ]);
             let layers = [array("layer_strain", &m.layer_strain), array("layer_kinetic", &m.layer_kinetic)];
             [whole, layers.concat()].concat()

@@ -16,12 +16,18 @@ pub fn channel(case: &Case) -> Channel {
     ];
     let fields = [
         ("kinetic", "kinetic energy of the target"),
-        ("strain", "strain energy of the target"),
+        (
+            "strain",
+            "strain energy of the target, from displacements of two levels: a little below 0 at times where it is small",
+        ),
         ("indenter", "kinetic energy of an indenter of finite mass"),
         ("dissipated", "energy lost so far to nodes that struck the indenter and stuck"),
         ("damped", "energy taken out so far by the damping of waves that the mesh does not resolve"),
         ("work", "work done so far by a motion that is prescribed"),
-        ("residual", "initial + work - all of the above: rounding"),
+        (
+            "residual",
+            "initial + work - all of the above: rounding; absent where waves are damped, as damped is then what is missing",
+        ),
     ];
     let fields = fields.into_iter().chain(layers.into_iter().filter(|_| is_layered));
     let note = |(name, meaning): (&'static str, &str)| {
@@ -42,7 +48,7 @@ pub fn channel(case: &Case) -> Channel {
             indenter: unit.of(energy.indenter),
             dissipated: unit.of(energy.dissipated),
             work: unit.of(energy.work),
-            residual: unit.of(energy.residual),
+            residual: energy.residual.map(|residual| unit.of(residual)),
             damped: unit.of(energy.damped),
             layer_strain: of_layers(|energy| energy.strain),
             layer_kinetic: of_layers(|energy| energy.kinetic),

@@ -122,7 +122,15 @@ impl Run {
         let say = progress.speaker();
         let mut recording =
             Checkpoints::new(recording, &case, self.engine, checkpoint.clone(), move |text| say(text));
+        let mut has_excess = false;
         let mut watch = |view: &View<'_>| {
+            if !has_excess && view.frame.as_ref().is_some_and(|frame| frame.energy.exceeds()) {
+                has_excess = true;
+                let time = case.units().time.text(view.time);
+                progress.say(&format!(
+                    "warning: at t = {time} the target has more energy than was brought in: the numerics are unstable, do not use what follows"
+                ));
+            }
             for event in &*view.events {
                 progress.say(&event.text);
             }

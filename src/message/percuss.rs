@@ -43,7 +43,8 @@ pub struct Energy {
     /// Kinetic energy of the target. \[πR³γc_p²\]
     #[prost(double, tag = "3")]
     pub kinetic: f64,
-    /// Strain energy of the target. \[πR³γc_p²\]
+    /// Strain energy of the target, from the displacements of two levels half a step before and after: where it is small it can be a
+    /// little below 0. \[πR³γc_p²\]
     #[prost(double, tag = "4")]
     pub strain: f64,
     /// Kinetic energy of an indenter of finite mass. \[πR³γc_p²\]
@@ -55,11 +56,11 @@ pub struct Energy {
     /// Work done so far by a motion that is prescribed: infinite mass, or contact = "prescribed". \[πR³γc_p²\]
     #[prost(double, tag = "7")]
     pub work: f64,
-    /// What is left over: rounding only. \[πR³γc_p²\]
-    #[prost(double, tag = "8")]
-    pub residual: f64,
+    /// What is left over: rounding only. Absent where waves are damped, as `damped` is then what is missing. \[πR³γc_p²\]
+    #[prost(double, optional, tag = "8")]
+    pub residual: ::core::option::Option<f64>,
     /// Energy taken out so far by the damping of oblique waves that the mesh does not resolve, mesh.damping: what the pressure on the
-    /// surface has done to the target, less what the target has. \[πR³γc_p²\]
+    /// surface has done to the target, less what the target has. It never falls, but for rounding. \[πR³γc_p²\]
     #[prost(double, tag = "9")]
     pub damped: f64,
     /// Strain energy of every layer from the struck surface down, where there is more than one: together `strain`. \[πR³γc_p²\]

@@ -196,6 +196,8 @@ impl Recording {
         peak("largest_strain", &validity.strain, validity.strain.value);
         peak("largest_strain_at_probes", &validity.probes, validity.probes.value);
         map.insert("strain_limit".into(), STRAIN_LIMIT.to_string());
+        map.insert("impact_velocity".into(), speed.of(validity.impact_velocity()).to_string());
+        map.extend(validity.mesh_loss.map(|share| ("mesh_loss".into(), share.to_string())));
         let velocities = [
             ("admissible_velocity", validity.admissible_velocity()),
             ("admissible_velocity_at_probes", validity.admissible_velocity_at_probes()),

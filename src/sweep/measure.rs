@@ -77,7 +77,7 @@ impl Measuring {
 
     /// What was measured, in the units of the case.
     pub fn measures(&self, validity: &Validity) -> Measures {
-        let Units { length, time, .. } = self.units;
+        let Units { length, time, speed, .. } = self.units;
         let (mut motion, mut energy) =
             (Motion::at(self.story.separation()), Moment::at(self.story.separation()));
         for &[time, velocity, depth] in &self.motion {
@@ -93,6 +93,8 @@ impl Measuring {
             motion,
             energy,
             largest_strain: [Some(strain.value), r, z, when],
+            impact_velocity: Some(speed.of(validity.impact_velocity())),
+            mesh_loss: validity.mesh_loss,
         };
         let values = observations.measures().into_iter().map(|measure| measure.value);
         Measures(values.map(|value| value.filter(|x| x.is_finite())).collect())

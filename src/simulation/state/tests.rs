@@ -39,7 +39,8 @@ impl Seen {
         numbers.extend(view.interface.pressure.iter());
         if let Some(frame) = &view.frame {
             let Energy { kinetic, strain, indenter, dissipated, damped, work, residual } = frame.energy;
-            numbers.extend([kinetic, strain, indenter, dissipated, damped, work, residual]);
+            numbers.extend([kinetic, strain, indenter, dissipated, damped, work]);
+            numbers.extend(residual);
             numbers.extend(&frame.fields.surface);
             let samples = frame.fields.samples.iter();
             numbers.extend(samples.flat_map(|sample| sample.values.iter().map(|value| f64::from(*value))));

@@ -66,7 +66,7 @@ def write_former(new: Path, old: Path) -> None:
         for record in reader.iter_metadata():
             entries = {key: text for key, text in record.metadata.items() if key not in ["checksum", "numerics"]}
             if record.name == "percuss.run":
-                assert entries["format_version"] == "2.2"
+                assert entries["format_version"] == "2.3"
                 entries["format_version"] = "2.1"
             writer.add_metadata(record.name, entries)
         writer.finish()

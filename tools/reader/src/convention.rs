@@ -78,6 +78,10 @@ pub const WARNING: &str = "warning: ";
 /// Key of the largest strain in the record [`VALIDITY`]; `.time`, `.r` and `.z` behind it say when and where.
 pub const LARGEST_STRAIN: &str = "largest_strain";
 
+/// Key of the velocity of the impact in the record [`VALIDITY`], in the unit of velocities.
+pub const IMPACT_VELOCITY: &str = "impact_velocity";
+/// Key of the energy lost by the mesh in the record [`VALIDITY`], as a share of that of the indenter.
+pub const MESH_LOSS: &str = "mesh_loss";
 /// Key of the largest interface pressure in the record [`VALIDITY`], with the same keys behind it.
 pub const LARGEST_PRESSURE: &str = "largest_pressure";
 

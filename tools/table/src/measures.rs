@@ -103,6 +103,10 @@ pub struct Observations {
     pub energy: Moment,
     /// The largest strain, its radius, depth and time.
     pub largest_strain: [Option<f64>; 4],
+    /// V0 of the impact, if it is said; else it is the first velocity.
+    pub impact_velocity: Option<f64>,
+    /// Energy lost by the mesh, as a share of ½M·V0².
+    pub mesh_loss: Option<f64>,
 }
 
 impl Observations {
@@ -115,13 +119,16 @@ impl Observations {
     /// What is measured, in the order of the columns.
     ///
     /// ```text
-    /// restitution = −V/V₀   V: velocity when contact ended for good, if the indenter moves back then; V₀: the first
+    /// restitution e = −V/V₀   V: velocity when contact ended for good, if the indenter moves back then; V₀: that of the impact
+    /// restitution_mesh_corrected = √(e² + mesh_loss)
     /// ```
     pub fn measures(&self) -> Vec<Measure> {
-        let Self { story, drag, motion, energy, largest_strain: [strain, strain_r, strain_z, strain_time] } =
-            self;
-        let rebound =
-            motion.separation.value.filter(|rebound| motion.first.is_some_and(|v0| rebound * v0 < 0.0));
+        let Self { story, drag, motion, energy, impact_velocity, mesh_loss, .. } = self;
+        let [strain, strain_r, strain_z, strain_time] = &self.largest_strain;
+        let v0 = impact_velocity.or(motion.first);
+        let rebound = motion.separation.value.filter(|rebound| v0.is_some_and(|v0| rebound * v0 < 0.0));
+        let restitution = rebound.zip(v0).map(|(rebound, v0)| -rebound / v0);
+        let corrected = restitution.zip(*mesh_loss).map(|(e, loss)| (e * e + loss).sqrt());
         let (peak_force, peak_time) = drag.peak.unzip();
         let measures = [
             ("peak_force", Quantity::Force, peak_force),
@@ -131,7 +138,8 @@ impl Observations {
             ("contact_radius", Quantity::Length, drag.radius),
             ("depth", Quantity::Length, motion.depth),
             ("rebound_velocity", Quantity::Speed, rebound),
-            ("restitution", Quantity::Number, rebound.zip(motion.first).map(|(last, first)| -last / first)),
+            ("restitution", Quantity::Number, restitution),
+            ("restitution_mesh_corrected", Quantity::Number, corrected),
             ("t_ext", Quantity::Time, story.extension),
             ("energy_left", Quantity::Energy, energy.value),
             ("largest_strain", Quantity::Number, *strain),

@@ -30,7 +30,9 @@ Columns, from recorded messages only; what a recording does not say is empty, ne
   depth                largest displacement of the indenter into the target
   rebound_velocity     velocity of the indenter when contact ends for good (SEPARATION without a later RECONTACT, at the
                        time since when nothing touches), if it moves back then
-  restitution          -V/V0: rebound velocity over the first recorded velocity
+  restitution          e = -V/V0: rebound velocity over that of the impact (recordings before format 2.3: the first recorded)
+  restitution_mesh_corrected  the same with the mesh's loss returned, the square root of e^2 + loss: the energy that nodes lose which
+                       come into contact, over that of the indenter; it falls with the size of cells
   t_ext                time of the first EXTENSION: the interface needs tension
   energy_left          kinetic and strain energy of the target when contact ends for good, linear between the messages of
                        /energy; empty for runs without frames, which have none

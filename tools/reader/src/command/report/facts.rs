@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// Measures in words, in the order of the page.
-const RESULTS: [(&str, &str); 9] = [
+const RESULTS: [(&str, &str); 10] = [
     ("peak_force", "Peak force"),
     ("impulse", "Impulse"),
     ("contact_duration", "Duration of contact"),
@@ -24,6 +24,7 @@ const RESULTS: [(&str, &str); 9] = [
     ("depth", "Largest depth of the indenter"),
     ("rebound_velocity", "Velocity of rebound"),
     ("restitution", "Coefficient of restitution"),
+    ("restitution_mesh_corrected", "Restitution with the mesh's loss returned"),
     ("t_ext", "Interface first needs tension"),
     ("energy_left", "Energy left in the target"),
 ];

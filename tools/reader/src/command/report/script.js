@@ -69,6 +69,17 @@
     const whole = Math.max(...["kinetic", "strain", "indenter", "dissipated", "damped", "work"].map((name) => Math.abs(last(name) ?? 0)));
     badge(`energy balance to ${Math.abs(residual / (whole || 1)).toExponential(0)}`, Math.abs(residual) <= 1e-9 * whole);
   }
+  const series = (name) => (energy && (energy.curves.find((entry) => entry.name === name) || {}).y) || [];
+  const [kinetic, strain, indenter, dissipated, damped, work] = ["kinetic", "strain", "indenter", "dissipated", "damped", "work"].map(series);
+  if (kinetic.length) {
+    // what the run began with and was given; neither waves nor what is taken from them can have more
+    const given = kinetic.map((value, i) => value + strain[i] + (indenter[i] || 0) + (dissipated[i] || 0) + (damped[i] || 0));
+    const [most, slack] = [Math.max(...given), 0.01 * Math.max(...kinetic)];
+    const exceeds = kinetic.some((value, i) => Math.max(value, value + strain[i]) > most + slack);
+    const falls = damped.some((value, i) => value < (i ? damped[i - 1] : 0) - slack);
+    badge(exceeds ? "the target has more energy than was brought in" : "the target never has more energy than was brought in", !exceeds);
+    if (falls) badge("the energy taken out by damping falls", false);
+  }
   for (const event of data.events.filter((entry) => entry.warns)) badge(event.text, false);
   rows("results", data.facts.results);
   rows("run", data.facts.run);

@@ -7,7 +7,7 @@ use percuss_table::{
 
 use crate::{
     channel::Channel,
-    convention::{DRAG, ENERGY, EVENT, LARGEST_STRAIN, VALIDITY, VELOCITY},
+    convention::{DRAG, ENERGY, EVENT, IMPACT_VELOCITY, LARGEST_STRAIN, MESH_LOSS, VALIDITY, VELOCITY},
     field::cell,
     messages::Recording,
     recording::{Damage, OpenError},
@@ -59,10 +59,10 @@ impl Reading {
                 _ => {}
             }
         })?;
-        let strain = |suffix: &str| {
-            recording.entries(VALIDITY)?.get(&format!("{LARGEST_STRAIN}{suffix}"))?.parse().ok()
-        };
-        observed.largest_strain = ["", ".r", ".z", ".time"].map(strain);
+        let said = |key: &str| recording.entries(VALIDITY)?.get(key)?.parse().ok();
+        observed.largest_strain =
+            ["", ".r", ".z", ".time"].map(|suffix| said(&format!("{LARGEST_STRAIN}{suffix}")));
+        (observed.impact_velocity, observed.mesh_loss) = (said(IMPACT_VELOCITY), said(MESH_LOSS));
         let measures = observed.measures();
         Ok(Self { measures, units, damages, undecoded })
     }
