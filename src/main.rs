@@ -2,11 +2,11 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
 use percuss::cli::{Arguments, report};
+use percuss_output::manual::parse;
 
 fn main() -> ExitCode {
-    match Arguments::parse().run() {
+    match parse::<Arguments>().run() {
         Ok(status) => status.into(),
         Err(error) => report(&error),
     }

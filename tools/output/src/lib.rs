@@ -14,12 +14,14 @@
 //! Errors of the system are reported with the number of bytes that were written before; interrupted calls are repeated, short writes
 //! are continued.
 //!
+//! What such programs show of the files that they read goes through [`text`].
+//!
 //! The feature `signals` has what signals do to a program with such files, the feature `manual` what
 //! programs say of themselves, and of the numbers that they expect.
 
 use std::{
     error::Error,
-    fs::{self, File, OpenOptions},
+    fs::{self, File, FileType, OpenOptions},
     io,
     path::{Path, PathBuf},
 };
@@ -33,6 +35,7 @@ mod output;
 mod part;
 #[cfg(feature = "signals")]
 mod signals;
+pub mod text;
 mod unfinished;
 
 pub use counted::Counted;
@@ -88,6 +91,24 @@ impl Destination {
             Err(error) => Err(error),
         }
     }
+}
+
+/// What a thing with a name is that is no regular file, in words.
+#[cfg(unix)]
+pub fn kind_name(kind: FileType) -> &'static str {
+    use std::os::unix::fs::FileTypeExt;
+    match () {
+        () if kind.is_dir() => "a folder",
+        () if kind.is_fifo() => "a pipe",
+        () if kind.is_socket() => "a socket",
+        () => "a device",
+    }
+}
+
+/// What a thing with a name is that is no regular file, in words.
+#[cfg(not(unix))]
+pub fn kind_name(kind: FileType) -> &'static str {
+    if kind.is_dir() { "a folder" } else { "a device" }
 }
 
 /// Opens a pipe or a device. Only a writer does: the reader of a pipe sees its end when it is closed.

@@ -3,6 +3,7 @@
 use kuva::render::render::Scene;
 
 use percuss_canvas::plain;
+use percuss_output::text::printable;
 
 use crate::{Medium, output::render};
 
@@ -92,7 +93,7 @@ impl Frame<'_> {
 
 /// A label as a terminal shows it, without what could command it.
 pub fn shown(label: &str) -> String {
-    plain(label).chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+    printable(&plain(label)).into_owned()
 }
 
 /// Parts of a colour `#rrggbb`.

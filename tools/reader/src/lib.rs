@@ -59,7 +59,7 @@
 //! Lengths inside a record are checked before it is parsed. Descriptor sets are filtered before they are parsed: those
 //! of another syntax than proto2 and proto3, with public imports in circles, or with more than 65 536 elements are not
 //! sound. A type inside itself, nested deeper than 32, or beyond 10 000 fields is kept as bytes. Names from a file are shown with
-//! terminal escapes made visible.
+//! what could command a terminal, or the machine that runs a job, made visible ([`percuss_output::text`]).
 //!
 //! Memory does not depend on the length of a recording, with three exceptions, all within `--max-memory`: NumPy files begin with
 //! their lengths, so their columns, or the arrays of a topic over time, are kept; Parquet files end with a place for every column of every group of
@@ -173,6 +173,8 @@
 //! | `-short`, `-no_short`, `-s`, `-64-bit`, `-maxnames`, `-min_coordinate_separation` | nothing of the kind in a recording |
 //! | `-help`, `-Help`, `-version`, `-copyright` | `--help`, `--version`, the licence files |
 
+use percuss_output::text;
+
 mod axis;
 pub mod channel;
 pub mod cli;
@@ -192,7 +194,6 @@ pub mod scales;
 pub mod select;
 pub mod slice;
 pub mod tabular;
-mod text;
 pub mod timeline;
 mod toml_keys;
 pub mod units;

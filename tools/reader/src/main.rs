@@ -2,12 +2,11 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-use percuss_output::discard_at_signals;
+use percuss_output::{discard_at_signals, manual::parse};
 use percuss_reader::cli::{Arguments, CliError, report};
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = parse::<Arguments>();
     match discard_at_signals().map_err(CliError::Signals).and_then(|()| arguments.run()) {
         Ok(exit) => exit.into(),
         Err(error) => report(&error),

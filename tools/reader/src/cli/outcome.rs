@@ -2,12 +2,13 @@
 
 use std::{
     collections::BTreeSet,
-    io::{self, IsTerminal, Write},
+    io::{self, IsTerminal},
     path::{Path, PathBuf},
     process::ExitCode,
 };
 
 use percuss_output::OutputError;
+pub(super) use percuss_output::text::say;
 
 use crate::{
     command::{
@@ -19,7 +20,6 @@ use crate::{
     recording::{Damage, OpenError, is_part},
     slice::MomentError,
     tabular::TableError,
-    text::lines,
 };
 
 /// How a command has ended without an error.
@@ -156,12 +156,6 @@ pub(super) fn say_parts(files: &[PathBuf]) {
             file.display()
         ));
     }
-}
-
-/// Shows a line on standard error, without what a file could command a terminal in it.
-pub(super) fn say(text: &str) {
-    // fails if standard error is closed
-    drop(writeln!(io::stderr(), "{}", lines(text)));
 }
 
 /// True if standard output is a terminal that wants colours.

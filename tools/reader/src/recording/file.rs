@@ -1,10 +1,12 @@
 //! Files that can be read: regular ones. Of a recording that is not complete, the name says so.
 
 use std::{
-    fs::{self, File, FileType},
+    fs::{self, File},
     io,
     path::{Path, PathBuf},
 };
+
+use percuss_output::kind_name;
 
 use super::OpenError;
 use crate::convention::PART;
@@ -17,7 +19,7 @@ use crate::convention::PART;
 pub fn open_file(path: &Path) -> Result<File, OpenError> {
     let kind = fs::metadata(path).map_err(OpenError::io(path))?.file_type();
     if !kind.is_file() {
-        return Err(OpenError::NoFile { path: path.into(), what: name_of(kind) });
+        return Err(OpenError::NoFile { path: path.into(), what: kind_name(kind) });
     }
     File::open(path).map_err(OpenError::io(path))
 }
@@ -39,22 +41,6 @@ pub(super) fn part_of(path: &Path, error: &io::Error) -> Option<PathBuf> {
     name.push(PART);
     let part = path.with_file_name(name);
     (error.kind() == io::ErrorKind::NotFound && part.is_file()).then_some(part)
-}
-
-#[cfg(unix)]
-fn name_of(kind: FileType) -> &'static str {
-    use std::os::unix::fs::FileTypeExt;
-    match () {
-        () if kind.is_dir() => "a folder",
-        () if kind.is_fifo() => "a pipe",
-        () if kind.is_socket() => "a socket",
-        () => "a device",
-    }
-}
-
-#[cfg(not(unix))]
-fn name_of(kind: FileType) -> &'static str {
-    if kind.is_dir() { "a folder" } else { "a device" }
 }
 
 #[cfg(test)]
