@@ -8,10 +8,11 @@
 //! magic · version of this format · length of the head · head · zstd(state) · CRC-32 of all before
 //! ```
 //!
-//! all little-endian. The head has the version of percuss, the revision of its numerics, the engine, the complete case, the step and the number of messages of
-//! every channel; the state is that of the [`Simulation`]. Channels have none.
+//! all little-endian. The head has the version of percuss, the revision of its numerics, the engine, the complete case, the step, and of what is recorded the
+//! number of messages of every channel, their size and their checksum; the state is that of the [`Simulation`]. Channels have none.
 //!
-//! A state is restored only if percuss, numerics, engine and case are the same: then the run gives the same messages, bit for bit, as one
+//! A state is restored only if percuss, numerics, engine and case are the same, and if the part begins with the messages that the checkpoint
+//! belongs to (what follows them, an end or what was recorded since, is cut off; whatever does not fit is an error that changes neither file): then the run gives the same messages, bit for bit, as one
 //! that was never interrupted, whatever the number of threads is. When checkpoints are written, and how often, changes no message, so
 //! `run.checkpoint_every` may differ.
 //!
@@ -49,7 +50,8 @@ const MAGIC: [u8; 8] = *b"\x89percpt\n";
 /// * 1: the first.
 /// * 2: with the largest strain of cells.
 /// * 3: the head has the revision of the numerics.
-const VERSION: u32 = 3;
+/// * 4: the head has size and checksum of what was recorded.
+const VERSION: u32 = 4;
 
 /// Size of magic and version, and of the checksum \[bytes\].
 const BEGINNING: u64 = MAGIC.len() as u64 + 4;
@@ -99,7 +101,7 @@ pub enum CheckpointError {
     },
     /// It was written by another version, numerics or engine.
     #[error(
-        "the checkpoint `{}` is of {found}, this is {here}: only the same gives the same numbers; take that, or begin the run anew with --force in place of --resume",
+        "the checkpoint `{}` is of {found}, this is {here}: only the same gives the same numbers; continue the run with that, or begin the run anew with --force in place of --resume",
         path.display()
     )]
     Program {

@@ -197,6 +197,19 @@ pub struct ChannelSpec {
     pub metadata: BTreeMap<String, String>,
 }
 
+/// What has been written of a recording: a checkpoint belongs to these messages and no others.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Written {
+    /// Messages of every channel.
+    pub messages: Vec<u64>,
+    /// Size of all messages \[bytes\].
+    pub bytes: u64,
+    /// Size of the messages of the largest chunk \[bytes\].
+    pub largest_chunk: u64,
+    /// CRC-32 of all messages in the order of the file, each with its channel, number and times.
+    pub checksum: u32,
+}
+
 /// Messages for the writer.
 #[derive(Default)]
 pub struct Batch {
@@ -232,15 +245,15 @@ enum Job {
     Metadata(Metadata),
     Channels(Vec<ChannelSpec>),
     Tap(Box<dyn Tap>),
-    /// Copies messages, so many of every channel, of what an earlier run has left.
+    /// Copies what an earlier run has left, up to what is counted as written.
     Copy {
         left: Left,
-        messages: Vec<u64>,
+        written: Box<Written>,
         answer: SyncSender<Result<(), String>>,
     },
-    /// Brings all messages onto the disk and answers how many there are of every channel.
+    /// Brings all messages onto the disk and answers what has been written.
     Seal {
-        answer: SyncSender<Vec<u64>>,
+        answer: SyncSender<Written>,
     },
     Finish {
         is_whole: bool,
@@ -362,28 +375,28 @@ impl Recorder {
     /// Copies the first messages of what an earlier run has left, in their order, and takes its place once they are on the
     /// disk. Until then it stays.
     ///
-    /// * `messages`: so many of every channel
+    /// * `written`: those
     ///
     /// # Errors
     ///
-    /// It does not have them, or what it has is damaged.
-    pub fn copy(&mut self, left: Left, messages: Vec<u64>) -> Result<(), RecordingError> {
+    /// It does not have them, or has others, or what it has is damaged.
+    pub fn copy(&mut self, left: Left, written: Written) -> Result<(), RecordingError> {
         self.hand_over()?;
         let (answer, copied) = sync_channel(1);
-        self.send(Job::Copy { left, messages, answer })?;
+        self.send(Job::Copy { left, written: Box::new(written), answer })?;
         match copied.recv() {
             Ok(result) => result.map_err(|what| RecordingError::Continue { path: self.path.clone(), what }),
             Err(_) => self.join(),
         }
     }
 
-    /// Closes the open chunk, waits until all messages are on the disk, and returns how many there are of every channel.
-    pub fn seal(&mut self) -> Result<Vec<u64>, RecordingError> {
+    /// Closes the open chunk, waits until all messages are on the disk, and returns what has been written.
+    pub fn seal(&mut self) -> Result<Written, RecordingError> {
         self.hand_over()?;
         let (answer, sealed) = sync_channel(1);
         self.send(Job::Seal { answer })?;
         match sealed.recv() {
-            Ok(messages) => Ok(messages),
+            Ok(written) => Ok(written),
             Err(_) => Err(self.join().expect_err("a writer that ends without an answer has failed")),
         }
     }

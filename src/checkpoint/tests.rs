@@ -3,6 +3,7 @@
 use std::fs;
 
 use super::*;
+use crate::recording::Written;
 
 fn case(settings: &[&str]) -> Case {
     let settings: Vec<String> =
@@ -20,7 +21,8 @@ fn written(path: &Path, case: &Case) -> Head {
             simulation.interrupt();
         }
     }
-    let recorded = Recorded { step: last.0, time: last.1, messages: vec![3, 0, 11] };
+    let written = Written { messages: vec![3, 0, 11], bytes: 900, largest_chunk: 500, checksum: 7 };
+    let recorded = Recorded { step: last.0, time: last.1, written };
     let head = Head::new(case, Engine::Blocked, recorded);
     let size = write(path, &head, &mut simulation).expect("room");
     assert_eq!(size, fs::metadata(path).expect("a file").len());

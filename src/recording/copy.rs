@@ -1,7 +1,9 @@
 //! What an earlier run has recorded: its case, and its messages chunk by chunk.
+//!
+//! Nothing of the file is trusted: no length in it takes memory that the file, or the checkpoint that belongs to it, does not have, and a chunk
+//! is compared with its checksum before anything of it is used.
 
 use std::{
-    borrow::Cow,
     fs::File,
     io::{BufReader, Read},
     path::Path,
@@ -9,7 +11,6 @@ use std::{
 
 use mcap::{
     McapError, parse_record,
-    read::ChunkReader,
     records::{MessageHeader, Record, op},
     sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
 };
@@ -28,8 +29,13 @@ impl From<McapError> for CopyError {
     }
 }
 
-/// A message of a chunk.
-type Message = Result<(MessageHeader, Cow<'static, [u8]>), CopyError>;
+/// What stands in the chunks of a recording.
+pub enum Found<'a> {
+    /// A message.
+    Message(MessageHeader, &'a [u8]),
+    /// A chunk ends.
+    EndOfChunk,
+}
 
 /// Calls `f` on the opcode and the bytes of every record, chunks as they are, until it returns a result; `None` if the file ends before.
 fn find_record<T>(
@@ -63,40 +69,107 @@ fn read(error: &dyn ToString) -> CopyError {
     CopyError::Read(error.to_string())
 }
 
+/// Takes a text with its length off the front.
+fn text<'a>(bytes: &mut &'a [u8]) -> Option<&'a [u8]> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    let (text, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+    *bytes = rest;
+    Some(text)
+}
+
+/// The content of an attachment of this name, if the record is that and sound.
+fn content<'a>(record: &'a [u8], name: &str) -> Option<&'a [u8]> {
+    let (body, checksum) = record.split_last_chunk()?;
+    // two times, the name, the media type, the length of the content
+    let mut rest = body.get(16..)?;
+    let found = text(&mut rest)?;
+    text(&mut rest)?;
+    let (length, content) = rest.split_first_chunk()?;
+    let is_it = found == name.as_bytes() && u64::from_le_bytes(*length) == content.len() as u64;
+    (is_it && crc32fast::hash(body) == u32::from_le_bytes(*checksum)).then_some(content)
+}
+
 /// Text of the attachment `name` of a recording, which stands before its messages; `None` if there is none that can be read.
 pub fn attachment(path: &Path, name: &str) -> Option<String> {
-    let text = find_record(&mut File::open(path).ok()?, |opcode, data| match opcode {
-        op::CHUNK => Ok(Some(None)),
-        op::ATTACHMENT => match parse_record(opcode, data).map_err(|error| read(&error))? {
-            Record::Attachment { header, data, .. } if header.name == name => {
-                Ok(Some(String::from_utf8(data.into_owned()).ok()))
-            }
-            _ => Ok(None),
-        },
-        _ => Ok(None),
+    let text = find_record(&mut File::open(path).ok()?, |opcode, data| {
+        Ok(match opcode {
+            op::CHUNK => Some(None),
+            op::ATTACHMENT => content(data, name).map(|content| String::from_utf8(content.to_vec()).ok()),
+            _ => None,
+        })
     });
     text.ok().flatten().flatten()
 }
 
-/// Calls `f` on the messages of every chunk, until it returns false. The checksum of a chunk is compared after its last message.
-pub fn for_each_chunk(
+/// Calls `f` on every message and at the end of every chunk, until it returns false.
+///
+/// * `largest`: no chunk is larger \[bytes\]
+pub fn for_each_message(
     file: &mut File,
-    mut f: impl FnMut(&mut dyn Iterator<Item = Message>) -> Result<bool, CopyError>,
+    largest: usize,
+    mut f: impl FnMut(Found<'_>) -> Result<bool, CopyError>,
 ) -> Result<(), CopyError> {
     let done = find_record(file, |opcode, data| {
         if opcode != op::CHUNK {
             return Ok(None);
         }
-        let Record::Chunk { header, data } = parse_record(opcode, data).map_err(|error| read(&error))? else {
-            return Err(CopyError::Read("a chunk cannot be read".into()));
-        };
-        let records = ChunkReader::new(header, &data).map_err(|error| read(&error))?;
-        let mut messages = records.filter_map(|record| match record {
-            Ok(Record::Message { header, data }) => Some(Ok((header, Cow::Owned(data.into_owned())))),
-            Ok(_) => None,
-            Err(error) => Some(Err(read(&error))),
-        });
-        Ok((!f(&mut messages)?).then_some(()))
+        let mut reader = open_chunk(data, largest)?;
+        while let Some(event) = reader.next_event() {
+            match event.map_err(|error| read(&error))? {
+                // it wants what follows the chunk
+                LinearReadEvent::ReadRequest(_) => break,
+                LinearReadEvent::Record { opcode: op::MESSAGE, data } => {
+                    if let Record::Message { header, data } =
+                        parse_record(op::MESSAGE, data).map_err(|error| read(&error))?
+                    {
+                        f(Found::Message(header, &data))?;
+                    }
+                }
+                LinearReadEvent::Record { .. } => {}
+            }
+        }
+        Ok((!f(Found::EndOfChunk)?).then_some(()))
     })?;
     done.ok_or_else(|| CopyError::Read("it ends before the last message that its checkpoint counts".into()))
 }
+
+/// A reader of what is in a chunk, which compares its checksum first.
+fn open_chunk(chunk: &[u8], largest: usize) -> Result<LinearReader, CopyError> {
+    if !is_tiled(chunk) {
+        return Err(CopyError::Read("a record reaches beyond its chunk".into()));
+    }
+    let options = LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_skip_end_magic(true)
+        .with_prevalidate_chunk_crcs(true)
+        .with_record_length_limit(largest.max(chunk.len()));
+    let mut reader = LinearReader::new_with_options(options);
+    for bytes in [&[op::CHUNK], &(chunk.len() as u64).to_le_bytes()[..], chunk] {
+        reader.insert(bytes.len()).copy_from_slice(bytes);
+        reader.notify_read(bytes.len());
+    }
+    Ok(reader)
+}
+
+/// False if a chunk is not compressed and its records do not end where it does, which the reader does not look at.
+fn is_tiled(chunk: &[u8]) -> bool {
+    // two times, size and checksum of the records
+    let Some(mut rest) = chunk.get(28..) else { return true };
+    if text(&mut rest).is_none_or(|compression| !compression.is_empty()) {
+        return true;
+    }
+    let Some((size, rest)) = rest.split_first_chunk() else { return true };
+    let size = usize::try_from(u64::from_le_bytes(*size)).ok();
+    let Some(mut records) = size.and_then(|size| rest.get(..size)) else { return true };
+    while let Some((prefix, rest)) = records.split_first_chunk::<9>() {
+        let length = prefix[1..].try_into().map_or(u64::MAX, u64::from_le_bytes);
+        match usize::try_from(length).ok().and_then(|length| rest.get(length..)) {
+            Some(rest) => records = rest,
+            None => return false,
+        }
+    }
+    records.is_empty()
+}
+
+#[cfg(test)]
+mod tests;

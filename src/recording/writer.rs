@@ -6,12 +6,13 @@ use std::{
     thread::JoinHandle,
 };
 
+use crc32fast::Hasher;
 use mcap::{McapError, WriteOptions, Writer, records::MessageHeader, write::NoSeek};
 use percuss_output::{Counted, Left, Part};
 
 use super::{
-    Batch, CHUNK_TARGET, ChannelSpec, Compression, Entry, Job, MESSAGE_HEADER, Synchronise, Tap,
-    copy::{CopyError, for_each_chunk},
+    Batch, CHUNK_TARGET, ChannelSpec, Compression, Entry, Job, MESSAGE_HEADER, Synchronise, Tap, Written,
+    copy::{CopyError, Found, for_each_message},
 };
 
 /// Zstandard's fast level. Level 3 makes files 0.4 to 1 % smaller and takes longer: the last bits of waves are noise. They
@@ -59,7 +60,8 @@ pub(super) fn run(
         spent,
         disk,
         file: handle,
-        messages: Vec::new(),
+        written: Written::default(),
+        hasher: Hasher::new(),
         deferred: Batch::default(),
         chunk: 0,
         tap: None,
@@ -133,8 +135,9 @@ struct WriterThread<'a> {
     disk: Disk,
     /// The same file, to synchronise it.
     file: Counted,
-    /// Number of messages of every channel.
-    messages: Vec<u64>,
+    written: Written,
+    /// Of all messages.
+    hasher: Hasher,
     /// Batch for deferred messages, reused.
     deferred: Batch,
     /// Size of the messages in the open chunk \[bytes\].
@@ -169,11 +172,11 @@ impl WriterThread<'_> {
                 if !matches!(self.disk, Disk::Nowhere) {
                     self.file.synchronise()?;
                 }
-                drop(answer.send(self.messages.clone()));
+                drop(answer.send(self.written()));
                 Ok(())
             }
-            Job::Copy { left, messages, answer } => {
-                let result = match self.copy(left, &messages) {
+            Job::Copy { left, written, answer } => {
+                let result = match self.copy(left, &written) {
                     Ok(()) => Ok(()),
                     Err(CopyError::Read(what)) => Err(what),
                     Err(CopyError::Write(error)) => return Err(error),
@@ -191,12 +194,10 @@ impl WriterThread<'_> {
             match entry {
                 Entry::Message { channel, log_time, end } => {
                     let bytes = &batch.bytes[start..end];
-                    let sequence = sequence(self.messages[channel]);
-                    self.messages[channel] += 1;
+                    let sequence = sequence(self.written.messages[channel]);
                     let header =
                         MessageHeader { channel_id: id(channel), sequence, log_time, publish_time: log_time };
-                    self.writer.write_to_known_channel(&header, bytes)?;
-                    self.chunk += MESSAGE_HEADER + bytes.len() as u64;
+                    self.put(channel, &header, bytes)?;
                     if let Some(tap) = &mut self.tap {
                         tap.message(channel, log_time, bytes);
                     }
@@ -220,41 +221,70 @@ impl WriterThread<'_> {
         Ok(())
     }
 
+    /// Writes a message.
+    fn put(&mut self, channel: usize, header: &MessageHeader, bytes: &[u8]) -> Result<(), McapError> {
+        let MessageHeader { channel_id, sequence, log_time, publish_time } = *header;
+        self.hasher.update(&channel_id.to_le_bytes());
+        self.hasher.update(&sequence.to_le_bytes());
+        self.hasher.update(&[log_time.to_le_bytes(), publish_time.to_le_bytes()].concat());
+        self.hasher.update(bytes);
+        let size = MESSAGE_HEADER + bytes.len() as u64;
+        self.chunk += size;
+        let written = &mut self.written;
+        written.messages[channel] += 1;
+        written.bytes += size;
+        written.largest_chunk = written.largest_chunk.max(self.chunk);
+        self.writer.write_to_known_channel(header, bytes)
+    }
+
+    /// What has been written so far.
+    fn written(&self) -> Written {
+        Written { checksum: self.hasher.clone().finalize(), ..self.written.clone() }
+    }
+
     /// Ends the open chunk, if there is one, and hands all to the system.
     fn close_chunk(&mut self) -> Result<(), McapError> {
         self.chunk = 0;
         self.writer.flush()
     }
 
-    /// Copies messages, so many of every channel, of what an earlier run has left, and takes its place. Chunks end where they did.
-    fn copy(&mut self, mut left: Left, messages: &[u64]) -> Result<(), CopyError> {
+    /// Copies what an earlier run has left, up to what is counted as written, and takes its place. Chunks end where they did.
+    fn copy(&mut self, mut left: Left, expected: &Written) -> Result<(), CopyError> {
         let read = |what: String| CopyError::Read(what);
-        if messages.len() != self.messages.len() {
-            let (found, expected) = (messages.len(), self.messages.len());
+        let messages = &expected.messages;
+        if messages.len() != self.written.messages.len() {
+            let (found, expected) = (messages.len(), self.written.messages.len());
             return Err(read(format!("its checkpoint counts {found} channels, the case has {expected}")));
         }
-        for_each_chunk(left.file(), |chunk| {
-            for message in chunk {
-                let (header, bytes) = message?;
+        // with the schemas of all channels, which messages do not count
+        let largest =
+            usize::try_from(expected.largest_chunk.saturating_add(CHUNK_TARGET)).unwrap_or(usize::MAX);
+        for_each_message(left.file(), largest, |found| match found {
+            Found::Message(header, bytes) => {
                 let channel = usize::from(header.channel_id).wrapping_sub(1);
-                let expected = self.messages.get(channel).filter(|count| **count < messages[channel]);
-                if expected.is_none_or(|count| sequence(*count) != header.sequence) {
+                let next = self.written.messages.get(channel).filter(|count| **count < messages[channel]);
+                if next.is_none_or(|count| sequence(*count) != header.sequence) {
                     let (sequence, id) = (header.sequence, header.channel_id);
                     return Err(read(format!(
                         "message {sequence} of channel {id} is not the next one that its checkpoint counts"
                     )));
                 }
-                self.messages[channel] += 1;
-                self.writer.write_to_known_channel(&header, &bytes)?;
+                self.put(channel, &header, bytes)?;
+                Ok(true)
             }
-            self.close_chunk()?;
-            Ok(self.messages != messages)
+            Found::EndOfChunk => {
+                self.close_chunk()?;
+                Ok(self.written.messages != *messages)
+            }
         })?;
+        if self.written() != *expected {
+            return Err(read("its messages are not those that its checkpoint belongs to".into()));
+        }
         left.replace().map_err(|error| CopyError::Write(error.into()))
     }
 
     fn declare(&mut self, channels: Vec<ChannelSpec>) -> Result<(), McapError> {
-        self.messages = vec![0; channels.len()];
+        self.written.messages = vec![0; channels.len()];
         channels.into_iter().enumerate().try_for_each(|(channel, spec)| {
             let schema = self.writer.add_schema(&spec.schema, "protobuf", &spec.descriptors)?;
             self.writer.add_channel_with_id(id(channel), schema, &spec.topic, "protobuf", &spec.metadata)?;

@@ -4,7 +4,11 @@
 //! complete. Nothing from clock, host or thread count enters the file outside `percuss.host`, and that record always
 //! has the same length, so that all offsets in the file repeat too.
 
-use std::{collections::BTreeMap, path::Path, time::SystemTime};
+use std::{
+    collections::BTreeMap,
+    path::Path,
+    time::{SystemTime, UNIX_EPOCH},
+};
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +18,9 @@ use crate::{
     channels::{Catalogue, log::Level},
     grid::{Back, Bond},
     layout::{self, LayoutBuilder},
-    recording::{Destination, FORMAT_VERSION, NUMERICS, Recorder, RecordingError, Tap, copy::attachment},
+    recording::{
+        Destination, FORMAT_VERSION, NUMERICS, Recorder, RecordingError, Tap, Written, copy::attachment,
+    },
     units::Units,
     validity::{Peak, STRAIN_LIMIT, Validity},
     view::View,
@@ -69,8 +75,8 @@ pub struct Recorded {
     pub step: u64,
     /// Its time \[R/c_p\].
     pub time: f64,
-    /// Recorded messages of every channel.
-    pub messages: Vec<u64>,
+    /// Its messages up to there.
+    pub written: Written,
 }
 
 /// Name of the attachment with the resolved case.
@@ -127,7 +133,7 @@ impl Recording {
         let (recorder, left) = Recorder::resume(destination, case.record.compression)?;
         let host = host_record(destination.reproducible, Some(recorded.step));
         let mut recording = Self::begin(recorder, case, Source::Simulation, host)?;
-        recording.recorder.copy(left, recorded.messages.clone())?;
+        recording.recorder.copy(left, recorded.written.clone())?;
         recording.last = Some((recorded.step, recorded.time));
         Ok(recording)
     }
@@ -179,7 +185,7 @@ impl Recording {
     /// The first error of the recorder.
     pub(crate) fn seal(&mut self) -> Result<Recorded, RecordingError> {
         let (step, time) = self.last.unwrap_or_default();
-        Ok(Recorded { step, time, messages: self.recorder.seal()? })
+        Ok(Recorded { step, time, written: self.recorder.seal()? })
     }
 
     fn validity_record(&self, validity: &Validity) -> BTreeMap<String, String> {
@@ -323,6 +329,17 @@ fn layer_entries(case: &Case) -> BTreeMap<String, String> {
     map
 }
 
+/// A time as a date, in the years that have one of four digits; a clock may be set to any.
+fn date(time: SystemTime) -> String {
+    /// Seconds from 1970 to the year 10000.
+    const END: u64 = 253_402_300_800;
+    match time.duration_since(UNIX_EPOCH) {
+        Ok(since) if since.as_secs() < END => humantime::format_rfc3339_seconds(time).to_string(),
+        Ok(since) => format!("{} s after 1970", since.as_secs()),
+        Err(error) => format!("{} s before 1970", error.duration().as_secs()),
+    }
+}
+
 /// Place, time and program of the computation, padded to a fixed length.
 ///
 /// * `reproducible`: says nothing of all that
@@ -333,7 +350,7 @@ fn host_record(reproducible: bool, resumed: Option<u64>) -> BTreeMap<String, Str
     if !reproducible {
         let build = if cfg!(debug_assertions) { "debug" } else { "release" };
         map = to_map([
-            ("start_time", humantime::format_rfc3339_seconds(SystemTime::now()).to_string()),
+            ("start_time", date(SystemTime::now())),
             ("host", clip(gethostname::gethostname().to_string_lossy().into_owned())),
             ("threads", rayon::current_num_threads().to_string()),
             ("build", format!("{build} {} {}", std::env::consts::ARCH, std::env::consts::OS)),
@@ -347,4 +364,20 @@ fn host_record(reproducible: bool, resumed: Option<u64>) -> BTreeMap<String, Str
     let padding = HOST_LENGTH.saturating_sub(used + "padding".len());
     map.insert("padding".into(), " ".repeat(padding));
     map
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn any_clock_has_a_time() {
+        let after = |seconds| UNIX_EPOCH + Duration::from_secs(seconds);
+        assert_eq!(date(after(0)), "1970-01-01T00:00:00Z");
+        assert_eq!(date(after(253_402_300_799)), "9999-12-31T23:59:59Z");
+        assert_eq!(date(after(253_402_300_800)), "253402300800 s after 1970");
+        assert_eq!(date(UNIX_EPOCH - Duration::from_secs(7)), "7 s before 1970");
+    }
 }
