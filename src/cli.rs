@@ -22,7 +22,10 @@ use std::{
 
 use clap::{Args, Parser, Subcommand};
 use miette::{GraphicalReportHandler, GraphicalTheme};
-use percuss_output::OutputError;
+use percuss_output::{
+    OutputError,
+    text::{document, lines, printable},
+};
 use percuss_serve::ServeError;
 
 use crate::{
@@ -231,12 +234,16 @@ pub fn report(error: &CliError) -> ExitCode {
     let (text, status) = match error {
         CliError::Case(errors) => (render(errors), 2),
         CliError::Cases(wrong) => (render_cases(wrong), 2),
-        CliError::Usage(_) | CliError::NoClosedForm(_) => (format!("error: {error}\n"), 2),
-        _ => (format!("error: {error}\n"), 1),
+        CliError::Usage(_) | CliError::NoClosedForm(_) => (on_a_line(error), 2),
+        _ => (on_a_line(error), 1),
     };
     // with stderr closed there is no place to report to
     drop(io::stderr().write_all(text.as_bytes()));
     ExitCode::from(status)
+}
+
+fn on_a_line(error: &CliError) -> String {
+    format!("error: {}\n", printable(&error.to_string()))
 }
 
 /// Renders the problems of a case with their places: colours on a terminal, plain text elsewhere.
@@ -252,6 +259,9 @@ fn render(errors: &CaseErrors) -> String {
     let mut text = format!("error: {errors}\n");
     for problem in &errors.problems {
         handler.render_report(&mut text, problem).expect("a String grows");
+    }
+    if errors.more > 0 {
+        text += &format!("and {} more problems\n", errors.more);
     }
     text
 }
@@ -272,8 +282,18 @@ fn render_cases(wrong: &WrongCases) -> String {
     text
 }
 
-/// Writes data to stdout; a closed pipe is no error.
+/// Writes a text to stdout, without what a file could command a terminal in it.
 fn print(text: &str) -> Result<(), CliError> {
+    print_escaped(&lines(text))
+}
+
+/// Writes a JSON document to stdout.
+fn print_document(json: &str) -> Result<(), CliError> {
+    print_escaped(&document(json))
+}
+
+/// A closed pipe is no error.
+fn print_escaped(text: &str) -> Result<(), CliError> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(CliError::system("stdout", error)),

@@ -31,6 +31,7 @@
 //! | Module | Owns |
 //! |---|---|
 //! | [`case`] | cases, from files or built: reading, checking, derived sizes, the built-in cases |
+//! | [`input`] | files that people write: read whole, within a bound |
 //! | [`geometry`], [`units`], [`material`] | axisymmetric or plane; names of units and SI scales; elastic constants |
 //! | [`shape`] | indenter profiles and the covered area fraction of a cell |
 //! | [`grid`] | mesh and geometry as positions and weights; layers of rows, and the time step that fits them |
@@ -131,6 +132,7 @@ pub mod exact;
 pub mod geometry;
 pub mod grid;
 mod indenter;
+mod input;
 pub mod layout;
 #[cfg(feature = "cli")]
 mod live;

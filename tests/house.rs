@@ -12,7 +12,7 @@ use std::{
 /// Modules of the library from the bottom up. Those of a line use modules of the lines before, not of their own or a later one.
 const LAYERS: [&[&str]; 12] = [
     // names, limits, streams of bytes
-    &["geometry", "message", "recording", "state", "table", "validity"],
+    &["geometry", "input", "message", "recording", "state", "table", "validity"],
     &["grid", "indenter", "surface", "units"],
     &["material", "shape"],
     // the target: its numerics, and the engine below `model::blocked`

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 pub use toml::Value;
 
 use super::{Case, CaseErrors, builtin, read};
+use crate::input::read_text;
 
 /// An unchecked case.
 #[derive(Clone, Debug)]
@@ -26,8 +27,7 @@ impl CaseBuilder {
             return Ok(Self::from_text(name, text, Path::new("")));
         }
         let path = Path::new(name);
-        let bytes = std::fs::read(path).map_err(|error| CaseErrors::unreadable(name, &error))?;
-        let text = String::from_utf8(bytes).map_err(|error| CaseErrors::not_utf8(name, &error))?;
+        let text = read_text(path).map_err(|error| CaseErrors::unreadable(name, &error))?;
         Ok(Self::from_text(name, &text, path.parent().unwrap_or(Path::new(""))))
     }
 

@@ -6,17 +6,16 @@
 use std::{
     cell::RefCell,
     ops::{Range, RangeInclusive},
-    sync::Arc,
 };
 
-use miette::NamedSource;
+use percuss_output::text::{clipped, short};
 use serde::de::DeserializeOwned;
 use toml::{
     Spanned,
     de::{DeString, DeTable, DeValue, ValueDeserializer},
 };
 
-use super::{CaseBuilder, CaseErrors, Problem, bounds::Bounds};
+use super::{CaseBuilder, CaseErrors, Problem, bounds::Bounds, errors::Excerpt};
 
 /// Place in all texts together.
 pub type Span = Range<usize>;
@@ -38,10 +37,17 @@ pub fn span_of<T>(given: &Option<Given<T>>) -> Option<Span> {
     given.as_ref().map(|given| given.span.clone())
 }
 
+/// Problems that are kept: the first of a text. Of the others there is a count.
+const MOST_PROBLEMS: usize = 50;
+
+/// Characters of a problem and of its help that are kept: a value may be of any length.
+const LONGEST_MESSAGE: usize = 400;
+const LONGEST_HELP: usize = 2000;
+
 /// The texts a case is read from, the case file and one for each setting, and the problems found in them so far.
 pub struct Document {
     sources: Vec<Source>,
-    problems: RefCell<Vec<Note>>,
+    problems: RefCell<Notes>,
 }
 
 /// A problem, and its place in all texts together.
@@ -51,10 +57,32 @@ struct Note {
     help: Option<String>,
 }
 
+/// The first problems in the order of the text, and how many more there are.
+#[derive(Default)]
+struct Notes {
+    first: Vec<Note>,
+    more: usize,
+}
+
+impl Notes {
+    fn push(&mut self, note: Note) {
+        self.first.push(note);
+        if self.first.len() >= 2 * MOST_PROBLEMS {
+            self.sort();
+        }
+    }
+
+    fn sort(&mut self) {
+        self.first.sort_by_key(|note| note.span.start);
+        self.more += self.first.len().saturating_sub(MOST_PROBLEMS);
+        self.first.truncate(MOST_PROBLEMS);
+    }
+}
+
 struct Source {
     name: String,
-    /// The text behind as many blanks as all texts before it are long, so that its spans count through all of them.
     text: String,
+    /// Place of the text: behind all others before it.
     start: usize,
 }
 
@@ -76,8 +104,8 @@ impl Document {
     }
 
     fn push(&mut self, name: &str, text: &str) {
-        let start = self.sources.last().map_or(0, |last| last.text.len() + 1);
-        self.sources.push(Source { name: name.into(), text: " ".repeat(start) + text, start });
+        let start = self.sources.last().map_or(0, |last| last.start + last.text.len() + 1);
+        self.sources.push(Source { name: name.into(), text: text.into(), start });
     }
 
     /// The contents of all texts, where later ones override earlier ones.
@@ -90,22 +118,25 @@ impl Document {
         for source in &self.sources {
             let (part, errors) = DeTable::parse_recoverable(&source.text);
             for error in errors {
-                let span = error.span().unwrap_or(source.start..source.start);
+                let span = error.span().unwrap_or_default();
+                let span = source.start + span.start..source.start + span.end;
                 match error.message().trim_end() {
                     "duplicate key" => {
                         self.problem(
                             span.clone(),
-                            format!("`{}` is given twice", self.written(&span)),
+                            format!("`{}` is given twice", short(self.written(&span))),
                             "keep one of them",
                         );
                     }
                     message => {
-                        self.problems.replace(vec![Note { span, message: message.to_owned(), help: None }]);
+                        let note =
+                            Note { span, message: clipped(message, LONGEST_MESSAGE).into(), help: None };
+                        self.problems.replace(Notes { first: vec![note], more: 0 });
                         return self.finish(None);
                     }
                 }
             }
-            merge(&mut table, part.into_inner());
+            merge(&mut table, moved_table(part.into_inner(), source.start));
         }
         Ok(Section::new(self, String::new(), table, 0..0))
     }
@@ -113,18 +144,20 @@ impl Document {
     /// The text at a place.
     pub fn written(&self, span: &Range<usize>) -> &str {
         let source = self.sources.iter().rev().find(|source| source.start <= span.start);
-        source.and_then(|source| source.text.get(span.clone())).unwrap_or_default()
+        let place = |source: &Source| span.start - source.start..span.end - source.start;
+        source.and_then(|source| source.text.get(place(source))).unwrap_or_default()
     }
 
     /// Notes a problem.
     pub fn problem(&self, span: Range<usize>, message: impl Into<String>, help: impl Into<String>) {
-        let note = Note { span, message: message.into(), help: Some(help.into()) };
-        self.problems.borrow_mut().push(note);
+        let message = clipped(&message.into(), LONGEST_MESSAGE).into_owned();
+        let help = Some(clipped(&help.into(), LONGEST_HELP).into_owned());
+        self.problems.borrow_mut().push(Note { span, message, help });
     }
 
     /// True if there are no problems so far.
     pub fn is_sound(&self) -> bool {
-        self.problems.borrow().is_empty()
+        self.problems.borrow().first.is_empty()
     }
 
     /// Ends reading: `value`, or all problems in the order of the text.
@@ -132,10 +165,10 @@ impl Document {
         match value {
             Some(value) if self.is_sound() => Ok(value),
             _ => {
-                let mut problems = self.problems.take();
-                problems.sort_by_key(|note| note.span.start);
-                let problems = problems.into_iter().map(|note| self.locate(note)).collect();
-                Err(CaseErrors { name: self.sources[0].name.clone(), problems })
+                let mut notes = self.problems.take();
+                notes.sort();
+                let problems = notes.first.into_iter().map(|note| self.locate(note)).collect();
+                Err(CaseErrors { name: self.sources[0].name.clone(), problems, more: notes.more })
             }
         }
     }
@@ -143,10 +176,7 @@ impl Document {
     fn locate(&self, Note { span, message, help }: Note) -> Problem {
         let source = self.sources.iter().rev().find(|source| source.start <= span.start);
         let place = source.filter(|source| !source.text.trim().is_empty()).map(|source| {
-            let text = &source.text[source.start..];
-            let start = (span.start - source.start).min(text.len());
-            let end = (span.end - source.start).clamp(start, text.len());
-            (NamedSource::new(&source.name, Arc::from(text)).with_language("TOML"), (start..end).into())
+            Excerpt::of(&source.name, &source.text, span.start - source.start..span.end - source.start)
         });
         let (source_code, label) = place.unzip();
         Problem { message, help, source_code, label }
@@ -300,7 +330,7 @@ impl<'t> Section<'t> {
         let written = self.document.written(place);
         let is_text = written.starts_with('"') && error.ends_with(['4', '8']);
         let remark = if is_text { ", without quotes and unit" } else { "" };
-        (format!("`{name}` = {written} is not possible"), remark)
+        (format!("`{name}` = {} is not possible", short(written)), remark)
     }
 
     /// A required value.
@@ -371,12 +401,12 @@ impl<'t> Section<'t> {
 
     /// Refuses the unread keys of the section.
     pub fn end(self) {
+        let place =
+            if self.path.is_empty() { "at the top level".into() } else { format!("in [{}]", self.path) };
+        let help = format!("known {place}: {}", self.keys.join(", "));
         for (key, _) in &self.table {
             let name = self.name(key.get_ref());
-            let place =
-                if self.path.is_empty() { "at the top level".into() } else { format!("in [{}]", self.path) };
-            let help = format!("known {place}: {}", self.keys.join(", "));
-            self.problem(key.span(), format!("unknown key `{name}`"), help);
+            self.problem(key.span(), format!("unknown key `{}`", short(&name)), &help);
         }
     }
 }
@@ -386,6 +416,31 @@ fn describe(value: &DeValue<'_>) -> String {
         name @ ("integer" | "array") => format!("an {name}"),
         name => format!("a {name}"),
     }
+}
+
+/// A table whose spans count from further on.
+fn moved_table(table: DeTable<'_>, by: usize) -> DeTable<'_> {
+    if by == 0 {
+        return table;
+    }
+    table.into_iter().map(|(key, value)| (moved(key, by), moved_value(value, by))).collect()
+}
+
+fn moved_value(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
+    let span = value.span();
+    let value = match value.into_inner() {
+        DeValue::Table(table) => DeValue::Table(moved_table(table, by)),
+        DeValue::Array(list) => {
+            DeValue::Array(list.into_iter().map(|value| moved_value(value, by)).collect())
+        }
+        other => other,
+    };
+    moved(Spanned::new(span, value), by)
+}
+
+fn moved<T>(given: Spanned<T>, by: usize) -> Spanned<T> {
+    let span = given.span();
+    Spanned::new(span.start + by..span.end + by, given.into_inner())
 }
 
 /// Puts the entries of `later` into `table`, table by table.

@@ -46,7 +46,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let document = Document::new(&given);
     let mut root = document.root()?;
 
-    let title = root.get::<String>("title", "a text in quotes").map(|given| given.value);
+    let title = read_title(&mut root);
     let model = root.get("model", "rakhmatulin, elastic").map_or(ModelKind::Rakhmatulin, value);
     let geometry = root.get("geometry", "axisymmetric, plane").map_or(Geometry::Axisymmetric, value);
     let [target, indenter, impact, mesh, run, record] =
@@ -119,6 +119,19 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     });
     let parameters = document.finish(parameters)?;
     Ok(Case { parameters, given })
+}
+
+/// Most characters of a title.
+const LONGEST_TITLE: usize = 1000;
+
+fn read_title(root: &mut Section<'_>) -> Option<String> {
+    let title = root.get::<String>("title", "a text in quotes")?;
+    let length = title.value.chars().count();
+    if length > LONGEST_TITLE {
+        let allowed = format!("{LONGEST_TITLE} characters at most");
+        return root.refuse("title", title.span, format!("`title` has {length} characters"), &allowed);
+    }
+    Some(title.value)
 }
 
 fn default_title(name: &str) -> String {

@@ -2,12 +2,15 @@
 
 use std::path::Path;
 
+use percuss_output::text::short;
+
 use super::{
     bounds::MAX_LIST,
     document::{Given, Section},
     system::System,
 };
 use crate::{
+    input::read_text,
     shape::{Head, Profile},
     units::Dimension,
 };
@@ -33,7 +36,7 @@ impl GivenProfile {
         let (points, span, name) = match (self.file, self.points) {
             (None, Some(points)) => (points.value, points.span, "`indenter.points`".to_owned()),
             (Some(file), None) => {
-                let name = format!("`indenter.file` = \"{}\"", file.value);
+                let name = format!("`indenter.file` = \"{}\"", short(&file.value));
                 match read_points(&folder.join(&file.value), system) {
                     Ok(points) => (points, file.span, name),
                     Err(error) => {
@@ -97,13 +100,13 @@ fn check_radius(
 
 /// Reads `r,f` rows; a first row without numbers is a heading, which may carry units, `r [mm],f [mm]`; `#` starts a comment.
 fn read_points(path: &Path, system: &System) -> Result<Vec<[f64; 2]>, String> {
+    let text = read_text(path).map_err(|error| error.to_string())?;
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
-        .from_path(path)
-        .map_err(|error| error.to_string())?;
+        .from_reader(text.as_bytes());
     let mut points = Vec::new();
     let mut units: Option<[String; 2]> = None;
     for (index, record) in reader.records().enumerate() {

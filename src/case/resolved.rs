@@ -1,7 +1,8 @@
 //! From a case back to a case file with every default and derived choice explicit.
 
-use std::collections::BTreeMap;
+use std::{borrow::Cow, collections::BTreeMap};
 
+use percuss_output::text::{printable, toml_string};
 use serde::Serialize;
 
 use super::{Frames, Parameters, Stop, TargetLayer, Value, ViewChannel, quantity::si_unit};
@@ -226,7 +227,15 @@ fn indenter(case: &Parameters) -> Indenter {
 
 /// The case as TOML.
 pub fn toml(case: &Parameters) -> String {
-    toml::to_string(&resolved(case)).expect("a case is plain tables, text and numbers")
+    let mut resolved = resolved(case);
+    let title = std::mem::take(&mut resolved.title);
+    let is_plain = matches!(printable(title), Cow::Borrowed(_));
+    if is_plain {
+        resolved.title = title;
+    }
+    let text = toml::to_string(&resolved).expect("a case is plain tables, text and numbers");
+    // on one line, so that a title cannot command what shows it
+    if is_plain { text } else { text.replacen("title = \"\"", &format!("title = {}", toml_string(title)), 1) }
 }
 
 /// All that the results of a case depend on, as a text: not its title, nor when its checkpoints are written.

@@ -146,6 +146,12 @@ impl Plan {
                 (planned, case.units())
             })
         };
+        // a text that is anything but a case is refused once, not in every case
+        if let Err(errors) = settle(&base, &axes, 1)
+            && errors.more > 0
+        {
+            return Err(errors.into());
+        }
         let checked: Vec<_> = (1..=count).into_par_iter().map(check).collect();
         let (cases, units): (Vec<Planned>, Vec<Units>) = all_right(checked)?.into_iter().unzip();
         same_units(&units)?;

@@ -1,7 +1,7 @@
 //! What is asked for, as arguments and sweep files say it.
 
 use std::{
-    fmt, fs,
+    fmt,
     path::{Path, PathBuf},
     str::FromStr,
 };
@@ -12,6 +12,7 @@ use super::{
     measure,
     spec::{Combine, SpecError, Vary},
 };
+use crate::input::read_text;
 
 /// Which recordings are kept.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -99,11 +100,15 @@ impl Request {
     /// The file cannot be read, or something in it is wrong.
     pub fn read(path: &Path) -> Result<Option<Self>, SpecError> {
         let fail = |what: String| SpecError::File { path: path.into(), what };
-        let text = fs::read_to_string(path).map_err(|error| fail(error.to_string()))?;
-        let table: toml::Table = text.parse().map_err(|error: toml::de::Error| fail(error.to_string()))?;
+        let text = read_text(path).map_err(|error| fail(error.to_string()))?;
+        let wrong = |error: toml::de::Error| {
+            let line = text[..error.span().unwrap_or_default().start].matches('\n').count() + 1;
+            fail(format!("line {line}: {}", error.message()))
+        };
+        let table: toml::Table = text.parse().map_err(wrong)?;
         if !table.contains_key("vary") {
             return Ok(None);
         }
-        toml::from_str(&text).map(Some).map_err(|error| fail(error.to_string()))
+        toml::from_str(&text).map(Some).map_err(wrong)
     }
 }

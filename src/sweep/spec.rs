@@ -9,6 +9,7 @@ use super::MAX_CASES;
 use crate::{
     case::{quantity_si, split_number},
     geometry::Geometry,
+    input::read_text,
 };
 
 /// Values of keys that vary together, row by row.
@@ -348,11 +349,9 @@ fn split(text: &str) -> Vec<String> {
 
 fn read_table(path: &Path) -> Result<Axis, SpecError> {
     let fail = |what: String| SpecError::File { path: path.into(), what };
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_path(path)
-        .map_err(|error| fail(error.to_string()))?;
+    let text = read_text(path).map_err(|error| fail(error.to_string()))?;
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let texts = |record: &csv::StringRecord| record.iter().map(str::to_owned).collect::<Vec<_>>();
     let keys = texts(reader.headers().map_err(|error| fail(error.to_string()))?);
     if let [key] = &keys[..]
