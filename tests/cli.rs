@@ -532,6 +532,13 @@ fn live_runs_need_an_address_that_is_free() {
         stderr(&output).contains("live at ws://127.0.0.1:") && stderr(&output).contains("this machine only")
     );
     assert!(start.elapsed() >= Duration::from_millis(240), "half a unit at twice the speed");
+    // numbers in another form are this machine, too
+    let output = run(&["--live", "127.1:0", "--force"]);
+    assert!(
+        stderr(&output).contains("live at ws://127.0.0.1:") && stderr(&output).contains("this machine only"),
+        "{}",
+        stderr(&output)
+    );
 }
 
 #[test]

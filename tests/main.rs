@@ -6,6 +6,7 @@
 mod checkpoint;
 mod cli;
 mod golden;
+mod hostile;
 mod house;
 mod live;
 mod recording;

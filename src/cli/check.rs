@@ -3,8 +3,9 @@
 use std::io::{self, IsTerminal};
 
 use clap::Args;
+use percuss_output::text::{printable, say};
 
-use super::{CaseArguments, CliError, Exit, layers, print, scales};
+use super::{CaseArguments, CliError, Exit, layers, print, print_document, scales};
 use crate::{
     admissible::{self, Trial},
     case::{Case, Sizes, Stop},
@@ -54,15 +55,14 @@ impl Check {
         let estimate = Estimate::new(&case);
         let admissible = self.admissible.then(|| find_velocity(&case)).transpose()?;
         let warnings = warnings::of_case(&case);
-        let text = if self.json {
-            json(&case, &estimate, admissible, &warnings)
+        if self.json {
+            print_document(&json(&case, &estimate, admissible, &warnings))?;
         } else {
             for Warning { text, .. } in &warnings {
-                eprintln!("warning: {text}");
+                say(&format!("warning: {text}"));
             }
-            table(&self.case.case, &case, &estimate, admissible)
-        };
-        print(&text)?;
+            print(&table(&self.case.case, &case, &estimate, admissible))?;
+        }
         Ok(Exit::Done)
     }
 }
@@ -72,7 +72,7 @@ fn find_velocity(case: &Case) -> Result<Trial, CliError> {
     let watch = |trial: &Trial| {
         if is_terminal {
             let velocity = case.units().speed.short_text(trial.velocity);
-            eprintln!("trial: V0 = {velocity}, largest strain {:.5}", trial.strain);
+            say(&format!("trial: V0 = {velocity}, largest strain {:.5}", trial.strain));
         }
     };
     Ok(admissible::find(case, watch)?)
@@ -130,7 +130,7 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
     let end = steps as f64 * dt;
     let is_layered = case.sizes.layers.len() > 1;
     let which = if is_layered { " in the struck layer" } else { "" };
-    let mut rows = vec![("case", format!("{name}: {}", case.title))];
+    let mut rows = vec![("case", format!("{}: {}", printable(name), printable(&case.title)))];
     match case.scales {
         None => {
             let thickness = case.target.thickness.filter(|_| is_layered).unwrap_or(depth);

@@ -1,6 +1,7 @@
 //! `percuss exact`: the closed form for a case, recorded like a run.
 
 use clap::Args;
+use percuss_output::text::printable;
 
 use super::{
     CaseArguments, CliError, Exit,
@@ -47,7 +48,7 @@ impl Exact {
         let recording = pool.install(|| Recording::create(&destination, &case, source));
         let mut recording = recording.map_err(RunError::from)?;
         let mut progress = Progress::new(&case, steps.form().last_step(), self.output.quiet);
-        progress.say(&format!("{}: {}", self.case.case, steps.form()));
+        progress.say(&format!("{}: {}", printable(&self.case.case), steps.form()));
         let mut watch = |view: &View<'_>| {
             progress.advance(view.step);
             flow(&signal)

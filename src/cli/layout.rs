@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{CaseArguments, CliError, Exit, output::write_file, print};
+use super::{CaseArguments, CliError, Exit, output::write_file, print, print_document};
 use crate::{channels::Catalogue, layout::LayoutBuilder};
 
 const EXAMPLES: &str = "\
@@ -48,12 +48,12 @@ impl Layout {
         let case = self.case.load()?;
         let topics = Catalogue::new(&case).topics();
         let builder = LayoutBuilder::new(&case, &topics);
-        let text = match self.viewer {
-            Viewer::Lichtblick => builder.lichtblick(),
-            Viewer::Plotjuggler => builder.plotjuggler(),
+        let (text, show): (_, fn(&str) -> _) = match self.viewer {
+            Viewer::Lichtblick => (builder.lichtblick(), print_document),
+            Viewer::Plotjuggler => (builder.plotjuggler(), print),
         };
         match &self.output {
-            None => print(&text)?,
+            None => show(&text)?,
             Some(path) => write_file(path, text.as_bytes(), self.force)?,
         }
         Ok(Exit::Done)

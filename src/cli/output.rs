@@ -11,7 +11,7 @@ use std::{
 
 use clap::Args;
 use indicatif::BinaryBytes;
-use percuss_output::{available, ending_signals, file_of, number::whole, part_of};
+use percuss_output::{available, ending_signals, file_of, number::whole, part_of, text::printable};
 use rayon::ThreadPool;
 use signal_hook::{
     consts::{SIGHUP, SIGINT},
@@ -168,7 +168,7 @@ pub(super) fn written(path: &Path, status: &Status) -> String {
     let part = file_of(path).ok().flatten().map(|file| part_of(&file));
     let path = part.as_deref().filter(|_| !status.is_finished()).unwrap_or(path);
     let size = fs::metadata(path).map_or(0, |metadata| metadata.len());
-    format!("{}: {}, {}", path.display(), status.name(), BinaryBytes(size))
+    format!("{}: {}, {}", printable(&path.to_string_lossy()), status.name(), BinaryBytes(size))
 }
 
 fn is_same_file(a: &Path, b: &Path) -> bool {

@@ -1,12 +1,13 @@
 //! Progress of a run: a bar on a terminal, a line every few seconds elsewhere, nothing with `--quiet`.
 
 use std::{
-    io::{self, IsTerminal, Write},
+    io::{self, IsTerminal},
     sync::Arc,
     time::{Duration, Instant},
 };
 
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use percuss_output::text::say;
 
 use crate::{case::Case, units::Unit};
 
@@ -124,9 +125,4 @@ impl Lines {
         let eta = (steps - step) as f64 / rate;
         say(&format!("{time}, step {step} of {steps}, {rate:.0} steps/s, ETA {eta:.0} s"));
     }
-}
-
-fn say(text: &str) {
-    // a closed stderr must not end a run
-    drop(writeln!(io::stderr(), "{text}"));
 }

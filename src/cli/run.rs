@@ -1,6 +1,7 @@
 //! `percuss run`: compute a case and record it.
 
 use std::{
+    io,
     path::Path,
     sync::{
         Arc,
@@ -10,7 +11,12 @@ use std::{
 };
 
 use clap::Args;
-use percuss_output::{file_of, number::whole, part_of};
+use percuss_output::{
+    file_of,
+    number::whole,
+    part_of,
+    text::{printable, say},
+};
 use percuss_serve::{Access, Address, AllowedOrigin, Server, VIEWERS, seconds, speed};
 use rayon::ThreadPool;
 
@@ -90,6 +96,7 @@ impl Run {
             CliError::system(format!("cannot write `{}`", destination.path.display()), error)
         })?;
         let checkpoint = file.as_deref().map(checkpoint_of);
+        checkpoint.as_deref().map_or(Ok(()), check_name)?;
         let resumes = self.resume && self.can_resume(file.as_deref(), &case)?;
         if self.resume && is_whole(file.as_deref()) {
             // of a run that was killed at its very end
@@ -189,8 +196,7 @@ impl Run {
         Ok(recording)
     }
 
-    /// True if an earlier run has left something to continue. What it has recorded, complete or without a checkpoint, is that of this case, or
-    /// cannot be identified.
+    /// True if an earlier run has left something to continue. What it has recorded is that of this case, or cannot be identified.
     ///
     /// * `file`: the recording
     fn can_resume(&self, file: Option<&Path>, case: &Case) -> Result<bool, CliError> {
@@ -198,19 +204,17 @@ impl Run {
             return Err(CliError::Usage("a recording that goes to a device has no checkpoint".into()));
         };
         let part = part_of(file);
-        if part.exists() && checkpoint_of(file).exists() {
-            return Ok(true);
-        }
+        let is_left = part.exists() && checkpoint_of(file).exists();
         let left = match (part.exists(), file.exists()) {
             (true, _) => &*part,
             (false, true) => file,
             (false, false) => return Ok(false),
         };
         let differences = match recorded_case(left).map(|recorded| checkpoint::differences(&recorded, case)) {
-            Some(Ok(None)) => return Ok(false),
+            Some(Ok(None)) => return Ok(is_left),
             Some(Ok(Some(differences))) => differences,
-            // killed before its case was written
-            Some(Err(_)) | None if part.exists() => return Ok(false),
+            // killed before its case was written; if there is a checkpoint, its messages are compared
+            Some(Err(_)) | None if part.exists() => return Ok(is_left),
             Some(Err(_)) | None => "it has none that can be read".to_owned(),
         };
         Err(CliError::Failed(format!(
@@ -222,13 +226,13 @@ impl Run {
 
     fn remark(&self, text: &str) {
         if !self.output.quiet {
-            eprintln!("{text}");
+            say(&printable(text));
         }
     }
 
     /// The case, and how dense its fields are and how far they reach unless it says so itself.
     fn heading(&self, case: &Case) -> String {
-        let mut text = format!("{}: {}", self.case.case, case.title);
+        let mut text = format!("{}: {}", printable(&self.case.case), printable(&case.title));
         let rows = case.scales.map_or_else(|| layers::rows(case), |scales| scales::rows(case, &scales));
         for (key, row) in rows {
             text += &format!("\n{key:<10} {row}");
@@ -251,10 +255,10 @@ impl Run {
         let is_over = || signal.load(Ordering::Relaxed) != 0;
         let viewers = live.viewers();
         if viewers > 0 && !self.hold.is_zero() && !is_over() && !self.output.quiet {
-            eprintln!(
+            say(&format!(
                 "recorded; open viewers: {viewers}; served until they leave, {} s at most",
                 self.hold.as_secs_f64()
-            );
+            ));
         }
         live.hold(self.hold, is_over);
     }
@@ -263,8 +267,22 @@ impl Run {
     fn open(&self, address: &Address, case: &Case, progress: &Progress) -> Result<Arc<Server>, CliError> {
         let access = Access { origins: self.allow_origin.clone(), report: progress.speaker() };
         let live = live::open(address, &case.title, Catalogue::new(case).specs(), access)?;
-        progress.say(&format!("live at {} for {}", live.url(), address.reach()));
+        progress.say(&format!("live at {} for {}", live.url(), live.reach()));
         Ok(live)
+    }
+}
+
+/// Refuses a name that is too long for the files that a run writes beside its recording.
+///
+/// * `checkpoint`: whose part has the longest of them
+fn check_name(checkpoint: &Path) -> Result<(), CliError> {
+    let longest = part_of(checkpoint);
+    match longest.symlink_metadata() {
+        Err(error) if error.kind() == io::ErrorKind::InvalidFilename => Err(CliError::Usage(format!(
+            "`{}` is too long a name, and a run needs it beside its recording; choose a shorter output with -o",
+            longest.display()
+        ))),
+        _ => Ok(()),
     }
 }
 

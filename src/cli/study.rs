@@ -6,7 +6,7 @@ use std::{
 };
 
 use clap::Args;
-use percuss_output::OutputError;
+use percuss_output::{OutputError, text::printable};
 
 use super::{
     CaseArguments, CliError, Exit,
@@ -87,7 +87,12 @@ impl StudyArguments {
         let finest = cases.last().expect("there are cases");
         let mut progress = Progress::new(finest, finest.sizes.steps, self.quiet);
         let cells: Vec<String> = cases.iter().map(|case| case.mesh.cells.to_string()).collect();
-        progress.say(&format!("{}: {}, on {} cells", self.case.case, finest.title, cells.join(", ")));
+        progress.say(&format!(
+            "{}: {}, on {} cells",
+            printable(&self.case.case),
+            printable(&finest.title),
+            cells.join(", ")
+        ));
         let result = pool.install(|| study(&cases, &plan, |step| progress.advance(step)));
         progress.end();
         let study = result?;

@@ -9,7 +9,10 @@ use std::{
 
 use clap::Args;
 use indicatif::{BinaryBytes, HumanDuration, ProgressBar, ProgressStyle};
-use percuss_output::number::{finite, whole};
+use percuss_output::{
+    number::{finite, whole},
+    text::{printable, say},
+};
 
 use super::{
     CliError, Exit,
@@ -263,7 +266,7 @@ impl SweepArguments {
 
     fn say(&self, text: &str) {
         if !self.quiet {
-            eprintln!("{text}");
+            say(&printable(text));
         }
     }
 
@@ -375,7 +378,7 @@ fn estimates(plan: &Plan, limits: Limits) -> String {
     format!(
         "cases      {}\nvaries     {}\nrun time   about {} on {} threads\nmemory     at most about {} a case\nrecordings {files}\n",
         plan.cases.len(),
-        keys.join(", "),
+        printable(&keys.join(", ")),
         engineering(seconds, "s"),
         limits.threads,
         BinaryBytes(memory)
@@ -438,8 +441,8 @@ impl Progress {
 
     fn say(&self, text: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| eprintln!("{text}")),
-            None if !self.quiet => eprintln!("{text}"),
+            Some(bar) => bar.suspend(|| say(&printable(text))),
+            None if !self.quiet => say(&printable(text)),
             None => {}
         }
     }

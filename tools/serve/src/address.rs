@@ -1,6 +1,10 @@
 //! Addresses to serve at.
 
-use std::{fmt, net::IpAddr, str::FromStr};
+use std::{
+    fmt,
+    net::{IpAddr, SocketAddr},
+    str::FromStr,
+};
 
 /// Host and port to serve at.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,14 +21,13 @@ pub struct Address {
 pub struct AddressError;
 
 impl Address {
-    /// Machines that can connect, in words.
-    pub fn reach(&self) -> &'static str {
-        if self.is_loopback() { "this machine only" } else { "every machine that reaches this one" }
-    }
-
-    /// True if only this machine can connect.
-    pub fn is_loopback(&self) -> bool {
-        self.host == "localhost" || self.host.parse::<IpAddr>().is_ok_and(|number| number.is_loopback())
+    /// The same as it was bound: with the port that was free, and a host that is a number in another form, `127.1`, in the usual one.
+    pub(crate) fn bound(&self, at: SocketAddr) -> Self {
+        let is_number =
+            |part: &str| part.strip_prefix("0x").unwrap_or(part).chars().all(|c| c.is_ascii_hexdigit());
+        let last = self.host.rsplit('.').next().filter(|part| part.starts_with(|c: char| c.is_ascii_digit()));
+        let host = if last.is_some_and(is_number) { at.ip().to_string() } else { self.host.clone() };
+        Self { host, port: at.port() }
     }
 }
 
@@ -77,20 +80,32 @@ mod tests {
 
     #[test]
     fn addresses_are_parsed() {
-        for (text, shown, local) in [
-            ("9000", "127.0.0.1:9000", true),
-            (":9000", "127.0.0.1:9000", true),
-            ("localhost", "localhost:8765", true),
-            ("0.0.0.0", "0.0.0.0:8765", false),
-            ("192.168.1.7:80", "192.168.1.7:80", false),
-            ("::1", "[::1]:8765", true),
-            ("[::]:1", "[::]:1", false),
+        for (text, shown) in [
+            ("9000", "127.0.0.1:9000"),
+            (":9000", "127.0.0.1:9000"),
+            ("localhost", "localhost:8765"),
+            ("0.0.0.0", "0.0.0.0:8765"),
+            ("192.168.1.7:80", "192.168.1.7:80"),
+            ("::1", "[::1]:8765"),
+            ("[::]:1", "[::]:1"),
         ] {
-            let address: Address = text.parse().expect("an address");
-            assert_eq!((address.to_string().as_str(), address.is_loopback()), (shown, local));
+            assert_eq!(text.parse::<Address>().expect("an address").to_string(), shown);
         }
         for text in ["a:b", "1:2:3", "ws://localhost:1", "localhost:99999", "a b"] {
             assert!(text.parse::<Address>().is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn a_bound_address_is_a_usual_one() {
+        let bound = |text: &str, at: &str| {
+            let address: Address = text.parse().expect("an address");
+            address.bound(at.parse().expect("a socket")).to_string()
+        };
+        assert_eq!(bound("127.1:0", "127.0.0.1:9000"), "127.0.0.1:9000");
+        assert_eq!(bound("0x7f.1:0", "127.0.0.1:9000"), "127.0.0.1:9000");
+        assert_eq!(bound("[::]:0", "[::]:9000"), "[::]:9000");
+        assert_eq!(bound("localhost:0", "127.0.0.1:9000"), "localhost:9000");
+        assert_eq!(bound("host-1.example:0", "192.168.1.7:9000"), "host-1.example:9000");
     }
 }

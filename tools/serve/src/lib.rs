@@ -162,6 +162,7 @@ pub struct ServeError {
 /// A server that viewers connect to.
 pub struct Server {
     address: Address,
+    is_loopback: bool,
     viewers: Arc<Viewers>,
     requests: Mutex<Receiver<Request>>,
     acceptor: Acceptor,
@@ -187,8 +188,8 @@ impl Server {
         let failed = |error| ServeError { address: address.clone(), error };
         let listener = TcpListener::bind((address.host.as_str(), address.port)).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
-        let port = listener.local_addr().map_err(failed)?.port();
-        let open_at = Address { port, ..address.clone() };
+        let local = listener.local_addr().map_err(failed)?;
+        let open_at = address.bound(local);
         let (sender, requests) = sync_channel(WAITING_REQUESTS);
         let viewers = Arc::new(Viewers::new(channels.len(), range.map(|_| sender)));
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
@@ -196,12 +197,23 @@ impl Server {
         let mut greeting = vec![protocol::server_info(name, &session, range)];
         greeting.extend(protocol::advertise(channels));
         let shared = Shared {
-            admission: Admission::new(&address.host, access),
+            admission: Admission::new(&open_at.host, access),
             viewers: Arc::clone(&viewers),
             greeting,
         };
         let acceptor = Acceptor::start(listener, shared).map_err(failed)?;
-        Ok(Self { address: open_at, viewers, requests: Mutex::new(requests), acceptor })
+        Ok(Self {
+            address: open_at,
+            is_loopback: local.ip().is_loopback(),
+            viewers,
+            requests: Mutex::new(requests),
+            acceptor,
+        })
+    }
+
+    /// Machines that can connect, in words.
+    pub fn reach(&self) -> &'static str {
+        if self.is_loopback { "this machine only" } else { "every machine that reaches this one" }
     }
 
     /// The address for viewers.

@@ -142,7 +142,7 @@ pub fn replay(
     let access = Access { origins: request.allow_origin.clone(), report };
     let server = Server::open(&address, &name, &channels, Some(span), access)?;
     let place =
-        format!("{name}: at {} for {}; plays when viewers have subscribed", server.url(), address.reach());
+        format!("{name}: at {} for {}; plays when viewers have subscribed", server.url(), server.reach());
     say(News::Line(&place));
     let mut player = Player {
         server,
