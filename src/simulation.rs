@@ -471,7 +471,7 @@ impl EnergyBalance {
         let (work, dissipated) = (self.work, self.dissipated);
         let damped = if self.is_damped { self.on_target - (kinetic + strain) } else { 0.0 };
         let residual =
-            (!self.is_damped).then(|| self.initial + work - (kinetic + strain + indenter + dissipated));
+            (!self.is_damped).then_some(self.initial + work - (kinetic + strain + indenter + dissipated));
         Energy { kinetic, strain, indenter, dissipated, damped, work, residual }
     }
 }
