@@ -65,19 +65,19 @@ pub fn of_case(case: &Case) -> Vec<Warning> {
     if let Some(rigidity) = Rigidity::of(case).filter(Rigidity::is_notable) {
         warn("rigid", rigidity.text());
     }
-    match TheoryError::of(case).filter(TheoryError::is_notable) {
-        Some(error) => warn("theory", error.text(case.units().time)),
-        None if case.model == ModelKind::Rakhmatulin && !case.target.is_simple() => {
-            let text = "the error of the simplified theory is not estimated for layers and free backs; model = \"elastic\" \
-                        computes the full theory";
+    match TheoryError::of(case) {
+        Some(error) if error.is_notable() => warn("theory", error.text(case.units().time)),
+        None if case.model == ModelKind::Rakhmatulin => {
+            let text = "the error of the simplified theory is not estimated here: not in plane geometry, for several layers, free backs, layers \
+                        thinner than half the radius, profiles without an edge and prescribed motion; model = \"elastic\" computes the full theory";
             warn("theory", text.into());
         }
-        None if case.scales.is_some() && case.model == ModelKind::Rakhmatulin => {
+        Some(_) if case.scales.is_some() => {
             let text = "the simplified theory neglects displacements along the surface; model = \"elastic\" computes \
                         the full theory";
             warn("theory", text.into());
         }
-        None => {}
+        _ => {}
     }
     warnings
 }
@@ -171,8 +171,8 @@ impl RunWarnings {
             return None;
         }
         let text = format!(
-            "at the largest force the contact is only {cells:.1} cells wide, fewer than {FEWEST_CELLS}: its stress is that of the mesh; \
-             make mesh.cells larger"
+            "at the largest force the radius of the contact is only {cells:.1} cells, fewer than {FEWEST_CELLS}: peak force, stress, contact \
+             radius and restitution are those of the mesh; make mesh.cells larger"
         );
         Some(Warning { about: "cells", text })
     }
