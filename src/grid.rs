@@ -14,7 +14,8 @@
 //! ```
 //!
 //! Along z a mesh has one or more layers of whole numbers of rows, each with its own distance; all rows of nodes are numbered through. The first and
-//! the last row belong to a layer: an interface has two rows at one depth, the last of the upper and the first of the lower layer.
+//! the last row belong to a layer: an interface has two rows at one depth, the last of the upper and the first of the lower layer. A free
+//! back lies half a row of cells below the last row of nodes, see [`crate::model::scheme`].
 
 use serde::{Deserialize, Serialize};
 
@@ -43,7 +44,7 @@ pub struct Spacing {
     pub dr: f64,
     /// Axial distance Δz of nodes \[R\]; the time step Δt has the same value \[R/c_p\].
     pub dz: f64,
-    /// Number of axial steps `J = h/Δz` through a layer; `None` for a half-space.
+    /// Number of axial steps J through a layer, `h = JΔz`, over a free back `(J + ½)Δz`; `None` for a half-space.
     pub layer_rows: Option<usize>,
 }
 
@@ -56,28 +57,29 @@ impl Spacing {
     /// ```text
     /// bounded: (cells − ½ + offset − slope·(1 − λ))·Δr = R      unbounded: Δr = 1/cells
     /// half-space: Δz = Δr/c, λ = 1                              layer: Δz = h/J, λ = cΔz/Δr, smallest J with λ ≤ 1
+    /// over a free back: Δz = h/(J + ½)
     /// ```
     ///
     /// with the speed c of the fastest waves along r.
     ///
     /// * `edge`: where the scheme sees the edge of a punch
     /// * `radius`: radius of the punch \[R\], `None` if unbounded
-    /// * `thickness`: layer thickness h \[R\], `None` for a half-space
+    /// * `layer`: its thickness h \[R\] and back, `None` for a half-space
     /// * `speed`: c \[c_p\]
     pub fn matched(
         cells: usize,
         radius: Option<f64>,
-        thickness: Option<f64>,
+        layer: Option<(f64, Back)>,
         speed: f64,
         edge: Edge,
     ) -> Self {
         let dr = |slip| Self::radial(cells, radius, edge, slip);
-        let Some(h) = thickness else {
+        let Some((h, back)) = layer else {
             let dr = dr(None);
             return Self { dr, dz: dr / speed, layer_rows: None };
         };
-        let rows = (speed * h / dr(None) - ROUNDING).ceil().max(1.0);
-        let dz = h / rows;
+        let rows = (speed * h / dr(None) - back.overhang() - ROUNDING).ceil().max(1.0);
+        let dz = h / (rows + back.overhang());
         Self { dr: dr(Some(speed * dz)), dz, layer_rows: Some(rows as usize) }
     }
 
@@ -177,7 +179,7 @@ pub struct Grid {
     pub dr: f64,
     /// Axial distance of nodes \[R\], in the first of several layers.
     pub dz: f64,
-    /// Number of the last row: the backing, which stays at rest if it is rigid.
+    /// Number of the last row: the backing, which stays at rest, if it is rigid; half a row of cells above the back if that is free.
     pub nz: usize,
     /// Layers from the surface down.
     pub layers: Vec<Layer>,
@@ -212,7 +214,14 @@ impl Grid {
             dr,
             dz: spacing.dz,
             nz,
-            layers: vec![Layer { first: 0, steps: nz, top: 0.0, dz: spacing.dz, bond: Bond::Welded }],
+            layers: vec![Layer {
+                first: 0,
+                steps: nz,
+                top: 0.0,
+                dz: spacing.dz,
+                overhang: 0.0,
+                bond: Bond::Welded,
+            }],
             back: Back::Rigid,
             dt: spacing.dz,
             area: Vec::new(),
@@ -379,11 +388,11 @@ mod tests {
 
     #[test]
     fn matched_spacing_puts_the_edge_where_the_scheme_sees_it() {
-        let fourth = Spacing::matched(100, Some(1.0), Some(0.97), 0.5, Edge::FOURTH);
+        let fourth = Spacing::matched(100, Some(1.0), Some((0.97, Back::Rigid)), 0.5, Edge::FOURTH);
         let lambda = 0.5 * fourth.dz / fourth.dr;
         assert!(lambda < 0.9999);
         assert!((fourth.dr * (99.5 + 0.2613 - 0.0173 * (1.0 - lambda)) - 1.0).abs() < 1e-14);
-        let spacing = Spacing::matched(100, Some(1.0), Some(1.0), 0.5, Edge::SECOND);
+        let spacing = Spacing::matched(100, Some(1.0), Some((1.0, Back::Rigid)), 0.5, Edge::SECOND);
         assert!((99.5 * spacing.dr + 0.25 * spacing.dr - 1.0).abs() < 1e-15);
         assert_eq!(spacing.layer_rows, Some(50));
         assert!(0.5 * spacing.dz <= spacing.dr * (1.0 + 1e-12));
@@ -392,10 +401,13 @@ mod tests {
     #[test]
     fn layer_takes_the_smallest_number_of_rows_with_courant_at_most_one() {
         for (cells, h, c_s) in [(50, 1.0, 0.3), (33, 0.7, 0.8), (64, 2.5, 0.41)] {
-            let s = Spacing::matched(cells, Some(1.0), Some(h), c_s, Edge::FOURTH);
-            let rows = s.layer_rows.expect("a layer");
-            assert!(c_s * h / rows as f64 <= s.dr * (1.0 + 1e-8));
-            assert!(rows == 1 || c_s * h / (rows - 1) as f64 > s.dr);
+            for back in [Back::Rigid, Back::Free] {
+                let s = Spacing::matched(cells, Some(1.0), Some((h, back)), c_s, Edge::FOURTH);
+                let steps = s.layer_rows.expect("a layer");
+                let rows = steps as f64 + if back == Back::Free { 0.5 } else { 0.0 };
+                assert!((s.dz * rows / h - 1.0).abs() < 1e-15 && c_s * s.dz <= s.dr * (1.0 + 1e-8));
+                assert!(steps == 1 || c_s * h / (rows - 1.0) > s.dr);
+            }
         }
     }
 

@@ -89,7 +89,8 @@
 //!   against them. Both leave nodes outside the light cone at rest; the engine may run its interior behind the surface, many steps in one pass
 //!   and on other threads; frames, points and lines are sampled in the pass, and steps are yielded in order. Both rows of an
 //!   interface between layers are advanced by one thread; tension there is noted as an event.
-//! * Vectors of any width give the same bits: FMA is not used, sums over a row are taken in blocks of one size.
+//! * Vectors of any width give the same bits: products are fused with sums in fixed places of the scheme and nowhere else, sums over a row
+//!   are taken in blocks of one size.
 //! * `unsafe` occurs only in `model::blocked`; every block has a SAFETY comment.
 //! * A run that is interrupted and continues, on any number of threads, gives the same messages as one that is not.
 //! * A recording reproduces its run: `percuss run` on its attachment `case.resolved.toml` gives the same messages.

@@ -26,6 +26,7 @@ mod fig4_half_space;
 mod fig5_layer;
 mod fig6_cones;
 mod fig8_finite_mass;
+mod free_back;
 mod hertz;
 mod layered_contact;
 mod layers;

@@ -351,12 +351,21 @@ impl ViewChannel {
 /// Rows of a computed layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayerSizes {
-    /// Axial steps through it, in a half-space down to a depth whose waves do not return.
+    /// Axial steps from its first row of nodes to its last one, in a half-space down to a depth whose waves do not return.
     pub steps: usize,
+    /// What lies below its last row, in rows of cells: half a one above a free back, else nothing.
+    pub overhang: f64,
     /// Axial distance of nodes \[R\].
     pub dz: f64,
-    /// Relative change of its longitudinal wave speed that makes its transit time a whole number of steps, at the same impedance.
+    /// Relative change of its longitudinal wave speed that makes its transit time that many steps, at the same impedance.
     pub speed_change: f64,
+}
+
+impl LayerSizes {
+    /// Axial steps through it: whole ones, and above a free back half a one more.
+    pub fn rows(&self) -> f64 {
+        self.steps as f64 + self.overhang
+    }
 }
 
 /// Sizes that follow from a case.
@@ -372,8 +381,8 @@ pub struct Sizes {
     pub steps: u64,
     /// Nodes along r.
     pub nr: usize,
-    /// Number of the last row: axial steps down to the backing, or in a half-space to a depth whose waves do not return, and one more
-    /// row at each interface.
+    /// Number of the last row: axial steps down to a rigid backing, to half a step above a free one, or in a half-space to a depth whose waves do
+    /// not return, and one more row at each interface.
     pub nz: usize,
     /// Outer radius of the mesh \[R\].
     pub outer_radius: f64,

@@ -2,7 +2,7 @@
 
 use super::{LayerSizes, Parameters, Target, TargetLayer};
 use crate::{
-    grid::{Edge, FEWEST, LayerSteps, Spacing},
+    grid::{Back, Edge, FEWEST, LayerSteps, Spacing},
     model::{ModelKind, scheme::Order},
 };
 
@@ -45,6 +45,7 @@ pub(super) enum RowsError {
 pub(super) struct Stack<'a> {
     model: ModelKind,
     layers: &'a [TargetLayer],
+    back: Back,
     /// Radius of the punch \[R\].
     radius: Option<f64>,
     edge: Edge,
@@ -71,14 +72,20 @@ pub(super) fn lateral_speed(model: ModelKind, layers: &[TargetLayer], rows: &[La
 
 impl<'a> Stack<'a> {
     /// * `layers`: computed ones
-    pub fn new(model: ModelKind, layers: &'a [TargetLayer], radius: Option<f64>, edge: Edge) -> Self {
-        Self { model, layers, radius, edge }
+    pub fn new(
+        model: ModelKind,
+        layers: &'a [TargetLayer],
+        back: Back,
+        radius: Option<f64>,
+        edge: Edge,
+    ) -> Self {
+        Self { model, layers, back, radius, edge }
     }
 
     /// Rows of a matched mesh with `cells` nodes across the radius.
     ///
     /// ```text
-    /// rakhmatulin: Δr ≥ c_s,k·Δt      elastic: Δr ≥ Δz_k = h_k/J_k      in every layer
+    /// rakhmatulin: Δr ≥ c_s,k·Δt      elastic: Δr ≥ Δz_k = h_k/N_k      in every layer of N_k rows of cells
     /// ```
     pub fn rows(&self, cells: usize) -> Result<Rows, RowsError> {
         let dr = |slip| Spacing::radial(cells, self.radius, self.edge, slip);
@@ -89,20 +96,22 @@ impl<'a> Stack<'a> {
             return Err(RowsError::TooMany(rows));
         }
         let fit = |largest| {
-            let LayerSteps { dt, steps, changes } =
-                LayerSteps::fit(&transits, largest).map_err(RowsError::Thin)?;
+            let LayerSteps { dt, steps, rows, changes } =
+                LayerSteps::fit(&transits, self.back, largest).map_err(RowsError::Thin)?;
             let slip = self.model.lateral_speed(1.0, self.layers[0].waves.shear) * dt;
-            let finite = self.finite().zip(steps.iter().zip(&changes));
+            let finite = self.finite().zip(steps.into_iter().zip(rows).zip(changes));
             let mut layers: Vec<LayerSizes> = finite
-                .map(|((thickness, _), (&steps, &speed_change))| LayerSizes {
+                .map(|((thickness, _), ((steps, rows), speed_change))| LayerSizes {
                     steps,
-                    dz: thickness / steps as f64,
+                    overhang: rows - steps as f64,
+                    dz: thickness / rows,
                     speed_change,
                 })
                 .collect();
             let half_space = self.layers[layers.len()..].first();
             layers.extend(half_space.map(|layer| LayerSizes {
                 steps: FEWEST,
+                overhang: 0.0,
                 dz: layer.wave_speed * dt,
                 speed_change: 0.0,
             }));
@@ -153,15 +162,16 @@ impl Parameters {
     pub(crate) fn finer_cells(&self) -> Option<usize> {
         let computed = self.target.computed();
         let edge = edge(self.mesh.order, &self.target);
-        let stack = Stack::new(self.model, &computed, self.indenter.radius, edge);
+        let stack = Stack::new(self.model, &computed, self.target.back, self.indenter.radius, edge);
         stack.finer(self.mesh.cells, NOTED_CHANGE)
     }
 }
 
 impl Rows {
     /// Spacings of a target of one layer.
-    pub fn single(Spacing { dr, dz, layer_rows }: Spacing) -> Self {
-        let layer = LayerSizes { steps: layer_rows.unwrap_or(0), dz, speed_change: 0.0 };
+    pub fn single(Spacing { dr, dz, layer_rows }: Spacing, back: Back) -> Self {
+        let steps = layer_rows.unwrap_or(0);
+        let layer = LayerSizes { steps, overhang: back.overhang(), dz, speed_change: 0.0 };
         Self { dr, dt: dz, layers: vec![layer] }
     }
 

@@ -105,7 +105,7 @@ impl Plan<'_> {
             nr: nr as usize,
             nz: nz as usize,
             outer_radius: nr * dr,
-            depth: rows.layers.iter().map(|layer| layer.steps as f64 * layer.dz).sum(),
+            depth: rows.layers.iter().map(|layer| layer.rows() * layer.dz).sum(),
             contact_reach,
             strained,
             covered,
@@ -133,7 +133,7 @@ impl Plan<'_> {
         let (radius, h) = (self.indenter.radius, self.target.thickness);
         let edge = rows::edge(mesh.order, self.target);
         if computed.len() > 1 {
-            let stack = Stack::new(self.model, computed, radius, edge);
+            let stack = Stack::new(self.model, computed, self.target.back, radius, edge);
             let error = match stack.rows(cells) {
                 Ok(rows) => return Some(rows),
                 Err(error) => error,
@@ -143,7 +143,10 @@ impl Plan<'_> {
         }
         let speed = self.model.lateral_speed(1.0, self.target.material.shear_wave_speed);
         let spacing = match mesh.kind {
-            MeshKind::Matched => Some(Spacing::matched(cells, radius, h, speed, edge)),
+            MeshKind::Matched => {
+                let layer = h.map(|h| (h, self.target.back));
+                Some(Spacing::matched(cells, radius, layer, speed, edge))
+            }
             MeshKind::Paper => Spacing::paper(cells, h),
         };
         let Given { value: name, span } = &thicknesses[0];
@@ -155,7 +158,8 @@ impl Plan<'_> {
             );
             doc.problem(span.clone(), message, format!("change {name} or mesh.cells"));
         }
-        self.check_rows(doc, spacing?, &thicknesses[0]).map(Rows::single)
+        let spacing = self.check_rows(doc, spacing?, &thicknesses[0])?;
+        Some(Rows::single(spacing, self.target.back))
     }
 
     /// The spacing of a target of one layer, if there are rows enough for the scheme.

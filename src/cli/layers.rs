@@ -28,7 +28,7 @@ pub(super) fn target(case: &Case, thickness: &str) -> String {
 /// Time in which a wave crosses a layer \[R/c_p\]; `None` for a half-space.
 fn transit(case: &Case, number: usize) -> Option<f64> {
     let is_half_space = !case.sizes.layer && number + 1 == case.sizes.layers.len();
-    (!is_half_space).then(|| case.sizes.layers[number].steps as f64 * case.sizes.dt)
+    (!is_half_space).then(|| case.sizes.layers[number].rows() * case.sizes.dt)
 }
 
 /// Time in which a wave crosses all layers above a half-space \[R/c_p\].
@@ -61,14 +61,11 @@ pub(super) fn rows(case: &Case) -> Vec<(&'static str, String)> {
         None => format!("{z:.4}"),
     };
     let row = |(number, (layer, rows)): (usize, (&TargetLayer, &LayerSizes))| {
-        let LayerSizes { steps, dz, speed_change } = rows;
+        let LayerSizes { dz, speed_change, .. } = rows;
+        let rows = rows.rows();
         let size = match transit(case, number) {
             Some(time) => {
-                format!(
-                    "{} crossed in {}",
-                    units.length.text_to(6, *steps as f64 * dz),
-                    units.time.text_to(6, time)
-                )
+                format!("{} crossed in {}", units.length.text_to(6, rows * dz), units.time.text_to(6, time))
             }
             None => "half-space".into(),
         };
@@ -77,9 +74,8 @@ pub(super) fn rows(case: &Case) -> Vec<(&'static str, String)> {
         let (name, z) = (&layer.name, impedance(layer.waves.impedance));
         // no negative zero
         let percent = (1e5 * speed_change).round() / 1e3 + 0.0;
-        let text = format!(
-            "{name}: {steps} rows, {size}, wave speed changed by {percent:.3} %, impedance {z}{face}"
-        );
+        let text =
+            format!("{name}: {rows} rows, {size}, wave speed changed by {percent:.3} %, impedance {z}{face}");
         (if number == 0 { "layers" } else { "" }, text)
     };
     computed.iter().zip(&case.sizes.layers).enumerate().map(row).collect()

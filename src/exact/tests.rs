@@ -32,20 +32,31 @@ fn waves(stack: &Stack) -> Vec<Waves> {
     stack.layers().iter().map(waves).collect()
 }
 
-/// A matched mesh of a stack whose transit times have a common measure.
+/// A matched mesh of a stack, over a rigid back one whose transit times have a common measure: with half a step in the last layer that would be
+/// another stack for every mesh, see [`computed`].
 ///
 /// * `speed`: of the fastest waves along r
 /// * `radius`: of the mesh
 fn mesh(stack: &Stack, geometry: Geometry, dr: f64, speed: f64, radius: f64) -> Grid {
     let transits: Vec<f64> = stack.layers().iter().map(|layer| layer.thickness / layer.wave_speed).collect();
-    let LayerSteps { dt, steps, changes } = LayerSteps::fit(&transits, dr / speed).expect("thick layers");
-    assert!(changes.iter().all(|change| change.abs() < 1e-12), "whole transit times: {changes:?}");
-    let rows = steps.iter().zip(stack.layers());
-    let rows: Vec<_> = rows.map(|(steps, layer)| (*steps, layer.wave_speed * dt, Bond::Welded)).collect();
+    let back = stack.back().expect("a stack with a back");
+    let fit = LayerSteps::fit(&transits, back, dr / speed).expect("thick layers");
+    let LayerSteps { dt, steps, rows, changes } = fit;
+    let largest = if back == Back::Rigid { 1e-12 } else { 0.02 };
+    assert!(changes.iter().all(|change| change.abs() < largest), "transit times of whole steps: {changes:?}");
+    let rows = steps.into_iter().zip(rows).zip(stack.layers());
+    let rows: Vec<_> =
+        rows.map(|((steps, rows), layer)| (steps, layer.thickness / rows, Bond::Welded)).collect();
     let spacing = Spacing { dr, dz: dt, layer_rows: Some(1) };
     let nr = (radius / dr).ceil() as usize;
-    let back = stack.back().expect("a stack with a back");
     Grid::new(geometry, MeshKind::Matched, spacing, nr, 1).with_layers(dt, &rows, back)
+}
+
+/// The stack whose wave speeds are those of a mesh.
+fn computed(stack: &Stack, grid: &Grid) -> Stack {
+    let layers = stack.layers().iter().zip(&grid.layers);
+    let layers = layers.map(|(layer, rows)| StackLayer { wave_speed: rows.dz / grid.dt(), ..*layer });
+    Stack::new(&layers.collect::<Vec<_>>(), grid.back).expect("a stack")
 }
 
 /// Runs a target, and shows the surface and the points in every step.

@@ -15,8 +15,18 @@ use super::Grid;
 pub enum Back {
     /// Smooth and rigid, u = 0.
     Rigid,
-    /// Free of stress.
+    /// Free of stress, half a row of cells below the last row of nodes.
     Free,
+}
+
+impl Back {
+    /// What lies between the last row of nodes and it, in rows of cells.
+    pub fn overhang(self) -> f64 {
+        match self {
+            Self::Rigid => 0.0,
+            Self::Free => 0.5,
+        }
+    }
 }
 
 /// How a layer is joined to the one above it.
@@ -40,6 +50,8 @@ pub struct Layer {
     pub top: f64,
     /// Distance of rows \[R\].
     pub dz: f64,
+    /// What lies below its last row, in rows of cells: half a one above a free back, else nothing.
+    pub overhang: f64,
     /// How it is joined to the layer above.
     pub bond: Bond,
 }
@@ -53,6 +65,11 @@ impl Layer {
     /// Depth of row `j` of the layer \[R\].
     pub fn z(&self, j: usize) -> f64 {
         self.top + (j - self.first) as f64 * self.dz
+    }
+
+    /// Depth of its lower face \[R\].
+    pub fn bottom(&self) -> f64 {
+        self.top + (self.steps as f64 + self.overhang) * self.dz
     }
 }
 
@@ -69,8 +86,11 @@ impl Grid {
         let (mut first, mut top) = (0, 0.0);
         self.layers = Vec::new();
         for &(steps, dz, bond) in layers {
-            self.layers.push(Layer { first, steps, top, dz, bond });
+            self.layers.push(Layer { first, steps, top, dz, overhang: 0.0, bond });
             (first, top) = (first + steps + 1, top + steps as f64 * dz);
+        }
+        if let Some(last) = self.layers.last_mut() {
+            last.overhang = back.overhang();
         }
         (self.dz, self.nz, self.dt, self.back) = (self.layers[0].dz, first - 1, dt, back);
         self
@@ -95,10 +115,19 @@ impl Grid {
         &self.layers[self.layer_of(j)]
     }
 
-    /// Rows of cells of its layer that move with row `j`: half a one at either face of the layer.
+    /// Rows of cells of its layer that move with row `j`: half a one at either face of the layer, and a whole one above a free back.
     pub fn cell_rows(&self, j: usize) -> f64 {
         let layer = self.layer(j);
-        if j == layer.first || j == layer.last() { 0.5 } else { 1.0 }
+        match j {
+            j if j == layer.first => 0.5,
+            j if j == layer.last() => 0.5 + layer.overhang,
+            _ => 1.0,
+        }
+    }
+
+    /// True if row `j` is the last one above a free back.
+    pub fn is_above_free_back(&self, j: usize) -> bool {
+        j == self.nz && self.back == Back::Free
     }
 
     /// Depth of row `j` \[R\].

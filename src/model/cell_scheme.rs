@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     geometry::Geometry,
-    grid::{Back, Bond, Grid, Layer},
+    grid::{Bond, Grid, Layer},
     material::Waves,
 };
 
@@ -61,6 +61,7 @@ impl CellScheme {
         let rows = self.grid.layer(j);
         let row = match j {
             j if j == rows.first => Row::Surface,
+            j if self.grid.is_above_free_back(j) => Row::Membrane,
             j if j == rows.last() => Row::Backing,
             _ => Row::Interior,
         };
@@ -110,6 +111,12 @@ impl CellScheme {
         });
         let CellLayer { weights, medium, .. } = self.layer(j);
         cells::cell_strains(u, v, &weights[i], medium)
+    }
+
+    /// D of the cell at the inner side of column `i` in row `j`.
+    pub(super) fn spread(&self, level: &Level<2>, j: usize, i: usize) -> f64 {
+        let ColumnWeights { inner, outer, .. } = self.layer(j).weights[i];
+        outer * self.at(level, 1, j, i as isize) - inner * self.at(level, 1, j, i as isize - 1)
     }
 
     /// −σ_zz and σ_rz at an interface in column `i` \[γc_p²\], see [`scheme::interface_stress`].
@@ -215,6 +222,7 @@ impl CellScheme {
 }
 
 /// A row of nodes with its layer.
+#[derive(Clone, Copy)]
 pub(super) struct NodeRow<'a> {
     scheme: &'a CellScheme,
     layer: &'a CellLayer,
@@ -245,7 +253,8 @@ impl NodeRow<'_> {
     fn column(&self, at: &impl Fn(usize, usize, isize) -> f64, i: isize) -> Column {
         let [above, here, below] = [self.j.saturating_sub(1), self.j, (self.j + 1).min(self.scheme.grid.nz)];
         let u = [at(0, above, i), at(0, here, i), at(0, below, i)];
-        Column::new(self.row, u, [at(1, above, i), at(1, here, i), at(1, below, i)])
+        let v = [at(1, above, i), at(1, here, i), at(1, below, i)];
+        Column::new(self.row, u, v, &self.layer.medium)
     }
 
     /// `Δt²` times the accelerations of node i but for damping, if its layer were by itself.
@@ -265,31 +274,56 @@ impl NodeRow<'_> {
     /// * `pressure`: on the surface at this node
     #[inline(always)]
     pub(super) fn strain(&self, at: impl Fn(usize, usize, isize) -> f64, pressure: f64, i: usize) -> Strain {
-        let Self { scheme, interface, j, .. } = *self;
-        let grid = &scheme.grid;
-        let hoop = match grid.geometry {
-            Geometry::Axisymmetric => at(1, j, i as isize) / grid.r(i),
-            Geometry::Plane => 0.0,
-        };
-        let stresses = match interface {
+        let Self { scheme, interface, j, row, .. } = *self;
+        let hoop = self.hoop(&at, i);
+        let stresses = match (interface, row) {
             _ if j == 0 => [pressure, 0.0],
-            Some(interface) => scheme.interface_stress(&at, interface, i),
-            None if j == grid.nz && grid.back == Back::Free => [0.0; 2],
-            None => {
+            (Some(interface), _) => scheme.interface_stress(&at, interface, i),
+            (None, Row::Membrane) => {
+                // in the middle between the cells above and the back
+                let above = Self { row: Row::Backing, ..*self }.mean_strain(&at, i, hoop);
+                return above.middle(&self.back_strain(at, i));
+            }
+            (None, row) => {
                 let mean = self.mean_strain(at, i, hoop);
                 // the backing is smooth
-                return if j == grid.nz { Strain { shear: 0.0, ..mean } } else { mean };
+                return if row == Row::Backing { Strain { shear: 0.0, ..mean } } else { mean };
             }
         };
-        let v = [-1, 0, 1].map(|di| at(1, j, i as isize + di));
-        self.strain_on_face(v, stresses, i, hoop)
+        self.strain_on_face(at, stresses, i, hoop)
+    }
+
+    /// Strains at the back under node i of the last row.
+    ///
+    /// * `at`: displacements, see [`NodeRow::columns`]
+    pub(super) fn back_strain(&self, at: impl Fn(usize, usize, isize) -> f64, i: usize) -> Strain {
+        match self.row {
+            Row::Membrane => self.strain_on_face(&at, [0.0; 2], i, self.hoop(&at, i)),
+            Row::Surface | Row::Interior | Row::Backing => self.strain(at, 0.0, i),
+        }
+    }
+
+    /// v/r at node i, plane 0.
+    #[inline(always)]
+    fn hoop(&self, at: &impl Fn(usize, usize, isize) -> f64, i: usize) -> f64 {
+        match self.scheme.grid.geometry {
+            Geometry::Axisymmetric => at(1, self.j, i as isize) / self.scheme.grid.r(i),
+            Geometry::Plane => 0.0,
+        }
     }
 
     /// Strains at node i of a face whose stresses are known.
     ///
-    /// * `v`: at columns i−1, i, i+1
+    /// * `at`: displacements, see [`NodeRow::columns`]
     /// * `stresses`: −σ_zz and σ_rz \[γc_p²\]
-    fn strain_on_face(&self, v: [f64; 3], [pressure, shear]: [f64; 2], i: usize, hoop: f64) -> Strain {
+    fn strain_on_face(
+        &self,
+        at: impl Fn(usize, usize, isize) -> f64,
+        [pressure, shear]: [f64; 2],
+        i: usize,
+        hoop: f64,
+    ) -> Strain {
+        let v = [-1, 0, 1].map(|di| at(1, self.j, i as isize + di));
         let CellLayer { weights, medium, dz, stress, .. } = self.layer;
         let weights = [&weights[i], &weights[i + 1]];
         let strain = Strain::on_surface(v, weights, medium, *dz, hoop, pressure / stress);

@@ -167,6 +167,13 @@ impl Scheme<2> for CellScheme {
                     energies[number].strain += cells::strain_energy(a, b, weight, &layer.medium);
                 }
             }
+            if self.grid.is_above_free_back(rows.last()) {
+                for i in 0..=self.grid.nr() {
+                    let spreads = [earlier, later].map(|level| self.spread(level, nz, i));
+                    let weight = layer.waves.impedance * layer.weights[i].cell / self.grid.dt();
+                    energies[number].strain += cells::membrane_energy(spreads, weight, &layer.medium);
+                }
+            }
         }
         energies
     }
@@ -198,7 +205,7 @@ impl Scheme<2> for CellScheme {
     }
 
     fn backing_strain(&self, level: &Level<2>, i: usize) -> f64 {
-        self.at_row(self.grid.nz).strain(self.reading(level), 0.0, i).largest_on_face()
+        self.at_row(self.grid.nz).back_strain(self.reading(level), i).largest_on_face()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Gauges: points whose motion and stress are recorded in every step, and lines along which stress is recorded in some.
 //!
 //! A place between nodes is a weighted sum over the nodes around it: linear in r and in z, and inside the first column the even
-//! parabola through the first two. This module knows which nodes that takes and how they add up; the models record the nodes,
+//! parabola through the first two. Between the last row and a free back displacements are those of that row, and the stress falls to 0. This module knows which nodes that takes and how they add up; the models record the nodes,
 //! each in its own way.
 
 use std::ops::Range;
@@ -69,8 +69,15 @@ pub(crate) struct GaugePlan {
     pub point_nodes: Nodes,
     /// Nodes of which stress is recorded, in steps that show lines.
     pub line_nodes: Nodes,
-    points: Vec<Vec<Term>>,
+    points: Vec<PointSum>,
     lines: Vec<Vec<[Term; 2]>>,
+}
+
+/// What a point shows as a sum over nodes.
+struct PointSum {
+    terms: Vec<Term>,
+    /// Factor of stress, see [`Around::stress`].
+    stress: f64,
 }
 
 impl GaugePlan {
@@ -79,9 +86,10 @@ impl GaugePlan {
         let lines: Vec<_> = gauges.lines.iter().map(|line| Around::line(grid, *line)).collect();
         let point_nodes = Nodes::new(points.iter().flat_map(|around| around.nodes()).collect());
         let line_nodes = Nodes::new(lines.iter().flatten().flat_map(|around| around.nodes()).collect());
-        let sum = |around: &Around| around.sum(&point_nodes).collect();
+        let sum =
+            |around: &Around| PointSum { terms: around.sum(&point_nodes).collect(), stress: around.stress };
         let pair = |around: &Around| {
-            let mut sum = around.sum(&line_nodes);
+            let mut sum = around.sum(&line_nodes).map(|(node, weight)| (node, around.stress * weight));
             let first = sum.next()?;
             Some([first, sum.next().unwrap_or((first.0, 0.0))])
         };
@@ -110,12 +118,13 @@ impl GaugePlan {
     /// * `points`: of the nodes of points
     /// * `lines`: stress of the nodes of lines, in a step that shows them
     pub fn values(&self, points: &[PointState], lines: Option<&[f64]>) -> GaugeValues {
-        let state = |sum: &Vec<Term>| {
-            sum.iter().fold(PointState::default(), |state, (node, weight)| PointState {
+        let state = |sum: &PointSum| {
+            let state = sum.terms.iter().fold(PointState::default(), |state, (node, weight)| PointState {
                 displacement: state.displacement + weight * points[*node].displacement,
                 velocity: state.velocity + weight * points[*node].velocity,
                 stress: state.stress + weight * points[*node].stress,
-            })
+            });
+            PointState { stress: sum.stress * state.stress, ..state }
         };
         let line = |sums: &Vec<[Term; 2]>, stress: &[f64]| {
             sums.iter().map(|[(a, share), (b, rest)]| share * stress[*a] + rest * stress[*b]).collect()
@@ -132,11 +141,14 @@ impl GaugePlan {
 struct Around {
     rows: Vec<Term>,
     columns: Vec<Term>,
+    /// Factor of stress: from 1 in the last row to 0 on a free back, 1 elsewhere.
+    stress: f64,
 }
 
 impl Around {
     fn point(grid: &Grid, [r, z]: [f64; 2]) -> Self {
-        Self { rows: rows(grid, z), columns: columns(grid, r) }
+        let (rows, stress) = rows(grid, z);
+        Self { rows, columns: columns(grid, r), stress }
     }
 
     /// The nodes along a line, from the first on; none of a line beyond the mesh.
@@ -144,11 +156,13 @@ impl Around {
         match line {
             Line::R(r) => {
                 let columns = columns(grid, r);
-                (0..=grid.nz).map(|j| Self { rows: vec![(j, 1.0)], columns: columns.clone() }).collect()
+                let row = |j| Self { rows: vec![(j, 1.0)], columns: columns.clone(), stress: 1.0 };
+                (0..=grid.nz).map(row).collect()
             }
             Line::Z(z) => {
-                let rows = rows(grid, z);
-                (0..grid.nr()).map(|i| Self { rows: rows.clone(), columns: vec![(i, 1.0)] }).collect()
+                let (rows, stress) = rows(grid, z);
+                let column = |i| Self { rows: rows.clone(), columns: vec![(i, 1.0)], stress };
+                (0..grid.nr()).map(column).collect()
             }
         }
     }
@@ -169,13 +183,18 @@ impl Around {
     }
 }
 
-/// Rows around a depth.
-fn rows(grid: &Grid, z: f64) -> Vec<Term> {
+/// Rows around a depth, and the factor of stress there.
+fn rows(grid: &Grid, z: f64) -> (Vec<Term>, f64) {
     // at an interface the upper of its two rows
     let inside = |layer: &&Layer| z <= layer.z(layer.last()) + SNAP * layer.dz;
     let layer = grid.layers.iter().find(inside).unwrap_or(&grid.layers[grid.layers.len() - 1]);
-    let rows = linear((z - layer.top) / layer.dz, layer.steps + 1);
-    rows.into_iter().map(|(row, weight)| (layer.first + row, weight)).collect()
+    let (x, last) = ((z - layer.top) / layer.dz, layer.steps as f64);
+    let left = last + layer.overhang - x;
+    if x > last + SNAP && left > -SNAP {
+        return (vec![(layer.last(), 1.0)], if left < SNAP { 0.0 } else { left / layer.overhang });
+    }
+    let rows = linear(x, layer.steps + 1);
+    (rows.into_iter().map(|(row, weight)| (layer.first + row, weight)).collect(), 1.0)
 }
 
 /// Columns around a radius.
@@ -272,7 +291,7 @@ mod tests {
     use super::*;
     use crate::{
         geometry::Geometry,
-        grid::{MeshKind, Spacing},
+        grid::{Back, Bond, MeshKind, Spacing},
     };
 
     fn grid() -> Grid {
@@ -345,6 +364,25 @@ mod tests {
         assert!((found[0] - 0.5).abs() < 1e-12 && (found[2] - 0.5).abs() < 1e-12, "{found:?}");
         assert_eq!((found[1], found[3]), (0.0, 0.0));
         assert_eq!(values.lines, [[0.0; 0]; 2]);
+    }
+
+    #[test]
+    fn a_free_back_moves_as_the_last_row_and_bears_no_stress() {
+        let grid = grid().with_layers(0.2, &[(5, 0.2, Bond::Welded)], Back::Free);
+        let state = PointState { displacement: 3.0, velocity: 2.0, stress: -4.0 };
+        let depths = [(1.0, -4.0), (1.05, -2.0), (1.1, 0.0), (1.1 + 1e-12, 0.0), (1.11, 0.0)];
+        let points = depths.map(|(z, _)| [grid.r(2), z]).to_vec();
+        let plan = GaugePlan::new(&Gauges { points, lines: vec![Line::Z(1.075), Line::Z(1.1)] }, &grid);
+        let (points, lines) =
+            (vec![state; plan.point_nodes.len()], vec![state.stress; plan.line_nodes.len()]);
+        let values = plan.values(&points, Some(&lines));
+        for ((z, stress), found) in depths.into_iter().zip(&values.points) {
+            assert!((found.stress - stress).abs() < 1e-12, "{z}: {found:?}");
+            let expected = if z < 1.105 { [3.0, 2.0] } else { [0.0; 2] };
+            assert_eq!([found.displacement, found.velocity], expected, "{z}");
+        }
+        assert!(values.lines[0].iter().all(|stress| (stress + 1.0).abs() < 1e-12), "{:?}", values.lines);
+        assert_eq!((values.points[2].stress, &values.lines[1]), (0.0, &vec![0.0; 7]));
     }
 
     #[test]

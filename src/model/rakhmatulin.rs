@@ -12,7 +12,7 @@ use super::{
     blocked::{self, Engine, Instructions},
     cone::LightCone,
     reference::{Level, Levels, Reference, Scheme},
-    scheme::{self, Corner, RadialWeights},
+    scheme::{self, Corner, Face, RadialWeights},
 };
 use crate::{
     grid::{Back, Grid, Layer},
@@ -133,10 +133,12 @@ impl Rakhmatulin {
     /// Displacement at node (j, i) of level `u`, with what stands beyond the boundaries of a layer.
     fn at(&self, layer: usize, [u]: &Level<1>, j: isize, i: isize) -> f64 {
         let (Layer { first, steps, .. }, i) = (self.grid.layers[layer], scheme::image_column(i));
-        let (j, sign) = scheme::image_row(j - first as isize, steps);
-        // a face that is free has an even image
-        let is_rigid = layer + 1 == self.layers.len() && self.grid.back == Back::Rigid;
-        let sign = if is_rigid { sign } else { 1.0 };
+        let face = match (layer + 1 == self.layers.len(), self.grid.back) {
+            (false, _) => Face::Interface,
+            (true, Back::Rigid) => Face::Rigid,
+            (true, Back::Free) => Face::Free,
+        };
+        let (j, sign) = scheme::image_row(j - first as isize, steps, face);
         // nothing moves beyond the outermost column
         if i < self.grid.nr() { sign * u[[first + j, i]] } else { 0.0 }
     }
@@ -240,17 +242,17 @@ impl Scheme<1> for Rakhmatulin {
                 energy.kinetic += scheme::kinetic_energy(mass, later_u - earlier_u, dt);
                 let added = self.corner(earlier, later, [conservative, 0.0], j, i);
                 energy.strain += scheme::corner_energy(mass, earlier_u, added, dt);
-                if j == self.grid.layers[number].last() {
-                    continue;
-                }
-                let axial_differences = levels.map(|u| u[[j + 1, i]] - u[[j, i]]);
+                // what lies below the last row: half a row of cells, above a free back; else nothing
+                let layer = &self.grid.layers[number];
+                let (below, share) = if j == layer.last() { (j, layer.overhang) } else { (j + 1, 1.0) };
+                let axial_differences = levels.map(|u| u[[below, i]] - u[[j, i]]);
                 energy.strain += waves.impedance * scheme::axial_energy(area[i], axial_differences, dt);
                 if i + 1 < self.grid.nr() {
                     let shear_differences = levels.map(|u| {
-                        let mean = |i: usize| 0.5 * (u[[j, i]] + u[[j + 1, i]]);
+                        let mean = |i: usize| 0.5 * (u[[j, i]] + u[[below, i]]);
                         mean(i + 1) - mean(i)
                     });
-                    energy.strain += scheme::shear_energy(stiffness * face[i], shear_differences);
+                    energy.strain += scheme::shear_energy(share * stiffness * face[i], shear_differences);
                 }
             }
         }
@@ -293,6 +295,9 @@ impl Scheme<1> for Rakhmatulin {
     }
 
     fn backing_strain(&self, level: &Level<1>, i: usize) -> f64 {
+        if self.grid.back == Back::Free {
+            return 0.0;
+        }
         let u = self.around(level, self.grid.nz, i);
         -scheme::stress(u(-1, 0), u(1, 0), self.grid.layer(self.grid.nz).dz)
     }

@@ -65,8 +65,17 @@
 //! ```
 //!
 //! whose axial part, `2(Z₁u_{j−1} + Z₂u_{j+1})/(Z₁ + Z₂) − u^{k−1}`, has the coefficients of reflection and transmission of d'Alembert's
-//! solution. E_z has no difference across an interface by that; one with a mean of weights there is not stable. A free back is a
-//! free face like the surface.
+//! solution. E_z has no difference across an interface by that; one with a mean of weights there is not stable.
+//!
+//! # A free back
+//!
+//! lies half a row of cells below the last row J, `h = (J + ½)Δz`, a mirror of everything: `u_{J+1+j} = u_{J−j}` in every operator, with a
+//! whole mass in row J. Plane waves stay exact, and images make the spectrum that of an endless mesh, with `q_z = nπ/(J + ½) < π` in a single
+//! layer: `s + C/3 = 1 − (1 − A)(1 − B)(1 − AB/3)` is below 1, as A is.
+//!
+//! With row J on the face, as at a rigid back, the plate has free faces at rows 0 and J, and A = 1 at `q_z = π`: −1 is a double root, the rows of even
+//! and of odd j + k are two lattices that move apart as rigid bodies do, linearly and without end, however small the kick; contact that opens and closes
+//! kicks. Radial terms and damping act on means of rows and do not see it.
 //!
 //! [`interior`], [`axis`] and [`corner`] are the operators; [`image_row`] and [`image_column`] are the images that boundary
 //! conditions and symmetry put beyond surface, backing and axis, so that the same operators hold there. Operators read nodes
@@ -310,19 +319,35 @@ pub fn axis(u: impl Fn(isize, isize) -> f64, before: f64, weights: RadialWeights
     advanced(u(-1, 0) + u(1, 0), before, [here, here, mean(1)], RadialWeights { inward: 0.0, ..weights })
 }
 
-/// Row whose displacement stands in row `j`, and the factor it stands there with.
+/// Lower face of a layer by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Face {
+    /// A rigid back, which is the last row.
+    Rigid,
+    /// An interface, at which the layer by itself is free: the last row.
+    Interface,
+    /// A free back, half a row of cells below the last row.
+    Free,
+}
+
+/// Row whose displacement stands in row `j` of a layer, and the factor it stands there with.
 ///
 /// - `σ = ∂u/∂z = 0` at z = 0 makes u even in z: `u_{−j} = u_j` (\[KA\] Eq. 19).
 /// - `u = 0` at z = h makes u odd about it: `u_{J+j} = −u_{J−j}`; with it the scheme leaves row J at 0.
+/// - `σ = 0` makes u even about the lower face: `u_{J+j} = u_{J−j}` at an interface, `u_{J+1+j} = u_{J−j}` at a free back.
 ///
-/// * `backing`: J
+/// * `last`: J
+/// * `face`: the lower one
 #[inline]
-pub fn image_row(j: isize, backing: usize) -> (usize, f64) {
+pub fn image_row(j: isize, last: usize, face: Face) -> (usize, f64) {
     let (mut j, mut sign) = (j.unsigned_abs(), 1.0);
-    while j > backing {
+    while j > last {
         // −j about the surface is j again
-        j = (2 * backing).abs_diff(j);
-        sign = -sign;
+        (j, sign) = match face {
+            Face::Rigid => ((2 * last).abs_diff(j), -sign),
+            Face::Interface => ((2 * last).abs_diff(j), sign),
+            Face::Free => ((2 * last + 1).abs_diff(j), sign),
+        };
     }
     (j, sign)
 }
@@ -495,22 +520,29 @@ mod tests {
 
     #[test]
     fn boundaries_are_images() {
-        // cos(q j) is even about the surface, sin(q (J − j)) odd about the backing
+        // cos(q j) is even about the surface, sin(q (J − j)) odd about the backing, cos(q (J + ½ − j)) even about the free back
         let (q, backing) = (0.9, 3);
         let weights = RadialWeights { outward: 0.2, inward: 0.2 };
-        let read = |shape: fn(f64) -> f64, from: isize| {
+        let read = |shape: fn(f64) -> f64, from: isize, face: Face| {
             move |dj: isize, _: isize| {
-                let (j, sign) = image_row(from + dj, backing);
-                sign * shape(q * (j as isize - from) as f64)
+                let (j, sign) = image_row(from + dj, backing, face);
+                let to = if face == Face::Free { 3.5 } else { from as f64 };
+                sign * shape(q * (j as f64 - to))
             }
         };
-        let next = interior(read(f64::cos, 0), f64::cos(-q), weights);
+        let next = interior(read(f64::cos, 0, Face::Rigid), f64::cos(-q), weights);
         assert!((next - f64::cos(q)).abs() < 1e-15);
-        assert_eq!(interior(read(f64::sin, 3), 0.0, weights), 0.0);
-        assert_eq!(corner(read(f64::sin, 3), weights), 0.0);
+        assert_eq!(interior(read(f64::sin, 3, Face::Rigid), 0.0, weights), 0.0);
+        assert_eq!(corner(read(f64::sin, 3, Face::Rigid), weights), 0.0);
+        // a standing wave
+        let before = f64::cos(0.5 * q) * f64::cos(q);
+        let next = interior(read(f64::cos, 3, Face::Free), before, weights);
+        assert!((next - before).abs() < 1e-15);
         // a layer of one row between both images
-        let rows = [-2, -1, 2, 3].map(|j| image_row(j, 1));
-        assert_eq!(rows, [(0, -1.0), (1, 1.0), (0, -1.0), (1, -1.0)]);
+        let rows = |face| [-2, -1, 2, 3].map(|j| image_row(j, 1, face));
+        assert_eq!(rows(Face::Rigid), [(0, -1.0), (1, 1.0), (0, -1.0), (1, -1.0)]);
+        assert_eq!(rows(Face::Interface), [(0, 1.0), (1, 1.0), (0, 1.0), (1, 1.0)]);
+        assert_eq!(rows(Face::Free), [(1, 1.0), (1, 1.0), (1, 1.0), (0, 1.0)]);
         assert_eq!([-2, -1, 0, 5].map(image_column), [1, 0, 0, 5]);
     }
 

@@ -48,7 +48,9 @@ fn normal_incidence_is_exact_for_any_stack() {
                 let [x, y] = [0.618_034, 0.414_214].map(|step| (number as f64 * step).fract());
                 let impedance = if number == 0 { 1.0 } else { 10f64.powf(2.0 * x - 1.0) };
                 let wave_speed = 0.5 + y;
-                let steps = (4 + number % 3) as f64;
+                let is_last = number + 1 == count;
+                let half = if is_last && back == Back::Free { 0.5 } else { 0.0 };
+                let steps = (4 + number % 3) as f64 + half;
                 [impedance, wave_speed, 0.3, steps * DT * wave_speed]
             };
             let stack = stack(&(0..count).map(layer).collect::<Vec<_>>(), back);

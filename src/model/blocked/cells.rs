@@ -124,12 +124,15 @@ pub const INTERIOR: usize = 1;
 pub const BACKING: usize = 2;
 /// A lower face that is free, see [`SURFACE`].
 pub const FREE: usize = 3;
+/// See [`SURFACE`].
+pub const MEMBRANE: usize = 4;
 
 /// [`Row`] of a kind.
 const fn kind(row: usize) -> Row {
     match row {
         SURFACE => Row::Surface,
         INTERIOR => Row::Interior,
+        MEMBRANE => Row::Membrane,
         _ => Row::Backing,
     }
 }
@@ -185,6 +188,11 @@ unsafe fn pairs<V: Vector>(row: Row, [above, here, below]: [V; 3]) -> [[V; 2]; 2
                 let zero = V::splat(0.0);
                 [[zero.sub(difference), difference], [zero.sub(sum), sum]]
             }
+            Row::Membrane => {
+                let (difference, sum) = (here.sub(above), above.add(here));
+                let zero = V::splat(0.0);
+                [[zero.sub(difference), difference], [zero.sub(sum), sum]]
+            }
         }
     }
 }
@@ -201,7 +209,8 @@ unsafe fn rows<V: Vector>(row: Row, at: *const f64, stride: usize) -> [V; 3] {
     unsafe {
         let here = V::load(at);
         let above = if matches!(row, Row::Surface) { here } else { V::load(at.sub(stride)) };
-        let below = if matches!(row, Row::Backing) { here } else { V::load(at.add(stride)) };
+        let has_below = !matches!(row, Row::Backing | Row::Membrane);
+        let below = if has_below { V::load(at.add(stride)) } else { here };
         [above, here, below]
     }
 }
@@ -214,6 +223,7 @@ struct Constants<V> {
     courant: V,
     /// `courant·shear`
     shear: V,
+    membrane: V,
 }
 
 #[expect(unsafe_code, reason = "vectors of a field that threads share")]
@@ -226,11 +236,15 @@ impl<V: Vector> Column<V> {
     /// `row` has.
     #[inline(always)]
     unsafe fn load(row: Row, u: *const f64, v: *const f64, stride: usize, constants: &Constants<V>) -> Self {
-        let Constants { lame, hourglass, .. } = *constants;
+        let Constants { lame, hourglass, membrane, .. } = *constants;
         // SAFETY: the caller's promise
         unsafe {
             let [stretch, sink] = pairs(row, rows(row, u, stride));
-            let [tilt, spread] = pairs(row, rows(row, v, stride));
+            let v: [V; 3] = rows(row, v, stride);
+            let [tilt, mut spread] = pairs(row, v);
+            if matches!(row, Row::Membrane) {
+                spread[1] = spread[1].add_product(membrane, v[1].add(v[1]));
+            }
             Self {
                 stretch: stretch[0],
                 bend: hourglass.mul(stretch[0]),
@@ -341,7 +355,7 @@ pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
         columns.start.is_multiple_of(V::WIDTH) && columns.len().is_multiple_of(V::WIDTH),
         "whole vectors"
     );
-    let Medium { shear, lame, hourglass, courant } = weights.medium;
+    let Medium { shear, lame, hourglass, courant, membrane } = weights.medium;
     // SAFETY, of all below: the caller's promise; weights have been checked
     unsafe {
         let constants = Constants {
@@ -349,6 +363,7 @@ pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
             hourglass: V::splat(hourglass),
             courant: V::splat(courant),
             shear: V::splat(courant * shear),
+            membrane: V::splat(membrane),
         };
         let (before, now) = (before.add(j * stride), now.add(j * stride));
         let mut i = columns.start;

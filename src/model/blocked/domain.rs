@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{
-    cells::{BACKING, CellPatch, CellRow, FREE, INTERIOR, SURFACE, largest_stretch},
+    cells::{BACKING, CellPatch, CellRow, FREE, INTERIOR, MEMBRANE, SURFACE, largest_stretch},
     damping,
     dispatch::Instructions,
     energy::EnergySum,
@@ -282,6 +282,8 @@ impl Domain {
                 instructions.advance_cells::<INTERIOR, COUNTS>(patch, j, columns, energy);
             } else if j == self.grid.nz && self.grid.back == Back::Rigid {
                 instructions.advance_cells::<BACKING, COUNTS>(patch, j, columns, energy);
+            } else if self.grid.is_above_free_back(j) {
+                instructions.advance_cells::<MEMBRANE, COUNTS>(patch, j, columns, energy);
             } else {
                 instructions.advance_cells::<FREE, COUNTS>(patch, j, columns, energy);
             }
@@ -324,7 +326,7 @@ impl Domain {
         };
         let backing = weights.scheme.at_row(self.grid.nz);
         let strain = |i: usize| match i < self.grid.nr() {
-            true => backing.strain(at, 0.0, i).largest_on_face(),
+            true => backing.back_strain(at, i).largest_on_face(),
             false => 0.0,
         };
         columns.clone().map(strain).collect()

@@ -135,7 +135,6 @@ impl Gauge {
                     impedance * scheme::stress(u(above), sign * u(below), dt)
                 }
                 StressAt::Interface(interface) => interface.stress(interface.rows.map(u)),
-                StressAt::FreeFace => 0.0,
             });
         };
         let row = weights.scheme.at_row(j);

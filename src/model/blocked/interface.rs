@@ -26,8 +26,6 @@ pub enum StressAt {
     },
     /// From those of both layers, by [`scheme::interface_stress`].
     Interface(InterfaceStress),
-    /// There is none.
-    FreeFace,
 }
 
 /// Stress at an interface of the simplified theory.

@@ -131,15 +131,16 @@ impl Domain {
                 dt: self.grid.dt(),
             });
         }
-        let (is_back, layer) = (j == self.grid.nz, self.grid.layer_of(j));
-        if is_back && self.grid.back == Back::Free {
-            return StressAt::FreeFace;
-        }
+        // below the backing stands an odd image of the row above, below the last row above a free back an even one of that row
+        let (below, sign) = match self.grid.back {
+            Back::Rigid if j == self.grid.nz => (j - 1, -1.0),
+            Back::Free if j == self.grid.nz => (j, 1.0),
+            Back::Rigid | Back::Free => (j + 1, 1.0),
+        };
         StressAt::Row {
-            // the odd image stands below the backing
-            around: [j - 1, if is_back { j - 1 } else { j + 1 }],
-            sign: if is_back { -1.0 } else { 1.0 },
-            impedance: self.impedance(layer),
+            around: [j - 1, below],
+            sign,
+            impedance: self.impedance(self.grid.layer_of(j)),
             dt: self.grid.dt(),
         }
     }

@@ -15,8 +15,8 @@ pub struct Run {
     pub upper_face_of: Option<usize>,
     /// Number of the interface whose lower row is the first of them.
     pub lower_face_of: Option<usize>,
-    /// What is around the first row, where it is not what stands there: at free faces of layers and beside them even images. Those beyond
-    /// the surface and a rigid backing stand in memory.
+    /// What is around the first row, where it is not what stands there: at free faces of layers and beside them even images, about the row at an
+    /// interface and about half a row below the last one above a free back. Those beyond the surface and a rigid backing stand in memory.
     around: Option<Around>,
 }
 
@@ -41,6 +41,8 @@ impl Runs {
             let lower_face_of = number.checked_sub(1);
             let upper_face_of = (number + 1 < grid.layers.len()).then_some(number);
             let (has_top, has_bottom) = (number > 0, upper_face_of.is_some() || grid.back == Back::Free);
+            // from the last row to the images that stand one and two rows below it
+            let [one, two] = if upper_face_of.is_some() { [-1, -2] } else { [0, -1] };
             let run = |rows: Range<usize>, around: Option<Around>| {
                 let around = around.map(|rows| rows.map(|row| row * stride as isize));
                 let upper_face_of = upper_face_of.filter(|_| rows.end == last + 1);
@@ -49,7 +51,7 @@ impl Runs {
             };
             let is_thin = layer.steps == 2;
             if has_top {
-                let below = if is_thin && has_bottom { 1 } else { 3 };
+                let below = if is_thin && has_bottom { 2 + one } else { 3 };
                 runs.push(run(first..first + 2, Some([2, 1, 1, 2, below])));
             }
             let start = if has_top { first + 2 } else { 1 };
@@ -58,8 +60,8 @@ impl Runs {
                 runs.push(run(start..end, None));
             }
             match has_bottom {
-                true if is_thin && has_top => runs.push(run(last..last + 1, Some([-2, -1, -1, -2, 0]))),
-                true => runs.push(run(last - 1..last + 1, Some([-2, -1, 1, 0, -1]))),
+                true if is_thin && has_top => runs.push(run(last..last + 1, Some([-2, -1, one, two, 0]))),
+                true => runs.push(run(last - 1..last + 1, Some([-2, -1, 1, 1 + one, 1 + two]))),
                 false => {}
             }
         }

@@ -316,7 +316,6 @@ impl Sampler {
                     let lines = interface.rows.map(line);
                     fill(row, self.every, |i| interface.stress(lines.map(|line| line[i])));
                 }
-                StressAt::FreeFace => {}
             },
         }
     }

@@ -125,3 +125,33 @@ fn random_stacks_are_stable() {
         check("full", eigenvalue, growth(&grid, &scheme, number, steps));
     }
 }
+
+#[test]
+fn nothing_alternates_for_ever_over_a_free_back() {
+    // λ_max·Δt²/4 = 1 is a double root at −1, with which rows of even and of odd j + k move apart
+    let check = |eigenvalue: f64, most: f64, name: &str| {
+        println!("{name} {}", 1.0 - eigenvalue / 4.0);
+        assert!(eigenvalue / 4.0 < most, "{name}: {}", eigenvalue / 4.0);
+    };
+    for geometry in GEOMETRIES {
+        for c_s in [0.1, 0.3, 0.5, 0.7, 0.8] {
+            let plies = vec![Ply { steps: 10, impedance: 1.0, c_p: 1.0, c_s, bond: Bond::Welded }];
+            let stack = Stack { plies, back: Back::Free, geometry };
+            let (grid, scheme) = stack.full(24, 0.0);
+            check(largest_eigenvalue(&grid, &scheme, 1), 0.998, &format!("full, {stack:?}"));
+            for order in [Order::Second, Order::Fourth] {
+                let (grid, scheme) = stack.simplified(24, Corner::new(order, 0.0));
+                let eigenvalue = largest_eigenvalue(&grid, &scheme, 1);
+                check(eigenvalue, 1.0 - 1e-5, &format!("simplified, {order:?}, {stack:?}"));
+            }
+        }
+    }
+    let mut noise = Noise(17);
+    for number in 0..30 {
+        let stack = Stack { back: Back::Free, ..Stack::random(&mut noise) };
+        let (grid, scheme) = stack.full(12, 0.0);
+        check(largest_eigenvalue(&grid, &scheme, number), 1.0 - 1e-6, &format!("full, {stack:?}"));
+        let (grid, scheme) = stack.simplified(12, Corner::new(Order::Fourth, 0.0));
+        check(largest_eigenvalue(&grid, &scheme, number), 1.0 - 1e-6, &format!("simplified, {stack:?}"));
+    }
+}
