@@ -145,7 +145,10 @@
 //! 50 of the `cells`: 200 frames of every node of a fine mesh take longer to write than to compute. `check` and `run` report
 //! skipped nodes. With fewer frames more nodes are recorded (`frame_times = [2.5]`), with `field_every = 1` all.
 
-use std::{ops::Deref, path::Path};
+use std::{
+    ops::Deref,
+    path::{Path, PathBuf},
+};
 
 mod bounds;
 mod builder;
@@ -199,6 +202,8 @@ pub(crate) use rows::NOTED_CHANGE;
 pub struct Case {
     parameters: Parameters,
     given: CaseBuilder,
+    /// The file of the profile, if it was read from one.
+    profile: Option<PathBuf>,
 }
 
 impl Deref for Case {
@@ -255,6 +260,11 @@ impl Case {
             Frames::At(_) => self.vary().set("record.frame_times", nothing()),
         };
         keys.into_iter().fold(case, |case, key| case.set(key, nothing()))
+    }
+
+    /// Files that the case was read from: its own, if it has one, and that of its profile.
+    pub fn inputs(&self) -> impl Iterator<Item = &Path> {
+        [Some(Path::new(&self.given.name)), self.profile.as_deref()].into_iter().flatten()
     }
 
     /// The case file as it was given, without overrides; the settings of a case that has none.

@@ -4,8 +4,7 @@
 //!
 //! | File | What it is |
 //! |---|---|
-//! | `sweep.toml` | what was asked: the case, what is set and what varies |
-//! | `case.toml` | a copy of the case, unless it is a built-in one |
+//! | `sweep.toml` | what was asked: the case with its text, what is set and what varies. Its first line marks the folder as one of a sweep |
 //! | `manifest.jsonl` | the journal: a line for every case that is done, only ever appended to |
 //! | `summary.csv`, `summary.parquet` | a row for every case, in their order: what varies, and what [`percuss_table::measures`] reads off the run |
 //! | `runs/` | recordings, named by the number of the case and the beginning of its digest |
@@ -13,12 +12,18 @@
 //!
 //! A case is known by the digest of all that its results depend on ([`plan::Digest`]): what the journals have of it is not computed again,
 //! whatever its number in the sweep is now. The summary is made of the journals alone, so it is the same however often a sweep was stopped and
-//! however it was cut into shards. A line of the journal is written when the recording of its case, if it is kept, has its name.
+//! however it was cut into shards. A line of the journal is written when the recording of its case, if it is kept, is on the disk and has its name;
+//! all lines are on the disk before the summary is written. A recording without its end, as a failing disk leaves one, is computed again.
+//!
+//! A sweep replaces nothing that a sweep has not made: it begins in a new or empty folder, and goes on in one that has the mark. What is in the
+//! folder is read and written once the journal is locked, so a process that is refused changes nothing. Names of recordings follow from the
+//! cases; what a journal says of them is for people and reports.
 //!
 //! # Files
 //!
 //! A line of `manifest.jsonl` is an object: `case`, the number; `digest`; `state`, `completed`, `stopped` (as `run.stop` asks) or `failed`, then with a
-//! `message`; `file`, the recording from the folder of the sweep, or null; `seconds`; `host`; `measures` by name, in the units of the case.
+//! `message`; `file`, the recording from the folder of the sweep, or null; `seconds`; `host`; `measures` by name, in the units of the case; last
+//! `crc32`, the checksum of what stands before it. Damaged lines are reported, and their cases computed again.
 //! The summary has the columns `case`, the keys that vary (numbers where all values are, quantities in SI), `status` (the state), and the measures,
 //! each with its unit, empty where there is none; `percuss-read summary --help` says what they are. Cases that failed have a row without measures.
 //!

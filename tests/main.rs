@@ -5,6 +5,7 @@
 
 mod checkpoint;
 mod cli;
+mod files;
 mod golden;
 mod hostile;
 mod house;

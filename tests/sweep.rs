@@ -9,10 +9,13 @@ use std::{
     time::Duration,
 };
 
+use percuss::sweep::journal::State;
 use signal_hook::consts::SIGINT;
 use tempfile::TempDir;
 
-fn folder() -> TempDir {
+use crate::files::forge;
+
+pub fn folder() -> TempDir {
     tempfile::tempdir().expect("a temporary folder")
 }
 
@@ -28,7 +31,7 @@ fn sweep(folder: &Path, arguments: &[&str]) -> Output {
 }
 
 /// What is said of a sweep that succeeds: on standard output, and beside it.
-fn succeed(folder: &Path, arguments: &[&str]) -> [String; 2] {
+pub fn succeed(folder: &Path, arguments: &[&str]) -> [String; 2] {
     let output = sweep(folder, arguments);
     let texts = [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("text"));
     assert!(output.status.success(), "{arguments:?}: {}", texts[1]);
@@ -36,7 +39,7 @@ fn succeed(folder: &Path, arguments: &[&str]) -> [String; 2] {
 }
 
 /// What is said of a sweep that fails with this exit status.
-fn refusal(folder: &Path, arguments: &[&str], status: i32) -> String {
+pub fn refusal(folder: &Path, arguments: &[&str], status: i32) -> String {
     let output = sweep(folder, arguments);
     let text = String::from_utf8(output.stderr).expect("messages are text");
     assert_eq!(output.status.code(), Some(status), "{arguments:?}: {text}");
@@ -44,7 +47,7 @@ fn refusal(folder: &Path, arguments: &[&str], status: i32) -> String {
 }
 
 /// Small cases: some milliseconds each.
-const SMALL: [&str; 5] = ["fig5", "--set", "mesh.cells=20", "--set", "record.frames=0"];
+pub const SMALL: [&str; 5] = ["fig5", "--set", "mesh.cells=20", "--set", "record.frames=0"];
 
 /// A sweep of 120 of them.
 const MANY: [&str; 4] =
@@ -54,7 +57,7 @@ fn many<'a>(rest: &[&'a str]) -> Vec<&'a str> {
     [&SMALL[..], &MANY, rest].concat()
 }
 
-fn text(path: impl AsRef<Path>) -> String {
+pub fn text(path: impl AsRef<Path>) -> String {
     let path = path.as_ref();
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
@@ -64,7 +67,7 @@ fn lines(path: impl AsRef<Path>) -> usize {
 }
 
 /// Names of the recordings of a sweep.
-fn recordings(sweep: &Path) -> Vec<String> {
+pub fn recordings(sweep: &Path) -> Vec<String> {
     let Ok(entries) = fs::read_dir(sweep.join("runs")) else { return Vec::new() };
     let name = |entry: std::io::Result<fs::DirEntry>| entry.expect("an entry").file_name().into_string();
     let mut names: Vec<String> = entries.map(|entry| name(entry).expect("a name")).collect();
@@ -219,17 +222,13 @@ fn failures_are_listed_and_computed_again_if_asked_for() {
     let path = folder.path().join("s");
     let vary = ["--vary", "indenter.mass=1,2,3", "--keep", "none", "-q"];
     succeed(folder.path(), &[&SMALL[..], &vary, &["-o", "s"]].concat());
-    let [good, manifest] = [path.join("summary.csv"), path.join("manifest.jsonl")].map(text);
-    let fail = |line: &str| {
-        let mut entry: serde_json::Value = serde_json::from_str(line).expect("a line");
-        if entry["case"] == 2 {
-            entry["state"] = "failed".into();
-            entry["message"] = "it burst".into();
-            entry["measures"] = serde_json::json!({});
+    let good = text(path.join("summary.csv"));
+    forge(&path, |entry| {
+        if entry.case == 2 {
+            (entry.state, entry.message) = (State::Failed, Some("it burst".into()));
+            entry.measures = Default::default();
         }
-        format!("{entry}\n")
-    };
-    fs::write(path.join("manifest.jsonl"), manifest.lines().map(fail).collect::<String>()).expect("room");
+    });
     let error = refusal(folder.path(), &["s", "-q"], 1);
     assert!(error.contains("1 of 3 cases failed: 2;") && error.contains("--rerun-failed"), "{error}");
     let summary = text(path.join("summary.csv"));
@@ -385,5 +384,5 @@ fn a_dry_run_writes_nothing_and_a_script_only_the_sweep() {
         .expect("a folder")
         .map(|entry| entry.expect("an entry").file_name())
         .collect();
-    assert_eq!(names.len(), 1, "{names:?}");
+    assert_eq!(names, BTreeSet::from(["manifest.jsonl".into(), "sweep.toml".into()]));
 }

@@ -69,6 +69,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
         velocity: impact.velocity,
         contact: impact.contact.as_ref(),
     };
+    let profile = indenter.text("file").map(|file| given.folder.join(file));
     let indenter = read_indenter(indenter, &parts);
     let impact = Impact {
         velocity: impact.velocity.unwrap_or(1.0),
@@ -118,7 +119,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
         Some(parameters)
     });
     let parameters = document.finish(parameters)?;
-    Ok(Case { parameters, given })
+    Ok(Case { parameters, given, profile })
 }
 
 /// Most characters of a title.

@@ -40,7 +40,7 @@ impl Exact {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
         let mut steps = ExactSteps::new(&case)?;
-        let destination = self.output.destination(&self.case.case, "-exact")?;
+        let destination = self.output.destination(&self.case.case, &case, "-exact")?;
         check_room(&destination.path, &case)?;
         let pool = self.output.threads.pool()?;
         let signal = watch_signals()?;

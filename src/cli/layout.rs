@@ -4,7 +4,11 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{CaseArguments, CliError, Exit, output::write_file, print, print_document};
+use super::{
+    CaseArguments, CliError, Exit,
+    output::{refuse_inputs, write_file},
+    print, print_document,
+};
 use crate::{channels::Catalogue, layout::LayoutBuilder};
 
 const EXAMPLES: &str = "\
@@ -46,6 +50,7 @@ enum Viewer {
 impl Layout {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
+        refuse_inputs(self.output.as_deref(), &case)?;
         let topics = Catalogue::new(&case).topics();
         let builder = LayoutBuilder::new(&case, &topics);
         let (text, show): (_, fn(&str) -> _) = match self.viewer {

@@ -11,7 +11,9 @@ use std::{
 
 use clap::Args;
 use indicatif::BinaryBytes;
-use percuss_output::{available, ending_signals, file_of, number::whole, part_of, text::printable};
+use percuss_output::{
+    available, ending_signals, file_of, is_same_file, number::whole, part_of, text::printable,
+};
 use rayon::ThreadPool;
 use signal_hook::{
     consts::{SIGHUP, SIGINT},
@@ -61,15 +63,17 @@ pub(super) struct ThreadArguments {
 const MAX_THREADS: usize = 1024;
 
 impl OutputArguments {
-    /// Where the recording of `case` goes.
+    /// Where the recording of a case goes.
     ///
+    /// * `name`: of the case, as it is given
     /// * `suffix`: what the default name adds to that of the case
     ///
     /// # Errors
     ///
-    /// It is the case file itself, or has the extension of another format.
-    pub(super) fn destination(&self, case: &str, suffix: &str) -> Result<Destination, CliError> {
-        let path = self.path(case, suffix)?;
+    /// The case is read from it, or it has the extension of another format.
+    pub(super) fn destination(&self, name: &str, case: &Case, suffix: &str) -> Result<Destination, CliError> {
+        let path = self.path(name, suffix)?;
+        refuse_inputs(Some(&path), case)?;
         Ok(Destination {
             path,
             overwrite: self.force,
@@ -78,12 +82,8 @@ impl OutputArguments {
         })
     }
 
-    fn path(&self, case: &str, suffix: &str) -> Result<PathBuf, CliError> {
-        let path = self.output.clone().unwrap_or_else(|| default_output(case, suffix));
-        if is_same_file(&path, Path::new(case)) {
-            let text = format!("`{}` is the case file itself; choose another output with -o", path.display());
-            return Err(CliError::Usage(text));
-        }
+    fn path(&self, name: &str, suffix: &str) -> Result<PathBuf, CliError> {
+        let path = self.output.clone().unwrap_or_else(|| default_output(name, suffix));
         if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("mcap")) {
             let text = format!("`{}`: recordings are .mcap; choose another output with -o", path.display());
             return Err(CliError::Usage(text));
@@ -171,10 +171,21 @@ pub(super) fn written(path: &Path, status: &Status) -> String {
     format!("{}: {}, {}", printable(&path.to_string_lossy()), status.name(), BinaryBytes(size))
 }
 
-fn is_same_file(a: &Path, b: &Path) -> bool {
-    match (fs::canonicalize(a), fs::canonicalize(b)) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
+/// Refuses an output that is a file which the case was read from, under whatever name.
+///
+/// # Errors
+///
+/// It is one.
+pub(super) fn refuse_inputs(output: Option<&Path>, case: &Case) -> Result<(), CliError> {
+    match output {
+        Some(output) if case.inputs().any(|input| is_same_file(output, input)) => {
+            let text = format!(
+                "`{}` is what the case is read from; choose another output with -o",
+                output.display()
+            );
+            Err(CliError::Usage(text))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -91,7 +91,7 @@ impl Run {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let case = self.case.load()?;
         let mut simulation = Simulation::with_engine(&case, self.engine);
-        let destination = self.output.destination(&self.case.case, "")?;
+        let destination = self.output.destination(&self.case.case, &case, "")?;
         let file = file_of(&destination.path).map_err(|error| {
             CliError::system(format!("cannot write `{}`", destination.path.display()), error)
         })?;

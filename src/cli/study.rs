@@ -10,7 +10,7 @@ use percuss_output::{OutputError, text::printable};
 
 use super::{
     CaseArguments, CliError, Exit,
-    output::{ThreadArguments, write_file},
+    output::{ThreadArguments, refuse_inputs, write_file},
     print,
     progress::Progress,
 };
@@ -82,6 +82,7 @@ impl StudyArguments {
             self.output.as_deref().map(|path| Ok::<_, CliError>((path, format(path)?))).transpose()?;
         OutputError::refuse_existing(self.output.as_deref(), self.force)?;
         let cases = self.cases()?;
+        refuse_inputs(self.output.as_deref(), &cases[0])?;
         let plan = self.plan(&cases[0])?;
         let pool = self.threads.pool()?;
         let finest = cases.last().expect("there are cases");

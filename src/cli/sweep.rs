@@ -24,7 +24,7 @@ use crate::{
     sweep::{
         MAX_CASES,
         folder::{Folder, FolderError, Shard, missing},
-        journal::{Done, Entry, State},
+        journal::{Done, Entry, Journal, State},
         plan::{Plan, PlanError, Planned},
         request::{Keep, Request},
         schedule::{self, Broken, Limits},
@@ -129,6 +129,7 @@ impl From<FolderError> for CliError {
     fn from(error: FolderError) -> Self {
         match error {
             FolderError::Output(error) => error.into(),
+            error @ (FolderError::NoSweep(_) | FolderError::Unmarked(_)) => Self::Usage(error.to_string()),
             error => Self::Failed(error.to_string()),
         }
     }
@@ -158,17 +159,23 @@ const GIB: f64 = 1_073_741_824.0;
 
 impl SweepArguments {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
-        let (request, folder, output) = self.request()?;
-        let pool = self.threads.pool()?;
-        let plan = pool.install(|| Plan::new(request, &folder))?;
-        let limits = Limits { threads: self.threads.count(), memory: self.memory(&plan)? };
+        let (file, output) = self.places()?;
         let folder = Folder::new(&output, self.shard);
+        let is_given = file.is_some() && output == Path::new(&self.what);
+        // what another process may change is read once that cannot
+        let lock = || folder.lock();
+        let mut journal = (is_given && !self.dry_run).then(lock).transpose()?;
+        let (request, base) = self.request(file.as_deref())?;
+        let pool = self.threads.pool()?;
+        let plan = pool.install(|| Plan::new(request, &base))?;
+        let limits = Limits { threads: self.threads.count(), memory: self.memory(&plan)? };
         if self.dry_run {
             print(&estimates(&plan, limits))?;
             return Ok(Exit::Done);
         }
-        folder.prepare(&plan)?;
+        let mut journal = journal.take().map_or_else(lock, Ok)?;
         if let Some(scheduler) = self.script {
+            folder.write_request(&plan)?;
             let memory = plan.cases.iter().map(|case| case.memory).max().unwrap_or_default();
             let text = script(scheduler, &output, plan.cases.len(), memory)
                 .map_err(|error| CliError::system("the path of the program", error))?;
@@ -180,26 +187,40 @@ impl SweepArguments {
             self.say(&format!("{}: {lines} damaged lines, whose cases are computed again", path.display()));
         }
         if self.merge {
-            self.merge(&folder, &plan, &mut done, limits)
+            self.merge(&folder, &plan, &mut done, limits, &mut journal)
         } else {
-            self.compute(&folder, &plan, &mut done, limits)
+            self.compute(&folder, &plan, &mut done, limits, &mut journal)
         }
     }
 
-    /// What is asked for, the folder of relative paths in it, and the folder of the sweep.
-    fn request(&self) -> Result<(Request, PathBuf, PathBuf), CliError> {
+    /// The file that is given, of a case or a sweep, if it is one, and the folder of the sweep.
+    fn places(&self) -> Result<(Option<PathBuf>, PathBuf), CliError> {
         let path = Path::new(&self.what);
-        let is_given = path.is_dir() && builtin::find(&self.what).is_none();
-        let file = match is_given {
-            true => Some(Folder::sweep_file(path).ok_or_else(|| {
-                CliError::Usage(format!(
-                    "`{}` is a folder without a sweep: it has no sweep.toml",
-                    path.display()
-                ))
-            })?),
-            false => Some(path.to_owned()).filter(|path| path.is_file()),
-        };
-        let read = file.as_deref().map(Request::read).transpose().map_err(PlanError::from)?.flatten();
+        let is_builtin = builtin::find(&self.what).is_some();
+        if path.is_dir() && !is_builtin {
+            if self.output.is_some() {
+                let text = format!("`{}` is the folder of the sweep: leave out -o", self.what);
+                return Err(CliError::Usage(text));
+            }
+            return Ok((Some(Folder::sweep_file(path)?), path.to_owned()));
+        }
+        if self.vary.is_empty() && !is_builtin && !path.exists() {
+            return Err(CliError::Usage(format!(
+                "`{}` does not exist: name a case, a sweep file or the folder of a sweep",
+                self.what
+            )));
+        }
+        let output = self.output.clone().unwrap_or_else(|| {
+            let mut name = stem(&self.what);
+            name.push("-sweep");
+            name.into()
+        });
+        Ok((Some(path.to_owned()).filter(|path| path.is_file()), output))
+    }
+
+    /// What is asked for, and the folder of relative paths in it.
+    fn request(&self, file: Option<&Path>) -> Result<(Request, PathBuf), CliError> {
+        let read = file.map(Request::read).transpose().map_err(PlanError::from)?.flatten();
         let (mut request, folder) = match read {
             Some(request) => {
                 if !self.vary.is_empty() || !self.overrides.is_empty() || self.zip || self.lhs.is_some() {
@@ -207,7 +228,7 @@ impl SweepArguments {
                         format!("`{}` says what varies: leave out --vary, --set, --zip and --lhs", self.what);
                     return Err(CliError::Usage(text));
                 }
-                let folder = file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+                let folder = file.and_then(Path::parent).unwrap_or(Path::new(""));
                 (request, folder.to_owned())
             }
             None => (self.of_arguments(), PathBuf::new()),
@@ -215,22 +236,7 @@ impl SweepArguments {
         if let Some(keep) = &self.keep {
             request.keep = keep.clone();
         }
-        let output = match (&self.output, is_given) {
-            (Some(_), true) => {
-                return Err(CliError::Usage(format!(
-                    "`{}` is the folder of the sweep: leave out -o",
-                    self.what
-                )));
-            }
-            (None, true) => path.to_owned(),
-            (Some(output), false) => output.clone(),
-            (None, false) => {
-                let mut name = stem(&self.what);
-                name.push("-sweep");
-                name.into()
-            }
-        };
-        Ok((request, folder, output))
+        Ok((request, folder))
     }
 
     fn of_arguments(&self) -> Request {
@@ -241,7 +247,7 @@ impl SweepArguments {
         };
         Request {
             case: self.what.clone(),
-            name: None,
+            text: None,
             folder: None,
             set: self.overrides.clone(),
             keep: Keep::default(),
@@ -276,10 +282,11 @@ impl SweepArguments {
         plan: &Plan,
         done: &mut Done,
         limits: Limits,
+        journal: &mut Journal,
     ) -> Result<Exit, CliError> {
         let signal = watch_signals()?;
-        let mut journal = folder.journal()?;
-        let jobs = folder.jobs(plan, done, self.rerun_failed, &mut journal)?;
+        folder.write_request(plan)?;
+        let jobs = folder.jobs(plan, done, self.rerun_failed, journal)?;
         let all = plan.cases.len();
         let part = self.shard.map_or(String::new(), |shard| format!(", shard {shard}"));
         self.say(&format!("{}: {all} cases{part}, {} to compute", self.what, jobs.len()));
@@ -291,21 +298,30 @@ impl SweepArguments {
             Ok(())
         });
         progress.end();
-        drop(journal);
+        // what is done stays so
+        let synchronised = journal.synchronise().map_err(FolderError::from);
         computed?;
+        synchronised?;
         if let Some(signal) = signalled(&signal) {
             self.say("interrupted; the same command goes on with the rest");
             return Ok(Exit::Interrupted(signal));
         }
         if self.shard.is_none() {
-            self.finish(folder, plan, done, limits)
+            self.finish(folder, plan, done, limits, journal)
         } else {
             folder.write_summary(plan, done)?;
             Ok(Exit::Done)
         }
     }
 
-    fn merge(&self, folder: &Folder, plan: &Plan, done: &mut Done, limits: Limits) -> Result<Exit, CliError> {
+    fn merge(
+        &self,
+        folder: &Folder,
+        plan: &Plan,
+        done: &mut Done,
+        limits: Limits,
+        journal: &mut Journal,
+    ) -> Result<Exit, CliError> {
         let missing = missing(plan, done);
         if missing > 0 {
             let text = format!(
@@ -315,8 +331,9 @@ impl SweepArguments {
             );
             return Err(CliError::Failed(text));
         }
-        folder.write_journal(plan, done)?;
-        self.finish(folder, plan, done, limits)
+        folder.write_request(plan)?;
+        journal.merge(done).map_err(FolderError::from)?;
+        self.finish(folder, plan, done, limits, journal)
     }
 
     /// Records the worst case, if that is asked for, and writes the summary.
@@ -326,15 +343,16 @@ impl SweepArguments {
         plan: &Plan,
         done: &mut Done,
         limits: Limits,
+        journal: &mut Journal,
     ) -> Result<Exit, CliError> {
         let jobs = folder.last_jobs(plan, done)?;
         if !jobs.is_empty() {
             let signal = watch_signals()?;
-            let mut journal = folder.journal()?;
             schedule::run(plan, jobs, limits, &signal, |entry| -> Result<(), CliError> {
                 self.say(&format!("{} is kept", entry.file.as_deref().unwrap_or_default()));
                 Ok(journal.append(&entry).map_err(FolderError::from)?)
             })?;
+            journal.synchronise().map_err(FolderError::from)?;
             if let Some(signal) = signalled(&signal) {
                 return Ok(Exit::Interrupted(signal));
             }

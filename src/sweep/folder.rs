@@ -2,7 +2,9 @@
 
 use std::{
     collections::BTreeSet,
-    fmt, fs, io,
+    fmt,
+    fs::{self, File},
+    io::{self, Read, Seek, SeekFrom},
     path::{Path, PathBuf},
     str::FromStr,
 };
@@ -11,17 +13,17 @@ use percuss_output::OutputError;
 use percuss_table::{Sink, csv::Csv, parquet::Parquet};
 
 use super::{
-    journal::{Done, Entry, Journal, JournalError, State, line},
-    plan::Plan,
-    request::{Keep, Request},
+    journal::{Done, Entry, Journal, JournalError, State},
+    plan::{Digest, Plan},
+    request::Keep,
     schedule::Job,
     summary,
 };
 
 /// Name of the sweep file in a folder.
 const SWEEP_FILE: &str = "sweep.toml";
-/// Name of the case among the files, unless it is a built-in one.
-const CASE_FILE: &str = "case.toml";
+/// Beginning of the sweep file in a folder of a sweep, by which it is known: in a folder without it nothing is replaced.
+const MARK: &str = "# The folder of a sweep: percuss sweep replaces this file, summaries and runs.\n";
 /// Name of the folder of recordings.
 const RUNS: &str = "runs";
 /// Memory for the rows of a Parquet file \[bytes\].
@@ -59,6 +61,12 @@ pub enum FolderError {
     /// It is there, with something else in it.
     #[error("`{}` is there and is no folder of a sweep; choose another one with -o", .0.display())]
     Occupied(PathBuf),
+    /// It has no sweep file.
+    #[error("`{}` is a folder without a sweep: it has no sweep.toml", .0.display())]
+    NoSweep(PathBuf),
+    /// Its sweep file was not written by a sweep.
+    #[error("`{file}` was not written by a sweep; `percuss sweep {file} -o FOLDER` computes it in another folder", file = .0.display())]
+    Unmarked(PathBuf),
     /// A file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -88,45 +96,61 @@ impl Folder {
         Self { path: path.into(), shard }
     }
 
-    /// The sweep file of a folder, if it has one.
-    pub fn sweep_file(path: &Path) -> Option<PathBuf> {
-        Some(path.join(SWEEP_FILE)).filter(|file| file.is_file())
+    /// The sweep file of a folder of a sweep.
+    ///
+    /// # Errors
+    ///
+    /// It is none.
+    pub fn sweep_file(path: &Path) -> Result<PathBuf, FolderError> {
+        let file = path.join(SWEEP_FILE);
+        match fs::read(&file) {
+            Ok(bytes) if bytes.starts_with(MARK.as_bytes()) => Ok(file),
+            Ok(_) => Err(FolderError::Unmarked(file)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Err(FolderError::NoSweep(path.into())),
+            Err(error) => Err(Self::system(&file, error)),
+        }
     }
 
     fn system(path: &Path, error: io::Error) -> FolderError {
         FolderError::System { path: path.into(), error }
     }
 
-    /// Makes the folder and writes what is asked for into it.
+    /// Makes the folder, if it is not there, and locks the journal of the sweep or the shard. What is in the folder is read and written
+    /// after that.
     ///
     /// # Errors
     ///
-    /// There is something else in it, or it cannot be written.
-    pub fn prepare(&self, plan: &Plan) -> Result<(), FolderError> {
+    /// There is something else in the folder, another process has the journal, or the system refuses.
+    pub fn lock(&self) -> Result<Journal, FolderError> {
         let fail = |error| Self::system(&self.path, error);
-        if self.path.exists() && Self::sweep_file(&self.path).is_none() && !self.is_begun().map_err(fail)? {
+        if self.path.exists() && !self.is_begun().map_err(fail)? && Self::sweep_file(&self.path).is_err() {
             return Err(FolderError::Occupied(self.path.clone()));
         }
         fs::create_dir_all(&self.path).map_err(fail)?;
-        let case = plan.text.as_ref().map_or_else(|| plan.request.case.clone(), |_| CASE_FILE.to_owned());
-        let request = Request { case, ..plan.request.clone() };
-        if let Some(text) = &plan.text {
-            self.write(CASE_FILE, text.as_bytes())?;
-        }
-        let text = toml::to_string(&request).expect("a request is plain tables, text and numbers");
-        self.write(SWEEP_FILE, text.as_bytes())
+        Ok(Journal::open(&self.path.join(self.name("manifest", "jsonl")))?)
     }
 
-    /// True of a folder with nothing in it but what a sweep leaves that was killed before it had its sweep file.
+    /// Writes what is asked for.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be written.
+    pub fn write_request(&self, plan: &Plan) -> Result<(), FolderError> {
+        let text =
+            toml::to_string_pretty(&plan.request).expect("a request is plain tables, text and numbers");
+        self.write(SWEEP_FILE, format!("{MARK}{text}").as_bytes())
+    }
+
+    /// True of a folder with nothing in it but what a sweep leaves that was killed before it had its sweep file: journals without a line.
     fn is_begun(&self) -> io::Result<bool> {
-        let is_ours = |name: &str| {
-            let of = |file: &str| {
-                name.strip_prefix(file).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-            };
-            of(CASE_FILE) || of(SWEEP_FILE)
-        };
         for entry in fs::read_dir(&self.path)? {
-            if !entry?.file_name().to_str().is_some_and(is_ours) {
+            let entry = entry?;
+            let name = entry.file_name();
+            let is_part = |name: &str| name.starts_with("sweep.toml.") && name.ends_with(".part");
+            let is_ours = |name: &str| is_part(name) || is_journal(name);
+            if !name.to_str().is_some_and(is_ours)
+                || (!is_part(&name.to_string_lossy()) && entry.metadata()?.len() > 0)
+            {
                 return Ok(false);
             }
         }
@@ -150,15 +174,6 @@ impl Folder {
         }
     }
 
-    /// The journal that this process writes.
-    ///
-    /// # Errors
-    ///
-    /// Another process has it, or it cannot be written.
-    pub fn journal(&self) -> Result<Journal, FolderError> {
-        Ok(Journal::open(&self.path.join(self.name("manifest", "jsonl")))?)
-    }
-
     /// What all journals say.
     ///
     /// # Errors
@@ -168,10 +183,7 @@ impl Folder {
         let mut journals: Vec<PathBuf> = fs::read_dir(&self.path)
             .and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect())
             .map_err(|error| Self::system(&self.path, error))?;
-        journals.retain(|path| {
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            name == "manifest.jsonl" || (name.starts_with("manifest-") && name.ends_with(".jsonl"))
-        });
+        journals.retain(|path| is_journal(&path.file_name().unwrap_or_default().to_string_lossy()));
         journals.sort();
         let mut done = Done::default();
         journals.iter().try_for_each(|path| done.read(path))?;
@@ -183,10 +195,9 @@ impl Folder {
         self.shard.is_none_or(|shard| (number - 1) % shard.of == shard.number - 1)
     }
 
-    /// Recording of a case: its path, and its name in the journal.
-    fn recording(&self, plan: &Plan, number: usize) -> (PathBuf, String) {
-        let digest = plan.cases[number - 1].digest.to_string();
-        let name = format!("{RUNS}/{number:06}-{}.mcap", &digest[..8]);
+    /// Recording of a case that has this number: its path, and its name in the journal.
+    fn recording(&self, number: usize, digest: Digest) -> (PathBuf, String) {
+        let name = format!("{RUNS}/{number:06}-{}.mcap", &digest.to_string()[..8]);
         (self.path.join(&name), name)
     }
 
@@ -211,7 +222,7 @@ impl Folder {
             if !seen.insert(planned.digest) || !self.has(number) {
                 continue;
             }
-            let (path, name) = self.recording(plan, number);
+            let (path, name) = self.recording(number, planned.digest);
             let entry = done.entries.get_mut(&planned.digest);
             let is_done = match entry {
                 Some(entry) if entry.state == State::Failed => !again,
@@ -235,7 +246,7 @@ impl Folder {
         }
     }
 
-    /// Gives what is done the number it has now; true if its recording is there.
+    /// Gives what is done the number it has now; true if its recording is there, whole.
     fn take_over(
         &self,
         entry: &mut Entry,
@@ -243,15 +254,11 @@ impl Folder {
         (path, name): (&Path, &str),
         journal: &mut Journal,
     ) -> Result<bool, FolderError> {
-        if let Some(old) = entry.file.as_deref().filter(|old| *old != name && !path.exists()) {
-            match fs::rename(self.path.join(old), path) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                    return Err(Self::system(path, error));
-                }
-                _ => {}
-            }
+        let (old, _) = self.recording(entry.case, entry.digest);
+        if entry.case != number && !is_whole(path) && is_whole(&old) {
+            fs::rename(&old, path).map_err(|error| Self::system(path, error))?;
         }
-        let is_there = path.exists();
+        let is_there = is_whole(path);
         let file = is_there.then(|| name.to_owned());
         if entry.case != number || entry.file != file {
             (entry.case, entry.file) = (number, file);
@@ -271,8 +278,11 @@ impl Folder {
         let value = |number: &usize| done.entries.get(&plan.cases[number - 1].digest)?.measures.get(key);
         let cases = (1..=plan.cases.len()).filter_map(|number| Some((number, value(&number)?)));
         let worst = cases.reduce(|worst, other| if other.1 > worst.1 { other } else { worst });
-        let job = |(number, _)| Job { number, recording: Some(self.recording(plan, number)) };
-        let is_there = |job: &Job| job.recording.as_ref().is_some_and(|(path, _)| path.exists());
+        let job = |(number, _): (usize, _)| Job {
+            number,
+            recording: Some(self.recording(number, plan.cases[number - 1].digest)),
+        };
+        let is_there = |job: &Job| job.recording.as_ref().is_some_and(|(path, _)| is_whole(path));
         let jobs: Vec<Job> = worst.map(job).filter(|job| !is_there(job)).into_iter().collect();
         self.make_room(&jobs)?;
         Ok(jobs)
@@ -296,23 +306,31 @@ impl Folder {
         self.write(&self.name("summary", "csv"), &csv)?;
         self.write(&self.name("summary", "parquet"), &parquet)
     }
+}
 
-    /// Writes the journals of all shards as one.
-    ///
-    /// # Errors
-    ///
-    /// It cannot be written.
-    pub fn write_journal(&self, plan: &Plan, done: &Done) -> Result<(), FolderError> {
-        // no other process may be appending to it
-        drop(self.journal()?);
-        let mut seen = BTreeSet::new();
-        let new = plan.cases.iter().map(|case| case.digest).filter(|digest| seen.insert(*digest));
-        let ours: Vec<&Entry> = new.filter_map(|digest| done.entries.get(&digest)).collect();
-        // what the sweep had when it was another one
-        let others = done.entries.iter().filter(|(digest, _)| !seen.contains(digest)).map(|(_, entry)| entry);
-        let lines: String = others.chain(ours).map(line).collect();
-        self.write(&self.name("manifest", "jsonl"), lines.as_bytes())
-    }
+/// True for the name of a journal, of the whole or of a shard.
+fn is_journal(name: &str) -> bool {
+    name == "manifest.jsonl" || (name.starts_with("manifest-") && name.ends_with(".jsonl"))
+}
+
+/// True for a recording that is complete: it ends with a footer. It has its name once it is, but a disk may lose what is behind the name.
+fn is_whole(path: &Path) -> bool {
+    /// Opcode and length of a footer, its content, and what every file of the format ends with.
+    const END: usize = 1 + 8 + FOOTER + mcap::MAGIC.len();
+    const FOOTER: usize = 20;
+    let end = || -> io::Result<[u8; END]> {
+        let mut end = [0; END];
+        let mut file = File::open(path)?;
+        file.seek(SeekFrom::End(-(END as i64)))?;
+        file.read_exact(&mut end)?;
+        Ok(end)
+    };
+    let is_footer = |end: [u8; END]| {
+        end[0] == mcap::records::op::FOOTER
+            && end[1..9] == (FOOTER as u64).to_le_bytes()
+            && end.ends_with(mcap::MAGIC)
+    };
+    path.is_file() && end().is_ok_and(is_footer)
 }
 
 /// Number of cases that journals say nothing of.

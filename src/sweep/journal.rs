@@ -1,12 +1,16 @@
 //! The journal of a sweep: a line for every case that is done. Lines are only appended, one process to a file.
+//!
+//! A line ends with the CRC-32 of what stands before that, so a torn or changed one is found and not counted.
 
 use std::{
     collections::BTreeMap,
     fs::{File, OpenOptions, TryLockError},
     io::{self, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
+    time::{Duration, Instant},
 };
 
+use percuss_output::{has_name, synchronise, synchronise_folder};
 use serde::{Deserialize, Serialize};
 
 use super::{measure::Measures, plan::Digest};
@@ -46,7 +50,7 @@ pub struct Entry {
     /// Why it failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
-    /// Its recording, from the folder of the sweep; none if it is not kept.
+    /// Its recording, from the folder of the sweep, for people and reports; none if it is not kept. A sweep itself derives the name.
     pub file: Option<String>,
     /// Time it took \[s\].
     pub seconds: f64,
@@ -77,7 +81,11 @@ pub enum JournalError {
 pub struct Journal {
     path: PathBuf,
     file: File,
+    synchronised: Instant,
 }
+
+/// Longest time that lines wait to be synchronised with the disk.
+const SYNCHRONISE_AFTER: Duration = Duration::from_secs(1);
 
 impl Journal {
     /// Opens the journal `path`, or begins it. A last line that a crash has torn is cut off.
@@ -97,23 +105,51 @@ impl Journal {
             if whole < file.metadata()?.len() {
                 file.set_len(whole)?;
             }
+            synchronise_folder(path)?;
             Ok(Some(file))
         };
-        match open().map_err(|error| JournalError::System { path: path.into(), error })? {
-            Some(file) => Ok(Self { path: path.into(), file }),
-            None => Err(JournalError::Busy(path.into())),
+        let system = |error| JournalError::System { path: path.into(), error };
+        loop {
+            let Some(file) = open().map_err(system)? else { return Err(JournalError::Busy(path.into())) };
+            // between opening and locking it the file may have been removed: what is written then is lost
+            if has_name(&file, path).map_err(system)? {
+                return Ok(Self { path: path.into(), file, synchronised: Instant::now() });
+            }
         }
     }
 
-    /// Appends a line.
+    /// Appends a line. It is on the disk after [`Journal::synchronise`], or some lines later.
     ///
     /// # Errors
     ///
     /// The disk is full, or fails.
     pub fn append(&mut self, entry: &Entry) -> Result<(), JournalError> {
-        self.file
-            .write_all(line(entry).as_bytes())
-            .map_err(|error| JournalError::System { path: self.path.clone(), error })
+        let written = self.file.write_all(line(entry).as_bytes());
+        written.map_err(|error| JournalError::System { path: self.path.clone(), error })?;
+        if self.synchronised.elapsed() < SYNCHRONISE_AFTER { Ok(()) } else { self.synchronise() }
+    }
+
+    /// Waits until all lines are on the disk.
+    ///
+    /// # Errors
+    ///
+    /// The disk fails.
+    pub fn synchronise(&mut self) -> Result<(), JournalError> {
+        self.synchronised = Instant::now();
+        synchronise(&self.file).map_err(|error| JournalError::System { path: self.path.clone(), error })
+    }
+
+    /// Appends what other journals say and this one does not.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be read or written.
+    pub fn merge(&mut self, all: &Done) -> Result<(), JournalError> {
+        let mut own = Done::default();
+        own.read(&self.path)?;
+        let new = all.entries.values().filter(|entry| own.entries.get(&entry.digest) != Some(entry));
+        new.into_iter().try_for_each(|entry| self.append(entry))?;
+        self.synchronise()
     }
 }
 
@@ -137,7 +173,20 @@ fn whole_lines(file: &mut File) -> io::Result<u64> {
 
 /// An entry as a line of a journal.
 pub fn line(entry: &Entry) -> String {
-    serde_json::to_string(entry).expect("an entry is plain text and numbers") + "\n"
+    let text = serde_json::to_string(entry).expect("an entry is plain text and numbers");
+    let start = text.strip_suffix('}').expect("an entry is an object");
+    format!("{start}{}\n", end_of(start.as_bytes()))
+}
+
+/// The end of a line, which holds the checksum of its start.
+fn end_of(start: &[u8]) -> String {
+    format!(",\"crc32\":\"{:08x}\"}}", crc32fast::hash(start))
+}
+
+/// The entry of a line; none of one that is damaged.
+fn entry_of(line: &[u8]) -> Option<Entry> {
+    let (start, end) = line.split_at_checked(line.len().checked_sub(end_of(&[]).len())?)?;
+    (end == end_of(start).as_bytes()).then(|| serde_json::from_slice(line).ok()).flatten()
 }
 
 /// What journals say, by digest.
@@ -145,7 +194,7 @@ pub fn line(entry: &Entry) -> String {
 pub struct Done {
     /// The last line of every case; of several journals one that did not fail.
     pub entries: BTreeMap<Digest, Entry>,
-    /// Lines that are none, in the middle of a journal.
+    /// Damaged lines, in the middle of a journal.
     pub unread: Vec<(PathBuf, usize)>,
 }
 
@@ -164,9 +213,9 @@ impl Done {
         let mut unread = 0;
         let mut here = BTreeMap::new();
         for line in bytes[..end].split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
-            match serde_json::from_slice::<Entry>(line) {
-                Ok(entry) => drop(here.insert(entry.digest, entry)),
-                Err(_) => unread += 1,
+            match entry_of(line) {
+                Some(entry) => drop(here.insert(entry.digest, entry)),
+                None => unread += 1,
             }
         }
         for (digest, entry) in here {
@@ -222,10 +271,14 @@ mod tests {
             let done = read();
             assert_eq!((done.entries.len(), done.unread.len()), (3, 0), "{torn}");
         }
-        // a line that is torn in the middle of a journal is reported, and the others count
-        std::fs::write(&path, [&b"{\"case\":7,\n"[..], &whole].concat()).expect("a file");
+        // a line that is torn or changed in the middle of a journal is reported, and the others count
+        let changed = line(&entry(4, State::Completed)).replace("0.5", "0.6");
+        for bad in ["{\"case\":7,\n", &changed, &changed[20..]] {
+            std::fs::write(&path, [bad.as_bytes(), &whole].concat()).expect("a file");
+            let done = read();
+            assert_eq!((done.entries.len(), &done.unread), (2, &vec![(path.clone(), 1)]), "{bad}");
+        }
         let done = read();
-        assert_eq!((done.entries.len(), &done.unread), (2, &vec![(path.clone(), 1)]));
         assert_eq!(done.entries[&entry(1, State::Completed).digest], entry(1, State::Completed));
         // a second attempt counts, in whatever journal it stands
         write(&[entry(2, State::Stopped)]);
@@ -244,5 +297,25 @@ mod tests {
         assert!(matches!(Journal::open(&path), Err(JournalError::Busy(_))));
         drop(journal);
         Journal::open(&path).expect("a journal");
+    }
+
+    #[test]
+    fn a_merge_adds_what_is_new_and_nothing_twice() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [path, shard] = ["manifest.jsonl", "shard.jsonl"].map(|name| folder.path().join(name));
+        let done = || {
+            let mut done = Done::default();
+            [&shard, &path].iter().for_each(|path| done.read(path).expect("a journal"));
+            done
+        };
+        let mut journal = Journal::open(&path).expect("a journal");
+        journal.append(&entry(1, State::Completed)).expect("a line");
+        let mut other = Journal::open(&shard).expect("a journal");
+        [1, 2].iter().for_each(|case| other.append(&entry(*case, State::Failed)).expect("a line"));
+        for _ in 0..2 {
+            journal.merge(&done()).expect("a journal");
+            assert_eq!(std::fs::read_to_string(&path).expect("a text").lines().count(), 2);
+        }
+        assert_eq!(done().entries[&entry(1, State::Completed).digest].state, State::Completed);
     }
 }

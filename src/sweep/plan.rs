@@ -107,14 +107,12 @@ pub struct Planned {
 /// The cases of a sweep, checked; numbered from 1 on.
 #[derive(Debug)]
 pub struct Plan {
-    /// What was asked for, with files read.
+    /// What was asked for, with files read: it stands by itself.
     pub request: Request,
     /// The first case, which has the units of all.
     pub first: Case,
     /// The cases, in order.
     pub cases: Vec<Planned>,
-    /// Text of the case file; none for a built-in case.
-    pub text: Option<String>,
     base: CaseBuilder,
     axes: Vec<Axis>,
 }
@@ -131,8 +129,7 @@ impl Plan {
         let vary = std::mem::take(&mut request.vary);
         request.vary = vary.into_iter().map(|vary| vary.resolved(folder)).collect::<Result<_, _>>()?;
         let axes = axes(&request.vary, request.combine)?;
-        let (base, text) = base(&mut request, folder)?;
-        let base = base.overrides(&request.set);
+        let base = base(&mut request, folder)?.overrides(&request.set);
         let count = axes.iter().map(|axis| axis.rows.len()).product();
         let check = |number: usize| {
             settle(&base, &axes, number).map(|case| {
@@ -156,7 +153,7 @@ impl Plan {
         let (cases, units): (Vec<Planned>, Vec<Units>) = all_right(checked)?.into_iter().unzip();
         same_units(&units)?;
         let first = settle(&base, &axes, 1)?;
-        Ok(Self { request, first, cases, text, base, axes })
+        Ok(Self { request, first, cases, base, axes })
     }
 
     /// A case by its number, from 1 on.
@@ -192,23 +189,25 @@ impl Plan {
     }
 }
 
-/// The case that all others vary, and its text if it is a file; the request then names the file for messages, and its folder.
-fn base(request: &mut Request, folder: &Path) -> Result<(CaseBuilder, Option<String>), PlanError> {
-    if builtin::find(&request.case).is_some() {
-        return Ok((CaseBuilder::load(&request.case)?, None));
+/// The case that all others vary. The request of one that is read from a file then has its text and stands by itself.
+fn base(request: &mut Request, folder: &Path) -> Result<CaseBuilder, PlanError> {
+    if request.text.is_none() {
+        if builtin::find(&request.case).is_some() {
+            return Ok(CaseBuilder::load(&request.case)?);
+        }
+        let path = folder.join(&request.case);
+        request.text = Some(CaseBuilder::load(&path.to_string_lossy())?.text());
+        request.case = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        let of_case = path.parent().filter(|folder| *folder != "").unwrap_or(Path::new("."));
+        request.folder.get_or_insert_with(|| of_case.to_owned());
     }
-    let path = folder.join(&request.case);
-    let given = CaseBuilder::load(&path.to_string_lossy())?;
-    let text = given.text();
-    let name = || path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    let name = request.name.get_or_insert_with(name).clone();
-    let of_case = || path.parent().filter(|folder| *folder != "").unwrap_or(Path::new(".")).to_owned();
-    let folder = request.folder.get_or_insert_with(of_case).clone();
-    // a copy of the case knows its folder from anywhere
+    let (text, folder) =
+        (request.text.clone().unwrap_or_default(), request.folder.clone().unwrap_or_default());
+    // known from anywhere
     let folder = std::path::absolute(&folder)
         .map_err(|error| SpecError::File { path: folder, what: error.to_string() })?;
     request.folder = Some(folder.clone());
-    Ok((CaseBuilder::from_text(&name, &text, &folder), Some(text)))
+    Ok(CaseBuilder::from_text(&request.case, &text, &folder))
 }
 
 /// The rows of the axes that make a case.

@@ -71,12 +71,12 @@ impl From<Keep> for String {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Request {
-    /// A built-in case or a file, which relative paths are seen from the folder of this file.
+    /// A built-in case or a file, which relative paths are seen from the folder of this file; where there is a text, its name in messages.
     pub case: String,
-    /// Name of the case in messages, where the file is a copy.
+    /// Text of the case, once its file has been read.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub name: Option<String>,
-    /// Folder of relative paths in the case, where the file is a copy.
+    pub text: Option<String>,
+    /// Folder of relative paths in the text.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub folder: Option<PathBuf>,
     /// Keys that are set in all cases, `key=value`.
@@ -102,8 +102,10 @@ impl Request {
         let fail = |what: String| SpecError::File { path: path.into(), what };
         let text = read_text(path).map_err(|error| fail(error.to_string()))?;
         let wrong = |error: toml::de::Error| {
-            let line = text[..error.span().unwrap_or_default().start].matches('\n').count() + 1;
-            fail(format!("line {line}: {}", error.message()))
+            let before = &text[..error.span().unwrap_or_default().start];
+            let line = before.matches('\n').count() + 1;
+            let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+            fail(format!("line {line}, column {column}: {}", error.message()))
         };
         let table: toml::Table = text.parse().map_err(wrong)?;
         if !table.contains_key("vary") {

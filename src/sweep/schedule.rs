@@ -23,7 +23,7 @@ use super::{
 };
 use crate::{
     case::CaseErrors,
-    recording::{Destination, Synchronise},
+    recording::Destination,
     session::{self, Flow, Recording, RunError, Source, Status},
     simulation::Simulation,
     view::View,
@@ -207,8 +207,7 @@ impl<'a> Queue<'a> {
                 return session::run(&mut steps, &mut [&mut measuring, &mut watch]);
             };
             // of an earlier attempt that was stopped nothing counts
-            let destination =
-                Destination { overwrite: true, synchronise: Synchronise::Never, ..Destination::new(path) };
+            let destination = Destination { overwrite: true, ..Destination::new(path) };
             let mut recording = Recording::create(&destination, &case, Source::Simulation)?;
             session::run(&mut steps, &mut [&mut recording, &mut measuring, &mut watch])
         });
@@ -275,7 +274,7 @@ mod tests {
     fn plan(vary: &str) -> Plan {
         let request = Request {
             case: "fig5".into(),
-            name: None,
+            text: None,
             folder: None,
             set: vec!["record.frames=0".into()],
             keep: Keep::None,

@@ -9,7 +9,7 @@ use std::{
     },
 };
 
-use crate::{ignore_unfit, repeated};
+use crate::synchronise;
 
 /// A file that counts what is written to it, and says so in its errors. Its clones are the same file.
 #[derive(Clone, Debug)]
@@ -30,7 +30,7 @@ impl Counted {
     ///
     /// What the system says.
     pub fn synchronise(&self) -> io::Result<()> {
-        ignore_unfit(repeated(|| self.file.sync_all())).map_err(|error| self.explain("synchronising", &error))
+        synchronise(&self.file).map_err(|error| self.explain("synchronising", &error))
     }
 
     /// An error with the bytes that were written before.

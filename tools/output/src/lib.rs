@@ -40,7 +40,7 @@ mod unfinished;
 
 pub use counted::Counted;
 pub use output::{Output, OutputError, write};
-pub use part::{Left, Part, PartError, part_of};
+pub use part::{Left, Part, PartError, has_name, part_of};
 #[cfg(feature = "signals")]
 pub use signals::{discard_at_signals, ending_signals};
 
@@ -66,6 +66,20 @@ pub fn file_of(path: &Path) -> io::Result<Option<PathBuf>> {
         Destination::File(path) => Some(path),
         Destination::Device => None,
     })
+}
+
+/// True if two names are of one file, through links of any kind.
+#[cfg(unix)]
+pub fn is_same_file(a: &Path, b: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let identity = |path| fs::metadata(path).map(|metadata| (metadata.dev(), metadata.ino()));
+    matches!((identity(a), identity(b)), (Ok(a), Ok(b)) if a == b)
+}
+
+/// True if two names are of one file, through symbolic links.
+#[cfg(not(unix))]
+pub fn is_same_file(a: &Path, b: &Path) -> bool {
+    matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
 }
 
 /// Where an output goes.
@@ -130,11 +144,24 @@ fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Synchronises a folder with the disk, so that a new name in it lasts. Folders that cannot be opened or synchronised, as
+/// Synchronises the folder of a file with the disk, so that a new name in it lasts. Folders that cannot be opened or synchronised, as
 /// of some network file systems, are left to the system.
-fn synchronise_folder(path: &Path) -> io::Result<()> {
+///
+/// # Errors
+///
+/// What the system says.
+pub fn synchronise_folder(path: &Path) -> io::Result<()> {
     let Ok(folder) = File::open(folder(path)) else { return Ok(()) };
     ignore_unfit(folder.sync_all())
+}
+
+/// Synchronises a file with the disk. Pipes and devices that have none are left alone.
+///
+/// # Errors
+///
+/// What the system says.
+pub fn synchronise(file: &File) -> io::Result<()> {
+    ignore_unfit(repeated(|| file.sync_all()))
 }
 
 /// Ignores that pipes, devices and some folders cannot be synchronised.

@@ -113,7 +113,7 @@ impl Part {
             Err(error) => return Err(system(&part, error)),
         };
         lock(&left, &part)?;
-        if !is_same(&left, &part).map_err(|error| system(&part, error))? {
+        if !has_name(&left, &part).map_err(|error| system(&part, error))? {
             return Err(PartError::Busy(part));
         }
         // one name: what an attempt leaves of it, which was killed here, the next one replaces; the holder of the lock above is the only one
@@ -227,7 +227,7 @@ fn open_locked(part: &Path, overwrite: bool) -> Result<File, PartError> {
             Err(error) => return Err(system(error)),
         };
         lock(&file, part)?;
-        if !is_same(&file, part).map_err(system)? {
+        if !has_name(&file, part).map_err(system)? {
             continue;
         }
         // one that another process has just created, and not locked yet, is empty
@@ -255,8 +255,12 @@ fn lock(file: &File, path: &Path) -> Result<(), PartError> {
 }
 
 /// True if a name still stands for an open file.
+///
+/// # Errors
+///
+/// What the system says.
 #[cfg(unix)]
-fn is_same(file: &File, path: &Path) -> io::Result<bool> {
+pub fn has_name(file: &File, path: &Path) -> io::Result<bool> {
     use std::os::unix::fs::MetadataExt;
     let open = file.metadata()?;
     match fs::metadata(path) {
@@ -266,8 +270,12 @@ fn is_same(file: &File, path: &Path) -> io::Result<bool> {
     }
 }
 
-/// Elsewhere an open file cannot be renamed by others.
+/// True if a name still stands for an open file, which elsewhere others cannot rename.
+///
+/// # Errors
+///
+/// None.
 #[cfg(not(unix))]
-fn is_same(_: &File, path: &Path) -> io::Result<bool> {
+pub fn has_name(_: &File, path: &Path) -> io::Result<bool> {
     Ok(path.exists())
 }

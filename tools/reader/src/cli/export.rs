@@ -6,11 +6,11 @@ use std::{
 };
 
 use clap::Args;
-use percuss_output::OutputError;
+use percuss_output::{OutputError, is_same_file};
 
 use super::{
     outcome::{CliError, Exit, loss, say, say_parts},
-    output::{by_extension, explain, is_same_file, print, refuse_inputs, write},
+    output::{by_extension, explain, print, refuse_inputs, write},
 };
 use crate::{
     command::export::{Camera, FORMS, attachment, attachments, form, matrix, series},

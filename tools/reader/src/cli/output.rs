@@ -6,7 +6,7 @@ use std::{
 };
 
 use clap::ValueEnum;
-use percuss_output::OutputError;
+use percuss_output::{OutputError, is_same_file};
 
 use super::outcome::CliError;
 use crate::{
@@ -86,14 +86,6 @@ impl Write for Output {
 /// Completes an output that was written through a buffer.
 pub(super) fn commit(output: BufWriter<Output>) -> io::Result<()> {
     output.into_inner().map_err(io::IntoInnerError::into_error)?.commit()
-}
-
-/// True if two names are the same file.
-pub(super) fn is_same_file(a: &Path, b: &Path) -> bool {
-    match (std::fs::canonicalize(a), std::fs::canonicalize(b)) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    }
 }
 
 /// Refuses to write where an input is.
