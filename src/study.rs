@@ -31,6 +31,7 @@ use crate::{
     simulation::Simulation,
     units::{Unit, Units},
     view::View,
+    warnings::{self, Warning},
 };
 
 /// Times and radii of a study.
@@ -53,6 +54,8 @@ pub struct Level {
     pub dt: f64,
     /// Number of the last step.
     pub steps: u64,
+    /// Warnings of the case on this mesh and of its results.
+    pub warnings: Vec<Warning>,
 }
 
 /// A quantity on all meshes, its order and its limit.
@@ -96,6 +99,7 @@ struct Trace {
     events: BTreeMap<&'static str, f64>,
     /// Interface stress of the last steps, the newest one last.
     pressures: VecDeque<Arc<[f64]>>,
+    warnings: Vec<Warning>,
 }
 
 /// Steps that the time of an event needs.
@@ -133,7 +137,7 @@ pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64) + Send) -> 
     );
     let mut traces = first?;
     traces.push(last?);
-    let levels: Vec<Level> = cases.iter().map(Level::of).collect();
+    let levels: Vec<Level> = cases.iter().zip(&traces).map(Level::of).collect();
     // meshes are judged by what they converge to
     let form = ClosedForm::for_case(finest).ok().filter(|form| !form.is_approximate());
     let ratio = levels[levels.len() - 2].dr / levels[levels.len() - 1].dr;
@@ -170,9 +174,15 @@ pub fn study(cases: &[Case], plan: &Plan, mut watch: impl FnMut(u64) + Send) -> 
 }
 
 impl Level {
-    fn of(case: &Case) -> Self {
+    fn of((case, trace): (&Case, &Trace)) -> Self {
         let (&Sizes { dr, dt, steps, .. }, Units { length, time, .. }) = (&case.sizes, case.units());
-        Self { cells: case.mesh.cells, dr: length.of(dr), dt: time.of(dt), steps }
+        Self {
+            cells: case.mesh.cells,
+            dr: length.of(dr),
+            dt: time.of(dt),
+            steps,
+            warnings: trace.warnings.clone(),
+        }
     }
 }
 
@@ -213,12 +223,14 @@ const FIRST_PROBE: usize = 2;
 
 fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64)) -> Result<Trace, RunError> {
     let columns = vec![Vec::new(); FIRST_PROBE + plan.probes.len()];
-    let mut trace = Trace { times: Vec::new(), columns, events: BTreeMap::new(), pressures: VecDeque::new() };
+    let (events, pressures) = (BTreeMap::new(), VecDeque::new());
+    let mut trace = Trace { times: Vec::new(), columns, events, pressures, warnings: Vec::new() };
     let mut collect = |view: &View<'_>| {
         trace.observe(view, plan);
         watch(view.step);
     };
-    session::run(&mut Simulation::new(case), &mut [&mut collect])?;
+    let outcome = session::run(&mut Simulation::new(case), &mut [&mut collect])?;
+    trace.warnings = warnings::of_results(case, &outcome.validity);
     Ok(trace)
 }
 

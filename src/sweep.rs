@@ -22,10 +22,11 @@
 //! # Files
 //!
 //! A line of `manifest.jsonl` is an object: `case`, the number; `digest`; `state`, `completed`, `stopped` (as `run.stop` asks) or `failed`, then with a
-//! `message`; `file`, the recording from the folder of the sweep, or null; `seconds`; `host`; `measures` by name, in the units of the case; last
-//! `crc32`, the checksum of what stands before it. Damaged lines are reported, and their cases computed again.
-//! The summary has the columns `case`, the keys that vary (numbers where all values are, quantities in SI), `status` (the state), and the measures,
-//! each with its unit, empty where there is none; `percuss-read summary --help` says what they are. Cases that failed have a row without measures.
+//! `message`; `file`, the recording from the folder of the sweep, or null; `seconds`; `host`; `measures` by name, in the units of the case;
+//! `warnings`, their subjects; last `crc32`, the checksum of what stands before it. Damaged lines are reported, and their cases computed again.
+//! The summary has the columns `case`, the keys that vary (numbers where all values are, quantities in SI), `status` (the state), the measures,
+//! each with its unit, empty where there is none (`percuss-read summary --help` says what they are), and `warnings`: the subjects of the
+//! [warnings](crate::warnings::Warning) of the case and its results, `base;strain`. Cases that failed have a row without measures.
 //!
 //! Folders that are shared need no locks: every shard writes its own journal. Two processes on one machine cannot write the same one.
 //!

@@ -82,6 +82,22 @@ pub fn of_case(case: &Case) -> Vec<Warning> {
     warnings
 }
 
+/// The warnings of a run: those of its case, then those of its results.
+pub fn of_results(case: &Case, validity: &Validity) -> Vec<Warning> {
+    [of_case(case), RunWarnings::new(case).of(validity)].concat()
+}
+
+/// Subjects of warnings, each once.
+pub fn subjects(warnings: &[Warning]) -> Vec<&'static str> {
+    let mut subjects = Vec::new();
+    for Warning { about, .. } in warnings {
+        if !subjects.contains(about) {
+            subjects.push(*about);
+        }
+    }
+    subjects
+}
+
 /// Layers whose wave speeds are changed notably.
 fn changed_speeds(case: &Case) -> Option<String> {
     let computed = case.target.computed();

@@ -147,6 +147,7 @@ fn lines_are_kept_while_another_process_replaces_the_journal() {
         seconds: 0.0,
         host: String::new(),
         measures: BTreeMap::new().into(),
+        warnings: Vec::new(),
     };
     std::thread::scope(|scope| {
         let writer = scope.spawn(|| (0..LINES).for_each(|case| open().append(&entry(case)).expect("a line")));

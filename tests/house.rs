@@ -10,7 +10,7 @@ use std::{
 };
 
 /// Modules of the library from the bottom up. Those of a line use modules of the lines before, not of their own or a later one.
-const LAYERS: [&[&str]; 12] = [
+const LAYERS: [&[&str]; 13] = [
     // names, limits, streams of bytes
     &["geometry", "input", "message", "recording", "state", "table", "validity"],
     &["grid", "indenter", "surface", "units"],
@@ -23,7 +23,8 @@ const LAYERS: [&[&str]; 12] = [
     &["layout", "trust"],
     // the loop over steps
     &["session"],
-    &["admissible", "checkpoint", "live", "study", "warnings"],
+    &["admissible", "checkpoint", "live", "warnings"],
+    &["study"],
     // the program
     &["cost"],
     &["sweep"],

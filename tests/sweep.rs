@@ -311,6 +311,49 @@ fn physical_cases_tables_and_sweep_files() {
 }
 
 #[test]
+fn warnings_stand_in_the_journal_the_summary_and_at_the_end() {
+    const LAMINATE: &str = "model = \"elastic\"\n[target]\nback = \"free\"\n[[target.layer]]\nmaterial = \"alumina\"\nthickness = \"6 mm\"\n\
+        [[target.layer]]\nmaterial = \"epoxy\"\nthickness = \"0.3 mm\"\n[indenter]\nshape = \"sphere\"\nnose_radius = \"6.35 mm\"\n\
+        material = \"steel\"\n[impact]\nvelocity = \"10 m/s\"\n[mesh]\ncells = 25\n[run]\nend_time = \"20 us\"\n[record]\nframes = 0\n";
+    let folder = folder();
+    fs::write(folder.path().join("ball.toml"), LAMINATE).expect("room");
+    let percuss = |arguments: &[&str]| {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss"));
+        command.current_dir(folder.path()).args(arguments).output().expect("the program starts")
+    };
+    // as many as a run says
+    let said = String::from_utf8(percuss(&["run", "ball.toml"]).stderr).expect("text");
+    let count = said.lines().filter(|line| line.starts_with("warning: ")).count();
+    assert!(count >= 3, "{said}");
+    let vary = ["ball.toml", "--vary", "impact.velocity=\"9 m/s\",\"10 m/s\"", "--keep", "none", "-o", "s"];
+    let [_, said] = succeed(folder.path(), &vary);
+    let summary = text(folder.path().join("s/summary.csv"));
+    let mut rows = summary.lines();
+    assert!(rows.next().is_some_and(|heading| heading.ends_with(",warnings")), "{summary}");
+    let warnings: Vec<&str> = rows.map(|row| row.rsplit(',').next().unwrap_or_default()).collect();
+    let subjects: Vec<&str> = warnings[1].split(';').collect();
+    assert_eq!((warnings.len(), subjects.len()), (2, count), "{summary}");
+    assert!(["rigid", "cells"].iter().all(|subject| subjects.contains(subject)), "{subjects:?}");
+    assert!(said.contains("warnings: ") && said.contains("rigid in 2"), "{said}");
+    let journal = text(folder.path().join("s/manifest.jsonl"));
+    let listed = format!("\"warnings\":[\"{}\"]", subjects.join("\",\""));
+    assert!(journal.lines().any(|line| line.contains(&listed)), "{journal}");
+    // those of a study, with the cells of the meshes that have them
+    let settings = ["--set", "mesh.cells=12", "--set", "run.end_time=10 us", "-q"];
+    for output in ["study.csv", "study.json"] {
+        let study = percuss(&[&["study", "ball.toml", "-o", output], &settings[..]].concat());
+        let said = String::from_utf8(study.stdout).expect("text");
+        assert!(said.contains("\nwarning, 12, 24, 48 cells: the indenter is taken as rigid"), "{said}");
+    }
+    assert!(
+        text(folder.path().join("study.csv"))
+            .lines()
+            .all(|row| row.ends_with(",warnings") || row.contains("rigid"))
+    );
+    assert!(text(folder.path().join("study.json")).contains("\"about\": \"rigid\""));
+}
+
+#[test]
 fn what_is_wrong_is_said_before_anything_runs() {
     let folder = folder();
     fs::write(

@@ -18,6 +18,7 @@ use crate::{
     case::Case,
     study::{Plan, Study, on_meshes, study},
     units::{Dimension, Units},
+    warnings::{self, Warning},
 };
 
 const EXAMPLES: &str = "\
@@ -30,7 +31,7 @@ Examples:
   percuss-read plot fig4.csv --x cells --y relative_error --by quantity \\
       --log xy
 
-The table of -o has a row for each quantity and mesh. Its `relative_error` is that of the value against the closed \
+The table of -o has a row for each quantity and mesh, with the subjects of its warnings. Its `relative_error` is that of the value against the closed \
 form, without one against the extrapolated value, without an order against the finest; it is empty where it may be \
 rounding.
 
@@ -97,7 +98,7 @@ impl StudyArguments {
         let result = pool.install(|| study(&cases, &plan, |step| progress.advance(step)));
         progress.end();
         let study = result?;
-        print(&(table(finest, &study) + &changes(&cases)))?;
+        print(&(table(finest, &study) + &changes(&cases) + &warned(&study)))?;
         if let Some((path, format)) = output {
             write_file(path, format(finest, &study).as_bytes(), self.force)?;
         }
@@ -162,7 +163,7 @@ fn csv(case: &Case, study: &Study) -> String {
     let (dr, dt) = (format!("dr [{}]", length.name), format!("dt [{}]", time.name));
     let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:?}"));
     let mut rows = csv::Writer::from_writer(Vec::new());
-    let mut write = |row: [&str; 11]| rows.write_record(row).expect("a Vec grows");
+    let mut write = |row: [&str; 12]| rows.write_record(row).expect("a Vec grows");
     write([
         "quantity",
         "unit",
@@ -175,6 +176,7 @@ fn csv(case: &Case, study: &Study) -> String {
         "extrapolated",
         "error_bar",
         "exact",
+        "warnings",
     ]);
     for quantity in &study.quantities {
         for (level, value) in study.levels.iter().zip(&quantity.values) {
@@ -190,10 +192,25 @@ fn csv(case: &Case, study: &Study) -> String {
                 &number(quantity.extrapolated),
                 &number(quantity.error_bar),
                 &number(quantity.exact),
+                &warnings::subjects(&level.warnings).join(";"),
             ]);
         }
     }
     String::from_utf8(rows.into_inner().expect("a Vec grows")).expect("rows are text")
+}
+
+/// The warnings of all meshes, each in the words of the finest mesh that has it.
+fn warned(study: &Study) -> String {
+    let all: Vec<Warning> = study.levels.iter().flat_map(|level| level.warnings.clone()).collect();
+    let mut text = String::new();
+    for subject in warnings::subjects(&all) {
+        let is_it = |warning: &&Warning| warning.about == subject;
+        let levels = study.levels.iter().filter(|level| level.warnings.iter().any(|warning| is_it(&warning)));
+        let cells: Vec<String> = levels.map(|level| level.cells.to_string()).collect();
+        let finest = all.iter().rfind(is_it).expect("it is the subject of one");
+        text += &format!("warning, {} cells: {}\n", cells.join(", "), printable(&finest.text));
+    }
+    text
 }
 
 /// What meshes change of layers.

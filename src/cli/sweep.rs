@@ -68,8 +68,8 @@ fastest. A sweep file says the same:
   file = \"cases.csv\"
 
 Every case is checked before the first one is run. A case that is done is not computed again, also where the sweep \
-is another one by then. DIR/summary.csv and .parquet have a row for every case: what varies, and what `percuss-read \
-summary` measures.";
+is another one by then. DIR/summary.csv and .parquet have a row for every case: what varies, what `percuss-read \
+summary` measures, and subjects of its warnings.";
 
 /// Computes a case with keys that vary: thousands of cases, on all cores, restartable.
 #[derive(Debug, Args)]
@@ -309,7 +309,7 @@ impl SweepArguments {
         if self.shard.is_none() {
             self.finish(folder, plan, done, limits, journal)
         } else {
-            folder.write_summary(plan, done)?;
+            self.summarise(folder, plan, done)?;
             Ok(Exit::Done)
         }
     }
@@ -336,6 +336,19 @@ impl SweepArguments {
         self.finish(folder, plan, done, limits, journal)
     }
 
+    /// Writes the summary, and says what cases are warned of.
+    fn summarise(&self, folder: &Folder, plan: &Plan, done: &Done) -> Result<(), CliError> {
+        folder.write_summary(plan, done)?;
+        let counts =
+            folder.warnings(plan, done).into_iter().map(|(about, cases)| format!("{about} in {cases}"));
+        let counts: Vec<String> = counts.collect();
+        if !counts.is_empty() {
+            let text = "cases; the summary says in which, `percuss run` of one what it means";
+            self.say(&format!("warnings: {} {text}", counts.join(", ")));
+        }
+        Ok(())
+    }
+
     /// Records the worst case, if that is asked for, and writes the summary.
     fn finish(
         &self,
@@ -357,7 +370,7 @@ impl SweepArguments {
                 return Ok(Exit::Interrupted(signal));
             }
         }
-        folder.write_summary(plan, done)?;
+        self.summarise(folder, plan, done)?;
         let failed: Vec<String> = (1..)
             .zip(&plan.cases)
             .filter(|(_, case)| {

@@ -1,7 +1,7 @@
 //! The folder of a sweep: its files, what of it is done, its summary.
 
 use std::{
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     fmt,
     fs::{self, File},
     io::{self, Read, Seek, SeekFrom},
@@ -288,16 +288,29 @@ impl Folder {
         Ok(jobs)
     }
 
+    /// Numbers of the cases of the sweep or the shard.
+    fn numbers(&self, plan: &Plan) -> impl Iterator<Item = usize> {
+        (1..=plan.cases.len()).filter(|number| self.has(*number))
+    }
+
+    /// How many cases of the sweep or the shard are warned of what.
+    pub fn warnings(&self, plan: &Plan, done: &Done) -> BTreeMap<String, usize> {
+        let mut counts = BTreeMap::new();
+        let entries =
+            self.numbers(plan).filter_map(|number| done.entries.get(&plan.cases[number - 1].digest));
+        for warning in entries.flat_map(|entry| &entry.warnings) {
+            *counts.entry(warning.clone()).or_default() += 1;
+        }
+        counts
+    }
+
     /// Writes the summary of the sweep or the shard.
     ///
     /// # Errors
     ///
     /// It cannot be written.
     pub fn write_summary(&self, plan: &Plan, done: &Done) -> Result<(), FolderError> {
-        let written = |sink: &mut dyn Sink| {
-            let numbers = (1..=plan.cases.len()).filter(|number| self.has(*number));
-            summary::write(plan, done, numbers, sink)
-        };
+        let written = |sink: &mut dyn Sink| summary::write(plan, done, self.numbers(plan), sink);
         let (mut csv, mut parquet) = (Vec::new(), Vec::new());
         let creator = concat!("percuss ", env!("CARGO_PKG_VERSION"));
         written(&mut Csv::new(&mut csv))

@@ -58,6 +58,8 @@ pub struct Entry {
     pub host: String,
     /// What was measured, in the units of the case; nothing of a case that failed.
     pub measures: Measures,
+    /// Subjects of its warnings, see [`crate::warnings::Warning`].
+    pub warnings: Vec<String>,
 }
 
 /// Why a journal cannot be used.
@@ -245,6 +247,7 @@ mod tests {
             seconds: 0.5,
             host: "here".into(),
             measures: BTreeMap::from([("peak_force".to_owned(), 0.1 + 0.2)]).into(),
+            warnings: vec!["rigid".into()],
         }
     }
 

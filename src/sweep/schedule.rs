@@ -27,7 +27,7 @@ use crate::{
     session::{self, Flow, Recording, RunError, Source, Status},
     simulation::Simulation,
     view::View,
-    warnings::Warned,
+    warnings::{self, Warned, Warning},
 };
 
 /// A case that is to be computed.
@@ -211,7 +211,7 @@ impl<'a> Queue<'a> {
             let mut recording = Recording::create(&destination, &case, Source::Simulation)?;
             session::run(&mut steps, &mut [&mut recording, &mut measuring, &mut watch])
         });
-        let entry = |state, message, file, measures| Entry {
+        let entry = |state, message, file, measures, warnings: &[Warning]| Entry {
             case: number,
             digest: self.plan.cases[number - 1].digest,
             state,
@@ -220,6 +220,7 @@ impl<'a> Queue<'a> {
             seconds: start.elapsed().as_secs_f64(),
             host: gethostname::gethostname().to_string_lossy().into_owned(),
             measures,
+            warnings: warnings::subjects(warnings).into_iter().map(str::to_owned).collect(),
         };
         let file = job.recording.as_ref().map(|(_, name)| name.clone());
         match computed {
@@ -229,10 +230,12 @@ impl<'a> Queue<'a> {
                     Status::Stopped(_) => State::Stopped,
                     Status::Interrupted(_) | Status::Failed(_) => return Ok(None),
                 };
-                Ok(Some(entry(state, None, file, measuring.measures(&outcome.validity))))
+                let warnings = warnings::of_results(&case, &outcome.validity);
+                Ok(Some(entry(state, None, file, measuring.measures(&outcome.validity), &warnings)))
             }
             Err(RunError::Simulation(error)) => {
-                Ok(Some(entry(State::Failed, Some(error.to_string()), None, Default::default())))
+                let warnings = warnings::of_case(&case);
+                Ok(Some(entry(State::Failed, Some(error.to_string()), None, Default::default(), &warnings)))
             }
             Err(error) => Err(Broken::Recording { number, error }),
         }

@@ -31,7 +31,7 @@ pub fn write(
     sink.end()
 }
 
-/// The columns of a summary: number of the case, what varies, how it ended, what was measured.
+/// The columns of a summary: number of the case, what varies, how it ended, what was measured, what it is warned of.
 fn headings(plan: &Plan) -> Vec<Heading> {
     let name = |unit: &str| Some(unit.to_owned());
     let Units { length, time, speed, force, energy, .. } = plan.first.units();
@@ -51,7 +51,8 @@ fn headings(plan: &Plan) -> Vec<Heading> {
     });
     let start = [text("case", CellType::UInt)].into_iter();
     let measured = NOTHING.iter().map(|measure| measure.heading(&units));
-    start.chain(varied).chain([text("status", CellType::Text)]).chain(measured).collect()
+    let end = [text("warnings", CellType::Text)];
+    start.chain(varied).chain([text("status", CellType::Text)]).chain(measured).chain(end).collect()
 }
 
 /// The row of a case in a summary.
@@ -66,7 +67,13 @@ fn row(plan: &Plan, headings: &[Heading], number: usize, entry: &Entry) -> Vec<C
     let measured =
         NOTHING.iter().map(|measure| entry.measures.get(measure.name).map_or(Cell::Empty, Cell::Double));
     let start = [Cell::UInt(number as u64)].into_iter();
-    start.chain(varied).chain([Cell::Text(entry.state.name().into())]).chain(measured).collect()
+    let warnings = if entry.warnings.is_empty() { Cell::Empty } else { Cell::Text(entry.warnings.join(";")) };
+    start
+        .chain(varied)
+        .chain([Cell::Text(entry.state.name().into())])
+        .chain(measured)
+        .chain([warnings])
+        .collect()
 }
 
 /// Unit of a column of varied values if all of them are numbers in it; plain ones have none.

@@ -17,6 +17,9 @@ pub const CASE_NUMBER: &str = "case";
 /// Column of how a case ended: parameters stand before it, measures behind it.
 pub const STATUS_COLUMN: &str = "status";
 
+/// Column of what a case is warned of in [`SUMMARY`]: words between semicolons.
+pub const WARNINGS_COLUMN: &str = "warnings";
+
 /// Extension that a recording has until it is complete: `run.mcap.part`.
 pub const PART: &str = "part";
 

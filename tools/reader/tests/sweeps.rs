@@ -52,6 +52,18 @@ fn a_sweep_is_a_page_of_its_cases() {
 }
 
 #[test]
+fn warnings_of_cases_are_a_column_that_the_page_counts() {
+    let desk = sweep("case,status,peak_force [N],warnings\n1,done,1,rigid;cells\n2,done,2,\n", "");
+    desk.text(0, &["report", "masses"]);
+    let page = fs::read_to_string(desk.path("masses.html")).expect("a page");
+    let data = data(&page);
+    assert_eq!((&data["columns"][3]["name"], &data["warnings"]), (&"warnings".into(), &"warnings".into()));
+    assert_eq!(data["columns"][3]["values"], serde_json::json!(["rigid;cells", null]));
+    // its script sets a word beside the title for each of them
+    assert!(page.contains("data.warnings") && page.contains("`warning: ${about} in ${cases}`"));
+}
+
+#[test]
 fn names_of_a_sweep_cannot_leave_their_place_in_the_page() {
     let name = "</script><script>alert(1)</script>";
     let desk = sweep(

@@ -298,10 +298,16 @@
 
   // --- words and choices ------------------------------------------------------------------------------------------
   get("title").textContent = data.title;
-  const states = new Map();
-  for (const state of named(data.status)?.values ?? []) states.set(state, (states.get(state) ?? 0) + 1);
-  for (const [state, cases] of states)
+  const counts = (names) => {
+    const found = new Map();
+    for (const name of names) found.set(name, (found.get(name) ?? 0) + 1);
+    return found;
+  };
+  for (const [state, cases] of counts(named(data.status)?.values ?? []))
     get("verdict").append(make("li", { class: state === "failed" ? "bad" : "good" }, `${cases} ${text(state)}`));
+  const warnings = (named(data.warnings)?.values ?? []).flatMap((value) => text(value).split(";").filter(Boolean));
+  for (const [about, cases] of counts(warnings))
+    get("verdict").append(make("li", { class: "bad" }, `warning: ${about} in ${cases}`));
   const redraw = () => {
     if (numbers.length) { drawScatter(); drawParallel(); }
     sort();

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::{ReportError, SHARED, STYLE, VERSION, curves::number, fill};
 use crate::{
-    convention::{CASE_NUMBER, MANIFEST, STATUS_COLUMN, SUMMARY},
+    convention::{CASE_NUMBER, MANIFEST, STATUS_COLUMN, SUMMARY, WARNINGS_COLUMN},
     prefix::Prefixed,
     recording::{Limits, OpenError},
     tabular::{self, Table, TableError},
@@ -46,6 +46,7 @@ pub fn sweep(folder: &Path, page: &Path, limits: Limits) -> Result<String, Repor
         "title": name(folder),
         "status": STATUS_COLUMN,
         "case": CASE_NUMBER,
+        "warnings": WARNINGS_COLUMN,
         "columns": table.headings.iter().zip(&table.columns).map(column).collect::<Vec<_>>(),
         "links": links,
     });
