@@ -163,7 +163,7 @@ impl Simulation {
                 velocity,
                 wave_speed,
             ),
-            watch: Watch::new(grid.dr / wave_speed, case.units()),
+            watch: Watch::new(grid.dr / wave_speed, case.impact.contact, case.units()),
             balance: EnergyBalance {
                 initial: indenter.kinetic_energy(),
                 is_damped,

@@ -8,7 +8,7 @@ use std::io;
 
 use serde::{Deserialize, Serialize};
 
-use super::ContactState;
+use super::{ContactState, Rule};
 use crate::{
     state::{StateError, StateReader, StateWriter},
     units::Units,
@@ -60,6 +60,7 @@ impl Event {
 #[derive(Clone, Debug)]
 pub struct Watch {
     hold: f64,
+    rule: Rule,
     units: Units,
     seen: Seen,
 }
@@ -82,9 +83,10 @@ impl Watch {
     /// State before the first step.
     ///
     /// * `hold`: time without contact that makes a separation, Δr/c_s \[R/c_p\]
+    /// * `rule`: how surface and indenter touch
     /// * `units`: of the numbers in the texts
-    pub fn new(hold: f64, units: Units) -> Self {
-        Self { hold, units, seen: Seen::default() }
+    pub fn new(hold: f64, rule: Rule, units: Units) -> Self {
+        Self { hold, rule, units, seen: Seen::default() }
     }
 
     /// Events of one step.
@@ -99,10 +101,12 @@ impl Watch {
         if let Some(i) = state.extended.filter(|_| !self.seen.extended) {
             self.seen.extended = true;
             let r = r(i);
-            let text = format!(
-                "extension: the interface first needs tension at r = {}, t = {at}",
-                self.units.length.text(r)
-            );
+            // a contact that only pushes opens there; one that is glued, or whose motion is given, pulls
+            let what = match self.rule {
+                Rule::Unilateral => "the target first leaves the indenter",
+                Rule::Bilateral | Rule::Prescribed => "the target first pulls at the indenter",
+            };
+            let text = format!("extension: {what}, at r = {}, t = {at}", self.units.length.text(r));
             report(EventKind::Extension, Some(r), text);
         }
         if state.velocity <= 0.0 && !self.seen.rebounded {
@@ -159,7 +163,7 @@ mod tests {
 
     /// Kinds of events but the rebound, with the times of their steps and of the loss of contact.
     fn watch(nodes: &[usize], hold: f64, velocity: f64) -> Vec<(EventKind, f64, Option<f64>)> {
-        let mut watch = Watch::new(hold, Units::new(Geometry::Axisymmetric, None));
+        let mut watch = Watch::new(hold, Rule::Unilateral, Units::new(Geometry::Axisymmetric, None));
         let mut seen = Vec::new();
         for (step, &nodes) in nodes.iter().enumerate() {
             let state = ContactState { velocity, nodes, ..ContactState::default() };
@@ -181,6 +185,20 @@ mod tests {
         assert_eq!(watch(&[0, 2, 1, 0, 0, 0, 0], 1.0, 0.0), [apart(2.5, 1.5)]);
         // an indenter that moves inwards comes back
         assert_eq!(watch(&[1, 0, 0, 0, 0, 0, 0], 0.5, 1.0), []);
+    }
+
+    #[test]
+    fn an_extension_is_of_the_contact_with_the_indenter() {
+        for (rule, expected) in [
+            (Rule::Unilateral, "extension: the target first leaves the indenter, at r = 2"),
+            (Rule::Bilateral, "extension: the target first pulls at the indenter, at r = 2"),
+        ] {
+            let mut watch = Watch::new(1.0, rule, Units::new(Geometry::Axisymmetric, None));
+            let state =
+                ContactState { velocity: 1.0, nodes: 5, extended: Some(4), ..ContactState::default() };
+            let events = watch.observe(&state, 3.0, |node| 0.5 * node as f64);
+            assert!(events.len() == 1 && events[0].text.starts_with(expected), "{events:?}");
+        }
     }
 
     #[test]
