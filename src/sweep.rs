@@ -8,6 +8,7 @@
 //! | `manifest.jsonl` | the journal: a line for every case that is done, only ever appended to |
 //! | `summary.csv`, `summary.parquet` | a row for every case, in their order: what varies, and what [`percuss_table::measures`] reads off the run |
 //! | `runs/` | recordings, named by the number of the case and the beginning of its digest |
+//! | `tasks-JOB/` | which task of an array of Slurm has which shard |
 //! | `manifest-I-of-N.jsonl`, `summary-I-of-N.csv`, … | of shard I of N |
 //!
 //! A case is known by the digest of all that its results depend on ([`plan::Digest`]): what the journals have of it is not computed again,
@@ -69,7 +70,7 @@
 //!
 //! # Modules
 //!
-//! * [`request`], [`spec`]: what is asked for; lists, ranges, tables, samples
+//! * [`request`], [`spec`], `random`: what is asked for; lists, ranges, tables, samples
 //! * [`plan`]: the cases of a sweep, all checked before the first is run
 //! * [`journal`], [`folder`]: what is done; the files of a sweep
 //! * [`schedule`]: cases on threads, within a bound of memory
@@ -80,6 +81,7 @@ pub mod folder;
 pub mod journal;
 mod measure;
 pub mod plan;
+mod random;
 pub mod request;
 pub mod schedule;
 pub mod script;

@@ -395,6 +395,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
         (&["wrong.toml"], "wrong.toml"),
         (&["open.toml"], "line 1, column 13"),
         (&["few.toml"], "\"few\" is no whole number from 0 on"),
+        (&["nosuchdir"], "`nosuchdir` does not exist"),
         (&["other"], "without a sweep"),
         (&["other", "--vary", "indenter.mass=1,2"], "without a sweep"),
     ] {
@@ -405,6 +406,59 @@ fn what_is_wrong_is_said_before_anything_runs() {
     assert!(occupied.contains("is no folder of a sweep"), "{occupied}");
     let entries = fs::read_dir(folder.path()).expect("a folder").count();
     assert_eq!(entries, 5, "nothing was written");
+}
+
+#[test]
+fn tasks_of_slurm_with_any_indices_compute_every_case_once() {
+    let folder = folder();
+    succeed(folder.path(), &many(&["-o", "whole", "--keep", "none", "-q"]));
+    let whole = summaries(&folder.path().join("whole"));
+    let [row, steps, list] = [(0..=15).collect(), vec![4, 6, 8, 10], vec![3, 7, 11]];
+    for (job, indices) in (1..).zip([row, steps, list, vec![5]]) {
+        let name = format!("it's {job}");
+        let [script, _] =
+            succeed(folder.path(), &many(&["-o", &name, "--keep", "none", "--script", "slurm"]));
+        let count = indices.len();
+        let start = |index: &i32| -> Child {
+            let mut command = Command::new("bash");
+            command.arg("-c").arg(&script).env("SLURM_ARRAY_JOB_ID", job.to_string());
+            command.env("SLURM_ARRAY_TASK_ID", index.to_string()).env("SLURM_CPUS_PER_TASK", "1");
+            command.env("SLURM_ARRAY_TASK_MIN", indices[0].to_string());
+            command.env("SLURM_ARRAY_TASK_COUNT", count.to_string()).spawn().expect("bash starts")
+        };
+        // all at once, then some again, as tasks that are requeued
+        for indices in [&indices[..], &indices[count / 2..]] {
+            let tasks: Vec<Child> = indices.iter().map(start).collect();
+            for mut task in tasks {
+                assert!(task.wait().expect("an end").success(), "{indices:?}");
+            }
+        }
+        let path = folder.path().join(&name);
+        let done: usize =
+            (1..=count).map(|i| lines(path.join(format!("manifest-{i}-of-{count}.jsonl")))).sum();
+        assert_eq!(done, 120, "{indices:?}");
+        succeed(folder.path(), &[&name, "--merge", "-q"]);
+        assert!(summaries(&path) == whole, "{indices:?}");
+    }
+}
+
+#[test]
+fn texts_are_no_formulas_and_numbers_of_any_base_are_numbers() {
+    let folder = folder();
+    fs::write(
+        folder.path().join("t.csv"),
+        "mesh.cells,title\n0x10,=cmd|' /C calc'!A0\n1_7,@SUM(A1)\n0b10010,-x\n",
+    )
+    .expect("room");
+    succeed(
+        folder.path(),
+        &["fig5", "--set", "record.frames=0", "--vary", "t.csv", "--keep", "none", "-o", "s", "-q"],
+    );
+    let summary = text(folder.path().join("s/summary.csv"));
+    let rows: Vec<&str> = summary.lines().skip(1).collect();
+    for (row, start) in rows.iter().zip(["1,16.0,'=cmd|", "2,17.0,'@SUM", "3,18.0,'-x,"]) {
+        assert!(row.starts_with(start), "{row}");
+    }
 }
 
 #[test]

@@ -27,6 +27,16 @@ impl fmt::Display for Quoted<'_> {
     }
 }
 
+/// The part of a task of Slurm, whose indices may be any: the one at its place in a row of indices, else the first that no other task of the
+/// array has. A task that is requeued finds the one that it had: links are made once, and by one task each.
+const PART_OF_TASK: &str = r#"mkdir -p "$tasks" || exit
+for part in $((SLURM_ARRAY_TASK_ID - SLURM_ARRAY_TASK_MIN + 1)) $(seq "$SLURM_ARRAY_TASK_COUNT"); do
+    ((part <= SLURM_ARRAY_TASK_COUNT)) || continue
+    ln -sn "$SLURM_ARRAY_TASK_ID" "$tasks/$part" 2>/dev/null
+    [ "$(readlink "$tasks/$part")" != "$SLURM_ARRAY_TASK_ID" ] || break
+done
+"#;
+
 /// The script that computes the sweep in `folder`.
 ///
 /// * `cases`: number of cases
@@ -55,10 +65,12 @@ pub fn script(scheduler: Scheduler, folder: &Path, cases: usize, memory: u64) ->
              #SBATCH --requeue\n\
              #SBATCH --open-mode=append\n\
              # {about}\n\
-             # Another number of tasks: sbatch --array=1-100 SCRIPT. When all have ended:\n\
+             # Any other tasks: sbatch --array=0-99 SCRIPT, sbatch --array=3,7,11 SCRIPT. When all have ended:\n\
              #   {merge}\n\
+             tasks={directory}/tasks-$SLURM_ARRAY_JOB_ID\n\
+             {PART_OF_TASK}\
              exec {program} sweep {directory} --quiet --threads \"$SLURM_CPUS_PER_TASK\" \\\n    \
-             --shard \"$SLURM_ARRAY_TASK_ID/$SLURM_ARRAY_TASK_COUNT\"\n"
+             --shard \"$part/$SLURM_ARRAY_TASK_COUNT\"\n"
         ),
         Scheduler::HyperQueue => format!(
             "#!/bin/bash\n\

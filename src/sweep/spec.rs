@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use toml::Value;
 
-use super::MAX_CASES;
+use super::{MAX_CASES, random::Random};
 use crate::{
     case::{quantity_si, split_number},
     geometry::Geometry,
@@ -262,11 +262,12 @@ impl Range {
             [from, to, count] => (from, to, Some(count)),
             _ => return None,
         };
-        let ((a, from_unit), (b, unit)) = (split_number(from)?, split_number(to)?);
+        let split = |end| number(end).map_or_else(|| split_number(end), |_| Some((end, "")));
+        let ((a, from_unit), (b, unit)) = (split(from)?, split(to)?);
         let (from_unit, unit) = (from_unit.trim(), unit.trim());
         let range = || {
             let read = |text: &str| {
-                let number = text.parse::<f64>().ok().filter(|x| x.is_finite());
+                let number = number(text).filter(|x| x.is_finite());
                 number.ok_or_else(|| format!("`{text}` is no number"))
             };
             let (ends, unit, written) = if from_unit.is_empty() {
@@ -318,6 +319,16 @@ impl Range {
         };
         Ok((0..count).map(value).collect())
     }
+}
+
+/// A plain number as a case file may have it: `0x10`, `1_000`, too.
+pub fn number(text: &str) -> Option<f64> {
+    let in_toml = || match text.parse().ok()? {
+        Value::Integer(number) => Some(number as f64),
+        Value::Float(number) => Some(number),
+        _ => None,
+    };
+    text.parse().ok().or_else(in_toml)
 }
 
 /// Two quantities of one dimension, in its SI unit.
@@ -388,28 +399,6 @@ fn latin_hypercube(ranges: Vec<(String, Range)>, samples: u64, seed: u64) -> Res
     Ok(Axis { keys: ranges.into_iter().map(|(key, _)| key).collect(), rows })
 }
 
-/// SplitMix64: the same numbers everywhere and in every version.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// From 0 to below 1.
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// A whole number below `count`.
-    fn below(&mut self, count: usize) -> usize {
-        ((u128::from(self.next()) * count as u128) >> 64) as usize
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -432,6 +421,8 @@ mod tests {
             ("m=1 g:1 kg:4:log", vec!["1 g", "0.01 kg", "0.1 kg", "1 kg"]),
             ("m=1 kg/m:1 g/cm:2", vec!["1 kg/m", "1 g/cm"]),
             ("m=5:5:1", vec!["5"]),
+            ("m=0x10:0b100000:3", vec!["0x10", "24.0", "0b100000"]),
+            ("m=1_000:2_000:2", vec!["1_000", "2_000"]),
         ] {
             assert_eq!(
                 values(spec),
@@ -496,11 +487,5 @@ mod tests {
         assert_eq!(parts(1, |x| x.log10() / 2.0), all);
         assert_eq!(lhs(7), Ok(axes));
         assert_ne!(lhs(8), lhs(7));
-    }
-
-    #[test]
-    fn the_random_numbers_are_those_of_splitmix64() {
-        let mut random = Random(1_234_567);
-        assert_eq!([random.next(), random.next()], [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]);
     }
 }

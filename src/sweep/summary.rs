@@ -8,6 +8,7 @@ use super::{
     journal::{Done, Entry},
     measure::NOTHING,
     plan::Plan,
+    spec::number,
 };
 use crate::{case::quantity_si, geometry::Geometry, units::Units};
 
@@ -86,8 +87,8 @@ fn column_unit(plan: &Plan, column: usize) -> Option<Option<String>> {
 /// A value of a case file as a number, a quantity in SI with its unit.
 fn number_of(value: &str, geometry: Geometry) -> Option<(f64, Option<&'static str>)> {
     let value = value.trim().trim_matches('"');
-    match value.parse::<f64>() {
-        Ok(number) => Some((number, None)),
-        Err(_) => quantity_si(value, geometry).map(|(number, unit)| (number, Some(unit))),
+    match number(value) {
+        Some(number) => Some((number, None)),
+        None => quantity_si(value, geometry).map(|(number, unit)| (number, Some(unit))),
     }
 }
