@@ -136,8 +136,7 @@ impl Folder {
     ///
     /// It cannot be written.
     pub fn write_request(&self, plan: &Plan) -> Result<(), FolderError> {
-        let text =
-            toml::to_string_pretty(&plan.request).expect("a request is plain tables, text and numbers");
+        let text = toml::to_string(&plan.request).expect("a request is plain tables, text and numbers");
         self.write(SWEEP_FILE, format!("{MARK}{text}").as_bytes())
     }
 
