@@ -308,6 +308,11 @@ fn what_cannot_continue_is_refused_and_stays() {
     assert!(text.contains("mesh.cells is 30 there, 31 here"), "{text}");
     let text = refused(&["--engine", "reference"], sound, state);
     assert!(text.contains("--engine blocked"), "{text}");
+    let other = self::folder();
+    kill(other.path(), &[&case[..], &["target.shear_wave_speed=0.45"]].concat(), &[]);
+    let part_of_another = fs::read(other.path().join("a.mcap.part")).expect("a part");
+    let text = refused(&[], &part_of_another, state);
+    assert!(text.contains("target.shear_wave_speed is 0.45 there, 0.5 here"), "{text}");
     let mut flipped = state.clone();
     flipped[state.len() / 2] ^= 4;
     let text = refused(&[], sound, &flipped);

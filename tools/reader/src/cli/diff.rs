@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum, builder::PossibleValue};
-use percuss_output::OutputError;
+use percuss_output::{OutputError, text::printable};
 use serde_json::json;
 
 use super::{
@@ -299,7 +299,7 @@ impl DiffArguments {
             print(&format!("{jobs} comparisons: {}{left}\n", worst.name()))?;
         }
         if self.github {
-            print(&github(&suites))?;
+            print_painted(&github(&suites))?;
         }
         Ok(match (lossy, worst) {
             (_, Verdict::NotCompared) => Exit::NoAnswer,
@@ -356,7 +356,7 @@ impl DiffArguments {
             result.documents.push(json!({ "a": job.a, "b": job.b, "verdict": "different", "text": what }));
             return Ok(());
         }
-        print(&format!("{}: {what}\n", path.display()))
+        print(&format!("{}: {what}\n", printable(&path.to_string_lossy())))
     }
 
     /// Channels that are not in the recording of differences, because their messages do not go together one by one.

@@ -6,7 +6,7 @@ use std::{
 };
 
 use clap::Args;
-use percuss_output::{OutputError, is_same_file};
+use percuss_output::{OutputError, is_same_file, text::printable};
 
 use super::{
     outcome::{CliError, Exit, loss, say, say_parts},
@@ -159,7 +159,7 @@ impl ExportArguments {
             let number = if number > 1 { format!(".{number}") } else { String::new() };
             let path = folder.join(format!("{log_time:019}{number}.{}", image.extension));
             write(Some(&path), self.force, &image.bytes)?;
-            print(&format!("{}\n", path.display()))
+            print(&format!("{}\n", printable(&path.to_string_lossy())))
         })?;
         Ok(loss(&self.file, &damages))
     }
@@ -176,7 +176,7 @@ impl ExportArguments {
             if name != Path::new(of) {
                 say(&format!("another attachment is named `{of}` as well; this one is `{}`", path.display()));
             }
-            print(&format!("{}\n", path.display()))
+            print(&format!("{}\n", printable(&path.to_string_lossy())))
         })?;
         Ok(loss(&self.file, &damages))
     }

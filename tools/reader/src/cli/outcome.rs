@@ -7,8 +7,10 @@ use std::{
     process::ExitCode,
 };
 
-use percuss_output::OutputError;
-pub(super) use percuss_output::text::say;
+use percuss_output::{
+    OutputError,
+    text::{self, printable},
+};
 
 use crate::{
     command::{
@@ -156,6 +158,11 @@ pub(super) fn say_parts(files: &[PathBuf]) {
             file.display()
         ));
     }
+}
+
+/// Shows a line on standard error: a name in it, of a file or in one, stays on that line.
+pub(super) fn say(line: &str) {
+    text::say(&printable(line));
 }
 
 /// True if standard output is a terminal that wants colours.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use mcap::McapError;
-use percuss_output::Output;
+use percuss_output::{Output, text::printable};
 use serde_json::json;
 
 use super::{
@@ -69,7 +69,8 @@ impl RecoverArguments {
             });
             print_document(&format!("{document:#}\n"))?;
         } else {
-            let (file, output) = (self.file.display(), self.output.display());
+            let [file, output] =
+                [&self.file, &self.output].map(|path| printable(&path.to_string_lossy()).into_owned());
             let (messages, extras) = (recovered.messages, recovered.extras);
             let mut text = format!(
                 "{file} -> {output}: {messages} messages, {extras} attachments and metadata records kept\n"

@@ -84,7 +84,7 @@ fn to_json(path: &Path, size: u64, recording: &Recording) -> Value {
 }
 
 fn to_text(path: &Path, size: u64, recording: &Recording) -> String {
-    let mut text = format!("{}: {}\n", path.display(), headline(recording));
+    let mut text = format!("{}: {}\n", printable(&path.to_string_lossy()), headline(recording));
     let mut line = |key: &str, value: String| text.push_str(&format!("  {key:<11} {}\n", printable(&value)));
     if let Some(title) = recording.entries(RUN).and_then(|run| run.get("title")) {
         line("title", title.clone());

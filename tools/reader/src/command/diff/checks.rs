@@ -3,7 +3,10 @@
 use std::fmt::Write as _;
 
 use super::{Job, Style, Verdict, shown::shown, text, verdict};
-use crate::compare::{ChannelReport, Comparison};
+use crate::{
+    compare::{ChannelReport, Comparison, Gap},
+    text::printable,
+};
 
 /// A recording and its reference.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,6 +36,7 @@ impl Suite {
     /// The checks of a comparison.
     pub fn of((a, b): (&str, &str), comparison: &Comparison) -> Self {
         let comparison = &shown(comparison);
+        let gap = |gap: &Gap| printable(&gap.to_string()).into_owned();
         let mut checks = Vec::new();
         let mut add = |name: &str, verdict: Verdict, lines: Vec<String>| {
             if let Some(first) = lines.first() {
@@ -47,14 +51,14 @@ impl Suite {
         let partial = partial.map(|path| format!("{} did not come to its planned end", path.display()));
         add("whole recordings", Verdict::NotCompared, damages.chain(partial).collect());
         add("structure", Verdict::Different, comparison.structure.iter().map(ToString::to_string).collect());
-        add("comparable", Verdict::NotCompared, comparison.gaps.iter().map(ToString::to_string).collect());
+        add("comparable", Verdict::NotCompared, comparison.gaps.iter().map(gap).collect());
         checks.extend(comparison.channels.iter().map(|channel| Check {
             name: channel.topic.clone(),
             verdict: of_channel(channel),
             largest: text::largest(channel),
             text: text::channel_text(channel, Style::default()),
         }));
-        let suite = Self { a: a.into(), b: b.into(), checks };
+        let suite = Self { a: printable(a).into(), b: printable(b).into(), checks };
         debug_assert!(comparison.is_lossy() || suite.worst() == verdict(comparison), "{suite:?}");
         suite
     }
@@ -62,8 +66,7 @@ impl Suite {
     /// The check that both folders have a recording.
     pub fn missing(job: &Job, what: &str) -> Self {
         let name = |path: &Option<std::path::PathBuf>| {
-            path.as_ref()
-                .map_or_else(String::new, |path| crate::text::printable(&path.to_string_lossy()).into())
+            path.as_ref().map_or_else(String::new, |path| printable(&path.to_string_lossy()).into())
         };
         let text = what.to_owned();
         let check = Check {

@@ -1,5 +1,7 @@
 //! A comparison as it may be shown: names and values of the files without commands for the terminal.
 
+use std::path::PathBuf;
+
 use crate::{
     compare::{Comparison, Difference, Divergence, Location},
     text::printable,
@@ -8,6 +10,11 @@ use crate::{
 /// A comparison with every text that is from a file on one line, and what commands a terminal escaped.
 pub(super) fn shown(comparison: &Comparison) -> Comparison {
     let mut comparison = comparison.clone();
+    for (path, damage) in &mut comparison.damages {
+        escape_path(path);
+        escape(&mut damage.reason);
+    }
+    comparison.partial.iter_mut().for_each(escape_path);
     for finding in &mut comparison.structure {
         escape(&mut finding.topic);
         finding.field.as_mut().map(escape);
@@ -50,6 +57,10 @@ pub(super) fn shown(comparison: &Comparison) -> Comparison {
 
 fn escape(text: &mut String) {
     *text = printable(text).into_owned();
+}
+
+fn escape_path(path: &mut PathBuf) {
+    *path = printable(&path.to_string_lossy()).into_owned().into();
 }
 
 fn escape_place(place: &mut Location) {

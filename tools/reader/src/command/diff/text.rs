@@ -3,6 +3,7 @@
 use super::{Verdict, shown::shown, verdict};
 use crate::compare::{Change, ChannelReport, Comparison, FieldReport, Gap, Location, Mode};
 use crate::instant::exact_seconds;
+use crate::text::printable;
 
 /// How a text is laid out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,8 +35,9 @@ const MAX_LISTED: usize = 40;
 const STOPPED: &str = "\nstopped at the first difference beyond tolerance (--fail-fast)\n";
 
 /// All that is different, with the verdict first.
-pub fn to_text(names: (&str, &str), comparison: &Comparison, style: Style) -> String {
-    let comparison = &shown(comparison);
+pub fn to_text((a, b): (&str, &str), comparison: &Comparison, style: Style) -> String {
+    let (a, b) = (printable(a), printable(b));
+    let (names, comparison) = ((&*a, &*b), &shown(comparison));
     let mut text = format!("{} -> {}: {}\n", names.0, names.1, style.verdict(verdict(comparison)));
     text.push_str(&counts(comparison));
     for (path, damage) in &comparison.damages {
@@ -133,8 +135,9 @@ fn starts(comparison: &Comparison) -> String {
 }
 
 /// One line per channel.
-pub fn summary(names: (&str, &str), comparison: &Comparison, style: Style) -> String {
-    let comparison = &shown(comparison);
+pub fn summary((a, b): (&str, &str), comparison: &Comparison, style: Style) -> String {
+    let (a, b) = (printable(a), printable(b));
+    let (names, comparison) = ((&*a, &*b), &shown(comparison));
     let mut text = format!("{}  {} -> {}\n", style.verdict(verdict(comparison)), names.0, names.1);
     text.push_str(&counts(comparison));
     for finding in &comparison.structure {

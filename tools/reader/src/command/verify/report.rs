@@ -57,6 +57,7 @@ impl Report {
             (true, true) => "sound, but PARTIAL: the run did not come to its planned end",
             (false, _) => "NOT SOUND",
         };
+        let name = printable(name);
         let mut text = format!("{name}: {state}; {} messages in {} chunks\n", self.messages, self.chunks);
         for problem in &self.problems {
             text.push_str(&format!("  at byte {}: {}\n", problem.offset, printable(&problem.text)));
