@@ -292,11 +292,12 @@ mod tests {
             |sizes: &crate::case::Sizes| sizes.layers.iter().map(|layer| layer.steps as u64).sum::<u64>();
         let (half, point) = (settings(&[]), settings(&["record.points=[[\"0 mm\", \"3 mm\"]]"]));
         let whole = settings(&["record.frames=2"]);
-        // the two last rows are ahead of the wave
-        assert_eq!((steps(&half), steps(&whole)), (half.steps.div_ceil(2) + 2, whole.steps + 2));
+        // half of the steps go down and half of them back up, from the rows that are looked at and the one below
+        let deepest = |sizes: &crate::case::Sizes, looked_at: u64| (sizes.steps + looked_at + 3) / 2 + 2;
+        assert_eq!((steps(&half), steps(&whole)), (deepest(&half, 5), whole.steps + 2));
         let to_point = 5.0 + ((3.0 - 0.2) / (2.0 * point.layers[1].dz)).ceil();
-        assert_eq!(steps(&point) as f64, ((point.steps as f64 + to_point) / 2.0).ceil() + 2.0);
+        assert_eq!(steps(&point), deepest(&point, to_point as u64));
         // a thick layer leaves two rows
-        assert_eq!(settings(&["target.layer.1.thickness=20 mm"]).layers[1].steps, FEWEST);
+        assert_eq!(settings(&["target.layer.1.thickness=40 mm"]).layers[1].steps, FEWEST);
     }
 }

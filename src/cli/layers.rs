@@ -118,7 +118,7 @@ mod tests {
         let layers = of("layers", &["target.back=free"]);
         // Z = 1 and 0.5·0.8
         assert_eq!(layers[0]["reflection"], (0.4 - 1.0) / (0.4 + 1.0));
-        assert_eq!((&layers[1]["reflection"], &layers[1]["rows"]), (&json!(-1.0), &json!(75)));
+        assert_eq!((&layers[1]["reflection"], &layers[1]["rows"]), (&json!(-1.0), &json!(76)));
         assert!((layers[1]["transit_time"].as_f64().expect("a time") - 0.75).abs() < 1e-14);
         let coating = of("coating", &[]);
         // alumina, ρ√(E(1 − ν)/(ρ(1 + ν)(1 − 2ν)))

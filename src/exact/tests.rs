@@ -42,7 +42,7 @@ fn mesh(stack: &Stack, geometry: Geometry, dr: f64, speed: f64, radius: f64) -> 
     let back = stack.back().expect("a stack with a back");
     let fit = LayerSteps::fit(&transits, back, dr / speed).expect("thick layers");
     let LayerSteps { dt, steps, rows, changes } = fit;
-    let largest = if back == Back::Rigid { 1e-12 } else { 0.02 };
+    let largest = if back == Back::Rigid { 1e-12 } else { 0.025 };
     assert!(changes.iter().all(|change| change.abs() < largest), "transit times of whole steps: {changes:?}");
     let rows = steps.into_iter().zip(rows).zip(stack.layers());
     let rows: Vec<_> =

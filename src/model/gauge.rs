@@ -190,8 +190,9 @@ fn rows(grid: &Grid, z: f64) -> (Vec<Term>, f64) {
     let layer = grid.layers.iter().find(inside).unwrap_or(&grid.layers[grid.layers.len() - 1]);
     let (x, last) = ((z - layer.top) / layer.dz, layer.steps as f64);
     let left = last + layer.overhang - x;
-    if x > last + SNAP && left > -SNAP {
-        return (vec![(layer.last(), 1.0)], if left < SNAP { 0.0 } else { left / layer.overhang });
+    if x > last + SNAP && layer.overhang > 0.0 {
+        let row = if left > -SNAP { vec![(layer.last(), 1.0)] } else { Vec::new() };
+        return (row, if left < SNAP { 0.0 } else { left / layer.overhang });
     }
     let rows = linear(x, layer.steps + 1);
     (rows.into_iter().map(|(row, weight)| (layer.first + row, weight)).collect(), 1.0)

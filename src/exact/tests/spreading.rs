@@ -78,12 +78,12 @@ fn layers_of_one_shear_wave_speed() {
     let paraboloid = (Front::Paraboloid { curvature: 0.2 }, 0.0);
     let cone = (Front::Cone { spread_rate: 2.0 }, 0.3);
     // errors on the finest mesh on the surface and at the interface, and mean order. Measured 4.6e-4, 3.7e-4, 1.17; 1.8e-4, 1.1e-4, 1.50;
-    // 5.5e-4, 4.6e-4, 1.63; 1.9e-4, 1.3e-4, 1.79
+    // 5.3e-4, 2.4e-4, 1.29; 8.7e-5, 1.3e-4, 1.76, where the wave speeds of the stack differ a little from mesh to mesh
     let cases = [
         ("two", &two, paraboloid, [6e-4, 5e-4], 1.1),
         ("two", &two, cone, [2.4e-4, 1.4e-4], 1.4),
-        ("three", &three, paraboloid, [7e-4, 6e-4], 1.5),
-        ("three", &three, cone, [2.5e-4, 1.7e-4], 1.6),
+        ("three", &three, paraboloid, [6e-4, 3e-4], 1.2),
+        ("three", &three, cone, [1.2e-4, 1.7e-4], 1.6),
     ];
     cases.into_par_iter().for_each(|(name, stack, (front, r), allowed, order)| {
         let errors = [40, 80, 160].map(|cells| errors(stack, front, r, cells));

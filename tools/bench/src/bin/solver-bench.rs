@@ -1,9 +1,8 @@
-//! The cost of recording, the gain of the light cone, the growth of time with the mesh, and the cost of layers.
+//! The cost of recording, the growth of time with the mesh, and the cost of layers.
 //!
 //! ```text
 //! cargo build --release --workspace
 //! target/release/solver-bench recording          a run with and without its recording
-//! target/release/solver-bench cone               a half-space with and without the light cone
 //! target/release/solver-bench growth             time over N³, N = 250 to 2000
 //! target/release/solver-bench layers             five layers against one of as many rows
 //! ```
@@ -23,7 +22,6 @@ use std::{
 use clap::{Parser, Subcommand, ValueEnum};
 use percuss::{
     case::Case,
-    model::Coverage,
     recording::Destination,
     session::{Recording, Source, run as run_steps},
     simulation::Simulation,
@@ -63,15 +61,6 @@ enum What {
         /// File to record it to
         #[arg(long)]
         record: Option<PathBuf>,
-    },
-    /// A half-space with and without the light cone
-    Cone {
-        /// Case
-        #[arg(default_value = "fig8-m5")]
-        case: String,
-        /// Settings of the case
-        #[arg(long, default_value = "mesh.cells=400")]
-        set: Vec<String>,
     },
     /// Time over N³ of the reference case
     Growth {
@@ -147,12 +136,11 @@ fn run(arguments: &Arguments) -> Result<()> {
             let case = Case::load(case, set)?;
             let seconds = match record {
                 Some(file) => recorded(&case, file)?,
-                None => computed(&case, None)?,
+                None => computed(&case)?,
             };
             println!("{seconds}");
             Ok(())
         }
-        What::Cone { case, set } => cone(case, set, repeat),
         What::Growth { cells, end, scheme } => growth(cells, *end, *scheme, repeat),
         What::Layers { cells, scheme } => layers(*cells, *scheme, repeat),
     })
@@ -206,27 +194,13 @@ fn once(name: &str, settings: &[String], threads: usize, file: Option<&Path>) ->
     Ok(String::from_utf8(output.stdout)?.trim().parse()?)
 }
 
-fn cone(name: &str, set: &[String], repeat: usize) -> Result<()> {
-    let case = Case::load(name, set)?;
-    let mut rows = Vec::new();
-    for _ in 0..repeat {
-        rows.push([computed(&case, None)?, computed(&case, Some(Coverage::Everything))?]);
-    }
-    println!(
-        "{name}: {:.3} s; without the light cone {:.2} times as long",
-        median(rows.iter().map(|row| row[0])),
-        median(rows.iter().map(|row| row[1] / row[0]))
-    );
-    Ok(())
-}
-
 fn growth(cells: &[usize], end: f64, scheme: Scheme, repeat: usize) -> Result<()> {
     let mut rows = vec![Vec::new(); cells.len()];
     for _ in 0..repeat {
         for (row, &n) in rows.iter_mut().zip(cells) {
             let mut settings = scheme.settings(n, end);
             settings.push("record.frames=0".into());
-            row.push(computed(&Case::load("fig5", &settings)?, None)?);
+            row.push(computed(&Case::load("fig5", &settings)?)?);
         }
     }
     println!("     N         s   s/N³ [1e-9]");
@@ -257,7 +231,7 @@ fn layers(cells: usize, scheme: Scheme, repeat: usize) -> Result<()> {
     let (one, five) = (case(&[1.0])?, case(&[1.0, 0.2, 2.0, 0.5, 1.5])?);
     let mut rows = Vec::new();
     for _ in 0..repeat {
-        rows.push([computed(&one, None)?, computed(&five, None)?]);
+        rows.push([computed(&one)?, computed(&five)?]);
     }
     let [one, five] = [one, five].map(|case| (case.sizes.nz + 1) as f64);
     println!(
@@ -269,13 +243,9 @@ fn layers(cells: usize, scheme: Scheme, repeat: usize) -> Result<()> {
 }
 
 /// Time of a run without observers \[s\].
-fn computed(case: &Case, coverage: Option<Coverage>) -> Result<f64> {
+fn computed(case: &Case) -> Result<f64> {
     let start = Instant::now();
-    let mut simulation = match coverage {
-        Some(coverage) => Simulation::with_coverage(case, coverage),
-        None => Simulation::new(case),
-    };
-    run_steps(&mut simulation, &mut [])?;
+    run_steps(&mut Simulation::new(case), &mut [])?;
     Ok(start.elapsed().as_secs_f64())
 }
 
