@@ -73,7 +73,9 @@ fn measures_of_a_rebound_are_those_of_the_messages() {
     let separation = event("SEPARATION")["since"].as_f64().expect("a time");
     let rebound = linear(&time, &velocity, separation);
     near(&row["rebound_velocity"], rebound);
-    near(&row["restitution"], -rebound / velocity[0]);
+    // over V0, not over the velocity that the first step has left
+    near(&row["restitution"], -rebound);
+    assert!(velocity[0] < 0.999, "the first step slows it down");
     // nothing touches the indenter any more
     near(&row["rebound_velocity"], velocity[velocity.len() - 1]);
     let energy = trace(&desk, "m1.mcap", "/energy");
@@ -152,8 +154,8 @@ fn units_are_those_of_the_first_recording() {
     for names in [["a.mcap", "si.mcap"], ["si.mcap", "a.mcap"]] {
         let (rows, units) = summary(&desk, &names);
         for (name, value) in rows[0].as_object().expect("an object") {
-            // the copy holds no record of the largest strain
-            if value.is_number() && rows[1][name].is_number() {
+            // the copy holds no record of the largest strain, and of V0, which stand in one place
+            if !name.starts_with("restitution") && value.is_number() && rows[1][name].is_number() {
                 let ratio = value.as_f64().expect("a number") / rows[1][name].as_f64().expect("a number");
                 assert!((ratio - 1.0).abs() < 1e-12, "{name}: {} and {}", value, rows[1][name]);
             }
