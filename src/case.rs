@@ -60,7 +60,7 @@
 //!
 //! [run]
 //! end_time = 6.0
-//! stop = "never"                    # never | extension (the interface needs tension) | separation (V ≤ 0, no contact for Δr/c_s)
+//! stop = "never"                    # never | extension (the interface needs tension, the contact turns back) | separation (V ≤ 0, no contact for Δr/c_s)
 //! # checkpoint_every = 600          # seconds of wall time from one checkpoint to the next, 0 for none; `percuss run --resume`
 //!
 //! [record]

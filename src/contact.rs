@@ -27,9 +27,11 @@ use crate::{
 mod depth;
 pub mod event;
 mod partial;
+mod turn;
 
 pub(crate) use partial::HALF_WIDTH;
 use partial::PartialContact;
+pub use turn::Turn;
 
 /// How surface and indenter touch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -135,6 +137,12 @@ impl Contact {
     /// Radius of the punch \[R\], infinite if unbounded.
     pub fn punch_radius(&self) -> f64 {
         self.shape.radius()
+    }
+
+    /// How the contact turns back, if it is that of a head which spreads and only pushes.
+    pub fn turn(&self) -> Option<Turn> {
+        (self.rule == Rule::Unilateral && self.shape.spreads())
+            .then(|| Turn { cell: self.dr, edge: self.shape.radius() })
     }
 
     /// Profile of the indenter at the surface nodes it can reach, shape `(zone,)` \[R\].

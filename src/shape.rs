@@ -220,6 +220,16 @@ impl Shape {
         self.head.is_flat()
     }
 
+    /// True if the contact begins at a rounded tip, spreads and turns back; under a flat face it begins everywhere, and a cone has no
+    /// length at which it would turn by itself.
+    pub fn spreads(&self) -> bool {
+        match &self.head {
+            Head::Sphere { .. } | Head::Paraboloid { .. } => true,
+            Head::Profile(profile) => profile.is_rounded(),
+            Head::Flat { .. } | Head::Cone { .. } => false,
+        }
+    }
+
     /// Profile of the head alone, as if it were unbounded \[R\].
     fn head_depth(&self, r: f64) -> f64 {
         match &self.head {

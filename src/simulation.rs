@@ -153,17 +153,12 @@ impl Simulation {
         let wave_speed = case.surface_speed();
         let is_damped = case.mesh.damping > 0.0;
         let indenter = Indenter::new(case.indenter.mass, velocity, grid.dt());
+        let rule = case.impact.contact;
+        let contact = Contact::new(rule, case.shape(), case.geometry, &grid, velocity, wave_speed);
         Self {
             surface: Surface::new(grid.nr()),
-            contact: Contact::new(
-                case.impact.contact,
-                case.shape(),
-                case.geometry,
-                &grid,
-                velocity,
-                wave_speed,
-            ),
-            watch: Watch::new(grid.dr / wave_speed, case.impact.contact, case.units()),
+            watch: Watch::new(grid.dr / wave_speed, rule, case.units(), contact.turn()),
+            contact,
             balance: EnergyBalance {
                 initial: indenter.kinetic_energy(),
                 is_damped,

@@ -11,7 +11,7 @@ use crate::{
 /// The event channel, in the units of `case`.
 pub fn channel(case: &Case) -> Channel {
     let Units { length, time, .. } = case.units();
-    let since = "since when, for events that are known only later: when contact was lost, of a separation";
+    let since = "since when, for events that are known only later: when contact was lost, of a separation, or turned back, of an extension";
     let mut fields = vec![
         FieldNote::new("r", length.name, "where it happened, for events that have a place"),
         FieldNote::new("since", time.name, since),

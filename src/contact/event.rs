@@ -8,7 +8,10 @@ use std::io;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ContactState, Rule};
+use super::{
+    ContactState, Rule,
+    turn::{Top, Turn},
+};
 use crate::{
     state::{StateError, StateReader, StateWriter},
     units::Units,
@@ -17,7 +20,8 @@ use crate::{
 /// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EventKind {
-    /// The interface first needs tension: t_ext of the paper.
+    /// The interface first needs tension: t_ext of the paper. Under a head that spreads: the contact is widest and turns back, see
+    /// [`Turn`].
     Extension,
     /// The velocity of the indenter changes sign.
     Rebound,
@@ -40,9 +44,9 @@ pub struct Event {
     pub kind: EventKind,
     /// Description in words.
     pub text: String,
-    /// Radius, of an extension or the tension of an interface \[R\].
+    /// Radius, of an extension (the largest one of a contact that turns back) or the tension of an interface \[R\].
     pub r: Option<f64>,
-    /// Time at which contact was lost, of a separation, which is reported later \[R/c_p\].
+    /// Time at which contact was lost, of a separation, or turned back, of an extension: both are reported later \[R/c_p\].
     pub since: Option<f64>,
     /// Number of the interface between layers, from 1 on, of a tension there.
     pub interface: Option<u32>,
@@ -62,11 +66,12 @@ pub struct Watch {
     hold: f64,
     rule: Rule,
     units: Units,
+    turn: Option<Turn>,
     seen: Seen,
 }
 
 /// What has happened so far.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Seen {
     extended: bool,
     rebounded: bool,
@@ -74,6 +79,7 @@ struct Seen {
     /// Time of the first step without contact after the last one with it.
     lost: Option<f64>,
     apart: bool,
+    top: Top,
 }
 
 /// Share of a time that may be rounding.
@@ -85,8 +91,9 @@ impl Watch {
     /// * `hold`: time without contact that makes a separation, Δr/c_s \[R/c_p\]
     /// * `rule`: how surface and indenter touch
     /// * `units`: of the numbers in the texts
-    pub fn new(hold: f64, rule: Rule, units: Units) -> Self {
-        Self { hold, rule, units, seen: Seen::default() }
+    /// * `turn`: of a contact that spreads, which is its extension
+    pub fn new(hold: f64, rule: Rule, units: Units, turn: Option<Turn>) -> Self {
+        Self { hold, rule, units, turn, seen: Seen::default() }
     }
 
     /// Events of one step.
@@ -97,8 +104,17 @@ impl Watch {
         let mut events = Vec::new();
         let at = self.units.time.text(time);
         let mut report =
-            |kind, r, text: String| events.push(Event { kind, text, r, since: None, interface: None });
-        if let Some(i) = state.extended.filter(|_| !self.seen.extended) {
+            |kind, r, since, text: String| events.push(Event { kind, text, r, since, interface: None });
+        if let Some(turn) = self.turn.filter(|_| !self.seen.extended) {
+            if let Some((since, r)) = turn.observe(&mut self.seen.top, time, state.contact_radius) {
+                self.seen.extended = true;
+                self.seen.top = Top::default();
+                let [place, at] = [self.units.length.text(r), self.units.time.text(since)];
+                let text =
+                    format!("extension: the contact is widest, r = {place}, and turns back at t = {at}");
+                report(EventKind::Extension, Some(r), Some(since), text);
+            }
+        } else if let Some(i) = state.extended.filter(|_| !self.seen.extended) {
             self.seen.extended = true;
             let r = r(i);
             // a contact that only pushes opens there; one that is glued, or whose motion is given, pulls
@@ -107,19 +123,19 @@ impl Watch {
                 Rule::Bilateral | Rule::Prescribed => "the target first pulls at the indenter",
             };
             let text = format!("extension: {what}, at r = {}, t = {at}", self.units.length.text(r));
-            report(EventKind::Extension, Some(r), text);
+            report(EventKind::Extension, Some(r), None, text);
         }
         if state.velocity <= 0.0 && !self.seen.rebounded {
             self.seen.rebounded = true;
             let text = format!("rebound: the indenter stops and turns back at t = {at}");
-            report(EventKind::Rebound, None, text);
+            report(EventKind::Rebound, None, None, text);
         }
         if state.nodes > 0 {
             self.seen.lost = None;
             if self.seen.apart {
                 self.seen.apart = false;
                 let text = format!("recontact: the target meets the indenter again at t = {at}");
-                report(EventKind::Recontact, None, text);
+                report(EventKind::Recontact, None, None, text);
             }
         } else if self.seen.had_contact {
             let lost = *self.seen.lost.get_or_insert(time);
@@ -128,8 +144,7 @@ impl Watch {
                 self.seen.apart = true;
                 let since = self.units.time.text(lost);
                 let text = format!("separation: the last node has left the indenter at t = {since}");
-                let since = Some(lost);
-                events.push(Event { kind: EventKind::Separation, text, r: None, since, interface: None });
+                report(EventKind::Separation, None, Some(lost), text);
             }
         }
         self.seen.had_contact |= state.nodes > 0;
@@ -163,7 +178,7 @@ mod tests {
 
     /// Kinds of events but the rebound, with the times of their steps and of the loss of contact.
     fn watch(nodes: &[usize], hold: f64, velocity: f64) -> Vec<(EventKind, f64, Option<f64>)> {
-        let mut watch = Watch::new(hold, Rule::Unilateral, Units::new(Geometry::Axisymmetric, None));
+        let mut watch = Watch::new(hold, Rule::Unilateral, Units::new(Geometry::Axisymmetric, None), None);
         let mut seen = Vec::new();
         for (step, &nodes) in nodes.iter().enumerate() {
             let state = ContactState { velocity, nodes, ..ContactState::default() };
@@ -193,7 +208,7 @@ mod tests {
             (Rule::Unilateral, "extension: the target first leaves the indenter, at r = 2"),
             (Rule::Bilateral, "extension: the target first pulls at the indenter, at r = 2"),
         ] {
-            let mut watch = Watch::new(1.0, rule, Units::new(Geometry::Axisymmetric, None));
+            let mut watch = Watch::new(1.0, rule, Units::new(Geometry::Axisymmetric, None), None);
             let state =
                 ContactState { velocity: 1.0, nodes: 5, extended: Some(4), ..ContactState::default() };
             let events = watch.observe(&state, 3.0, |node| 0.5 * node as f64);

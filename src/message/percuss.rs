@@ -99,7 +99,8 @@ pub struct Event {
     /// Where it happened, for events that have a place. \[R\]
     #[prost(double, optional, tag = "5")]
     pub r: ::core::option::Option<f64>,
-    /// Since when, for events that are known only later: of a separation, the time of the first step without contact.
+    /// Since when, for events that are known only later: of a separation, the time of the first step without contact, of an extension
+    /// under a rounded head the time at which the contact turns back.
     /// \[R/c_p\]
     #[prost(double, optional, tag = "6")]
     pub since: ::core::option::Option<f64>,
@@ -124,7 +125,8 @@ pub mod event {
     pub enum Kind {
         /// Written by a later version of percuss.
         Unknown = 0,
-        /// The interface first needs tension: stress changes sign at `r` (glued punch) or contact opens there.
+        /// The interface first needs tension: stress changes sign at `r` (glued punch) or contact opens there. Under a rounded head that
+        /// only pushes: the contact is widest, has the radius `r`, and turns back, at the time `since`.
         Extension = 1,
         /// The velocity of the indenter changes sign.
         Rebound = 2,

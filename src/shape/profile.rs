@@ -88,6 +88,11 @@ impl Profile {
         self.r[self.r.len() - 1]
     }
 
+    /// True if it is neither flat at the tip nor a straight cone.
+    pub fn is_rounded(&self) -> bool {
+        self.r.len() > 2 && self.f[1] > 0.0
+    }
+
     /// The points `[r, f]` \[R\].
     pub fn points(&self) -> impl Iterator<Item = [f64; 2]> {
         self.r.iter().zip(&self.f).map(|(r, f)| [*r, *f])

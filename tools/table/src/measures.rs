@@ -166,7 +166,7 @@ impl Story {
     /// * `since`: when it was, if that was before it was known \[time\]
     pub fn take(&mut self, time: f64, kind: &str, since: Option<f64>) {
         match kind {
-            EXTENSION => self.extension = self.extension.or(Some(time)),
+            EXTENSION => self.extension = self.extension.or(Some(since.unwrap_or(time))),
             SEPARATION => self.separation = Some(since.unwrap_or(time)),
             RECONTACT => self.separation = None,
             _ => {}

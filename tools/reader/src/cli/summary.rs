@@ -33,7 +33,7 @@ Columns, from recorded messages only; what a recording does not say is empty, ne
   restitution          e = -V/V0: rebound velocity over that of the impact (recordings before format 2.3: the first recorded)
   restitution_mesh_corrected  the same with the mesh's loss returned, the square root of e^2 + loss: the energy that nodes lose which
                        come into contact, over that of the indenter; it falls with the size of cells
-  t_ext                time of the first EXTENSION: the interface needs tension
+  t_ext                time of the first EXTENSION: the interface needs tension, or the contact of a rounded head turns back
   energy_left          kinetic and strain energy of the target when contact ends for good, linear between the messages of
                        /energy; empty for runs without frames, which have none
   largest_strain       largest strain, with its radius, depth and time in largest_strain_r, _z and _time
