@@ -325,7 +325,7 @@ mod tests {
     use super::*;
     use crate::{
         grid::{MeshKind, Spacing},
-        shape::Head,
+        shape::{Head, Profile},
     };
 
     const DT: f64 = 0.1;
@@ -379,6 +379,24 @@ mod tests {
             assert!(state.nodes >= nodes as usize && state.nodes <= nodes as usize + 4, "{state:?}");
             // the surface stays at rest
             assert!(surface.pressure.iter().all(|&p| p >= 0.0));
+        }
+    }
+
+    #[test]
+    fn a_flat_ring_touches_as_a_flat_face_does() {
+        let profile =
+            Profile::new(&[[0.0, 0.0], [0.2, 0.0], [0.201, 0.25], [1.0, 0.25]]).expect("valid points");
+        let (mut contact, mut surface, mut indenter) =
+            parts(Rule::Unilateral, Head::Profile(profile), None, f64::INFINITY);
+        let mut ring = || {
+            contact.step(&mut surface, &mut indenter);
+            surface.free.copy_from_slice(&surface.displacement);
+            surface.pressure[3..9].to_vec()
+        };
+        // the ring is touched half-way through the third step, at w = 0.25, with half of V0 in that step and all of it in the next
+        for pressure in [0.0, 0.0, 0.25, 0.5] {
+            let found = ring();
+            assert!(found.iter().all(|p| (p - pressure).abs() < 1e-12), "{pressure}: {found:?}");
         }
     }
 

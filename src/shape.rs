@@ -220,6 +220,15 @@ impl Shape {
         self.head.is_flat()
     }
 
+    /// Radius of the flat face that touches in the first instant \[R\]; 0 under a tip.
+    pub fn face_radius(&self) -> f64 {
+        match &self.head {
+            Head::Flat { edge_radius } => self.radius - edge_radius,
+            Head::Profile(profile) => profile.face_radius().min(self.radius),
+            Head::Sphere { .. } | Head::Paraboloid { .. } | Head::Cone { .. } => 0.0,
+        }
+    }
+
     /// True if the contact begins at a rounded tip, spreads and turns back; under a flat face it begins everywhere, and a cone has no
     /// length at which it would turn by itself.
     pub fn spreads(&self) -> bool {

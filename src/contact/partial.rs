@@ -21,7 +21,7 @@ use crate::{
 /// Where the surface has sunk ahead of a slow contact and the gap closes later, the same average is taken of the gap,
 /// linear between nodes: see [`half_hat`].
 ///
-/// A flat face comes into contact with all nodes at once, and on the paper's mesh nodes are points: there the average is
+/// A flat face, or a flat ring of a profile, comes into contact with all nodes at once, and on the paper's mesh nodes are points: there the average is
 /// `w − f` itself.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PartialContact {
@@ -65,7 +65,9 @@ impl PartialContact {
         } else {
             shape.profile(grid.r(i))
         };
-        let half_width = if is_point || shape.is_flat() { 0.0 } else { half_width };
+        // of a ring that is flat all support comes into contact at once, as that of a flat face
+        let is_flat = f_max - f_min <= SLIVER * half_width;
+        let half_width = if is_point || shape.is_flat() || is_flat { 0.0 } else { half_width };
         Self { support, cell, half_width, f_min, f_max, mean, outruns }
     }
 

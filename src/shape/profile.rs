@@ -88,6 +88,12 @@ impl Profile {
         self.r[self.r.len() - 1]
     }
 
+    /// Radius of the flat face around the axis \[R\]; 0 if the depth grows from there on.
+    pub fn face_radius(&self) -> f64 {
+        let flat = self.f.iter().take_while(|f| **f == 0.0).count();
+        self.r[flat - 1]
+    }
+
     /// True if it is neither flat at the tip nor a straight cone.
     pub fn is_rounded(&self) -> bool {
         self.r.len() > 2 && self.f[1] > 0.0
