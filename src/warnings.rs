@@ -5,6 +5,9 @@
 
 use crate::{
     case::{Case, NOTED_CHANGE},
+    contact::Rule,
+    exact::hertz::Hertz,
+    geometry::Geometry,
     grid::Back,
     model::ModelKind,
     rigidity::Rigidity,
@@ -22,6 +25,8 @@ use crate::{
 const FAST: f64 = 0.1;
 /// Cells that a contact needs for its stress to be that of the head and not of the mesh.
 const FEWEST_CELLS: f64 = 5.0;
+/// Share of V0 that a body may lose in a step: its motion is resolved in so many steps, and its largest force within that.
+const LARGEST_FALL: f64 = 0.05;
 /// Share of the loss of energy that may be the mesh's.
 const LARGEST_LOSS: f64 = 0.1;
 /// Cells across the corner of an edge that show it.
@@ -30,7 +35,7 @@ const CORNER_CELLS: f64 = 2.0;
 /// A warning.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Warning {
-    /// Its subject in one word: `velocity`, `layers`, `edge`, `base`, `rigid`, `theory`, `strain`, `cells`, `loss`.
+    /// Its subject in one word: `velocity`, `layers`, `edge`, `base`, `rigid`, `theory`, `mass`, `strain`, `cells`, `loss`.
     pub about: &'static str,
     /// What misleads, and what to do.
     pub text: String,
@@ -64,6 +69,9 @@ pub fn of_case(case: &Case) -> Vec<Warning> {
     }
     if let Some(rigidity) = Rigidity::of(case).filter(Rigidity::is_notable) {
         warn("rigid", rigidity.text());
+    }
+    if let Some(text) = light_body(case) {
+        warn("mass", text);
     }
     match TheoryError::of(case) {
         Some(error) if error.is_notable() => warn("theory", error.text(case.units().time)),
@@ -134,9 +142,59 @@ fn sharp_edge(case: &Case) -> Option<String> {
     ))
 }
 
+/// Share of V0 that the indenter loses in the first step, known of the whole face that touches in it, of area A:
+///
+/// ```text
+/// ΔV/V0 = Z·A·Δt/M        Z = γc_p, M in πγR³ and A in πR², in the plane in γR² and R
+/// ```
+fn first_fall(case: &Case) -> f64 {
+    let radius = match case.impact.contact {
+        Rule::Bilateral => case.shape().radius(),
+        Rule::Unilateral | Rule::Prescribed => case.shape().face_radius(),
+    };
+    face_area(case, radius) * case.sizes.dt / case.indenter.mass
+}
+
+/// Area of a face \[πR²; plane R\].
+fn face_area(case: &Case, radius: f64) -> f64 {
+    match case.geometry {
+        Geometry::Axisymmetric => radius * radius,
+        Geometry::Plane => radius,
+    }
+}
+
+/// A body so light that the steps do not resolve its first instants, or by Hertz its largest force.
+fn light_body(case: &Case) -> Option<String> {
+    let of_face = first_fall(case);
+    if of_face > LARGEST_FALL {
+        let area = of_face * case.indenter.mass / case.sizes.dt;
+        let force = case.units().force.text(area * case.impact.velocity);
+        let text = unresolved_motion(of_face, case.mesh.cells);
+        return Some(format!("{text}; the force of the first instant, Z·A·V0, is {force}"));
+    }
+    let slows =
+        |hertz: Hertz| hertz.largest_force() * case.sizes.dt / (case.indenter.mass * case.impact.velocity);
+    let of_ball = Hertz::of(case).map(slows).filter(|fall| *fall > LARGEST_FALL)?;
+    Some(unresolved_motion(of_ball, case.mesh.cells))
+}
+
+/// * `fall`: share of V0 that the body loses in a step
+fn unresolved_motion(fall: f64, cells: usize) -> String {
+    let percent = 100.0 * fall.min(1.0);
+    let finer = (cells as f64 * fall / LARGEST_FALL).ceil();
+    format!(
+        "the body is so light that it loses {percent:.0} % of V0 within a step: peak force and velocity are means over steps, not those of the \
+         impact; mesh.cells = {finer:.0} or more resolves them ({:.0} % in a step)",
+        100.0 * LARGEST_FALL
+    )
+}
+
 /// What the warnings of a run depend on beside its results.
 #[derive(Clone, Copy, Debug)]
 pub struct RunWarnings {
+    /// Δt/(M·V0): share of V0 that a drag takes from the body in a step; 0 if the case itself warns of it.
+    slowing: f64,
+    cells: usize,
     units: Units,
     is_flat: bool,
     is_physical: bool,
@@ -147,6 +205,11 @@ impl RunWarnings {
     /// For the runs of a case.
     pub fn new(case: &Case) -> Self {
         Self {
+            slowing: match light_body(case) {
+                Some(_) => 0.0,
+                None => case.sizes.dt / (case.indenter.mass * case.impact.velocity),
+            },
+            cells: case.mesh.cells,
             units: case.units(),
             is_flat: case.indenter.head.is_flat(),
             is_physical: case.scales.is_some(),
@@ -156,7 +219,16 @@ impl RunWarnings {
 
     /// The warnings that follow from the results of a run.
     pub fn of(&self, validity: &Validity) -> Vec<Warning> {
-        [self.strain(validity), self.cells(validity), loss(validity)].into_iter().flatten().collect()
+        [self.fall(validity), self.strain(validity), self.cells(validity), loss(validity)]
+            .into_iter()
+            .flatten()
+            .collect()
+    }
+
+    /// A body that the largest drag slows too much within a step.
+    fn fall(&self, validity: &Validity) -> Option<Warning> {
+        let fall = validity.drag.value * self.slowing;
+        (fall > LARGEST_FALL).then(|| Warning { about: "mass", text: unresolved_motion(fall, self.cells) })
     }
 
     /// Strain above the limit. A flat head without units is none of it: its results are those of any V0, scaled.
@@ -318,6 +390,42 @@ mod tests {
         let errors = [coarse, fine].map(|e| e.map(|e| 0.99828 - e));
         assert!(errors.iter().all(|[raw, corrected]| corrected.abs() < 0.25 * raw), "{errors:?}");
         assert!(errors[1][1].abs() < 2e-4, "{errors:?}");
+    }
+
+    #[test]
+    fn bodies_that_a_step_does_not_resolve_are_told() {
+        let punch = |settings: &[&str]| {
+            let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
+            Case::load(
+                "fig8-m5",
+                &[&["run.end_time=0.5".into(), "record.frames=0".into()], &settings[..]].concat(),
+            )
+            .expect("a case")
+        };
+        // Z·A·Δt/M = Δt/M, and exp(−Δt/M) of Z·A·V0 after a step
+        for (mass, fall, cells) in [(0.1, 20.0, 401), (0.01, 100.0, 4010), (0.001, 100.0, 40_096)] {
+            let case = punch(&[&format!("indenter.mass={mass}")]);
+            let text = light_body(&case).expect("a light body");
+            let [lost, needed] = [format!("{fall:.0} % of V0"), format!("mesh.cells = {cells} or more")];
+            assert!(
+                text.contains(&lost) && text.contains(&needed) && text.contains("V0, is 1.0000"),
+                "{text}"
+            );
+            // once
+            assert!(!abouts(&of_run(&case)).contains(&"mass"));
+        }
+        assert_eq!(light_body(&punch(&["indenter.mass=0.5"])), None);
+        // the cells that are asked for are enough: the force is 0.95 of that of the first instant, or more
+        let fine = punch(&["indenter.mass=0.1", "mesh.cells=410", "run.end_time=0.05"]);
+        assert_eq!(light_body(&fine), None);
+        let outcome = session::run(&mut Simulation::new(&fine), &mut []).expect("a run");
+        assert!((0.95..1.0).contains(&outcome.validity.drag.value), "{:?}", outcome.validity.drag);
+        // under a tip only the run can tell
+        let settings =
+            ["indenter.mass=0.0002", "impact.contact=unilateral", "record.frames=0"].map(String::from);
+        let tip = Case::load("fig2", &settings).expect("a case");
+        assert!(!abouts(&of_case(&tip)).contains(&"mass"));
+        assert!(abouts(&of_run(&tip)).contains(&"mass"), "{:?}", of_run(&tip));
     }
 
     #[test]

@@ -10,6 +10,7 @@ use crate::{
     admissible::{self, Trial},
     case::{Case, Sizes, Stop},
     cost::{self, Estimate},
+    exact::hertz::Hertz,
     rigidity::Rigidity,
     trust::TheoryError,
     units::{Dimension, Units},
@@ -105,6 +106,13 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &
             "error": theory.error,
             "time": theory.time,
         })),
+        "hertz": Hertz::of(case).map(|hertz| serde_json::json!({
+            "largest_radius": case.units().length.of(hertz.largest_radius()),
+            "duration": case.units().time.of(hertz.duration()),
+            "peak_force": case.units().force.of(hertz.largest_force()),
+            "cells_across": cells_across(case, &hertz),
+            "cells_for_ten_across": cells_for_ten(case, &hertz),
+        })),
         "rigidity": Rigidity::of(case).map(|rigidity| serde_json::json!({
             "modulus_ratio": rigidity.modulus_ratio,
             "force_ratio": rigidity.force_ratio,
@@ -159,6 +167,7 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
     }
     let Estimate { memory, messages, file, seconds } = *estimate;
     let recording = format!("about {}; {} before compression", bytes(file), bytes(messages));
+    rows.extend(Hertz::of(case).map(|hertz| ("contact", contact(case, &hertz))));
     rows.extend([("frames", frames(case))]);
     rows.extend(section(case).map(|section| ("section", section)));
     rows.extend([
@@ -181,6 +190,30 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
         ));
     }
     rows.iter().map(|(key, value)| format!("{key:<10} {value}\n")).collect()
+}
+
+/// The contact by Hertz, in the units of the case, and the cells that ten across it need.
+fn contact(case: &Case, hertz: &Hertz) -> String {
+    let Units { length, time, force, .. } = case.units();
+    let radius = length.text(hertz.largest_radius());
+    let [duration, peak] = [time.text(hertz.duration()), force.text(hertz.largest_force())];
+    let target = if case.sizes.layers.len() > 1 { "the struck layer" } else { "the target" };
+    format!(
+        "by Hertz, on a half-space of {target}: largest radius {radius}, {:.1} cells across the diameter; it lasts {duration}, peak force {peak}; ten cells \
+         across need mesh.cells = {}",
+        cells_across(case, hertz),
+        cells_for_ten(case, hertz)
+    )
+}
+
+/// Cells across the diameter of the largest contact.
+fn cells_across(case: &Case, hertz: &Hertz) -> f64 {
+    2.0 * hertz.largest_radius() / case.sizes.dr
+}
+
+/// `mesh.cells` of ten cells across the diameter of the largest contact.
+fn cells_for_ten(case: &Case, hertz: &Hertz) -> f64 {
+    (10.0 * case.mesh.cells as f64 / cells_across(case, hertz)).ceil()
 }
 
 /// How far out fields show the target, where that is not all of it, and what showing all takes.

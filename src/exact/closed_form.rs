@@ -125,26 +125,15 @@ impl Form {
 /// The contact of Hertz, for a ball of finite mass.
 fn hertz(case: &Case) -> Result<Hertz, NoClosedForm> {
     let is_half_space = case.target.is_simple() && case.target.thickness.is_none();
-    let nose_radius = match (case.model, case.geometry, &case.indenter.head) {
-        (
-            ModelKind::Elastic,
-            Geometry::Axisymmetric,
-            Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius },
-        ) if is_half_space => *nose_radius,
-        _ => {
-            return none(
+    Hertz::of(case).filter(|_| is_half_space).map_or_else(
+        || {
+            none(
                 "it needs an indenter of infinite mass (indenter.mass = inf) or, for the contact of Hertz, model = \
-                 \"elastic\" with an axisymmetric sphere or paraboloid on a half-space",
-            );
-        }
-    };
-    let c_s = case.target.material.shear_wave_speed;
-    let form = Hertz::new(case.impact.velocity, nose_radius, case.indenter.mass, c_s);
-    let form = form.map_err(|error| NoClosedForm { reason: error.to_string() })?;
-    if case.indenter.radius.is_some_and(|radius| form.largest_radius() > radius) {
-        return none("the contact of Hertz would be wider than the indenter");
-    }
-    Ok(form)
+                 \"elastic\" with an axisymmetric sphere or paraboloid on a half-space, no narrower than its contact",
+            )
+        },
+        Ok,
+    )
 }
 
 /// The layers as they are computed.

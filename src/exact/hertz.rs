@@ -21,6 +21,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::{ExactError, outside, positive, quadrature::gauss_legendre};
+use crate::{case::Case, contact::Rule, geometry::Geometry, model::ModelKind, shape::Head};
 
 /// Points of the rule that integrates the time: its error is below 1e-11.
 const POINTS: usize = 40;
@@ -70,6 +71,26 @@ impl Hertz {
         let mut hertz = Self { velocity, nose_radius, modulus, largest_depth, rule, half_time: 0.0 };
         hertz.half_time = hertz.clock(libm::pow(FRAC_PI_2, 0.8));
         Ok(hertz)
+    }
+
+    /// The ball of a case on a half-space of the struck layer; `None` without a ball of finite mass in the full theory, or if its
+    /// contact would be wider than the indenter.
+    pub fn of(case: &Case) -> Option<Self> {
+        let (Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }) = case.indenter.head else {
+            return None;
+        };
+        let is_free = case.geometry == Geometry::Axisymmetric && case.impact.contact == Rule::Unilateral;
+        if case.model != ModelKind::Elastic || !is_free {
+            return None;
+        }
+        let c_s = case.target.material.shear_wave_speed;
+        let hertz = Self::new(case.impact.velocity, nose_radius, case.indenter.mass, c_s).ok()?;
+        (hertz.largest_radius() <= case.shape().radius()).then_some(hertz)
+    }
+
+    /// Largest force, half-way through \[πR²γc_p²\].
+    pub fn largest_force(&self) -> f64 {
+        self.force(self.largest_depth)
     }
 
     /// Time of contact \[R/c_p\].
