@@ -69,7 +69,7 @@
 //! # points = [[0, 0.5]]             # [r, z]: displacement, velocity and stress there in every step, on /points
 //! # lines = [{ r = 0 }, { z = 0.5 }]    # stress along them, on /line/0, /line/1
 //! fields = ["stress"]               # any of displacement, velocity, stress; elastic: see below
-//! # r_max = 3.0                     # fields are recorded out to this radius, inf: to that of the mesh; default: see below
+//! # r_max = 3.0                     # fields and lines along r are recorded out to this radius, inf: to that of the mesh; default: see below
 //! # field_every = 1                 # fields are recorded at every so many nodes along r and z; default: see below
 //! views = ["field", "image", "scene", "fronts", "tf", "profile"]     # channels for viewers; [] for none
 //! frames = 200                      # fields, energy and views, spread evenly over the run; 0: none
@@ -135,7 +135,7 @@
 //!
 //! # Width and density of recorded fields
 //!
-//! By default fields of a layer reach to `r_max`, the largest contact radius and beside it as much again or three thicknesses of the target,
+//! By default fields of a layer, and lines along r, reach to `r_max`, the largest contact radius and beside it as much again or three thicknesses of the target,
 //! whichever is more: what the back and the surface return to the contact is inside, what goes along the layer and does not come back
 //! is not, and would be most of a long recording. The mesh is as wide as before, and no number changes. `check` and `run` say where
 //! fields end; `r_max = inf` records all of the mesh. A half-space has no thickness: its section is that of the mesh.

@@ -3,7 +3,7 @@
 //! A shape knows nothing of meshes, motion or contact rules. Averages are those of the *prescribed* motion,
 //! in which every point of the surface moves with the indenter from the time of contact on.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::{geometry::Geometry, grid::Support};
 
@@ -266,6 +266,15 @@ impl Shape {
     }
 }
 
+/// Largest depth \[R\] of a ball that strikes a half-space, each moment as if at rest (Hertz): `½MV0² = (8/15π)·E*·√ρ·w^(5/2)`.
+///
+/// * `energy`: ½MV0² \[πγR³c_p²\]
+/// * `nose_radius`: ρ \[R\]
+/// * `modulus`: E* \[γc_p²\]
+pub fn hertz_depth(energy: f64, nose_radius: f64, modulus: f64) -> f64 {
+    libm::pow(energy * 15.0 * PI / (8.0 * modulus * nose_radius.sqrt()), 0.4)
+}
+
 /// Factor of r² of a paraboloid, 1/(2ρ) \[1/R\].
 fn curvature(nose_radius: f64) -> f64 {
     0.5 / nose_radius
@@ -399,7 +408,7 @@ mod tests {
         };
         for q in [0.05, 0.1, 0.2_f64] {
             assert!((passed(q) - (1.0 - q * q / 12.0)).abs() < q.powi(4) / 300.0);
-            let alias = passed(2.0 * std::f64::consts::PI + q);
+            let alias = passed(2.0 * PI + q);
             assert!(alias < (q / 6.0).powi(2), "{alias}");
         }
         // the ramp is the convolution of max(0, d) with a hat: its second derivative is the hat

@@ -44,8 +44,8 @@ impl Parameters {
         (has_fields && self.shown_columns() < self.sizes.nr).then_some(self.record.r_max)
     }
 
-    /// Columns of the mesh that fields show: those whose cells begin within `record.r_max`, two at least.
-    fn shown_columns(&self) -> usize {
+    /// Columns of the mesh that fields, and lines along r, show: those whose cells begin within `record.r_max`, two at least.
+    pub(super) fn shown_columns(&self) -> usize {
         let columns = (self.record.r_max / self.sizes.dr + ROUNDING).floor() + 1.0;
         columns.clamp(2.0, self.sizes.nr.max(2) as f64) as usize
     }
@@ -122,7 +122,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::case::Case;
+    use crate::{case::Case, model::GaugePlan};
 
     fn fine(settings: &[&str]) -> Case {
         let shared = ["mesh.kind=\"paper\"", "mesh.cells=1000", "mesh.outer_radius=4"];
@@ -150,6 +150,34 @@ mod tests {
     }
 
     #[test]
+    fn probes_are_under_the_contact() {
+        let probes = |indenter: &str, units: [&str; 2]| {
+            let [velocity, end] = units;
+            let text = format!(
+                "model = \"elastic\"\n[target]\nthickness = \"half-space\"\n{indenter}\n[impact]\nvelocity = {velocity}\n\
+                 [mesh]\ncells = 20\n[run]\nend_time = {end}\n"
+            );
+            let case = Case::parse("probes", &text, &[], Path::new(""))
+                .unwrap_or_else(|errors| panic!("{errors:?}"));
+            case.record.probes.iter().map(|r| case.units().length.of(*r)).collect::<Vec<f64>>()
+        };
+        let plain = ["0.02", "1.0"];
+        assert_eq!(
+            probes("shear_wave_speed = 0.5\n[indenter]\nshape = \"flat\"\nradius = 1.0", plain),
+            [0.0, 0.5, 0.9, 0.95, 0.99]
+        );
+        // w = V0·t at the end, r² = 2ρw
+        let paraboloid =
+            probes("shear_wave_speed = 0.5\n[indenter]\nshape = \"paraboloid\"\nnose_radius = 1.0", plain);
+        assert_eq!(paraboloid, [0.0, 0.1, 0.18, 0.19, 0.198]);
+        // a contact of Hertz, of 1.75 mm: three digits in the unit it is recorded in
+        let ball = "material = \"pmma\"\n[indenter]\nshape = \"sphere\"\nnose_radius = \"10 mm\"\nmaterial = \"steel\"";
+        let ball =
+            probes(ball, ["\"5 m/s\"", "\"200 us\""]).iter().map(|r| format!("{r:.8}")).collect::<Vec<_>>();
+        assert_eq!(ball, ["0.00000000", "0.00087300", "0.00157000", "0.00166000", "0.00173000"]);
+    }
+
+    #[test]
     fn fields_end_where_nothing_comes_back() {
         let load = |name: &str, settings: &[&str]| {
             let all: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
@@ -174,6 +202,10 @@ mod tests {
         assert_eq!(columns(&["record.r_max=1e-3"]), 2);
         assert_eq!(columns(&["record.r_max=inf"]), load("fig5", &[]).sizes.nr);
         assert_eq!(columns(&["record.r_max=1000"]), load("fig5", &[]).sizes.nr);
+        // lines along r end there too
+        let gauges = load("fig5", &["record.lines=[{ z = 0.5 }]"]).gauges();
+        let shown = GaugePlan::new(&gauges, &load("fig5", &[]).grid()).values(&[], Some(&[0.0; 10_000]));
+        assert_eq!(shown.lines[0].len(), columns(&[]));
         #[cfg(feature = "cli")]
         assert_eq!(load("fig5", &["record.r_max=inf"]).shown_radius(), None);
         for case in [&ball, &load("ball", &["record.r_max=inf"]), &load("ball", &["record.r_max=\"30 mm\""])]

@@ -18,7 +18,7 @@ use crate::{
         scheme::{Corner, Order},
     },
     recording::Compression,
-    shape::{Head, Shape},
+    shape::{Head, Shape, hertz_depth},
     units::{Dimension, Scales, Units},
 };
 
@@ -78,6 +78,27 @@ impl Parameters {
         self.indenter.radius.is_some_and(|radius| reach >= radius)
     }
 
+    /// Estimated largest contact radius \[R\]: what the depth V0·t reaches, of a ball of finite mass no more than by Hertz, `a² = ρw`.
+    pub(super) fn likely_radius(&self) -> f64 {
+        let (velocity, mass) = (self.impact.velocity, self.indenter.mass);
+        let reach = self.shape().reach(velocity * self.run.end_time);
+        match self.indenter.head {
+            Head::Sphere { nose_radius } | Head::Paraboloid { nose_radius }
+                if self.geometry == Geometry::Axisymmetric =>
+            {
+                let beta = self.target.material.shear_wave_speed;
+                let modulus = 4.0 * beta * beta * (1.0 - beta * beta);
+                let depth = hertz_depth(0.5 * mass * velocity * velocity, nose_radius, modulus);
+                reach.min((nose_radius * depth).sqrt())
+            }
+            Head::Sphere { .. }
+            | Head::Paraboloid { .. }
+            | Head::Flat { .. }
+            | Head::Cone { .. }
+            | Head::Profile(_) => reach,
+        }
+    }
+
     /// The mesh.
     pub fn grid(&self) -> Grid {
         let &Sizes { dr, dz, dt, nr, nz, layer, ref layers, .. } = &self.sizes;
@@ -127,7 +148,7 @@ impl Parameters {
     /// Points and lines in the target that are recorded.
     pub fn gauges(&self) -> Gauges {
         let Record { points, lines, .. } = &self.record;
-        Gauges { points: points.clone(), lines: lines.clone() }
+        Gauges { points: points.clone(), lines: lines.clone(), columns: self.shown_columns() }
     }
 
     /// Units of what is recorded.

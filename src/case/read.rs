@@ -30,7 +30,7 @@ use crate::{
     units::Dimension,
 };
 
-/// Probes of the paper's figures.
+/// Probes of the paper's figures, in largest contact radii.
 const DEFAULT_PROBES: [f64; 5] = [0.0, 0.5, 0.9, 0.95, 0.99];
 const DEFAULT_CELLS: u64 = 100;
 const DEFAULT_FRAMES: u64 = 200;
@@ -113,6 +113,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
             record,
             sizes,
         };
+        parameters.record.probes = derived.probes.unwrap_or_else(|| default_probes(&parameters, &system));
         parameters.record.r_max = derived.r_max.unwrap_or_else(|| parameters.default_r_max());
         parameters.record.field_every =
             derived.field_every.unwrap_or_else(|| parameters.default_field_every());
@@ -120,6 +121,16 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     });
     let parameters = document.finish(parameters)?;
     Ok(Case { parameters, given, profile })
+}
+
+/// Default of `record.probes` \[R\]: of three digits in the unit in which the case is recorded.
+fn default_probes(parameters: &Parameters, system: &System) -> Vec<f64> {
+    let unit = system.scales().map_or(1.0, |scales| scales.of(Dimension::Length));
+    let radius = parameters.likely_radius() * unit;
+    let rounded = |share: f64| format!("{:.2e}", share * radius).parse::<f64>().expect("a number");
+    let reduced =
+        |length: f64| system.scales().map_or(length, |scales| scales.reduce(Dimension::Length, length));
+    DEFAULT_PROBES.map(|share| reduced(rounded(share))).to_vec()
 }
 
 /// Most characters of a title.
@@ -257,6 +268,7 @@ fn read_run(mut section: Section<'_>, system: &System) -> (Run, Span) {
 
 /// Keys of `[record]`, if given, whose defaults depend on the sizes.
 struct Derived {
+    probes: Option<Vec<f64>>,
     r_max: Option<f64>,
     field_every: Option<usize>,
 }
@@ -273,8 +285,7 @@ fn read_record(
 ) -> (Record, Derived) {
     let interface_every = section.count("interface_every", 1..=1_000_000_000).map_or(1, value);
     let radii = (Dimension::Length, Bounds::within(0.0, HUGE));
-    let default = || DEFAULT_PROBES.map(|r| system.default(Dimension::Length, r)).to_vec();
-    let probes = section.quantities("probes", "radii", radii, system).map_or_else(default, value);
+    let probes = section.quantities("probes", "radii", radii, system).map(value);
     let points = gauges::read_points(&mut section, thickness, system);
     let lines = gauges::read_lines(&mut section, thickness, system);
     let fields = read_fields(&mut section, model);
@@ -289,7 +300,7 @@ fn read_record(
     let playback_rate = playback_rate.map_or_else(|| default_playback_rate(end_time, system), value);
     let record = Record {
         interface_every,
-        probes,
+        probes: Vec::new(),
         points,
         lines,
         fields: fields.unwrap_or(vec![Field::Stress]),
@@ -300,7 +311,7 @@ fn read_record(
         compression,
         playback_rate,
     };
-    (record, Derived { r_max, field_every })
+    (record, Derived { probes, r_max, field_every })
 }
 
 /// Seconds of log time per unit of time: 1, in a physical case the power of ten that plays the run in 2 to 20 s.

@@ -21,7 +21,13 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::{ExactError, outside, positive, quadrature::gauss_legendre};
-use crate::{case::Case, contact::Rule, geometry::Geometry, model::ModelKind, shape::Head};
+use crate::{
+    case::Case,
+    contact::Rule,
+    geometry::Geometry,
+    model::ModelKind,
+    shape::{Head, hertz_depth},
+};
 
 /// Points of the rule that integrates the time: its error is below 1e-11.
 const POINTS: usize = 40;
@@ -65,8 +71,7 @@ impl Hertz {
         positive("beta", beta, 0.75_f64.sqrt(), "0 < c_s/c_p < √3/2")?;
         // µ = c_s², ν = (1 − 2c_s²)/(2 − 2c_s²), E* = 2µ/(1 − ν)
         let modulus = 4.0 * beta * beta * (1.0 - beta * beta);
-        let stiffness = 8.0 / (15.0 * PI) * modulus * nose_radius.sqrt();
-        let largest_depth = libm::pow(0.5 * mass * velocity * velocity / stiffness, 0.4);
+        let largest_depth = hertz_depth(0.5 * mass * velocity * velocity, nose_radius, modulus);
         let rule = gauss_legendre(POINTS);
         let mut hertz = Self { velocity, nose_radius, modulus, largest_depth, rule, half_time: 0.0 };
         hertz.half_time = hertz.clock(libm::pow(FRAC_PI_2, 0.8));

@@ -30,6 +30,8 @@ pub struct Gauges {
     pub points: Vec<[f64; 2]>,
     /// Lines, seen in the steps that are asked to show them.
     pub lines: Vec<Line>,
+    /// Columns of the mesh that lines along r show, from the axis on; no more than it has.
+    pub columns: usize,
 }
 
 impl Gauges {
@@ -83,7 +85,8 @@ struct PointSum {
 impl GaugePlan {
     pub fn new(gauges: &Gauges, grid: &Grid) -> Self {
         let points: Vec<_> = gauges.points.iter().map(|point| Around::point(grid, *point)).collect();
-        let lines: Vec<_> = gauges.lines.iter().map(|line| Around::line(grid, *line)).collect();
+        let lines: Vec<_> =
+            gauges.lines.iter().map(|line| Around::line(grid, *line, gauges.columns)).collect();
         let point_nodes = Nodes::new(points.iter().flat_map(|around| around.nodes()).collect());
         let line_nodes = Nodes::new(lines.iter().flatten().flat_map(|around| around.nodes()).collect());
         let sum =
@@ -151,8 +154,8 @@ impl Around {
         Self { rows, columns: columns(grid, r), stress }
     }
 
-    /// The nodes along a line, from the first on; none of a line beyond the mesh.
-    fn line(grid: &Grid, line: Line) -> Vec<Self> {
+    /// The nodes along a line, from the first on, along r the first `columns`; none of a line beyond the mesh.
+    fn line(grid: &Grid, line: Line, columns_shown: usize) -> Vec<Self> {
         match line {
             Line::R(r) => {
                 let columns = columns(grid, r);
@@ -162,7 +165,7 @@ impl Around {
             Line::Z(z) => {
                 let (rows, stress) = rows(grid, z);
                 let column = |i| Self { rows: rows.clone(), columns: vec![(i, 1.0)], stress };
-                (0..grid.nr()).map(column).collect()
+                (0..grid.nr().min(columns_shown)).map(column).collect()
             }
         }
     }
@@ -323,7 +326,8 @@ mod tests {
     #[test]
     fn fields_that_the_interpolation_has_are_exact() {
         let points = vec![[0.31, 0.47], [0.05, 0.6], [0.2, 0.0], [0.64999, 1.0]];
-        let gauges = Gauges { points: points.clone(), lines: vec![Line::R(0.31), Line::Z(0.47)] };
+        let gauges =
+            Gauges { points: points.clone(), lines: vec![Line::R(0.31), Line::Z(0.47)], columns: usize::MAX };
         let linear = |r: f64, z: f64| 1.0 + 2.0 * r - 3.0 * z + 5.0 * r * z;
         let values = shown(&gauges, linear);
         for ([r, z], state) in points.into_iter().zip(&values.points) {
@@ -347,7 +351,7 @@ mod tests {
     fn inside_the_first_column_lies_an_even_parabola() {
         let even = |r: f64, z: f64| 1.0 - 7.0 * r * r + z;
         let points = vec![[0.0, 0.2], [0.03, 0.3]];
-        let values = shown(&Gauges { points: points.clone(), lines: vec![Line::R(0.0)] }, even);
+        let values = shown(&Gauges { points: points.clone(), lines: vec![Line::R(0.0)], columns: 0 }, even);
         for ([r, z], state) in points.into_iter().zip(&values.points) {
             assert!((state.displacement - even(r, z)).abs() < 1e-14, "({r}, {z}): {state:?}");
         }
@@ -360,7 +364,7 @@ mod tests {
     fn what_lies_beyond_the_mesh_is_at_rest() {
         let points = vec![[0.7, 0.2], [5.0, 0.2], [0.05, 1.1], [0.05, 1e300]];
         let lines = vec![Line::R(9.0), Line::Z(9.0)];
-        let values = shown(&Gauges { points, lines }, |_, _| 1.0);
+        let values = shown(&Gauges { points, lines, columns: usize::MAX }, |_, _| 1.0);
         let found: Vec<f64> = values.points.iter().map(|state| state.displacement).collect();
         assert!((found[0] - 0.5).abs() < 1e-12 && (found[2] - 0.5).abs() < 1e-12, "{found:?}");
         assert_eq!((found[1], found[3]), (0.0, 0.0));
@@ -373,7 +377,10 @@ mod tests {
         let state = PointState { displacement: 3.0, velocity: 2.0, stress: -4.0 };
         let depths = [(1.0, -4.0), (1.05, -2.0), (1.1, 0.0), (1.1 + 1e-12, 0.0), (1.11, 0.0)];
         let points = depths.map(|(z, _)| [grid.r(2), z]).to_vec();
-        let plan = GaugePlan::new(&Gauges { points, lines: vec![Line::Z(1.075), Line::Z(1.1)] }, &grid);
+        let plan = GaugePlan::new(
+            &Gauges { points, lines: vec![Line::Z(1.075), Line::Z(1.1)], columns: usize::MAX },
+            &grid,
+        );
         let (points, lines) =
             (vec![state; plan.point_nodes.len()], vec![state.stress; plan.line_nodes.len()]);
         let values = plan.values(&points, Some(&lines));

@@ -19,7 +19,7 @@ pub fn channel(case: &Case) -> Channel {
         FieldNote::new("r", length.name, "radii of the points"),
         FieldNote::new("stress", stress.name, "interface stress, compression positive"),
         FieldNote::new("displacement", length.name, "displacement of the surface into the target"),
-        FieldNote::new("indenter", length.name, "face of the indenter, w - f(r); 0 beside the indenter"),
+        FieldNote::new("indenter", length.name, "face of the indenter, w - f(r); NaN beside the indenter"),
     ];
     let &Sizes { contact_reach, dr, nr, .. } = &case.sizes;
     // up to the outer radius
@@ -41,7 +41,7 @@ pub fn channel(case: &Case) -> Channel {
             message.r.push(length.of(r) as f32);
             message.stress.push(stress.of(at(&view.interface.pressure, i)) as f32);
             message.displacement.push(length.of(at(displacement, i)) as f32);
-            message.indenter.push(if face.is_finite() { length.of(face) as f32 } else { 0.0 });
+            message.indenter.push(if face.is_finite() { length.of(face) as f32 } else { f32::NAN });
         }
         outlet.put(&message);
     })

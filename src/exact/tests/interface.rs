@@ -25,7 +25,7 @@ fn stresses<P: FnMut(usize, &mut Surface)>(refinement: usize, push: impl Fn(&Gri
     let stack = stack(&[[1.0, 1.0, 0.5, 0.5], [0.3, 0.6, 0.3, 0.6]], Back::Rigid);
     let grid = mesh(&stack, Geometry::Axisymmetric, 1.0 / (32 * refinement) as f64, 0.5, 2.0);
     let points = [0.25, 0.5, 0.8].map(|z| [0.0, z]).to_vec();
-    let sampling = Sampling { gauges: Gauges { points, lines: Vec::new() }, ..Sampling::default() };
+    let sampling = Sampling { gauges: Gauges { points, ..Gauges::default() }, ..Sampling::default() };
     let model = Rakhmatulin::layered(grid.clone(), &waves(&stack), Corner::new(Order::Fourth, 1.0));
     let size = (grid.nr(), (END / grid.dt()) as usize);
     let mut seen = Vec::new();

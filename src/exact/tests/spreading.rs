@@ -44,7 +44,7 @@ fn errors(stack: &Stack, front: Front, r: f64, cells: usize) -> [f64; 2] {
     let mut indenter = Indenter::new(f64::INFINITY, VELOCITY, grid.dt());
     let depths = [0.0, stack.layers()[0].thickness];
     let points = depths.map(|z| [r, z]).to_vec();
-    let sampling = Sampling { gauges: Gauges { points, lines: Vec::new() }, ..Sampling::default() };
+    let sampling = Sampling { gauges: Gauges { points, ..Gauges::default() }, ..Sampling::default() };
     let model = Rakhmatulin::layered(grid.clone(), &waves(stack), Corner::new(Order::Fourth, 1.0));
     let size = (grid.nr(), (END / grid.dt()).ceil() as usize);
     let mut seen = Vec::new();

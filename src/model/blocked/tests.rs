@@ -37,6 +37,7 @@ fn gauges(noise: &mut Noise, grid: &Grid) -> Gauges {
     Gauges {
         points: (0..points).map(|_| [radius(noise), depth(noise)]).collect(),
         lines: (0..lines).map(|_| line(noise)).collect(),
+        columns: 1 + noise.below(2 * grid.nr()),
     }
 }
 

@@ -49,6 +49,7 @@ impl Setting {
         let gauges = Gauges {
             points: vec![[0.0, 0.0], [0.53, 0.31], [0.8, 1.0], [1.17, 1.19]],
             lines: vec![Line::R(0.63), Line::Z(0.85)],
+            columns: usize::MAX,
         };
         self.shown(fields, gauges)
     }
