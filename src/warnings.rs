@@ -9,13 +9,12 @@ use crate::{
     exact::hertz::Hertz,
     geometry::Geometry,
     grid::Back,
-    model::ModelKind,
     rigidity::Rigidity,
     session::{Status, Steps},
     shape::Head,
     simulation::{Simulation, SimulationError},
     state::SaveState,
-    trust::TheoryError,
+    trust::Trust,
     units::{Dimension, Unit, Units},
     validity::{STRAIN_LIMIT, Validity},
     view::{Event, View},
@@ -73,13 +72,8 @@ pub fn of_case(case: &Case) -> Vec<Warning> {
     if let Some(text) = light_body(case) {
         warn("mass", text);
     }
-    match TheoryError::of(case) {
-        Some(error) if error.is_notable() => warn("theory", error.text(case.units().time)),
-        None if case.model == ModelKind::Rakhmatulin => {
-            let text = "the error of the simplified theory is not estimated here: not in plane geometry, for several layers, free backs, layers \
-                        thinner than half the radius, profiles without an edge and prescribed motion; model = \"elastic\" computes the full theory";
-            warn("theory", text.into());
-        }
+    match Trust::of(case) {
+        Some(trust) if trust.is_notable() => warn("theory", trust.text(case)),
         Some(_) if case.scales.is_some() => {
             let text = "the simplified theory neglects displacements along the surface; model = \"elastic\" computes \
                         the full theory";

@@ -397,9 +397,12 @@ fn errors_of_the_simplified_theory_are_noted() {
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
         json["theory_error"].clone()
     };
-    let found = error(&[]);
+    let found = &error(&[])["estimates"][0];
     assert_eq!((&found["quantity"], &found["time"]), (&"drag".into(), &6.0.into()));
     assert!(found["error"].as_f64().is_some_and(|error| (0.35..0.45).contains(&error)), "{found}");
+    let missing = error(&["--set", "geometry=plane"]);
+    assert!(missing["estimates"].as_array().is_some_and(Vec::is_empty), "{missing}");
+    assert!(missing["not_estimated"].as_str().is_some_and(|reason| reason.contains("plane")), "{missing}");
     assert!(error(&["--set", "model=elastic"]).is_null());
 }
 

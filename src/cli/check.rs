@@ -12,7 +12,7 @@ use crate::{
     cost::{self, Estimate},
     exact::hertz::Hertz,
     rigidity::Rigidity,
-    trust::TheoryError,
+    trust::{TheoryError, Trust},
     units::{Dimension, Units},
     validity::STRAIN_LIMIT,
     warnings::{self, Warning},
@@ -85,9 +85,8 @@ fn metres_per_second(case: &Case, velocity: f64) -> Option<f64> {
 }
 
 fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &[Warning]) -> String {
-    let theory = TheoryError::of(case);
     let mut value = serde_json::json!({
-        "version": 3,
+        "version": 4,
         "valid": true,
         "runnable": true,
         "case": case.resolved_json(),
@@ -101,11 +100,7 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &
             "whole_file_bytes": cost::whole_file(case),
             "seconds": estimate.seconds,
         },
-        "theory_error": theory.map(|theory| serde_json::json!({
-            "quantity": theory.quantity.name(),
-            "error": theory.error,
-            "time": theory.time,
-        })),
+        "theory_error": Trust::of(case).map(|trust| theory_error(&trust)),
         "hertz": Hertz::of(case).map(|hertz| serde_json::json!({
             "largest_radius": case.units().length.of(hertz.largest_radius()),
             "duration": case.units().time.of(hertz.duration()),
@@ -129,6 +124,18 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &
         });
     }
     format!("{value:#}\n")
+}
+
+/// Estimated errors of the simplified theory, or why there are none.
+fn theory_error(trust: &Trust) -> serde_json::Value {
+    let (errors, reason) = match trust {
+        Trust::Estimated(errors) => (&errors[..], None),
+        Trust::NotEstimated(reason) => (&[][..], Some(reason)),
+    };
+    let each = errors.iter().map(|TheoryError { quantity, error }| {
+        serde_json::json!({ "quantity": quantity.name(), "error": error, "time": quantity.time() })
+    });
+    serde_json::json!({ "estimates": each.collect::<Vec<_>>(), "not_estimated": reason })
 }
 
 fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>) -> String {
