@@ -66,6 +66,7 @@
 //! [record]
 //! interface_every = 1               # steps between messages of interface stress and lines; the last step has one too
 //! probes = [0.0, 0.5, 0.9, 0.95, 0.99]
+//! # layer_tension = 0.01            # layers: tension of an interface that is an event, default 0.01·Z·V0 of the struck one
 //! # points = [[0, 0.5]]             # [r, z]: displacement, velocity and stress there in every step, on /points
 //! # lines = [{ r = 0 }, { z = 0.5 }]    # stress along them, on /line/0, /line/1
 //! fields = ["stress"]               # any of displacement, velocity, stress; elastic: see below

@@ -235,6 +235,35 @@ pub struct Tension {
     pub stress: f64,
 }
 
+/// Largest tractions between two layers so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct InterfacePeaks {
+    /// Tension, σ_zz.
+    pub tension: TractionPeak,
+    /// Shear, |σ_rz|; 0 where layers slide, and in the simplified theory, which has none.
+    pub shear: TractionPeak,
+}
+
+/// A largest traction: where there are several, that of the earliest level, then the innermost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TractionPeak {
+    /// Stress by magnitude; 0 if there has been none \[γc_p²\].
+    pub stress: f64,
+    /// Level.
+    pub level: usize,
+    /// Column.
+    pub column: usize,
+}
+
+impl TractionPeak {
+    /// The larger of two peaks.
+    pub fn larger(self, other: Self) -> Self {
+        let place = |peak: &Self| (peak.level, peak.column);
+        let is_first = place(&other) < place(&self);
+        if other.stress > self.stress || (other.stress == self.stress && is_first) { other } else { self }
+    }
+}
+
 /// Largest strain behind the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StrainPeak {
@@ -325,7 +354,7 @@ pub struct Sampling {
     pub gauges: Gauges,
     /// Rows of which the largest strain is taken; of all where there is none.
     pub strained: Option<Dependence>,
-    /// Tension of an interface that is looked for, if it is \[γc_p²\].
+    /// Tension of an interface from which on it is told, if tractions of interfaces are looked at \[γc_p²\].
     pub tension: Option<f64>,
 }
 
@@ -433,6 +462,10 @@ pub trait Model<T>: Send {
 
     /// Largest strain of cells and on the backing of a layer over all levels before the newest one, see [`mod@strain`].
     fn strain_peak(&mut self) -> StrainPeak;
+
+    /// Largest tractions of the interfaces over all levels before the newest one, from the surface down; none where they are not
+    /// looked at, see [`Sampling::tension`].
+    fn interface_peaks(&mut self) -> Vec<InterfacePeaks>;
 
     /// First place `(r, z)` where the displacement is not finite, if any \[R\].
     fn find_non_finite(&mut self) -> Option<(f64, f64)>;

@@ -21,15 +21,15 @@ use crate::{
         Contact, ContactState,
         event::{Event, EventKind, Watch},
     },
-    grid::Grid,
+    grid::{Bond, Grid},
     indenter::Indenter,
     model::{
         CompletedStep, Coverage, Dependence, Model, ModelKind, Request, Sampling, TargetEnergy, Tension,
-        elastic, rakhmatulin::Rakhmatulin,
+        TractionPeak, elastic, rakhmatulin::Rakhmatulin,
     },
     surface::Surface,
     units::Units,
-    validity::Validity,
+    validity::{InterfacePeaks, Peak, Validity},
     view::{Energy, Frame, Interface, View},
 };
 
@@ -89,6 +89,8 @@ pub struct Simulation {
     validity: Validity,
     /// e² = (V/V0)² while the indenter moves back and nothing touches it.
     rebound: Option<f64>,
+    /// True for interfaces that bear shear.
+    sheared: Vec<bool>,
     /// Radii of the probes \[R\].
     probes: Vec<f64>,
     frames: FrameSteps,
@@ -167,6 +169,12 @@ impl Simulation {
             motion: [vec![0.0; grid.nr()], vec![0.0; grid.nr()]],
             validity: Validity::new(velocity, case.indenter.head.is_flat()),
             rebound: None,
+            sheared: grid
+                .layers
+                .iter()
+                .skip(1)
+                .map(|below| case.model == ModelKind::Elastic && below.bond == Bond::Welded)
+                .collect(),
             probes: case.record.probes.clone(),
             indenter,
             model,
@@ -337,12 +345,26 @@ impl Simulation {
 
     /// Largest pressure and strain so far.
     pub(crate) fn validity(&mut self) -> Validity {
-        let mut validity = self.validity;
+        let mut validity = self.validity.clone();
         let peak = self.model.strain_peak();
         validity.observe_strain(peak.strain, peak.step, peak.step as f64 * self.grid.dt(), (peak.r, peak.z));
         validity.rebound = self.rebound;
         let EnergyBalance { initial, dissipated, .. } = self.balance;
         validity.mesh_loss = (initial > 0.0).then(|| dissipated / initial);
+        let peaks = self.model.interface_peaks();
+        validity.interfaces = peaks
+            .iter()
+            .zip(&self.grid.layers)
+            .zip(&self.sheared)
+            .map(|((peaks, layer), sheared)| {
+                let peak = |peak: TractionPeak| {
+                    let TractionPeak { stress: value, level, column } = peak;
+                    let time = level as f64 * self.grid.dt();
+                    Peak { value, step: level as u64, time, r: self.grid.r(column), z: layer.bottom() }
+                };
+                InterfacePeaks { tension: peak(peaks.tension), shear: sheared.then(|| peak(peaks.shear)) }
+            })
+            .collect();
         validity
     }
 
@@ -391,9 +413,6 @@ impl Simulation {
     }
 }
 
-/// Tension of an interface that is an event, relative to Z·V0 of the struck layer.
-const TENSION: f64 = 0.01;
-
 /// Rows of the target that are needed for so many, by depth, after the last step.
 fn dependence(case: &Case, depths: usize) -> Dependence {
     Dependence { last_step: case.sizes.steps as usize, depths }
@@ -411,10 +430,13 @@ fn coverage(case: &Case) -> Coverage {
 
 /// The target of a case, at rest.
 fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>> {
-    let tension = TENSION * case.impact.velocity;
     let strained = (!case.sizes.layer).then(|| dependence(case, case.sizes.strained));
-    let shown =
-        Sampling { frames: case.frame_fields(), gauges: case.gauges(), strained, tension: Some(tension) };
+    let shown = Sampling {
+        frames: case.frame_fields(),
+        gauges: case.gauges(),
+        strained,
+        tension: Some(case.record.layer_tension),
+    };
     let waves = case.waves();
     match case.model {
         ModelKind::Rakhmatulin => {
@@ -518,6 +540,45 @@ mod tests {
             }
         }
         assert!(seen > 20, "{seen}");
+    }
+
+    #[test]
+    fn the_largest_tension_of_an_interface_is_that_of_its_line() {
+        let text = |model: &str| {
+            format!(
+                "model = \"{model}\"\n[target]\nback = \"free\"\nlayer = [{{ thickness = 0.25, shear_wave_speed = 0.5 }}, \
+                 {{ thickness = 0.3, density = 0.5, wave_speed = 0.8, shear_wave_speed = 0.5 }}]\n[indenter]\nshape = \"flat\"\n\
+                 radius = 0.5\nmass = 0.5\n[mesh]\ncells = 40\n[run]\nend_time = 2.5\n[record]\nframes = 0\nlines = [{{ z = 0.25 }}]\n"
+            )
+        };
+        // of a threshold that is not reached there is no event, but the largest tension
+        let of = |model: &str, settings: &[String], engine: Engine| {
+            let case = Case::parse("layers", &text(model), settings, "".as_ref())
+                .unwrap_or_else(|errors| panic!("{errors:?}"));
+            let mut simulation = Simulation::with_engine(&case, engine);
+            let (mut lowest, mut events) = (Vec::new(), 0);
+            while let Some(view) = simulation.step().expect("a sound case") {
+                events += view.events.iter().filter(|event| event.kind == EventKind::LayerTension).count();
+                let line = view.gauges.expect("a line").lines[0].clone();
+                let least =
+                    line.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).expect("nodes");
+                lowest.push((view.time, least));
+            }
+            (simulation.validity().interfaces, lowest, events)
+        };
+        for (model, tolerance) in [("rakhmatulin", 0.01), ("elastic", 0.03)] {
+            let (peaks, lowest, events) = of(model, &[], Engine::Blocked);
+            let InterfacePeaks { tension, shear } = peaks[0];
+            let least = lowest.iter().min_by(|a, b| a.1.1.total_cmp(&b.1.1)).expect("steps");
+            assert!((tension.value / -least.1.1 - 1.0).abs() < tolerance, "{model}: {tension:?} {least:?}");
+            assert!(
+                (tension.time - least.0).abs() < 0.1 && tension.z == 0.25,
+                "{model}: {tension:?} {least:?}"
+            );
+            assert_eq!((events, shear.is_some()), (1, model == "elastic"));
+            let high = ["record.layer_tension=2".into()];
+            assert_eq!(of(model, &high, Engine::Reference), (peaks, lowest, 0), "{model}");
+        }
     }
 
     #[test]

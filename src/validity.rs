@@ -48,8 +48,17 @@ impl Peak {
     }
 }
 
-/// Largest interface stress and strain so far.
+/// Largest tractions between two layers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InterfacePeaks {
+    /// Tension σ_zz \[γc_p²\].
+    pub tension: Peak,
+    /// Shear |σ_rz| \[γc_p²\]; `None` where layers slide, and in the simplified theory, which has none.
+    pub shear: Option<Peak>,
+}
+
+/// Largest interface stress and strain so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Validity {
     velocity: f64,
     is_flat: bool,
@@ -63,6 +72,8 @@ pub struct Validity {
     pub rebound: Option<f64>,
     /// Energy that nodes lost which came into contact, as a share of ½M·V0²: a loss of the mesh, which falls with the size of cells.
     pub mesh_loss: Option<f64>,
+    /// Largest tractions of the interfaces of layers, from the struck surface down.
+    pub interfaces: Vec<InterfacePeaks>,
     /// Largest drag, with the contact radius as its place \[πR²γc_p²; plane Rγc_p²\].
     pub drag: Peak,
 }
@@ -82,6 +93,7 @@ impl Validity {
             probes: nothing,
             rebound: None,
             mesh_loss: None,
+            interfaces: Vec::new(),
             drag: nothing,
         }
     }

@@ -330,6 +330,8 @@ pub struct Record {
     pub points: Vec<[f64; 2]>,
     /// Lines in the target, recorded with the interface stress.
     pub lines: Vec<Line>,
+    /// Tension of an interface of layers from which on it is an event \[γc_p²\].
+    pub layer_tension: f64,
     /// Fields recorded in frames.
     pub fields: Vec<Field>,
     /// Fields show the target out to this radius, may be infinite: to the outer radius of the mesh \[R\].

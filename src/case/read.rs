@@ -30,6 +30,8 @@ use crate::{
     units::Dimension,
 };
 
+/// Default of `record.layer_tension` [Z·V0 of the struck layer].
+const LAYER_TENSION: f64 = 0.01;
 /// Probes of the paper's figures, in largest contact radii.
 const DEFAULT_PROBES: [f64; 5] = [0.0, 0.5, 0.9, 0.95, 0.99];
 const DEFAULT_CELLS: u64 = 100;
@@ -78,8 +80,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     let sound = target.as_ref().map(|given| &given.target);
     let mesh = read_mesh(mesh, model, sound, &system);
     let (run, end_time) = read_run(run, &system);
-    let thickness = sound.and_then(|target| target.thickness);
-    let (record, derived) = read_record(record, run.end_time, model, thickness, &system);
+    let (record, derived) = read_record(record, run.end_time, model, sound, &system);
 
     // sizes are derived from sound values only
     let parts = target.zip(indenter).filter(|_| document.is_sound());
@@ -113,6 +114,9 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
             record,
             sizes,
         };
+        let tension = LAYER_TENSION * parameters.impact.velocity;
+        parameters.record.layer_tension =
+            derived.layer_tension.unwrap_or_else(|| system.default(Dimension::Stress, tension));
         parameters.record.probes = derived.probes.unwrap_or_else(|| default_probes(&parameters, &system));
         parameters.record.r_max = derived.r_max.unwrap_or_else(|| parameters.default_r_max());
         parameters.record.field_every =
@@ -268,6 +272,7 @@ fn read_run(mut section: Section<'_>, system: &System) -> (Run, Span) {
 
 /// Keys of `[record]`, if given, whose defaults depend on the sizes.
 struct Derived {
+    layer_tension: Option<f64>,
     probes: Option<Vec<f64>>,
     r_max: Option<f64>,
     field_every: Option<usize>,
@@ -275,17 +280,25 @@ struct Derived {
 
 /// The `[record]` section.
 ///
-/// * `thickness`: of the target, if it is no half-space
+/// * `target`: if it is sound
 fn read_record(
     mut section: Section<'_>,
     end_time: f64,
     model: ModelKind,
-    thickness: Option<f64>,
+    target: Option<&Target>,
     system: &System,
 ) -> (Record, Derived) {
+    let thickness = target.and_then(|target| target.thickness);
     let interface_every = section.count("interface_every", 1..=1_000_000_000).map_or(1, value);
     let radii = (Dimension::Length, Bounds::within(0.0, HUGE));
     let probes = section.quantities("probes", "radii", radii, system).map(value);
+    let stress = Bounds::within(TINY, HUGE);
+    let layer_tension = section.quantity("layer_tension", Dimension::Stress, stress, system);
+    let has_interfaces = target.is_none_or(|target| target.layers.len() > 1);
+    if let Some(Given { span, .. }) = layer_tension.as_ref().filter(|_| !has_interfaces) {
+        let message = "`record.layer_tension` is of the interfaces of several layers, and the target has one";
+        section.problem(span.clone(), message, "leave it out, or give target.layer");
+    }
     let points = gauges::read_points(&mut section, thickness, system);
     let lines = gauges::read_lines(&mut section, thickness, system);
     let fields = read_fields(&mut section, model);
@@ -301,6 +314,7 @@ fn read_record(
     let record = Record {
         interface_every,
         probes: Vec::new(),
+        layer_tension: 0.0,
         points,
         lines,
         fields: fields.unwrap_or(vec![Field::Stress]),
@@ -311,7 +325,7 @@ fn read_record(
         compression,
         playback_rate,
     };
-    (record, Derived { probes, r_max, field_every })
+    (record, Derived { layer_tension: layer_tension.map(value), probes, r_max, field_every })
 }
 
 /// Seconds of log time per unit of time: 1, in a physical case the power of ten that plays the run in 2 to 20 s.

@@ -99,6 +99,7 @@ struct Mesh {
 struct Record<'a> {
     interface_every: u64,
     probes: Vec<Value>,
+    layer_tension: Option<Value>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     points: Vec<[Value; 2]>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -151,6 +152,8 @@ fn resolved(case: &Parameters) -> Resolved<'_> {
         record: Record {
             interface_every: record.interface_every,
             probes: list(Dimension::Length, &record.probes),
+            layer_tension: (case.sizes.layers.len() > 1)
+                .then(|| case.written(Dimension::Stress, record.layer_tension)),
             points: record.points.iter().map(|point| point.map(length)).collect(),
             lines: record.lines.iter().map(line).collect(),
             fields: &record.fields,

@@ -15,9 +15,9 @@
 use std::{collections::VecDeque, io, sync::Arc};
 
 use super::{
-    CompletedStep, Dependence, FrameFields, GAUGES_UNDER_WAY, GaugePlan, Model, Request, Sampling,
-    StrainPeak, Tension, cell_scheme::CellScheme, cone::LightCone, larger_strain, scheme, scheme::Corner,
-    strain::Watched,
+    CompletedStep, Dependence, FrameFields, GAUGES_UNDER_WAY, GaugePlan, InterfacePeaks, Model, Request,
+    Sampling, StrainPeak, Tension, cell_scheme::CellScheme, cone::LightCone, larger_strain, scheme,
+    scheme::Corner, strain::Watched,
 };
 use crate::{
     grid::Grid,
@@ -407,6 +407,11 @@ impl<T: Send> Model<T> for Engine<T> {
         };
         let backing = StrainPeak::on_backing(&self.grid, strain, level, column);
         StrainPeak::largest(&self.grid, self.strains.peak(), backing)
+    }
+
+    fn interface_peaks(&mut self) -> Vec<InterfacePeaks> {
+        self.catch_up();
+        self.field.domain().interfaces.peaks()
     }
 
     fn find_non_finite(&mut self) -> Option<(f64, f64)> {

@@ -139,9 +139,14 @@ impl Scheme<2> for CellScheme {
         scheme::compliance(self.grid.dt(), self.grid.dt())
     }
 
-    fn traction(&self, before: &Level<2>, now: &Level<2>, interface: usize, i: usize) -> f64 {
+    fn traction(&self, before: &Level<2>, now: &Level<2>, interface: usize, i: usize) -> [f64; 2] {
         let [upper, lower] = self.faces(before, now, interface, i);
-        scheme::traction_weight(self.impedances(interface), self.grid.dt()) * (upper[0] - lower[0])
+        let weight = scheme::traction_weight(self.impedances(interface), self.grid.dt());
+        let [normal, shear] = [0, 1].map(|field| weight * (upper[field] - lower[field]));
+        match self.grid.layers[interface + 1].bond {
+            Bond::Welded => [normal, shear],
+            Bond::Sliding => [normal, 0.0],
+        }
     }
 
     fn energies(&self, earlier: &Level<2>, later: &Level<2>) -> Vec<TargetEnergy> {

@@ -220,9 +220,9 @@ impl Scheme<1> for Rakhmatulin {
         scheme::compliance(self.grid.dt(), self.grid.dt())
     }
 
-    fn traction(&self, before: &Level<1>, now: &Level<1>, interface: usize, i: usize) -> f64 {
+    fn traction(&self, before: &Level<1>, now: &Level<1>, interface: usize, i: usize) -> [f64; 2] {
         let [upper, lower] = self.faces(before, now, interface, i);
-        scheme::traction_weight(self.impedances(interface), self.grid.dt()) * (upper - lower)
+        [scheme::traction_weight(self.impedances(interface), self.grid.dt()) * (upper - lower), 0.0]
     }
 
     fn energies(&self, earlier: &Level<1>, later: &Level<1>) -> Vec<TargetEnergy> {

@@ -9,8 +9,8 @@ use std::{collections::VecDeque, io};
 use ndarray::{Array2, ArrayView1};
 
 use super::{
-    CompletedStep, Dependence, Field, Frame, FrameFields, GaugePlan, GaugeValues, Lattice, Model, PointState,
-    Request, Sample, Sampling, StrainPeak, TargetEnergy, Tension,
+    CompletedStep, Dependence, Field, Frame, FrameFields, GaugePlan, GaugeValues, InterfacePeaks, Lattice,
+    Model, PointState, Request, Sample, Sampling, StrainPeak, TargetEnergy, Tension, TractionPeak,
     cone::{ConeState, LightCone},
     strain::{CellPeak, Watched},
 };
@@ -36,8 +36,8 @@ pub trait Scheme<const FIELDS: usize>: Send {
     /// Displacement u_z of surface node `i` per unit of pressure on it \[R/(γc_p²)\].
     fn compliance(&self, i: usize) -> f64;
 
-    /// Stress −σ_zz of an interface in column `i` on the way to level k+1, see [`super::scheme::traction_weight`].
-    fn traction(&self, before: &Level<FIELDS>, now: &Level<FIELDS>, interface: usize, i: usize) -> f64;
+    /// Stresses −σ_zz and −σ_rz of an interface in column `i` on the way to level k+1, see [`super::scheme::traction_weight`].
+    fn traction(&self, before: &Level<FIELDS>, now: &Level<FIELDS>, interface: usize, i: usize) -> [f64; 2];
 
     /// Energy of every layer between two consecutive levels.
     fn energies(&self, earlier: &Level<FIELDS>, later: &Level<FIELDS>) -> Vec<TargetEnergy>;
@@ -76,6 +76,8 @@ pub struct Reference<T, S, const FIELDS: usize> {
     gauges: GaugePlan,
     /// Tension of an interface that is shown.
     tension: Option<f64>,
+    /// Largest tractions of interfaces.
+    tractions: Vec<InterfacePeaks>,
     /// Interfaces that have been in tension.
     torn: Vec<bool>,
     /// Levels k−1 and k, and room for k+1.
@@ -107,6 +109,7 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
             gauges: GaugePlan::new(&gauges, &grid),
             tension,
             torn: vec![false; grid.layers.len() - 1],
+            tractions: vec![InterfacePeaks::default(); tension.map_or(0, |_| grid.layers.len() - 1)],
             before: rest(),
             now: rest(),
             next: rest(),
@@ -172,20 +175,26 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         }
     }
 
-    /// Interfaces that are in tension for the first time at level k.
-    fn tensions(&mut self) -> Vec<Tension> {
+    /// Notes the tractions of interfaces at level k; those that are in tension for the first time.
+    fn note_tractions(&mut self) -> Vec<Tension> {
         let Some(limit) = self.tension else { return Vec::new() };
         let level = self.level as usize;
-        let find = |interface: usize| {
-            let stress = |i: usize| self.scheme.traction(&self.before, &self.now, interface, i);
-            let columns = (0..self.columns).map(|column| (column, stress(column)));
-            let (column, stress) = columns.into_iter().find(|(_, stress)| *stress < -limit)?;
-            Some(Tension { interface, level, column, stress })
-        };
-        let interfaces = (0..self.torn.len()).filter(|interface| !self.torn[*interface]);
-        let found: Vec<_> = interfaces.filter_map(find).collect();
-        found.iter().for_each(|tension| self.torn[tension.interface] = true);
-        found
+        let mut first = Vec::new();
+        // beyond the light cone nothing moves
+        let reached = self.grid.layers.iter().take_while(|layer| layer.last() < self.rows).count();
+        for (interface, peaks) in self.tractions.iter_mut().enumerate().take(reached) {
+            for column in 0..self.columns {
+                let [stress, shear] = self.scheme.traction(&self.before, &self.now, interface, column);
+                let InterfacePeaks { tension, shear: largest_shear } = peaks;
+                *tension = tension.larger(TractionPeak { stress: -stress, level, column });
+                *largest_shear = largest_shear.larger(TractionPeak { stress: shear.abs(), level, column });
+                if stress < -limit && !self.torn[interface] {
+                    self.torn[interface] = true;
+                    first.push(Tension { interface, level, column, stress });
+                }
+            }
+        }
+        first
     }
 
     /// What the gauges show of level k, with k+1 computed, if there are any.
@@ -248,7 +257,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         self.note_strains(surface.loaded);
         let frame = request.frame.then(|| self.frame(&surface.pressure));
         let gauges = self.gauge(&surface.pressure, request.lines);
-        let tensions = self.tensions();
+        let tensions = self.note_tractions();
         self.steps.push_back(CompletedStep { step, frame, gauges, tensions });
         std::mem::swap(&mut self.before, &mut self.now);
         std::mem::swap(&mut self.now, &mut self.next);
@@ -272,6 +281,10 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         let [cells, CellPeak { strain, level, column, .. }] = self.peaks;
         let backing = StrainPeak::on_backing(&self.grid, strain, level, column);
         StrainPeak::largest(&self.grid, cells, backing)
+    }
+
+    fn interface_peaks(&mut self) -> Vec<InterfacePeaks> {
+        self.tractions.clone()
     }
 
     fn find_non_finite(&mut self) -> Option<(f64, f64)> {

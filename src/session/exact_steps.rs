@@ -80,6 +80,6 @@ impl Steps for ExactSteps<'_> {
     }
 
     fn validity(&mut self) -> Validity {
-        self.validity
+        self.validity.clone()
     }
 }

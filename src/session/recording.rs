@@ -22,7 +22,7 @@ use crate::{
         Destination, FORMAT_VERSION, NUMERICS, Recorder, RecordingError, Tap, Written, copy::attachment,
     },
     units::Units,
-    validity::{Peak, STRAIN_LIMIT, Validity},
+    validity::{InterfacePeaks, Peak, STRAIN_LIMIT, Validity},
     view::View,
 };
 
@@ -201,6 +201,12 @@ impl Recording {
         peak("largest_pressure", &validity.pressure, stress.of(validity.pressure.value));
         peak("largest_strain", &validity.strain, validity.strain.value);
         peak("largest_strain_at_probes", &validity.probes, validity.probes.value);
+        for (number, InterfacePeaks { tension, shear }) in (1..).zip(&validity.interfaces) {
+            peak(&format!("interface.{number}.tension"), tension, stress.of(tension.value));
+            if let Some(shear) = shear {
+                peak(&format!("interface.{number}.shear"), shear, stress.of(shear.value));
+            }
+        }
         map.insert("strain_limit".into(), STRAIN_LIMIT.to_string());
         map.insert("impact_velocity".into(), speed.of(validity.impact_velocity()).to_string());
         map.extend(validity.mesh_loss.map(|share| ("mesh_loss".into(), share.to_string())));

@@ -14,7 +14,7 @@ impl SaveState for Simulation {
     ///
     /// If computed steps have not been returned yet, see [`Simulation::interrupt`].
     fn save(&mut self, out: &mut StateWriter<'_>) -> io::Result<()> {
-        out.put(&(self.next_step, self.balance, self.validity))?;
+        out.put(&(self.next_step, self.balance, &self.validity))?;
         self.indenter.save(out)?;
         self.watch.save(out)?;
         self.contact.save(out)?;

@@ -2,7 +2,7 @@
 //!
 //! The numbers are those that a recording would have, in its units, so `percuss-read summary` measures the same.
 
-use std::{collections::BTreeMap, sync::LazyLock};
+use std::{borrow::Cow, collections::BTreeMap, sync::LazyLock};
 
 use percuss_table::measures::{
     Drag, EXTENSION, Measure, Moment, Motion, Observations, RECONTACT, SEPARATION, Story,
@@ -14,46 +14,71 @@ use crate::{
     case::Case,
     session::{Flow, Observer, RunError},
     units::Units,
-    validity::Validity,
+    validity::{Peak, Validity},
     view::{EventKind, View},
 };
 
-/// The measures of a case of which nothing is known.
-pub static NOTHING: LazyLock<Vec<Measure>> = LazyLock::new(|| Observations::default().measures());
+/// The measures of a case of a target with so many interfaces of which nothing is known.
+pub fn nothing(interfaces: usize) -> Vec<Measure> {
+    Observations { interfaces: vec![Default::default(); interfaces], ..Observations::default() }.measures()
+}
 
-/// Names of all measures.
-pub fn names() -> Vec<&'static str> {
-    NOTHING.iter().map(|measure| measure.name).collect()
+/// Measures of a target of one layer, and those that each interface adds.
+static SINGLE: LazyLock<usize> = LazyLock::new(|| nothing(0).len());
+static EACH: LazyLock<usize> = LazyLock::new(|| nothing(1).len() - *SINGLE);
+
+/// Largest number of an interface that a name may have.
+const MOST: usize = 1000;
+
+/// Number of the interface in the name of a measure.
+fn interface_of(name: &str) -> Option<usize> {
+    name.strip_prefix("interface.")?.split('.').next()?.parse().ok().filter(|number| *number <= MOST)
 }
 
 /// True for the name of a measure.
 pub fn is_name(text: &str) -> bool {
-    names().contains(&text)
+    names(interface_of(text).unwrap_or(0)).iter().any(|name| name == text)
+}
+
+/// Names of all measures.
+pub fn names(interfaces: usize) -> Vec<Cow<'static, str>> {
+    nothing(interfaces).into_iter().map(|measure| measure.name).collect()
 }
 
 /// What was measured of a case, in the order of the columns; in a journal by name, where only known numbers stand.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(from = "BTreeMap<String, f64>", into = "BTreeMap<&'static str, f64>")]
+#[serde(from = "BTreeMap<String, f64>", into = "BTreeMap<String, f64>")]
 pub struct Measures(Box<[Option<f64>]>);
 
 impl Measures {
     /// A number by its name.
     pub fn get(&self, name: &str) -> Option<f64> {
-        let place = NOTHING.iter().position(|measure| measure.name == name)?;
+        let place = names(self.interfaces()).iter().position(|known| known == name)?;
         self.0.get(place).copied().flatten()
+    }
+
+    /// The numbers in the order of the columns.
+    pub fn values(&self) -> impl Iterator<Item = Option<f64>> {
+        self.0.iter().copied()
+    }
+
+    /// Number of interfaces of which there are numbers.
+    pub fn interfaces(&self) -> usize {
+        self.0.len().saturating_sub(*SINGLE) / *EACH
     }
 }
 
 impl From<BTreeMap<String, f64>> for Measures {
     fn from(known: BTreeMap<String, f64>) -> Self {
-        Self(NOTHING.iter().map(|measure| known.get(measure.name).copied()).collect())
+        let interfaces = known.keys().filter_map(|name| interface_of(name)).max().unwrap_or(0);
+        Self(names(interfaces).iter().map(|name| known.get(&**name).copied()).collect())
     }
 }
 
-impl From<Measures> for BTreeMap<&'static str, f64> {
+impl From<Measures> for BTreeMap<String, f64> {
     fn from(measures: Measures) -> Self {
-        let names = NOTHING.iter().map(|measure| measure.name);
-        names.zip(&measures.0).filter_map(|(name, value)| Some((name, (*value)?))).collect()
+        let names = names(measures.interfaces()).into_iter().zip(&measures.0);
+        names.filter_map(|(name, value)| Some((name.into_owned(), (*value)?))).collect()
     }
 }
 
@@ -77,7 +102,12 @@ impl Measuring {
 
     /// What was measured, in the units of the case.
     pub fn measures(&self, validity: &Validity) -> Measures {
-        let Units { length, time, speed, .. } = self.units;
+        let Units { length, time, speed, stress, .. } = self.units;
+        let traction = |peak: Option<Peak>| {
+            peak.map_or([None; 3], |peak| {
+                [stress.of(peak.value), length.of(peak.r), time.of(peak.time)].map(Some)
+            })
+        };
         let (mut motion, mut energy) =
             (Motion::at(self.story.separation()), Moment::at(self.story.separation()));
         for &[time, velocity, depth] in &self.motion {
@@ -95,6 +125,11 @@ impl Measuring {
             largest_strain: [Some(strain.value), r, z, when],
             impact_velocity: Some(speed.of(validity.impact_velocity())),
             mesh_loss: validity.mesh_loss,
+            interfaces: validity
+                .interfaces
+                .iter()
+                .map(|peaks| [Some(peaks.tension), peaks.shear].map(traction))
+                .collect(),
         };
         let values = observations.measures().into_iter().map(|measure| measure.value);
         Measures(values.map(|value| value.filter(|x| x.is_finite())).collect())

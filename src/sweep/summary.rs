@@ -1,12 +1,15 @@
 //! The summary of a sweep: a row for every case that is done.
 
-use std::io;
+use std::{io, iter::repeat};
 
-use percuss_table::{Cell, CellType, Heading, Sink, measures};
+use percuss_table::{
+    Cell, CellType, Heading, Sink,
+    measures::{self, Measure},
+};
 
 use super::{
     journal::{Done, Entry},
-    measure::NOTHING,
+    measure::nothing,
     plan::Plan,
     spec::number,
 };
@@ -23,19 +26,28 @@ pub fn write(
     mut numbers: impl Iterator<Item = usize>,
     sink: &mut dyn Sink,
 ) -> io::Result<()> {
-    let headings = headings(plan);
+    let interfaces = interfaces(plan, done);
+    let measures = nothing(interfaces);
+    let count = measures.len();
+    let headings = headings(plan, measures);
     sink.begin(&headings)?;
     numbers.try_for_each(|number| {
         let entry = done.entries.get(&plan.cases[number - 1].digest);
-        entry.map_or(Ok(()), |entry| sink.row(&row(plan, &headings, number, entry)))
+        entry.map_or(Ok(()), |entry| sink.row(&row(plan, (&headings, count), number, entry)))
     })?;
     sink.end()
 }
 
+/// Most interfaces of layers that a case of a sweep has.
+fn interfaces(plan: &Plan, done: &Done) -> usize {
+    let first = plan.first.sizes.layers.len() - 1;
+    done.entries.values().map(|entry| entry.measures.interfaces()).fold(first, usize::max)
+}
+
 /// The columns of a summary: number of the case, what varies, how it ended, what was measured, what it is warned of.
-fn headings(plan: &Plan) -> Vec<Heading> {
+fn headings(plan: &Plan, measures: Vec<Measure>) -> Vec<Heading> {
     let name = |unit: &str| Some(unit.to_owned());
-    let Units { length, time, speed, force, energy, .. } = plan.first.units();
+    let Units { length, time, speed, force, energy, stress, .. } = plan.first.units();
     let is_si = plan.first.scales.is_some();
     // dimensionless recordings have units too: those of the theory
     let units = measures::Units {
@@ -44,6 +56,7 @@ fn headings(plan: &Plan) -> Vec<Heading> {
         speed: name(speed.name),
         force: name(force.name),
         energy: name(energy.name),
+        stress: name(stress.name),
     };
     let text = |name: &str, kind| Heading { name: name.into(), unit: None, kind };
     let varied = plan.keys().enumerate().map(|(column, key)| match column_unit(plan, column) {
@@ -51,13 +64,13 @@ fn headings(plan: &Plan) -> Vec<Heading> {
         None => text(key, CellType::Text),
     });
     let start = [text("case", CellType::UInt)].into_iter();
-    let measured = NOTHING.iter().map(|measure| measure.heading(&units));
+    let measured = measures.into_iter().map(move |measure| measure.heading(&units));
     let end = [text("warnings", CellType::Text)];
     start.chain(varied).chain([text("status", CellType::Text)]).chain(measured).chain(end).collect()
 }
 
 /// The row of a case in a summary.
-fn row(plan: &Plan, headings: &[Heading], number: usize, entry: &Entry) -> Vec<Cell> {
+fn row(plan: &Plan, (headings, measures): (&[Heading], usize), number: usize, entry: &Entry) -> Vec<Cell> {
     let geometry = plan.first.geometry;
     let varied = plan.values(number).zip(&headings[1..]).map(|(value, heading)| match heading.kind {
         CellType::Double => {
@@ -65,8 +78,8 @@ fn row(plan: &Plan, headings: &[Heading], number: usize, entry: &Entry) -> Vec<C
         }
         _ => Cell::Text(value.trim_matches('"').to_owned()),
     });
-    let measured =
-        NOTHING.iter().map(|measure| entry.measures.get(measure.name).map_or(Cell::Empty, Cell::Double));
+    let known = entry.measures.values().map(|value| value.map_or(Cell::Empty, Cell::Double));
+    let measured = known.chain(repeat(Cell::Empty)).take(measures);
     let start = [Cell::UInt(number as u64)].into_iter();
     let warnings = if entry.warnings.is_empty() { Cell::Empty } else { Cell::Text(entry.warnings.join(";")) };
     start

@@ -1,4 +1,4 @@
-//! Recording is an observer: drag, velocity, interface stress and events of random cases are the same bits whatever is recorded,
+//! Recording is an observer: drag, velocity, interface stress, events and largest strains and tractions of random cases are the same bits whatever is recorded,
 //! on any number of threads, and by the plain stepper.
 //!
 //! Cases have all shapes, both theories and geometries, one to three layers on all backs, every rule of contact, masses from light to
@@ -14,6 +14,7 @@ use percuss::{
     case::Case,
     session,
     simulation::{Engine, Simulation},
+    validity::{Peak, Validity},
     view::View,
     warnings::Warned,
 };
@@ -128,17 +129,20 @@ fn records(noise: &mut Noise) -> [String; 2] {
     ["frames = 0\nprobes = []\n".to_owned(), rich]
 }
 
-/// All steps of a run, with its warnings.
-fn views(case: &Case, engine: Engine) -> Vec<View<'static>> {
+/// All steps of a run, with its warnings, and what is said of it as a whole, but for the probes.
+type Seen = (Vec<View<'static>>, Validity);
+
+fn views(case: &Case, engine: Engine) -> Seen {
     let mut views = Vec::new();
     let mut look = |view: &View<'_>| views.push(view.share());
-    session::run(&mut Warned::new(case, Simulation::with_engine(case, engine)), &mut [&mut look])
-        .expect("finite numbers");
-    views
+    let mut steps = Warned::new(case, Simulation::with_engine(case, engine));
+    let mut validity = session::run(&mut steps, &mut [&mut look]).expect("finite numbers").validity;
+    validity.probes = Peak::default();
+    (views, validity)
 }
 
 /// The first step at which two runs differ, if they do, and in what.
-fn difference(a: &[View<'_>], b: &[View<'_>]) -> Option<String> {
+fn difference((a, of_a): &Seen, (b, of_b): &Seen) -> Option<String> {
     let numbers = |view: &View<'_>| {
         let indenter = [view.drag, view.velocity, view.depth, view.contact_radius];
         let all = indenter.into_iter().chain(view.interface.pressure.iter().copied());
@@ -153,6 +157,7 @@ fn difference(a: &[View<'_>], b: &[View<'_>]) -> Option<String> {
         )
     });
     text.or_else(|| (a.len() != b.len()).then(|| format!("{} and {} steps", a.len(), b.len())))
+        .or_else(|| (of_a != of_b).then(|| format!("{of_a:?} {of_b:?}")))
 }
 
 /// Compares the runs of a random case; `None` if it is refused.
@@ -173,7 +178,7 @@ fn differences(seed: u64) -> Option<Vec<String>> {
             others.push(("on other threads", pool(threads).install(|| views(&rich, Engine::Blocked))));
         }
     }
-    if seed.is_multiple_of(8) && bare.sizes.nr * bare.sizes.nz * plain.len() < 20_000_000 {
+    if seed.is_multiple_of(8) && bare.sizes.nr * bare.sizes.nz * plain.0.len() < 20_000_000 {
         others.push(("by the plain stepper", views(&bare, Engine::Reference)));
     }
     let found = others.iter().filter_map(|(how, other)| Some((how, difference(&plain, other)?)));

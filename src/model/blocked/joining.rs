@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::{
     domain::Domain,
     energy::EnergySum,
-    interface::{InterfaceStress, StressAt},
+    interface::{InterfaceStress, StressAt, Traction},
     weights::Weighted,
 };
 use crate::{
@@ -41,15 +41,14 @@ impl Domain {
     pub unsafe fn join(&self, level: usize, interface: usize, columns: Range<usize>) {
         let impedances = self.impedances(interface);
         let shares = scheme::shares(impedances);
+        let stiffness = scheme::traction_weight(impedances, self.grid.dt());
         for field in (0..self.fields()).filter(|field| self.shares(interface, *field)) {
             // SAFETY: the caller's promise; they are two rows
             let [upper, lower] = self
                 .rows_of(interface)
                 .map(|row| unsafe { self.levels.columns_mut(level, row, field, &columns) });
-            if field == 0 {
-                let stiffness = scheme::traction_weight(impedances, self.grid.dt());
-                self.interfaces.look(interface, level - 1, &columns, [upper, lower], stiffness);
-            }
+            let traction = if field == 0 { Traction::Normal } else { Traction::Shear };
+            self.interfaces.look((interface, traction), level - 1, &columns, [upper, lower], stiffness);
             for (upper, lower) in upper.iter_mut().zip(lower) {
                 let joined = scheme::joined(shares, [*upper, *lower]);
                 (*upper, *lower) = (joined, joined);

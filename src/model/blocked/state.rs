@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Engine, tiles::RowPeak, vector::BLOCK};
 use crate::{
-    model::{Tension, cone::ConeState, strain::CellPeak},
+    model::{InterfacePeaks, Tension, cone::ConeState, strain::CellPeak},
     state::{StateError, StateReader, StateWriter},
 };
 
@@ -17,6 +17,7 @@ struct EngineState {
     peaks: [RowPeak; 2],
     strain: CellPeak,
     tensions: Vec<Tension>,
+    tractions: Vec<InterfacePeaks>,
 }
 
 impl<T> Engine<T> {
@@ -33,13 +34,14 @@ impl<T> Engine<T> {
             peaks: self.peaks,
             strain: self.strains.peak(),
             tensions: self.field.domain().interfaces.tensions(),
+            tractions: self.field.domain().interfaces.peaks(),
         })?;
         self.field.save(self.written_columns(), out)
     }
 
     pub(super) fn read_state(&mut self, level: usize, from: &mut StateReader<'_>) -> Result<(), StateError> {
         assert!(self.level == 0, "a target that has moved");
-        let EngineState { cone, peaks, strain, tensions } = from.get()?;
+        let EngineState { cone, peaks, strain, tensions, tractions } = from.get()?;
         self.cone.set(level, cone)?;
         for peak in peaks {
             StateError::unless(peak.level <= level, "step of the largest strain on the backing", peak.level)?;
@@ -55,6 +57,15 @@ impl<T> Engine<T> {
             StateError::unless(earlier <= level, "step of the first tension at an interface", earlier)?;
             StateError::unless(interface + 1 < self.grid.layers.len(), "number of an interface", interface)?;
             self.field.domain().interfaces.note(tension);
+        }
+        let interfaces = tractions.len();
+        StateError::unless(interfaces < self.grid.layers.len(), "number of interfaces", interfaces)?;
+        for (interface, peaks) in tractions.into_iter().enumerate() {
+            for peak in [peaks.tension, peaks.shear] {
+                StateError::unless(peak.level <= level, "step of the largest traction", peak.level)?;
+                StateError::unless(peak.column < columns, "column of that traction", peak.column)?;
+            }
+            self.field.domain().interfaces.note_peaks(interface, peaks);
         }
         (self.level, self.reached, self.peaks) = (level, level, peaks);
         self.field.load(self.written_columns(), from)

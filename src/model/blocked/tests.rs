@@ -284,6 +284,7 @@ fn compare<S: Scheme<FIELDS>, const FIELDS: usize>(
     let (expected, found) = (twins.reference.strain_peak(), twins.engine.strain_peak());
     assert!(expected.strain > 0.0, "{}", twins.name);
     assert_eq!(expected, found, "{}", twins.name);
+    assert_eq!(twins.reference.interface_peaks(), twins.engine.interface_peaks(), "{}", twins.name);
 }
 
 fn all_fields() -> FrameFields {

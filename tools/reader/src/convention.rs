@@ -46,7 +46,7 @@ pub const CASE: &str = "case.toml";
 /// Attachment with every default of the case written out.
 pub const RESOLVED_CASE: &str = "case.resolved.toml";
 /// Keys of a case that follow from the others, unless they are given.
-pub const DERIVED_KEYS: [&str; 2] = ["mesh.outer_radius", "record.r_max"];
+pub const DERIVED_KEYS: [&str; 3] = ["mesh.outer_radius", "record.r_max", "record.layer_tension"];
 
 /// Topic of the drag, a message every step.
 pub const DRAG: &str = "/drag";

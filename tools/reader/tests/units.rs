@@ -268,7 +268,7 @@ fn the_report_is_in_words_and_engineering_units() {
         .iter()
         .find(|chart| chart["id"] == "probes")
         .expect("probes");
-    assert_eq!(probes["curves"][1]["name"], "r = 5.000 mm");
+    assert_eq!(probes["curves"][1]["name"], "r = 863.0 µm");
     // the indenter and the contact at every frame, and its outline as far as the profile reaches
     let (body, times) = (&data["field"]["body"], data["field"]["times"].as_array().expect("times").len());
     let list = |key: &str| {

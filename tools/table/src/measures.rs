@@ -2,6 +2,8 @@
 //!
 //! Every number is optional: what is not said stays open, and is never 0. Numbers that are not finite count as not said.
 
+use std::borrow::Cow;
+
 use crate::{CellType, Heading};
 
 /// Kinds of events: the interface first needs tension.
@@ -10,6 +12,9 @@ pub const EXTENSION: &str = "EXTENSION";
 pub const SEPARATION: &str = "SEPARATION";
 /// Contact has come back after its end.
 pub const RECONTACT: &str = "RECONTACT";
+
+/// Tractions of an interface of layers, of which the largest is measured.
+pub const TRACTIONS: [&str; 2] = ["tension", "shear"];
 
 /// Units of what is measured; `None` for those that are not known.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -24,6 +29,8 @@ pub struct Units {
     pub force: Option<String>,
     /// Of energies.
     pub energy: Option<String>,
+    /// Of stresses.
+    pub stress: Option<String>,
 }
 
 /// What a column is, and with it the unit.
@@ -43,6 +50,8 @@ pub enum Quantity {
     Impulse,
     /// An energy.
     Energy,
+    /// A stress.
+    Stress,
 }
 
 impl Quantity {
@@ -56,6 +65,7 @@ impl Quantity {
             Self::Force => vec![&units.force],
             Self::Impulse => vec![&units.force, &units.time],
             Self::Energy => vec![&units.energy],
+            Self::Stress => vec![&units.stress],
         };
         factors.into_iter().map(Option::as_deref).collect()
     }
@@ -73,10 +83,10 @@ impl Quantity {
 }
 
 /// What was measured: a cell of a table and its column.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Measure {
     /// Name of the column.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// What it is.
     pub quantity: Quantity,
     /// The number, if there is one \[unit of the quantity\].
@@ -86,7 +96,11 @@ pub struct Measure {
 impl Measure {
     /// The column.
     pub fn heading(&self, units: &Units) -> Heading {
-        Heading { name: self.name.into(), unit: self.quantity.unit(units), kind: CellType::Double }
+        Heading {
+            name: self.name.clone().into_owned(),
+            unit: self.quantity.unit(units),
+            kind: CellType::Double,
+        }
     }
 }
 
@@ -105,6 +119,8 @@ pub struct Observations {
     pub largest_strain: [Option<f64>; 4],
     /// V0 of the impact, if it is said; else it is the first velocity.
     pub impact_velocity: Option<f64>,
+    /// Largest tension and shear of the interfaces of layers, from the struck surface down, each with radius and time.
+    pub interfaces: Vec<[[Option<f64>; 3]; 2]>,
     /// Energy lost by the mesh, as a share of ½M·V0².
     pub mesh_loss: Option<f64>,
 }
@@ -147,7 +163,17 @@ impl Observations {
             ("largest_strain_z", Quantity::Length, *strain_z),
             ("largest_strain_time", Quantity::Time, *strain_time),
         ];
-        measures.map(|(name, quantity, value)| Measure { name, quantity, value }).into()
+        let single = measures.map(|(name, quantity, value)| Measure { name: name.into(), quantity, value });
+        let interfaces = (1..).zip(&self.interfaces).flat_map(|(number, peaks)| {
+            TRACTIONS.into_iter().zip(peaks).flat_map(move |(traction, peak)| {
+                let parts = [("", Quantity::Stress), ("_r", Quantity::Length), ("_time", Quantity::Time)];
+                parts.into_iter().zip(peak).map(move |((part, quantity), value)| {
+                    let name = format!("interface.{number}.{traction}{part}").into();
+                    Measure { name, quantity, value: *value }
+                })
+            })
+        });
+        single.into_iter().chain(interfaces).collect()
     }
 }
 

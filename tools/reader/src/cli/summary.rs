@@ -20,7 +20,7 @@ const SUMMARY_HELP: &str = "\
 Columns, from recorded messages only; what a recording does not say is empty, never 0:
   file, title          name of the recording, title of the case
   <parameter>          parameters of the case that differ between the recordings, by dotted keys, indenter.mass, as they are
-                       given, with their unit; lists are left out, and so is what follows from the others (mesh.outer_radius, record.r_max)
+                       given, with their unit; lists are left out, and so is what follows from the others (mesh.outer_radius, record.r_max, record.layer_tension)
   peak_force           largest force of /drag
   peak_time            time at which it is first reached
   impulse              integral of the force over time, by trapezia over all messages of /drag
@@ -37,6 +37,9 @@ Columns, from recorded messages only; what a recording does not say is empty, ne
   energy_left          kinetic and strain energy of the target when contact ends for good, linear between the messages of
                        /energy; empty for runs without frames, which have none
   largest_strain       largest strain, with its radius, depth and time in largest_strain_r, _z and _time
+  interface.<n>.tension, interface.<n>.shear  of targets of layers, from the struck surface down: largest tension and shear of
+                       interface n, with radius and time in interface.<n>.tension_r, _time, ...; shear in the full theory, of welded
+                       layers
 
 Units are those of the first recording; others are converted if the recording in SI carries its scales. CSV and text show SI
 columns with prefixes (µs, kN) unless --units base is given; JSON and Parquet keep the units that are recorded.

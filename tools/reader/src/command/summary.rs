@@ -3,8 +3,10 @@
 mod reading;
 
 use std::{
+    borrow::Cow,
     collections::{BTreeMap, BTreeSet},
     io,
+    iter::repeat,
     path::{Path, PathBuf},
 };
 
@@ -47,7 +49,7 @@ pub enum SummaryError {
         /// First recording.
         reference: PathBuf,
         /// Column.
-        column: &'static str,
+        column: Cow<'static, str>,
         /// Its unit in the first recording.
         first: String,
         /// Its unit in the other.
@@ -103,8 +105,8 @@ impl Read {
     /// The measures in the units of the first recording.
     fn cells(&self, reference: &Self, scales: &Scales) -> Result<Vec<Cell>, SummaryError> {
         let Reading { measures, units, .. } = &self.reading;
-        let cell = |&Measure { name: column, quantity, value }: &Measure| {
-            let Some(value) = value else { return Ok(Cell::Empty) };
+        let cell = |Measure { name: column, quantity, value }: &Measure| {
+            let Some(value) = *value else { return Ok(Cell::Empty) };
             let factors = quantity.factors(units).zip(quantity.factors(&reference.reading.units));
             let pairs =
                 factors.map(|(from, to)| from.into_iter().zip(to).collect::<Vec<_>>()).unwrap_or_default();
@@ -114,7 +116,7 @@ impl Read {
             let conversions = conversions.ok_or_else(|| SummaryError::Units {
                 path: self.recording.path.clone(),
                 reference: reference.recording.path.clone(),
-                column,
+                column: column.clone(),
                 first: quantity.unit(&reference.reading.units).unwrap_or_default(),
                 other: quantity.unit(units).unwrap_or_default(),
             })?;
@@ -142,13 +144,15 @@ pub fn summary(
     let files = paths.iter().map(|path| Read::open(path, limits)).collect::<Result<Vec<_>, _>>()?;
     let Some(first) = files.first() else { return Ok(Outcome::default()) };
     let parameters = parameters(&files);
-    let headings = headings(&parameters, &first.reading);
+    let headings = headings(&parameters, &files);
     let mut rows = Vec::new();
     for file in &files {
         let scales = Scales::between(&file.recording, &first.recording);
         let start = [Cell::Text(file.recording.path.display().to_string()), file.title()];
         let case = parameters.iter().map(|heading| parameter(file.case.get(&heading.name), heading.kind));
-        rows.push(start.into_iter().chain(case).chain(file.cells(first, &scales)?).collect::<Vec<Cell>>());
+        let cells =
+            start.into_iter().chain(case).chain(file.cells(first, &scales)?).chain(repeat(Cell::Empty));
+        rows.push(cells.take(headings.len()).collect::<Vec<Cell>>());
     }
     write(&headings, &rows, prefixed, units, sink)?;
     let mut outcome = Outcome::default();
@@ -220,8 +224,10 @@ fn parameter(value: Option<&Value>, kind: CellType) -> Cell {
     }
 }
 
-fn headings(parameters: &[Heading], first: &Reading) -> Vec<Heading> {
+/// Columns: those of the measures of the recording that has most, in the units of the first.
+fn headings(parameters: &[Heading], files: &[Read]) -> Vec<Heading> {
     let text = |name: &str| Heading { name: name.into(), unit: None, kind: CellType::Text };
-    let measures = first.measures.iter().map(|measure| measure.heading(&first.units));
+    let most = files.iter().map(|file| &file.reading.measures).max_by_key(|measures| measures.len());
+    let measures = most.into_iter().flatten().map(|measure| measure.heading(&files[0].reading.units));
     [text("file"), text("title")].into_iter().chain(parameters.iter().cloned()).chain(measures).collect()
 }

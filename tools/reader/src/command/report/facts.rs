@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use percuss_table::measures::{Measure, Units};
+use percuss_table::measures::{Measure, TRACTIONS, Units};
 use serde_json::{Value, json};
 
 use super::{curves::last, find};
@@ -25,7 +25,7 @@ const RESULTS: [(&str, &str); 10] = [
     ("rebound_velocity", "Velocity of rebound"),
     ("restitution", "Coefficient of restitution"),
     ("restitution_mesh_corrected", "Restitution with the mesh's loss returned"),
-    ("t_ext", "Interface first needs tension"),
+    ("t_ext", "First tension, or turn of the contact"),
     ("energy_left", "Energy left in the target"),
 ];
 
@@ -64,8 +64,14 @@ fn results(recording: &Recording, reading: &Reading) -> Rows {
     let Some(validity) = recording.entries(VALIDITY) else { return rows };
     let stress =
         find(recording, |topic| topic == INTERFACE).and_then(|id| recording.channels[&id].unit("stress"));
-    let peaks = [("Largest pressure", LARGEST_PRESSURE, stress), ("Largest strain", LARGEST_STRAIN, None)];
-    rows.extend(peaks.into_iter().filter_map(|(label, key, unit)| {
+    let single = [("Largest pressure", LARGEST_PRESSURE, stress), ("Largest strain", LARGEST_STRAIN, None)];
+    let single = single.map(|(label, key, unit)| (label.to_owned(), key.to_owned(), unit));
+    let interfaces =
+        (1..).map(|number| TRACTIONS.map(|name| (number, name, format!("interface.{number}.{name}"))));
+    let interfaces = interfaces.take_while(|[(.., key), _]| validity.contains_key(key)).flatten();
+    let interfaces =
+        interfaces.map(|(number, name, key)| (format!("Largest {name} at interface {number}"), key, stress));
+    rows.extend(single.into_iter().chain(interfaces).filter_map(|(label, key, unit)| {
         let number = |key: &str| validity.get(key)?.parse::<f64>().ok();
         let length = units.length.as_deref();
         let place = [("r", length), ("z", length), ("time", units.time.as_deref())];
@@ -75,7 +81,7 @@ fn results(recording: &Recording, reading: &Reading) -> Rows {
         });
         let place: Vec<String> = place.collect();
         let at = if place.is_empty() { String::new() } else { format!(" at {}", place.join(", ")) };
-        Some((label.to_owned(), engineering(number(key)?, unit) + &at))
+        Some((label, engineering(number(&key)?, unit) + &at))
     }));
     if let Some(limit) = validity.get("strain_limit") {
         rows.push(("Limit of linear theory".into(), format!("strain {limit}")));

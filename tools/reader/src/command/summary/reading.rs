@@ -2,12 +2,14 @@
 
 use percuss_table::{
     Cell,
-    measures::{Measure, Observations, Story, Units},
+    measures::{Measure, Observations, Story, TRACTIONS, Units},
 };
 
 use crate::{
     channel::Channel,
-    convention::{DRAG, ENERGY, EVENT, IMPACT_VELOCITY, LARGEST_STRAIN, MESH_LOSS, VALIDITY, VELOCITY},
+    convention::{
+        DRAG, ENERGY, EVENT, IMPACT_VELOCITY, INTERFACE, LARGEST_STRAIN, MESH_LOSS, VALIDITY, VELOCITY,
+    },
     field::cell,
     messages::Recording,
     recording::{Damage, OpenError},
@@ -48,7 +50,7 @@ impl Reading {
             // read once more, so that all damages come out of one pass
             Source::open(recording, EVENT, ["kind", "since"]),
         ];
-        let units = units(&sources);
+        let units = units(recording, &sources);
         let mut observed = Observations::after(story);
         let (damages, undecoded) = visit(recording, &mut sources, |source, time, [first, second]| {
             let [first, second] = [first, second].map(|cell| cell.number());
@@ -63,6 +65,11 @@ impl Reading {
         observed.largest_strain =
             ["", ".r", ".z", ".time"].map(|suffix| said(&format!("{LARGEST_STRAIN}{suffix}")));
         (observed.impact_velocity, observed.mesh_loss) = (said(IMPACT_VELOCITY), said(MESH_LOSS));
+        let traction = |number: usize, traction: &str| {
+            ["", ".r", ".time"].map(|part| said(&format!("interface.{number}.{traction}{part}")))
+        };
+        let interfaces = (1..).map(|number| TRACTIONS.map(|name| traction(number, name)));
+        observed.interfaces = interfaces.take_while(|[tension, _]| tension[0].is_some()).collect();
         let measures = observed.measures();
         Ok(Self { measures, units, damages, undecoded })
     }
@@ -124,7 +131,8 @@ fn visit(
     Ok((messages.damages().to_vec(), undecoded))
 }
 
-fn units([drag, motion, energy, event]: &[Option<Source<'_>>; 4]) -> Units {
+fn units(recording: &Recording, [drag, motion, energy, event]: &[Option<Source<'_>>; 4]) -> Units {
+    let interface = recording.channels.values().find(|channel| channel.topic == INTERFACE);
     let of = |source: &Option<Source<'_>>, field| source.as_ref().and_then(|source| source.unit(field));
     let sources = || [drag, motion, energy, event].into_iter().flatten();
     Units {
@@ -133,5 +141,6 @@ fn units([drag, motion, energy, event]: &[Option<Source<'_>>; 4]) -> Units {
         speed: of(motion, 0),
         force: of(drag, 0),
         energy: of(energy, 0),
+        stress: interface.and_then(|channel| channel.unit("stress")).map(str::to_owned),
     }
 }
