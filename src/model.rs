@@ -183,7 +183,13 @@ impl Field {
         match self {
             Self::Displacement | Self::DisplacementR => units.length,
             Self::Velocity | Self::VelocityR => units.speed,
-            _ => units.stress,
+            Self::Stress
+            | Self::StressRr
+            | Self::StressTt
+            | Self::StressRz
+            | Self::Pressure
+            | Self::VonMises
+            | Self::MaxShear => units.stress,
         }
     }
 
@@ -350,7 +356,7 @@ pub struct FrameFields {
 pub struct Sampling {
     /// What frames show.
     pub frames: FrameFields,
-    /// Points and lines, in rows that the model covers.
+    /// Points and lines. Of rows that [`Coverage`] leaves out before the end they show what was there when they were left.
     pub gauges: Gauges,
     /// Rows of which the largest strain is taken; of all where there is none.
     pub strained: Option<Dependence>,

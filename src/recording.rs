@@ -29,7 +29,7 @@
 //! | `/view/profile` | `percuss.SurfaceProfile` | frame | `r[]`, `stress[]`, `displacement[]`, `indenter[]`, downsampled, for x–y plots |
 //!
 //! The last step of a run that is complete, or that the case stops, is in every channel with a rate: it is a frame, if there are any, and of those of
-//! `interface_every`. Without frames (`record.frames = 0`) there is no `/energy`: of a half-space no more is computed than its surface shows.
+//! `interface_every`. Without frames (`record.frames = 0`) `/energy` has no messages: of a half-space no more is computed than the surface, interfaces, points and lines depend on.
 //!
 //! Rows of a target of several layers are not evenly spaced: slices and lines along z list the depths of all. The depth of an interface stands twice, first
 //! for the layer above, then for the one below, whose stresses along r differ. `percuss.run` has the number of `layers` and of each, from the struck surface

@@ -76,7 +76,7 @@ impl Shape {
         let natural = match &head {
             Head::Profile(profile) => profile.last_radius(),
             Head::Sphere { nose_radius } => *nose_radius,
-            _ => f64::INFINITY,
+            Head::Flat { .. } | Head::Paraboloid { .. } | Head::Cone { .. } => f64::INFINITY,
         };
         Self { head, radius: radius.unwrap_or(natural).min(natural) }
     }
@@ -149,7 +149,7 @@ impl Shape {
                 let corner = self.radius - edge_radius;
                 pieces.extend(Some(corner).filter(|&r| r > inner && r < outer));
             }
-            _ => {}
+            Head::Flat { .. } | Head::Sphere { .. } | Head::Paraboloid { .. } | Head::Cone { .. } => {}
         }
         pieces.sort_by(f64::total_cmp);
         let mut points = vec![inner];
@@ -196,7 +196,7 @@ impl Shape {
         match &self.head {
             Head::Profile(profile) => ends.extend(profile.knots().filter(|&r| r > 0.0 && r < self.radius)),
             Head::Flat { edge_radius } => ends.push((self.radius - edge_radius).max(0.0)),
-            _ => {}
+            Head::Sphere { .. } | Head::Paraboloid { .. } | Head::Cone { .. } => {}
         }
         ends.sort_by(f64::total_cmp);
         let half = FRAC_PI_2 / (2 * PANELS) as f64;

@@ -129,7 +129,7 @@ fn sharp_edge(case: &Case) -> Option<String> {
         Head::Flat { edge_radius: 0.0 } => "; indenter.edge_radius rounds it",
         Head::Flat { .. } => ", as its corner is smaller than two cells",
         Head::Sphere { nose_radius } if nose_radius == radius => return None,
-        _ => "",
+        Head::Sphere { .. } | Head::Paraboloid { .. } | Head::Cone { .. } | Head::Profile(_) => "",
     };
     Some(format!(
         "the stress beside the sharp edge of the head grows with the mesh, as dr^(-1/2){remedy}; the drag does not"

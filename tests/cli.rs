@@ -412,6 +412,12 @@ fn closed_forms_are_recorded_or_refused() {
     let output = percuss(folder.path(), &["exact", "fig2a"]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(output.stdout.is_empty() && folder.path().join("fig2a-exact.mcap").exists());
+    // a physical case has the end of its form in seconds
+    let ball = percuss(
+        folder.path(),
+        &["exact", "ball", "--set", "target.thickness=\"half-space\"", "-o", "ball.mcap"],
+    );
+    assert!(stderr(&ball).contains("; t < 179.5 µs"), "{}", stderr(&ball));
     // an existing recording stays
     let again = percuss(folder.path(), &["exact", "fig2a"]);
     assert!(again.status.code() == Some(1) && stderr(&again).contains("--force"), "{}", stderr(&again));

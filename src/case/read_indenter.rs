@@ -101,7 +101,7 @@ pub(super) fn read_indenter(mut section: Section<'_>, parts: &IndenterParts<'_>)
     let radius = match &head {
         Head::Profile(curve) => Some(radius.map_or(curve.last_radius(), value)),
         Head::Sphere { nose_radius } => Some(radius.map_or(*nose_radius, value)),
-        _ => radius.map(value),
+        Head::Flat { .. } | Head::Paraboloid { .. } | Head::Cone { .. } => radius.map(value),
     };
     Some(Body { head, radius, mass: mass.unwrap_or(f64::INFINITY), material })
 }

@@ -21,6 +21,7 @@ use crate::{
     grid::MeshKind,
     model::ModelKind,
     shape::Head,
+    units::Unit,
     view::{Interface, StressAt, View},
 };
 
@@ -167,6 +168,8 @@ pub struct ClosedForm {
     dr: f64,
     dt: f64,
     steps: u64,
+    /// Unit of times in texts.
+    time_unit: Unit,
     /// Time of the step evaluated last, and the motion at it, which every node asks for.
     time: f64,
     motion: Motion,
@@ -194,7 +197,9 @@ impl ClosedForm {
             Head::Sphere { nose_radius } if hertz.is_some() => {
                 Front::Paraboloid { curvature: 2.0 * nose_radius * velocity }
             }
-            _ => return none("it needs a flat face with a sharp edge, a paraboloid or a cone"),
+            Head::Flat { .. } | Head::Sphere { .. } | Head::Profile(_) => {
+                return none("it needs a flat face with a sharp edge, a paraboloid or a cone");
+            }
         };
         let outruns_waves =
             if rule == Rule::Prescribed { f64::INFINITY } else { front.sonic_radius(wave_speed) };
@@ -218,6 +223,7 @@ impl ClosedForm {
             dr: grid.dr,
             dt: grid.dt(),
             steps: case.sizes.steps,
+            time_unit: case.units().time,
             time: 0.0,
             motion: Motion { depth: 0.0, velocity },
         })
@@ -456,7 +462,7 @@ impl fmt::Display for ClosedForm {
             )?;
         }
         let end = self.end_time();
-        if end.is_finite() { write!(f, "; t < {end:.4}") } else { Ok(()) }
+        if end.is_finite() { write!(f, "; t < {}", self.time_unit.text(end)) } else { Ok(()) }
     }
 }
 

@@ -192,7 +192,13 @@ impl Scheme<2> for CellScheme {
             Field::DisplacementR => now[1][[j, i]],
             Field::Velocity => velocity(0),
             Field::VelocityR => velocity(1),
-            _ => {
+            Field::Stress
+            | Field::StressRr
+            | Field::StressTt
+            | Field::StressRz
+            | Field::Pressure
+            | Field::VonMises
+            | Field::MaxShear => {
                 let row = self.at_row(j);
                 row.stress(field, &row.strain(self.reading(now), pressure[i], i))
             }

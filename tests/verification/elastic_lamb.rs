@@ -1,17 +1,8 @@
 //! Lamb's problem: a line load `P(t)·δ(x)` on a half-space of the full theory, plane strain.
-//!
-//! ```text
-//! u_z(x, 0, t) = −(1/πx)·Im ∫ P(t − τ)·G(iτ/x) dτ
-//! G(p) = √(1 + p²)/(β⁴[(β⁻² + 2p²)² − 4p²·√(1 + p²)·√(β⁻² + p²)])
-//! ```
-//!
-//! G is the displacement of the surface by pressure e^{s(t − ipx)}, times s; its poles ±i/c_R are those of Rayleigh waves. G is
-//! analytic for Re p > 0, so the path from τ = t − L to t, L the length of the pulse, may be the half circle below the real axis: neither
-//! branch points nor pole are near it. Goal: Rayleigh waves arrive in time and in shape at three distances.
-
-use std::f64::consts::PI;
+//! Goal: Rayleigh waves arrive in time and in shape at three distances.
 
 use percuss::{
+    exact::lamb::{Lamb, SMOOTH_PULSE},
     geometry::Geometry,
     grid::{Grid, MeshKind, Spacing},
     model::{Coverage, FrameFields, Model, Request, elastic},
@@ -24,68 +15,10 @@ use super::{orders, relative_rms};
 /// Length of the pulse \[R/c_p\].
 const LENGTH: f64 = 0.6;
 
-/// A complex number.
-#[derive(Clone, Copy)]
-struct Complex(f64, f64);
-
-impl Complex {
-    fn times(self, other: Self) -> Self {
-        Self(self.0 * other.0 - self.1 * other.1, self.0 * other.1 + self.1 * other.0)
-    }
-
-    fn plus(self, other: Self) -> Self {
-        Self(self.0 + other.0, self.1 + other.1)
-    }
-
-    fn scaled(self, factor: f64) -> Self {
-        Self(self.0 * factor, self.1 * factor)
-    }
-
-    fn over(self, other: Self) -> Self {
-        let norm = other.0 * other.0 + other.1 * other.1;
-        self.times(Self(other.0, -other.1)).scaled(1.0 / norm)
-    }
-
-    /// The root with a positive real part.
-    fn root(self) -> Self {
-        let (size, angle) = (self.0.hypot(self.1).sqrt(), 0.5 * self.1.atan2(self.0));
-        Self(size * angle.cos(), size * angle.sin())
-    }
-}
-
-/// P(t), `(4s(1 − s))⁴` with s = t/L on the pulse.
-fn load(t: Complex) -> Complex {
-    let s = t.scaled(1.0 / LENGTH);
-    let hump = s.times(Complex(1.0 - s.0, -s.1)).scaled(4.0);
-    let square = hump.times(hump);
-    square.times(square)
-}
-
-/// Displacement u_z of the surface at (x, t).
-fn displacement(c_s: f64, x: f64, t: f64) -> f64 {
-    const POINTS: usize = 400;
-    let slow = 1.0 / (c_s * c_s);
-    let response = |p: Complex| {
-        let square = p.times(p);
-        let [fast_root, slow_root] = [1.0, slow].map(|c| Complex(c + square.0, square.1).root());
-        let twice = Complex(slow + 2.0 * square.0, 2.0 * square.1);
-        let shear = square.times(fast_root).times(slow_root).scaled(-4.0);
-        fast_root.over(twice.times(twice).plus(shear)).scaled(slow * slow)
-    };
-    // τ = middle − ½L·e^{iφ}; P vanishes at both ends: the rule of trapezoids
-    let middle = t - 0.5 * LENGTH;
-    let sum: f64 = (1..POINTS)
-        .map(|n| {
-            let phi = PI * n as f64 / POINTS as f64;
-            let turn = Complex(phi.cos(), phi.sin()).scaled(0.5 * LENGTH);
-            let tau = Complex(middle - turn.0, -turn.1);
-            // dτ = −i·½L·e^{iφ} dφ
-            let step = turn.times(Complex(0.0, -1.0)).scaled(PI / POINTS as f64);
-            let p = tau.times(Complex(0.0, 1.0 / x));
-            load(Complex(t - tau.0, -tau.1)).times(response(p)).times(step).1
-        })
-        .sum();
-    -sum / (PI * x)
+/// P(t): `(4s(1 − s))⁴` with s = t/L on the pulse, [`SMOOTH_PULSE`].
+fn load(t: f64) -> f64 {
+    let s = t / LENGTH;
+    (4.0 * s * (1.0 - s)).powi(4)
 }
 
 /// Speed of Rayleigh waves.
@@ -123,7 +56,7 @@ fn computed(c_s: f64, places: &[f64], damping: f64, cells: usize) -> Vec<(f64, V
         let t = k as f64 * step;
         target.predict(&mut surface);
         // half of the load belongs to the half x > 0
-        let force = if t < LENGTH { 0.5 * load(Complex(t, 0.0)).0 } else { 0.0 };
+        let force = if t < LENGTH { 0.5 * load(t) } else { 0.0 };
         surface.pressure[0] = force / area;
         surface.displacement.copy_from_slice(&surface.free);
         surface.displacement[0] += surface.compliance[0] * surface.pressure[0];
@@ -139,8 +72,10 @@ fn computed(c_s: f64, places: &[f64], damping: f64, cells: usize) -> Vec<(f64, V
 /// Relative errors at the places: rms, and how much later than it should the peak arrives.
 fn errors(c_s: f64, places: &[f64], damping: f64, cells: usize) -> Vec<(f64, f64)> {
     let seen = computed(c_s, places, damping, cells);
+    let exact = Lamb::new(c_s, LENGTH, &SMOOTH_PULSE).expect("parameters");
     let compare = |(x, series): (f64, Vec<(f64, f64)>)| {
-        let pairs: Vec<[f64; 3]> = series.iter().map(|&(t, u)| [t, u, displacement(c_s, x, t)]).collect();
+        let pair = |&(t, u): &(f64, f64)| [t, u, exact.displacement(x, t).expect("a place on the surface")];
+        let pairs: Vec<[f64; 3]> = series.iter().map(pair).collect();
         let peak =
             |column: usize| pairs.iter().max_by(|a, b| a[column].total_cmp(&b[column])).expect("steps")[0];
         // the pulse of Rayleigh waves is what the peak is: half a pulse after their arrival, and some more behind a P wave

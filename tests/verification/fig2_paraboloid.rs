@@ -30,7 +30,7 @@ fn axis_error(mesh: &str, cells: usize) -> f64 {
 #[test]
 fn prescribed_motion() {
     let [coarse, fine, paper] =
-        stated("paraboloid, motion prescribed, stress on the axis, 50 and 200 cells per unit of z");
+        stated("paraboloid, motion prescribed, stress on the axis, c_s = 0.5, 100 and 400 cells");
     // 100 and 400 cells along r are 50 and 200 per unit length along z
     for (cells, rows, error) in [(100, 50, coarse), (400, 200, fine)] {
         assert_eq!(on_mesh("fig2-prescribed", cells, &[""; 0]).sizes.nz, rows);

@@ -161,7 +161,13 @@ pub fn range(case: &Case, field: Field) -> f64 {
     let largest = match field {
         Field::Velocity | Field::VelocityR => HEADROOM * velocity,
         Field::Displacement | Field::DisplacementR => largest_displacement(case),
-        _ => velocity * (HEADROOM + rise(case)),
+        Field::Stress
+        | Field::StressRr
+        | Field::StressTt
+        | Field::StressRz
+        | Field::Pressure
+        | Field::VonMises
+        | Field::MaxShear => velocity * (HEADROOM + rise(case)),
     };
     round_up(field.unit(&case.units()).of(largest))
 }
