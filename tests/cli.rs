@@ -438,7 +438,7 @@ fn closed_forms_are_recorded_or_refused() {
             stderr(&output)
         );
     }
-    assert_eq!(recordings(folder.path()), ["fig2a-exact.mcap"]);
+    assert_eq!(recordings(folder.path()), ["ball.mcap", "fig2a-exact.mcap"]);
 }
 
 #[test]
