@@ -103,14 +103,21 @@ def test_lines(program: Programs, recordings: dict[str, Path], name: str, tmp_pa
         assert line.dims == (("time", "z") if number == 0 else ("time", "r"))
         assert line.coords["r" if number == 0 else "z"].item() == (0.0 if number == 0 else 0.002)
     along = run.line(0)
-    end = layers(run)[-1]["bottom"] if name == "laminate" else 0.02
+    end = layers(run)[-1]["last"] if name == "laminate" else 0.02
     assert along.z.values[0] == 0.0 and along.z.values[-1] == pytest.approx(end, rel=1e-12)
 
 
 def layers(run: percuss.Recording[object]) -> list[dict[str, float]]:
     entries = run.metadata["percuss.run"]
     numbers = range(1, int(entries.get("layers", 0)) + 1)
-    return [{side: float(entries[f"layer.{n}.{side}"]) for side in ["top", "bottom"]} for n in numbers]
+    found = [{key: float(entries[f"layer.{n}.{key}"]) for key in ["top", "bottom", "rows"]} for n in numbers]
+    for layer in found:
+        layer["last"] = layer["bottom"]
+    if found and entries.get("back") == "free":
+        # a free back lies half a row of cells below the last row of nodes
+        last = found[-1]
+        last["last"] -= 0.5 * (last["bottom"] - last["top"]) / (last["rows"] + 0.5)
+    return found
 
 
 def test_interfaces_stand_twice(recordings: dict[str, Path]) -> None:
@@ -120,7 +127,7 @@ def test_interfaces_stand_twice(recordings: dict[str, Path]) -> None:
         for number, layer in enumerate(layers(run), start=1):
             part = array.isel(z=array.layer == number)
             assert part.z.values[0] == pytest.approx(layer["top"], abs=1e-12)
-            assert part.z.values[-1] == pytest.approx(layer["bottom"], abs=1e-12)
+            assert part.z.values[-1] == pytest.approx(layer["last"], abs=1e-12)
             assert part.indexes["z"].is_unique
             assert part.sel(z=layer["bottom"], method="nearest").layer == number
     assert "layer" not in percuss.open(recordings["ball"]).field("stress", t=1e-5).coords

@@ -86,7 +86,7 @@ def test_every_measure_is_tested(recordings: dict[str, Path]) -> None:
         for name, number in percuss.open(path).summary.items()
         if number is not None
     }
-    assert measured == set(percuss.open(recordings["ball"]).summary)
+    assert measured == set(percuss.open(recordings["laminate"]).summary)
 
 
 def test_case(program: Programs, recordings: dict[str, Path]) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import count
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +12,9 @@ from numpy.typing import NDArray
 from ._tables import Columns
 
 Number = float | None
+
+TRACTIONS = ["tension", "shear"]
+PARTS = ["", "_r", "_time"]
 
 
 def measure(
@@ -35,30 +40,54 @@ def measure(
         first = next((float(value) for value in speeds[np.isfinite(speeds)]), None)
         depth = _largest(velocity["displacement"])
         speed = _at(separation, velocity["time"], speeds)
-    rebound = speed if speed is not None and first is not None and speed * first < 0.0 else None
-    left = None if energy is None else _at(separation, energy["time"], energy["kinetic"] + energy["strain"])
 
-    def strain(suffix: str) -> Number:
-        text = validity.get(f"largest_strain{suffix}")
+    def said(key: str) -> Number:
+        text = validity.get(key)
         return None if text is None else float(text)
+
+    impact = said("impact_velocity")
+    first = first if impact is None else impact
+    rebound = speed if speed is not None and first is not None and speed * first < 0.0 else None
+    restitution = None if rebound is None or first is None else -rebound / first
+    loss = said("mesh_loss")
+    corrected = None if restitution is None or loss is None else sqrt(restitution * restitution + loss)
+    left = None if energy is None else _at(separation, energy["time"], energy["kinetic"] + energy["strain"])
 
     return _contact(drag) | {
         "depth": depth,
         "rebound_velocity": rebound,
-        "restitution": None if rebound is None or first is None else -rebound / first,
+        "restitution": restitution,
+        "restitution_mesh_corrected": corrected,
         "t_ext": extension,
         "energy_left": left,
-        "largest_strain": strain(""),
-        "largest_strain_r": strain(".r"),
-        "largest_strain_z": strain(".z"),
-        "largest_strain_time": strain(".time"),
+        "largest_strain": said("largest_strain"),
+        "largest_strain_r": said("largest_strain.r"),
+        "largest_strain_z": said("largest_strain.z"),
+        "largest_strain_time": said("largest_strain.time"),
+        **{
+            f"interface.{number}.{traction}{part}": said(f"interface.{number}.{traction}{part.replace('_', '.')}")
+            for number in range(1, interfaces(validity) + 1)
+            for traction in TRACTIONS
+            for part in PARTS
+        },
     }
 
 
+def interfaces(validity: Mapping[str, str]) -> int:
+    """Number of interfaces of layers whose largest tractions are measured."""
+    return next(number for number in count() if f"interface.{number + 1}.tension" not in validity)
+
+
 def units_of(
-    time: str | None, length: str | None, speed: str | None, force: str | None, energy: str | None
+    time: str | None,
+    length: str | None,
+    speed: str | None,
+    force: str | None,
+    energy: str | None,
+    stress: str | None,
+    layered: int,
 ) -> dict[str, str]:
-    """Units of what is measured, from those of the quantities; plain numbers have none."""
+    """Units of what is measured, from those of the quantities and the number of interfaces; plain numbers have none."""
     impulse = None if force is None or time is None else f"{force}·{time}"
     units = {
         "peak_force": force,
@@ -73,6 +102,12 @@ def units_of(
         "largest_strain_r": length,
         "largest_strain_z": length,
         "largest_strain_time": time,
+        **{
+            f"interface.{number}.{traction}{part}": unit
+            for number in range(1, layered + 1)
+            for traction in TRACTIONS
+            for part, unit in zip(PARTS, [stress, length, time])
+        },
     }
     return {name: unit for name, unit in units.items() if unit is not None}
 
@@ -83,7 +118,7 @@ def _story(events: Columns | None) -> tuple[Number, Number]:
     if events is not None:
         for time, kind, since in zip(events["time"], events["kind"], events["since"]):
             if kind == "EXTENSION" and extension is None:
-                extension = float(time)
+                extension = float(time if np.isnan(since) else since)
             elif kind == "SEPARATION":
                 separation = float(time if np.isnan(since) else since)
             elif kind == "RECONTACT":

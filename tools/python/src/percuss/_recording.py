@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from ._arrays import Times, pick, read_arrays
 from ._file import File, RecordingError
-from ._measures import measure, units_of
+from ._measures import interfaces, measure, units_of
 from ._tables import Columns, read_columns
 
 if TYPE_CHECKING:
@@ -93,8 +93,15 @@ class Recording(Generic[Table_co]):
         """Units of `summary`; plain numbers have none."""
         drag, energy = (self.units(topic) if topic in self.topics else {} for topic in ["/drag", "/energy"])
         velocity = self.units("/velocity")
+        stress = self.units("/interface/stress") if "/interface/stress" in self.topics else {}
         return units_of(
-            velocity["time"], velocity["displacement"], velocity["velocity"], drag.get("force"), energy.get("kinetic")
+            velocity["time"],
+            velocity["displacement"],
+            velocity["velocity"],
+            drag.get("force"),
+            energy.get("kinetic"),
+            stress.get("stress"),
+            interfaces(self.metadata.get("percuss.validity", {})),
         )
 
     @property
