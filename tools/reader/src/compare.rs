@@ -43,13 +43,14 @@ pub use tolerance::{Rule, Rules, Tolerance, Tube};
 
 use crate::{messages::Recording, recording::OpenError};
 use align::Aligner;
-use stream::Input;
+use stream::{Input, Order};
 use structure::Pair;
 
 /// Memory that comparing a field takes: sums, places, recent samples, numbers of the last message \[bytes\].
 const FIELD: usize = 4096;
 
-/// Compares two recordings; `a` is the reference.
+/// Compares two recordings; `a` is the reference. The messages of a channel are those in the order of their log times,
+/// whatever their order in the file; where it is another they are read again and sorted.
 ///
 /// # Errors
 ///
@@ -59,6 +60,20 @@ pub fn compare(
     b: &Recording,
     options: &Options,
     mut watch: Option<Watch<'_>>,
+) -> Result<Comparison, CompareError> {
+    let first = if options.file_order { Order::File } else { Order::Checked };
+    match compare_in(first, a, b, options, &mut watch) {
+        Err(CompareError::Order { .. }) => compare_in(Order::Sorted, a, b, options, &mut watch),
+        compared => compared,
+    }
+}
+
+fn compare_in(
+    order: Order,
+    a: &Recording,
+    b: &Recording,
+    options: &Options,
+    watch: &mut Option<Watch<'_>>,
 ) -> Result<Comparison, CompareError> {
     structure::find_chosen(a, b, options)?;
     let (mut pairs, structure) = structure::pair(a, b, options);
@@ -79,7 +94,15 @@ pub fn compare(
     if watch.is_some() && converted.is_some() {
         return Err(CompareError::Units);
     }
-    let files = inputs([a, b], &pairs, options);
+    let files = inputs(order, [a, b], &pairs, options);
+    // what a watcher has seen cannot be taken back
+    if watch.is_some() && order == Order::Checked {
+        for (input, pair) in files.iter().zip([a, b]) {
+            if !stream::is_ordered(input)? {
+                return Err(CompareError::Order { topic: pair.path.display().to_string() });
+            }
+        }
+    }
     let residuals = structure::residuals(a, &pairs, options);
     let remarks: Vec<Change> = pairs.iter().flat_map(|pair| structure::remarks(a, b, pair)).collect();
     let scales = scales(a, &pairs, options, files[0].window)?;
@@ -89,10 +112,10 @@ pub fn compare(
     let (damages, stopped_early) = stream::run(files, |side, next| {
         match next {
             Some((slot, item)) => {
-                channels[slot].push(side, item, &mut watch)?;
+                channels[slot].push(side, item, watch)?;
                 return Ok(!(options.fail_fast && channels[slot].has_failed()));
             }
-            None => channels.iter_mut().try_for_each(|channel| channel.end(side, &mut watch))?,
+            None => channels.iter_mut().try_for_each(|channel| channel.end(side, watch))?,
         }
         Ok(true)
     })?;
@@ -121,27 +144,34 @@ pub fn compare(
     Ok(comparison)
 }
 
-/// What is read of both recordings.
-fn inputs<'a>(recordings: [&'a Recording; 2], pairs: &[Pair], options: &Options) -> [Input<'a>; 2] {
+/// What is read of both recordings. Times just outside the window are needed where something is interpolated.
+fn inputs<'a>(
+    order: Order,
+    recordings: [&'a Recording; 2],
+    pairs: &[Pair],
+    options: &Options,
+) -> [Input<'a>; 2] {
     let [a, b] = recordings;
     let [origin_a, origin_b] = clock::origins(a, b, options);
     let (from, to) = options.window.numbers();
     // times that count from a start are not those of the file
     let is_relative = pairs.iter().any(|pair| pair.starts.is_some());
     let is_converted = pairs.iter().any(|pair| !pair.converter.is_empty());
-    let input = |recording: &'a Recording, origin, pace, id: fn(&Pair) -> u16| Input {
+    let between = options.mode.map_or(!options.rules.rules.is_empty(), Mode::is_between);
+    let input = |recording: &'a Recording, origin, pace, reaches_beyond: bool, id: fn(&Pair) -> u16| Input {
         recording,
         slots: pairs.iter().map(id).zip(0..).collect(),
         // times of another unit are not those of the window
-        window: match is_relative || is_converted {
+        window: match is_relative || is_converted || reaches_beyond {
             true => None,
             false => recording.log_window(from, to),
         },
         origin,
         pace,
+        order,
     };
     let pace = if is_converted { clock::pace(a, b).unwrap_or(1.0) } else { 1.0 };
-    [input(a, origin_a, 1.0, |pair| pair.a), input(b, origin_b, pace, |pair| pair.b)]
+    [input(a, origin_a, 1.0, false, |pair| pair.a), input(b, origin_b, pace, between, |pair| pair.b)]
 }
 
 /// What was to be compared and could not be; that nothing was, only if nothing else says why.

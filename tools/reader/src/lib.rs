@@ -118,60 +118,32 @@
 //! # How a comparison goes
 //!
 //! 1. Channels are paired by topic and message type, fields by name, then by number. What has no partner, has another
-//!    name, type, unit or axis is a difference, reported before any number; of a dimensionless recording and one in SI that
+//!    name, number, type, unit or axis is a difference, reported before any number; of a dimensionless recording and one in SI that
 //!    carries its scales, the new one is converted instead. Metadata records and attachments are compared
 //!    too, TOML key by key, but only for information: they explain why numbers differ. Of `percuss.host` only the commit of the program takes part; version
 //!    and revision of the numerics are in `percuss.run`.
-//! 2. Messages are paired by step if equal steps are at equal times, else by exact time if more than half of them have
-//!    a partner, else, with a tolerance, the new recording is interpolated at the times of the reference, on the common
-//!    window, which is reported with the messages of both. Without a tolerance only messages of the same step or exact time
+//! 2. The messages of a channel are those in the order of their log times and sequence numbers, whatever their order in the file.
+//!    They are paired by step if equal steps are at equal times, else by exact time if more than half of them have
+//!    a partner, else, with a tolerance, the new recording is interpolated at the times of the reference,
+//!    which is reported with the messages of both. Two messages at one time are a jump: nothing is interpolated across it, and each is
+//!    paired with that of its number. Without a tolerance only messages of the same step or exact time
 //!    are compared, and nothing interpolated is equal. The first 16 messages of a channel decide; `--align` does so for good.
 //!    Messages without a field `time` are timed by their log time, to the nanosecond.
 //!    Times and steps of paired messages are compared like other fields; the rule `time` is for them in all topics.
 //!    Recordings without any common time, as of wall clocks, are paired from the start of each (`--align relative`), which is
 //!    reported; their fields `time` are then compared from the start if that is asked for or if they have a tolerance, else as
 //!    they are, and dates (`google.protobuf.Timestamp`) are left out alike. Log times only say where a recording starts. With a tolerance, arrays on other
-//!    axes are compared on the common range, interpolated linearly; elements outside it are counted as not compared, and those
+//!    axes are compared on the common range, interpolated linearly; elements outside it are counted and are a difference, and those
 //!    without a place (NaN, or more than the axis lists) are compared by their number. Equal texts of an axis are equal places; the fields that describe the axes are left out then,
 //!    and so are `time` and `step` between messages.
 //! 3. Values are checked against the first rule that fits `topic.field`, see [`compare::Tolerance`]; without a rule every bit
 //!    counts: −0 is not +0, and NaN is equal to the same bits only, unless more is asked for. Equal bits are
 //!    equal under any tolerance.
-//! 4. What was to be compared and could not be is never equal: a channel without common times, arrays without a common
-//!    part of their axes, a window or selection without any value. That is a verdict of its own, unless something else
-//!    is different.
-//!
-//! # Coming from exodiff?
-//!
-//! The options of `exodiff` of SEACAS correspond to these:
-//!
-//! | exodiff | percuss-read diff |
-//! |---|---|
-//! | `-tolerance`, `-absolute`, `-relative` | `--abs`, `--rel`; relative to the reference, not to the larger of the two |
-//! | `-combined` | `--abs X --rel Y`: the larger of both counts |
-//! | `-Floor`, `-use_old_floor` | `--abs` (the old floor: differences below it are none); or `peak_rel`, which knows the scale of the field |
-//! | `-ulps_double`, `-ulps_float` | `--ulp N`, in the type of the field |
-//! | `-eigen_absolute`, `-eigen_relative`, `-eigen_combined` | none: the sign of a recorded quantity has a meaning |
-//! | `-ignore`, `ignore` in the command file | `--ignore PATTERN`, `ignore = true` |
-//! | `-file`, `-f` (command file) | `--tolerances FILE` (TOML), `--tol RULE` |
-//! | `-summary` (writes a command file with ranges) | peaks and ranges need no writing down: `peak_rel`, `range_rel` |
-//! | `-interpolate` | with a tolerance by itself where times differ; `--align linear`, `cubic`, `nearest` |
-//! | `-final_time_tolerance` | none: what lies outside the common window is counted and reported |
-//! | `-TimeStepOffset`, `-T`, `-TA`, `-TM`, `-explicit` | `--align time`, `order` or `relative`; the best shift in time is reported for every field that differs |
-//! | `-steps`, `-x`, `-exclude` | `--from`, `--to`, `--every` |
-//! | `-map`, `-m`, `-partial`, `-p`, `-match_ids`, `-match_file_order`, `-match_by_name`, `-nsmap`, `-ssmap`, `-no_nsmap`, `-no_ssmap`, `-dumpmap`, `-show_unmatched`, `-ignore_maps`, `-ignore_dups` | arrays have axes: different ones are brought together by position, the common range is compared |
-//! | `-norms`, `-l1norms`, `-l2norms` | always reported; `--l2-rel` makes one a criterion |
-//! | `-show_all_diffs` | counts, first, largest; every single one: `--write-diff` |
-//! | third file argument | `--write-diff FILE` |
-//! | `-quiet` | the exit status; `--summary` for a line per channel |
-//! | `-status`, `-ignore_status` | 0 within, 1 different, 2 could not compare, 3 damaged; ignoring it is up to the caller |
-//! | `-pedantic` | the default: every bit |
-//! | `-allow_name_mismatch`, `-nosymmetric_name_check` | `--ignore` names what may be missing or new |
-//! | `-ignore_case`, `-i`, `-case_sensitive` | names are case-sensitive, as in protobuf |
-//! | `-ignore_nans` | `--nan-equal`, `--skip-nan` |
-//! | `-ignore_attributes`, `-ignore_sideset_df` | `--ignore` |
-//! | `-short`, `-no_short`, `-s`, `-64-bit`, `-maxnames`, `-min_coordinate_separation` | nothing of the kind in a recording |
-//! | `-help`, `-Help`, `-version`, `-copyright` | `--help`, `--version`, the licence files |
+//! 4. Every message and value of either recording is compared, or it is a difference, or an option leaves it out. A message without a
+//!    counterpart, as before the first or after the last of the other recording, is a difference, and so is an element outside the
+//!    other's axis; `--common` leaves both out. Messages of the new recording between the times of the reference are left out by
+//!    `--align linear`, `cubic` and `nearest`, and counted. A channel without common times, arrays without a common part of their
+//!    axes, a window or selection without any value are a verdict of their own, unless something else is different.
 
 use percuss_output::text;
 

@@ -184,6 +184,28 @@ impl Recording {
         Ok(Messages { scan, ids })
     }
 
+    /// The earliest log time after each chunk that holds some channels: of what begins at the offset or before it, nothing
+    /// earlier is still to come. Empty if the file has no index.
+    ///
+    /// * `ids`: of the channels
+    pub(crate) fn floors(&self, ids: impl IntoIterator<Item = u16>) -> Result<BTreeMap<u64, u64>, OpenError> {
+        let ids: BTreeSet<u16> = ids.into_iter().collect();
+        if !self.from_index {
+            return Ok(BTreeMap::new());
+        }
+        let scan = Scan::open(&self.path, self.limits)?;
+        let chunks = scan.index().chunks.iter().rev().filter(|(_, chunk)| {
+            chunk.message_index_length == 0 || chunk.message_index_offsets.keys().any(|id| ids.contains(id))
+        });
+        let mut floor = u64::MAX;
+        let floors = chunks.map(|(&offset, chunk)| {
+            let after = floor;
+            floor = floor.min(chunk.message_start_time);
+            (offset, after)
+        });
+        Ok(floors.collect())
+    }
+
     /// Hands the name and content of every attachment to `take`, until that returns something.
     ///
     /// # Errors
@@ -216,6 +238,8 @@ impl Recording {
 /// A message as it stands in the file.
 #[derive(Clone, Copy, Debug)]
 pub struct Message<'a> {
+    /// Where its chunk begins in the file, or itself where it is in none \[bytes\].
+    pub offset: u64,
     /// Its channel.
     pub channel: u16,
     /// Its number among those of its channel, as its writer counted.
@@ -250,6 +274,7 @@ impl Messages {
         self.scan.find_map(|found| match found.record {
             Record::Message { header, data } if ids.contains(&header.channel_id) => {
                 let message = Message {
+                    offset: found.offset,
                     channel: header.channel_id,
                     sequence: header.sequence,
                     log_time: header.log_time,

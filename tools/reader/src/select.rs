@@ -159,10 +159,15 @@ pub struct Window {
 impl Window {
     /// True if a time is not before the first or after the last; of log times, to the nanosecond.
     pub(crate) fn holds(&self, time: Instant) -> bool {
+        let is_after = |to: Bound| time.nanoseconds().map_or(time.number() > to.number, |ns| ns > to.floor);
+        !(self.is_before(time) || self.to.is_some_and(is_after))
+    }
+
+    /// True if a time is before the first.
+    pub(crate) fn is_before(&self, time: Instant) -> bool {
         let is_before =
             |from: Bound| time.nanoseconds().map_or(time.number() < from.number, |ns| ns < from.ceil);
-        let is_after = |to: Bound| time.nanoseconds().map_or(time.number() > to.number, |ns| ns > to.floor);
-        !(self.from.is_some_and(is_before) || self.to.is_some_and(is_after))
+        self.from.is_some_and(is_before)
     }
 
     /// First and last log time, where its times are seconds from an origin \[ns\].

@@ -21,6 +21,7 @@ mod tables;
 mod timeline;
 mod units;
 mod verbs;
+mod verdicts;
 mod watchdog;
 mod wire;
 

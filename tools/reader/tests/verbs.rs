@@ -104,7 +104,7 @@ fn diff_leaves_derived_channels_to_what_they_are_made_from() {
 fn diff_as_json() {
     let desk = desk();
     let json = desk.json(1, &["diff", "a.mcap", "b.mcap", "--json"]);
-    assert_eq!((&json["version"], &json["verdict"]), (&Json::from(3), &Json::from("different")));
+    assert_eq!((&json["version"], &json["verdict"]), (&Json::from(4), &Json::from("different")));
     let comparison = &json["comparisons"][0];
     assert_eq!(comparison["first_beyond"]["step"], 20);
     assert_eq!(comparison["first_beyond"]["topic"], "/scalar");
@@ -662,12 +662,17 @@ fn a_comparison_is_reported_to_continuous_integration() {
     let (text, said) =
         desk.both(1, &["diff", "old", "new", "--markdown", "--junit", "report.xml", "--github"]);
     assert!(
-        text.starts_with("### percuss: DIFFERENT\n\n| recording | channel | verdict | largest |\n"),
+        text.starts_with(
+            "### percuss: DIFFERENT\n\n| recording | channel | verdict | messages compared | largest |\n"
+        ),
         "{text}"
     );
-    assert!(text.contains("| new/other.mcap | /drag | DIFFERENT | largest "), "{text}{said}");
     assert!(
-        text.contains("| old/gone.mcap | both recordings | DIFFERENT | missing from the new folder |"),
+        text.contains("| new/other.mcap | /drag | DIFFERENT | 31 of 31 and 31 | largest "),
+        "{text}{said}"
+    );
+    assert!(
+        text.contains("| old/gone.mcap | both recordings | DIFFERENT |  | missing from the new folder |"),
         "{text}"
     );
     assert!(text.contains("::error title=new/other.mcap /drag%3A DIFFERENT::/drag "), "{text}");
@@ -677,7 +682,8 @@ fn a_comparison_is_reported_to_continuous_integration() {
     let failures = count("<failure ");
     assert!(failures > 2 && count("<testsuite ") == 3 && count("<error ") == 0, "{report}");
     assert!(report.contains(&format!("failures=\"{failures}\" errors=\"0\">")), "{report}");
-    assert!(report.contains("<testcase classname=\"new/same.mcap\" name=\"/drag\"/>"), "{report}");
+    let same = "<testcase classname=\"new/same.mcap\" name=\"/drag\">\n      <system-out>messages compared: 31 of 31 and 31<";
+    assert!(report.contains(same), "{report}");
     assert!(desk.both(2, &["diff", "old", "new", "--junit", "report.xml"]).1.contains("--force"));
     let (text, _) = desk.both(0, &["diff", "old/same.mcap", "new/same.mcap", "--markdown"]);
     assert!(text.starts_with("### percuss: equal\n\n0 of "), "{text}");

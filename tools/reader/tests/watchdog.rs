@@ -52,7 +52,7 @@ pub const VERBS: [&str; 12] = [
 ];
 
 /// Further forms of them that read otherwise.
-const FORMS: [&str; 29] = [
+const FORMS: [&str; 28] = [
     "info a.mcap --json",
     "verify a.mcap --json",
     "cat a.mcap --topic /a,/drag --from 0 --to 1 --every 2",
@@ -69,7 +69,6 @@ const FORMS: [&str; 29] = [
     "plot a.mcap --topic * --map -o p.png --force",
     "plot a.mcap --topic * --at-time 0,1 -o p.pdf --force",
     "diff a.mcap a.mcap --align time",
-    "diff a.mcap a.mcap --align order",
     "diff a.mcap a.mcap --align step",
     "diff a.mcap a.mcap --align nearest",
     "diff a.mcap a.mcap --align linear",

@@ -32,7 +32,6 @@ impl ValueEnum for Align {
         &[
             Self::Mode(Mode::Step),
             Self::Mode(Mode::Time),
-            Self::Mode(Mode::Order),
             Self::Mode(Mode::Nearest),
             Self::Mode(Mode::Linear),
             Self::Mode(Mode::Cubic),
@@ -58,7 +57,7 @@ Examples:
   percuss-read diff run.mcap exact.mcap --tol '/drag.*:rel=1e-6' \\
       --tol '/interface/*:peak_rel=0.004'
   percuss-read diff coarse.mcap fine.mcap --topic /interface/stress \\
-      --align cubic --l2-rel 0.01
+      --align cubic --common --l2-rel 0.01
   percuss-read diff golden/ results/ --tolerances tol.toml --summary
   percuss-read diff golden.mcap new.mcap --bless  # accept the new one
   # in continuous integration
@@ -73,15 +72,23 @@ the largest of abs, rel, peak_rel and range_rel, or by ulp, or lie in the tube. 
 agree: NaN equals itself, -0 is not +0 (abs=0 makes it so). The file of --tolerances holds the same as [[tolerance]] \
 tables: field = \"/drag.*\", abs = 1e-9, tube = { time = 0.01, value = 1e-3 }.
 
+Every message and value of either recording is compared, or it is a difference, or an option leaves it out: messages \
+without a counterpart, as before the first or after the last of the other recording, and elements beyond the axes of \
+the other are differences unless --common is given; messages of the new recording between the times of the reference \
+are left out by --align linear, cubic and nearest, and counted. The order of messages is that of their log times and \
+sequence numbers (--file-order: that of the file).
+
 Without a tolerance only messages of the same step or exact time are compared, and nothing interpolated is equal; \
 with one, messages of other times are interpolated (--align linear --l2-rel 0.01), which is reported. Times and \
 steps of paired messages are compared like fields: a rule for `time` is for those of all topics (--tol \
 time:abs=1e-12, --ignore time).
 
 What is compared are the values of messages, not how they are written: not the order of fields and of entries of a \
-map, packed or not, the length of a varint, blanks and digits of JSON that the type of a number does not hold. \
+map, packed or not, the length of a varint, blanks in JSON and digits of fractions beyond double precision. Of entries of a map with one key the last counts; keys and \
+whole numbers are compared exactly. \
 Messages that do not fit their schema, or whose encoding is neither protobuf nor JSON, are compared as bytes. Of \
-schemas, names, numbers and types of fields are compared, not their text.
+schemas, names, numbers and types of fields are compared, not their text; with --by-name, as for a copy by another \
+program, in other types or in JSON, only names.
 
 Metadata (of programs: version, commit, revision of the numerics), attachments, names of enum values, log times, \
 publish times and sequence numbers are not compared where fields say which message it is; what differs of them is \

@@ -141,7 +141,8 @@ impl LeftOut {
     fn in_order(&self) -> impl Iterator<Item = Message<'_>> {
         let mut newest: Vec<_> = self.newest.iter().collect();
         newest.sort_by_key(|(_, kept)| kept.0);
-        newest.into_iter().map(|(&channel, (_, log_time, sequence, data))| Message {
+        newest.into_iter().map(|(&channel, (offset, log_time, sequence, data))| Message {
+            offset: *offset,
             channel,
             sequence: *sequence,
             log_time: *log_time,

@@ -26,7 +26,7 @@ use write::DiffWriter;
 use crate::{
     compare::{CompareError, Comparison, Options, compare},
     messages::Recording,
-    recording::{Limits, OpenError},
+    recording::{Limits, OpenError, is_part, without_part},
 };
 
 /// A reference and what is compared with it.
@@ -102,19 +102,24 @@ pub fn jobs(paths: &[PathBuf]) -> io::Result<Vec<Job>> {
     Ok(jobs)
 }
 
-/// Names of all recordings under a folder, relative to it.
+/// Names of all recordings under a folder, relative to it: `*.mcap`, whatever the case, and those without an end,
+/// `*.mcap.part`. Links are followed, but not into a folder that they are in.
 fn recordings(folder: &Path) -> io::Result<BTreeSet<PathBuf>> {
     let mut names = BTreeSet::new();
-    let mut open = vec![PathBuf::new()];
-    while let Some(place) = open.pop() {
+    let mut open = vec![(PathBuf::new(), vec![fs::canonicalize(folder)?])];
+    while let Some((place, inside)) = open.pop() {
         for entry in fs::read_dir(folder.join(&place))? {
-            let entry = entry?;
-            let name = place.join(entry.file_name());
-            // links are not followed: they may lead around in circles
-            let kind = entry.file_type()?;
-            if kind.is_dir() {
-                open.push(name);
-            } else if name.extension().is_some_and(|extension| extension == "mcap") {
+            let name = place.join(entry?.file_name());
+            let path = folder.join(&name);
+            let whole = if is_part(&name) { without_part(&name) } else { name.clone() };
+            let is_recording =
+                whole.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
+            if path.is_dir() {
+                let real = fs::canonicalize(&path)?;
+                if !inside.contains(&real) {
+                    open.push((name, [inside.as_slice(), &[real]].concat()));
+                }
+            } else if is_recording {
                 names.insert(name);
             }
         }

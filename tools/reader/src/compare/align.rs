@@ -56,6 +56,10 @@ fn weight(item: &Item) -> usize {
 struct Waiting {
     item: Item,
     moment: Moment,
+    /// Outside the times asked for: what is inside may be interpolated with it, itself it is not compared.
+    outside: bool,
+    /// It was compared, or something was interpolated with it.
+    used: bool,
 }
 
 /// Aligns the messages of two channels and measures them.
@@ -73,8 +77,10 @@ pub(super) struct Aligner<'a> {
     mode: Option<Mode>,
     /// Something is allowed of one of the fields.
     is_tolerant: bool,
-    /// Messages of the reference at exactly the time of one of the new recording, and the last of them.
-    exact: (u64, Option<Instant>),
+    /// Messages of the reference at exactly the time of one of the new recording.
+    exact: u64,
+    /// The time of the last message of the reference, and its number among those of that time.
+    at: Option<(Instant, usize)>,
     /// Only one of the channels is timed by its log time.
     is_mixed: bool,
     /// First and last time of the messages of both.
@@ -129,7 +135,8 @@ impl<'a> Aligner<'a> {
             fields,
             mode,
             is_tolerant,
-            exact: (0, None),
+            exact: 0,
+            at: None,
             is_mixed: channel_a.has_time() != channel_b.has_time(),
             spans: [None; 2],
             options,
@@ -139,13 +146,16 @@ impl<'a> Aligner<'a> {
             waiting: [VecDeque::new(), VecDeque::new()],
             held: [0; 2],
             over: [false; 2],
-            report: ChannelReport { topic: topic.clone(), ..ChannelReport::default() },
+            report: ChannelReport {
+                topic: topic.clone(),
+                common: options.common,
+                ..ChannelReport::default()
+            },
         }
     }
 
     pub(super) fn has_failed(&self) -> bool {
-        let report = &self.report;
-        report.only_a + report.only_b + report.undecoded > 0
+        self.report.lacks_messages()
             || self.fields.iter().any(|field| !field.ignored && field.meter.measure.first_beyond.is_some())
     }
 
@@ -163,10 +173,20 @@ impl<'a> Aligner<'a> {
             Instant::Number(number) if side == 1 => Instant::Number(self.converter.time(number)),
             time => time,
         };
-        if !self.options.window.holds(time) {
+        let outside = !self.options.window.holds(time);
+        if outside && !(side == 1 && self.mode.map_or(self.is_tolerant, Mode::is_between)) {
             return Ok(());
         }
         let time = if self.is_mixed { Instant::Number(time.number()) } else { time };
+        let layout = channel.layout.as_ref();
+        let step = layout.and_then(|layout| layout.peek(step_leaf(layout)?, &item.bytes));
+        let moment = Moment { step: step.map(|step| step as u64), time };
+        self.held[side] += weight(&item);
+        self.waiting[side].push_back(Waiting { item, moment, outside, used: false });
+        if outside {
+            self.keep_supports();
+            return self.advance(watch);
+        }
         self.report.messages[side] += 1;
         let (first, last) = self.spans[side].unwrap_or((time, time));
         // NaN is neither first nor last, if there is another
@@ -174,12 +194,19 @@ impl<'a> Aligner<'a> {
         let last = if time > last || last.number().is_nan() { time } else { last };
         self.spans[side] = Some((first, last));
         self.report.spans[side] = Some((first.number(), last.number()));
-        let layout = channel.layout.as_ref();
-        let step = layout.and_then(|layout| layout.peek(step_leaf(layout)?, &item.bytes));
-        self.held[side] += weight(&item);
-        let moment = Moment { step: step.map(|step| step as u64), time };
-        self.waiting[side].push_back(Waiting { item, moment });
         self.advance(watch)
+    }
+
+    /// Of messages outside the times asked for, keeps the two before and the two after: no mode needs more.
+    fn keep_supports(&mut self) {
+        let is_before = |waiting: &Waiting| self.options.window.is_before(waiting.moment.time);
+        let waiting = &self.waiting[1];
+        let Some(new) = waiting.back().map(is_before) else { return };
+        let alike = waiting.iter().rev().take_while(|other| other.outside && is_before(other) == new).count();
+        if alike > 2 {
+            let index = waiting.len() - if new { alike } else { 1 };
+            self.held[1] -= self.waiting[1].remove(index).map_or(0, |left_out| weight(&left_out.item));
+        }
     }
 
     /// True if a side has more waiting than there is room for, and more than any way of comparing needs.
@@ -198,16 +225,20 @@ impl<'a> Aligner<'a> {
         let mode = match self.mode {
             Some(mode) => mode,
             None => {
-                let seen = |side: usize| self.waiting[side].len() >= LOOKED_AT || self.over[side];
+                let seen = |side: usize| self.report.messages[side] >= LOOKED_AT as u64 || self.over[side];
                 if !((seen(0) && seen(1)) || self.is_full(0) || self.is_full(1)) {
                     return Ok(());
                 }
                 let mode = self.choose();
+                if !mode.is_between() {
+                    self.waiting[1].retain(|waiting| !waiting.outside);
+                    self.held[1] = self.waiting[1].iter().map(|waiting| weight(&waiting.item)).sum();
+                }
                 *self.mode.insert(mode)
             }
         };
         match mode {
-            Mode::Step | Mode::Time | Mode::Order => self.match_keys(mode, watch),
+            Mode::Step | Mode::Time => self.match_keys(mode, watch),
             Mode::Nearest | Mode::Linear | Mode::Cubic => self.interpolate(mode),
         }
     }
@@ -216,10 +247,11 @@ impl<'a> Aligner<'a> {
     /// compared only with a tolerance.
     fn choose(&mut self) -> Mode {
         let first = |waiting: &VecDeque<Waiting>| -> Vec<Moment> {
-            waiting.iter().take(LOOKED_AT).map(|waiting| waiting.moment).collect()
+            let inside = waiting.iter().filter(|waiting| !waiting.outside);
+            inside.take(LOOKED_AT).map(|waiting| waiting.moment).collect()
         };
         let [a, b] = self.waiting.each_ref().map(first);
-        let mode = choose([&a, &b], self.over == [true; 2], self.layouts.is_some());
+        let mode = choose([&a, &b], self.layouts.is_some());
         if self.is_tolerant || matches!(mode, Mode::Step | Mode::Time) {
             return mode;
         }
@@ -230,7 +262,6 @@ impl<'a> Aligner<'a> {
     /// Messages of equal keys are compared; those in between are unmatched.
     fn match_keys(&mut self, mode: Mode, watch: &mut Option<Watch<'_>>) -> Result<(), CompareError> {
         let key = |waiting: &Waiting| match (mode, waiting.moment) {
-            (Mode::Order, _) => 0,
             (Mode::Step, Moment { step: Some(step), .. }) => step.into(),
             (_, Moment { time, .. }) => time.key(),
         };
@@ -266,10 +297,16 @@ impl<'a> Aligner<'a> {
 
     /// The first message of a side has no counterpart.
     fn unmatched(&mut self, side: usize) {
-        let Some(waiting) = self.pop(side) else { return };
+        if let Some(waiting) = self.pop(side) {
+            self.alone(side, waiting.moment);
+        }
+    }
+
+    /// Counts a message without counterpart.
+    fn alone(&mut self, side: usize, moment: Moment) {
         let report = &mut self.report;
         *[&mut report.only_a, &mut report.only_b][side] += 1;
-        let Moment { step, time } = waiting.moment;
+        let Moment { step, time } = moment;
         let is_earlier = |(place, _): &(Location, bool)| time < place.instant();
         if report.first_unmatched.as_ref().is_none_or(is_earlier) {
             let place = place(report.compared, step, time);
@@ -363,63 +400,85 @@ impl<'a> Aligner<'a> {
         let after = if mode == Mode::Cubic { 2 } else { 1 };
         loop {
             let Some(time) = self.waiting[0].front().map(|front| front.moment.time) else {
-                // what of the new recording lies before all that is left of the reference is not needed
                 while self.over[0] && !self.waiting[1].is_empty() {
                     self.pass_by();
                 }
                 return self.wait();
             };
-            let later =
-                self.waiting[1].iter().rev().take_while(|waiting| waiting.moment.time >= time).count();
+            let later = self.waiting[1].iter().rev().take_while(|waiting| waiting.moment.time > time).count();
             if later < after && !self.over[1] {
                 return self.wait();
             }
             // two messages before the time are enough for every mode
-            while self.waiting[1].get(2).is_some_and(|third| third.moment.time <= time) {
+            while self.waiting[1].get(2).is_some_and(|third| third.moment.time < time) {
                 self.pass_by();
-            }
-            // only once nothing more can come
-            if self.report.messages[1] == 0 {
-                self.unmatched(0);
-                continue;
             }
             if self.may_be_last(0..1) {
                 return self.wait();
             }
             let Some(a) = self.pop(0) else { return Ok(()) };
             self.pairs += 1;
-            if self.exact.1 != Some(time) && self.waiting[1].iter().any(|b| b.moment.time == time) {
-                self.exact = (self.exact.0 + 1, Some(time));
-            }
-            if !self.is_left_out(0..1) {
-                self.compare_between(&a, mode);
-            }
+            self.compare_between(&a, mode);
         }
     }
 
-    /// The first message of the new recording is not needed any more.
+    /// The first message of the new recording is not needed any more: nothing was compared with it unless it was used. That is
+    /// what a mode that was asked for says of those between the times of the reference.
     fn pass_by(&mut self) {
-        // only once nothing more can come
-        let Some((first, last)) = self.spans[0] else { return self.unmatched(1) };
-        let Some(passed) = self.pop(1) else { return };
-        self.report.outside[1] += u64::from(!(first..=last).contains(&passed.moment.time));
+        let Some(Waiting { moment, .. }) = self.pop(1).filter(|passed| !passed.used && !passed.outside)
+        else {
+            return;
+        };
+        let is_inside = self.spans[0].is_some_and(|(first, last)| (first..=last).contains(&moment.time));
+        match is_inside && self.options.mode.is_some() {
+            true => self.report.between += 1,
+            false => self.alone(1, moment),
+        }
+    }
+
+    /// The messages of the new recording that a message of the reference is compared with; none if it is outside of them.
+    ///
+    /// * `ordinal`: number of the message among those of its time
+    fn partners(&self, at: Instant, ordinal: usize, mode: Mode) -> Option<Range<usize>> {
+        let (b, time) = (&self.waiting[1], |i: usize| self.waiting[1][i].moment.time);
+        let next = (0..b.len()).find(|&i| time(i) >= at)?;
+        let equal = (next..b.len()).take_while(|&i| time(i) == at).count();
+        if equal > 0 {
+            // of several at one time each belongs to that of its number
+            let same = next + ordinal.min(equal - 1);
+            return Some(same..same + 1);
+        }
+        let before = next.checked_sub(1)?;
+        Some(match mode {
+            Mode::Nearest if at.since(time(before)) <= time(next).since(at) => before..next,
+            Mode::Nearest => next..next + 1,
+            Mode::Cubic => {
+                // two messages at one time are a jump: nothing smooth leads beyond it
+                let first = before.checked_sub(1).filter(|&i| time(i) < time(before)).unwrap_or(before);
+                let has_second = next + 1 < b.len() && time(next + 1) > time(next);
+                first..next + 1 + usize::from(has_second)
+            }
+            _ => before..next + 1,
+        })
     }
 
     fn compare_between(&mut self, a: &Waiting, mode: Mode) {
-        let Some([layout_a, layout_b]) = &self.layouts else { return };
-        let (b, at) = (&self.waiting[1], a.moment.time);
-        let time = |i: usize| b[i].moment.time;
-        let next = (0..b.len()).find(|&i| time(i) >= at);
-        let Some(next) = next.filter(|&next| next > 0 || time(next) == at) else {
-            self.report.outside[0] += 1;
+        let at = a.moment.time;
+        let ordinal = self.at.filter(|(time, _)| *time == at).map_or(0, |(_, number)| number + 1);
+        self.at = Some((at, ordinal));
+        let partners = self.partners(at, ordinal, mode);
+        self.waiting[1].range_mut(partners.clone().unwrap_or(0..0)).for_each(|waiting| waiting.used = true);
+        let Some(chosen) = partners else {
+            if !self.is_left_out(0..1) {
+                self.alone(0, a.moment);
+            }
             return;
         };
-        let chosen = match mode {
-            _ if time(next) == at => next..next + 1,
-            Mode::Nearest if at.since(time(next - 1)) <= time(next).since(at) => next - 1..next,
-            Mode::Nearest => next..next + 1,
-            Mode::Cubic => next.saturating_sub(2)..(next + 2).min(b.len()),
-            _ => next - 1..next + 1,
+        let b = &self.waiting[1];
+        let time = |i: usize| b[i].moment.time;
+        self.exact += u64::from(chosen.len() == 1 && time(chosen.start) == at);
+        let Some([layout_a, layout_b]) = self.layouts.as_ref().filter(|_| !self.is_left_out(0..1)) else {
+            return;
         };
         // log times are small and exact from the time that is wanted
         let number = |time: Instant| time.nanoseconds().map_or(time.number(), |_| time.since(at));
@@ -448,7 +507,7 @@ impl<'a> Aligner<'a> {
         let samples = self.report.compared;
         let interval = self.fields.iter().find_map(|field| field.interval(samples)).unwrap_or(f64::NAN);
         let between = self.mode.is_some_and(Mode::is_between);
-        self.report.interpolated = between && samples > 0 && self.report.messages != [self.exact.0; 2];
+        self.report.interpolated = between && samples > 0 && self.report.messages != [self.exact; 2];
         let fields = self.fields.into_iter().map(|field| {
             let relative = self.starts.is_some() && (self.options.relative || field.is_tolerant());
             field.report(interval, &self.report, self.is_tolerant, between, relative)
@@ -460,6 +519,11 @@ impl<'a> Aligner<'a> {
             self.report.hint = Some(Hint::Tolerance);
         } else if is_moved && self.report.fields.iter().any(is_late) {
             self.report.hint = Some(Hint::Relative);
+        }
+        let lacks = self.report.only_a + self.report.only_b > 0
+            || self.report.fields.iter().any(FieldReport::lacks_elements);
+        if self.report.hint.is_none() && between && lacks {
+            self.report.hint = Some(Hint::Common);
         }
         self.report.hint = self.report.hint.filter(|_| self.report.is_different());
         let mode = self.mode.filter(|_| self.report.messages != [0; 2]);

@@ -42,6 +42,21 @@ pub enum CompareError {
         /// Topic.
         topic: String,
     },
+    /// Messages of a channel are not in the order of their log times: they have to be sorted.
+    #[error("messages of `{topic}` are not in the order of their log times")]
+    Order {
+        /// Topic.
+        topic: String,
+    },
+    /// There is no memory to sort them.
+    #[error(
+        "messages are so far from the order of their log times that more than {bytes} bytes wait for their turn; raise \
+         --max-memory, or compare them in the order of the file (--file-order)"
+    )]
+    Sorting {
+        /// Memory for those that wait.
+        bytes: usize,
+    },
     /// One recording is in SI, the other dimensionless, and their messages are wanted as they are.
     #[error(
         "--write-diff needs recordings in the same units: one of these is in SI, the other dimensionless"

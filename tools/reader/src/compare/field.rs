@@ -57,7 +57,8 @@ impl ComparedField {
         let field = |&(leaf_a, leaf_b): &(usize, usize)| {
             let leaf = layout_a.leaves[leaf_a].clone();
             let path = leaf.path.as_str();
-            let rule = options.rules.of(&a.topic, path).cloned();
+            // keys and counts say which values belong together: nothing is allowed of them
+            let rule = options.rules.of(&a.topic, path).filter(|_| !leaf.is_key).cloned();
             let axis_a = Axis::of(leaf_a, layout_a, a);
             Self {
                 unit: a.unit(path).map(str::to_owned),
@@ -192,11 +193,15 @@ impl ComparedField {
         let is_axis_part = self.is_axis_part && channel.axes_differ && is_tolerant;
         let ignored = self.ignored || is_axis_part || self.is_unseen(between, relative);
         let is_between = self.is_resampled || (channel.interpolated && !(self.is_axis_part && is_tolerant));
-        let untolerated = !ignored && is_between && self.is_bitwise() && self.meter.measure.elements > 0;
+        let is_bitwise = self.is_bitwise() && !self.leaf.is_key;
+        let untolerated = !ignored && is_between && is_bitwise && self.meter.measure.elements > 0;
+        // what lies beyond the other's axes was not compared
+        let lacks_elements =
+            !channel.common && self.meter.measure.dropped > 0 && self.meter.measure.elements > 0;
         let shift = self.meter.shift.best().filter(|_| !between && !ignored);
         FieldReport {
             untolerated,
-            within: ignored || (self.meter.is_within() && !untolerated),
+            within: ignored || (self.meter.is_within() && !untolerated && !lacks_elements),
             path: self.path,
             element: self.leaf,
             unit: self.unit,

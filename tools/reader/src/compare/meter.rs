@@ -7,7 +7,7 @@ use super::{
     sums::{Block, Scale, Sums},
     tolerance::{Rule, Tolerance},
     tube::TubeState,
-    values::{hidden_differences, is_same, number, shorten, text, ulps, within},
+    values::{hidden_differences, is_same, large_integers, number, shorten, text, ulps, within},
 };
 use crate::wire::List;
 
@@ -82,6 +82,11 @@ impl Meter {
             self.measure.lengths += 1;
             let of = |list: &List| format!("{} elements", list.len());
             self.note(Divergence { place: sample.at(a.len().min(b.len())), a: of(a), b: of(b) }, true);
+        }
+        if self.tube.is_none()
+            && let Some([a, b]) = large_integers(a, b)
+        {
+            return self.integers(&a, &b, sample);
         }
         let (mut numbers_a, mut numbers_b) =
             (std::mem::take(&mut self.number_a), std::mem::take(&mut self.number_b));
@@ -167,6 +172,47 @@ impl Meter {
         self.shift.add(sums.a, sums.b, a.len());
     }
 
+    /// Whole numbers of which some are no double-precision numbers, one by one: each difference is exact.
+    fn integers(&mut self, a: &[i128], b: &[i128], sample: &Sample<'_>) {
+        for (i, (&x, &y)) in a.iter().zip(b).enumerate() {
+            let difference = x.abs_diff(y) as f64;
+            let (as_a, as_b) = (x as f64, y as f64);
+            self.measure.elements += 1;
+            self.measure.scale.add(&[as_a]);
+            self.measure.sums.add(&Sums::apart(as_a, as_b, difference));
+            if x == y {
+                continue;
+            }
+            self.measure.differing += 1;
+            if self.measure.max.as_ref().is_none_or(|(max, _)| difference > *max) {
+                self.measure.max = Some((difference, sample.at(i)));
+            }
+            let ulp = self.rule.as_ref().and_then(|rule| rule.tolerance.ulp);
+            let is_near =
+                ulp.is_some_and(|ulp| ulps(as_a, as_b, false).is_some_and(|distance| distance <= ulp));
+            let default = Tolerance::default();
+            let tolerance = self.rule.as_ref().map_or(&default, |rule| &rule.tolerance);
+            let is_beyond = tolerance.holds_elements() && difference > self.allowed(as_a) && !is_near;
+            let divergence = Divergence { place: sample.at(i), a: x.to_string(), b: y.to_string() };
+            self.measure.beyond += u64::from(is_beyond);
+            self.note(divergence, is_beyond);
+        }
+    }
+
+    /// By how much an element may differ from that of the reference.
+    fn allowed(&self, reference: f64) -> f64 {
+        let Some(Rule { tolerance, .. }) = &self.rule else { return 0.0 };
+        (tolerance.rel.unwrap_or(0.0) * reference.abs()).max(self.fixed(tolerance))
+    }
+
+    /// The part of it that does not depend on the element.
+    fn fixed(&self, tolerance: &Tolerance) -> f64 {
+        let scale = self.known.unwrap_or_default();
+        let fixed = tolerance.abs.unwrap_or(0.0);
+        let fixed = fixed.max(tolerance.peak_rel.map_or(0.0, |share| share * scale.peak));
+        fixed.max(tolerance.range_rel.map_or(0.0, |share| scale.share_of_range(share)))
+    }
+
     /// Checks elements against the tolerance.
     fn check(&mut self, a: &[f64], b: &[f64], sample: &Sample<'_>) {
         let default = Tolerance::default();
@@ -174,10 +220,7 @@ impl Meter {
         if !tolerance.holds_elements() {
             return;
         }
-        let scale = self.known.unwrap_or_default();
-        let fixed = tolerance.abs.unwrap_or(0.0);
-        let fixed = fixed.max(tolerance.peak_rel.map_or(0.0, |share| share * scale.peak));
-        let fixed = fixed.max(tolerance.range_rel.map_or(0.0, |share| scale.share_of_range(share)));
+        let fixed = self.fixed(tolerance);
         let (rel, ulp, nan, floats) = (tolerance.rel.unwrap_or(0.0), tolerance.ulp, self.nan, self.floats);
         // equal elements, infinities too, are within any tolerance; NaN is beyond all, but for the same bits
         let is_bitwise = tolerance.is_bitwise();

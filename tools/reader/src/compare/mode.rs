@@ -11,8 +11,6 @@ pub enum Mode {
     Step,
     /// Messages of exactly the same time
     Time,
-    /// Messages of the same number in their channel
-    Order,
     /// The new message nearest in time
     Nearest,
     /// The new recording interpolated linearly at the times of the reference
@@ -57,9 +55,8 @@ pub(super) fn have_common_step([a, b]: [&[Moment]; 2]) -> bool {
 
 /// The mode that fits the first messages of both recordings.
 ///
-/// * `are_all`: there are no others
 /// * `is_decoded`: false for messages that are compared as bytes, with nothing in between
-pub(super) fn choose([a, b]: [&[Moment]; 2], are_all: bool, is_decoded: bool) -> Mode {
+pub(super) fn choose([a, b]: [&[Moment]; 2], is_decoded: bool) -> Mode {
     if a.is_empty() || b.is_empty() {
         let have_steps = a.iter().chain(b).all(|moment| moment.step.is_some());
         return if have_steps { Mode::Step } else { Mode::Time };
@@ -67,7 +64,8 @@ pub(super) fn choose([a, b]: [&[Moment]; 2], are_all: bool, is_decoded: bool) ->
     // equal steps mean the same only if they are at the same time: within a thousandth of a step
     let spacing = |moments: &[Moment]| match moments {
         [first, .., last] => last.time.since(first.time).abs() / (moments.len() - 1) as f64,
-        _ => 0.0,
+        // of one message nothing but its step is known
+        _ => f64::INFINITY,
     };
     let near = 1e-3 * spacing(a).min(spacing(b));
     let times: HashMap<u64, Instant> = b.iter().filter_map(|b| Some((b.step?, b.time))).collect();
@@ -83,9 +81,5 @@ pub(super) fn choose([a, b]: [&[Moment]; 2], are_all: bool, is_decoded: bool) ->
         return Mode::Time;
     }
     // a handful of messages is no series to interpolate in
-    match (are_all && a.len().min(b.len()) < 4, is_decoded) {
-        (true, _) => Mode::Order,
-        (false, false) => Mode::Time,
-        (false, true) => Mode::Linear,
-    }
+    if a.len().min(b.len()) < 4 || !is_decoded { Mode::Time } else { Mode::Linear }
 }

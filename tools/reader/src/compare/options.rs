@@ -32,6 +32,17 @@ pub struct Options {
     /// What NaN is equal to.
     #[arg(skip)]
     pub nan: NanRule,
+    /// Only what both recordings have: messages without a counterpart, as before the start or after the end of the other, and
+    /// elements beyond the axes of the other, are counted and are no difference
+    #[arg(long)]
+    pub common: bool,
+    /// Match topics and fields by their names alone: encodings, message types, numbers and numeric types of fields may differ, and
+    /// metadata that only one recording has says nothing
+    #[arg(long)]
+    pub by_name: bool,
+    /// Messages in the order of the file; without it in that of their log times and sequence numbers
+    #[arg(long)]
+    pub file_order: bool,
     /// Stop at the first difference beyond tolerance
     #[arg(long)]
     pub fail_fast: bool,

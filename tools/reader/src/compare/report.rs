@@ -4,7 +4,7 @@ use std::{collections::BTreeSet, path::PathBuf};
 
 use super::{
     measure::{Divergence, Location, Measure},
-    mode::Alignment,
+    mode::{Alignment, Mode},
     structure::{Change, Finding},
     tolerance::Rule,
 };
@@ -67,7 +67,7 @@ pub enum Gap {
     /// Both recordings have messages, at times of which none is in both.
     #[error(
         "`{topic}`: no time in common: {} messages from {} to {}, {} from {} to {} in the new recording; --align relative \
-         counts times from the start of each recording, --align order compares one message after the other",
+         counts times from the start of each recording",
         messages[0], spans[0].0, spans[0].1, messages[1], spans[1].0, spans[1].1
     )]
     Apart {
@@ -170,12 +170,18 @@ pub enum Hint {
     /// Messages of other times.
     #[error(
         "without a tolerance only messages of the same step or exact time are compared; \
-         --align linear --l2-rel … allows interpolated values, --align order pairs by number"
+         --align linear --l2-rel … allows interpolated values"
     )]
     Between,
     /// Values between messages or elements.
     #[error("without a tolerance nothing interpolated is equal; give one, as --align linear --l2-rel …")]
     Tolerance,
+    /// Messages or elements that only one recording has.
+    #[error(
+        "what only one recording has is not compared: --from and --to choose the times that are, --common only those that both \
+         recordings have"
+    )]
+    Common,
     /// Recordings without any time in common.
     #[error(
         "without a tolerance times are not moved; --align relative counts them from the start of each recording"
@@ -207,12 +213,14 @@ pub struct ChannelReport {
     pub only_b: u64,
     /// Earliest message without counterpart: its place, and whether it is the reference's.
     pub first_unmatched: Option<(Location, bool)>,
+    /// Messages of the new recording between the times of the reference at which it is compared, by the mode that was asked for.
+    pub between: u64,
     /// Messages of both in the window of time that was asked for.
     pub messages: [u64; 2],
     /// First and last time of those.
     pub spans: [Option<(f64, f64)>; 2],
-    /// Messages of both outside the common window of time, where that is no difference.
-    pub outside: [u64; 2],
+    /// Messages without counterpart are no difference.
+    pub common: bool,
     /// Messages that could not be decoded.
     pub undecoded: u64,
     /// Log times, publish times and sequence numbers of messages compared that differ.
@@ -228,9 +236,20 @@ pub struct ChannelReport {
 }
 
 impl ChannelReport {
+    /// True if messages that were to be compared were not.
+    pub(super) fn lacks_messages(&self) -> bool {
+        self.undecoded > 0 || (!self.common && !self.is_apart() && self.only_a + self.only_b > 0)
+    }
+
     /// True if something of the channel is different beyond tolerance.
     pub fn is_different(&self) -> bool {
-        self.only_a + self.only_b + self.undecoded > 0 || self.fields.iter().any(|field| !field.within)
+        self.lacks_messages() || self.fields.iter().any(|field| !field.within)
+    }
+
+    /// True if both recordings have messages and interpolation finds no time in common: nothing can be said.
+    fn is_apart(&self) -> bool {
+        let between = self.alignment.mode.is_some_and(Mode::is_between);
+        between && self.compared == 0 && self.spans.iter().all(Option::is_some)
     }
 
     /// True if all that was to be compared was, and is within tolerance.
@@ -240,9 +259,10 @@ impl ChannelReport {
 
     /// True if not everything of the channel is in both recordings, the same bit for bit.
     pub fn is_notable(&self) -> bool {
-        let part = self.outside != [0; 2] || self.axes_differ || self.interpolated;
-        let differs =
-            |field: &FieldReport| !field.ignored && (field.measure.differing + field.measure.apart > 0);
+        let part = self.only_a + self.only_b + self.between > 0 || self.axes_differ || self.interpolated;
+        let differs = |FieldReport { ignored, measure, .. }: &FieldReport| {
+            !ignored && measure.differing + measure.apart + measure.dropped > 0
+        };
         part || !self.is_within() || self.fields.iter().any(differs)
     }
 
@@ -256,7 +276,7 @@ impl ChannelReport {
     pub fn gaps(&self) -> impl Iterator<Item = Gap> {
         let topic = || self.topic.clone();
         let apart = match self.spans {
-            [Some(a), Some(b)] if self.compared + self.only_a + self.only_b == 0 => {
+            [Some(a), Some(b)] if self.is_apart() => {
                 Some(Gap::Apart { topic: topic(), messages: self.messages, spans: [a, b] })
             }
             _ => None,
@@ -268,6 +288,13 @@ impl ChannelReport {
             is_gap.then(|| Gap::Elsewhere { topic: topic(), field: field.path.clone(), samples })
         };
         apart.into_iter().chain(self.fields.iter().filter_map(elsewhere))
+    }
+}
+
+impl FieldReport {
+    /// True if elements were not compared, as one of the recordings has none where they are.
+    pub(super) fn lacks_elements(&self) -> bool {
+        !self.ignored && self.measure.dropped > 0
     }
 }
 

@@ -228,9 +228,11 @@ fn split(side: &Side, spot: Spot) -> Option<(usize, f64)> {
     let x = (spot.position - start) / step;
     let x = if (x - x.round()).abs() < 1e-9 { x.round() } else { x };
     let last = length.checked_sub(1)? as f64;
-    if !(0.0..=last).contains(&x) {
+    // half a step beyond the first and last their values hold, as in an array
+    if x.is_nan() || !(-0.5 - 1e-9..=last + 0.5 + 1e-9).contains(&x) {
         return None;
     }
+    let x = x.clamp(0.0, last);
     let i = (x as usize).min(length.saturating_sub(2));
     Some((i, x - i as f64))
 }

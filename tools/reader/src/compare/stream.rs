@@ -1,7 +1,8 @@
 //! Two files read at once: a thread for each decompresses it and hands on batches of messages.
 
 use std::{
-    collections::BTreeMap,
+    cmp::{Ordering, Reverse},
+    collections::{BTreeMap, BinaryHeap, HashMap},
     path::PathBuf,
     sync::mpsc::{Receiver, SyncSender, sync_channel},
     thread,
@@ -10,7 +11,7 @@ use std::{
 use super::error::CompareError;
 use crate::{
     messages::{Message, Recording},
-    recording::Damage,
+    recording::{Damage, OpenError},
 };
 
 /// Bytes after which a batch is handed on.
@@ -32,6 +33,18 @@ pub(super) struct Input<'a> {
     pub(super) origin: u64,
     /// Log time of the reference that passes in one of this file.
     pub(super) pace: f64,
+    pub(super) order: Order,
+}
+
+/// In what order the messages of a channel are handed on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    /// That of the file, which has to be that of their log times, and of sequence numbers where those are equal.
+    Checked,
+    /// That of their log times and sequence numbers.
+    Sorted,
+    /// That of the file.
+    File,
 }
 
 /// A message.
@@ -53,22 +66,150 @@ fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, Comp
     // a few of them may lie between a reader and the comparison
     let largest = input.recording.limits().record() / 4;
     let mut messages = input.recording.messages(input.slots.keys().copied(), input.window)?;
-    let (mut batch, mut bytes) = (Vec::new(), 0);
+    let mut batch = Batch { messages: Vec::new(), bytes: 0, out };
+    let (mut last, mut queue) = (HashMap::new(), Queue::of(input)?);
     messages.for_each(|message| {
         if message.data.len() > largest {
             return Err(CompareError::TooLarge { bytes: message.data.len() });
         }
-        bytes += message.data.len();
-        let Message { log_time, publish_time, sequence, data, .. } = message;
+        let Message { offset, channel, log_time, publish_time, sequence, data } = message;
         let item = Item { bytes: data.to_vec(), log_time, publish_time, sequence };
-        batch.push((input.slots[&message.channel], item));
-        if bytes < BATCH && batch.len() < MESSAGES {
-            return Ok(());
+        let slot = input.slots[&channel];
+        match input.order {
+            Order::Sorted => return queue.put(offset, slot, item, &mut batch),
+            Order::Checked => {
+                let before = last.insert(slot, (log_time, sequence));
+                if before.is_some_and(|before| before > (log_time, sequence)) {
+                    let topic = input.recording.channels[&channel].topic.clone();
+                    return Err(CompareError::Order { topic });
+                }
+            }
+            Order::File => {}
         }
-        send(std::mem::take(&mut batch), std::mem::take(&mut bytes), out)
+        batch.put(slot, item)
     })?;
-    send(batch, bytes, out)?;
+    queue.release(u64::MAX, &mut batch)?;
+    batch.send()?;
     Ok(messages.damages().to_vec())
+}
+
+/// Messages that are handed on together.
+struct Batch<'a> {
+    messages: Vec<(usize, Item)>,
+    bytes: usize,
+    out: &'a SyncSender<Parcel>,
+}
+
+impl Batch<'_> {
+    fn put(&mut self, slot: usize, item: Item) -> Result<(), CompareError> {
+        self.bytes += item.bytes.len();
+        self.messages.push((slot, item));
+        if self.bytes < BATCH && self.messages.len() < MESSAGES { Ok(()) } else { self.send() }
+    }
+
+    fn send(&mut self) -> Result<(), CompareError> {
+        send(std::mem::take(&mut self.messages), std::mem::take(&mut self.bytes), self.out)
+    }
+}
+
+/// A message that waits for its turn, and the number of its aligner.
+struct Queued {
+    /// Log time, sequence number, and number in the file.
+    turn: (u64, u32, u64),
+    slot: usize,
+    item: Item,
+}
+
+impl Queued {
+    /// Memory that it takes \[bytes\].
+    fn weight(&self) -> usize {
+        2 * size_of::<Self>() + self.item.bytes.len()
+    }
+}
+
+impl PartialEq for Queued {
+    fn eq(&self, other: &Self) -> bool {
+        self.turn == other.turn
+    }
+}
+
+impl Eq for Queued {}
+
+impl PartialOrd for Queued {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Queued {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.turn.cmp(&other.turn)
+    }
+}
+
+/// Messages that wait until nothing earlier can come.
+struct Queue {
+    /// By log time and sequence number, those that are equal in the order of the file.
+    waiting: BinaryHeap<Reverse<Queued>>,
+    /// What waits, and what may \[bytes\].
+    bytes: usize,
+    room: usize,
+    read: u64,
+    /// Earliest log time of what comes after a chunk.
+    floors: BTreeMap<u64, u64>,
+    offset: Option<u64>,
+}
+
+impl Queue {
+    fn of(input: &Input<'_>) -> Result<Self, CompareError> {
+        let floors = match input.order {
+            Order::Sorted => input.recording.floors(input.slots.keys().copied())?,
+            Order::Checked | Order::File => BTreeMap::new(),
+        };
+        let room = input.recording.limits().kept();
+        Ok(Self { waiting: BinaryHeap::new(), bytes: 0, room, read: 0, floors, offset: None })
+    }
+
+    fn put(
+        &mut self,
+        offset: u64,
+        slot: usize,
+        item: Item,
+        batch: &mut Batch<'_>,
+    ) -> Result<(), CompareError> {
+        if let Some(before) = self.offset.replace(offset).filter(|before| *before != offset) {
+            let floor = self.floors.get(&before).copied().unwrap_or(0);
+            self.release(floor, batch)?;
+        }
+        let queued = Queued { turn: (item.log_time, item.sequence, self.read), slot, item };
+        self.bytes += queued.weight();
+        self.waiting.push(Reverse(queued));
+        self.read += 1;
+        if self.bytes > self.room { Err(CompareError::Sorting { bytes: self.room }) } else { Ok(()) }
+    }
+
+    /// Hands on what is earlier than a log time.
+    fn release(&mut self, floor: u64, batch: &mut Batch<'_>) -> Result<(), CompareError> {
+        let is_due = |first: &Queued| first.turn.0 < floor || floor == u64::MAX;
+        while self.waiting.peek().is_some_and(|Reverse(first)| is_due(first)) {
+            let Some(Reverse(queued)) = self.waiting.pop() else { break };
+            self.bytes -= queued.weight();
+            batch.put(queued.slot, queued.item)?;
+        }
+        Ok(())
+    }
+}
+
+/// True if the messages of every channel that is compared come in the order of their log times.
+pub(super) fn is_ordered(input: &Input<'_>) -> Result<bool, OpenError> {
+    let mut messages = input.recording.messages(input.slots.keys().copied(), input.window)?;
+    let (mut last, mut is_ordered) = (HashMap::new(), true);
+    messages.for_each(|message| -> Result<(), OpenError> {
+        let stamp = (message.log_time, message.sequence);
+        is_ordered &= last.insert(input.slots[&message.channel], stamp).is_none_or(|before| before <= stamp);
+        Ok(())
+    })?;
+    Ok(is_ordered)
 }
 
 /// Hands on a batch of so many bytes.

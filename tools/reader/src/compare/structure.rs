@@ -22,7 +22,7 @@ use crate::{
     recording::{Budget, OpenError},
     scales::Scales,
     toml_keys,
-    wire::{Layout, Leaf, Type},
+    wire::{Layout, Leaf, Type, UNKNOWN},
 };
 
 /// A difference of structure.
@@ -45,8 +45,10 @@ pub enum Difference {
     Extra,
     /// A field with this number has another name in the new recording.
     Renamed(String),
-    /// Type or message type.
+    /// Type, message type or encoding.
     Type(String, String),
+    /// The number of the field, or of one of those that it is in.
+    Number(u32, u32),
     /// Entry of the channel metadata: unit, axis, symmetry.
     Metadata {
         /// Key, for example `unit`.
@@ -69,6 +71,7 @@ impl std::fmt::Display for Finding {
             Difference::Extra => f.write_str(": only in the new recording"),
             Difference::Renamed(name) => write!(f, ": renamed to `{name}`"),
             Difference::Type(a, b) => write!(f, ": type {a} became {b}"),
+            Difference::Number(a, b) => write!(f, ": field number {a} became {b}"),
             Difference::Metadata { key, a, b } => write!(f, ": {key} `{a}` became `{b}`"),
         }
     }
@@ -211,16 +214,17 @@ fn fields(
     findings: &mut Vec<Finding>,
 ) -> Vec<(usize, usize)> {
     let topic = &a.topic;
+    let by_name = options.by_name;
     let mut find = |field: Option<&str>, difference: Difference| {
         if field.map_or_else(|| !options.rules.ignores(topic, None), |field| options.chooses(topic, field)) {
             findings.push(Finding { topic: topic.clone(), field: field.map(str::to_owned), difference });
         }
     };
-    if a.encoding != b.encoding {
+    if a.encoding != b.encoding && !(by_name && a.layout.is_some() && b.layout.is_some()) {
         find(None, Difference::Type(a.encoding.clone(), b.encoding.clone()));
         return Vec::new();
     }
-    if a.schema != b.schema {
+    if a.schema != b.schema && !by_name {
         find(None, Difference::Type(a.schema.clone(), b.schema.clone()));
     }
     let (Some(layout_a), Some(layout_b)) = (&a.layout, &b.layout) else {
@@ -234,17 +238,31 @@ fn fields(
     let mut pairs = Vec::new();
     let mut taken = BTreeSet::new();
     for (i, leaf) in layout_a.leaves.iter().enumerate() {
-        let Some(j) = layout_b.find(&leaf.path).or_else(|| by_number(leaf, layout_a, layout_b)) else {
-            find(Some(&leaf.path), Difference::Missing);
+        let renamed = || if by_name { None } else { by_number(leaf, layout_a, layout_b) };
+        let Some(j) = layout_b.find(&leaf.path).or_else(renamed) else {
+            // what no message holds is not missing
+            if !(by_name && leaf.path == UNKNOWN) {
+                find(Some(&leaf.path), Difference::Missing);
+            }
             continue;
         };
         taken.insert(j);
         let other = &layout_b.leaves[j];
-        differences((a, leaf), (b, other), scales)
-            .into_iter()
-            .for_each(|found| find(Some(&leaf.path), found));
         let both_numbers = leaf.kind.is_number() && other.kind.is_number();
-        if both_numbers || std::mem::discriminant(&leaf.kind) == std::mem::discriminant(&other.kind) {
+        let is_pair =
+            both_numbers || std::mem::discriminant(&leaf.kind) == std::mem::discriminant(&other.kind);
+        let mut found = differences((a, leaf), (b, other), scales);
+        if by_name {
+            // what one of them does not say, and how numbers are written
+            found.retain(|difference| match difference {
+                Difference::Metadata { a, b, .. } => !a.is_empty() && !b.is_empty(),
+                Difference::Type(..) => !is_pair,
+                Difference::Number(..) => false,
+                _ => true,
+            });
+        }
+        found.into_iter().for_each(|found| find(Some(&leaf.path), found));
+        if is_pair {
             pairs.push((i, j));
         }
     }
@@ -272,10 +290,21 @@ fn differences(
     }
     let [kind, other_kind] = [leaf, other].map(|leaf| {
         let list = if leaf.lists > 0 { "repeated " } else { "" };
-        format!("{list}{}", leaf.kind.name())
+        match &leaf.kind {
+            Type::Enum(kind) => format!("{list}{}", kind.full_name()),
+            _ if !leaf.declared.is_empty() => format!("{list}{}", leaf.declared),
+            kind => format!("{list}{}", kind.name()),
+        }
     });
     if kind != other_kind {
         differences.push(Difference::Type(kind, other_kind));
+    }
+    // those of JSON are of the order in which its fields come up
+    let are_numbered =
+        [a, b].iter().all(|channel| channel.layout.as_ref().is_some_and(|layout| !layout.is_json()));
+    let numbers = leaf.numbers.iter().zip(&other.numbers).find(|(number, other)| number != other);
+    if let Some((number, other)) = numbers.filter(|_| are_numbered) {
+        differences.push(Difference::Number(*number, *other));
     }
     for (key, of_a, of_b) in convention::compared(&leaf.path, &other.path) {
         let (of_a, of_b) = (a.metadata.get(&of_a), b.metadata.get(&of_b));

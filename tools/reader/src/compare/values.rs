@@ -29,20 +29,36 @@ pub(super) fn ulps(x: f64, y: f64, floats: bool) -> Option<u64> {
     })
 }
 
-/// Elements that differ though they may be the same as doubles: integers beyond 2^53, and floats that are
-/// NaN, whose signalling bit is lost.
+/// Elements that differ though they are the same as doubles: floats that are NaN, whose signalling bit is lost.
 pub(super) fn hidden_differences(a: &List, b: &List) -> Vec<usize> {
     fn places<T: Copy>(a: &[T], b: &[T], differ: impl Fn(T, T) -> bool) -> Vec<usize> {
         a.iter().zip(b).enumerate().filter(|(_, (x, y))| differ(**x, **y)).map(|(i, _)| i).collect()
     }
     match (a, b) {
-        (List::Int(a), List::Int(b)) => places(a, b, |x, y| x != y),
-        (List::UInt(a), List::UInt(b)) => places(a, b, |x, y| x != y),
         (List::Float(a), List::Float(b)) => {
             places(a, b, |x, y| x.is_nan() && y.is_nan() && x.to_bits() != y.to_bits())
         }
         _ => Vec::new(),
     }
+}
+
+/// The whole numbers of two lists of such, if one of them is no double-precision number.
+pub(super) fn large_integers(a: &List, b: &List) -> Option<[Vec<i128>; 2]> {
+    /// Up to here all whole numbers are double-precision numbers.
+    const EXACT: u128 = 1 << f64::MANTISSA_DIGITS;
+    let integers = |list: &List| -> Option<Vec<i128>> {
+        match list {
+            List::Int(list) => Some(list.iter().map(|&value| value.into()).collect()),
+            List::UInt(list) => Some(list.iter().map(|&value| value.into()).collect()),
+            _ => None,
+        }
+    };
+    let is_small = |list: &List| match list {
+        List::Int(list) => list.iter().all(|value| u128::from(value.unsigned_abs()) <= EXACT),
+        List::UInt(list) => list.iter().all(|&value| u128::from(value) <= EXACT),
+        _ => true,
+    };
+    if is_small(a) && is_small(b) { None } else { Some([integers(a)?, integers(b)?]) }
 }
 
 /// Value `index` of a list as text.
@@ -55,6 +71,8 @@ pub(super) fn text(list: &List, index: usize) -> String {
             let hex = list[index].iter().map(|byte| format!("{byte:02x}"));
             format!("{} bytes {}", list[index].len(), hex.collect::<String>())
         }
+        List::Int(list) => list[index].to_string(),
+        List::UInt(list) => list[index].to_string(),
         numbers => numbers.number(index).map_or_else(String::new, |number| format!("{number:?}")),
     }
 }

@@ -81,7 +81,7 @@ impl Layout {
 fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -> Result<(), Stop> {
     // also what takes no memory takes time
     spend(budget, node.slots.len())?;
-    let (mut wire, mut seen, mut entries) = (Wire { bytes }, Seen::default(), Vec::<(usize, &[u8])>::new());
+    let (mut wire, mut seen, mut entries) = (Wire { bytes }, Seen::default(), Vec::<Entry<'_>>::new());
     while !wire.bytes.is_empty() {
         let start = wire.bytes;
         let (number, wire_type) = wire.key()?;
@@ -107,10 +107,12 @@ fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -
             }
             Content::Message { .. } if wire_type != 2 => return Err(DecodeError::SchemaMismatch.into()),
             Content::Message { .. } if again => return Err(Stop::Twice),
-            Content::Message { is_map: true, .. } => {
-                spend(budget, size_of::<(usize, &[u8])>())?;
-                entries.push((index, wire.block()?));
-                1
+            Content::Message { node: inner, is_map: true } => {
+                spend(budget, size_of::<Entry<'_>>())?;
+                let bytes = wire.block()?;
+                entries.push(Entry { index, key: key(inner, bytes)?, bytes });
+                // what is counted are the keys that differ
+                continue;
             }
             Content::Message { node: inner, .. } => {
                 message(inner, wire.block()?, lists, budget)?;
@@ -119,14 +121,64 @@ fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -
         };
         seen.add(index, values as u64, slot.is_list);
     }
-    // the order of a map's entries means nothing: in the order of their keys two equal maps are equal lists
-    entries.sort_unstable();
-    for (index, entry) in entries {
-        if let Content::Message { node: inner, .. } = &node.slots[index].content {
-            message(inner, entry, lists, budget)?;
+    // the order of a map's entries means nothing: in the order of their keys two equal maps are equal lists; of several
+    // with one key the last counts, as in protobuf
+    entries.sort_by(|x, y| (x.index, &x.key).cmp(&(y.index, &y.key)));
+    for (i, Entry { index, key, bytes }) in entries.iter().enumerate() {
+        if entries.get(i + 1).is_some_and(|next| (next.index, &next.key) == (*index, key)) {
+            continue;
         }
+        if let Content::Message { node: inner, .. } = &node.slots[*index].content {
+            message(inner, bytes, lists, budget)?;
+        }
+        seen.add(*index, 1, true);
     }
     Ok(complete(node, &seen, lists, budget)?)
+}
+
+/// An entry of a map.
+struct Entry<'a> {
+    /// Slot of the map.
+    index: usize,
+    key: Key<'a>,
+    bytes: &'a [u8],
+}
+
+/// The key of an entry, in the order of its type.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+enum Key<'a> {
+    Whole(i128),
+    Bytes(&'a [u8]),
+}
+
+/// The key of an entry: field 1, by default 0 or empty.
+fn key<'a>(entry: &Node, bytes: &'a [u8]) -> Result<Key<'a>, DecodeError> {
+    let slot = entry.find(1).map(|index| &entry.slots[index]);
+    let Some(Slot { content: Content::Scalar(scalar), .. }) = slot else { return Ok(Key::Bytes(&[])) };
+    let mut key = if scalar.wire_type == 2 { Key::Bytes(&[]) } else { Key::Whole(0) };
+    let mut wire = Wire { bytes };
+    while !wire.bytes.is_empty() {
+        let (number, wire_type) = wire.key()?;
+        if number != 1 || wire_type != scalar.wire_type {
+            wire.skip(number, wire_type, 0)?;
+            continue;
+        }
+        key = match scalar.kind {
+            Kind::Int32 => Key::Whole((wire.varint()? as i32).into()),
+            Kind::Int64 => Key::Whole((wire.varint()? as i64).into()),
+            Kind::Uint32 => Key::Whole((wire.varint()? as u32).into()),
+            Kind::Sint32 => Key::Whole(zigzag((wire.varint()? as u32).into()).into()),
+            Kind::Sint64 => Key::Whole(zigzag(wire.varint()?).into()),
+            Kind::Fixed32 => Key::Whole(u32::from_le_bytes(wire.fixed()?).into()),
+            Kind::Fixed64 => Key::Whole(u64::from_le_bytes(wire.fixed()?).into()),
+            Kind::Sfixed32 => Key::Whole(i32::from_le_bytes(wire.fixed()?).into()),
+            Kind::Sfixed64 => Key::Whole(i64::from_le_bytes(wire.fixed()?).into()),
+            Kind::Bool => Key::Whole((wire.varint()? != 0).into()),
+            _ if scalar.wire_type == 2 => Key::Bytes(wire.block()?),
+            _ => Key::Whole(wire.varint()?.into()),
+        };
+    }
+    Ok(key)
 }
 
 /// Keeps a field that the schema does not know.

@@ -7,11 +7,11 @@
 //! | In a message | Leaf |
 //! |---|---|
 //! | `true`, `false` | truth value |
-//! | number | double precision; a whole number where the schema says `integer`, or where it is beyond 2⁵³ |
+//! | number | double precision; a whole number where the schema says `integer`, or where it is beyond 2⁵³; the text where some messages have whole numbers that are no double-precision numbers, others fractions or whole numbers beyond 2⁶³ |
 //! | `"NaN"`, `"Infinity"`, `"-Infinity"` where numbers are | these numbers |
 //! | text, also in base64; what is of different types in different messages, or nested too deep | text, that of JSON where it is none |
 //! | object | one leaf for each of its fields, `pose.position.x` |
-//! | array | list, `ranges[0]`, `joints[1].angle`; arrays inside arrays one after the other |
+//! | array | list, `ranges[0]`, `joints[1].angle`; arrays inside arrays one after the other, and in `ranges[#]` the first element and the length of each |
 //! | `null` | nothing there; in an array of numbers NaN |
 //! | anything but an object, as a whole message | the field `value` |
 //! | field that neither schema nor first messages have | kept as bytes, with the fields that the schema does not know |
@@ -51,8 +51,10 @@ pub(crate) enum Shape {
     Number,
     /// A text, or different things in different messages.
     Text,
-    /// An array, or arrays inside arrays.
+    /// An array.
     List(Box<Shape>),
+    /// Arrays inside an array, of which all elements are in one list.
+    Nested(Box<Shape>),
     /// An object.
     Object(Fields),
 }
@@ -86,7 +88,7 @@ impl Shape {
         match self {
             Self::Unknown => false,
             Self::Bool | Self::Integer | Self::Number | Self::Text => true,
-            Self::List(element) => element.is_whole(),
+            Self::List(element) | Self::Nested(element) => element.is_whole(),
             Self::Object(fields) => {
                 !fields.entries.is_empty() && fields.entries.iter().all(|(_, shape)| shape.is_whole())
             }
@@ -96,7 +98,7 @@ impl Shape {
     /// Memory that it takes \[bytes\].
     pub(crate) fn weight(&self) -> usize {
         match self {
-            Self::List(element) => 64 + element.weight(),
+            Self::List(element) | Self::Nested(element) => 64 + element.weight(),
             Self::Object(fields) => {
                 fields.entries.iter().map(|(name, shape)| FIELD + 8 * name.len() + shape.weight()).sum()
             }

@@ -43,6 +43,8 @@ pub(super) struct Names {
     pub(super) numbers: HashMap<String, u32>,
     /// The fields of objects inside, by the numbers of the fields that hold them.
     pub(super) inner: HashMap<u32, Names>,
+    /// Numbers of the fields that say where arrays inside arrays begin and how long they are, by those of the arrays.
+    pub(super) lengths: HashMap<u32, u32>,
     /// True if a message is no object but the value of its only field.
     pub(super) is_value: bool,
 }
@@ -162,6 +164,10 @@ struct Branch {
     first_list: Option<usize>,
     /// True below something that need not be there.
     is_optional: bool,
+    /// True for the entries of a map.
+    is_map: bool,
+    /// True for the keys of a map.
+    is_key: bool,
 }
 
 impl Branch {
@@ -173,6 +179,8 @@ impl Branch {
             lists: self.lists + usize::from(is_list),
             first_list: self.first_list.or(is_list.then_some(self.numbers.len())),
             is_optional: self.is_optional || has_presence,
+            is_map: field.is_map(),
+            is_key: self.is_map && field.number() == 1,
         }
     }
 }
@@ -235,6 +243,8 @@ impl Builder {
                 ends_in_list: true,
                 first_list: parent.first_list.unwrap_or(branch.numbers.len()),
                 is_single: false,
+                is_key: true,
+                declared: "",
             })
         });
         let content = match message {
@@ -251,12 +261,14 @@ impl Builder {
     fn scalar(&mut self, field: &FieldDescriptor, branch: Branch, is_list: bool) -> Scalar {
         let leaf = self.leaf(Leaf {
             first_list: branch.first_list.unwrap_or(branch.numbers.len()),
+            is_key: branch.is_key || branch.path.ends_with(COUNT),
             path: branch.path,
             numbers: branch.numbers,
             kind: Type::of(field.kind()),
             lists: branch.lists,
             ends_in_list: is_list,
             is_single: branch.lists == 0 && !branch.is_optional,
+            declared: Type::declared(&field.kind()),
         });
         let wire_type = match field.kind() {
             _ if field.is_group() => 3,

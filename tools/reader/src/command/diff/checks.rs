@@ -28,6 +28,8 @@ pub struct Check {
     pub verdict: Verdict,
     /// The largest difference, in one line; empty if there is none.
     pub largest: String,
+    /// Messages compared, and those of reference and new recording.
+    pub messages: [u64; 3],
     /// All that is to be said.
     pub text: String,
 }
@@ -41,7 +43,7 @@ impl Suite {
         let mut add = |name: &str, verdict: Verdict, lines: Vec<String>| {
             if let Some(first) = lines.first() {
                 let (largest, text) = (first.clone(), lines.join("\n"));
-                checks.push(Check { name: name.into(), verdict, largest, text });
+                checks.push(Check { name: name.into(), verdict, largest, messages: [0; 3], text });
             }
         };
         let damages = comparison.damages.iter().map(|(path, damage)| {
@@ -56,6 +58,7 @@ impl Suite {
             name: channel.topic.clone(),
             verdict: of_channel(channel),
             largest: text::largest(channel),
+            messages: [channel.compared, channel.messages[0], channel.messages[1]],
             text: text::channel_text(channel, Style::default()),
         }));
         let suite = Self { a: printable(a).into(), b: printable(b).into(), checks };
@@ -73,6 +76,7 @@ impl Suite {
             name: "both recordings".into(),
             verdict: Verdict::Different,
             largest: text.clone(),
+            messages: [0; 3],
             text,
         };
         Self { a: name(&job.a), b: name(&job.b), checks: vec![check] }
@@ -92,6 +96,14 @@ impl Suite {
 impl Check {
     fn has_failed(&self) -> bool {
         self.verdict >= Verdict::NotCompared
+    }
+
+    /// How much was compared; empty if it is not about messages.
+    fn amount(&self) -> String {
+        match self.messages {
+            [0, 0, 0] => String::new(),
+            [compared, a, b] => format!("{compared} of {a} and {b}"),
+        }
     }
 }
 
@@ -129,7 +141,11 @@ pub fn junit(suites: &[Suite]) -> String {
             let start = format!("    <testcase classname=\"{class}\" name=\"{name}\"");
             let element = if check.verdict == Verdict::Different { "failure" } else { "error" };
             let end = match check.has_failed() {
-                false => "/>".to_owned(),
+                false if check.amount().is_empty() => "/>".to_owned(),
+                false => format!(
+                    ">\n      <system-out>messages compared: {}</system-out>\n    </testcase>",
+                    check.amount()
+                ),
                 true => format!(
                     ">\n      <{element} type=\"{}\" message=\"{}\">{}</{element}>\n    </testcase>",
                     check.verdict.name(),
@@ -155,17 +171,27 @@ pub fn markdown(suites: &[Suite]) -> String {
         })
         .collect();
     if !failed.is_empty() {
-        text += "| recording | channel | verdict | largest |\n|---|---|---|---|\n";
+        text += "| recording | channel | verdict | messages compared | largest |\n|---|---|---|---|---|\n";
         for (suite, check) in &failed {
             let [name, channel, largest] = [suite.name(), &check.name, &check.largest].map(cell);
-            writeln!(text, "| {name} | {channel} | {} | {largest} |", check.verdict.name())
+            let (verdict, amount) = (check.verdict.name(), check.amount());
+            writeln!(text, "| {name} | {channel} | {verdict} | {amount} | {largest} |")
                 .expect("a String grows");
         }
         text.push('\n');
     }
     let checks = suites.iter().map(|suite| suite.checks.len()).sum::<usize>();
     let files = suites.len();
-    text + &format!("{} of {checks} checks of {files} recordings failed.\n", failed.len())
+    let messages = suites
+        .iter()
+        .flat_map(|suite| &suite.checks)
+        .fold([0; 3], |sums, check| std::array::from_fn(|i| sums[i] + check.messages[i]));
+    let [compared, a, b] = messages;
+    text + &format!(
+        "{} of {checks} checks of {files} recordings failed. Messages compared: {compared} of {a} in the references and {b} in the \
+         new recordings.\n",
+        failed.len()
+    )
 }
 
 /// Annotations of GitHub Actions, one for every check that failed.
@@ -212,6 +238,7 @@ mod tests {
             name: name.into(),
             verdict,
             largest: largest.into(),
+            messages: [2, 3, 4],
             text: format!("{largest}\nand <more> & 5 %"),
         };
         let first = Suite {
@@ -235,7 +262,8 @@ mod tests {
             text.contains("<testsuites name=\"percuss-read diff\" tests=\"4\" failures=\"2\" errors=\"1\">"),
             "{text}"
         );
-        assert!(text.contains("<testcase classname=\"new/a.mcap\" name=\"/velocity\"/>"), "{text}");
+        let velocity = "<testcase classname=\"new/a.mcap\" name=\"/velocity\">\n      <system-out>messages compared: 2 of 3 and 4<";
+        assert!(text.contains(velocity), "{text}");
         assert!(
             text.contains("message=\"no &quot;common&quot; time\">") && !text.contains('\u{1b}'),
             "{text}"
@@ -244,10 +272,13 @@ mod tests {
         let text = markdown(&suites);
         assert!(text.starts_with("### percuss: DIFFERENT\n"), "{text}");
         assert!(
-            text.contains("| new/a.mcap | /drag | DIFFERENT | largest 1e-3 in force\\_\\|x |\n"),
+            text.contains(
+                "| new/a.mcap | /drag | DIFFERENT | 2 of 3 and 4 | largest 1e-3 in force\\_\\|x |\n"
+            ),
             "{text}"
         );
-        assert!(text.ends_with("3 of 4 checks of 2 recordings failed.\n"), "{text}");
+        let end = "3 of 4 checks of 2 recordings failed. Messages compared: 6 of 9 in the references and 12 in the new recordings.\n";
+        assert!(text.ends_with(end), "{text}");
         let text = github(&suites);
         assert_eq!(text.lines().count(), 3);
         assert!(

@@ -11,8 +11,9 @@ use crate::{
 };
 
 /// Version of the JSON form. 2: verdict `not_compared`, `gaps`, `starts`, `outside_a` and `outside_b` for `outside`. 3: what is empty,
-/// null or none is left out; channels and fields in which nothing differs are in `equal`, with how much of them was compared.
-pub const JSON_VERSION: u32 = 3;
+/// null or none is left out; channels and fields in which nothing differs are in `equal`, with how much of them was compared. 4: what lay outside the other
+/// recording is in `only_a` and `only_b`; they are no difference with `common`.
+pub const JSON_VERSION: u32 = 4;
 
 /// One comparison. Numbers that are not finite are texts, as in the JSON mapping of protobuf.
 ///
@@ -26,6 +27,7 @@ pub fn to_json(names: (&str, &str), comparison: &Comparison) -> Value {
             Difference::Extra => "extra",
             Difference::Renamed(_) => "renamed",
             Difference::Type(..) => "type",
+            Difference::Number(..) => "number",
             Difference::Metadata { key, .. } => key,
         };
         json!({ "topic": finding.topic, "field": finding.field, "kind": kind, "text": finding.to_string() })
@@ -125,6 +127,7 @@ fn channel_json(channel: &ChannelReport) -> Value {
         "messages_a": channel.messages[0],
         "messages_b": channel.messages[1],
         "compared": channel.compared,
+        "common": flag(channel.common),
         "only_a": count(channel.only_a),
         "only_b": count(channel.only_b),
         "first_alone": channel.first_unmatched.as_ref().map(|(place, in_a)| {
@@ -132,8 +135,7 @@ fn channel_json(channel: &ChannelReport) -> Value {
             value["in"] = if *in_a { "a" } else { "b" }.into();
             value
         }),
-        "outside_a": count(channel.outside[0]),
-        "outside_b": count(channel.outside[1]),
+        "between": count(channel.between),
         "undecoded": count(channel.undecoded),
         "interpolated": flag(channel.interpolated),
         "hint": channel.hint.map(|hint| hint.to_string()),

@@ -19,7 +19,7 @@ pub(super) fn shown(comparison: &Comparison) -> Comparison {
         escape(&mut finding.topic);
         finding.field.as_mut().map(escape);
         match &mut finding.difference {
-            Difference::Missing | Difference::Extra => {}
+            Difference::Missing | Difference::Extra | Difference::Number(..) => {}
             Difference::Renamed(name) => escape(name),
             Difference::Type(a, b) | Difference::Metadata { a, b, .. } => [a, b].into_iter().for_each(escape),
         }

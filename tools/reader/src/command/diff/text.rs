@@ -200,15 +200,7 @@ fn short(text: &str) -> String {
 
 pub(super) fn channel_text(channel: &ChannelReport, style: Style) -> String {
     let mut text = format!("{}  {}\n", style.paint("1", &channel.topic), alignment(channel));
-    let mut remarks = Vec::new();
-    for (count, what, of_a) in [
-        (channel.only_a, "only in the reference", true),
-        (channel.only_b, "only in the new recording", false),
-    ] {
-        let first = channel.first_unmatched.as_ref().filter(|(_, in_a)| *in_a == of_a);
-        let first = first.map_or(String::new(), |(place, _)| format!(", the first {}", when(place)));
-        remarks.extend((count > 0).then(|| format!("{count} messages {what}{first}")));
-    }
+    let mut remarks: Vec<String> = alone(channel).filter(|_| !channel.common).collect();
     let apart = channel.gaps().filter(|gap| matches!(gap, Gap::Apart { .. }));
     remarks.extend(apart.map(|gap| gap.to_string()));
     remarks.extend(channel.hint.map(|hint| hint.to_string()));
@@ -218,6 +210,9 @@ pub(super) fn channel_text(channel: &ChannelReport, style: Style) -> String {
     for remark in remarks {
         text.push_str(&format!("  {} {remark}\n", style.paint("1;31", "!")));
     }
+    alone(channel)
+        .filter(|_| channel.common)
+        .for_each(|line| text.push_str(&format!("  {line} (--common)\n")));
     if channel.axes_differ {
         text.push_str("  the axes differ: arrays are compared on their common range, interpolated\n");
     }
@@ -232,26 +227,41 @@ pub(super) fn channel_text(channel: &ChannelReport, style: Style) -> String {
     text
 }
 
+/// Messages without a counterpart, of either recording.
+fn alone(channel: &ChannelReport) -> impl Iterator<Item = String> {
+    let is_between = channel.alignment.mode.is_some_and(Mode::is_between);
+    let sides = [(channel.only_a, "the reference", true), (channel.only_b, "the new recording", false)];
+    sides.into_iter().filter(|(count, ..)| *count > 0).map(move |(count, of, of_a)| {
+        let first = channel.first_unmatched.as_ref().filter(|(_, in_a)| *in_a == of_a);
+        let first = first.map_or(String::new(), |(place, _)| format!(", the first {}", when(place)));
+        match is_between {
+            true => format!("{count} messages of {of} are not compared{first}"),
+            false => format!("{count} messages only in {of}{first}"),
+        }
+    })
+}
+
 fn alignment(channel: &ChannelReport) -> String {
     let how = match channel.alignment.mode {
         None => return "no message in either".into(),
         Some(Mode::Step) => "by step",
         Some(Mode::Time) => "by exact time",
-        Some(Mode::Order) => "by their order",
         Some(Mode::Nearest) if channel.interpolated => "interpolated by the nearest in time",
         Some(Mode::Nearest) => "nearest in time",
         Some(Mode::Linear) => "interpolated linearly in time",
         Some(Mode::Cubic) => "interpolated by cubics in time",
     };
-    let outside = match channel.outside {
-        [0, 0] => String::new(),
-        [a, b] => format!(", outside the common window {a} of the reference and {b} of the new recording"),
-    };
     let counts = match (channel.interpolated, channel.messages) {
-        (true, [a, b]) => format!(", {a} messages in the reference and {b} in the new recording"),
+        (true, [a, b]) => {
+            let between = match channel.between {
+                0 => String::new(),
+                between => format!(", {between} of them between the times compared"),
+            };
+            format!(", {a} messages in the reference and {b} in the new recording{between}")
+        }
         (false, _) => String::new(),
     };
-    format!("{} samples {how}{counts}{outside}", channel.compared)
+    format!("{} samples {how}{counts}", channel.compared)
 }
 
 fn field_text(field: &FieldReport, style: Style) -> String {

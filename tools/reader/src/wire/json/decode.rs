@@ -8,7 +8,7 @@ use serde::{
 };
 use serde_json::value::RawValue;
 
-use super::observe::special;
+use super::observe::{is_double, special};
 use crate::{
     recording::Budget,
     wire::{
@@ -32,7 +32,8 @@ pub(in crate::wire) fn decode(
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let result = match (names.is_value, node.slots.first()) {
         (true, Some(slot)) => {
-            let value = Value { walk: &mut walk, slot, names: names.inner.get(&slot.number), in_list: false };
+            let (inner, lengths) = (names.inner.get(&slot.number), lengths(node, names, slot));
+            let value = Value { walk: &mut walk, slot, names: inner, lengths, in_list: false, first: 0 };
             let mut seen = Seen::default();
             value.deserialize(&mut json).and_then(|count| {
                 seen.add(0, count, true);
@@ -121,8 +122,16 @@ impl<'de> Visitor<'de> for Object<'_, '_> {
             let Some((index, slot)) = slot.filter(|(index, _)| seen.count(*index) == 0) else {
                 return Err(A::Error::custom("a field is there twice"));
             };
+            let lengths = lengths(node, names, slot);
             let names = names.inner.get(&slot.number);
-            let count = map.next_value_seed(Value { walk: &mut *walk, slot, names, in_list: false })?;
+            let count = map.next_value_seed(Value {
+                walk: &mut *walk,
+                slot,
+                names,
+                lengths,
+                in_list: false,
+                first: 0,
+            })?;
             if count > 0 {
                 seen.add(index, count, slot.is_list);
             }
@@ -159,7 +168,17 @@ struct Value<'w, 'a> {
     walk: &'w mut Walk<'a>,
     slot: &'w Slot,
     names: Option<&'w Names>,
+    /// Leaf of the places and lengths of arrays inside arrays.
+    lengths: Option<usize>,
     in_list: bool,
+    /// Number of the element among all of the array.
+    first: u64,
+}
+
+/// The leaf of the places and lengths of arrays in an array.
+fn lengths(node: &Node, names: &Names, slot: &Slot) -> Option<usize> {
+    let lengths = &node.slots[node.find(*names.lengths.get(&slot.number)?)?];
+    if let Content::Scalar(scalar) = &lengths.content { Some(scalar.leaf) } else { None }
 }
 
 impl<'de> DeserializeSeed<'de> for Value<'_, '_> {
@@ -209,9 +228,11 @@ impl Value<'_, '_> {
     }
 
     fn number<E: Error>(self, value: f64, whole: Option<i64>) -> Result<u64, E> {
+        let is_double = whole.is_none_or(|whole| is_double(whole.unsigned_abs()));
         self.push(|list| {
             match list {
-                List::Double(list) => list.push(value),
+                // what is no double-precision number is not made one
+                List::Double(list) if is_double => list.push(value),
                 List::Int(list) => list.push(whole?),
                 List::Text(list) => {
                     list.push(whole.map_or_else(|| value.to_string(), |whole| whole.to_string()));
@@ -243,7 +264,11 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
     }
 
     fn visit_u64<E: Error>(self, value: u64) -> Result<u64, E> {
-        self.number(value as f64, i64::try_from(value).ok())
+        match i64::try_from(value) {
+            Ok(whole) => self.number(value as f64, Some(whole)),
+            Err(_) if is_double(value) => self.number(value as f64, None),
+            Err(_) => Err(E::custom("beyond the whole numbers of 64 bits")),
+        }
     }
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<u64, E> {
@@ -274,18 +299,25 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<u64, A::Error> {
-        let Self { walk, slot, names, .. } = self;
-        if !slot.is_list {
+        let Self { walk, slot, names, lengths, in_list, first } = self;
+        if !slot.is_list || (in_list && lengths.is_none()) {
             return Err(A::Error::custom("an array"));
         }
-        let mut total = 0;
+        let (mut total, mut length) = (0, 0);
         loop {
-            let next = Value { walk: &mut *walk, slot, names, in_list: true };
+            let next = Value { walk: &mut *walk, slot, names, lengths, in_list: true, first: first + total };
             match sequence.next_element_seed(next)? {
-                Some(count) => total += count,
-                None => return Ok(total),
+                Some(count) => (total, length) = (total + count, length + 1),
+                None => break,
             }
         }
+        if in_list {
+            walk.spend(16)?;
+            if let Some(List::UInt(list)) = lengths.map(|leaf| &mut walk.lists[leaf]) {
+                list.extend([first, length]);
+            }
+        }
+        Ok(total)
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<u64, A::Error> {

@@ -11,7 +11,10 @@ use prost_reflect::{
 };
 
 use super::{Fields, Shape};
-use crate::wire::{layout::Names, leaf::MAX_LEAVES};
+use crate::wire::{
+    layout::Names,
+    leaf::{COUNT, MAX_LEAVES},
+};
 
 /// The message type of a shape; `None` if nothing is known of it.
 pub(super) fn message(shape: &Shape, name: &str) -> Option<(MessageDescriptor, Names)> {
@@ -50,14 +53,17 @@ struct Builder {
 impl Builder {
     fn message(&mut self, name: String, fields: &Fields) -> Names {
         let (mut names, mut taken, mut protos) = (Names::default(), HashMap::new(), Vec::new());
+        // after the numbers of all fields
+        let mut free = i32::try_from(fields.entries.len()).unwrap_or(i32::MAX);
         for ((key, shape), number) in fields.entries.iter().zip(1_i32..) {
             if self.fields == MAX_LEAVES {
                 // what has no leaf is kept like a field that is not known
                 break;
             }
             self.fields += 1;
+            let is_nested = matches!(shape, Shape::Nested(_));
             let (label, shape) = match shape {
-                Shape::List(element) => (Label::Repeated, element.as_ref()),
+                Shape::List(element) | Shape::Nested(element) => (Label::Repeated, element.as_ref()),
                 shape => (Label::Optional, shape),
             };
             let (kind, type_name) = match shape {
@@ -71,10 +77,23 @@ impl Builder {
                 Shape::Bool => (Type::Bool, None),
                 Shape::Integer => (Type::Int64, None),
                 Shape::Number => (Type::Double, None),
-                Shape::Unknown | Shape::Text | Shape::List(_) => (Type::String, None),
+                Shape::Unknown | Shape::Text | Shape::List(_) | Shape::Nested(_) => (Type::String, None),
             };
             let field = unique(key, &mut taken);
             names.numbers.insert(key.clone(), number.unsigned_abs());
+            if is_nested {
+                free = free.saturating_add(1);
+                names.lengths.insert(number.unsigned_abs(), free.unsigned_abs());
+                let name = Some(format!("{field}{COUNT}"));
+                protos.push(FieldDescriptorProto {
+                    json_name: name.clone(),
+                    name,
+                    number: Some(free),
+                    label: Some(Label::Repeated.into()),
+                    r#type: Some(Type::Uint64.into()),
+                    ..FieldDescriptorProto::default()
+                });
+            }
             protos.push(FieldDescriptorProto {
                 json_name: Some(field.clone()),
                 name: Some(field),

@@ -14,7 +14,7 @@ impl Shape {
     /// Takes in what a message says; what is no JSON says nothing from there on.
     pub(crate) fn observe(&mut self, bytes: &[u8], budget: &mut Budget) {
         let mut json = serde_json::Deserializer::from_slice(bytes);
-        let observer = Observer { shape: self, depth: 0, in_list: false, budget };
+        let observer = Observer { shape: self, depth: 0, in_list: false, nested: &mut false, budget };
         // a message that breaks off is reported where it is decoded
         let _ = observer.deserialize(&mut json);
     }
@@ -26,6 +26,8 @@ struct Observer<'a> {
     depth: usize,
     /// True for an element of an array: arrays in it go on with the same elements.
     in_list: bool,
+    /// Set where an array is in an array.
+    nested: &'a mut bool,
     budget: &'a mut Budget,
 }
 
@@ -64,7 +66,12 @@ impl<'de> Visitor<'de> for Observer<'_> {
 
     fn visit_f64<E>(self, value: f64) -> Result<(), E> {
         // 3.0 is a whole number too
-        if *self.shape != Shape::Integer || value.fract() != 0.0 || value.abs() > EXACT as f64 {
+        if *self.shape == Shape::Integer {
+            if value.fract() != 0.0 || value.abs() > EXACT as f64 {
+                // double precision would not hold the whole numbers there have been
+                *self.shape = Shape::Text;
+            }
+        } else {
             self.shape.meet(Shape::Number);
         }
         Ok(())
@@ -80,32 +87,50 @@ impl<'de> Visitor<'de> for Observer<'_> {
     fn visit_unit<E>(self) -> Result<(), E> {
         match self.shape {
             // an element keeps its place, as NaN where numbers are
-            Shape::Integer if self.in_list => *self.shape = Shape::Number,
-            Shape::Bool if self.in_list => *self.shape = Shape::Text,
+            Shape::Integer | Shape::Bool if self.in_list => *self.shape = Shape::Text,
             _ => {}
         }
         Ok(())
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<(), A::Error> {
-        let Self { shape, depth, in_list, budget } = self;
+        let Self { shape, depth, in_list, nested, budget } = self;
         if matches!(shape, Shape::Unknown) && !in_list {
             *shape = Shape::List(Box::default());
         }
-        let element = match shape {
-            Shape::List(element) => element.as_mut(),
-            shape if in_list => shape,
-            shape => {
-                shape.meet(Shape::Text);
-                shape
-            }
-        };
-        loop {
-            let next = Observer { shape: &mut *element, depth, in_list: true, budget: &mut *budget };
-            if sequence.next_element_seed(next)?.is_none() {
-                return Ok(());
+        if in_list {
+            *nested = true;
+        }
+        let mut has_nested = false;
+        {
+            let element = match shape {
+                Shape::List(element) | Shape::Nested(element) if !in_list => element.as_mut(),
+                _ if in_list => &mut *shape,
+                _ => {
+                    shape.meet(Shape::Text);
+                    &mut *shape
+                }
+            };
+            let nested = if in_list { nested } else { &mut has_nested };
+            loop {
+                let next = Observer {
+                    shape: &mut *element,
+                    depth,
+                    in_list: true,
+                    nested: &mut *nested,
+                    budget: &mut *budget,
+                };
+                if sequence.next_element_seed(next)?.is_none() {
+                    break;
+                }
             }
         }
+        if let Shape::List(element) = shape
+            && has_nested
+        {
+            *shape = Shape::Nested(std::mem::take(element));
+        }
+        Ok(())
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
@@ -121,7 +146,14 @@ impl<'de> Visitor<'de> for Observer<'_> {
             match field {
                 Some(shape) => {
                     let depth = depth + 1;
-                    map.next_value_seed(Observer { shape, depth, in_list: false, budget: &mut *budget })?;
+                    let nested = &mut false;
+                    map.next_value_seed(Observer {
+                        shape,
+                        depth,
+                        in_list: false,
+                        nested,
+                        budget: &mut *budget,
+                    })?;
                 }
                 None => drop(map.next_value::<IgnoredAny>()?),
             }
@@ -134,16 +166,24 @@ impl<'de> Visitor<'de> for Observer<'_> {
 }
 
 impl Shape {
-    /// Takes in a whole number: one that is no double-precision number makes the field one of whole numbers.
+    /// Takes in a whole number: one that is no double-precision number makes the field one of whole numbers, or of texts if
+    /// it has fractions.
     ///
     /// * `fits`: it is between the ends of 64-bit signed numbers
     fn meet_whole(&mut self, magnitude: u64, fits: bool) {
         match self {
             Self::Integer if fits => {}
             Self::Unknown if fits && magnitude > EXACT => *self = Self::Integer,
-            _ => self.meet(Self::Number),
+            Self::Integer => *self = Self::Text,
+            _ if is_double(magnitude) => self.meet(Self::Number),
+            _ => self.meet(Self::Text),
         }
     }
+}
+
+/// True if a whole number is the shortest text of a double-precision number: one that a program wrote which has no others.
+pub(super) fn is_double(magnitude: u64) -> bool {
+    magnitude <= EXACT || (magnitude as f64).to_string() == magnitude.to_string()
 }
 
 /// The numbers that JSON has no form for, as the JSON mapping of protobuf writes them.

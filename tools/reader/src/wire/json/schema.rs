@@ -191,15 +191,18 @@ fn of(tree: &Tree, root: &Tree, depth: usize, budget: &mut Budget) -> Shape {
 fn list(tree: &Tree, root: &Tree, depth: usize, budget: &mut Budget) -> Shape {
     let items = tree.get("items").filter(|items| matches!(items, Tree::Object(_)));
     let several = items.into_iter().chain(tree.items("items")).chain(tree.items("prefixItems"));
-    let mut element = Shape::Unknown;
+    let (mut element, mut is_nested) = (Shape::Unknown, false);
     for item in several {
         match of(item, root, depth + 1, budget) {
             // arrays inside arrays go one after the other
-            Shape::List(inner) => element.join(*inner, budget),
+            Shape::List(inner) | Shape::Nested(inner) => {
+                is_nested = true;
+                element.join(*inner, budget);
+            }
             shape => element.join(shape, budget),
         }
     }
-    Shape::List(Box::new(element))
+    if is_nested { Shape::Nested(Box::new(element)) } else { Shape::List(Box::new(element)) }
 }
 
 fn object(tree: &Tree, root: &Tree, depth: usize, budget: &mut Budget) -> Shape {
@@ -247,6 +250,11 @@ impl Shape {
                 }
             }
             (Self::List(element), Self::List(other)) => element.join(*other, budget),
+            (Self::Nested(element), Self::List(other) | Self::Nested(other)) => element.join(*other, budget),
+            (Self::List(element), Self::Nested(other)) => {
+                element.join(*other, budget);
+                *self = Self::Nested(std::mem::take(element));
+            }
             (_, other) => self.meet(other),
         }
     }
