@@ -98,7 +98,7 @@ fn build(content: Content, features: Features) -> Vec<u8> {
     put(&mut file, record(0x01, &[text(b""), text(b"tests")].concat()));
     let has_messages = content.messages > 0;
     let schema = Some(lab(1, "Scalar")).filter(|_| has_messages && content.schema);
-    let encoding = if content.schema { "protobuf" } else { "json" };
+    let encoding = if content.schema { "protobuf" } else { "bytes" };
     let unit = map(&[("unit.force", "N")]);
     let channel = channel_of(1, content.schema.into(), "/scalar", encoding, &unit);
     let channel = Some(channel).filter(|_| has_messages);

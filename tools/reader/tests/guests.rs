@@ -16,7 +16,9 @@ pub const STEP: u64 = 100_000_000;
 /// Types of messages in the package `guest`, a line for each, with an enum `Mode` of `IDLE` and `RUN`.
 pub fn types(messages: &str) -> DescriptorPool {
     let mut file = forge::types("guest", messages, ("Mode", ["IDLE", "RUN"]));
-    file.dependency = ["timestamp", "duration"].map(|name| format!("google/protobuf/{name}.proto")).to_vec();
+    file.dependency = ["timestamp", "duration", "any", "struct", "wrappers", "field_mask"]
+        .map(|name| format!("google/protobuf/{name}.proto"))
+        .to_vec();
     let mut pool = DescriptorPool::global();
     pool.add_file_descriptor_proto(file).expect("sound types");
     pool

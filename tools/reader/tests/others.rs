@@ -1,11 +1,21 @@
 //! Recordings of other programs: what `info`, `trace` and `plot` say of them without being asked for anything.
 
 use mcap::Compression;
+use prost_reflect::{
+    DescriptorPool,
+    prost_types::{
+        DescriptorProto, EnumOptions, FieldDescriptorProto, FieldOptions, OneofDescriptorProto,
+        descriptor_proto::ExtensionRange,
+        field_descriptor_proto::{Label, Type},
+    },
+};
 use serde_json::{Value, json};
 
 use crate::{
     desk::Desk,
+    forge,
     guests::{Guest, START, STEP, types, write},
+    raw,
 };
 
 /// What the three verbs say: `info`, the first lines of `trace`, and `plot`.
@@ -362,4 +372,159 @@ fn raw_images_come_out_as_png() {
         &desk.error(1, &[&export[..6], &["--force", "--at-time", "0.1"]].concat()),
         &["2 by 2 pixels with 6 bytes a row"],
     );
+}
+
+#[test]
+fn cat_hides_nothing_of_a_message() {
+    let own = |name: &str| format!("google.protobuf.{name}");
+    let line = format!(
+        "Odd any:{} at:{} lasts:{} value:{} mask:{} wrapped:{} sizes:map<string,double> by:map<int32,double> x:double",
+        own("Any"),
+        own("Timestamp"),
+        own("Duration"),
+        own("Value"),
+        own("FieldMask"),
+        own("DoubleValue"),
+    );
+    let pool = types(&format!("{line}\nPart y:double"));
+    let shown = |fields: &[Vec<u8>]| {
+        let mut guest = Guest::protobuf("/odd", &pool, "Odd", &[]);
+        guest.messages = vec![(0, [fields.concat(), raw::double(9, 2.0)].concat())];
+        let desk = Desk::new(&[("a.mcap", write(&[guest], None))]);
+        let lines = desk.lines(&["cat", "a.mcap"]);
+        assert_eq!(lines, desk.lines(&["cat", "a.mcap"]), "the same at every run");
+        serde_json::from_str::<Value>(&lines[0]).expect("JSON")["message"].take()
+    };
+    let part = |number, fields: &[Vec<u8>]| raw::block(number, &fields.concat());
+    let (text, whole) = (|number, text: &str| raw::block(number, text.as_bytes()), raw::whole_number);
+    let minus = u64::MAX;
+    for (field, bytes, expected) in [
+        // what the mapping has no form for, field by field
+        (
+            "any",
+            part(1, &[text(1, "a/not.There"), text(2, "\u{1}\u{2}")]),
+            json!({"type_url": "a/not.There", "value": "AQI="}),
+        ),
+        ("any", part(1, &[]), json!({"type_url": "", "value": ""})),
+        ("at", part(2, &[whole(1, 1_700_000_000_000)]), json!({"seconds": "1700000000000", "nanos": 0})),
+        ("lasts", part(3, &[whole(1, 1), whole(2, minus)]), json!({"seconds": "1", "nanos": -1})),
+        (
+            "lasts",
+            part(3, &[whole(1, 1_000_000_000_000_000)]),
+            json!({"seconds": "1000000000000000", "nanos": 0}),
+        ),
+        ("value", part(4, &[raw::double(2, f64::NAN)]), json!("NaN")),
+        ("mask", part(5, &[text(1, "A__b")]), json!({"paths": ["A__b"]})),
+        ("wrapped", part(6, &[raw::double(1, f64::NAN)]), json!("NaN")),
+        // and what it has one for
+        (
+            "any",
+            part(1, &[text(1, "a/guest.Part"), raw::block(2, &raw::double(1, 3.0))]),
+            json!({"@type": "a/guest.Part", "y": 3.0}),
+        ),
+        ("at", part(2, &[whole(1, 5)]), json!("1970-01-01T00:00:05Z")),
+        ("lasts", part(3, &[whole(1, 1), whole(2, 500_000_000)]), json!("1.500s")),
+        ("value", part(4, &[text(3, "text")]), json!("text")),
+        ("wrapped", part(6, &[raw::double(1, 0.5)]), json!(0.5)),
+    ] {
+        let message = shown(&[bytes]);
+        assert_eq!((&message[field], &message["x"]), (&expected, &json!(2.0)), "{message}");
+    }
+    let entry = |key: &str, value| part(7, &[text(1, key), raw::double(2, value)]);
+    let message = shown(&[entry("b", 1.0), entry("", 2.0), entry("a", f64::INFINITY), entry("b", 3.0)]);
+    assert_eq!(message["sizes"].to_string(), r#"{"":2.0,"a":"Infinity","b":3.0}"#);
+    let entry = |key, value| part(8, &[whole(1, key), raw::double(2, value)]);
+    let message = shown(&[entry(3, 1.0), entry(10, 2.0), entry(minus, 3.0)]);
+    assert_eq!(message["by"], json!({"-1": 3.0, "3": 1.0, "10": 2.0}));
+}
+
+#[test]
+fn channels_of_one_topic_have_columns_of_their_own() {
+    let message = json!({ "x": 1.0 });
+    let json = Guest::json("/same", None, &[message.to_string()]);
+    let protobuf = Guest::protobuf("/same", &types("Curve x:double"), "Curve", &[message]);
+    let desk = Desk::new(&[("a.mcap", write(&[json, protobuf], None))]);
+    assert_eq!(desk.lines(&["trace", "a.mcap", "--topic", "/same"])[0], "time [s],/same#1.x,/same#2.x");
+    desk.text(0, &["trace", "a.mcap", "--topic", "/same", "-o", "a.parquet"]);
+}
+
+#[test]
+fn fields_of_json_that_come_late_are_named() {
+    let mut messages: Vec<String> = (0..300).map(|i| json!({ "x": i }).to_string()).collect();
+    messages[250] = json!({ "x": 250, "late": 1, "more": "text" }).to_string();
+    let desk = Desk::new(&[("a.mcap", write(&[Guest::json("/j", None, &messages)], None))]);
+    let (text, said) = desk.both(0, &["trace", "a.mcap"]);
+    assert_eq!(text.lines().count(), 301);
+    assert!(said.contains("/j.late, /j.more; `cat` shows them"), "{said}");
+}
+
+#[test]
+fn messages_that_are_no_json_are_not_sound() {
+    let messages = [r#"{"x":1}"#, r#"{"x":NaN}"#, ""].map(str::to_owned);
+    let desk = Desk::new(&[("a.mcap", write(&[Guest::json("/j", None, &messages)], None))]);
+    let report = desk.json(3, &["verify", "a.mcap", "--json"]);
+    assert_eq!((&report["sound"], &report["undecoded"]), (&json!(false), &json!(2)));
+}
+
+#[test]
+fn schemas_of_proto2_are_text_that_compilers_take() {
+    let group = forge::type_of("Part", vec![forge::field("a", 1, Label::Optional, Type::Int32, None)]);
+    let mut fields = vec![
+        forge::field("id", 1, Label::Required, Type::Int32, None),
+        forge::field("s", 2, Label::Optional, Type::String, None),
+        forge::field("part", 3, Label::Repeated, Type::Group, Some(".Rec.Part")),
+        forge::field("packed", 4, Label::Repeated, Type::Int32, None),
+        forge::field("mode", 5, Label::Optional, Type::Enum, Some(".Mode")),
+    ];
+    fields[1].default_value = Some("a \"text\"".into());
+    fields[3].options = Some(FieldOptions { packed: Some(true), ..Default::default() });
+    let one = |field: FieldDescriptorProto| FieldDescriptorProto { oneof_index: Some(0), ..field };
+    fields.push(one(forge::field("left", 6, Label::Optional, Type::Int32, None)));
+    fields.push(one(forge::field("right", 7, Label::Optional, Type::Double, None)));
+    let message = DescriptorProto {
+        nested_type: vec![group],
+        oneof_decl: vec![OneofDescriptorProto { name: Some("side".into()), options: None }],
+        extension_range: vec![ExtensionRange { start: Some(100), end: Some(201), options: None }],
+        ..forge::type_of("Rec", fields)
+    };
+    let mut file = forge::types("", "", ("Mode", ["OFF", "ON"]));
+    file.syntax = Some("proto2".into());
+    file.package = None;
+    file.message_type = vec![message];
+    let modes = &mut file.enum_type[0];
+    modes.value[1].number = Some(0);
+    modes.options = Some(EnumOptions { allow_alias: Some(true), ..Default::default() });
+    let mut pool = DescriptorPool::new();
+    pool.add_file_descriptor_proto(file).expect("sound types");
+    let set = pool.encode_to_vec();
+    let records = [
+        raw::schema(1, "Rec", &set),
+        raw::channel(1, 1, "/rec", &raw::map(&[])),
+        raw::message(1, &raw::whole_number(1, 7)),
+    ];
+    let desk = Desk::new(&[("a.mcap", raw::file(&records))]);
+    let text = desk.text(0, &["schema", "a.mcap"]);
+    let expected = "\
+message Rec {
+  required int32 id = 1;
+  optional string s = 2 [default = \"a \\\"text\\\"\"];
+  repeated group Part = 3 {
+    optional int32 a = 1;
+  }
+  repeated int32 packed = 4 [packed = true];
+  optional Mode mode = 5;
+  oneof side {
+    int32 left = 6;
+    double right = 7;
+  }
+  extensions 100 to 200;
+}
+
+enum Mode {
+  option allow_alias = true;
+  OFF = 0;
+  ON = 0;
+}
+";
+    assert!(text.contains(expected), "{text}");
 }

@@ -164,9 +164,17 @@ impl ExportArguments {
         Ok(loss(&self.file, &damages))
     }
 
-    /// All attachments into a folder; nothing is written if any of the names is not safe.
+    /// All attachments into a folder, but for those whose names would lead out of it.
     fn all(&self, folder: &Path, limits: Limits) -> Result<Exit, CliError> {
+        let mut skipped = 0;
         let damages = attachments(&self.file, limits, |of, name, content| {
+            let Some(name) = name else {
+                skipped += 1;
+                say(&format!(
+                    "warning: the attachment `{of}` is not written: its name is a path; --attachment names it"
+                ));
+                return Ok(());
+            };
             fs::create_dir_all(folder).map_err(|error| explain(Some(folder), error))?;
             let path = folder.join(name);
             if is_same_file(&path, &self.file) {
@@ -178,6 +186,7 @@ impl ExportArguments {
             }
             print(&format!("{}\n", printable(&path.to_string_lossy())))
         })?;
-        Ok(loss(&self.file, &damages))
+        let exit = loss(&self.file, &damages);
+        Ok(if skipped > 0 { Exit::Loss } else { exit })
     }
 }

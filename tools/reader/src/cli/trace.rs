@@ -110,6 +110,12 @@ impl TraceArguments {
         let Some(outcome) = unless_closed(result, self.output.as_deref())? else { return Ok(Exit::Done) };
         say_left_out(&outcome.left_out);
         self.say_empty(&outcome);
+        if !outcome.hidden.is_empty() {
+            let names = outcome.hidden.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+            say(&format!(
+                "note: without a column, as neither the schema nor the first messages have them: {names}; `cat` shows them"
+            ));
+        }
         if outcome.undecoded > 0 {
             say(&format!(
                 "warning: {} messages do not fit their schema, or unpack to more than --max-memory allows, and are left out",

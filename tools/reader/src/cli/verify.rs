@@ -18,7 +18,8 @@ Examples:
   percuss-read verify fig5.mcap
   percuss-read verify --json *.mcap
 
-Exit status: 0 sound, 1 not sound, 2 usage, 3 sound, but the run did not come to its planned end.";
+Exit status: 0 sound, 1 not sound, 2 usage, 3 sound, but messages cannot be decoded, or the run did not come to its planned \
+end.";
 
 #[derive(Debug, Args)]
 #[command(after_help = VERIFY_EXAMPLES)]
@@ -40,11 +41,13 @@ impl VerifyArguments {
             let name = file.to_string_lossy();
             let text = if self.json { format!("{}\n", report.to_json(&name)) } else { report.to_text(&name) };
             show(&text, self.json)?;
-            exit = match (report.is_sound(), report.partial) {
-                (false, _) => Exit::No,
-                (true, true) if exit == Exit::Done => Exit::Loss,
-                (true, _) => exit,
-            };
+            exit =
+                match (report.is_sound() || report.is_undecoded_only(), report.partial || !report.is_sound())
+                {
+                    (false, _) => Exit::No,
+                    (true, true) if exit == Exit::Done => Exit::Loss,
+                    (true, _) => exit,
+                };
         }
         Ok(exit)
     }

@@ -8,11 +8,12 @@ use std::{
 };
 
 use clap::Args;
-use prost_reflect::{MessageDescriptor, SerializeOptions};
+use prost_reflect::MessageDescriptor;
 use serde_json::value::RawValue;
 
 use crate::{
     channel::Channel,
+    format::mapping::Mapped,
     messages::{Message, POLL, Recording},
     prefix::UnitError,
     recording::{Damage, Limits, OpenError},
@@ -211,7 +212,6 @@ fn put_json(bytes: &[u8], text: &mut Text) -> Option<()> {
 
 /// Writes a message in the JSON mapping of protobuf; `None` if it cannot be decoded, or not written.
 fn put(descriptor: &MessageDescriptor, bytes: &[u8], limits: Limits, text: &mut Text) -> Option<()> {
-    let options = SerializeOptions::new().use_proto_field_name(true).skip_default_fields(false);
     let message = dynamic(descriptor, bytes, limits.values()).ok()?;
-    message.serialize_with_options(&mut serde_json::Serializer::new(text), &options).ok()
+    serde_json::to_writer(text, &Mapped::new(&message, limits.values())).ok()
 }

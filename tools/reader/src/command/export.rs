@@ -155,23 +155,20 @@ pub fn attachment(path: &Path, name: &str, limits: Limits) -> Result<(Vec<u8>, u
     }
 }
 
-/// Hands every attachment to `write`, with the name of its file, after all their names have proved safe. Of several with
+/// Hands every attachment to `write`, with the name of its file if that is safe, else with `None`. Of several with
 /// the same name, all but the first get a number: `case.2.toml`. Answers what of the recording is damaged or was refused.
 ///
 /// # Errors
 ///
-/// The file cannot be read, a name is not safe, or `write` failed.
+/// The file cannot be read, or `write` failed.
 pub fn attachments<E: From<ExportError>>(
     path: &Path,
     limits: Limits,
-    mut write: impl FnMut(&str, &Path, &[u8]) -> Result<(), E>,
+    mut write: impl FnMut(&str, Option<&Path>, &[u8]) -> Result<(), E>,
 ) -> Result<Vec<Damage>, E> {
     let recording = Recording::open(path, limits).map_err(ExportError::Open)?;
-    let mut names = HashSet::new();
-    for attachment in &recording.attachments {
-        safe_name(&attachment.name)?;
-        names.insert(attachment.name.clone());
-    }
+    let mut names: HashSet<String> =
+        recording.attachments.iter().map(|attachment| attachment.name.clone()).collect();
     // by the name of an attachment, the number that the next of this name may have
     let mut written = HashMap::<String, u64>::new();
     let failed = recording.find_attachment(|name, content| {
@@ -179,10 +176,7 @@ pub fn attachments<E: From<ExportError>>(
             Some(next) => numbered(name, &names, next),
             None => name.to_owned(),
         };
-        let result = match safe_name(&file) {
-            Ok(path) => write(name, path, content).err(),
-            Err(error) => Some(error.into()),
-        };
+        let result = write(name, safe_name(&file).ok(), content).err();
         names.insert(file);
         written.entry(name.to_owned()).or_insert(2);
         result

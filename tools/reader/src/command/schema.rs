@@ -81,35 +81,100 @@ fn message_text(message: &MessageDescriptor, depth: usize, text: &mut String) {
     let indent = "  ".repeat(depth);
     text.push_str(&comment(&message.parent_file(), message.path(), &indent));
     text.push_str(&format!("{indent}message {} {{\n", message.name()));
+    body_text(message, depth, text);
+    text.push_str(&format!("{indent}}}\n"));
+}
+
+/// What a message type holds.
+fn body_text(message: &MessageDescriptor, depth: usize, text: &mut String) {
+    let indent = "  ".repeat(depth);
     for inner in message.child_enums() {
         enum_text(&inner, depth + 1, text);
     }
-    for inner in message.child_messages().filter(|inner| !inner.is_map_entry()) {
+    let groups: Vec<FieldDescriptor> = message.fields().filter(FieldDescriptor::is_group).collect();
+    let is_group =
+        |inner: &MessageDescriptor| groups.iter().any(|field| field.kind() == Kind::Message(inner.clone()));
+    for inner in message.child_messages().filter(|inner| !inner.is_map_entry() && !is_group(inner)) {
         message_text(&inner, depth + 1, text);
     }
     // in the order of the declaration
     let mut fields: Vec<FieldDescriptor> = message.fields().collect();
-    fields.sort_by_key(|field| field.path().last().copied());
-    for field in fields {
+    // those of a oneof after the first of them
+    let place = |field: &FieldDescriptor| field.path().last().copied();
+    let first = |field: &FieldDescriptor| {
+        let group = field.containing_oneof().filter(|_| !is_proto3_optional(field));
+        group
+            .and_then(|group| group.fields().filter_map(|field| place(&field)).min())
+            .or_else(|| place(field))
+    };
+    fields.sort_by_key(|field| (first(field), place(field)));
+    let (mut fields, mut open) = (fields.into_iter().peekable(), None::<String>);
+    while let Some(field) = fields.next() {
         text.push_str(&comment(&message.parent_file(), field.path(), &format!("{indent}  ")));
         let group = field.containing_oneof().filter(|_| !is_proto3_optional(&field));
+        let is_proto2 = message.parent_file().syntax() == Syntax::Proto2;
         let label = match () {
-            () if field.is_map() => String::new(),
-            () if field.is_list() => "repeated ".into(),
-            () if field.is_required() => "required ".into(),
-            () if group.is_none()
-                && field.supports_presence()
-                && !matches!(field.kind(), Kind::Message(_)) =>
-            {
-                "optional ".into()
+            () if field.is_map() || group.is_some() => "",
+            () if field.is_list() => "repeated ",
+            () if field.is_required() => "required ",
+            () if is_proto2 || (field.supports_presence() && !matches!(field.kind(), Kind::Message(_))) => {
+                "optional "
             }
-            () => String::new(),
+            () => "",
         };
-        let group = group.map_or(String::new(), |group| format!("  // one of {}", group.name()));
-        let (kind, name, number) = (kind_text(&field), field.name(), field.number());
-        text.push_str(&format!("{indent}  {label}{kind} {name} = {number};{group}\n"));
+        let inner = if group.is_some() { "    " } else { "  " };
+        if let Some(group) = &group
+            && open.as_deref() != Some(group.name())
+        {
+            text.push_str(&format!("{indent}  oneof {} {{\n", group.name()));
+        }
+        match field.kind() {
+            // its type is declared where it is
+            Kind::Message(of) if field.is_group() => {
+                text.push_str(&format!(
+                    "{indent}{inner}{label}group {} = {} {{\n",
+                    of.name(),
+                    field.number()
+                ));
+                body_text(&of, depth + 1 + usize::from(group.is_some()), text);
+                text.push_str(&format!("{indent}{inner}}}\n"));
+            }
+            _ => {
+                let (kind, name, number) = (kind_text(&field), field.name(), field.number());
+                let options = options_text(&field, is_proto2);
+                text.push_str(&format!("{indent}{inner}{label}{kind} {name} = {number}{options};\n"));
+            }
+        }
+        let next = fields.peek().and_then(FieldDescriptor::containing_oneof);
+        open = group.map(|group| group.name().to_owned());
+        if open.is_some() && next.map(|next| next.name().to_owned()) != open {
+            text.push_str(&format!("{indent}  }}\n"));
+            open = None;
+        }
     }
-    text.push_str(&format!("{indent}}}\n"));
+    for range in message.extension_ranges() {
+        text.push_str(&format!("{indent}  extensions {} to {};\n", range.start, range.end - 1));
+    }
+}
+
+/// Options of a field that say how it is written, and its default.
+fn options_text(field: &FieldDescriptor, is_proto2: bool) -> String {
+    let mut options = Vec::new();
+    let is_packable =
+        field.is_list() && !matches!(field.kind(), Kind::String | Kind::Bytes | Kind::Message(_));
+    if is_packable && field.is_packed() == is_proto2 {
+        options.push(format!("packed = {}", field.is_packed()));
+    }
+    if let Some(default) = field.field_descriptor_proto().default_value.as_ref() {
+        let text = match field.kind() {
+            Kind::String => serde_json::Value::from(default.as_str()).to_string(),
+            // with its escapes
+            Kind::Bytes => format!("\"{default}\""),
+            _ => default.clone(),
+        };
+        options.push(format!("default = {text}"));
+    }
+    if options.is_empty() { String::new() } else { format!(" [{}]", options.join(", ")) }
 }
 
 fn is_proto3_optional(field: &FieldDescriptor) -> bool {
@@ -130,11 +195,20 @@ fn kind_text(field: &FieldDescriptor) -> String {
 }
 
 fn enum_text(kind: &EnumDescriptor, depth: usize, text: &mut String) {
+    /// Number of the values among the fields of the descriptor of an enum.
+    const VALUES: i32 = 2;
     let indent = "  ".repeat(depth);
     text.push_str(&comment(&kind.parent_file(), kind.path(), &indent));
     text.push_str(&format!("{indent}enum {} {{\n", kind.name()));
-    for value in kind.values() {
-        text.push_str(&comment(&kind.parent_file(), value.path(), &format!("{indent}  ")));
+    // in the order of the declaration: the first is the default
+    let values = &kind.enum_descriptor_proto().value;
+    let mut numbers = BTreeSet::new();
+    if !values.iter().all(|value| numbers.insert(value.number())) {
+        text.push_str(&format!("{indent}  option allow_alias = true;\n"));
+    }
+    for (value, index) in values.iter().zip(0..) {
+        let path = [kind.path(), &[VALUES, index]].concat();
+        text.push_str(&comment(&kind.parent_file(), &path, &format!("{indent}  ")));
         text.push_str(&format!("{indent}  {} = {};\n", value.name(), value.number()));
     }
     text.push_str(&format!("{indent}}}\n"));

@@ -248,6 +248,7 @@ fn run(
     outcome.rows += rows.written;
     for stream in streams {
         outcome.undecoded += stream.undecoded;
+        outcome.hidden.extend(stream.hidden);
         outcome.bytes_read += stream.messages.bytes_read();
         let path = &stream.file.recording.path;
         let damages = stream.messages.damages().iter().map(|damage| (path.clone(), damage.clone()));

@@ -1,6 +1,6 @@
 //! What to trace, how much there was, and why a trace failed.
 
-use std::{io, path::PathBuf};
+use std::{collections::BTreeSet, io, path::PathBuf};
 
 use clap::Args;
 
@@ -68,6 +68,8 @@ pub struct Outcome {
     pub damages: Vec<(PathBuf, Damage)>,
     /// Messages that could not be decoded.
     pub undecoded: u64,
+    /// Fields of JSON messages that have no column, as neither their schema nor the first messages have them.
+    pub hidden: BTreeSet<String>,
     /// Bytes of the files that were read, summaries left aside.
     pub bytes_read: u64,
     /// Fields that are left out of whole topics, and why.

@@ -1,6 +1,11 @@
 //! A file that is traced: its channels, their columns and their samples.
 
-use std::{ops::Range, path::Path, thread};
+use std::{
+    collections::{BTreeSet, HashMap},
+    ops::Range,
+    path::Path,
+    thread,
+};
 
 use percuss_table::Cell;
 
@@ -13,7 +18,7 @@ use crate::{
     messages::{Messages, POLL, Recording},
     recording::{Limits, OpenError},
     select,
-    wire::Values,
+    wire::{List, Values},
 };
 
 /// A file and what of it is traced.
@@ -81,6 +86,12 @@ impl Traced {
         if let Some(Err(error)) = extents {
             return Err(error.into());
         }
+        // several channels of a topic are told apart by their ids
+        let mut of_topic = HashMap::<String, usize>::new();
+        slots.iter().for_each(|slot| *of_topic.entry(slot.topic.clone()).or_default() += 1);
+        for slot in slots.iter_mut().filter(|slot| of_topic[&slot.topic] > 1) {
+            slot.topic = format!("{}#{}", slot.topic, slot.id);
+        }
         if many {
             let channels: Vec<&Channel> = ids.iter().map(|id| &recording.channels[id]).collect();
             used.check(&request.selection, &channels)?;
@@ -121,8 +132,31 @@ impl Traced {
         });
         let values = values.collect();
         let time = Instant::Number(f64::NEG_INFINITY);
-        Ok(Stream { file: self, messages, values, base, by_log_time, time, undecoded: 0, done: false })
+        Ok(Stream {
+            file: self,
+            messages,
+            values,
+            base,
+            by_log_time,
+            time,
+            undecoded: 0,
+            hidden: BTreeSet::new(),
+            done: false,
+        })
     }
+}
+
+/// Names of fields that are listed, at most.
+const MAX_HIDDEN: usize = 20;
+
+/// The fields of a JSON message that have no column: neither the schema nor the first messages have them.
+fn unknown_names(topic: &str, values: &Values) -> Vec<String> {
+    let Some(List::Bytes(unknown)) = values.lists.last() else { return Vec::new() };
+    let name = |field: &Vec<u8>| {
+        let mut texts = serde_json::Deserializer::from_slice(field).into_iter::<String>();
+        Some(format!("{topic}.{}", texts.next()?.ok()?))
+    };
+    unknown.iter().filter_map(name).collect()
 }
 
 /// What of a selection a channel has, where several are traced; `None` if it has nothing of it. What is there is marked as
@@ -168,6 +202,8 @@ pub(super) struct Stream<'a> {
     by_log_time: bool,
     pub(super) time: Instant,
     pub(super) undecoded: u64,
+    /// Fields of JSON messages that have no column.
+    pub(super) hidden: BTreeSet<String>,
     pub(super) done: bool,
 }
 
@@ -186,6 +222,7 @@ impl Stream<'_> {
     pub(super) fn next(&mut self, request: &Request) -> Result<Step, OpenError> {
         loop {
             let (file, values, undecoded) = (self.file, &mut self.values, &mut self.undecoded);
+            let hidden = &mut self.hidden;
             let by_log_time = self.by_log_time;
             let next = self.messages.next(|message| {
                 let index = file.slots.iter().position(|slot| slot.id == message.channel)?;
@@ -195,6 +232,9 @@ impl Stream<'_> {
                 if layout.decode(message.data, &mut values[index]).is_err() {
                     *undecoded += 1;
                     return None;
+                }
+                if layout.is_json() && hidden.len() < MAX_HIDDEN {
+                    hidden.extend(unknown_names(&slot.topic, &values[index]));
                 }
                 let number = slot.time.cell(&values[index], message.log_time).number().unwrap_or(f64::NAN);
                 let instant = match slot.time.leaf {

@@ -6,6 +6,7 @@ use std::{
 };
 
 use mcap::records::{ChunkHeader, MessageHeader, MessageIndexEntry, Record, Statistics, op};
+use serde::de::IgnoredAny;
 
 use super::report::{Problem, Report};
 use crate::{
@@ -227,6 +228,12 @@ impl<'a> Content<'a> {
             self.report.problem(offset, format!("a message of channel {id}, which is not defined"));
             return;
         };
+        if channel.encoding == "json" {
+            if serde_json::from_slice::<IgnoredAny>(data).is_err() {
+                self.undecoded(offset, header, "is no JSON");
+            }
+            return;
+        }
         let Some(layout) = &channel.layout else { return };
         let values = series.values.get_or_insert_with(|| {
             let axis = |leaf| (leaf, Axis::of(leaf, layout, channel));
@@ -234,15 +241,28 @@ impl<'a> Content<'a> {
             layout.values()
         });
         let flaw = match layout.decode(data, values) {
-            Ok(()) => series.axes.iter().find_map(|(leaf, axis)| axis.flaw(*leaf, values)),
-            Err(DecodeError::SchemaMismatch) => Some("does not fit its schema".into()),
-            Err(DecodeError::Memory) => Some("unpacks to more than --max-memory allows".into()),
+            Ok(()) => Ok(series.axes.iter().find_map(|(leaf, axis)| axis.flaw(*leaf, values))),
+            Err(DecodeError::SchemaMismatch) => Err("does not fit its schema"),
+            Err(DecodeError::Memory) => Err("unpacks to more than --max-memory allows"),
         };
-        if let Some(flaw) = flaw {
-            let topic = short(&channel.topic);
-            self.report.problem(offset, format!("a message of `{topic}` at log time {time} {flaw}"));
-        }
         values.release();
+        match flaw {
+            Ok(None) => {}
+            Ok(Some(flaw)) => {
+                let topic = short(&channel.topic);
+                self.report.problem(offset, format!("a message of `{topic}` at log time {time} {flaw}"));
+            }
+            Err(flaw) => self.undecoded(offset, header, flaw),
+        }
+    }
+
+    /// A message that cannot be decoded.
+    fn undecoded(&mut self, offset: u64, header: &MessageHeader, flaw: &str) {
+        let channel = self.directory.channels().get(&header.channel_id);
+        let topic = channel.map_or(String::new(), |channel| short(&channel.topic).to_string());
+        let time = header.log_time;
+        self.report.undecoded += 1;
+        self.report.problem(offset, format!("a message of `{topic}` at log time {time} {flaw}"));
     }
 
     fn open_chunk(&mut self, offset: u64, header: ChunkHeader) {

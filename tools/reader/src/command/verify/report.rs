@@ -28,6 +28,8 @@ pub struct Report {
     pub unlisted: u64,
     /// What is unusual but allowed.
     pub remarks: Vec<String>,
+    /// Of the problems, those of messages that cannot be decoded.
+    pub undecoded: u64,
     /// Messages.
     pub messages: u64,
     /// Chunks.
@@ -40,6 +42,11 @@ impl Report {
     /// True if nothing is wrong.
     pub fn is_sound(&self) -> bool {
         self.problems.is_empty()
+    }
+
+    /// True if nothing is wrong but messages that cannot be decoded.
+    pub fn is_undecoded_only(&self) -> bool {
+        self.undecoded > 0 && self.problems.len() as u64 + self.unlisted == self.undecoded
     }
 
     pub(super) fn problem(&mut self, offset: u64, text: impl Into<String>) {
@@ -79,6 +86,7 @@ impl Report {
             "file": name,
             "sound": self.is_sound(),
             "partial": self.partial,
+            "undecoded": self.undecoded,
             "messages": self.messages,
             "chunks": self.chunks,
             "problems": problems.collect::<Vec<_>>(),
