@@ -18,10 +18,10 @@ mod field;
 mod measure;
 mod meter;
 mod mode;
+mod offset;
 mod options;
 mod report;
 mod resample;
-mod shift;
 mod stream;
 mod structure;
 mod sums;
@@ -34,9 +34,9 @@ use std::collections::HashMap;
 pub use error::CompareError;
 pub use measure::{Divergence, Location, Measure};
 pub use mode::{Alignment, Mode};
+pub use offset::Offset;
 pub use options::{Matched, NanRule, Options, Watch};
 pub use report::{ChannelReport, Comparison, Converted, FieldReport, Gap, Hint, Stamp};
-pub use shift::MAX_SHIFT;
 pub use structure::{Change, Difference, Finding};
 pub use sums::{Norm, Scale, Sums};
 pub use tolerance::{Rule, Rules, Tolerance, Tube};
@@ -82,6 +82,11 @@ fn compare_in(
     for (pair, starts) in pairs.iter_mut().zip(clock::starts(a, b, options, &ids)?) {
         pair.starts = starts;
     }
+    let offset = match options.time_offset {
+        None => None,
+        Some(Offset::Time(offset)) => Some(offset),
+        Some(Offset::Fit) => Some(offset::fit(a, b, &pairs)?),
+    };
     let fields = pairs.iter().map(|pair| pair.leaves.len() + 1).sum::<usize>();
     if fields.saturating_mul(FIELD) > a.limits().record() {
         return Err(CompareError::Fields { fields });
@@ -108,7 +113,7 @@ fn compare_in(
     let scales = scales(a, &pairs, options, files[0].window)?;
     let room = a.limits().waiting() / pairs.len().max(1);
     let mut channels: Vec<Aligner<'_>> =
-        pairs.into_iter().map(|pair| Aligner::new(a, b, pair, options, &scales, room)).collect();
+        pairs.into_iter().map(|pair| Aligner::new(a, b, pair, options, offset, &scales, room)).collect();
     let (damages, stopped_early) = stream::run(files, |side, next| {
         match next {
             Some((slot, item)) => {
@@ -128,6 +133,7 @@ fn compare_in(
         damages,
         stopped_early,
         converted,
+        offset,
         // of what comes after an early stop nothing is said
         channels: channels
             .into_iter()

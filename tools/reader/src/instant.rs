@@ -45,6 +45,14 @@ impl Instant {
         }
     }
 
+    /// The instant so much later \[s, or the unit of the number\].
+    pub(crate) fn later(self, by: f64) -> Self {
+        match self {
+            Self::Log(nanoseconds) => Self::Log(nanoseconds.saturating_add((by * 1e9).round() as i128)),
+            Self::Number(number) => Self::Number(number + by),
+        }
+    }
+
     /// An integer that grows with it, among instants of one kind.
     pub(crate) fn key(self) -> i128 {
         match self {

@@ -21,7 +21,7 @@ use prost_reflect::{
 
 use crate::{
     desk::Desk,
-    forge::{self, Dice, Forged, by_log_time, forge, list, number, plain, time},
+    forge::{self, Dice, Forged, by_log_time, forge, list, number, plain},
     raw,
 };
 
@@ -354,19 +354,36 @@ fn tolerances_apply_to_what_they_name() {
 }
 
 #[test]
-fn a_late_series_is_reported_as_late() {
-    let late = |late: usize| {
-        let mut recording = forge(120, 3);
-        let step = |k| if k < 30 { k } else { k - late };
-        recording.set_all("/scalar", "force", |k| Value::F64((3.0 * time(step(k) as u64)).sin()));
+fn late_recordings_are_moved() {
+    // a curve at other times, 0.137 later
+    let curve = |count: u64, interval: f64, late: f64| {
+        let mut recording = constant((0..count).map(|k| (k, k as f64 * interval + late)));
+        let x = |k: usize| (3.0 * k as f64 * interval).sin();
+        recording.set_all("/scalar", "force", |k| Value::F64(x(k)));
         recording
     };
-    let comparison = forged(&late(0), &late(3), &Options::default());
-    let field = field(&comparison, "/scalar", "force");
-    let (samples, duration, _) = field.shift.expect("a shift");
-    assert_eq!(samples, 3);
-    assert!((duration - 0.03).abs() < 1e-9);
-    assert!(field.measure.sprague_geers().expect("numbers")[1] > 0.0);
+    let (a, b) = (curve(200, 0.01, 0.0), curve(250, 0.008, 0.137));
+    let desk = Desk::new(&[("a.mcap", a.write(plain())), ("b.mcap", b.write(plain()))]);
+    let compared =
+        ["diff", "a.mcap", "b.mcap", "--field", "force", "--align", "linear", "--common", "--abs", "1e-3"];
+    desk.text(1, &compared);
+    desk.text(0, &[&compared[..], &["--time-offset", "-0.137"]].concat());
+    let found = desk.json(0, &[&compared[..], &["--time-offset", "fit", "--json"]].concat());
+    let offset = found["comparisons"][0]["time_offset"].as_f64().expect("a number");
+    assert!((offset + 0.137).abs() < 1e-4, "{offset}");
+    let text = desk.text(0, &[&compared[..], &["--time-offset", "fit"]].concat());
+    assert!(text.contains(" is added to the times of the new recording"), "{text}");
+    // times are compared as they are moved
+    let late = desk.text(1, &["diff", "a.mcap", "a.mcap", "--time-offset", "1e-9"]);
+    assert!(late.contains("200 of 200 values differ") && late.contains("/scalar.time"), "{late}");
+    let moved = curve(200, 0.01, 0.25).write(plain());
+    desk.put("moved.mcap", moved);
+    desk.text(0, &["diff", "a.mcap", "moved.mcap", "--time-offset=-0.25", "--tol", "time:abs=1e-12"]);
+    // nothing that varies is nothing to go by
+    let flat = constant((0..20).map(|k| (k, k as f64))).write(plain());
+    desk.put("flat.mcap", flat);
+    let said = desk.error(2, &["diff", "flat.mcap", "flat.mcap", "--time-offset", "fit"]);
+    assert!(said.contains("that vary"), "{said}");
 }
 
 /// A recording of a function of time and radius at other times and radii.

@@ -86,6 +86,8 @@ pub(super) struct Aligner<'a> {
     /// First and last time of the messages of both.
     spans: [Option<(Instant, Instant)>; 2],
     options: &'a Options,
+    /// What is added to the times of the new recording.
+    offset: f64,
     starts: Option<[Instant; 2]>,
     room: usize,
     pairs: u64,
@@ -101,6 +103,7 @@ impl<'a> Aligner<'a> {
         b: &'a Recording,
         pair: Pair,
         options: &'a Options,
+        offset: Option<f64>,
         scales: &HashMap<(u16, usize), Scale>,
         room: usize,
     ) -> Self {
@@ -140,6 +143,7 @@ impl<'a> Aligner<'a> {
             is_mixed: channel_a.has_time() != channel_b.has_time(),
             spans: [None; 2],
             options,
+            offset: offset.unwrap_or(0.0),
             starts: pair.starts,
             room,
             pairs: 0,
@@ -172,6 +176,10 @@ impl<'a> Aligner<'a> {
         let time = match time {
             Instant::Number(number) if side == 1 => Instant::Number(self.converter.time(number)),
             time => time,
+        };
+        let time = match (side, time) {
+            (1, time) if self.offset != 0.0 => time.later(self.offset),
+            (_, time) => time,
         };
         let outside = !self.options.window.holds(time);
         if outside && !(side == 1 && self.mode.map_or(self.is_tolerant, Mode::is_between)) {
@@ -354,11 +362,12 @@ impl<'a> Aligner<'a> {
             return Ok(());
         };
         let (bytes_a, bytes_b) = (&a.item.bytes, &b.item.bytes);
+        let is_same = self.interchangeable && !self.is_moved();
         let [values_a, values_b] = self.values.as_mut_slice() else { return Ok(()) };
         if layout_a.decode(bytes_a, values_a).is_err() {
             // equal bytes that do not fit are still equal
             self.report.undecoded += u64::from(bytes_a != bytes_b);
-        } else if bytes_a == bytes_b && self.interchangeable {
+        } else if bytes_a == bytes_b && is_same {
             for field in self.fields.iter_mut().filter(|field| !field.ignored) {
                 field.meter.take_same(&values_a.lists[field.leaf_a], place.clone());
             }
@@ -383,11 +392,21 @@ impl<'a> Aligner<'a> {
         }
     }
 
+    /// True if the same time in both messages is not the same.
+    fn is_moved(&self) -> bool {
+        self.offset != 0.0 || self.starts.is_some_and(|[a, b]| a != b)
+    }
+
     /// Measures the decoded messages.
     fn measure(&mut self, place: &Location, interpolated: bool) {
         // asked for, or with a tolerance, times count from the start; else they are compared as they are
-        let is_from_start = |field: &ComparedField| self.options.relative || field.is_tolerant();
-        let starts = self.starts.map(|[a, b]| [a.number(), self.converter.time(b.number())]);
+        let is_moved = self.options.relative || self.offset != 0.0;
+        let is_from_start = |field: &ComparedField| is_moved || field.is_tolerant();
+        let mut starts = self.starts.map(|[a, b]| [a.number(), self.converter.time(b.number())]);
+        if self.offset != 0.0 {
+            let [a, b] = starts.unwrap_or_default();
+            starts = Some([a, b - self.offset]);
+        }
         let [a, b] = self.values.as_slice() else { return };
         for field in self.fields.iter_mut().filter(|field| !field.ignored) {
             let starts = starts.filter(|_| is_from_start(field));
@@ -505,12 +524,13 @@ impl<'a> Aligner<'a> {
     /// Ends the comparison.
     pub(super) fn report(mut self) -> ChannelReport {
         let samples = self.report.compared;
-        let interval = self.fields.iter().find_map(|field| field.interval(samples)).unwrap_or(f64::NAN);
         let between = self.mode.is_some_and(Mode::is_between);
         self.report.interpolated = between && samples > 0 && self.report.messages != [self.exact; 2];
         let fields = self.fields.into_iter().map(|field| {
-            let relative = self.starts.is_some() && (self.options.relative || field.is_tolerant());
-            field.report(interval, &self.report, self.is_tolerant, between, relative)
+            let is_offset = self.offset != 0.0;
+            let is_from_start = self.starts.is_some() && (self.options.relative || field.is_tolerant());
+            let relative = is_offset || is_from_start;
+            field.report(&self.report, self.is_tolerant, between, relative)
         });
         self.report.fields = fields.collect();
         let is_moved = self.starts.is_some() && !self.options.relative;

@@ -83,7 +83,9 @@ pub(super) fn starts(
     // runs of percuss: their message times follow from their log times, so that the messages need not be read
     let follow = [a, b].iter().all(|recording| recording.log_window(None, None).is_some());
     let is_asked = options.relative;
-    if !is_asked && (options.mode.is_some() || (follow && !logs_are_apart(a, b))) {
+    if !is_asked
+        && (options.mode.is_some() || options.time_offset.is_some() || (follow && !logs_are_apart(a, b)))
+    {
         return Ok(vec![None; pairs.len()]);
     }
     let has_time = |recording: &Recording, id: u16| recording.channels[&id].has_time();

@@ -48,6 +48,11 @@ pub enum CompareError {
         /// Topic.
         topic: String,
     },
+    /// There is nothing to find a time offset by.
+    #[error(
+        "--time-offset fit needs plain numbers that both recordings have and that vary; give a number instead"
+    )]
+    NoFit,
     /// There is no memory to sort them.
     #[error(
         "messages are so far from the order of their log times that more than {bytes} bytes wait for their turn; raise \

@@ -167,23 +167,14 @@ impl ComparedField {
         self.is_key && (interpolated || (relative && !is_plain))
     }
 
-    /// Time from one sample to the next in the mean, if this field is the time.
-    pub(super) fn interval(&self, samples: u64) -> Option<f64> {
-        let scale = self.meter.measure.scale;
-        (self.path == convention::TIME)
-            .then(|| (scale.greatest - scale.least) / samples.saturating_sub(1).max(1) as f64)
-    }
-
     /// Ends the comparison.
     ///
-    /// * `interval`: time from one sample to the next
     /// * `channel`: what is known of it
     /// * `is_tolerant`: something is allowed of one of its fields
     /// * `between`: messages did not have to belong together one by one
     /// * `relative`: times count from the start of each recording
     pub(super) fn report(
         mut self,
-        interval: f64,
         channel: &ChannelReport,
         is_tolerant: bool,
         between: bool,
@@ -198,7 +189,6 @@ impl ComparedField {
         // what lies beyond the other's axes was not compared
         let lacks_elements =
             !channel.common && self.meter.measure.dropped > 0 && self.meter.measure.elements > 0;
-        let shift = self.meter.shift.best().filter(|_| !between && !ignored);
         FieldReport {
             untolerated,
             within: ignored || (self.meter.is_within() && !untolerated && !lacks_elements),
@@ -208,7 +198,6 @@ impl ComparedField {
             ignored,
             rule: self.meter.rule,
             measure: self.meter.measure,
-            shift: shift.map(|(samples, left)| (samples, samples as f64 * interval, left)),
         }
     }
 }

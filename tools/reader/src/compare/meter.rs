@@ -3,7 +3,6 @@
 use super::{
     measure::{Divergence, Location, Measure},
     options::NanRule,
-    shift::Shift,
     sums::{Block, Scale, Sums},
     tolerance::{Rule, Tolerance},
     tube::TubeState,
@@ -15,7 +14,6 @@ use crate::wire::List;
 pub(super) struct Meter {
     pub(super) measure: Measure,
     pub(super) rule: Option<Rule>,
-    pub(super) shift: Shift,
     nan: NanRule,
     /// Both fields are of single precision.
     floats: bool,
@@ -51,7 +49,6 @@ impl Meter {
         Self {
             measure: Measure::default(),
             rule,
-            shift: Shift::default(),
             nan,
             floats: false,
             known,
@@ -127,7 +124,6 @@ impl Meter {
         }
         self.measure.sums.add(&block.sums);
         self.measure.scale.join(&block.scale);
-        self.shift.add(block.sums.a, block.sums.b, a.len());
         self.measure.differing += block.differing;
         if block.differing == 0 {
             return;
@@ -169,7 +165,6 @@ impl Meter {
                 self.note(self.divergence(sample.at(i), x, y), false);
             }
         }
-        self.shift.add(sums.a, sums.b, a.len());
     }
 
     /// Whole numbers of which some are no double-precision numbers, one by one: each difference is exact.

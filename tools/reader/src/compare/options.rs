@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::{mode::Mode, tolerance::Rules};
+use super::{mode::Mode, offset::Offset, tolerance::Rules};
 use crate::{
     convention,
     select::{Pattern, Window},
@@ -36,6 +36,10 @@ pub struct Options {
     /// elements beyond the axes of the other, are counted and are no difference
     #[arg(long)]
     pub common: bool,
+    /// Time that is added to those of the new recording, in the unit of the reference; `fit`: that with the least squares of the
+    /// difference, which is reported
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub time_offset: Option<Offset>,
     /// Match topics and fields by their names alone: encodings, message types, numbers and numeric types of fields may differ, and
     /// metadata that only one recording has says nothing
     #[arg(long)]

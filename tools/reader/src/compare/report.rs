@@ -35,6 +35,8 @@ pub struct Comparison {
     pub fitting: Vec<bool>,
     /// How the new recording was put into the units of the reference, if that was needed.
     pub converted: Option<Converted>,
+    /// What was added to the times of the new recording.
+    pub offset: Option<f64>,
 }
 
 /// How a recording was put into other units.
@@ -317,7 +319,4 @@ pub struct FieldReport {
     pub within: bool,
     /// How far apart.
     pub measure: Measure,
-    /// Samples by which the new recording is later, the time that is, and what is left of the root mean square
-    /// difference with that shift.
-    pub shift: Option<(i64, f64, f64)>,
 }

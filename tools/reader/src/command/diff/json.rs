@@ -12,7 +12,7 @@ use crate::{
 
 /// Version of the JSON form. 2: verdict `not_compared`, `gaps`, `starts`, `outside_a` and `outside_b` for `outside`. 3: what is empty,
 /// null or none is left out; channels and fields in which nothing differs are in `equal`, with how much of them was compared. 4: what lay outside the other
-/// recording is in `only_a` and `only_b`; they are no difference with `common`.
+/// recording is in `only_a` and `only_b`; they are no difference with `common`; no `shift`.
 pub const JSON_VERSION: u32 = 4;
 
 /// One comparison. Numbers that are not finite are texts, as in the JSON mapping of protobuf.
@@ -61,6 +61,7 @@ pub fn to_json(names: (&str, &str), comparison: &Comparison) -> Value {
         },
         "lossy": flag(comparison.is_lossy()),
         "converted": comparison.converted.map(|converted| converted.text(names)),
+        "time_offset": comparison.offset.map(number),
         "stopped_early": flag(comparison.stopped_early),
         "gaps": comparison.gaps.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "damages": damages.collect::<Vec<_>>(),
@@ -176,9 +177,6 @@ fn field_json(field: &FieldReport) -> Value {
             "magnitude": number(magnitude), "phase": number(phase), "combined": number(combined),
         })),
         "correlation": measure.correlation().map(number),
-        "shift": field.shift.map(|(samples, time, left)| json!({
-            "samples": samples, "time": number(time), "left": number(left),
-        })),
         "first": measure.first.as_ref().map(divergence_json),
         "first_beyond": measure.first_beyond.as_ref().map(divergence_json),
     }))

@@ -52,6 +52,9 @@ pub fn to_text((a, b): (&str, &str), comparison: &Comparison, style: Style) -> S
         text.push_str(&format!("  {} {}\n", style.paint("33", "units"), converted.text(names)));
     }
     text.push_str(&starts(comparison));
+    if let Some(offset) = comparison.offset {
+        text.push_str(&format!("  {offset} is added to the times of the new recording\n"));
+    }
     if !comparison.structure.is_empty() {
         text.push_str("\nstructure\n");
         list(&mut text, comparison.structure.iter().map(ToString::to_string));
@@ -333,14 +336,6 @@ fn measure_text(field: &FieldReport) -> String {
         }
         text.push_str(&measure.correlation().map_or(String::new(), |c| format!("; correlation {c:.9}")));
         text.push('\n');
-    }
-    if let Some((samples, time, left)) = field.shift {
-        let (count, sense) = (samples.abs(), if samples > 0 { "later" } else { "earlier" });
-        let time = if time.is_finite() { format!(" ({:.4e} in time)", time.abs()) } else { String::new() };
-        let left = 100.0 * left;
-        text.push_str(&format!(
-            "    looks {count} samples {sense}{time}: that leaves {left:.2} % of the difference\n"
-        ));
     }
     text
 }

@@ -146,18 +146,6 @@ fn norms_and_sprague_geers_of_a_scaled_series() {
 }
 
 #[test]
-fn a_shift_by_three_samples_is_found() {
-    let mut meter = meter("");
-    let f = |k: i32| (f64::from(k) * 0.2).sin();
-    for k in 0..200 {
-        put(&mut meter, k as u64, &[f(k)], &[if k < 40 { f(k) } else { f(k - 3) }]);
-    }
-    let (samples, left) = meter.shift.best().expect("a shift");
-    assert_eq!(samples, 3);
-    assert!(left < 0.3, "{left}");
-}
-
-#[test]
 fn a_tube_forgives_a_jump_that_comes_a_step_early() {
     let jump = |k: u64, at: u64| if k < at { 0.0 } else { 1.0 };
     for (rule, beyond) in [("tube=0.11:1e-9", 0), ("tube=0.05:1e-9", 1), ("tube=0.05:1.0", 0)] {

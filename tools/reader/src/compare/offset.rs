@@ -1,0 +1,162 @@
+//! The time by which the new recording has to be moved.
+//!
+//! ```text
+//! minimise over s:  Σ_f 1/n Σ_i (a_f(t_i) − b_f(t_i − s))² / (1/N Σ_i a_f(t_i)²)
+//! ```
+//!
+//! over the plain fields f of both, b between its messages linear, where at least half of the shorter recording takes part: first
+//! on a grid as fine as the messages, then by golden sections around its best point.
+
+use super::{error::CompareError, structure::Pair};
+use crate::{
+    convention,
+    messages::Recording,
+    recording::{Budget, OpenError},
+    wire::Type,
+};
+
+/// What is added to the times of the new recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Offset {
+    /// A time, in the unit of the reference.
+    Time(f64),
+    /// That of the least squares.
+    Fit,
+}
+
+impl std::str::FromStr for Offset {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match (text, text.parse::<f64>()) {
+            ("fit", _) => Ok(Self::Fit),
+            (_, Ok(time)) if time.is_finite() => Ok(Self::Time(time)),
+            _ => Err("neither a finite number nor `fit`".into()),
+        }
+    }
+}
+
+/// Fields that take part, at most.
+const FIELDS: usize = 8;
+
+/// Samples of a curve, and points of the grid, at most.
+const SAMPLES: usize = 4000;
+
+/// A field over time.
+type Curve = Vec<(f64, f64)>;
+
+/// The shift of the least squares.
+///
+/// # Errors
+///
+/// A file cannot be read, or no field is there to be fitted.
+pub(super) fn fit(a: &Recording, b: &Recording, pairs: &[Pair]) -> Result<f64, CompareError> {
+    let mut curves = Vec::new();
+    for pair in pairs {
+        let (channel_a, channel_b) = (&a.channels[&pair.a], &b.channels[&pair.b]);
+        let (Some(layout_a), Some(layout_b)) = (&channel_a.layout, &channel_b.layout) else { continue };
+        let is_plain = |&&(i, j): &&(usize, usize)| {
+            let (leaf, other) = (&layout_a.leaves[i], &layout_b.leaves[j]);
+            let are_single = leaf.lists == 0 && other.lists == 0 && leaf.path != convention::TIME;
+            are_single && matches!(leaf.kind, Type::Double | Type::Float) && other.kind.is_number()
+        };
+        let leaves: Vec<(usize, usize)> = pair.leaves.iter().filter(is_plain).copied().collect();
+        let left = FIELDS.saturating_sub(curves.len());
+        let leaves = &leaves[..leaves.len().min(left)];
+        let of_a = read(a, pair.a, &leaves.iter().map(|leaf| leaf.0).collect::<Vec<_>>())?;
+        let of_b = read(b, pair.b, &leaves.iter().map(|leaf| leaf.1).collect::<Vec<_>>())?;
+        let varies = |(curve, _): &(Curve, Curve)| curve.iter().any(|(_, value)| *value != curve[0].1);
+        curves.extend(of_a.into_iter().zip(of_b).filter(|(_, b)| b.len() > 1).filter(varies));
+    }
+    let spans = |of: fn(&(Curve, Curve)) -> &Curve| {
+        let ends = curves.iter().map(of).flat_map(|curve| [curve[0].0, curve[curve.len() - 1].0]);
+        ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), time| (from.min(time), to.max(time)))
+    };
+    let ((from_a, to_a), (from_b, to_b)) = (spans(|curves| &curves.0), spans(|curves| &curves.1));
+    let shorter = (to_a - from_a).min(to_b - from_b);
+    let longest = curves.iter().map(|(a, b)| a.len().max(b.len())).max().unwrap_or(0);
+    if longest < 3 || !shorter.is_finite() || shorter <= 0.0 {
+        return Err(CompareError::NoFit);
+    }
+    let (low, high) = (
+        (from_a - from_b).min(to_a - to_b) - 0.5 * shorter,
+        (from_a - from_b).max(to_a - to_b) + 0.5 * shorter,
+    );
+    let points = (2 * longest).min(SAMPLES);
+    let step = (high - low) / points as f64;
+    let cost = |shift: f64| curves.iter().map(|(a, b)| mismatch(a, b, shift)).sum::<f64>();
+    let grid = (0..=points).map(|i| low + i as f64 * step);
+    let best = grid.min_by(|x, y| cost(*x).total_cmp(&cost(*y))).filter(|best| cost(*best).is_finite());
+    Ok(golden(best.ok_or(CompareError::NoFit)?, step, cost))
+}
+
+/// Least point of a function within `step` of another, by golden sections.
+fn golden(middle: f64, step: f64, cost: impl Fn(f64) -> f64) -> f64 {
+    /// Each leaves 0.618 of what was left: together a part in 10^10.
+    const SECTIONS: usize = 48;
+    let share = (5.0_f64.sqrt() - 1.0) / 2.0;
+    let (mut low, mut high) = (middle - step, middle + step);
+    for _ in 0..SECTIONS {
+        let (left, right) = (high - share * (high - low), low + share * (high - low));
+        if cost(left) < cost(right) { high = right } else { low = left }
+    }
+    0.5 * (low + high)
+}
+
+/// Mean square of the difference where both are, relative to that of the reference; infinite if that is less than half of
+/// the shorter curve.
+fn mismatch(a: &Curve, b: &Curve, shift: f64) -> f64 {
+    let (mut sum, mut count, mut all) = (0.0, 0, 0.0);
+    for &(time, value) in a {
+        all += value * value;
+        let at = time - shift;
+        let next = b.partition_point(|(time, _)| *time < at);
+        let other = match (next.checked_sub(1).map(|before| b[before]), b.get(next)) {
+            (_, Some(&(time, value))) if time == at => value,
+            (Some((start, first)), Some(&(end, last))) => {
+                first + (last - first) * (at - start) / (end - start)
+            }
+            _ => continue,
+        };
+        sum += (value - other) * (value - other);
+        count += 1;
+    }
+    let span = |curve: &Curve| curve[curve.len() - 1].0 - curve[0].0;
+    let least = 0.5 * a.len() as f64 * (span(b) / span(a)).min(1.0);
+    if f64::from(count) < least || count == 0 {
+        f64::INFINITY
+    } else {
+        sum / f64::from(count) * a.len() as f64 / all
+    }
+}
+
+/// Fields of a channel over time, with finite values only, thinned evenly to [`SAMPLES`].
+fn read(recording: &Recording, id: u16, leaves: &[usize]) -> Result<Vec<Curve>, CompareError> {
+    let channel = &recording.channels[&id];
+    let mut curves = vec![Curve::new(); leaves.len()];
+    let Some(layout) = channel.layout.as_ref().filter(|_| !leaves.is_empty()) else { return Ok(curves) };
+    let (mut values, mut budget) = (layout.values(), Budget::new(recording.limits().kept()));
+    let mut messages = recording.messages([id], None)?;
+    messages.for_each(|message| -> Result<(), OpenError> {
+        let time = channel.instant(message.data, message.log_time, channel.origin).number();
+        if layout.decode(message.data, &mut values).is_err() || !time.is_finite() {
+            return Ok(());
+        }
+        if !budget.spend(2 * leaves.len() * size_of::<(f64, f64)>()) {
+            return Err(recording.no_room("the curves that are fitted"));
+        }
+        for (curve, &leaf) in curves.iter_mut().zip(leaves) {
+            curve.extend(
+                values.lists[leaf].number(0).filter(|value| value.is_finite()).map(|value| (time, value)),
+            );
+        }
+        values.release();
+        Ok(())
+    })?;
+    for curve in &mut curves {
+        curve.sort_by(|x, y| x.0.total_cmp(&y.0));
+        let every = curve.len().div_ceil(SAMPLES).max(1);
+        *curve = curve.iter().step_by(every).copied().collect();
+    }
+    Ok(curves)
+}
