@@ -5,8 +5,10 @@
 
 mod json;
 mod open;
+mod turns;
 
 pub(crate) use open::widen;
+pub(crate) use turns::Turns;
 
 use std::{
     collections::{BTreeMap, BTreeSet},

@@ -449,6 +449,30 @@ fn channels_of_one_topic_have_columns_of_their_own() {
 }
 
 #[test]
+fn topics_that_are_not_in_the_order_of_time_are_joined_in_it() {
+    let json = |topic: &str, times: &[u64]| {
+        let mut guest = Guest::json(topic, None, &[]);
+        let message = |&k: &u64| (k * 100_000_000, json!({ "v": k }).to_string().into_bytes());
+        guest.messages = times.iter().map(message).collect();
+        guest
+    };
+    let channels = [json("/imu", &[4, 2, 0, 5, 1, 3]), json("/ref", &[0, 1, 2, 3, 4, 5])];
+    let desk = Desk::new(&[("a.mcap", write(&channels, None))]);
+    for align in ["exact", "nearest", "linear"] {
+        let lines =
+            desk.lines(&["trace", "a.mcap", "--topic", "/ref,/imu", "--field", "v", "--align", align]);
+        let rows: Vec<Vec<f64>> = lines[1..]
+            .iter()
+            .map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect())
+            .collect();
+        assert_eq!(rows.len(), 6, "{align}");
+        for (k, row) in (0..).zip(&rows) {
+            assert_eq!(row[1..], [f64::from(k), f64::from(k)], "{align}");
+        }
+    }
+}
+
+#[test]
 fn fields_of_json_that_come_late_are_named() {
     let mut messages: Vec<String> = (0..300).map(|i| json!({ "x": i }).to_string()).collect();
     messages[250] = json!({ "x": 250, "late": 1, "more": "text" }).to_string();

@@ -1,8 +1,7 @@
 //! Two files read at once: a thread for each decompresses it and hands on batches of messages.
 
 use std::{
-    cmp::{Ordering, Reverse},
-    collections::{BTreeMap, BinaryHeap, HashMap},
+    collections::{BTreeMap, HashMap},
     path::PathBuf,
     sync::mpsc::{Receiver, SyncSender, sync_channel},
     thread,
@@ -10,7 +9,7 @@ use std::{
 
 use super::error::CompareError;
 use crate::{
-    messages::{Message, Recording},
+    messages::{Message, Recording, Turns},
     recording::{Damage, OpenError},
 };
 
@@ -67,7 +66,11 @@ fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, Comp
     let largest = input.recording.limits().record() / 4;
     let mut messages = input.recording.messages(input.slots.keys().copied(), input.window)?;
     let mut batch = Batch { messages: Vec::new(), bytes: 0, out };
-    let (mut last, mut queue) = (HashMap::new(), Queue::of(input)?);
+    let mut last = HashMap::new();
+    let mut turns = match input.order {
+        Order::Sorted => Some(Turns::of(input.recording, input.slots.keys().copied())?),
+        Order::Checked | Order::File => None,
+    };
     messages.for_each(|message| {
         if message.data.len() > largest {
             return Err(CompareError::TooLarge { bytes: message.data.len() });
@@ -75,8 +78,14 @@ fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, Comp
         let Message { offset, channel, log_time, publish_time, sequence, data } = message;
         let item = Item { bytes: data.to_vec(), log_time, publish_time, sequence };
         let slot = input.slots[&channel];
+        if let Some(turns) = &mut turns {
+            let (stamp, bytes) = ((log_time, sequence), item.bytes.len());
+            if !turns.put(offset, stamp, bytes, (slot, item)) {
+                return Err(CompareError::Sorting { bytes: turns.room() });
+            }
+            return batch.take_turns(turns);
+        }
         match input.order {
-            Order::Sorted => return queue.put(offset, slot, item, &mut batch),
             Order::Checked => {
                 let before = last.insert(slot, (log_time, sequence));
                 if before.is_some_and(|before| before > (log_time, sequence)) {
@@ -84,11 +93,14 @@ fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, Comp
                     return Err(CompareError::Order { topic });
                 }
             }
-            Order::File => {}
+            Order::Sorted | Order::File => {}
         }
         batch.put(slot, item)
     })?;
-    queue.release(u64::MAX, &mut batch)?;
+    if let Some(turns) = &mut turns {
+        turns.end();
+        batch.take_turns(turns)?;
+    }
     batch.send()?;
     Ok(messages.damages().to_vec())
 }
@@ -107,96 +119,16 @@ impl Batch<'_> {
         if self.bytes < BATCH && self.messages.len() < MESSAGES { Ok(()) } else { self.send() }
     }
 
-    fn send(&mut self) -> Result<(), CompareError> {
-        send(std::mem::take(&mut self.messages), std::mem::take(&mut self.bytes), self.out)
-    }
-}
-
-/// A message that waits for its turn, and the number of its aligner.
-struct Queued {
-    /// Log time, sequence number, and number in the file.
-    turn: (u64, u32, u64),
-    slot: usize,
-    item: Item,
-}
-
-impl Queued {
-    /// Memory that it takes \[bytes\].
-    fn weight(&self) -> usize {
-        2 * size_of::<Self>() + self.item.bytes.len()
-    }
-}
-
-impl PartialEq for Queued {
-    fn eq(&self, other: &Self) -> bool {
-        self.turn == other.turn
-    }
-}
-
-impl Eq for Queued {}
-
-impl PartialOrd for Queued {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Queued {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.turn.cmp(&other.turn)
-    }
-}
-
-/// Messages that wait until nothing earlier can come.
-struct Queue {
-    /// By log time and sequence number, those that are equal in the order of the file.
-    waiting: BinaryHeap<Reverse<Queued>>,
-    /// What waits, and what may \[bytes\].
-    bytes: usize,
-    room: usize,
-    read: u64,
-    /// Earliest log time of what comes after a chunk.
-    floors: BTreeMap<u64, u64>,
-    offset: Option<u64>,
-}
-
-impl Queue {
-    fn of(input: &Input<'_>) -> Result<Self, CompareError> {
-        let floors = match input.order {
-            Order::Sorted => input.recording.floors(input.slots.keys().copied())?,
-            Order::Checked | Order::File => BTreeMap::new(),
-        };
-        let room = input.recording.limits().kept();
-        Ok(Self { waiting: BinaryHeap::new(), bytes: 0, room, read: 0, floors, offset: None })
-    }
-
-    fn put(
-        &mut self,
-        offset: u64,
-        slot: usize,
-        item: Item,
-        batch: &mut Batch<'_>,
-    ) -> Result<(), CompareError> {
-        if let Some(before) = self.offset.replace(offset).filter(|before| *before != offset) {
-            let floor = self.floors.get(&before).copied().unwrap_or(0);
-            self.release(floor, batch)?;
-        }
-        let queued = Queued { turn: (item.log_time, item.sequence, self.read), slot, item };
-        self.bytes += queued.weight();
-        self.waiting.push(Reverse(queued));
-        self.read += 1;
-        if self.bytes > self.room { Err(CompareError::Sorting { bytes: self.room }) } else { Ok(()) }
-    }
-
-    /// Hands on what is earlier than a log time.
-    fn release(&mut self, floor: u64, batch: &mut Batch<'_>) -> Result<(), CompareError> {
-        let is_due = |first: &Queued| first.turn.0 < floor || floor == u64::MAX;
-        while self.waiting.peek().is_some_and(|Reverse(first)| is_due(first)) {
-            let Some(Reverse(queued)) = self.waiting.pop() else { break };
-            self.bytes -= queued.weight();
-            batch.put(queued.slot, queued.item)?;
+    /// Takes the messages that have their turn.
+    fn take_turns(&mut self, turns: &mut Turns<(usize, Item)>) -> Result<(), CompareError> {
+        while let Some((slot, item)) = turns.next() {
+            self.put(slot, item)?;
         }
         Ok(())
+    }
+
+    fn send(&mut self) -> Result<(), CompareError> {
+        send(std::mem::take(&mut self.messages), std::mem::take(&mut self.bytes), self.out)
     }
 }
 

@@ -15,7 +15,7 @@ use crate::{
     extent::{Extent, Extents},
     field::{Column, Columns, MAX_TABLE, Positions, Selection, SelectionError, Used, columns},
     instant::Instant,
-    messages::{Messages, POLL, Recording},
+    messages::{Messages, POLL, Recording, Turns},
     recording::{Limits, OpenError},
     select,
     wire::{List, Values},
@@ -132,15 +132,21 @@ impl Traced {
         });
         let values = values.collect();
         let time = Instant::Number(f64::NEG_INFINITY);
+        let is_joined = by_log_time && self.slots.len() > 1 && !request.follow;
+        let turns = is_joined.then(|| Turns::of(&self.recording, self.slots.iter().map(|slot| slot.id)));
+        // without an index all of the file would wait
+        let turns = turns.transpose()?.filter(Turns::has_index);
         Ok(Stream {
             file: self,
             messages,
             values,
             base,
             by_log_time,
+            turns,
             time,
             undecoded: 0,
             hidden: BTreeSet::new(),
+            is_read: false,
             done: false,
         })
     }
@@ -200,10 +206,14 @@ pub(super) struct Stream<'a> {
     /// Number of its first slot among those of all files.
     base: usize,
     by_log_time: bool,
+    /// Samples of several channels that are to be joined wait for their turn.
+    turns: Option<Turns<(usize, Instant, Vec<Cell>)>>,
     pub(super) time: Instant,
     pub(super) undecoded: u64,
     /// Fields of JSON messages that have no column.
     pub(super) hidden: BTreeSet<String>,
+    /// All messages have been read.
+    is_read: bool,
     pub(super) done: bool,
 }
 
@@ -221,6 +231,15 @@ impl Stream<'_> {
     /// The next sample of the time asked for.
     pub(super) fn next(&mut self, request: &Request) -> Result<Step, OpenError> {
         loop {
+            if let Some(due) = self.turns.as_mut().and_then(Turns::next) {
+                let (slot, time, cells) = due;
+                self.time = time;
+                return Ok(Step::Sample(self.base + slot, time, cells));
+            }
+            if self.is_read {
+                self.done = true;
+                return Ok(Step::Over);
+            }
             let (file, values, undecoded) = (self.file, &mut self.values, &mut self.undecoded);
             let hidden = &mut self.hidden;
             let by_log_time = self.by_log_time;
@@ -244,22 +263,38 @@ impl Stream<'_> {
                 // those of channels with times of their own are compared with these
                 let time = if by_log_time { instant } else { Instant::Number(number) };
                 let cell = |column: &Column| column.cell(&values[index], message.log_time);
-                let sample = request
-                    .window
-                    .holds(instant)
-                    .then(|| (index, time, slot.columns.iter().map(cell).collect()));
+                let stamp = (message.offset, (message.log_time, message.sequence));
+                let sample = request.window.holds(instant).then(|| {
+                    let cells: Vec<Cell> = slot.columns.iter().map(cell).collect();
+                    (stamp, (index, time, cells))
+                });
                 values[index].release();
                 sample
             })?;
             match next {
-                Some(Some((slot, time, cells))) => {
+                Some(Some(((offset, stamp), (slot, time, cells)))) => {
+                    if let Some(turns) = &mut self.turns {
+                        let text = |cell: &Cell| if let Cell::Text(text) = cell { text.len() } else { 0 };
+                        let bytes = cells.iter().map(|cell| size_of::<Cell>() + text(cell)).sum();
+                        if !turns.put(offset, stamp, bytes, (slot, time, cells)) {
+                            let what =
+                                "the rows of topics whose messages are far from the order of their times";
+                            return Err(self.file.recording.no_room(what));
+                        }
+                        continue;
+                    }
                     self.time = time;
                     return Ok(Step::Sample(self.base + slot, time, cells));
                 }
                 Some(None) => {}
                 None => {
-                    self.done = self.messages.is_over();
-                    return Ok(if self.done { Step::Over } else { Step::Pending });
+                    self.is_read = self.messages.is_over();
+                    if !self.is_read {
+                        return Ok(Step::Pending);
+                    }
+                    if let Some(turns) = &mut self.turns {
+                        turns.end();
+                    }
                 }
             }
         }
