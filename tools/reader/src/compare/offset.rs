@@ -15,27 +15,6 @@ use crate::{
     wire::Type,
 };
 
-/// What is added to the times of the new recording.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Offset {
-    /// A time, in the unit of the reference.
-    Time(f64),
-    /// That of the least squares.
-    Fit,
-}
-
-impl std::str::FromStr for Offset {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match (text, text.parse::<f64>()) {
-            ("fit", _) => Ok(Self::Fit),
-            (_, Ok(time)) if time.is_finite() => Ok(Self::Time(time)),
-            _ => Err("neither a finite number nor `fit`".into()),
-        }
-    }
-}
-
 /// Fields that take part, at most.
 const FIELDS: usize = 8;
 

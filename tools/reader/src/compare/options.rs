@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::{mode::Mode, offset::Offset, tolerance::Rules};
+use super::{mode::Mode, tolerance::Rules};
 use crate::{
     convention,
     select::{Pattern, Window},
@@ -50,6 +50,27 @@ pub struct Options {
     /// Stop at the first difference beyond tolerance
     #[arg(long)]
     pub fail_fast: bool,
+}
+
+/// What is added to the times of the new recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Offset {
+    /// A time, in the unit of the reference.
+    Time(f64),
+    /// That of the least squares.
+    Fit,
+}
+
+impl std::str::FromStr for Offset {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match (text, text.parse::<f64>()) {
+            ("fit", _) => Ok(Self::Fit),
+            (_, Ok(time)) if time.is_finite() => Ok(Self::Time(time)),
+            _ => Err("neither a finite number nor `fit`".into()),
+        }
+    }
 }
 
 /// What NaN is equal to, besides the same bits.
