@@ -1,4 +1,4 @@
-//! Pictures: curves and images as SVG, PDF, PNG, or text for a terminal, and moving ones as GIF or APNG. The same input gives the same bytes.
+//! Pictures: curves and images as SVG, PDF, PNG, or text for a terminal, and moving ones as GIF. The same input gives the same bytes.
 //!
 //! Knows numbers, labels and colours, nothing of recordings or physics. The reader and the figures use it. Labels, letters and colours are those of `percuss_canvas`. Labels carry subscripts as `γc_p²` and `sigma_zz` have them. An SVG needs no font: its texts are outlines, and
 //! what they say are their titles. A PDF has the letters it uses embedded.
@@ -14,7 +14,7 @@ mod typeset;
 pub use curves::draw;
 pub use film::{Diagram, Film, Moment, Raster, Section, Stage};
 pub use image::{Colours, Image, Layer, Side, draw_image};
-pub use moving::{Container, Moving};
+pub use moving::Moving;
 pub use percuss_canvas::DIVERGING;
 
 /// Format of a picture.

@@ -1,17 +1,8 @@
-//! Frames as a GIF or an animated PNG: one palette, and of every frame the part that is another than before.
+//! Frames as a GIF: one palette, and of every frame the part that is another than before.
 
 use std::{borrow::Cow, collections::HashMap, io::Write};
 
 use crate::film::{BODY, INK, REST, Raster, curve_colour, levels};
-
-/// Form of a moving picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Container {
-    /// GIF.
-    Gif,
-    /// Animated PNG.
-    Apng,
-}
 
 /// Shades between white and an ink, and greys.
 const SHADES: u32 = 10;
@@ -65,15 +56,10 @@ struct Part {
     numbers: Vec<u8>,
 }
 
-enum Sink<W: Write> {
-    Gif(Box<gif::Encoder<W>>),
-    Png(Box<png::Writer<W>>),
-}
-
 /// A moving picture that is being written.
 pub struct Moving<W: Write> {
     colours: Colours,
-    sink: Sink<W>,
+    encoder: gif::Encoder<W>,
     size: (u32, u32),
     /// Colours of the frame before.
     before: Vec<u8>,
@@ -81,52 +67,23 @@ pub struct Moving<W: Write> {
     delay: u16,
 }
 
-/// Longest side of a GIF.
-const LONGEST: u32 = u16::MAX as u32;
-
 impl<W: Write> Moving<W> {
     /// Begins a picture that repeats for ever.
     ///
     /// * `size`: columns and rows of its frames
-    /// * `frames`: how many there will be
     /// * `delay`: how long each is shown \[1/100 s\]
     ///
     /// # Errors
     ///
     /// It cannot be written, or is too large for its form.
-    pub fn new(
-        container: Container,
-        output: W,
-        size: (u32, u32),
-        frames: u32,
-        delay: u16,
-    ) -> Result<Self, String> {
+    pub fn new(output: W, size: (u32, u32), delay: u16) -> Result<Self, String> {
         let colours = Colours::new();
-        let sink = match container {
-            Container::Gif if size.0.max(size.1) > LONGEST => {
-                return Err("a GIF has 65535 columns at most".into());
-            }
-            Container::Gif => {
-                let (width, height) = (size.0 as u16, size.1 as u16);
-                let mut encoder = gif::Encoder::new(output, width, height, &colours.bytes()).map_err(text)?;
-                encoder.set_repeat(gif::Repeat::Infinite).map_err(text)?;
-                Sink::Gif(Box::new(encoder))
-            }
-            Container::Apng => {
-                let mut encoder = png::Encoder::new(output, size.0, size.1);
-                encoder.set_color(png::ColorType::Indexed);
-                encoder.set_depth(png::BitDepth::Eight);
-                encoder.set_compression(png::Compression::High);
-                encoder.set_palette(colours.bytes());
-                let mut opacity = vec![255; colours.palette.len()];
-                opacity.push(0);
-                encoder.set_trns(opacity);
-                encoder.set_animated(frames, 0).map_err(text)?;
-                encoder.set_frame_delay(delay, 100).map_err(text)?;
-                Sink::Png(Box::new(encoder.write_header().map_err(text)?))
-            }
+        let (Ok(width), Ok(height)) = (u16::try_from(size.0), u16::try_from(size.1)) else {
+            return Err("a GIF has 65535 columns at most".into());
         };
-        Ok(Self { colours, sink, size, before: Vec::new(), delay })
+        let mut encoder = gif::Encoder::new(output, width, height, &colours.bytes()).map_err(text)?;
+        encoder.set_repeat(gif::Repeat::Infinite).map_err(text)?;
+        Ok(Self { colours, encoder, size, before: Vec::new(), delay })
     }
 
     /// Adds a frame.
@@ -142,31 +99,18 @@ impl<W: Write> Moving<W> {
         let numbers: Vec<u8> = pixels.map(|pixel| self.colours.number(pixel)).collect();
         let part = self.changed(&numbers);
         self.before = numbers;
-        match &mut self.sink {
-            Sink::Gif(encoder) => {
-                let frame = gif::Frame {
-                    delay: self.delay,
-                    dispose: gif::DisposalMethod::Keep,
-                    transparent: Some(self.colours.nothing()),
-                    left: part.left as u16,
-                    top: part.top as u16,
-                    width: part.width as u16,
-                    height: part.height as u16,
-                    buffer: Cow::Owned(part.numbers),
-                    ..gif::Frame::default()
-                };
-                encoder.write_frame(&frame).map_err(text)
-            }
-            Sink::Png(writer) => {
-                // the first frame is the whole picture, as its header says
-                if (part.width, part.height) != self.size {
-                    writer.set_frame_dimension(part.width, part.height).map_err(text)?;
-                    writer.set_frame_position(part.left, part.top).map_err(text)?;
-                }
-                writer.set_blend_op(png::BlendOp::Over).map_err(text)?;
-                writer.write_image_data(&part.numbers).map_err(text)
-            }
-        }
+        let frame = gif::Frame {
+            delay: self.delay,
+            dispose: gif::DisposalMethod::Keep,
+            transparent: Some(self.colours.nothing()),
+            left: part.left as u16,
+            top: part.top as u16,
+            width: part.width as u16,
+            height: part.height as u16,
+            buffer: Cow::Owned(part.numbers),
+            ..gif::Frame::default()
+        };
+        self.encoder.write_frame(&frame).map_err(text)
     }
 
     /// The smallest rectangle of what is another than before; in it what has stayed is nothing.
@@ -206,10 +150,7 @@ impl<W: Write> Moving<W> {
     ///
     /// It cannot be written.
     pub fn finish(self) -> Result<(), String> {
-        match self.sink {
-            Sink::Gif(encoder) => encoder.into_inner().map_err(text)?.flush().map_err(text),
-            Sink::Png(writer) => writer.finish().map_err(text),
-        }
+        self.encoder.into_inner().map_err(text)?.flush().map_err(text)
     }
 }
 

@@ -106,7 +106,7 @@ enum Command {
     Summary(SummaryArguments),
     /// Fields against time, arrays over their axis, matrices and arrays over time as images: SVG, PNG, PDF or in the terminal
     Plot(Box<PlotArguments>),
-    /// Section, profile and drag as a moving picture: GIF, APNG, MP4
+    /// Section, profile and drag as a moving picture: GIF, MP4
     Animate(AnimateArguments),
     /// Two recordings, or folders of them, number by number
     Diff(Box<DiffArguments>),

@@ -9,7 +9,7 @@ use std::{
 
 use clap::Args;
 use percuss_output::OutputError;
-use percuss_picture::{Container, Moving};
+use percuss_picture::Moving;
 
 use super::{
     outcome::{CliError, Exit, loss, say, say_parts},
@@ -24,7 +24,7 @@ const ANIMATE_EXAMPLES: &str = "\
 Examples:
   percuss-read animate ball.mcap -o ball.gif
   percuss-read animate ball.mcap -o ball.mp4 --fps 30 --width 1920
-  percuss-read animate fig5.mcap --from 1 --to 3 --range 1.5 -o fig5.png
+  percuss-read animate fig5.mcap --from 1 --to 3 --range 1.5 -o fig5.gif
 
 All frames have the same scales. The section is shown as far as it moves. MP4 needs ffmpeg on the PATH.";
 
@@ -35,7 +35,7 @@ pub(super) struct AnimateArguments {
     file: PathBuf,
     #[command(flatten)]
     request: Request,
-    /// Output: .gif, .png or .apng (animated PNG), .mp4
+    /// Output: .gif or .mp4
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Overwrite an existing output file
@@ -44,16 +44,11 @@ pub(super) struct AnimateArguments {
 }
 
 /// Forms by the extensions of files.
-const FORMS: [(&str, Form); 4] = [
-    ("gif", Form::Container(Container::Gif)),
-    ("png", Form::Container(Container::Apng)),
-    ("apng", Form::Container(Container::Apng)),
-    ("mp4", Form::Mp4),
-];
+const FORMS: [(&str, Form); 2] = [("gif", Form::Gif), ("mp4", Form::Mp4)];
 
 #[derive(Clone, Copy)]
 enum Form {
-    Container(Container),
+    Gif,
     Mp4,
 }
 
@@ -67,11 +62,10 @@ impl AnimateArguments {
         let (frames, size) = (animation.length(), animation.size());
         let (mut bytes, mut count) = (Vec::new(), Count::of(frames));
         let damages = match form {
-            Form::Container(container) => {
-                // a hundredth of a second is the unit of both forms
+            Form::Gif => {
+                // a hundredth of a second is the unit
                 let delay = (100 + self.request.fps / 2) / self.request.fps;
-                let moving = Moving::new(container, &mut bytes, size, frames as u32, delay);
-                let mut moving = moving.map_err(AnimateError::Write)?;
+                let mut moving = Moving::new(&mut bytes, size, delay).map_err(AnimateError::Write)?;
                 let damages = animation.draw(|raster| {
                     count.next();
                     moving.add(&raster)
@@ -158,7 +152,7 @@ impl Mp4 {
         match child {
             Ok(child) => Ok(Self { child, folder }),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                let text = "MP4 needs ffmpeg, which is not on the PATH; install it, or write a .gif or .png";
+                let text = "MP4 needs ffmpeg, which is not on the PATH; install it, or write a .gif";
                 Err(CliError::Usage(text.into()))
             }
             Err(error) => Err(failed(error).into()),
