@@ -268,7 +268,7 @@ fn fields<T>(
         recording.channels.iter().find(|(_, channel)| channel.topic == topic).ok_or_else(nothing)?;
     let leaves = channel.layout.as_ref().map_or(0, |layout| layout.leaves.len());
     let bounds: Vec<Bound> = times.iter().copied().map(Bound::from).collect();
-    let (moments, _) = moments(&recording, *id, &bounds)?;
+    let (moments, ..) = moments(&recording, *id, &bounds, false)?;
     let taken = moments.iter().map(|moment| (0..leaves).find_map(|leaf| take(channel, leaf, moment)));
     let taken = taken.collect::<Option<Vec<T>>>().ok_or_else(nothing)?;
     if taken.len() == times.len() { Ok(taken) } else { Err(nothing()) }

@@ -6,6 +6,7 @@ pub mod diff;
 pub mod export;
 pub mod info;
 pub mod plot;
+mod points;
 pub mod recover;
 pub mod replay;
 pub mod report;

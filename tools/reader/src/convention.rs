@@ -50,8 +50,12 @@ pub const DERIVED_KEYS: [&str; 3] = ["mesh.outer_radius", "record.r_max", "recor
 
 /// Topic of the drag, a message every step.
 pub const DRAG: &str = "/drag";
+/// Field of the contact radius, beside the force.
+pub const RADIUS: &str = "contact_radius";
 /// Topic of the velocity of the indenter, a message every step.
 pub const VELOCITY: &str = "/velocity";
+/// Field of the displacement of the indenter, beside its velocity.
+pub const DISPLACEMENT: &str = "displacement";
 /// Topic of the stress along the interface.
 pub const INTERFACE: &str = "/interface/stress";
 /// Topic of what happened, in words.

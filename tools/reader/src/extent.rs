@@ -9,7 +9,9 @@ use crate::{
     channel::Channel,
     messages::Recording,
     nest::{Counts, Element, Nest},
+    pass::Pass,
     recording::{Budget, OpenError},
+    select::Window,
     wire::{Layout, Values},
 };
 
@@ -109,31 +111,47 @@ impl Extents {
     ///
     /// The file cannot be read.
     pub fn read(recording: &Recording, ids: &[u16]) -> Result<Self, OpenError> {
-        let mut channels: HashMap<u16, ChannelArrays<'_>> = HashMap::new();
-        for &id in ids {
-            if let Some(channel) = recording.channels.get(&id)
-                && let Some(layout) = channel.layout.as_deref()
-            {
-                channels.insert(id, ChannelArrays::of(channel, layout));
-            }
-        }
-        let mut messages = recording.messages(ids.iter().copied(), None)?;
-        let mut budget = Budget::new(recording.limits().kept());
-        messages.for_each(|message| -> Result<(), OpenError> {
-            if let Some(channel) = channels.get_mut(&message.channel) {
-                channel.take(message.data, &mut budget);
-            }
-            Ok(())
-        })?;
-        let extents = channels.into_iter().flat_map(|(id, channel)| {
-            channel.arrays.into_iter().map(move |array| ((id, array.leaf), array.extent))
-        });
-        Ok(Self(extents.collect()))
+        let mut reading = Reading::of(recording, ids);
+        let mut pass: Pass<'_> = Pass::over(recording, Window::default());
+        reading.watch(&mut pass);
+        pass.run()?;
+        Ok(reading.extents())
     }
 
     /// The extent of the array of a leaf.
     pub fn of(&self, id: u16, leaf: usize) -> Extent {
         self.0.get(&(id, leaf)).cloned().unwrap_or_default()
+    }
+}
+
+/// What is known so far of the arrays of some channels.
+pub(crate) struct Reading(HashMap<u16, ChannelArrays>);
+
+impl Reading {
+    pub(crate) fn of(recording: &Recording, ids: &[u16]) -> Self {
+        let arrays = |&id: &u16| {
+            let channel = recording.channels.get(&id)?;
+            Some((id, ChannelArrays::of(channel, channel.layout.as_deref()?)))
+        };
+        Self(ids.iter().filter_map(arrays).collect())
+    }
+
+    /// Looks at all messages.
+    pub(crate) fn watch<'a, E: From<OpenError>>(&'a mut self, pass: &mut Pass<'a, E>) {
+        for (&id, arrays) in &mut self.0 {
+            pass.each(id, move |moment, budget| {
+                arrays.0.iter_mut().for_each(|array| array.take(&moment.values, budget));
+                Ok(())
+            });
+        }
+    }
+
+    /// What was found.
+    pub(crate) fn extents(self) -> Extents {
+        let extents = self.0.into_iter().flat_map(|(id, ChannelArrays(arrays))| {
+            arrays.into_iter().map(move |array| ((id, array.leaf), array.extent))
+        });
+        Extents(extents.collect())
     }
 }
 
@@ -150,14 +168,10 @@ struct Array {
 }
 
 /// The arrays of a channel, message by message.
-struct ChannelArrays<'a> {
-    layout: &'a Layout,
-    values: Values,
-    arrays: Vec<Array>,
-}
+struct ChannelArrays(Vec<Array>);
 
-impl<'a> ChannelArrays<'a> {
-    fn of(channel: &Channel, layout: &'a Layout) -> Self {
+impl ChannelArrays {
+    fn of(channel: &Channel, layout: &Layout) -> Self {
         let counts = Counts::of(layout);
         let array = |leaf: usize| Array {
             leaf,
@@ -172,15 +186,7 @@ impl<'a> ChannelArrays<'a> {
             let leaf = &layout.leaves[leaf];
             leaf.lists > 0 && leaf.is_data()
         };
-        let arrays = (0..layout.leaves.len()).filter(is_array).map(array);
-        Self { layout, values: layout.values(), arrays: arrays.collect() }
-    }
-
-    fn take(&mut self, bytes: &[u8], budget: &mut Budget) {
-        if self.layout.decode(bytes, &mut self.values).is_ok() {
-            self.arrays.iter_mut().for_each(|array| array.take(&self.values, budget));
-        }
-        self.values.release();
+        Self((0..layout.leaves.len()).filter(is_array).map(array).collect())
     }
 }
 

@@ -15,6 +15,7 @@
 //! |---|---|
 //! | [`recording`] | opening a file, limits, checksums, the index, records in the order of the file, skipping damage |
 //! | [`messages`] | a recording that is open: its channels, and the messages of some of them, by the index if there is one |
+//! | [`pass`] | one reading of a recording for all who look at its messages: each chunk read once, each message decoded once |
 //! | `instant` | when a message is: by its own time or by its log time, to the nanosecond |
 //! | [`channel`], [`directory`] | what a channel is, and how the definitions of a file become channels |
 //! | [`convention`] | what the reader knows of percuss |
@@ -93,8 +94,7 @@
 //!   bytes. In the names of fields `.`, `[`, `]`, `@`, `,` and `;` are written `_`. A message that is no JSON (NaN without quotes is
 //!   none), has a field twice, is nested deeper than 127, or has another type than its field, does not fit its schema. The field `time`
 //!   of JSON messages is a field like others.
-//! - **Images.** `export --topic` writes messages with the fields of `foxglove.CompressedImage` as they are, those with the
-//!   fields of `foxglove.RawImage` as PNG.
+//! - **Images.** `export --topic` writes messages with the fields of `foxglove.CompressedImage` as they are.
 //!
 //! # Channel metadata
 //!
@@ -160,6 +160,7 @@ pub mod format;
 mod instant;
 pub mod messages;
 mod nest;
+pub mod pass;
 pub mod prefix;
 pub mod recording;
 pub mod scales;

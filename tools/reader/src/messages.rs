@@ -22,7 +22,7 @@ use percuss_picture::Layer;
 use crate::{
     channel::Channel,
     convention::{self, Ending},
-    recording::{Damage, Limits, OpenError, Scan},
+    recording::{Damage, Index, Limits, OpenError, Opened, Scan},
 };
 
 /// Pause before looking again for more of a file that is being written.
@@ -66,7 +66,7 @@ pub struct Chunks {
 }
 
 /// A recording and what it holds.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Recording {
     /// The file.
     pub path: PathBuf,
@@ -91,6 +91,7 @@ pub struct Recording {
     /// What of these was refused because it takes too much memory; reported again by all who read messages.
     refused: Vec<Damage>,
     limits: Limits,
+    file: Opened,
     from_index: bool,
 }
 
@@ -160,6 +161,16 @@ impl Recording {
         Some((low, high))
     }
 
+    /// The summary of the file, empty if there is none.
+    pub(crate) fn index(&self) -> &Index {
+        self.file.index()
+    }
+
+    /// Reads the file from its start on.
+    pub(crate) fn scan(&self) -> Result<Scan, OpenError> {
+        self.file.scan(&self.path, self.limits)
+    }
+
     /// The messages of some channels, in the order of the file.
     ///
     /// * `window`: first and last log time \[ns\]; messages outside may come out too
@@ -173,7 +184,16 @@ impl Recording {
         window: Option<(u64, u64)>,
     ) -> Result<Messages, OpenError> {
         let ids: BTreeSet<u16> = ids.into_iter().collect();
-        let mut scan = Scan::open(&self.path, self.limits)?;
+        Ok(Messages { scan: self.scan_for(&ids, window)?, ids })
+    }
+
+    /// Reads what can hold messages of some channels.
+    pub(crate) fn scan_for(
+        &self,
+        ids: &BTreeSet<u16>,
+        window: Option<(u64, u64)>,
+    ) -> Result<Scan, OpenError> {
+        let mut scan = self.scan()?;
         scan.note(&self.refused);
         if self.from_index {
             scan.only(|chunk| {
@@ -183,7 +203,7 @@ impl Recording {
                 (!is_listed || holds) && chunk.message_start_time <= last && first <= chunk.message_end_time
             });
         }
-        Ok(Messages { scan, ids })
+        Ok(scan)
     }
 
     /// The earliest log time after each chunk that holds some channels: of what begins at the offset or before it, nothing
@@ -195,7 +215,7 @@ impl Recording {
         if !self.from_index {
             return Ok(BTreeMap::new());
         }
-        let scan = Scan::open(&self.path, self.limits)?;
+        let scan = self.scan()?;
         let chunks = scan.index().chunks.iter().rev().filter(|(_, chunk)| {
             chunk.message_index_length == 0 || chunk.message_index_offsets.keys().any(|id| ids.contains(id))
         });
@@ -217,7 +237,7 @@ impl Recording {
         &self,
         mut take: impl FnMut(&str, &[u8]) -> Option<T>,
     ) -> Result<Option<T>, OpenError> {
-        let mut scan = Scan::open(&self.path, self.limits)?;
+        let mut scan = self.scan()?;
         if self.from_index {
             scan.only(|_| false);
         }

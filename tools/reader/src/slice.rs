@@ -8,14 +8,15 @@ use crate::{
     axis::{Axis, Nodes, between},
     channel::Channel,
     convention,
-    extent::Extent,
+    extent::{self, Extent, Extents},
     instant::Instant,
-    messages::Recording,
+    messages::{Message, Recording},
     nest::{Counts, Element, Nest},
+    pass::{Moment, Pass},
     prefix::UnitError,
     recording::{Budget, Damage, Limits, OpenError},
-    select::Bound,
-    wire::{DecodeError, Values},
+    select::{Bound, Window},
+    wire::DecodeError,
 };
 
 use percuss_picture::{Colours, Image};
@@ -87,15 +88,6 @@ impl Slice {
             ..Image::default()
         }
     }
-}
-
-/// A decoded message.
-#[derive(Clone, Debug)]
-pub struct Moment {
-    /// Time, of the field `time` or the log time in seconds.
-    pub time: f64,
-    /// The message.
-    pub values: Values,
 }
 
 /// Why there are no messages at some times.
@@ -171,129 +163,106 @@ impl Span {
 /// The messages of a channel nearest to some times; the last one if no times are given. Of two that are equally near,
 /// the earlier. A time may lie as far before the first or after the last message as the next one would; none are given
 /// if the channel has no messages.
+pub struct Nearest<'a> {
+    recording: &'a Recording,
+    channel: &'a Channel,
+    times: &'a [Bound],
+    /// With their log times.
+    nearest: Vec<Option<(Instant, u64, Vec<u8>)>>,
+    span: Span,
+}
+
+impl<'a> Nearest<'a> {
+    /// # Errors
+    ///
+    /// A time has another unit than the messages.
+    pub fn new(recording: &'a Recording, id: u16, times: &'a [Bound]) -> Result<Self, MomentError> {
+        let channel = &recording.channels[&id];
+        times.iter().try_for_each(|time| time.check(channel))?;
+        let nearest = vec![None; times.len().max(1)];
+        Ok(Self { recording, channel, times, nearest, span: Span::default() })
+    }
+
+    /// Looks at a message.
+    pub(crate) fn take(
+        &mut self,
+        message: Message<'_>,
+        time: Instant,
+        budget: &mut Budget,
+    ) -> Result<(), OpenError> {
+        self.span.add(time.number());
+        for (i, slot) in self.nearest.iter_mut().enumerate() {
+            let is_nearer = match (slot.as_ref(), self.times.get(i)) {
+                (Some((known, ..)), Some(at)) => at.is_nearer(time, *known),
+                (Some((known, ..)), None) => time >= *known,
+                (None, _) => true,
+            };
+            if is_nearer {
+                budget.give_back(slot.take().map_or(0, |(.., bytes)| bytes.len()));
+                if !budget.spend(message.data.len()) {
+                    return Err(self.recording.no_room(AT_TIMES));
+                }
+                *slot = Some((time, message.log_time, message.data.to_vec()));
+            }
+        }
+        Ok(())
+    }
+
+    /// The messages, once all have been looked at.
+    ///
+    /// # Errors
+    ///
+    /// A time lies outside the messages, or the nearest does not fit its schema or takes too much memory.
+    pub fn moments(self) -> Result<Vec<Moment>, MomentError> {
+        let Self { recording, channel, times, nearest, span } = self;
+        let topic = || channel.topic.clone();
+        if let Some((time, (first, last))) =
+            times.iter().map(|time| time.number()).find_map(|time| Some((time, span.excludes(time)?)))
+        {
+            let file = recording.path.clone();
+            return Err(MomentError::Outside { file, topic: topic(), time, first, last });
+        }
+        let Some(layout) = &channel.layout else { return Ok(Vec::new()) };
+        let (mut moments, mut budget) = (Vec::new(), Budget::new(recording.limits().values()));
+        for (instant, log_time, bytes) in nearest.into_iter().flatten() {
+            let time = instant.number();
+            let mut values = layout.values();
+            match layout.decode(&bytes, &mut values) {
+                Ok(()) if budget.spend(values.weight()) => {
+                    moments.push(Moment { time, log_time, number: 0, values })
+                }
+                Ok(()) | Err(DecodeError::Memory) => return Err(recording.no_room(AT_TIMES).into()),
+                Err(DecodeError::SchemaMismatch) => {
+                    return Err(MomentError::SchemaMismatch { topic: topic(), time });
+                }
+            }
+        }
+        Ok(moments)
+    }
+}
+
+/// What takes the memory of messages at some times.
+const AT_TIMES: &str = "the messages at these times";
+
+/// The messages of a channel nearest to some times, and how far its arrays reach in all messages if that is wanted.
 ///
 /// # Errors
 ///
-/// The file cannot be read, a time lies outside the messages, or the nearest does not fit its schema or takes too much memory.
+/// The file cannot be read, or one of [`Nearest`].
 pub fn moments(
     recording: &Recording,
     id: u16,
     times: &[Bound],
-) -> Result<(Vec<Moment>, Vec<Damage>), MomentError> {
-    let channel = &recording.channels[&id];
-    times.iter().try_for_each(|time| time.check(channel))?;
-    let Some(layout) = &channel.layout else { return Ok((Vec::new(), Vec::new())) };
-    let mut messages = recording.messages([id], None)?;
-    let mut nearest: Vec<Option<(Instant, Vec<u8>)>> = vec![None; times.len().max(1)];
-    let mut span = Span::default();
-    let mut budget = Budget::new(recording.limits().kept());
-    let memory = || recording.no_room("the messages at these times");
-    messages.for_each(|message| {
-        let time = channel.instant(message.data, message.log_time, channel.origin);
-        span.add(time.number());
-        for (i, slot) in nearest.iter_mut().enumerate() {
-            let is_nearer = match (slot.as_ref(), times.get(i)) {
-                (Some((known, _)), Some(at)) => at.is_nearer(time, *known),
-                (Some((known, _)), None) => time >= *known,
-                (None, _) => true,
-            };
-            if is_nearer {
-                budget.give_back(slot.take().map_or(0, |(_, bytes)| bytes.len()));
-                if !budget.spend(message.data.len()) {
-                    return Err(memory());
-                }
-                *slot = Some((time, message.data.to_vec()));
-            }
-        }
-        Ok(())
-    })?;
-    let topic = || channel.topic.clone();
-    if let Some((time, (first, last))) =
-        times.iter().map(|time| time.number()).find_map(|time| Some((time, span.excludes(time)?)))
-    {
-        return Err(MomentError::Outside { file: recording.path.clone(), topic: topic(), time, first, last });
-    }
-    let (mut moments, mut budget) = (Vec::new(), Budget::new(recording.limits().values()));
-    for (instant, bytes) in nearest.into_iter().flatten() {
-        let time = instant.number();
-        let mut values = layout.values();
-        match layout.decode(&bytes, &mut values) {
-            Ok(()) if budget.spend(values.weight()) => moments.push(Moment { time, values }),
-            Ok(()) | Err(DecodeError::Memory) => return Err(memory().into()),
-            Err(DecodeError::SchemaMismatch) => {
-                return Err(MomentError::SchemaMismatch { topic: topic(), time });
-            }
-        }
-    }
-    Ok((moments, messages.damages().to_vec()))
-}
-
-/// Hands every n-th message of a channel to `take`, decoded, and the last one.
-///
-/// # Errors
-///
-/// The file cannot be read.
-pub fn visit(
-    recording: &Recording,
-    id: u16,
-    every: u64,
-    mut take: impl FnMut(Moment),
-) -> Result<Vec<Damage>, OpenError> {
-    let channel = &recording.channels[&id];
-    let Some(layout) = &channel.layout else { return Ok(Vec::new()) };
-    let mut messages = recording.messages([id], None)?;
-    let (mut count, mut left_out) = (0_u64, (0, Vec::new()));
-    let mut show = |log_time: u64, bytes: &[u8]| {
-        let mut values = layout.values();
-        if layout.decode(bytes, &mut values).is_ok() {
-            take(Moment { time: channel.instant(bytes, log_time, channel.origin).number(), values });
-        }
-    };
-    messages.for_each(|message| -> Result<(), OpenError> {
-        count += 1;
-        if (count - 1).is_multiple_of(every) {
-            show(message.log_time, message.data);
-        } else {
-            left_out.0 = message.log_time;
-            left_out.1.clear();
-            left_out.1.extend_from_slice(message.data);
-        }
-        Ok(())
-    })?;
-    if count > 0 && !(count - 1).is_multiple_of(every) {
-        show(left_out.0, &left_out.1);
-    }
-    Ok(messages.damages().to_vec())
-}
-
-/// What `take` makes of the message nearest to every time; `None` where it makes nothing of any. Messages and times rise, and messages are
-/// as close as the times or closer: a message is offered to the times beside it.
-///
-/// # Errors
-///
-/// The file cannot be read.
-pub fn nearest<T>(
-    recording: &Recording,
-    id: u16,
-    times: &[f64],
-    mut take: impl FnMut(&Moment) -> Option<T>,
-) -> Result<(Vec<Option<T>>, Vec<Damage>), OpenError> {
-    let mut nearest: Vec<(f64, Option<T>)> = times.iter().map(|_| (f64::INFINITY, None)).collect();
-    let mut next = 0;
-    let damages = visit(recording, id, 1, |moment| {
-        while next + 1 < times.len() && times[next + 1] <= moment.time {
-            next += 1;
-        }
-        for i in next..times.len().min(next + 2) {
-            let distance = (times[i] - moment.time).abs();
-            if distance < nearest[i].0
-                && let Some(value) = take(&moment)
-            {
-                nearest[i] = (distance, Some(value));
-            }
-        }
-    })?;
-    Ok((nearest.into_iter().map(|(_, value)| value).collect(), damages))
+    wants_extents: bool,
+) -> Result<(Vec<Moment>, Extents, Vec<Damage>), MomentError> {
+    let mut nearest = Nearest::new(recording, id, times)?;
+    let wanted = if wants_extents { &[id][..] } else { &[] };
+    let mut reading = extent::Reading::of(recording, wanted);
+    let mut pass = Pass::over(recording, Window::default());
+    pass.bytes(id, |message, time, budget| nearest.take(message, time, budget));
+    reading.watch(&mut pass);
+    let seen = pass.run()?;
+    Ok((nearest.moments()?, reading.extents(), seen.damages))
 }
 
 /// Name and unit of a coordinate: the unit of the field that holds the first position is that of all.

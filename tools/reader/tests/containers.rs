@@ -336,7 +336,7 @@ fn messages_at_a_time_are_the_nearest_to_the_nanosecond() {
     let times = ["25920000.000000001", "25920000.000000003", "25920000.000000007"];
     let times = times.map(|time| time.parse().expect("a time"));
     let at = |times: &[Bound]| -> Vec<Option<f64>> {
-        let (moments, _) = moments(&recording, id, times).expect("messages");
+        let (moments, ..) = moments(&recording, id, times, false).expect("messages");
         moments.iter().map(|moment| moment.values.lists[x].number(0)).collect()
     };
     assert_eq!(at(&times), [1.0, 3.0, 9.0].map(Some));

@@ -348,33 +348,6 @@ fn packed_images_come_out_as_they_are() {
 }
 
 #[test]
-fn raw_images_come_out_as_png() {
-    let pool = types(
-        "RawImage timestamp:google.protobuf.Timestamp width:uint32 height:uint32 encoding:string step:uint32 data:bytes",
-    );
-    // two rows of a blue and a red pixel, the second the other way round, with a byte between them
-    let image = json!({"timestamp": stamp(0), "width": 2, "height": 2, "encoding": "bgr8", "step": 7,
-        "data": "/wAAAAD/AAAA//8AAA=="});
-    let short = json!({"width": 2, "height": 2, "encoding": "rgb8", "step": 6, "data": "AAAA"});
-    let desk = desk(&[Guest::protobuf("/raw", &pool, "RawImage", &[image, short])]);
-    let (info, trace, plot) = shown(&desk);
-    holds(&info, &["guest.RawImage", "width, height, encoding, step"]);
-    assert_eq!(trace[1], "0.0,1700000000,0,2,2,bgr8,7");
-    holds(&plot, &["width"]);
-    let export = ["export", "a.mcap", "--topic", "/raw", "-o", "raw.png", "--at-time"];
-    desk.text(0, &[&export[..], &["0"]].concat());
-    let file = std::fs::File::open(desk.path("raw.png")).expect("an image");
-    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("a sound image");
-    let mut pixels = vec![0; reader.output_buffer_size().expect("a small image")];
-    reader.next_frame(&mut pixels).expect("pixels");
-    assert_eq!(pixels, [0, 0, 255, 255, 0, 0, 255, 0, 0, 0, 0, 255]);
-    holds(
-        &desk.error(1, &[&export[..6], &["--force", "--at-time", "0.1"]].concat()),
-        &["2 by 2 pixels with 6 bytes a row"],
-    );
-}
-
-#[test]
 fn cat_hides_nothing_of_a_message() {
     let own = |name: &str| format!("google.protobuf.{name}");
     let line = format!(

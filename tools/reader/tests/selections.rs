@@ -110,7 +110,7 @@ fn profiles_keep_places_too() {
     let desk = desk_of(&[("arm.mcap", &arm())]);
     let recording = Recording::open(&desk.path("arm.mcap"), Limits::default()).expect("a recording");
     let (&id, channel) = recording.channels.first_key_value().expect("a channel");
-    let (moments, _) = moments(&recording, id, &[0.0.into()]).expect("a moment");
+    let (moments, ..) = moments(&recording, id, &[0.0.into()], false).expect("a moment");
     let layout = channel.layout.as_ref().expect("a type");
     let points = |path: &str| {
         profile(channel, layout.find(path).expect("a leaf"), &moments[0]).expect("a profile").points

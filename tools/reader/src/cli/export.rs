@@ -60,7 +60,7 @@ pub(super) struct ExportArguments {
     #[arg(long, value_name = "T", requires = "topic", allow_negative_numbers = true, value_parser = finite_time)]
     at_time: Option<Bound>,
     /// Output: a folder with --attachments; .npy, .npz (with positions), .vti, .vtr (also of layers), .png or .svg with --topic, or .pvd for all times; of
-    /// images .png, .jpg or .webp as they are recorded (raw ones: .png), or a folder, with a slash at the end if it is new, for
+    /// images .png, .jpg or .webp as they are recorded, or a folder, with a slash at the end if it is new, for
     /// all of them
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -135,7 +135,7 @@ impl ExportArguments {
             let text = format!("`{path}`: the image is a .{extension}; name the output like that");
             return Err(CliError::Usage(text));
         }
-        write(Some(output), self.force, &image.bytes)?;
+        write(Some(output), self.force, image.bytes)?;
         say(&format!("image at {}", moment.time));
         Ok(loss(&self.file, &damages))
     }
@@ -158,7 +158,7 @@ impl ExportArguments {
             last = Some((log_time, number));
             let number = if number > 1 { format!(".{number}") } else { String::new() };
             let path = folder.join(format!("{log_time:019}{number}.{}", image.extension));
-            write(Some(&path), self.force, &image.bytes)?;
+            write(Some(&path), self.force, image.bytes)?;
             print(&format!("{}\n", printable(&path.to_string_lossy())))
         })?;
         Ok(loss(&self.file, &damages))

@@ -3,7 +3,7 @@
 //! The scales come from a first reading of the whole recording: the colours are those of the viewers, if it has them, the section is
 //! the part of it in which anything is seen in any frame.
 
-use std::{ops::Range, path::Path};
+use std::{cell::RefCell, collections::VecDeque, ops::Range, path::Path};
 
 use clap::Args;
 use percuss_output::number::whole;
@@ -14,19 +14,19 @@ use crate::{
     axis::Axis,
     command::{
         plot::axes::prefixed,
+        points::{Curve, Points, downsampled, find},
         report::{
-            animation::Bounds,
-            body::{Body, body},
-            curves::downsampled,
-            find, main_field,
+            animation::{Bounds, main_field},
+            body::{Body, Outline},
         },
     },
-    convention::{self, DRAG, INTERFACE},
+    convention::{self, DISPLACEMENT, DRAG, INTERFACE, RADIUS, VELOCITY},
     messages::Recording,
+    pass::Pass,
     prefix::{UnitError, short},
     recording::{Damage, Limits, OpenError},
     select::{self, Bound, Pattern, Window},
-    slice::{Slice, nearest, profile, shown_name, slice, visit},
+    slice::{Profile, Slice, profile, shown_name, slice},
     units::Units,
 };
 
@@ -114,18 +114,25 @@ struct Moving {
 pub struct Animation {
     recording: Recording,
     moving: Option<Moving>,
+    /// Channel and leaf of the profiles, and how they are drawn.
+    profile: Option<(u16, usize, ProfileScale)>,
     film: Film,
-    times: Vec<f64>,
-    /// The times in words.
-    labels: Vec<String>,
+    frames: Vec<Frame>,
     body: Body,
-    /// The profile of every frame, as it is drawn.
-    profiles: Vec<Vec<(f64, f64)>>,
     /// The drag, as it is drawn.
-    drag: Vec<(f64, f64)>,
+    drag: Curve,
     /// Factors of times and lengths.
     factors: [f64; 2],
     damages: Vec<Damage>,
+}
+
+/// A message of which a frame is drawn.
+struct Frame {
+    time: f64,
+    /// Among the messages of its channel.
+    number: u64,
+    /// The time in words.
+    label: String,
 }
 
 impl Animation {
@@ -148,50 +155,91 @@ impl Animation {
         window.check(channel)?;
         let mut bounds = Bounds::default();
         let mut times = Vec::new();
-        damages.extend(visit(&recording, clock, 1, |moment| {
+        let mut force = Points::of(&recording, DRAG, &["force", RADIUS]);
+        let mut motion = Points::of(&recording, VELOCITY, &[DISPLACEMENT]);
+        let mut outline = Outline::default();
+        let mut scale = Scale::default();
+        let mut pass = Pass::over(&recording, Window::default());
+        pass.each(clock, |moment, budget| {
             if !holds(window, moment.time) {
-                return;
+                return Ok(());
             }
-            let Some((_, leaf)) = field else { return times.push(moment.time) };
-            if let Some(slice) = slice(channel, leaf, &moment) {
-                times.push(moment.time);
+            if let Some((_, leaf)) = field {
+                let Some(slice) = slice(channel, leaf, moment) else { return Ok(()) };
                 bounds.take(slice);
             }
-        })?);
-        times.sort_by(f64::total_cmp);
-        times.dedup();
-        let times = evenly(&times, request.frames as usize);
-        let (Some(&first), Some(&last)) = (times.first(), times.last()) else {
+            // a list grows to twice its length
+            if !budget.spend(2 * size_of::<(f64, u64)>()) {
+                return Err(recording.no_room("the times of the frames"));
+            }
+            times.push((moment.time, moment.number));
+            Ok(())
+        });
+        let surface = find(&recording, |topic| topic == INTERFACE);
+        let surface =
+            surface.and_then(|id| Some((id, recording.channels[&id].layout.as_ref()?.find("stress")?)));
+        if let Some((id, leaf)) = surface {
+            let (channel, scale) = (&recording.channels[&id], &mut scale);
+            pass.each(id, move |moment, _| {
+                if holds(window, moment.time)
+                    && let Some(profile) = profile(channel, leaf, moment)
+                {
+                    scale.take(profile);
+                }
+                Ok(())
+            });
+        }
+        force.watch(&recording, &mut pass);
+        motion.watch(&recording, &mut pass);
+        outline.watch(&recording, &mut pass);
+        damages.extend(pass.run()?.damages);
+        times.sort_by(|a, b| a.0.total_cmp(&b.0));
+        times.dedup_by_key(|(time, _)| *time);
+        let mut chosen = evenly(&times, request.frames as usize);
+        let (Some(&(first, _)), Some(&(last, _))) = (chosen.first(), chosen.last()) else {
             return Err(AnimateError::Nothing(format!("`{}` has no frames in this time", channel.topic)));
         };
-        let body = body(&recording, &times, &mut damages)?;
+        // as they stand in the file
+        chosen.sort_by_key(|(_, number)| *number);
+        let times: Vec<f64> = chosen.iter().map(|(time, _)| *time).collect();
+        let depths = motion.curve(&recording, DISPLACEMENT);
+        let body = outline.body(depths, force.curve(&recording, RADIUS), &times);
         let time = Heading::new(channel.time_name(), channel.time_unit());
         let (time, per_time) = prefixed(&time, last.abs(), &request.units);
         let unit = time.unit.as_deref().unwrap_or_default();
-        let label = |at: &f64| format!("{} {unit}", short(at * per_time)).trim_end().to_owned();
-        let labels = times.iter().map(|at| format!("t = {}", label(at))).collect();
+        let label = |at: f64| format!("t = {}", format!("{} {unit}", short(at * per_time)).trim_end());
+        let frames =
+            chosen.iter().map(|&(time, number)| Frame { time, number, label: label(time) }).collect();
         let moving = match field {
             Some(field) => Moving::of(&recording, field, &mut bounds, &body, request)?,
             None => None,
         };
-        let (profile, profiles, per_length) = profiles(&recording, &times, request, &mut damages)?;
-        let (drag, points) = drag(&recording, window, (&time, per_time), request, &mut damages)?;
+        let profile = surface.zip(scale.scaled(request)).map(|((id, leaf), scale)| (id, leaf, scale));
+        let points = force.curve(&recording, "force").iter().filter(|(time, _)| holds(window, *time));
+        let points: Curve = points.copied().collect();
+        let force = find(&recording, |topic| topic == DRAG)
+            .map(|id| Heading::new("drag", recording.channels[&id].unit("force")));
+        let (drag, points) = drag(&points, &force.unwrap_or_default(), (&time, per_time), request);
         let run = recording.entries(convention::RUN);
         let title = run.and_then(|run| run.get("title")).cloned();
         let stage = Stage {
             title: title
                 .unwrap_or_else(|| path.file_name().unwrap_or_default().to_string_lossy().into_owned()),
             section: moving.as_ref().map(|moving| moving.section.clone()),
-            diagrams: [profile, drag.map(|drag| within(drag, (first * per_time, last * per_time)))]
-                .into_iter()
-                .flatten()
-                .collect(),
+            diagrams: [
+                profile.as_ref().map(|(.., scale)| scale.diagram.clone()),
+                drag.map(|drag| within(drag, (first * per_time, last * per_time))),
+            ]
+            .into_iter()
+            .flatten()
+            .collect(),
             width: request.width,
         };
         let film = Film::new(&stage).map_err(AnimateError::Draw)?;
+        let per_length = profile.as_ref().map_or(1.0, |(.., scale)| scale.factors[0]);
         let per_length = moving.as_ref().map_or(per_length, |moving| moving.factors[0]);
         let factors = [per_time, per_length];
-        Ok(Self { recording, moving, film, times, labels, body, profiles, drag: points, factors, damages })
+        Ok(Self { recording, moving, profile, film, frames, body, drag: points, factors, damages })
     }
 
     /// Columns and rows of its frames \[pixels\].
@@ -201,7 +249,7 @@ impl Animation {
 
     /// Number of its frames.
     pub fn length(&self) -> usize {
-        self.times.len()
+        self.frames.len()
     }
 
     /// Draws the frames one after the other; answers what of the recording is damaged.
@@ -209,51 +257,124 @@ impl Animation {
     /// # Errors
     ///
     /// The file cannot be read, a frame cannot be drawn, or `take` has failed.
-    pub fn draw(
-        mut self,
-        mut take: impl FnMut(Raster) -> Result<(), String>,
-    ) -> Result<Vec<Damage>, AnimateError> {
-        let mut damages = std::mem::take(&mut self.damages);
-        let Some(moving) = &self.moving else {
-            for i in 0..self.times.len() {
-                self.frame(i, &[], &mut take)?;
+    pub fn draw(&self, take: impl FnMut(Raster) -> Result<(), String>) -> Result<Vec<Damage>, AnimateError> {
+        let drawing = Drawing { animation: self, take, next: 0, waiting: VecDeque::new(), latest: None };
+        let drawing = RefCell::new(drawing);
+        let mut pass = Pass::<AnimateError>::over(&self.recording, Window::default());
+        let numbers = self.frames.iter().map(|frame| frame.number).collect();
+        match (&self.moving, &self.profile) {
+            (Some(moving), _) => {
+                let channel = &self.recording.channels[&moving.id];
+                pass.numbers(moving.id, numbers, |moment, _| {
+                    let Some(slice) = slice(channel, moving.leaf, moment) else { return Ok(()) };
+                    drawing.borrow_mut().section(moving.values(&slice))
+                });
+                if let Some((id, leaf, scale)) = &self.profile {
+                    let channel = &self.recording.channels[id];
+                    pass.each(*id, |moment, _| {
+                        let Some(profile) = profile(channel, *leaf, moment) else { return Ok(()) };
+                        drawing.borrow_mut().profile(moment.time, scale.points(profile))
+                    });
+                }
             }
-            return Ok(damages);
-        };
-        let channel = &self.recording.channels[&moving.id];
-        let (mut next, mut failed) = (0, None);
-        damages.extend(visit(&self.recording, moving.id, 1, |moment| {
-            let is_next = self.times.get(next).is_some_and(|time| *time == moment.time) && failed.is_none();
-            if let Some(slice) = slice(channel, moving.leaf, &moment).filter(|_| is_next) {
-                failed = self.frame(next, &moving.values(&slice), &mut take).err();
-                next += 1;
+            (None, Some((id, leaf, scale))) => {
+                let channel = &self.recording.channels[id];
+                pass.numbers(*id, numbers, |moment, _| {
+                    let points = profile(channel, *leaf, moment).map(|profile| scale.points(profile));
+                    let mut drawing = drawing.borrow_mut();
+                    drawing.latest = Some((moment.time, points.unwrap_or_default()));
+                    drawing.section(Vec::new())
+                });
             }
-        })?);
-        failed.map_or(Ok(damages), Err)
+            (None, None) => {
+                (0..self.frames.len()).try_for_each(|_| drawing.borrow_mut().section(Vec::new()))?
+            }
+        }
+        let damages = pass.run()?.damages;
+        drawing.borrow_mut().end()?;
+        Ok([self.damages.as_slice(), &damages].concat())
     }
 
     fn frame(
         &self,
         i: usize,
         values: &[f64],
+        profile: Option<&Curve>,
         take: &mut impl FnMut(Raster) -> Result<(), String>,
     ) -> Result<(), AnimateError> {
         let [per_time, per_length] = self.factors;
-        let now = self.times[i] * per_time;
+        let now = self.frames[i].time * per_time;
         let depth = self.body.depths.get(i).copied().filter(|depth| depth.is_finite());
         let deepest = self.moving.as_ref().map_or(0.0, |moving| moving.deepest);
-        let outline = |depth: f64| -> Vec<(f64, f64)> {
+        let outline = |depth: f64| -> Curve {
             let tip = (depth * per_length).min(deepest);
             self.body.outline.iter().map(|[r, f]| (r * per_length, tip - f * per_length)).collect()
         };
         let contact = self.body.radii.get(i).copied().unwrap_or(0.0) * per_length;
         let passed = self.drag.partition_point(|(time, _)| *time <= now);
-        let profile = self.profiles.get(i).cloned();
         let drag = (!self.drag.is_empty()).then(|| self.drag[..passed].to_vec());
-        let curves: Vec<Vec<(f64, f64)>> = profile.into_iter().chain(drag).collect();
+        let profile = self.profile.as_ref().map(|_| profile.cloned().unwrap_or_default());
+        let curves: Vec<Curve> = profile.into_iter().chain(drag).collect();
         let body = depth.map(outline).unwrap_or_default();
-        let shown = Shown { time: &self.labels[i], values, body: &body, contact, curves: &curves };
+        let shown = Shown { time: &self.frames[i].label, values, body: &body, contact, curves: &curves };
         take(self.film.frame(&shown).map_err(AnimateError::Draw)?).map_err(AnimateError::Write)
+    }
+}
+
+/// Sections that wait for the next profile, at most.
+const WAITING: usize = 4;
+
+/// Frames that are being drawn: each has the profile nearest to it, the one before or after its section.
+struct Drawing<'a, F> {
+    animation: &'a Animation,
+    take: F,
+    /// Number of the next section.
+    next: usize,
+    waiting: VecDeque<(usize, Vec<f64>)>,
+    latest: Option<(f64, Curve)>,
+}
+
+impl<F: FnMut(Raster) -> Result<(), String>> Drawing<'_, F> {
+    fn time(&self, i: usize) -> f64 {
+        self.animation.frames[i].time
+    }
+
+    /// Takes the values of the next section.
+    fn section(&mut self, values: Vec<f64>) -> Result<(), AnimateError> {
+        let time = self.time(self.next);
+        self.waiting.push_back((self.next, values));
+        self.next += 1;
+        let is_known = self.animation.profile.is_none()
+            || self.latest.as_ref().is_some_and(|(latest, _)| *latest == time);
+        if is_known { self.end() } else { self.draw_down_to(WAITING) }
+    }
+
+    /// Takes a profile.
+    fn profile(&mut self, time: f64, points: Curve) -> Result<(), AnimateError> {
+        let before = self.latest.replace((time, points));
+        while let Some(at) = self.waiting.front().map(|(i, _)| self.time(*i)).filter(|at| *at <= time) {
+            let Some((i, values)) = self.waiting.pop_front() else { break };
+            let nearer = before.as_ref().filter(|(before, _)| (at - before).abs() <= (time - at).abs());
+            let points = nearer.or(self.latest.as_ref()).map(|(_, points)| points);
+            self.animation.frame(i, &values, points, &mut self.take)?;
+        }
+        Ok(())
+    }
+
+    /// Draws what waits, until no more than so many do.
+    fn draw_down_to(&mut self, most: usize) -> Result<(), AnimateError> {
+        while self.waiting.len() > most
+            && let Some((i, values)) = self.waiting.pop_front()
+        {
+            let points = self.latest.as_ref().map(|(_, points)| points);
+            self.animation.frame(i, &values, points, &mut self.take)?;
+        }
+        Ok(())
+    }
+
+    /// Draws all that waits.
+    fn end(&mut self) -> Result<(), AnimateError> {
+        self.draw_down_to(0)
     }
 }
 
@@ -324,14 +445,14 @@ impl Moving {
 
 /// Channel and leaf of the field that is asked for, else of the stress or the first field; `None` without any.
 fn field(recording: &Recording, request: &Request) -> Result<Option<(u16, usize)>, AnimateError> {
-    let matrix = |id: u16| Axis::matrices(&recording.channels[&id]).next().map(|leaf| (id, leaf));
     if let Some(topic) = &request.topic {
+        let matrix = |id: u16| Axis::matrices(&recording.channels[&id]).next().map(|leaf| (id, leaf));
         let ids = select::channels(recording, std::slice::from_ref(topic))?;
         let found = ids.into_iter().find_map(matrix);
         let none = || AnimateError::Nothing(format!("`{}` is no field with two axes", topic.text()));
         return found.map(Some).ok_or_else(none);
     }
-    Ok(main_field(recording).and_then(matrix))
+    Ok(main_field(recording))
 }
 
 fn holds(window: Window, time: f64) -> bool {
@@ -339,65 +460,72 @@ fn holds(window: Window, time: f64) -> bool {
     from.is_none_or(|from| time >= from) && to.is_none_or(|to| time <= to)
 }
 
-/// As many of some times as there may be, evenly, the first and the last among them.
-fn evenly(times: &[f64], most: usize) -> Vec<f64> {
-    let count = times.len().min(most);
-    (0..count).map(|i| times[i * (times.len() - 1) / (count - 1).max(1)]).collect()
+/// As many of some as there may be, evenly, the first and the last among them.
+fn evenly<T: Copy>(all: &[T], most: usize) -> Vec<T> {
+    let count = all.len().min(most);
+    (0..count).map(|i| all[i * (all.len() - 1) / (count - 1).max(1)]).collect()
 }
 
-/// A curve.
-type Points = Vec<(f64, f64)>;
+/// What profiles reach: headings of axis and stress, largest position, least and largest stress.
+#[derive(Default)]
+struct Scale {
+    headings: Option<[Heading; 2]>,
+    reach: f64,
+    ends: (f64, f64),
+}
 
-/// Curves of several frames, the diagram around them, and the factor of lengths.
-type Curves = (Option<Diagram>, Vec<Points>, f64);
+/// How profiles are drawn.
+struct ProfileScale {
+    diagram: Diagram,
+    /// Of positions and stresses.
+    factors: [f64; 2],
+}
 
-/// The profile of the interface stress nearest to every time, its diagram, and the factor of lengths.
-fn profiles(
-    recording: &Recording,
-    times: &[f64],
-    request: &Request,
-    damages: &mut Vec<Damage>,
-) -> Result<Curves, AnimateError> {
-    let none = (None, Vec::new(), 1.0);
-    let Some(id) = find(recording, |topic| topic == INTERFACE) else { return Ok(none) };
-    let channel = &recording.channels[&id];
-    let Some(leaf) = channel.layout.as_ref().and_then(|layout| layout.find("stress")) else {
-        return Ok(none);
-    };
-    let mut headings = None;
-    let (profiles, damaged) = nearest(recording, id, times, |moment| {
-        let profile = profile(channel, leaf, moment)?;
-        headings = Some([profile.axis, profile.field]);
-        let step = profile.points.len().div_ceil(PROFILE_POINTS).max(1);
-        Some(profile.points.into_iter().step_by(step).collect::<Points>())
-    })?;
-    damages.extend(damaged);
-    let Some([axis, stress]) = headings else { return Ok(none) };
-    let mut profiles: Vec<Points> = profiles.into_iter().map(Option::unwrap_or_default).collect();
-    let reach = profiles.iter().flatten().map(|point| point.0).fold(0.0, f64::max);
-    let (low, high) = profiles
-        .iter()
-        .map(|points| shown(points))
-        .fold((0.0, 0.0), |a: (f64, f64), b| (a.0.min(b.0), a.1.max(b.1)));
-    let (axis, per_length) = prefixed(&axis, reach, &request.units);
-    let (stress, per_stress) = prefixed(&stress, high.max(-low), &request.units);
-    for point in profiles.iter_mut().flatten() {
-        *point = (point.0 * per_length, point.1 * per_stress);
+impl Scale {
+    fn take(&mut self, profile: Profile) {
+        let points = thinned(&profile);
+        self.reach = points.iter().map(|point| point.0).fold(self.reach, f64::max);
+        let (low, high) = shown(&points);
+        self.ends = (self.ends.0.min(low), self.ends.1.max(high));
+        self.headings = Some([profile.axis, profile.field]);
     }
-    let diagram = Diagram {
-        labels: [axis.with_unit(), stress.with_unit()],
-        ends: [(0.0, reach * per_length * ROOM), span(low * per_stress, high * per_stress)],
-        rest: Vec::new(),
-    };
-    Ok((Some(diagram), profiles, per_length))
+
+    /// In the units that are chosen, else with the prefixes that fit; `None` without a profile.
+    fn scaled(self, request: &Request) -> Option<ProfileScale> {
+        let [axis, stress] = self.headings?;
+        let (low, high) = self.ends;
+        let (axis, per_length) = prefixed(&axis, self.reach, &request.units);
+        let (stress, per_stress) = prefixed(&stress, high.max(-low), &request.units);
+        let diagram = Diagram {
+            labels: [axis.with_unit(), stress.with_unit()],
+            ends: [(0.0, self.reach * per_length * ROOM), span(low * per_stress, high * per_stress)],
+            rest: Vec::new(),
+        };
+        Some(ProfileScale { diagram, factors: [per_length, per_stress] })
+    }
+}
+
+impl ProfileScale {
+    /// A profile as it is drawn.
+    fn points(&self, profile: Profile) -> Curve {
+        let [per_length, per_stress] = self.factors;
+        thinned(&profile).into_iter().map(|(x, y)| (x * per_length, y * per_stress)).collect()
+    }
+}
+
+/// Some points of a profile.
+fn thinned(profile: &Profile) -> Curve {
+    let step = profile.points.len().div_ceil(PROFILE_POINTS).max(1);
+    profile.points.iter().step_by(step).copied().collect()
 }
 
 /// Smallest and largest stress of a profile but for the outermost ones.
 fn shown(points: &[(f64, f64)]) -> (f64, f64) {
     let mut values: Vec<f64> = points.iter().map(|point| point.1).filter(|value| value.is_finite()).collect();
-    values.sort_by(f64::total_cmp);
-    let at = |share: f64| values.get((values.len().saturating_sub(1) as f64 * share) as usize).copied();
-    (at(1.0 - SHOWN).unwrap_or(0.0), at(SHOWN).unwrap_or(0.0))
+    let Some(last) = values.len().checked_sub(1) else { return (0.0, 0.0) };
+    let mut at =
+        |share: f64| *values.select_nth_unstable_by((last as f64 * share) as usize, f64::total_cmp).1;
+    (at(1.0 - SHOWN), at(SHOWN))
 }
 
 /// Ends of an axis with some room beyond.
@@ -405,30 +533,17 @@ fn span(low: f64, high: f64) -> (f64, f64) {
     if high > low { (low * ROOM, high * ROOM) } else { (low, low + 1.0) }
 }
 
-/// The drag and its diagram.
+/// The drag as it is drawn, and its diagram.
 fn drag(
-    recording: &Recording,
-    window: Window,
+    points: &[(f64, f64)],
+    force: &Heading,
     (time, per_time): (&Heading, f64),
     request: &Request,
-    damages: &mut Vec<Damage>,
-) -> Result<(Option<Diagram>, Points), AnimateError> {
-    let Some(id) = find(recording, |topic| topic == DRAG) else { return Ok((None, Vec::new())) };
-    let channel = &recording.channels[&id];
-    let leaf = channel.layout.as_ref().and_then(|layout| layout.find("force"));
-    let Some(leaf) = leaf else { return Ok((None, Vec::new())) };
-    let mut points = Vec::new();
-    damages.extend(visit(recording, id, 1, |moment| {
-        let mut values = Vec::new();
-        moment.values.lists[leaf].numbers(&mut values);
-        points
-            .extend(values.first().filter(|_| holds(window, moment.time)).map(|force| (moment.time, *force)));
-    })?);
-    let mut points = downsampled(&points);
+) -> (Option<Diagram>, Curve) {
+    let mut points = downsampled(points);
     let ends =
         points.iter().map(|point| point.1).fold((0.0, 0.0), |a: (f64, f64), b| (a.0.min(b), a.1.max(b)));
-    let force = Heading::new("drag", channel.unit("force"));
-    let (force, per_force) = prefixed(&force, ends.1.max(-ends.0), &request.units);
+    let (force, per_force) = prefixed(force, ends.1.max(-ends.0), &request.units);
     for point in &mut points {
         *point = (point.0 * per_time, point.1 * per_force);
     }
@@ -437,7 +552,7 @@ fn drag(
         ends: [(0.0, 1.0), span(ends.0 * per_force, ends.1 * per_force)],
         rest: points.clone(),
     };
-    Ok((Some(diagram).filter(|_| !points.is_empty()), points))
+    (Some(diagram).filter(|_| !points.is_empty()), points)
 }
 
 /// A diagram over some times.
@@ -455,7 +570,7 @@ mod tests {
         let times: Vec<f64> = (0..101).map(f64::from).collect();
         assert_eq!(evenly(&times, 5), [0.0, 25.0, 50.0, 75.0, 100.0]);
         assert_eq!(evenly(&times[..3], 5), [0.0, 1.0, 2.0]);
-        assert_eq!((evenly(&times[..1], 5), evenly(&[], 5)), (vec![0.0], Vec::new()));
+        assert_eq!((evenly(&times[..1], 5), evenly::<f64>(&[], 5)), (vec![0.0], Vec::new()));
     }
 
     #[test]

@@ -19,9 +19,10 @@ use crate::{
     extent::Extents,
     format::vtk::{pvd, vti, vtr},
     messages::Recording,
+    pass::Pass,
     recording::{Damage, Limits, OpenError},
-    select::{self, Bound, Pattern},
-    slice::{Moment, MomentError, Slice, mismatch, moments, slice, visit},
+    select::{self, Bound, Pattern, Window},
+    slice::{MomentError, Slice, mismatch, moments, slice},
 };
 
 pub use image::{Camera, Image};
@@ -216,12 +217,12 @@ pub fn matrix(
     let recording = Recording::open(path, limits)?;
     let (id, leaf) = only_matrix(&recording, topic)?;
     let channel = &recording.channels[&id];
-    let (moment, damages) = moment(&recording, id, time)?;
     let name = || channel.topic.clone();
+    let (mut moments, extents, damages) = moments(&recording, id, time.as_slice(), true)?;
+    let moment = moments.pop().ok_or_else(|| ExportError::NoMessages(name()))?;
     let slice = slice(channel, leaf, &moment)
         .ok_or_else(|| ExportError::Misshapen(mismatch(channel, leaf, &moment)))?;
-    let extent = Extents::read(&recording, &[id])?.of(id, leaf);
-    let slice = slice.whole(&extent, limits).ok_or_else(|| ExportError::TooLarge(name()))?;
+    let slice = slice.whole(&extents.of(id, leaf), limits).ok_or_else(|| ExportError::TooLarge(name()))?;
     let layers = recording.layers(&slice.axes[0].name);
     Ok((Slice { layers, ..slice }, damages))
 }
@@ -250,7 +251,7 @@ fn only_matrix(recording: &Recording, topic: &Pattern) -> Result<(u16, usize), E
 /// # Errors
 ///
 /// As of [`matrix`], or `write` has failed.
-pub fn series<E: From<ExportError>>(
+pub fn series<E: From<ExportError> + From<OpenError>>(
     path: &Path,
     topic: &Pattern,
     folder: &str,
@@ -261,10 +262,11 @@ pub fn series<E: From<ExportError>>(
     let (id, leaf) = only_matrix(&recording, topic)?;
     let channel = &recording.channels[&id];
     let extent = Extents::read(&recording, &[id]).map_err(ExportError::Open)?.of(id, leaf);
-    let (mut frames, mut failed) = (Vec::new(), None);
-    let mut take = |moment: Moment| -> Result<(), E> {
-        let slice = slice(channel, leaf, &moment)
-            .ok_or_else(|| ExportError::Misshapen(mismatch(channel, leaf, &moment)))?;
+    let mut frames = Vec::new();
+    let mut pass: Pass<'_, E> = Pass::over(&recording, Window::default());
+    pass.each(id, |moment, _| {
+        let slice = slice(channel, leaf, moment)
+            .ok_or_else(|| ExportError::Misshapen(mismatch(channel, leaf, moment)))?;
         let slice =
             slice.whole(&extent, limits).ok_or_else(|| ExportError::TooLarge(channel.topic.clone()))?;
         let (bytes, extension) = match vti(&slice) {
@@ -275,25 +277,12 @@ pub fn series<E: From<ExportError>>(
         write(&name, &bytes)?;
         frames.push((slice.time, format!("{folder}/{name}")));
         Ok(())
-    };
-    let damages = visit(&recording, id, 1, |moment| {
-        if failed.is_none() {
-            failed = take(moment).err();
-        }
     });
-    let damages = damages.map_err(ExportError::Open)?;
-    match failed {
-        Some(error) => Err(error),
-        None if frames.is_empty() => Err(ExportError::NoMessages(channel.topic.clone()).into()),
-        None => Ok((pvd(&frames), damages)),
+    let damages = pass.run()?.damages;
+    if frames.is_empty() {
+        return Err(ExportError::NoMessages(channel.topic.clone()).into());
     }
-}
-
-/// The message of a channel nearest to `time`, or the last.
-fn moment(recording: &Recording, id: u16, time: Option<Bound>) -> Result<(Moment, Vec<Damage>), ExportError> {
-    let (mut moments, damages) = moments(recording, id, time.as_slice())?;
-    let none = || ExportError::NoMessages(recording.channels[&id].topic.clone());
-    Ok((moments.pop().ok_or_else(none)?, damages))
+    Ok((pvd(&frames), damages))
 }
 
 /// A matrix in a form.

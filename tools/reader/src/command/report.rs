@@ -3,25 +3,36 @@
 //! The page is a template with the data in it as JSON; a script in the page draws it. Nothing is
 //! fetched from anywhere: the page's own policy forbids it.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::HashSet,
+    path::{Path, PathBuf},
+};
 
+use percuss_table::measures::{Observations, Story};
 use serde_json::{Value, json};
 
 pub(super) mod animation;
 pub(super) mod body;
-pub(super) mod curves;
+mod curves;
 mod facts;
 mod sweep;
 mod units;
 
 use crate::{
-    channel::Channel,
-    command::{plot::PlotError, summary::Reading, verify::verify},
-    convention::{FIELD_STRESS, FIELDS, HOST, INTERFACE, RESOLVED_CASE, RUN, STATUS, VALIDITY},
+    command::{
+        summary::{Reading, tell},
+        verify::{Content, conclude},
+    },
+    convention::{DISPLACEMENT, DRAG, ENERGY, HOST, RADIUS, RESOLVED_CASE, RUN, STATUS, VALIDITY, VELOCITY},
     messages::Recording,
+    pass::Pass,
     recording::{Damage, Limits, OpenError},
+    select::Window,
     tabular::TableError,
 };
+use animation::Field;
+use body::Outline;
+use curves::{Charts, Events, Profiles};
 
 pub use sweep::{name, sweep};
 
@@ -46,9 +57,6 @@ pub enum ReportError {
     /// The file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// Nothing to draw.
-    #[error(transparent)]
-    Plot(#[from] PlotError),
     /// Not a recording of a run.
     #[error(
         "`{0}` is not a percuss recording: it has no metadata record percuss.run; `percuss-read plot` draws its fields"
@@ -71,22 +79,43 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
     let recording = Recording::open(path, limits)?;
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     let Some(run) = recording.entries(RUN) else { return Err(ReportError::NotPercuss(name)) };
-    let verdict = verify(path, limits)?;
     let case = recording.attachment(RESOLVED_CASE)?.filter(|case| case.len() <= MAX_CASE);
     let mut host = recording.entries(HOST).cloned().unwrap_or_default();
     host.remove("padding");
-    let mut damages = recording.damages.clone();
-    let reading = Reading::of(&recording)?;
-    damages.extend(reading.damages.iter().cloned());
-    let curves = curves::charts(path, &recording, reading.units.length.as_deref(), limits)?;
-    let profiles = match find(&recording, |topic| topic == INTERFACE) {
-        Some(id) => curves::profiles(&recording, id, &mut damages)?,
+    let mut content = Content::new(limits, recording.index());
+    let mut charts = Charts::of(&recording);
+    let (mut story, mut outline, mut profiles, mut events) =
+        (Story::default(), Outline::default(), Profiles::default(), Events::default());
+    let mut field = Field::of(&recording);
+    let mut pass = Pass::over(&recording, Window::default());
+    pass.records(|found, fit| content.take(found, fit));
+    tell(&recording, &mut story, &mut pass);
+    charts.watch(&recording, &mut pass);
+    outline.watch(&recording, &mut pass);
+    profiles.watch(&recording, &mut pass);
+    events.watch(&recording, &mut pass);
+    if let Some(field) = &mut field {
+        field.watch(&mut pass);
+    }
+    let seen = pass.run()?;
+    let verdict = conclude(content, &seen.damages);
+    let reading = Reading::from(&recording, observed(&recording, story, &charts));
+    let curves = charts.json(&recording, reading.units.length.as_deref());
+    let mut damages = [recording.damages.as_slice(), &seen.damages].concat();
+    let field = match field {
+        Some(field) => {
+            let body = |times: &[f64]| {
+                let depths = charts.curve(&recording, VELOCITY, DISPLACEMENT);
+                outline.body(depths, charts.curve(&recording, DRAG, RADIUS), times)
+            };
+            let (field, again) = field.json(body)?;
+            damages.extend(again);
+            field
+        }
         None => Value::Null,
     };
-    let field = match main_field(&recording) {
-        Some(id) => animation::animation(&recording, id, &mut damages)?,
-        None => Value::Null,
-    };
+    let mut known = HashSet::new();
+    damages.retain(|damage| known.insert((damage.offset, damage.reason.clone())));
     let mut data = json!({
         "version": VERSION,
         "file": name,
@@ -100,9 +129,9 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
         "partial": verdict.partial,
         "verdict": verdict.to_text(&name),
         "facts": facts::facts(&recording, &reading, &curves),
-        "events": curves::events(&recording, &mut damages)?,
+        "events": events.json(),
         "charts": curves,
-        "profiles": profiles,
+        "profiles": profiles.json(&recording),
         "field": field,
         "case": case.map(|text| String::from_utf8_lossy(&text).into_owned()),
     });
@@ -111,15 +140,30 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
     Ok((fill(PAGE, &data, &parts), damages))
 }
 
-pub(super) fn find(recording: &Recording, fits: impl Fn(&str) -> bool) -> Option<u16> {
-    let fits = |channel: &Channel| channel.count > 0 && channel.layout.is_some() && fits(&channel.topic);
-    recording.channels.iter().find(|(_, channel)| fits(channel)).map(|(id, _)| *id)
-}
-
-/// The field that is shown first: the stress if it is recorded, else what there is.
-pub(super) fn main_field(recording: &Recording) -> Option<u16> {
-    let stress = find(recording, |topic| topic == FIELD_STRESS);
-    stress.or_else(|| find(recording, |topic| topic.starts_with(FIELDS)))
+/// What the measures are taken from.
+fn observed(recording: &Recording, story: Story, charts: &Charts) -> Observations {
+    let mut observed = Observations::after(story);
+    let curves = |topic, fields: [&str; 2]| {
+        let [first, second] = fields.map(|field| charts.curve(recording, topic, field));
+        let number = |curve: &[(f64, f64)], i: usize, time: f64| {
+            curve.get(i).filter(|point| point.0 == time).map(|point| point.1)
+        };
+        let longer = if second.len() > first.len() { second } else { first };
+        longer
+            .iter()
+            .enumerate()
+            .map(move |(i, (time, _))| (*time, [number(first, i, *time), number(second, i, *time)]))
+    };
+    for (time, [force, radius]) in curves(DRAG, ["force", RADIUS]) {
+        observed.drag.take(time, force, radius);
+    }
+    for (time, [velocity, depth]) in curves(VELOCITY, ["velocity", DISPLACEMENT]) {
+        observed.motion.take(time, velocity, depth);
+    }
+    for (time, [kinetic, strain]) in curves(ENERGY, ["kinetic", "strain"]) {
+        observed.energy.take(time, kinetic.zip(strain).map(|(kinetic, strain)| kinetic + strain));
+    }
+    observed
 }
 
 /// Fills a template: title, style, data and scripts, in this order.

@@ -13,7 +13,7 @@ use std::{
 use percuss_table::{Cell, CellType, Heading, Sink, measures::Measure};
 use toml::Value;
 
-pub(super) use reading::Reading;
+pub(super) use reading::{Reading, tell};
 
 use crate::{
     convention::{CASE, DERIVED_KEYS, RESOLVED_CASE, RUN},
@@ -157,12 +157,14 @@ pub fn summary(
     write(&headings, &rows, prefixed, units, sink)?;
     let mut outcome = Outcome::default();
     for Read { recording, reading, .. } in files {
-        outcome.undecoded += reading.undecoded;
+        outcome.undecoded += reading.seen.undecoded;
         if recording.is_partial() {
             let status = recording.status().unwrap_or("without a status").to_owned();
             outcome.partial.push((recording.path.clone(), status));
         }
-        outcome.damages.extend(reading.damages.into_iter().map(|damage| (recording.path.clone(), damage)));
+        outcome
+            .damages
+            .extend(reading.seen.damages.into_iter().map(|damage| (recording.path.clone(), damage)));
     }
     Ok(outcome)
 }

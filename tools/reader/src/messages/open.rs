@@ -1,14 +1,14 @@
 //! Opening a recording: by its summary, or by reading all of it.
 
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 use mcap::records::Record;
 
-use super::{Attachment, Metadata, Recording};
+use super::{Attachment, Chunks, Metadata, Recording};
 use crate::{
     convention,
     directory::{Directory, SHOWN, weight_of_entries},
-    recording::{Damage, FileRecord, Limits, OpenError, Scan},
+    recording::{Damage, FileRecord, Limits, OpenError, Opened, Scan},
     text::short,
 };
 
@@ -46,10 +46,11 @@ impl Recording {
     ///
     /// The file cannot be read or is no MCAP file.
     pub fn open(path: &Path, limits: Limits) -> Result<Self, OpenError> {
-        let recording = Self::empty(path, limits);
-        match recording.by_index(Scan::open(path, limits)?)? {
+        let file = Opened::new(path, limits)?;
+        let scan = file.scan(path, limits)?;
+        match Self::empty(path, limits, file.clone()).by_index(scan)? {
             Some(recording) => Ok(recording),
-            None => Self::read(path, limits),
+            None => Self::read_whole(path, limits, file),
         }
     }
 
@@ -59,8 +60,12 @@ impl Recording {
     ///
     /// The file cannot be read or is no MCAP file. Damage is no error: what is sound is there.
     pub fn read(path: &Path, limits: Limits) -> Result<Self, OpenError> {
-        let mut scan = Scan::open(path, limits)?;
-        let (mut recording, mut directory) = (Self::empty(path, limits), Directory::new(limits));
+        Self::read_whole(path, limits, Opened::new(path, limits)?)
+    }
+
+    fn read_whole(path: &Path, limits: Limits, file: Opened) -> Result<Self, OpenError> {
+        let mut scan = file.scan(path, limits)?;
+        let (mut recording, mut directory) = (Self::empty(path, limits, file), Directory::new(limits));
         scan.for_each(|found| recording.take(found, &mut directory))?;
         recording.refused.extend(directory.refused());
         let json = directory.take_json();
@@ -72,8 +77,23 @@ impl Recording {
         Ok(recording)
     }
 
-    fn empty(path: &Path, limits: Limits) -> Self {
-        Self { path: path.into(), limits, ..Self::default() }
+    fn empty(path: &Path, limits: Limits, file: Opened) -> Self {
+        Self {
+            path: path.into(),
+            profile: String::new(),
+            library: String::new(),
+            channels: BTreeMap::new(),
+            metadata: Vec::new(),
+            attachments: Vec::new(),
+            chunks: Chunks::default(),
+            span: None,
+            complete: false,
+            damages: Vec::new(),
+            refused: Vec::new(),
+            limits,
+            file,
+            from_index: false,
+        }
     }
 
     /// From the summary, if it names every channel, all metadata and all attachments.

@@ -7,9 +7,10 @@ mod search;
 use std::{
     borrow::Cow,
     collections::HashSet,
+    fs::File,
     io::{self, BufReader, Read, Seek, SeekFrom},
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
 use mcap::{
@@ -29,6 +30,68 @@ use super::{
 pub trait Source: Read + Seek + Send {}
 
 impl<T: Read + Seek + Send> Source for T {}
+
+/// A file that is open and its summary, both read any number of times.
+#[derive(Clone, Debug)]
+pub(crate) struct Opened {
+    file: Arc<Mutex<File>>,
+    index: Arc<Index>,
+}
+
+impl Opened {
+    pub(crate) fn new(path: &Path, limits: Limits) -> Result<Self, OpenError> {
+        let file = Arc::new(Mutex::new(open_file(path)?));
+        let mut reader = Reader { file: file.clone(), position: 0 };
+        let index = Index::read(&mut reader, limits).map_err(OpenError::io(path))?.unwrap_or_default();
+        Ok(Self { file, index: Arc::new(index) })
+    }
+
+    /// The summary, empty if there is none.
+    pub(crate) fn index(&self) -> &Index {
+        &self.index
+    }
+
+    /// Reads it from its start on.
+    pub(crate) fn scan(&self, path: &Path, limits: Limits) -> Result<Scan, OpenError> {
+        let reader = Reader { file: self.file.clone(), position: 0 };
+        Scan::indexed(Box::new(reader), self.index.clone(), path, limits)
+    }
+}
+
+/// A place in a file that is shared.
+struct Reader {
+    file: Arc<Mutex<File>>,
+    position: u64,
+}
+
+impl Reader {
+    /// The file, alone for this reader.
+    fn file(&self) -> MutexGuard<'_, File> {
+        self.file.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Read for Reader {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let mut file = self.file();
+        file.seek(SeekFrom::Start(self.position))?;
+        let read = file.read(bytes)?;
+        drop(file);
+        self.position += read as u64;
+        Ok(read)
+    }
+}
+
+impl Seek for Reader {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.position = match to {
+            SeekFrom::Start(position) => position,
+            SeekFrom::Current(by) => self.position.saturating_add_signed(by),
+            SeekFrom::End(_) => self.file().seek(to)?,
+        };
+        Ok(self.position)
+    }
+}
 
 /// Damages after which reading is given up.
 const MAX_DAMAGES: usize = 1000;
@@ -92,7 +155,7 @@ impl Scan {
     ///
     /// The file cannot be read, or is something else.
     pub fn open(path: &Path, limits: Limits) -> Result<Self, OpenError> {
-        Self::of(Box::new(open_file(path)?), path, limits)
+        Opened::new(path, limits)?.scan(path, limits)
     }
 
     /// Reads from any source of bytes; `path` is its name in errors.
@@ -101,9 +164,19 @@ impl Scan {
     ///
     /// The source cannot be read, or is something else.
     pub fn of(source: Box<dyn Source>, path: &Path, limits: Limits) -> Result<Self, OpenError> {
+        let mut source = source;
+        let index = Index::read(&mut source, limits).map_err(OpenError::io(path))?.unwrap_or_default();
+        Self::indexed(source, Arc::new(index), path, limits)
+    }
+
+    fn indexed(
+        source: Box<dyn Source>,
+        index: Arc<Index>,
+        path: &Path,
+        limits: Limits,
+    ) -> Result<Self, OpenError> {
         let mut source = BufReader::with_capacity(1 << 16, source);
         let io = |error| OpenError::Io { path: path.into(), error };
-        let index = Arc::new(Index::read(&mut source, limits).map_err(io)?.unwrap_or_default());
         let length = source.seek(SeekFrom::End(0)).map_err(io)?;
         source.seek(SeekFrom::Start(0)).map_err(io)?;
         let mut magic = [0; MAGIC.len()];

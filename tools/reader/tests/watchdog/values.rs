@@ -257,17 +257,6 @@ pub const CASES: &[Case] = &[
         ];
         whole(&[records.concat(), compressed(&[many(20_000, one)])], &[])
     }),
-    ("raw images larger than their bytes", || {
-        let sides = [(65_535, 65_535), (u32::MAX, u32::MAX), (0, 0), (1 << 31, 1)];
-        let image = |i: u32| {
-            let (width, height) = sides[i as usize];
-            let text = format!(
-                "{{\"encoding\":\"rgb8\",\"width\":{width},\"height\":{height},\"step\":0,\"data\":\"AAAA\"}}"
-            );
-            message_at(1, u64::from(i), text.as_bytes())
-        };
-        whole(&[json_channel("", "/camera"), many(4, image)], &[])
-    }),
     ("compressed images that are none", || {
         let data = [&b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], &[0xff; 8], &[16, 6, 0, 0, 0]].concat();
         let image = [block(2, &data), block(3, b"png")].concat();

@@ -120,7 +120,7 @@ pub(super) fn place_and_field(name: &str) -> (&str, &str) {
 }
 
 /// Name and unit that all columns share, as far as they do.
-pub(super) fn common_label(headings: &[Heading]) -> String {
+pub(in crate::command) fn common_label(headings: &[Heading]) -> String {
     let base = |heading: &Heading| {
         let name = heading.name.rsplit(':').next().unwrap_or_default().to_owned();
         let name = name.split(['@', '[']).next().unwrap_or_default().to_owned();

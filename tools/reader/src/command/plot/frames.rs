@@ -16,9 +16,10 @@ use crate::{
     extent::{Extent, Extents},
     field::{Positions, SelectionError, Used},
     messages::Recording,
+    pass::Moment,
     recording::Limits,
     select::Bound,
-    slice::{Moment, Profile, Slice, mismatch, moments, profile, slice},
+    slice::{Profile, Slice, mismatch, moments, profile, slice},
     units::Units,
 };
 
@@ -51,9 +52,11 @@ pub(super) fn at_times(
         let file = if paths.len() > 1 { format!("{name}: ") } else { String::new() };
         let (recording, ids) = request.open_arrays(path, limits)?;
         for &id in ids.iter().filter(|id| holds_arrays(&recording.channels[id])) {
-            let (moments, damaged) = moments(&recording, id, times)?;
+            // other frames may reach farther
+            let holds_matrix = Axis::matrices(&recording.channels[&id]).next().is_some();
+            let (moments, extents, damaged) = moments(&recording, id, times, holds_matrix)?;
             damages.extend(damaged.into_iter().map(|damage| (path.clone(), damage)));
-            frames.take(&file, &recording, id, &moments, request)?;
+            frames.take(&file, &recording, id, (&moments, &extents), request)?;
         }
         let channels: Vec<&Channel> = ids.iter().map(|id| &recording.channels[id]).collect();
         frames.used.check(&request.selection, &channels)?;
@@ -75,7 +78,7 @@ impl Frames {
         file: &str,
         recording: &Recording,
         id: u16,
-        moments: &[Moment],
+        (moments, extents): (&[Moment], &Extents),
         request: &Request,
     ) -> Result<(), PlotError> {
         let channel = &recording.channels[&id];
@@ -90,11 +93,6 @@ impl Frames {
                 leaves.push((leaf, Axis::of(leaf, layout, channel)));
             }
         }
-        // other frames may reach farther
-        let extents = match leaves.iter().any(|(_, axis)| axis.is_matrix()) {
-            true => Extents::read(recording, &[id])?,
-            false => Extents::default(),
-        };
         for moment in moments {
             for (leaf, axis) in &leaves {
                 let mut fitting = Vec::new();

@@ -15,11 +15,13 @@ use crate::{
     axis::{Axis, Spot},
     channel::Channel,
     convention,
-    extent::{Extent, Extents, Reach},
+    extent::{Extent, Extents, Reach, Reading},
     field::{Positions, SelectionError},
     messages::Recording,
-    recording::{Budget, Damage, Limits},
-    slice::{Moment, coordinate, mismatch, profile, shown_name, slice},
+    pass::{Moment, Pass, Seen},
+    recording::{Budget, Limits},
+    select::Window,
+    slice::{coordinate, mismatch, profile, shown_name, slice},
     wire::Layout,
 };
 
@@ -46,17 +48,41 @@ pub(super) fn over_time(
     let [id] = ids[..] else {
         return Err(PlotError::Unfit("--map draws one topic; choose it with --topic".into()));
     };
-    let array = Array::choose(&recording, id, request)?;
-    let times = array.times(request)?;
+    let (extents, known) = read(&recording, id, request.window)?;
+    let array = Array::choose(&recording, id, &extents, request)?;
+    let times = array.times(known)?;
     let room = array.places.length().saturating_mul(times.len()).saturating_mul(size_of::<f64>());
     if !Budget::new(limits.kept()).spend(room) {
         return Err(too_large());
     }
-    let (columns, undecoded, damages) = array.take(&times)?;
+    let (columns, Seen { damages, undecoded, .. }) = array.take(&times)?;
     let (image, range) = array.image(&times, columns, request)?;
     let picture = draw_image(&image, range, medium).map_err(PlotError::Draw)?;
     let damages = damages.into_iter().map(|damage| (path.clone(), damage)).collect();
     Ok(Drawn { picture, damages, undecoded, ..Drawn::default() })
+}
+
+/// How far the arrays of a channel reach, and the times of its messages in a window with their numbers.
+fn read(recording: &Recording, id: u16, window: Window) -> Result<(Extents, Vec<(f64, u64)>), PlotError> {
+    window.check(&recording.channels[&id]).map_err(SelectionError::from)?;
+    let (mut known, mut number) = (Vec::new(), 0);
+    let mut reading = Reading::of(recording, &[id]);
+    let mut pass = Pass::over(recording, Window::default());
+    reading.watch(&mut pass);
+    pass.bytes(id, |_, instant, budget| {
+        let time = instant.number();
+        if window.holds(instant) && time.is_finite() {
+            // a list grows to twice its length
+            if !budget.spend(2 * size_of::<(f64, u64)>()) {
+                return Err(recording.no_room("the times of the messages"));
+            }
+            known.push((time, number));
+        }
+        number += 1;
+        Ok(())
+    });
+    pass.run()?;
+    Ok((reading.extents(), known))
 }
 
 /// The values of an array at its places at one time, if there is a message.
@@ -78,13 +104,17 @@ struct Array<'a> {
 }
 
 impl<'a> Array<'a> {
-    fn choose(recording: &'a Recording, id: u16, request: &Request) -> Result<Self, PlotError> {
+    fn choose(
+        recording: &'a Recording,
+        id: u16,
+        extents: &Extents,
+        request: &Request,
+    ) -> Result<Self, PlotError> {
         let channel = &recording.channels[&id];
-        request.window.check(channel).map_err(SelectionError::from)?;
         let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::not_decoded(channel))?;
         let leaf = leaf(channel, layout, &request.selection.fields)?;
         let axis = Axis::of(leaf, layout, channel);
-        let extent = Extents::read(recording, &[id])?.of(id, leaf);
+        let extent = extents.of(id, leaf);
         let name = &layout.leaves[leaf].path;
         let (line, along, coordinate) = match (&axis, request.selection.at.as_slice()) {
             (Axis::Matrix(_), at) => {
@@ -134,24 +164,10 @@ impl<'a> Array<'a> {
     }
 
     /// Numbers of the messages nearest to times evenly between the first and the last, and those times.
-    fn times(&self, request: &Request) -> Result<Vec<(u64, f64)>, PlotError> {
-        let (channel, recording) = (self.channel(), self.recording);
-        let mut budget = Budget::new(recording.limits().kept());
-        let (mut known, mut number) = (Vec::<(f64, u64)>::new(), 0);
-        let mut messages = recording.messages([self.id], None)?;
-        messages.for_each(|message| {
-            let instant = channel.instant(message.data, message.log_time, channel.origin);
-            let time = instant.number();
-            if request.window.holds(instant) && time.is_finite() {
-                // a list grows to twice its length
-                if !budget.spend(2 * size_of::<(f64, u64)>()) {
-                    return Err(recording.no_room("the times of the messages"));
-                }
-                known.push((time, number));
-            }
-            number += 1;
-            Ok(())
-        })?;
+    ///
+    /// * `known`: times of the messages and their numbers
+    fn times(&self, mut known: Vec<(f64, u64)>) -> Result<Vec<(u64, f64)>, PlotError> {
+        let channel = self.channel();
         known.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (Some(first), Some(last)) = (known.first(), known.last()) else {
             let text = format!("`{}` has no messages in this time", channel.topic);
@@ -173,27 +189,19 @@ impl<'a> Array<'a> {
         Ok((0..count).map(nearest).collect())
     }
 
-    /// The columns of a map, one for every time: messages by their numbers. Also how many were not decoded, and the damages.
-    fn take(&self, times: &[(u64, f64)]) -> Result<(Vec<Column>, u64, Vec<Damage>), PlotError> {
-        let channel = self.channel();
-        let layout = channel.layout.as_deref();
-        let mut messages = self.recording.messages([self.id], None)?;
-        let (mut columns, mut undecoded, mut number) = (vec![None; times.len()], 0, 0);
-        messages.for_each(|message| -> Result<(), PlotError> {
-            number += 1;
-            let wanted: Vec<usize> = (0..times.len()).filter(|&i| times[i].0 == number - 1).collect();
-            let Some(layout) = layout.filter(|_| !wanted.is_empty()) else { return Ok(()) };
-            let mut values = layout.values();
-            if layout.decode(message.data, &mut values).is_err() {
-                undecoded += 1;
-                return Ok(());
-            }
-            let time = channel.instant(message.data, message.log_time, channel.origin).number();
-            let column = self.column(&Moment { time, values })?;
-            wanted.into_iter().for_each(|i| columns[i] = Some(column.clone()));
+    /// The columns of a map, one for every time: messages by their numbers.
+    fn take(&self, times: &[(u64, f64)]) -> Result<(Vec<Column>, Seen), PlotError> {
+        let mut columns = vec![None; times.len()];
+        let mut pass = Pass::over(self.recording, Window::default());
+        let numbers = times.iter().map(|(number, _)| *number).collect();
+        pass.numbers(self.id, numbers, |moment, _| -> Result<(), PlotError> {
+            let column = self.column(moment)?;
+            let wanted = times.iter().zip(&mut columns).filter(|((number, _), _)| *number == moment.number);
+            wanted.for_each(|(_, place)| *place = Some(column.clone()));
             Ok(())
-        })?;
-        Ok((columns, undecoded, messages.damages().to_vec()))
+        });
+        let seen = pass.run()?;
+        Ok((columns, seen))
     }
 
     /// The array at one time at all places.

@@ -5,13 +5,16 @@ use percuss_picture::DIVERGING;
 use percuss_table::Heading;
 use serde_json::{Value, json};
 
-use super::body;
+use super::body::Body;
 use crate::{
     axis::Axis,
-    command::plot::cut::Peaks,
+    command::{plot::cut::Peaks, points::find},
+    convention::{FIELD_STRESS, FIELDS},
     messages::Recording,
+    pass::Pass,
     recording::{Damage, OpenError},
-    slice::{Layer, Side, Slice, slice, visit},
+    select::Window,
+    slice::{Layer, Side, Slice, slice},
 };
 
 /// Frames, at most.
@@ -30,6 +33,8 @@ const ZERO: f64 = 128.0;
 const SIDE: f64 = 126.0;
 /// Values of a frame that the range of colours is estimated from, at most.
 const SAMPLES: usize = 10_000;
+/// Of all frames, at most: half of them are kept beyond that.
+const ALL_SAMPLES: usize = 1 << 20;
 /// Columns or rows of a frame, at most.
 const LONGEST: f64 = 4000.0;
 /// Share of the values of all frames that the colours distinguish, where the recording does not say their range.
@@ -60,6 +65,13 @@ impl Bounds {
         let step = slice.values.len().div_ceil(SAMPLES).max(31);
         let values = slice.values.iter().step_by(step).map(|value| value.abs());
         self.samples.extend(values.filter(|value| *value > 0.0 && value.is_finite()));
+        if self.samples.len() > ALL_SAMPLES {
+            let mut number = 0_u8;
+            self.samples.retain(|_| {
+                number ^= 1;
+                number == 1
+            });
+        }
         self.unit = slice.unit;
         let [Heading { unit, name, .. }, _] = slice.axes;
         (self.length_unit, self.coordinate) = (unit, Some(name));
@@ -149,47 +161,85 @@ impl Picture {
     }
 }
 
-/// The frames of a matrix channel: `null` if it is none. The first of its `views` is what a page begins with.
-pub fn animation(recording: &Recording, id: u16, damages: &mut Vec<Damage>) -> Result<Value, OpenError> {
-    let channel = &recording.channels[&id];
-    let Some(leaf) = Axis::matrices(channel).next() else { return Ok(Value::Null) };
-    let every = channel.count.div_ceil(FRAMES).max(1);
-    let mut bounds = Bounds::default();
-    damages.extend(visit(recording, id, every, |moment| {
-        slice(channel, leaf, &moment).into_iter().for_each(|slice| bounds.take(slice));
-    })?);
-    let Some(quantile) = bounds.quantile() else { return Ok(Value::Null) };
-    let range = recording.colour_range(&channel.topic).unwrap_or(quantile);
-    let part = bounds.part(range).and_then(|part| part.picture(PIXELS));
-    let whole = bounds.whole.picture(if part.is_some() { WHOLE_PIXELS } else { PIXELS });
-    let mut pictures: Vec<Picture> = part.into_iter().chain(whole).collect();
-    if pictures.is_empty() {
-        return Ok(Value::Null);
+/// The field that is shown first: the stress if it is recorded, else what there is.
+pub(in crate::command) fn main_field(recording: &Recording) -> Option<(u16, usize)> {
+    let stress = find(recording, |topic| topic == FIELD_STRESS);
+    let id = stress.or_else(|| find(recording, |topic| topic.starts_with(FIELDS)))?;
+    Axis::matrices(&recording.channels[&id]).next().map(|leaf| (id, leaf))
+}
+
+/// The field of a report: first how far its frames reach, then the frames.
+pub(super) struct Field<'a> {
+    recording: &'a Recording,
+    id: u16,
+    leaf: usize,
+    every: u64,
+    bounds: Bounds,
+    times: Vec<f64>,
+}
+
+impl<'a> Field<'a> {
+    pub(super) fn of(recording: &'a Recording) -> Option<Self> {
+        let (id, leaf) = main_field(recording)?;
+        let every = recording.channels[&id].count.div_ceil(FRAMES);
+        Some(Self { recording, id, leaf, every, bounds: Bounds::default(), times: Vec::new() })
     }
-    let mut times = Vec::new();
-    damages.extend(visit(recording, id, every, |moment| {
-        if let Some(slice) = slice(channel, leaf, &moment) {
-            times.push(moment.time);
-            for picture in &mut pictures {
-                let levels = raster(&slice, picture.size, picture.pixel, range);
-                picture.frames.push(STANDARD.encode(levels));
+
+    pub(super) fn watch<'b>(&'b mut self, pass: &mut Pass<'b, OpenError>)
+    where
+        'a: 'b,
+    {
+        let channel = &self.recording.channels[&self.id];
+        pass.every(self.id, self.every, |moment, _| {
+            if let Some(slice) = slice(channel, self.leaf, moment) {
+                self.times.push(moment.time);
+                self.bounds.take(slice);
             }
+            Ok(())
+        });
+    }
+
+    /// Reads the frames; `null` if there are none. The first of its `views` is what a page begins with.
+    ///
+    /// * `body`: the indenter at the times of the frames
+    pub(super) fn json(self, body: impl FnOnce(&[f64]) -> Body) -> Result<(Value, Vec<Damage>), OpenError> {
+        let Self { recording, id, leaf, every, mut bounds, times } = self;
+        let channel = &recording.channels[&id];
+        let none = (Value::Null, Vec::new());
+        let Some(quantile) = bounds.quantile() else { return Ok(none) };
+        let range = recording.colour_range(&channel.topic).unwrap_or(quantile);
+        let part = bounds.part(range).and_then(|part| part.picture(PIXELS));
+        let whole = bounds.whole.picture(if part.is_some() { WHOLE_PIXELS } else { PIXELS });
+        let mut pictures: Vec<Picture> = part.into_iter().chain(whole).collect();
+        if pictures.is_empty() {
+            return Ok(none);
         }
-    })?);
-    let layers = recording.layers(bounds.coordinate.as_deref().unwrap_or_default());
-    let body = body::body(recording, &times, damages)?.json();
-    Ok(json!({
-        "name": channel.topic,
-        "unit": bounds.unit,
-        "length_unit": bounds.length_unit,
-        "views": pictures.into_iter().map(|picture| picture.json(&layers)).collect::<Vec<_>>(),
-        "body": body,
-        "range": range,
-        "zero": ZERO,
-        "side": SIDE,
-        "colours": DIVERGING,
-        "times": times,
-    }))
+        let mut pass = Pass::<OpenError>::over(recording, Window::default());
+        pass.every(id, every, |moment, _| {
+            if let Some(slice) = slice(channel, leaf, moment) {
+                for picture in &mut pictures {
+                    let levels = raster(&slice, picture.size, picture.pixel, range);
+                    picture.frames.push(STANDARD.encode(levels));
+                }
+            }
+            Ok(())
+        });
+        let damages = pass.run()?.damages;
+        let layers = recording.layers(bounds.coordinate.as_deref().unwrap_or_default());
+        let field = json!({
+            "name": channel.topic,
+            "unit": bounds.unit,
+            "length_unit": bounds.length_unit,
+            "views": pictures.into_iter().map(|picture| picture.json(&layers)).collect::<Vec<_>>(),
+            "body": body(&times).json(),
+            "range": range,
+            "zero": ZERO,
+            "side": SIDE,
+            "colours": DIVERGING,
+            "times": times,
+        });
+        Ok((field, damages))
+    }
 }
 
 /// The value at the node nearest to every pixel as a level; what is cut off is at rest.

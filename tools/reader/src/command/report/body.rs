@@ -2,12 +2,13 @@
 
 use serde_json::{Value, json};
 
-use super::{curves::number, find};
+use super::curves::number;
 use crate::{
-    convention::{DRAG, FACE, PROFILE, VELOCITY},
+    command::points::{find, nearest},
+    convention::{FACE, PROFILE},
     messages::Recording,
-    recording::{Damage, OpenError},
-    slice::{Moment, nearest, visit},
+    pass::{Moment, Pass},
+    recording::OpenError,
 };
 
 /// The indenter at some times, and its outline; no numbers where they are not recorded.
@@ -23,23 +24,53 @@ pub(in crate::command) struct Body {
     is_cut: bool,
 }
 
-/// Depths and contact radii at times, and the outline in the frame of the indenter.
+/// Where the outline of the indenter is: of the profile in which it is deepest.
 ///
 /// ```text
 /// outline f(r) = w − y(r)      w: depth of the indenter, y: its face at the same time
 /// ```
-///
-/// * `times`: of the frames, rising
-pub(in crate::command) fn body(
-    recording: &Recording,
-    times: &[f64],
-    damages: &mut Vec<Damage>,
-) -> Result<Body, OpenError> {
-    let depths = at_times(recording, (VELOCITY, "displacement"), times, damages)?;
-    let radii = at_times(recording, (DRAG, "contact_radius"), times, damages)?;
-    let is_known = !times.is_empty() && !depths.is_empty();
-    let (outline, is_cut) = if is_known { outline(recording, damages)? } else { (Vec::new(), false) };
-    Ok(Body { depths, radii, outline, is_cut })
+#[derive(Default)]
+pub(in crate::command) struct Outline {
+    deepest: Option<[Vec<f64>; 2]>,
+}
+
+impl Outline {
+    /// Looks at all profiles of the surface.
+    pub(in crate::command) fn watch<'a>(&'a mut self, recording: &Recording, pass: &mut Pass<'a, OpenError>) {
+        let Some(id) = find(recording, |known| known == PROFILE) else { return };
+        let layout = recording.channels[&id].layout.as_ref();
+        let leaves = layout.and_then(|layout| Some([layout.find("r")?, layout.find(FACE)?]));
+        let Some([radius, face]) = leaves else { return };
+        let deepest = &mut self.deepest;
+        pass.each(id, move |moment, _| {
+            let depth = moment.values.lists[face].number(0).unwrap_or(0.0);
+            let known = deepest.as_ref().and_then(|[_, face]| face.first().copied());
+            if depth > known.unwrap_or(0.0) {
+                *deepest = Some([radius, face].map(|leaf| numbers(moment, leaf)));
+            }
+            Ok(())
+        });
+    }
+
+    /// The indenter at some times.
+    ///
+    /// * `depths`, `radii`: of the tip and of the contact over time
+    /// * `times`: of the frames, rising
+    pub(in crate::command) fn body(
+        &self,
+        depths: &[(f64, f64)],
+        radii: &[(f64, f64)],
+        times: &[f64],
+    ) -> Body {
+        let at_times =
+            |curve: &[(f64, f64)]| if curve.is_empty() { Vec::new() } else { nearest(curve, times) };
+        let is_known = !times.is_empty() && !depths.is_empty();
+        let (outline, is_cut) = match &self.deepest {
+            Some([radii, face]) if is_known => cut(radii, face),
+            _ => (Vec::new(), false),
+        };
+        Body { depths: at_times(depths), radii: at_times(radii), outline, is_cut }
+    }
 }
 
 impl Body {
@@ -51,41 +82,6 @@ impl Body {
         let (depths, radii) = (list(&self.depths), list(&self.radii));
         json!({ "depths": depths, "radii": radii, "r": r, "height": height, "is_cut": self.is_cut })
     }
-}
-
-/// A field of a channel at the message nearest to every time; nothing if it is not recorded.
-fn at_times(
-    recording: &Recording,
-    (topic, field): (&str, &str),
-    times: &[f64],
-    damages: &mut Vec<Damage>,
-) -> Result<Vec<f64>, OpenError> {
-    let Some(id) = find(recording, |known| known == topic) else { return Ok(Vec::new()) };
-    let layout = recording.channels[&id].layout.as_ref();
-    let Some(leaf) = layout.and_then(|layout| layout.find(field)) else { return Ok(Vec::new()) };
-    let value = |moment: &Moment| numbers(moment, leaf).first().copied();
-    let (values, damaged) = nearest(recording, id, times, value)?;
-    damages.extend(damaged);
-    Ok(values.into_iter().map(|value| value.unwrap_or(f64::NAN)).collect())
-}
-
-/// The outline of the indenter as `[r, height]` from the axis outwards, of the profile in which it is deepest; and true if it ends at
-/// the edge of the indenter, not where the profile does.
-fn outline(recording: &Recording, damages: &mut Vec<Damage>) -> Result<(Vec<[f64; 2]>, bool), OpenError> {
-    let none = (Vec::new(), false);
-    let Some(id) = find(recording, |known| known == PROFILE) else { return Ok(none) };
-    let layout = recording.channels[&id].layout.as_ref();
-    let leaves = layout.and_then(|layout| Some([layout.find("r")?, layout.find(FACE)?]));
-    let Some([radius, face]) = leaves else { return Ok(none) };
-    let mut deepest: Option<[Vec<f64>; 2]> = None;
-    damages.extend(visit(recording, id, 1, |moment| {
-        let lists = [radius, face].map(|leaf| numbers(&moment, leaf));
-        let depth = |lists: &[Vec<f64>; 2]| lists[1].first().copied().unwrap_or(0.0);
-        if depth(&lists) > deepest.as_ref().map_or(0.0, depth) {
-            deepest = Some(lists);
-        }
-    })?);
-    Ok(deepest.map_or(none, |[radii, face]| cut(&radii, &face)))
 }
 
 /// The part of a face that is the indenter, relative to its tip: what lies beside it is 0.

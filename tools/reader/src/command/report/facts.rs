@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use percuss_table::measures::{Measure, TRACTIONS, Units};
 use serde_json::{Value, json};
 
-use super::{curves::last, find};
+use super::curves::last;
 use crate::{
-    command::summary::Reading,
+    command::{points::find, summary::Reading},
     convention::{
         self, DEPTH, ENERGY, HOST, INTERFACE, LARGEST_PRESSURE, LARGEST_STRAIN, RUN, STATUS, VALIDITY,
     },

@@ -8,12 +8,15 @@ use percuss_table::{
 use crate::{
     channel::Channel,
     convention::{
-        DRAG, ENERGY, EVENT, IMPACT_VELOCITY, INTERFACE, LARGEST_STRAIN, MESH_LOSS, VALIDITY, VELOCITY,
+        DISPLACEMENT, DRAG, ENERGY, EVENT, IMPACT_VELOCITY, INTERFACE, LARGEST_STRAIN, MESH_LOSS, RADIUS,
+        VALIDITY, VELOCITY,
     },
     field::cell,
     messages::Recording,
-    recording::{Damage, OpenError},
-    wire::{Layout, Type, Values},
+    pass::{Moment, Pass, Seen},
+    recording::OpenError,
+    select::Window,
+    wire::{Layout, Type},
 };
 
 /// What was measured, and what could not be read.
@@ -23,10 +26,8 @@ pub(in crate::command) struct Reading {
     pub(in crate::command) measures: Vec<Measure>,
     /// Their units.
     pub(in crate::command) units: Units,
-    /// Damaged parts of the file.
-    pub(in crate::command) damages: Vec<Damage>,
-    /// Messages that do not fit their schema.
-    pub(in crate::command) undecoded: u64,
+    /// How it was read.
+    pub(in crate::command) seen: Seen,
 }
 
 impl Reading {
@@ -36,31 +37,36 @@ impl Reading {
     ///
     /// The file cannot be read.
     pub(in crate::command) fn of(recording: &Recording) -> Result<Self, OpenError> {
-        let mut events = [Source::open(recording, EVENT, ["kind", "since"])];
         let mut story = Story::default();
-        visit(recording, &mut events, |_, time, [kind, since]| {
-            if let Cell::Text(kind) = kind {
-                story.take(time, &kind, since.number());
-            }
-        })?;
-        let mut sources = [
-            Source::open(recording, DRAG, ["force", "contact_radius"]),
-            Source::open(recording, VELOCITY, ["velocity", "displacement"]),
-            Source::open(recording, ENERGY, ["kinetic", "strain"]),
-            // read once more, so that all damages come out of one pass
-            Source::open(recording, EVENT, ["kind", "since"]),
-        ];
-        let units = units(recording, &sources);
+        let mut pass = Pass::<OpenError>::over(recording, Window::default());
+        tell(recording, &mut story, &mut pass);
+        pass.run()?;
         let mut observed = Observations::after(story);
-        let (damages, undecoded) = visit(recording, &mut sources, |source, time, [first, second]| {
-            let [first, second] = [first, second].map(|cell| cell.number());
-            match source {
-                0 => observed.drag.take(time, first, second),
-                1 => observed.motion.take(time, first, second),
-                2 => observed.energy.take(time, first.zip(second).map(|(kinetic, strain)| kinetic + strain)),
-                _ => {}
-            }
-        })?;
+        let mut pass = Pass::<OpenError>::over(recording, Window::default());
+        if let Some(source) = Source::open(recording, DRAG, ["force", RADIUS]) {
+            let drag = &mut observed.drag;
+            source.watch(&mut pass, move |time, [force, radius]| drag.take(time, force, radius));
+        }
+        if let Some(source) = Source::open(recording, VELOCITY, ["velocity", DISPLACEMENT]) {
+            let motion = &mut observed.motion;
+            source.watch(&mut pass, move |time, [velocity, depth]| motion.take(time, velocity, depth));
+        }
+        if let Some(source) = Source::open(recording, ENERGY, ["kinetic", "strain"]) {
+            let energy = &mut observed.energy;
+            source.watch(&mut pass, move |time, [kinetic, strain]| {
+                energy.take(time, kinetic.zip(strain).map(|(kinetic, strain)| kinetic + strain));
+            });
+        }
+        // once more, so that all damages come out of one pass
+        if let Some(source) = Source::open(recording, EVENT, ["kind", "since"]) {
+            source.watch(&mut pass, |_, _| {});
+        }
+        let seen = pass.run()?;
+        Ok(Self { seen, ..Self::from(recording, observed) })
+    }
+
+    /// What is measured of what was seen, and of what the recording says of it.
+    pub(in crate::command) fn from(recording: &Recording, mut observed: Observations) -> Self {
         let said = |key: &str| recording.entries(VALIDITY)?.get(key)?.parse().ok();
         observed.largest_strain =
             ["", ".r", ".z", ".time"].map(|suffix| said(&format!("{LARGEST_STRAIN}{suffix}")));
@@ -70,9 +76,23 @@ impl Reading {
         };
         let interfaces = (1..).map(|number| TRACTIONS.map(|name| traction(number, name)));
         observed.interfaces = interfaces.take_while(|[tension, _]| tension[0].is_some()).collect();
-        let measures = observed.measures();
-        Ok(Self { measures, units, damages, undecoded })
+        Self { measures: observed.measures(), units: units(recording), seen: Seen::default() }
     }
+}
+
+/// Looks at the events of a recording.
+pub(in crate::command) fn tell<'a>(
+    recording: &'a Recording,
+    story: &'a mut Story,
+    pass: &mut Pass<'a, OpenError>,
+) {
+    let Some(source) = Source::open(recording, EVENT, ["kind", "since"]) else { return };
+    pass.each(source.id, move |moment, _| {
+        if let Cell::Text(kind) = source.cell(moment, 0) {
+            story.take(moment.time, &kind, source.cell(moment, 1).number());
+        }
+        Ok(())
+    });
 }
 
 /// A channel, and two of its fields where it has them.
@@ -80,7 +100,6 @@ struct Source<'a> {
     id: u16,
     channel: &'a Channel,
     layout: &'a Layout,
-    values: Values,
     fields: [Option<usize>; 2],
 }
 
@@ -90,57 +109,43 @@ impl<'a> Source<'a> {
         let layout = channel.layout.as_deref()?;
         let fields = fields.map(|field| layout.find(field));
         fields.iter().flatten().next()?;
-        Some(Self { id, channel, layout, values: layout.values(), fields })
+        Some(Self { id, channel, layout, fields })
     }
 
     fn unit(&self, field: usize) -> Option<String> {
         self.channel.unit(&self.layout.leaves[self.fields[field]?].path).map(str::to_owned)
     }
 
-    fn cell(&self, field: usize) -> Cell {
+    fn cell(&self, moment: &Moment, field: usize) -> Cell {
         let Some(leaf) = self.fields[field] else { return Cell::Empty };
         let names = if let Type::Enum(names) = &self.layout.leaves[leaf].kind { Some(names) } else { None };
-        cell(&self.values.lists[leaf], 0, names)
+        cell(&moment.values.lists[leaf], 0, names)
+    }
+
+    /// Hands the time and the numbers of every message to `take`.
+    fn watch(self, pass: &mut Pass<'a, OpenError>, mut take: impl FnMut(f64, [Option<f64>; 2]) + 'a) {
+        pass.each(self.id, move |moment, _| {
+            take(moment.time, [0, 1].map(|field| self.cell(moment, field).number()));
+            Ok(())
+        });
     }
 }
 
-/// Hands the messages of channels to `take`: number of the channel, time, cells of its fields.
-fn visit(
-    recording: &Recording,
-    sources: &mut [Option<Source<'_>>],
-    mut take: impl FnMut(usize, f64, [Cell; 2]),
-) -> Result<(Vec<Damage>, u64), OpenError> {
-    let ids: Vec<u16> = sources.iter().flatten().map(|source| source.id).collect();
-    let mut messages = recording.messages(ids, None)?;
-    let mut undecoded = 0;
-    messages.for_each(|message| -> Result<(), OpenError> {
-        let fits =
-            |source: &Option<Source<'_>>| source.as_ref().is_some_and(|source| source.id == message.channel);
-        let Some(index) = sources.iter().position(fits) else { return Ok(()) };
-        let Some(source) = &mut sources[index] else { return Ok(()) };
-        if source.layout.decode(message.data, &mut source.values).is_err() {
-            undecoded += 1;
-            return Ok(());
-        }
-        let cells = [0, 1].map(|field| source.cell(field));
-        let time = source.channel.instant(message.data, message.log_time, source.channel.origin).number();
-        source.values.release();
-        take(index, time, cells);
-        Ok(())
-    })?;
-    Ok((messages.damages().to_vec(), undecoded))
-}
-
-fn units(recording: &Recording, [drag, motion, energy, event]: &[Option<Source<'_>>; 4]) -> Units {
+fn units(recording: &Recording) -> Units {
+    let open = |topic, fields| Source::open(recording, topic, fields);
+    let drag = open(DRAG, ["force", RADIUS]);
+    let motion = open(VELOCITY, ["velocity", DISPLACEMENT]);
+    let energy = open(ENERGY, ["kinetic", "strain"]);
+    let event = open(EVENT, ["kind", "since"]);
     let interface = recording.channels.values().find(|channel| channel.topic == INTERFACE);
     let of = |source: &Option<Source<'_>>, field| source.as_ref().and_then(|source| source.unit(field));
-    let sources = || [drag, motion, energy, event].into_iter().flatten();
+    let mut sources = [&drag, &motion, &energy, &event].into_iter().flatten();
     Units {
-        time: sources().find_map(|source| source.channel.time_unit().map(str::to_owned)),
-        length: of(motion, 1).or_else(|| of(drag, 1)),
-        speed: of(motion, 0),
-        force: of(drag, 0),
-        energy: of(energy, 0),
+        time: sources.find_map(|source| source.channel.time_unit().map(str::to_owned)),
+        length: of(&motion, 1).or_else(|| of(&drag, 1)),
+        speed: of(&motion, 0),
+        force: of(&drag, 0),
+        energy: of(&energy, 0),
         stress: interface.and_then(|channel| channel.unit("stress")).map(str::to_owned),
     }
 }

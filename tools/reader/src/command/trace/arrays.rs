@@ -18,8 +18,9 @@ use crate::{
     field::SelectionError,
     format::npy::Text,
     messages::Recording,
+    pass::{Pass, Seen},
     prefix::Prefixed,
-    recording::{Budget, Limits},
+    recording::Limits,
     select,
     slice::shown_name,
     units::Units,
@@ -78,44 +79,26 @@ pub fn arrays(
     let field = |&leaf: &usize| ArrayField::of(channel, layout, leaf, &extents.of(id, leaf), &request.units);
     let mut fields = leaves.iter().map(field).collect::<Result<Vec<_>, _>>()?;
     let (mut times, mut outcome) = (Vec::new(), Outcome::default());
-    let mut budget = Budget::new(usize::try_from(limits.memory / 2).unwrap_or(usize::MAX));
     let no_room = || {
         let text = "the arrays are larger than --max-memory allows; choose --from and --to, or --every";
         TraceError::Memory(io::Error::new(io::ErrorKind::OutOfMemory, text))
     };
-    let mut take = |bytes: &[u8], time: f64| -> Result<(), TraceError> {
-        let mut values = layout.values();
-        if layout.decode(bytes, &mut values).is_err() {
-            outcome.undecoded += 1;
-            return Ok(());
-        }
-        times.push(time);
+    let half = usize::try_from(limits.memory / 2).unwrap_or(usize::MAX);
+    let mut pass = Pass::over(&recording, request.window).keeping(half);
+    pass.each(id, |moment, budget| -> Result<(), TraceError> {
+        times.push(moment.time);
         fields.iter_mut().try_for_each(|field| {
             // a list grows to twice its length
-            if !budget.spend(2 * field.bytes()) { Err(no_room()) } else { field.take(channel, &values) }
+            if !budget.spend(2 * field.bytes()) {
+                Err(no_room())
+            } else {
+                field.take(channel, &moment.values)
+            }
         })
-    };
-    let mut messages = recording.messages([id], None)?;
-    let (mut seen, mut last) = (0_u64, None);
-    messages.for_each(|message| -> Result<(), TraceError> {
-        let instant = channel.instant(message.data, message.log_time, channel.origin);
-        if !request.window.holds(instant) {
-            return Ok(());
-        }
-        seen += 1;
-        last = None;
-        if request.window.leaves_out(seen - 1) {
-            last = Some((message.data.to_vec(), instant.number()));
-            return Ok(());
-        }
-        take(message.data, instant.number())
-    })?;
-    if let Some((bytes, time)) = last {
-        take(&bytes, time)?;
-    }
-    let damages = messages.damages().iter().map(|damage| (path.to_owned(), damage.clone()));
-    outcome.damages = damages.collect();
-    outcome.bytes_read = messages.bytes_read();
+    });
+    let Seen { damages, undecoded, bytes } = pass.run()?;
+    outcome.damages = damages.into_iter().map(|damage| (path.to_owned(), damage)).collect();
+    (outcome.undecoded, outcome.bytes_read) = (undecoded, bytes);
     outcome.rows = times.len() as u64;
     // beside the arrays there is no room for them once more
     let archive = tempfile::tempfile()?;

@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// What has been seen so far.
-pub(super) struct Content<'a> {
+pub(in crate::command) struct Content<'a> {
     index: &'a Index,
     pub(super) report: Report,
     pub(super) directory: Directory,
@@ -110,7 +110,7 @@ impl Entries {
 }
 
 impl<'a> Content<'a> {
-    pub(super) fn new(limits: Limits, index: &'a Index) -> Self {
+    pub(in crate::command) fn new(limits: Limits, index: &'a Index) -> Self {
         Self {
             index,
             report: Report::default(),
@@ -139,7 +139,10 @@ impl<'a> Content<'a> {
         }
     }
 
-    pub(super) fn take(&mut self, found: FileRecord<'_>) {
+    /// Takes a record.
+    ///
+    /// * `fit`: of messages that are decoded already, whether they fit their schema
+    pub(in crate::command) fn take(&mut self, found: FileRecord<'_>, fit: Option<Result<(), DecodeError>>) {
         let FileRecord { offset, inside, record } = found;
         let is_header = matches!(record, Record::Header(_));
         if std::mem::take(&mut self.is_first) != is_header {
@@ -155,7 +158,7 @@ impl<'a> Content<'a> {
         match record {
             Record::Schema { .. } => self.schema(offset, &record),
             Record::Channel(_) => self.channel(offset, &record),
-            Record::Message { header, data } => self.message(offset, inside, &header, &data),
+            Record::Message { header, data } => self.message(offset, inside, (&header, &data), fit),
             Record::Chunk { header, .. } => self.open_chunk(offset, header),
             Record::MessageIndex(entry) => self.message_index(offset, entry.channel_id, &entry.records),
             Record::Attachment { header, .. } => self.attachment(offset, header.name),
@@ -209,7 +212,13 @@ impl<'a> Content<'a> {
         }
     }
 
-    fn message(&mut self, offset: u64, inside: Option<u64>, header: &MessageHeader, data: &[u8]) {
+    fn message(
+        &mut self,
+        offset: u64,
+        inside: Option<u64>,
+        (header, data): (&MessageHeader, &[u8]),
+        fit: Option<Result<(), DecodeError>>,
+    ) {
         self.report.messages += 1;
         let (id, time) = (header.channel_id, header.log_time);
         let series = self.series.entry(id).or_default();
@@ -240,7 +249,8 @@ impl<'a> Content<'a> {
             series.axes = (0..layout.leaves.len()).map(axis).filter(|(_, axis)| axis.is_listed()).collect();
             layout.values()
         });
-        let flaw = match layout.decode(data, values) {
+        let fit = fit.filter(|_| series.axes.is_empty()).unwrap_or_else(|| layout.decode(data, values));
+        let flaw = match fit {
             Ok(()) => Ok(series.axes.iter().find_map(|(leaf, axis)| axis.flaw(*leaf, values))),
             Err(DecodeError::SchemaMismatch) => Err("does not fit its schema"),
             Err(DecodeError::Memory) => Err("unpacks to more than --max-memory allows"),

@@ -1,0 +1,124 @@
+//! Numbers of fields over time, as they are drawn.
+
+use crate::{channel::Channel, messages::Recording, pass::Pass, recording::OpenError, wire::Layout};
+
+/// A curve: times and values.
+pub(super) type Curve = Vec<(f64, f64)>;
+
+/// Points of a curve that is drawn, at most; longer ones keep the extremes of every stretch.
+const POINTS: usize = 1200;
+
+/// A channel that has messages, by its topic.
+pub(super) fn find(recording: &Recording, fits: impl Fn(&str) -> bool) -> Option<u16> {
+    let fits = |channel: &Channel| channel.count > 0 && channel.layout.is_some() && fits(&channel.topic);
+    recording.channels.iter().find(|(_, channel)| fits(channel)).map(|(id, _)| *id)
+}
+
+/// Some fields of a channel over time.
+#[derive(Default)]
+pub(super) struct Points {
+    id: u16,
+    /// Their leaves, with a curve for every element.
+    fields: Vec<(usize, Vec<Curve>)>,
+}
+
+impl Points {
+    /// Nothing yet of those fields that there are; recordings of earlier versions have fewer.
+    pub(super) fn of(recording: &Recording, topic: &str, names: &[&str]) -> Self {
+        let Some(id) = find(recording, |known| known == topic) else { return Self::default() };
+        let layout = recording.channels[&id].layout.as_deref();
+        let leaves = names.iter().filter_map(|name| layout?.find(name));
+        Self { id, fields: leaves.map(|leaf| (leaf, Vec::new())).collect() }
+    }
+
+    /// Takes the numbers of all messages of the pass.
+    pub(super) fn watch<'a>(&'a mut self, recording: &'a Recording, pass: &mut Pass<'a, OpenError>) {
+        let Self { id, fields } = self;
+        if fields.is_empty() {
+            return;
+        }
+        let mut numbers = Vec::new();
+        pass.each(*id, move |moment, budget| {
+            for (leaf, curves) in fields.iter_mut() {
+                if !moment.values.lists[*leaf].numbers(&mut numbers) {
+                    continue;
+                }
+                // a list grows to twice its length
+                if !budget.spend(2 * size_of::<(f64, f64)>() * numbers.len()) {
+                    return Err(recording.no_room("the points of the curves"));
+                }
+                curves.resize_with(curves.len().max(numbers.len()), Curve::new);
+                let points = numbers.iter().map(|number| (moment.time, *number));
+                curves.iter_mut().zip(points).for_each(|(curve, point)| curve.push(point));
+            }
+            Ok(())
+        });
+    }
+
+    /// The curves of a field, one for each of its elements.
+    pub(super) fn curves(&self, recording: &Recording, name: &str) -> &[Curve] {
+        let leaf = self.layout(recording).and_then(|layout| layout.find(name));
+        let field = self.fields.iter().find(|(known, _)| Some(*known) == leaf);
+        field.map_or(&[], |(_, curves)| curves)
+    }
+
+    /// The curve of a field of single numbers.
+    pub(super) fn curve(&self, recording: &Recording, name: &str) -> &[(f64, f64)] {
+        self.curves(recording, name).first().map_or(&[], Vec::as_slice)
+    }
+
+    fn layout<'a>(&self, recording: &'a Recording) -> Option<&'a Layout> {
+        recording.channels.get(&self.id)?.layout.as_deref()
+    }
+}
+
+/// The value of a curve at the point nearest to every time; NaN where it has none. Of two that are equally near, the earlier.
+pub(super) fn nearest(curve: &[(f64, f64)], times: &[f64]) -> Vec<f64> {
+    let value = |at: &f64| {
+        let next = curve.partition_point(|(time, _)| time < at);
+        let around = [next.checked_sub(1), Some(next)].into_iter().flatten().filter_map(|i| curve.get(i));
+        let distance = |point: &&(f64, f64)| (point.0 - at).abs();
+        around.min_by(|a, b| distance(a).total_cmp(&distance(b))).map_or(f64::NAN, |point| point.1)
+    };
+    times.iter().map(value).collect()
+}
+
+/// The smallest and the largest point of every stretch, in their order.
+pub(super) fn downsampled(points: &[(f64, f64)]) -> Curve {
+    if points.len() <= POINTS {
+        return points.to_vec();
+    }
+    let stretch = points.len().div_ceil(POINTS / 2);
+    let extremes = |points: &[(f64, f64)]| {
+        let by_value = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
+        let (low, high) = (points.iter().min_by(by_value), points.iter().max_by(by_value));
+        let mut pair: Curve = low.into_iter().chain(high).copied().collect();
+        pair.sort_by(|a, b| a.0.total_cmp(&b.0));
+        pair.dedup();
+        pair
+    };
+    points.chunks(stretch).flat_map(extremes).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn downsampling_keeps_the_extremes() {
+        let mut points: Curve = (0..100_000).map(|i| (f64::from(i), 0.0)).collect();
+        points[77_777].1 = 5.0;
+        points[33_333].1 = -5.0;
+        let fewer = downsampled(&points);
+        assert!(fewer.len() <= POINTS + 2);
+        assert!(fewer.contains(&(77_777.0, 5.0)) && fewer.contains(&(33_333.0, -5.0)));
+        assert!(fewer.windows(2).all(|pair| pair[0].0 < pair[1].0));
+    }
+
+    #[test]
+    fn the_nearest_point_counts() {
+        let curve = [(0.0, 1.0), (1.0, 2.0), (2.0, 3.0)];
+        assert_eq!(nearest(&curve, &[-1.0, 0.5, 0.6, 9.0]), [1.0, 1.0, 2.0, 3.0]);
+        assert!(nearest(&[], &[0.0])[0].is_nan());
+    }
+}
