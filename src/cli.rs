@@ -63,7 +63,7 @@ pub struct Arguments {
 
 /// What is built: version, numerics and format, and the commit if it is known; and what instructions it computes with here.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
-    let commit = option_env!("PERCUSS_COMMIT").map_or(String::new(), |commit| format!(", commit {commit}"));
+    let commit = percuss_output::COMMIT.map_or(String::new(), |commit| format!(", commit {commit}"));
     let version = env!("CARGO_PKG_VERSION");
     let instructions = Instructions::detect();
     format!(

@@ -361,9 +361,7 @@ fn host_record(reproducible: bool, resumed: Option<u64>) -> BTreeMap<String, Str
             ("threads", rayon::current_num_threads().to_string()),
             ("build", format!("{build} {} {}", std::env::consts::ARCH, std::env::consts::OS)),
         ]);
-        map.extend(
-            option_env!("PERCUSS_COMMIT").map(|commit| ("commit".to_owned(), clip(commit.to_owned()))),
-        );
+        map.extend(percuss_output::COMMIT.map(|commit| ("commit".to_owned(), clip(commit.to_owned()))));
         map.extend(resumed.map(|step| ("resumed_after_step".to_owned(), step.to_string())));
     }
     let used: usize = map.iter().map(|(key, value)| key.len() + value.len()).sum();

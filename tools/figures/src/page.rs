@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use percuss_output::text::xml;
+
 use crate::figure::{Figure, Statement, Verdict};
 
 /// A table with a heading row.
@@ -87,11 +89,11 @@ td, th { border: 1px solid #bbb; padding: .3rem .6rem; text-align: left; vertica
     let paragraph = |paragraph: &String| format!("<p>{}</p>\n", inline(paragraph));
     text.extend(page.introduction.iter().map(paragraph));
     for figure in &page.figures {
-        let (id, title) = (&figure.id, escape(&figure.title));
+        let (id, title) = (&figure.id, xml(&figure.title));
         write!(
             text,
             "<h2>{}</h2>\n<p>{}</p>\n<p><a href=\"fig{id}.svg\"><img src=\"fig{id}.png\" alt=\"{title}\"></a></p>\n",
-            escape(&figure.heading()),
+            xml(&figure.heading()),
             inline(&figure.remark()),
         )
         .expect("a String grows");
@@ -105,7 +107,7 @@ td, th { border: 1px solid #bbb; padding: .3rem .6rem; text-align: left; vertica
         }
     }
     for table in &page.tables {
-        write!(text, "<h2>{}</h2>\n<p>{}</p>\n", escape(&table.title), inline(&table.text))
+        write!(text, "<h2>{}</h2>\n<p>{}</p>\n", xml(&table.title), inline(&table.text))
             .expect("a String grows");
         text.push_str(&html_table(&table.rows));
     }
@@ -165,14 +167,10 @@ fn html_table(rows: &[Vec<String>]) -> String {
     text + "</table>\n"
 }
 
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
 /// Text with `code` and *emphasis*.
 fn inline(text: &str) -> String {
     let mut html = String::new();
-    for (i, part) in escape(text).split('`').enumerate() {
+    for (i, part) in xml(text).split('`').enumerate() {
         if i % 2 == 1 {
             write!(html, "<code>{part}</code>").expect("a String grows");
             continue;

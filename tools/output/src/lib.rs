@@ -14,7 +14,7 @@
 //! Errors of the system are reported with the number of bytes that were written before; interrupted calls are repeated, short writes
 //! are continued.
 //!
-//! What such programs show of the files that they read goes through [`text`].
+//! What such programs show of the files that they read goes through [`text`]; [`COMMIT`] is what is built.
 //!
 //! The feature `signals` has what signals do to a program with such files, the feature `manual` what
 //! programs say of themselves, and of the numbers that they expect.
@@ -36,6 +36,9 @@ mod part;
 #[cfg(feature = "signals")]
 mod signals;
 pub mod text;
+
+/// The commit that is built, with `-dirty` if files have changed since; `None` where it is not known, as in unoptimised programs.
+pub const COMMIT: Option<&str> = option_env!("PERCUSS_COMMIT");
 mod unfinished;
 
 pub use counted::Counted;

@@ -71,6 +71,19 @@ pub fn toml_string(text: &str) -> String {
     format!("\"{}\"", string.replace(JOB_COMMANDS[1], "#\\u0023["))
 }
 
+/// The same text in XML, HTML or SVG, between tags or in an attribute: also what XML cannot have is escaped.
+///
+/// ```
+/// use percuss_output::text::xml;
+///
+/// assert_eq!(xml("a < \"b\"\u{7}"), "a &lt; &quot;b&quot;\\u{7}");
+/// ```
+pub fn xml(text: &str) -> String {
+    let text = lines(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    // what is no character of XML at all
+    text.replace('"', "&quot;").replace(['\u{fffe}', '\u{ffff}'], "\u{fffd}")
+}
+
 fn escaped(text: &str, is_bad: fn(char) -> bool, escape: fn(char) -> String) -> Cow<'_, str> {
     if !text.contains(is_bad) {
         return Cow::Borrowed(text);

@@ -18,6 +18,8 @@ mod summary;
 mod trace;
 mod verify;
 
+use std::sync::LazyLock;
+
 use clap::{Parser, Subcommand};
 
 pub use outcome::{CliError, Exit, report};
@@ -40,7 +42,7 @@ use verify::VerifyArguments;
 
 /// Reads MCAP recordings, protobuf or JSON: tables and pictures of any field, comparison number by number, verification, recovery.
 #[derive(Debug, Parser)]
-#[command(name = "percuss-read", version, about, long_about = None, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(name = "percuss-read", version, long_version = VERSION.as_str(), about, long_about = None, arg_required_else_help = true, after_help = EXAMPLES)]
 pub struct Arguments {
     /// Memory that reading may take, whatever a file claims: 1GiB, 500MB
     #[arg(long, global = true, value_name = "SIZE", default_value = "1GiB", value_parser = memory)]
@@ -48,6 +50,12 @@ pub struct Arguments {
     #[command(subcommand)]
     command: Command,
 }
+
+/// What is built: the version, and the commit if it is known.
+static VERSION: LazyLock<String> = LazyLock::new(|| {
+    let version = env!("CARGO_PKG_VERSION");
+    percuss_output::COMMIT.map_or_else(|| version.to_owned(), |commit| format!("{version}\ncommit {commit}"))
+});
 
 /// Smallest memory to work with \[bytes\].
 const LEAST_MEMORY: u64 = 1 << 20;

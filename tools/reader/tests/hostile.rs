@@ -125,6 +125,31 @@ fn what_is_wrong_is_said() {
 }
 
 #[test]
+fn definitions_count_wherever_they_stand() {
+    let own = |topic: &str| raw::channel_of(1, 0, topic, "json", &[]);
+    let said = |i: u64| message_at(1, i, format!("{{\"v\":{i}}}").as_bytes());
+    let early = [said(1), said(2), own("/d"), said(3)];
+    let twice = [own("/d"), said(1), own("/other"), said(2), said(3)];
+    for (records, what, kept) in [
+        (&early[..], "2 messages of channel 1 stand before its definition", 0),
+        (&twice[..], "channel 1 is defined again as `/other`: it stays `/d`", 3),
+    ] {
+        let (folder, _) = folder(&whole(records, &[]));
+        for verb in ["info a.mcap", "trace a.mcap", "cat a.mcap", "plot a.mcap"] {
+            let (status, stderr) = run(folder.path(), &verb.split(' ').collect::<Vec<_>>());
+            assert!(status == Some(3) && stderr.contains(what), "{verb}: {stderr}");
+        }
+        let (_, table, _) = run_all(folder.path(), &["trace", "a.mcap"]);
+        assert_eq!(table.lines().count(), 4, "{table}");
+        let recover = ["recover", "a.mcap", "-o", "r.mcap"];
+        let (status, all, _) = run_all(folder.path(), &recover);
+        assert!(status == Some(kept) && all.contains("3 messages"), "{all}");
+        let (_, all, _) = run_all(folder.path(), &["info", "r.mcap"]);
+        assert!(all.contains("/d         3"), "{all}");
+    }
+}
+
+#[test]
 fn chunks_full_of_empty_messages() {
     // a chunk of them fits into what each of two files may take
     const MANY: u64 = 200_000;

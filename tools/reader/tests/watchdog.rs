@@ -24,6 +24,7 @@ use std::{
     time::Duration,
 };
 
+use clap::CommandFactory;
 use tempfile::TempDir;
 use watch::{MEMORY, complaints, watch, watch_with};
 
@@ -36,11 +37,12 @@ type Case = (&'static str, fn() -> Vec<u8>);
 const LEAST: usize = 60;
 
 /// Every verb in the form that reads most. `a.mcap` is the hostile file, `b.mcap` a sound one.
-pub const VERBS: [&str; 12] = [
+pub const VERBS: [&str; 13] = [
     "info a.mcap",
     "verify a.mcap",
     "schema a.mcap",
     "cat a.mcap",
+    "animate a.mcap --topic * -o a.gif --frames 3 --width 320 --force",
     "trace a.mcap --topic * -o t.csv --force",
     "plot a.mcap --topic * -o p.svg --force",
     "diff a.mcap a.mcap",
@@ -51,9 +53,13 @@ pub const VERBS: [&str; 12] = [
     "recover a.mcap -o r.mcap --force",
 ];
 
+/// Verbs that read no recording, and the one that waits for viewers, which has a test of its own.
+const OTHERS: [&str; 3] = ["completions", "man", "replay"];
+
 /// Further forms of them that read otherwise.
-const FORMS: [&str; 28] = [
+const FORMS: [&str; 29] = [
     "info a.mcap --json",
+    "animate a.mcap -o a.gif --force",
     "verify a.mcap --json",
     "cat a.mcap --topic /a,/drag --from 0 --to 1 --every 2",
     "trace a.mcap",
@@ -102,6 +108,15 @@ fn hostile_files_are_many_and_have_names() {
     let names: BTreeSet<&str> = cases().iter().map(|(name, _)| *name).collect();
     assert_eq!(names.len(), cases().len(), "each has a name of its own");
     assert!(names.len() >= LEAST, "{} hostile files", names.len());
+}
+
+#[test]
+fn every_verb_is_watched() {
+    let watched: BTreeSet<&str> =
+        VERBS.iter().filter_map(|verb| verb.split(' ').next()).chain(OTHERS).collect();
+    let program = percuss_reader::cli::Arguments::command();
+    let verbs: BTreeSet<&str> = program.get_subcommands().map(clap::Command::get_name).collect();
+    assert_eq!(watched, verbs, "a verb is watched, or is none");
 }
 
 /// Where the process that makes a hostile file puts it, and which it makes.

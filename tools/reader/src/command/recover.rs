@@ -77,9 +77,21 @@ pub fn recover(path: &Path, output: impl Write, limits: Limits) -> Result<Recove
     for record in &index.directory {
         copy.define(record)?;
     }
-    let mut reported = 0;
+    let (mut reported, mut looked) = (0, false);
     loop {
-        let next = scan.next(|found| copy.take(found))?;
+        let next = scan.next(|found| {
+            // a definition counts wherever it stands: without a summary, that takes a reading of its own
+            if let Record::Message { header, .. } = &found.record
+                && !looked
+                && !copy.topics.contains_key(&header.channel_id)
+            {
+                looked = true;
+                Scan::open(path, limits)?
+                    .find_map(|found| copy.define(&found.record).err())?
+                    .map_or(Ok(()), Err)?;
+            }
+            Ok::<_, RecoverError>(copy.take(found)?)
+        })?;
         for damage in &scan.damages()[reported..] {
             copy.lose(damage);
         }
@@ -153,6 +165,15 @@ impl<W: Write> Copy<W> {
             Record::Channel(channel) if !self.topics.contains_key(&channel.id) => {
                 let entries = channel.metadata.iter().map(|(key, value)| 160 + key.len() + value.len());
                 2 * channel.topic.len() + channel.message_encoding.len() + entries.sum::<usize>()
+            }
+            Record::Channel(channel) if self.topics[&channel.id] != channel.topic => {
+                let (first, other) = (short(&self.topics[&channel.id]), short(&channel.topic));
+                let text =
+                    format!("channel {} is defined again as `{other}`: it stays `{first}`", channel.id);
+                if self.result.lost.len() < MAX_LOST && !self.result.lost.contains(&text) {
+                    self.result.lost.push(text);
+                }
+                return Ok(());
             }
             _ => return Ok(()),
         };

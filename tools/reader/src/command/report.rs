@@ -29,6 +29,7 @@ use crate::{
     recording::{Damage, Limits, OpenError},
     select::Window,
     tabular::TableError,
+    text::xml,
 };
 use animation::Field;
 use body::Outline;
@@ -169,7 +170,7 @@ fn observed(recording: &Recording, story: Story, charts: &Charts) -> Observation
 /// Fills a template: title, style, data and scripts, in this order.
 fn fill(template: &str, data: &Value, [style, scripts @ ..]: &[(&str, &str); 3]) -> String {
     let title = data["title"].as_str().unwrap_or("percuss");
-    let title = title.replace('&', "&amp;").replace('<', "&lt;");
+    let title = xml(title);
     // in a script element nothing but `<` could end it
     let data = data.to_string().replace('<', "\\u003c");
     let mut page = String::with_capacity(template.len() + data.len());
@@ -193,7 +194,7 @@ mod tests {
     fn what_a_file_says_cannot_leave_its_place_in_the_page() {
         let data = json!({ "title": "a</title><script>", "x": "</script><b>{script}" });
         let page = fill(PAGE, &data, &[("{style}", STYLE), ("{shared}", SHARED), ("{script}", SCRIPT)]);
-        assert!(page.contains("a&lt;/title>&lt;script>"));
+        assert!(page.contains("a&lt;/title&gt;&lt;script&gt;"));
         assert_eq!(page.matches("</script>").count(), 2);
         assert_eq!(page.matches("<b>").count(), 0);
     }

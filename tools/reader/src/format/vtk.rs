@@ -8,6 +8,7 @@ use percuss_table::Heading;
 use crate::{
     convention,
     slice::{Side, Slice},
+    text::xml,
 };
 
 /// A field as image data.
@@ -55,9 +56,9 @@ fn file<const N: usize>(
 ) -> Vec<u8> {
     let (nx, ny) = (slice.columns.length().max(1), slice.rows.length().max(1));
     let extent = format!("0 {} 0 {} 0 0", nx - 1, ny - 1);
-    let name = escape(&name(&slice.heading()));
+    let name = xml(&name(&slice.heading()));
     let [y, x] = slice.axes.each_ref().map(Heading::with_unit);
-    let (title, time) = (escape(&format!("{}; x is {x}, y is {y}", slice.title())), slice.time);
+    let (title, time) = (xml(&format!("{}; x is {x}, y is {y}", slice.title())), slice.time);
     let mut data = Vec::new();
     let mut array = |name: &str, values: &[f64]| {
         let offset = data.len();
@@ -66,7 +67,7 @@ fn file<const N: usize>(
         format!("<DataArray type=\"Float64\" Name=\"{name}\" format=\"appended\" offset=\"{offset}\"/>\n")
     };
     let values = array(&name, &slice.values);
-    let axes: String = coordinates.iter().map(|(name, places)| array(&escape(name), places)).collect();
+    let axes: String = coordinates.iter().map(|(name, places)| array(&xml(name), places)).collect();
     let axes = if N > 0 { format!("<Coordinates>\n{axes}</Coordinates>\n") } else { axes };
     let head = format!(
         "<?xml version=\"1.0\"?>\n\
@@ -87,14 +88,10 @@ fn name(heading: &Heading) -> String {
     Heading { unit: heading.unit.clone().filter(|unit| !is_plain(unit)), ..heading.clone() }.with_unit()
 }
 
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
 /// A time series of ParaView: times, and the files of the frames as seen from it.
 pub fn pvd(frames: &[(f64, String)]) -> String {
     let entry =
-        |(time, file): &(f64, String)| format!("<DataSet timestep=\"{time}\" file=\"{}\"/>\n", escape(file));
+        |(time, file): &(f64, String)| format!("<DataSet timestep=\"{time}\" file=\"{}\"/>\n", xml(file));
     let entries: String = frames.iter().map(entry).collect();
     format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n{entries}</Collection>\n</VTKFile>\n"

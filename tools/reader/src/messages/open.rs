@@ -15,6 +15,18 @@ use crate::{
 /// Compressions that are listed by name.
 const MAX_COMPRESSIONS: usize = 16;
 
+/// Flaws of definitions that are noted, at most.
+const MAX_NOTED: usize = 100;
+
+/// Messages of a channel that is not defined so far.
+struct Early {
+    count: u64,
+    /// Log times \[ns\].
+    span: (u64, u64),
+    /// Of the first.
+    offset: u64,
+}
+
 impl Attachment {
     /// Memory that it takes \[bytes\].
     fn weight(&self) -> usize {
@@ -66,7 +78,23 @@ impl Recording {
     fn read_whole(path: &Path, limits: Limits, file: Opened) -> Result<Self, OpenError> {
         let mut scan = file.scan(path, limits)?;
         let (mut recording, mut directory) = (Self::empty(path, limits, file), Directory::new(limits));
-        scan.for_each(|found| recording.take(found, &mut directory))?;
+        let mut early = BTreeMap::new();
+        scan.for_each(|found| recording.take(found, &mut directory, &mut early))?;
+        for (id, Early { count, span, offset }) in early {
+            let reason = match directory.channel_mut(id) {
+                // where a definition stands says nothing of what it defines
+                Some(channel) => {
+                    channel.count += count;
+                    for time in [span.0, span.1] {
+                        channel.span = Some(widen(channel.span, time));
+                        recording.span = Some(widen(recording.span, time));
+                    }
+                    format!("{count} messages of channel {id} stand before its definition")
+                }
+                None => format!("{count} messages of channel {id}, which is not defined"),
+            };
+            recording.note(offset, reason);
+        }
         recording.refused.extend(directory.refused());
         let json = directory.take_json();
         recording.channels = directory.into_channels();
@@ -155,7 +183,23 @@ impl Recording {
         Ok(Some(self))
     }
 
-    fn take(&mut self, found: FileRecord<'_>, directory: &mut Directory) {
+    /// Notes a flaw of the file that all who read messages are told.
+    fn note(&mut self, offset: u64, reason: String) {
+        if self.refused.len() < MAX_NOTED {
+            self.refused.push(Damage { offset, bytes: 0, reason });
+        }
+    }
+
+    fn take(&mut self, found: FileRecord<'_>, directory: &mut Directory, early: &mut BTreeMap<u16, Early>) {
+        if let Record::Channel(channel) = &found.record
+            && let Some(known) = directory.channels().get(&channel.id)
+            && (known.topic != channel.topic || known.encoding != channel.message_encoding)
+        {
+            let (first, other) = (short(&known.topic), short(&channel.topic));
+            let id = channel.id;
+            let reason = format!("channel {id} is defined again as `{other}`: it stays `{first}`");
+            self.note(found.offset, reason);
+        }
         directory.learn(&found.record);
         match found.record {
             // as long as they please, as often as they please
@@ -169,6 +213,15 @@ impl Recording {
                     channel.count += 1;
                     channel.span = Some(widen(channel.span, header.log_time));
                     self.span = Some(widen(self.span, header.log_time));
+                } else {
+                    let (time, offset) = (header.log_time, found.offset);
+                    let early = early.entry(header.channel_id).or_insert(Early {
+                        count: 0,
+                        span: (time, time),
+                        offset,
+                    });
+                    early.count += 1;
+                    early.span = widen(Some(early.span), time);
                 }
             }
             Record::Attachment { header, data, .. } => {

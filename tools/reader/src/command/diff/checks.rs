@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::{Job, Style, Verdict, shown::shown, text, verdict};
 use crate::{
     compare::{ChannelReport, Comparison, Gap},
-    text::printable,
+    text::{printable, xml},
 };
 
 /// A recording and its reference.
@@ -208,14 +208,6 @@ pub fn github(suites: &[Suite]) -> String {
     text
 }
 
-/// A text between tags or in an attribute.
-fn xml(text: &str) -> String {
-    // what no document may have, however it is written
-    let is_allowed = |c: &char| !matches!(c, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}');
-    let text: String = text.chars().filter(is_allowed).collect();
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
 /// A text in a cell of a table.
 fn cell(text: &str) -> String {
     let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('\n', " ");
@@ -265,7 +257,7 @@ mod tests {
         let velocity = "<testcase classname=\"new/a.mcap\" name=\"/velocity\">\n      <system-out>messages compared: 2 of 3 and 4<";
         assert!(text.contains(velocity), "{text}");
         assert!(
-            text.contains("message=\"no &quot;common&quot; time\">") && !text.contains('\u{1b}'),
+            text.contains("message=\"no &quot;common&quot; time\\u{1b}\">") && !text.contains('\u{1b}'),
             "{text}"
         );
         assert!(text.contains("and &lt;more&gt; &amp; 5 %</failure>"), "{text}");

@@ -3,24 +3,26 @@
 use std::{env, path::PathBuf, process::Command};
 
 fn main() {
-    println!("cargo::rerun-if-changed=src/build.rs");
+    println!("cargo::rerun-if-changed=build.rs");
     // every commit compiles a program anew that names it: none but optimised ones
     if env::var("PROFILE").is_ok_and(|profile| profile == "release") {
         commit();
     }
 }
 
-/// Hands the commit to the program, with `-dirty` if files have changed since; nothing where the source is in no repository of
+/// Hands the commit to the programs, with `-dirty` if files have changed since; nothing where the source is in no repository of
 /// its own.
 fn commit() {
-    let Some(root) = env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from) else { return };
+    let Some(here) = env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from) else { return };
+    // this is `tools/output` of the repository
+    let Some(root) = here.ancestors().nth(2) else { return };
     let git = |arguments: &[&str]| {
         let mut command = Command::new("git");
         if let Some(above) = root.parent() {
             // a repository that has a copy of the source has other commits
             command.env("GIT_CEILING_DIRECTORIES", above);
         }
-        let output = command.current_dir(&root).args(arguments).output().ok()?;
+        let output = command.current_dir(root).args(arguments).output().ok()?;
         let text = String::from_utf8(output.stdout).ok()?;
         output.status.success().then(|| text.trim().to_owned())
     };
@@ -32,6 +34,6 @@ fn commit() {
     let log =
         git(&["rev-parse", "--git-path", "logs/HEAD"]).map(|log| root.join(log)).filter(|log| log.exists());
     log.into_iter()
-        .chain([root.join("src")])
+        .chain([root.join("src"), root.join("tools/reader/src")])
         .for_each(|path| println!("cargo::rerun-if-changed={}", path.display()));
 }
