@@ -31,6 +31,7 @@
 //! | `percuss-table` | named columns with units, what takes their rows as CSV and Parquet, measures of an impact: a crate of its own |
 //! | [`mod@format`] | what takes rows and fields in other formats, one file each |
 //! | [`tabular`] | tables that were written, read back: columns by their names |
+//! | [`measured`] | tables as recordings, beside those whose fields they have |
 //! | [`timeline`] | messages by their log time, from any time on |
 //! | `percuss-serve` | messages to viewers over the Foxglove WebSocket protocol, a crate of its own |
 //! | [`compare`] | two recordings number by number: structure, alignment, tolerances, measures. Pure: no output |
@@ -158,6 +159,7 @@ pub mod extent;
 pub mod field;
 pub mod format;
 mod instant;
+pub mod measured;
 pub mod messages;
 mod nest;
 pub mod pass;

@@ -47,6 +47,17 @@ impl Prefixed {
     }
 }
 
+/// A unit of the SI with a prefix as power of ten and unit: `kN` is 10³ N. `None` for others.
+pub(crate) fn plain(unit: &str) -> Option<(i32, &'static str)> {
+    let unit = unit.replace(['u', 'μ'], "µ");
+    let of = |&(power, prefix): &(i32, &str)| {
+        let rest = unit.strip_prefix(prefix)?;
+        Some((power, UNITS.into_iter().find(|known| *known == rest)?))
+    };
+    // `m` and `m/s` are themselves
+    PREFIXES.iter().filter(|(power, _)| *power == 0).chain(&PREFIXES).find_map(of)
+}
+
 /// Times and lengths as they are typed: what they are, and the unit that numbers without one are in.
 pub(crate) const TIME: (&str, &str) = ("time", "s");
 /// See [`TIME`].
@@ -285,6 +296,22 @@ mod tests {
         assert_eq!(check(Some("s")), Ok(()));
         let error = check(Some("R/c_p")).expect_err("an error").to_string();
         assert!(error.starts_with("times of `/drag` are in R/c_p"), "{error}");
+    }
+
+    #[test]
+    fn units_lose_their_prefix() {
+        for (unit, expected) in [
+            ("µs", Some((-6, "s"))),
+            ("us", Some((-6, "s"))),
+            ("m", Some((0, "m"))),
+            ("mm", Some((-3, "m"))),
+            ("m/s", Some((0, "m/s"))),
+            ("MPa", Some((6, "Pa"))),
+            ("mN s", Some((-3, "N s"))),
+            ("R/c_p", None),
+        ] {
+            assert_eq!(plain(unit), expected, "{unit}");
+        }
     }
 
     #[test]

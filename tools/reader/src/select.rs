@@ -34,6 +34,11 @@ impl std::str::FromStr for Pattern {
 }
 
 impl Pattern {
+    /// That of one name.
+    pub(crate) fn exact(name: &str) -> Self {
+        Self { text: name.into(), matcher: None }
+    }
+
     /// True if a name fits; the pattern's own text always does.
     pub fn fits(&self, name: &str) -> bool {
         name == self.text || self.matcher.as_ref().is_some_and(|matcher| matcher.is_match(name))
@@ -75,6 +80,14 @@ impl Bound {
     /// Refuses a unit where the times of a channel are in another than seconds.
     pub(crate) fn check(self, channel: &Channel) -> Result<(), UnitError> {
         UnitError::check(self.has_unit, TIME, &channel.topic, "times", channel.time_unit())
+    }
+
+    /// The log time in seconds at which a step of this time is.
+    ///
+    /// * `clock`: log time that passes in a unit of the time of steps \[s\], and that unit
+    pub(crate) fn of_step(self, topic: &str, (rate, unit): (f64, Option<&str>)) -> Result<Self, UnitError> {
+        UnitError::check(self.has_unit, TIME, topic, "times", unit)?;
+        Ok(Self::from(self.number * rate))
     }
 
     /// Whole nanoseconds not after and not before it.
@@ -237,7 +250,7 @@ pub fn channels_or_default(recording: &Recording, patterns: &[Pattern]) -> Resul
     }
     let all = || recording.channels.iter().filter(|(_, channel)| channel.layout.is_some());
     if recording.is_percuss() || all().any(|(_, channel)| channel.topic == convention::DRAG) {
-        let drag = Pattern { text: convention::DRAG.into(), matcher: None };
+        let drag = Pattern::exact(convention::DRAG);
         return channels(recording, &[drag]);
     }
     let is_full = |(_, channel): &(&u16, &Channel)| channel.count > 0 || channel.span.is_some();

@@ -38,6 +38,14 @@ pub enum TableError {
         /// Why.
         reason: String,
     },
+    /// It is not what it is taken for.
+    #[error("`{}`: {reason}", path.display())]
+    Unfit {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
     /// There is no such column.
     #[error("the table has no column `{name}`; it has {known}")]
     NoColumn {

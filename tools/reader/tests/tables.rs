@@ -259,3 +259,60 @@ fn columns_between_semicolons_are_named() {
     let error = desk.both(1, &["plot", "a.csv", "--x", "x", "--y", "y"]).1;
     assert!(error.contains("between semicolons"), "{error}");
 }
+
+#[test]
+fn a_table_stands_in_for_a_recording() {
+    let desk = Desk::new(&[]);
+    let settings = ["mesh.cells=10", "run.end_time=\"20 us\"", "record.frames=3"];
+    si::record("ball", &settings, &desk.path("ball.mcap"));
+    si::record("fig5", &["mesh.cells=10", "run.end_time=1"], &desk.path("fig5.mcap"));
+    // all of its own bits
+    for table in ["drag.csv", "drag.parquet", "drag.jsonl"] {
+        desk.text(0, &["trace", "fig5.mcap", "-o", table]);
+        for pair in [["fig5.mcap", table], [table, "fig5.mcap"]] {
+            let text = desk.text(0, &["diff", pair[0], pair[1]]);
+            assert!(text.contains("equal") && !text.contains("for information"), "{pair:?}: {text}");
+        }
+    }
+    // several topics; prefixes are rounded
+    let several = ["trace", "ball.mcap", "--topic", "/drag,/velocity", "--field", "force,velocity"];
+    desk.text(0, &[&several[..], &["-o", "both.csv"]].concat());
+    assert!(desk.lines(&several)[0].starts_with("time [µs],/drag.force"));
+    let between = ["--align", "linear", "--common", "--peak-rel", "1e-9"];
+    desk.text(0, &[&["diff", "both.csv", "ball.mcap"][..], &between].concat());
+    desk.text(0, &[&several[..], &["--units", "base", "-o", "base.csv"]].concat());
+    desk.text(0, &["diff", "ball.mcap", "base.csv"]);
+    // what was measured: other names, fewer times, another clock
+    let lines = desk.lines(&["trace", "ball.mcap", "--field", "force", "--unit", "force=N"]);
+    let numbers = |line: &str| line.split(',').map(|number| number.parse().expect("a number")).collect();
+    let rows = lines[1..].iter().step_by(3).map(|line| -> Vec<f64> { numbers(line) });
+    let rows: String = rows.map(|row| format!("{},{}\n", row[0] + 5.0, 1e-3 * row[1])).collect();
+    desk.put("measured.csv", format!("t [us],load [kN]\n{rows}"));
+    let names = ["--rename", "t=time", "--rename", "load=force"];
+    let diff = ["diff", "measured.csv", "ball.mcap", "--align", "linear", "--common", "--peak-rel", "1e-6"];
+    desk.text(1, &[&diff[..], &names].concat());
+    let text = desk.text(0, &[&diff[..], &names, &["--time-offset", "fit"]].concat());
+    assert!(text.contains("is added to the times of the new recording"), "{text}");
+    desk.text(0, &[&diff[..], &names, &["--time-offset", "5e-6"]].concat());
+    // a field that the recording has not is on one side only
+    desk.put("more.csv", "time [us],force [kN],colour\n1,1,red\n");
+    let text =
+        desk.text(1, &["diff", "more.csv", "ball.mcap", "--align", "linear", "--abs", "1e9", "--common"]);
+    assert!(text.contains("/drag.colour"), "{text}");
+    let picture =
+        [&["plot", "ball.mcap", "measured.csv", "--time-offset=-5e-6", "-o", "p.svg"][..], &names].concat();
+    desk.text(0, &picture);
+    let svg = fs::read_to_string(desk.path("p.svg")).expect("a picture");
+    assert!(svg.contains("measured:force") || svg.contains("measured"), "both curves have names");
+    assert_eq!(svg.matches("force [").count(), 1, "in one diagram");
+    for (arguments, reason) in [
+        (&["diff", "ball.mcap", "measured.csv"][..], "it has no column `time` but t, load"),
+        (&["diff", "ball.mcap", "measured.csv", "--rename", "t=time"], "has a field load"),
+        (&["diff", "ball.mcap", "ball.mcap", "--rename", "t=time"], "there is none"),
+        (&["plot", "ball.mcap", "measured.csv"], "--rename COLUMN=time"),
+        (&["diff", "ball.mcap", "measured.csv", "--rename", "t"], "as in load=force"),
+    ] {
+        let error = desk.error(2, arguments);
+        assert!(error.contains(reason), "{arguments:?}: {error}");
+    }
+}

@@ -17,6 +17,7 @@ use crate::{
         picture, summary, to_json, to_text, verdict,
     },
     compare::{ChannelReport, Comparison, Mode, NanRule, Options, Rule, Rules, Tolerance},
+    measured::Sources,
     recording::Limits,
 };
 
@@ -60,6 +61,9 @@ Examples:
       --align cubic --common --l2-rel 0.01
   percuss-read diff golden/ results/ --tolerances tol.toml --summary
   percuss-read diff golden.mcap new.mcap --bless  # accept the new one
+  # with what was measured
+  percuss-read diff measured.csv ball.mcap --rename load=force \\
+      --align linear --common --time-offset fit --l2-rel 0.05
   # in continuous integration
   percuss-read diff golden/ results/ --junit report.xml --github
   percuss-read diff golden/ results/ --markdown >> \"$GITHUB_STEP_SUMMARY\"
@@ -77,6 +81,10 @@ without a counterpart, as before the first or after the last of the other record
 the other are differences unless --common is given; messages of the new recording between the times of the reference \
 are left out by --align linear, cubic and nearest, and counted. The order of messages is that of their log times and \
 sequence numbers (--file-order: that of the file).
+
+A table (CSV, Parquet, JSON lines) is compared like a recording: its column `time` says when, the others are fields of \
+the other recording, of its topic with most of them unless they are named like /drag.force, in the unit of the \
+heading or that of the field. Only what the table has is compared.
 
 Without a tolerance only messages of the same step or exact time are compared, and nothing interpolated is equal; \
 with one, messages of other times are interpolated (--align linear --l2-rel 0.01), which is reported. Times and \
@@ -112,11 +120,13 @@ part was compared.";
 #[derive(Debug, Args)]
 #[command(after_help = DIFF_EXAMPLES)]
 pub(super) struct DiffArguments {
-    /// Reference, and one or more recordings (or folders) to compare with it
+    /// Reference, and one or more recordings (or folders) to compare with it; either may be a table
     #[arg(required = true, num_args = 2.., value_name = "FILE")]
     files: Vec<PathBuf>,
     #[command(flatten)]
     options: Options,
+    #[command(flatten)]
+    sources: Sources,
     /// How messages are aligned [default: by step or exact time where they agree, else linear if there is a
     /// tolerance; relative if the recordings have no time in common]
     #[arg(long, value_enum)]
@@ -252,7 +262,8 @@ impl DiffArguments {
         result: &mut Outcome,
     ) -> Result<(), CliError> {
         let written = self.write_diff.as_deref().map(|path| (path, self.force));
-        let comparison = diff(a, b, options, limits, written)?;
+        let sources = self.sources(a, b)?;
+        let comparison = diff(a, b, options, limits, &sources, written)?;
         self.report_unwritten(&comparison);
         result.fitting.iter_mut().zip(&comparison.fitting).for_each(|(any, fits)| *any |= fits);
         let names = (a.to_string_lossy(), b.to_string_lossy());
@@ -314,6 +325,12 @@ impl DiffArguments {
             (false, Verdict::Different) => Exit::No,
             (false, _) => Exit::Done,
         })
+    }
+
+    /// How two files are opened.
+    fn sources(&self, a: &Path, b: &Path) -> Result<Sources, CliError> {
+        let files = [a.to_owned(), b.to_owned()];
+        self.sources.among(files.iter()).map_err(CliError::Usage)
     }
 
     fn options(&self) -> Result<Options, CliError> {
@@ -395,7 +412,7 @@ impl DiffArguments {
             say(&format!("`{}` is not written: the recordings are in different units", output.display()));
             return Ok(());
         }
-        match picture(a, b, comparison, limits, medium(output)?)? {
+        match picture(a, b, comparison, limits, &self.sources(a, b)?, medium(output)?)? {
             Some(picture) => write(Some(output), self.force, &picture),
             None => {
                 say(&format!("`{}` is not written: no numbers differ", output.display()));

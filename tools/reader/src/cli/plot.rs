@@ -51,6 +51,8 @@ Examples:
   percuss-read plot ball.mcap --unit force=N --unit time=ms -o drag.svg
   percuss-read plot old.mcap new.mcap --topic /velocity --log y \\
       -o velocity.svg
+  # with what was measured
+  percuss-read plot ball.mcap measured.csv --rename load=force -o both.svg
   # a table, of percuss study
   percuss-read plot order.csv --x cells --y relative_error --by quantity \\
       --log xy
@@ -65,7 +67,7 @@ one, --at-time 87us; --range and --x-range are numbers in the unit of the record
 #[derive(Debug, Args)]
 #[command(after_help = PLOT_EXAMPLES)]
 pub(super) struct PlotArguments {
-    /// Recordings, drawn over each other, or one table
+    /// Recordings, drawn over each other, and tables beside them; or one table
     #[arg(required = true)]
     files: Vec<PathBuf>,
     #[command(flatten)]

@@ -25,8 +25,10 @@ use write::DiffWriter;
 
 use crate::{
     compare::{CompareError, Comparison, Options, compare},
+    measured::{Sources, is_table},
     messages::Recording,
     recording::{Limits, OpenError, is_part, without_part},
+    select::Pattern,
 };
 
 /// A reference and what is compared with it.
@@ -129,6 +131,7 @@ fn recordings(folder: &Path) -> io::Result<BTreeSet<PathBuf>> {
 
 /// Compares two recordings, writing their difference as well if that is asked for.
 ///
+/// * `sources`: how they are opened; of a table its columns are compared
 /// * `written`: file for the difference, and whether one of this name is replaced
 ///
 /// # Errors
@@ -139,11 +142,37 @@ pub fn diff(
     b: &Path,
     options: &Options,
     limits: Limits,
+    sources: &Sources,
     written: Option<(&Path, bool)>,
 ) -> Result<Comparison, CompareError> {
-    let open = |path: &Path| -> Result<Recording, OpenError> { Recording::open(path, limits.of_two()) };
-    let (a, b) = (open(a)?, open(b)?);
-    let Some((path, overwrite)) = written else { return compare(&a, &b, options, None) };
+    let mut options = options.clone();
+    let recordings = [a, b].map(|path| sources.open(path, limits.of_two()));
+    let tables = [a, b].map(is_table);
+    let [a, b] = recordings;
+    let (a, b) = (a?, b?);
+    // what a table has is what is compared
+    for table in [&a, &b].into_iter().zip(tables).filter(|(_, is_table)| *is_table).map(|(table, _)| table) {
+        options.by_name = true;
+        let chosen = (options.topics.is_empty(), options.fields.is_empty());
+        for channel in table.channels.values() {
+            if chosen.0 {
+                options.topics.push(Pattern::exact(&channel.topic));
+            }
+            let leaves = channel.layout.iter().flat_map(|layout| &layout.leaves);
+            if chosen.1 {
+                options.fields.extend(leaves.map(|leaf| Pattern::exact(&leaf.path)));
+            }
+        }
+    }
+    let options = &options;
+    let Some((path, overwrite)) = written else {
+        let mut comparison = compare(&a, &b, options, None)?;
+        if tables.contains(&true) {
+            // a table says nothing of a run
+            comparison.provenance.clear();
+        }
+        return Ok(comparison);
+    };
     let mut writer = DiffWriter::begin(path, overwrite, &a, &b).map_err(CompareError::Watch)?;
     let comparison = compare(&a, &b, options, Some(&mut |matched| writer.take(matched)))?;
     writer.finish().map_err(CompareError::Watch)?;

@@ -17,9 +17,10 @@ use percuss_table::Heading;
 use crate::{
     axis::Axis,
     command::trace::{Outcome, names},
+    measured::is_table,
     messages::Recording,
     recording::Limits,
-    select, tabular,
+    select::{self, Bound},
 };
 
 use axes::{Line, panel, units};
@@ -46,8 +47,12 @@ pub fn plot(
         let [path] = paths else { return Err(PlotError::Unfit("draw tables one by one".into())) };
         return of_columns(path, (x, y), request, title, limits, medium);
     }
-    if let Some(table) =
-        paths.iter().find(|path| tabular::EXTENSIONS.iter().any(|end| path.extension() == Some(end.as_ref())))
+    let mut request = request.clone();
+    request.sources = request.sources.among(paths.iter()).map_err(PlotError::Unfit)?;
+    request.sources.offset = request.time_offset.map_or(0.0, Bound::number);
+    let request = &request;
+    if let Some(table) = paths.iter().find(|path| is_table(path))
+        && (paths.iter().all(|path| is_table(path)) || request.map || request.at_times.is_some())
     {
         let text = format!("`{}` is a table; choose its columns with --x and --y", table.display());
         return Err(PlotError::Unfit(text));
@@ -105,7 +110,9 @@ fn panels(
 
 /// True if what is asked for is a matrix, whole or along lines, without a time: that of the last message is drawn.
 fn shows_last_frame(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<bool, PlotError> {
-    let Some(path) = paths.first().filter(|_| !request.topics.is_empty()) else { return Ok(false) };
+    let Some(path) = paths.iter().find(|path| !is_table(path)).filter(|_| !request.topics.is_empty()) else {
+        return Ok(false);
+    };
     let recording = Recording::open(path, limits)?;
     let ids = select::channels(&recording, &request.topics)?;
     let [id] = ids.as_slice() else { return Ok(false) };

@@ -13,7 +13,7 @@ use percuss_table::{Cell, CellType, Heading, Sink};
 use crate::{
     convention,
     field::{Column, SelectionError},
-    messages::{POLL, Recording},
+    messages::POLL,
     prefix::{InUnits, Largest, takes_prefix},
     recording::{Limits, without_part},
 };
@@ -162,7 +162,7 @@ fn origin(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Option
     // the rows of files side by side meet at the same date
     let mut first = u64::MAX;
     for path in paths {
-        first = first.min(Recording::open(path, limits)?.start_date().unwrap_or(0));
+        first = first.min(request.sources.open(path, limits)?.start_date().unwrap_or(0));
     }
     Ok(Some(first))
 }

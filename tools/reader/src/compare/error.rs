@@ -1,6 +1,6 @@
 //! Why a comparison failed.
 
-use crate::{prefix::UnitError, recording::OpenError};
+use crate::{prefix::UnitError, recording::OpenError, tabular::TableError};
 
 /// Why a comparison failed.
 #[derive(Debug, thiserror::Error)]
@@ -8,6 +8,9 @@ pub enum CompareError {
     /// A file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// A table cannot be read, or is not like the recording.
+    #[error(transparent)]
+    Table(#[from] TableError),
     /// A time with a unit that is not recorded.
     #[error(transparent)]
     Unit(#[from] UnitError),

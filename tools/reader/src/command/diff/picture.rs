@@ -8,6 +8,7 @@ use crate::{
     command::plot::{PlotError, Request, traces},
     compare::{ChannelReport, Comparison, FieldReport},
     field::Selection,
+    measured::Sources,
     recording::Limits,
 };
 
@@ -25,6 +26,7 @@ pub fn picture(
     b: &Path,
     comparison: &Comparison,
     limits: Limits,
+    sources: &Sources,
     medium: Medium,
 ) -> Result<Option<Vec<u8>>, PlotError> {
     let mut worst: Vec<(f64, &ChannelReport, &FieldReport)> = Vec::new();
@@ -38,7 +40,7 @@ pub fn picture(
     worst.sort_by(|x, y| y.0.total_cmp(&x.0));
     let mut panels = Vec::new();
     for (_, channel, field) in worst.into_iter().take(MAX_FIELDS) {
-        panels.extend(field_panels([a, b], channel, field, limits)?);
+        panels.extend(field_panels([a, b], channel, field, (limits, sources))?);
     }
     if panels.is_empty() {
         return Ok(None);
@@ -50,13 +52,13 @@ fn field_panels(
     [a, b]: [&Path; 2],
     channel: &ChannelReport,
     field: &FieldReport,
-    limits: Limits,
+    (limits, sources): (Limits, &Sources),
 ) -> Result<Vec<Panel>, PlotError> {
     let topic = &channel.topic;
     let [start_a, start_b] = channel.alignment.starts.unwrap_or_default();
     let Some((_, place)) = &field.measure.max else { return Ok(Vec::new()) };
     let element = field.element.element(place.element);
-    let curve = |path: &Path, start: f64| curve(path, topic, &element, start, limits);
+    let curve = |path: &Path, start: f64| curve(path, topic, &element, start, (limits, sources));
     let (Some((mut panel, curve_a)), Some((_, curve_b))) = (curve(a, start_a)?, curve(b, start_b)?) else {
         return Ok(Vec::new());
     };
@@ -88,12 +90,13 @@ fn curve(
     topic: &str,
     element: &str,
     start: f64,
-    limits: Limits,
+    (limits, sources): (Limits, &Sources),
 ) -> Result<Option<(Panel, Curve)>, PlotError> {
     let request = Request {
         topics: vec![topic.parse().map_err(PlotError::Nothing)?],
         selection: Selection { fields: vec![element.to_owned()], ..Selection::default() },
         epoch: true,
+        sources: sources.clone(),
         ..Request::default()
     };
     match traces(&[PathBuf::from(path)], &request, limits) {

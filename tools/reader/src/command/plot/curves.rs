@@ -13,7 +13,6 @@ use crate::{
     command::trace::{Outcome, Request as Traced, trace},
     convention,
     field::Selection,
-    messages::Recording,
     recording::{Budget, Limits},
 };
 
@@ -84,6 +83,7 @@ fn lines(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Lines, 
         selection: Selection { for_curves: true, ..request.selection.clone() },
         window: request.window,
         epoch: request.epoch,
+        sources: request.sources.clone(),
         ..Traced::default()
     };
     let budget = Budget::new(limits.kept());
@@ -157,7 +157,7 @@ fn on_the_right(
     let mut topics = request.topics.clone();
     let mut field = name;
     if let Some(path) = paths.first() {
-        let recording = Recording::open(path, limits)?;
+        let recording = request.sources.open(path, limits)?;
         let topic =
             |topic: &'_ String| Some((topic.clone(), name.strip_prefix(topic.as_str())?.strip_prefix('.')?));
         let found = recording.channels.values().filter_map(|channel| topic(&channel.topic));

@@ -8,6 +8,7 @@ use crate::{
     command::trace::TraceError,
     convention,
     field::{Selection, SelectionError},
+    measured::Sources,
     messages::Recording,
     recording::{Damage, Limits, OpenError},
     select::{self, Bound, Pattern, Window, finite_time},
@@ -55,6 +56,12 @@ pub struct Request {
     /// A column whose every value has a curve of its own, drawn from the least to the greatest of --x
     #[arg(long, value_name = "KEY", requires = "x")]
     pub by: Option<String>,
+    /// Tables beside recordings.
+    #[command(flatten)]
+    pub sources: Sources,
+    /// Time that is added to those of tables beside recordings, in the unit of the recording or with one, 5us
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = finite_time)]
+    pub time_offset: Option<Bound>,
     /// Units that are chosen.
     #[command(flatten)]
     pub units: Units,
