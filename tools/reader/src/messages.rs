@@ -22,7 +22,7 @@ use percuss_picture::Layer;
 use crate::{
     channel::Channel,
     convention::{self, Ending},
-    recording::{Damage, Index, Limits, OpenError, Opened, Scan},
+    recording::{Damage, Index, LeftOut, Limits, OpenError, Opened, Scan},
 };
 
 /// Pause before looking again for more of a file that is being written.
@@ -152,6 +152,15 @@ impl Recording {
         self.is_percuss() && !matches!(ending, Some(Ending::Completed | Ending::Stopped))
     }
 
+    /// Log time that passes in a unit of the time of steps \[s\], and that unit, of messages that do not say their time themselves; `None` where
+    /// it is not known.
+    pub(crate) fn step_clock(&self, channel: &Channel) -> Option<(f64, Option<&str>)> {
+        let rate = convention::playback_rate(self.entries(convention::RUN)?);
+        let rate = rate.filter(|rate| *rate > 0.0 && !channel.has_time())?;
+        let timed = self.channels.values().find(|channel| channel.has_time());
+        Some((rate, timed.and_then(Channel::time_unit)))
+    }
+
     /// Log times of a window of message times \[s or the unit of `time`\], if their relation is known.
     pub fn log_window(&self, from: Option<f64>, to: Option<f64>) -> Option<(u64, u64)> {
         let rate = convention::playback_rate(self.entries(convention::RUN)?)?;
@@ -228,21 +237,23 @@ impl Recording {
         Ok(floors.collect())
     }
 
-    /// Hands the name and content of every attachment to `take`, until that returns something.
+    /// Hands the name and content of every attachment to `take`, until that returns something; of one that has no room what is known of it.
     ///
     /// # Errors
     ///
     /// The file cannot be read.
     pub fn find_attachment<T>(
         &self,
-        mut take: impl FnMut(&str, &[u8]) -> Option<T>,
+        mut take: impl FnMut(&str, Result<&[u8], LeftOut>) -> Option<T>,
     ) -> Result<Option<T>, OpenError> {
         let mut scan = self.scan()?;
         if self.from_index {
             scan.only(|_| false);
         }
         scan.find_map(|found| match found.record {
-            Record::Attachment { header, data, .. } => take(&header.name, &data),
+            Record::Attachment { header, data, .. } => {
+                take(&header.name, found.left_out.map_or(Ok(&data), Err))
+            }
             _ => None,
         })
     }
@@ -253,7 +264,9 @@ impl Recording {
     ///
     /// The file cannot be read.
     pub fn attachment(&self, name: &str) -> Result<Option<Vec<u8>>, OpenError> {
-        self.find_attachment(|known, content| (known == name).then(|| content.to_vec()))
+        let found =
+            self.find_attachment(|known, content| (known == name).then(|| content.map(<[u8]>::to_vec)))?;
+        found.transpose().map_err(|_| self.no_room("the bytes of this attachment"))
     }
 }
 

@@ -20,7 +20,7 @@ pub(crate) use budget::Budget;
 pub use file::{is_part, open_file, without_part};
 pub use index::Index;
 pub(crate) use scan::Opened;
-pub use scan::{FileRecord, Scan, Source};
+pub use scan::{FileRecord, LeftOut, Scan, Source};
 
 /// True if checksums are compared: always, but in a build for fuzzing with `--cfg percuss_unchecked` (see `tools/fuzz`), where
 /// they would keep changed bytes from all code behind them. `cargo fuzz` alone sets `fuzzing`.

@@ -1,6 +1,9 @@
 //! What a recording holds at one time: arrays over their axis, matrices over their two.
 
-use std::{collections::BTreeSet, path::PathBuf};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+};
 
 use percuss_table::Heading;
 
@@ -166,21 +169,38 @@ impl Span {
 pub struct Nearest<'a> {
     recording: &'a Recording,
     channel: &'a Channel,
-    times: &'a [Bound],
-    /// With their log times.
-    nearest: Vec<Option<(Instant, u64, Vec<u8>)>>,
+    /// As messages have them.
+    times: Vec<Bound>,
+    /// Log time that passes in a unit of the time of steps \[s\]; 1 where messages say their time.
+    rate: f64,
+    nearest: Vec<Option<(Instant, Kept)>>,
     span: Span,
+}
+
+/// A message that is kept.
+#[derive(Clone, Debug)]
+pub(crate) struct Kept {
+    pub(crate) sequence: u32,
+    /// \[ns\]
+    pub(crate) log_time: u64,
+    pub(crate) data: Vec<u8>,
 }
 
 impl<'a> Nearest<'a> {
     /// # Errors
     ///
     /// A time has another unit than the messages.
-    pub fn new(recording: &'a Recording, id: u16, times: &'a [Bound]) -> Result<Self, MomentError> {
+    pub fn new(recording: &'a Recording, id: u16, times: &[Bound]) -> Result<Self, MomentError> {
         let channel = &recording.channels[&id];
-        times.iter().try_for_each(|time| time.check(channel))?;
+        let clock = recording.step_clock(channel);
+        let time = |time: &Bound| match clock {
+            Some(clock) => time.of_step(&channel.topic, clock),
+            None => time.check(channel).map(|()| *time),
+        };
+        let times = times.iter().map(time).collect::<Result<Vec<_>, _>>()?;
         let nearest = vec![None; times.len().max(1)];
-        Ok(Self { recording, channel, times, nearest, span: Span::default() })
+        let rate = clock.map_or(1.0, |(rate, _)| rate);
+        Ok(Self { recording, channel, times, rate, nearest, span: Span::default() })
     }
 
     /// Looks at a message.
@@ -198,14 +218,33 @@ impl<'a> Nearest<'a> {
                 (None, _) => true,
             };
             if is_nearer {
-                budget.give_back(slot.take().map_or(0, |(.., bytes)| bytes.len()));
+                budget.give_back(slot.take().map_or(0, |(_, kept)| kept.data.len()));
                 if !budget.spend(message.data.len()) {
                     return Err(self.recording.no_room(AT_TIMES));
                 }
-                *slot = Some((time, message.log_time, message.data.to_vec()));
+                let Message { sequence, log_time, data, .. } = message;
+                *slot = Some((time, Kept { sequence, log_time, data: data.to_vec() }));
             }
         }
         Ok(())
+    }
+
+    /// The messages as they stand in the file, with their times, once all have been looked at.
+    ///
+    /// # Errors
+    ///
+    /// A time lies outside the messages.
+    pub(crate) fn kept(self) -> Result<Vec<(f64, Kept)>, MomentError> {
+        let Self { recording, channel, times, rate, nearest, span } = self;
+        let outside = times.iter().map(|time| time.number());
+        if let Some((time, (first, last))) =
+            outside.into_iter().find_map(|time| Some((time, span.excludes(time)?)))
+        {
+            let (file, topic) = (recording.path.clone(), channel.topic.clone());
+            let [time, first, last] = [time, first, last].map(|time| time / rate);
+            return Err(MomentError::Outside { file, topic, time, first, last });
+        }
+        Ok(nearest.into_iter().flatten().map(|(instant, kept)| (instant.number() / rate, kept)).collect())
     }
 
     /// The messages, once all have been looked at.
@@ -214,26 +253,18 @@ impl<'a> Nearest<'a> {
     ///
     /// A time lies outside the messages, or the nearest does not fit its schema or takes too much memory.
     pub fn moments(self) -> Result<Vec<Moment>, MomentError> {
-        let Self { recording, channel, times, nearest, span } = self;
-        let topic = || channel.topic.clone();
-        if let Some((time, (first, last))) =
-            times.iter().map(|time| time.number()).find_map(|time| Some((time, span.excludes(time)?)))
-        {
-            let file = recording.path.clone();
-            return Err(MomentError::Outside { file, topic: topic(), time, first, last });
-        }
+        let (recording, channel) = (self.recording, self.channel);
         let Some(layout) = &channel.layout else { return Ok(Vec::new()) };
         let (mut moments, mut budget) = (Vec::new(), Budget::new(recording.limits().values()));
-        for (instant, log_time, bytes) in nearest.into_iter().flatten() {
-            let time = instant.number();
+        for (time, Kept { log_time, data, .. }) in self.kept()? {
             let mut values = layout.values();
-            match layout.decode(&bytes, &mut values) {
+            match layout.decode(&data, &mut values) {
                 Ok(()) if budget.spend(values.weight()) => {
-                    moments.push(Moment { time, log_time, number: 0, values })
+                    moments.push(Moment { time, log_time, number: 0, values });
                 }
                 Ok(()) | Err(DecodeError::Memory) => return Err(recording.no_room(AT_TIMES).into()),
                 Err(DecodeError::SchemaMismatch) => {
-                    return Err(MomentError::SchemaMismatch { topic: topic(), time });
+                    return Err(MomentError::SchemaMismatch { topic: channel.topic.clone(), time });
                 }
             }
         }
@@ -263,6 +294,37 @@ pub fn moments(
     reading.watch(&mut pass);
     let seen = pass.run()?;
     Ok((nearest.moments()?, reading.extents(), seen.damages))
+}
+
+/// The messages of some channels nearest to some times, as they stand in the file, by channel and in the order of their log times.
+///
+/// # Errors
+///
+/// The file cannot be read, or one of [`Nearest`].
+pub(crate) fn kept_at(
+    recording: &Recording,
+    ids: &[u16],
+    times: &[Bound],
+) -> Result<(Vec<(u16, Kept)>, Vec<Damage>), MomentError> {
+    let nearest = |&id: &u16| Ok((id, Nearest::new(recording, id, times)?));
+    let mut nearest = ids.iter().map(nearest).collect::<Result<BTreeMap<_, _>, MomentError>>()?;
+    let mut budget = Budget::new(recording.limits().kept());
+    let mut messages = recording.messages(ids.iter().copied(), None)?;
+    messages.for_each(|message| match nearest.get_mut(&message.channel) {
+        Some(nearest) => {
+            let channel = nearest.channel;
+            let time = channel.instant(message.data, message.log_time, channel.origin);
+            nearest.take(message, time, &mut budget)
+        }
+        None => Ok(()),
+    })?;
+    let mut kept = Vec::new();
+    for (id, nearest) in nearest {
+        kept.extend(nearest.kept()?.into_iter().map(|(_, kept)| (id, kept)));
+    }
+    kept.sort_by_key(|(id, kept)| (kept.log_time, *id, kept.sequence));
+    kept.dedup_by_key(|(id, kept)| (*id, kept.log_time, kept.sequence));
+    Ok((kept, messages.damages().to_vec()))
 }
 
 /// Name and unit of a coordinate: the unit of the field that holds the first position is that of all.

@@ -304,3 +304,39 @@ fn attachments_cannot_lead_out_of_their_folder() {
         assert_eq!(fs::read(folder.path().join("kept")).expect("the output"), b"content");
     }
 }
+
+#[test]
+fn attachments_that_have_no_room_are_verified_in_pieces() {
+    const SIZE: usize = 20 << 20;
+    let content: Vec<u8> = (0..SIZE).map(|i| (i * i >> 7) as u8).collect();
+    let mut recording = forge::forge(5, 1);
+    recording.attachments =
+        vec![("large.bin".into(), content.clone()), ("small.txt".into(), b"small".to_vec())];
+    let sound = recording.write(forge::plain());
+    let (folder, _) = folder(&sound);
+    let little = |arguments: &str| run_all(folder.path(), &arguments.split(' ').collect::<Vec<_>>());
+    let (status, text, stderr) = little("verify a.mcap");
+    assert_eq!(status, Some(0), "{text}{stderr}");
+    let (status, text, _) = little("info a.mcap --json");
+    assert!(status == Some(0) && text.contains(&SIZE.to_string()), "{text}");
+    let (status, _, stderr) = little("export a.mcap --attachment large.bin");
+    assert!(status == Some(1) && stderr.contains("--max-memory"), "{stderr}");
+    let (status, text, stderr) = little("export a.mcap --attachments -o out");
+    assert!(
+        status == Some(3) && text.contains("small.txt") && stderr.contains("large.bin"),
+        "{text}{stderr}"
+    );
+    let (status, text, _) = little("recover a.mcap -o r.mcap");
+    assert!(status == Some(3) && text.contains("attachment `large.bin`"), "{text}");
+    let (status, text, _) = little("diff a.mcap a.mcap");
+    assert_eq!(status, Some(0), "{text}");
+    // a byte in the middle, in the last piece, in the checksum
+    let begin = sound.windows(64).position(|bytes| bytes == &content[..64]).expect("the content");
+    for at in [begin + SIZE / 2, begin + SIZE - 1, begin + SIZE + 1] {
+        let mut damaged = sound.clone();
+        damaged[at] ^= 0x10;
+        fs::write(folder.path().join("d.mcap"), &damaged).expect("a file");
+        let (status, text, _) = little("verify d.mcap");
+        assert!(status == Some(1) && text.contains("CRC of an attachment failed"), "{at}: {text}");
+    }
+}

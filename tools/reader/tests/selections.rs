@@ -8,6 +8,7 @@ use serde_json::{Value as Json, json};
 use crate::{
     desk::Desk,
     forge::{Channel, Forged, forge, list, message, plain, pool, text_map, types},
+    si,
 };
 
 fn desk_of(recordings: &[(&str, &Forged)]) -> Desk {
@@ -371,4 +372,36 @@ fn times_in_different_units_do_not_share_a_column() {
     fs::copy(desk.path("a.mcap"), desk.path("old/a.mcap")).expect("a file");
     let rows = desk.text(0, &["trace", "a.mcap", "old/a.mcap", "--topic", "/scalar", "--field", "force"]);
     assert_eq!(rows.lines().next(), Some("time [s],a.mcap:force [N],old/a.mcap:force [N]"));
+}
+
+#[test]
+fn messages_are_chosen_by_the_time_of_steps() {
+    let desk = Desk::new(&[]);
+    let settings = ["mesh.cells=10", "run.end_time=\"20 us\"", "record.frames=5"];
+    si::record("ball", &settings, &desk.path("ball.mcap"));
+    let rows = desk.lines(&["trace", "ball.mcap", "--at-time", "5.01us,15us", "--units", "base"]);
+    let times: Vec<f64> = rows[1..]
+        .iter()
+        .map(|row| row.split(',').next().and_then(|t| t.parse().ok()).expect("a time"))
+        .collect();
+    assert!(
+        times.len() == 2 && times.iter().zip([5e-6, 15e-6]).all(|(a, b)| (a - b).abs() < 2e-7),
+        "{rows:?}"
+    );
+    // also what is timed by its log time, which is slower
+    let at = ["--topic", "/view/image", "--at-time", "10us"];
+    let lines = desk.lines(&[&["cat", "ball.mcap"][..], &at].concat());
+    assert_eq!(lines.len(), 1, "{lines:?}");
+    let said = desk.both(0, &[&["export", "ball.mcap", "-o", "a.png"][..], &at].concat()).1;
+    let time =
+        said.trim().strip_prefix("image at ").and_then(|time| time.parse::<f64>().ok()).expect("a time");
+    assert!((time - 10e-6).abs() < 2e-6, "{said}");
+    let late = ["--topic", "/view/image", "--at-time", "1ms"];
+    for verb in [&["cat", "ball.mcap"][..], &["export", "ball.mcap", "-o", "b.png"]] {
+        let error = desk.error(2, &[verb, &late].concat());
+        assert!(error.contains("time 0.001 lies outside the recording"), "{error}");
+    }
+    si::record("fig5", &["mesh.cells=10", "run.end_time=1"], &desk.path("fig5.mcap"));
+    let error = desk.error(2, &["cat", "fig5.mcap", "--topic", "/view/image", "--at-time", "1us"]);
+    assert!(error.contains("are in R/c_p"), "{error}");
 }

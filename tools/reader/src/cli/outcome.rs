@@ -108,6 +108,8 @@ pub fn report(error: &CliError) -> ExitCode {
         matches!(
             error,
             TraceError::Open(OpenError::UnknownTopic { .. } | OpenError::NothingDecoded { .. })
+                | TraceError::Table(TableError::Unfit { .. })
+                | TraceError::Moment(MomentError::Outside { .. } | MomentError::Unit(_))
                 | TraceError::Selection(_)
                 | TraceError::Columns { .. }
                 | TraceError::TimeUnits { .. }
@@ -119,7 +121,7 @@ pub fn report(error: &CliError) -> ExitCode {
         CliError::Plot(
             PlotError::Nothing(_)
             | PlotError::Unfit(_)
-            | PlotError::Table(TableError::NoColumn { .. })
+            | PlotError::Table(TableError::NoColumn { .. } | TableError::Unfit { .. })
             | PlotError::Moment(MomentError::Outside { .. } | MomentError::Unit(_)),
         )
         | CliError::Export(
@@ -130,7 +132,11 @@ pub fn report(error: &CliError) -> ExitCode {
             | ExportError::Uneven { .. }
             | ExportError::Moment(MomentError::Outside { .. } | MomentError::Unit(_)),
         )
-        | CliError::Cat(CatError::Open(OpenError::UnknownTopic { .. }) | CatError::Unit(_))
+        | CliError::Cat(
+            CatError::Open(OpenError::UnknownTopic { .. })
+            | CatError::Unit(_)
+            | CatError::Moment(MomentError::Outside { .. } | MomentError::Unit(_)),
+        )
         | CliError::Open(OpenError::UnknownTopic { .. })
         | CliError::Replay(ReplayError::Empty { .. } | ReplayError::Nothing | ReplayError::Unit(_))
         | CliError::Report(ReportError::NotPercuss(_) | ReportError::NotSweep(_))

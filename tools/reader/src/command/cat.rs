@@ -17,7 +17,8 @@ use crate::{
     messages::{Message, POLL, Recording},
     prefix::UnitError,
     recording::{Damage, Limits, OpenError},
-    select::{self, Pattern, Window},
+    select::{self, Bound, Pattern, Window, finite_time},
+    slice::{Kept, MomentError, kept_at},
     wire::dynamic,
 };
 
@@ -31,6 +32,10 @@ pub struct Request {
     /// leaves out the last one, it comes at the end.
     #[command(flatten)]
     pub window: Window,
+    /// Times: of every topic the messages nearest to them, in the unit that is recorded or with one, 87us
+    #[arg(long = "at-time", value_name = "T", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite_time)]
+    #[arg(conflicts_with_all = ["from", "to", "every", "follow"])]
+    pub at_times: Vec<Bound>,
     /// Keep reading a recording that is still being written, until it is finished
     #[arg(long)]
     pub follow: bool,
@@ -42,6 +47,9 @@ pub enum CatError {
     /// The file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// There are no messages at a time.
+    #[error(transparent)]
+    Moment(#[from] MomentError),
     /// A time with a unit that is not recorded.
     #[error(transparent)]
     Unit(#[from] UnitError),
@@ -75,6 +83,17 @@ pub fn cat(
     let window = recording.log_window(from, to);
     let ids = select::channels(&recording, &request.topics)?;
     ids.iter().try_for_each(|id| request.window.check(&recording.channels[id]))?;
+    if !request.at_times.is_empty() {
+        let (kept, damages) = kept_at(&recording, &ids, &request.at_times)?;
+        let mut text = Text { bytes: Vec::new(), room: limits.kept() };
+        for (id, Kept { sequence, log_time, data }) in &kept {
+            let (log_time, publish_time) = (*log_time, *log_time);
+            let message =
+                Message { offset: 0, channel: *id, sequence: *sequence, log_time, publish_time, data };
+            line(&recording.channels[id], &message, limits, &mut text, output)?;
+        }
+        return Ok(damages);
+    }
     let mut messages = recording.messages(ids, window)?;
     if request.follow {
         messages.follow();

@@ -20,9 +20,10 @@ use crate::{
     format::vtk::{pvd, vti, vtr},
     messages::Recording,
     pass::Pass,
-    recording::{Damage, Limits, OpenError},
+    recording::{Damage, LeftOut, Limits, OpenError},
     select::{self, Bound, Pattern, Window},
     slice::{MomentError, Slice, mismatch, moments, slice},
+    text::short,
 };
 
 pub use image::{Camera, Image};
@@ -172,7 +173,19 @@ pub fn attachments<E: From<ExportError>>(
         recording.attachments.iter().map(|attachment| attachment.name.clone()).collect();
     // by the name of an attachment, the number that the next of this name may have
     let mut written = HashMap::<String, u64>::new();
+    let mut damages = recording.damages.clone();
     let failed = recording.find_attachment(|name, content| {
+        let content = match content {
+            Ok(content) => content,
+            Err(LeftOut { size, .. }) => {
+                let reason = format!(
+                    "the {size} bytes of the attachment `{}` are more than --max-memory allows",
+                    short(name)
+                );
+                damages.push(Damage::refusal(reason));
+                return None;
+            }
+        };
         let file = match written.get_mut(name) {
             Some(next) => numbered(name, &names, next),
             None => name.to_owned(),
@@ -182,7 +195,7 @@ pub fn attachments<E: From<ExportError>>(
         written.entry(name.to_owned()).or_insert(2);
         result
     });
-    failed.map_err(ExportError::Open)?.map_or(Ok(recording.damages), Err)
+    failed.map_err(ExportError::Open)?.map_or(Ok(damages), Err)
 }
 
 /// A name with a number that makes it another than all `known`.

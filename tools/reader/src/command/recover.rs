@@ -232,7 +232,7 @@ impl<W: Write> Copy<W> {
     }
 
     fn take(&mut self, found: FileRecord<'_>) -> Result<(), McapError> {
-        let FileRecord { offset, inside, record } = found;
+        let FileRecord { offset, inside, record, left_out } = found;
         if inside.is_none() && !matches!(record, Record::MessageIndex(_)) {
             self.end_chunk()?;
         }
@@ -258,6 +258,13 @@ impl<W: Write> Copy<W> {
                 if let Some(chunk) = &mut self.chunk {
                     chunk.indexed.insert(index.channel_id, index.records.len() as u64);
                 }
+            }
+            Record::Attachment { header, .. } if left_out.is_some() => {
+                let size = left_out.map_or(0, |left_out| left_out.size);
+                let name = short(&header.name);
+                self.result
+                    .lost
+                    .push(format!("attachment `{name}`: its {size} bytes are more than --max-memory allows"));
             }
             Record::Attachment { header, data, .. } if self.has_place("attachment", &header.name) => {
                 self.result.extras += 1;

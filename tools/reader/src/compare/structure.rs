@@ -405,7 +405,7 @@ pub(super) fn provenance(a: &Recording, b: &Recording) -> Result<Vec<Change>, Op
 
 /// What is kept of an attachment to compare it.
 struct Digest {
-    size: usize,
+    size: u64,
     hash: u64,
     /// Entries of a TOML file, by dotted keys.
     table: Option<BTreeMap<String, String>>,
@@ -419,12 +419,14 @@ fn digests(recording: &Recording) -> Result<BTreeMap<String, Digest>, OpenError>
     let mut budget = Budget::new(recording.limits().kept());
     recording.find_attachment(|name, content| {
         let is_toml = name.ends_with(".toml");
-        let table = if is_toml { toml_keys::entries(content, &mut budget) } else { None };
+        let entries = |content| toml_keys::entries(content, &mut budget);
+        let table = content.ok().filter(|_| is_toml).and_then(entries);
         let table =
             table.map(|table| table.into_iter().map(|(key, value)| (key, value.to_string())).collect());
         let mut hasher = DefaultHasher::new();
         content.hash(&mut hasher);
-        digests.insert(name.to_owned(), Digest { size: content.len(), hash: hasher.finish(), table });
+        let size = content.map_or_else(|left_out| left_out.size, |content| content.len() as u64);
+        digests.insert(name.to_owned(), Digest { size, hash: hasher.finish(), table });
         (digests.len() >= room).then_some(())
     })?;
     Ok(digests)

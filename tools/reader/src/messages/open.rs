@@ -1,6 +1,6 @@
 //! Opening a recording: by its summary, or by reading all of it.
 
-use std::{collections::BTreeMap, path::Path};
+use std::{collections::BTreeMap, fs::File, path::Path};
 
 use mcap::records::Record;
 
@@ -73,6 +73,15 @@ impl Recording {
     /// The file cannot be read or is no MCAP file. Damage is no error: what is sound is there.
     pub fn read(path: &Path, limits: Limits) -> Result<Self, OpenError> {
         Self::read_whole(path, limits, Opened::new(path, limits)?)
+    }
+
+    /// The recording in a file that is open already.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read or is no MCAP file.
+    pub(crate) fn of(file: File, path: &Path, limits: Limits) -> Result<Self, OpenError> {
+        Self::read_whole(path, limits, Opened::of(file, path, limits)?)
     }
 
     fn read_whole(path: &Path, limits: Limits, file: Opened) -> Result<Self, OpenError> {
@@ -225,8 +234,8 @@ impl Recording {
                 }
             }
             Record::Attachment { header, data, .. } => {
-                let attachment =
-                    Attachment { name: header.name, media_type: header.media_type, size: data.len() as u64 };
+                let size = found.left_out.map_or(data.len() as u64, |left_out| left_out.size);
+                let attachment = Attachment { name: header.name, media_type: header.media_type, size };
                 if directory.has_room(attachment.weight()) {
                     self.attachments.push(attachment);
                 }

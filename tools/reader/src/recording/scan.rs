@@ -40,7 +40,12 @@ pub(crate) struct Opened {
 
 impl Opened {
     pub(crate) fn new(path: &Path, limits: Limits) -> Result<Self, OpenError> {
-        let file = Arc::new(Mutex::new(open_file(path)?));
+        Self::of(open_file(path)?, path, limits)
+    }
+
+    /// * `path`: its name in errors
+    pub(crate) fn of(file: File, path: &Path, limits: Limits) -> Result<Self, OpenError> {
+        let file = Arc::new(Mutex::new(file));
         let mut reader = Reader { file: file.clone(), position: 0 };
         let index = Index::read(&mut reader, limits).map_err(OpenError::io(path))?.unwrap_or_default();
         Ok(Self { file, index: Arc::new(index) })
@@ -107,6 +112,17 @@ pub struct FileRecord<'a> {
     pub inside: Option<u64>,
     /// The record. A chunk comes with its header only; what is in it follows, once its checksum is verified.
     pub record: Record<'a>,
+    /// The content of an attachment that has no room: it is verified, and empty in the record.
+    pub left_out: Option<LeftOut>,
+}
+
+/// A content that has no room.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct LeftOut {
+    /// Its size \[bytes\].
+    pub size: u64,
+    /// Its checksum.
+    pub crc: u32,
 }
 
 /// Reads the records of a file in its order; those in chunks come out one by one.
@@ -128,6 +144,8 @@ pub struct Scan {
     noted: usize,
     grows: bool,
     part: Part,
+    /// What of the record that was read last had no room.
+    left_out: Option<LeftOut>,
 }
 
 /// The chunk that is being decompressed.
@@ -204,6 +222,7 @@ impl Scan {
             noted: 0,
             grows: false,
             part: Part::Data,
+            left_out: None,
         })
     }
 
@@ -345,7 +364,7 @@ impl Scan {
                 match parse(opcode, data, self.limits.record()) {
                     Ok(Record::Chunk { .. }) => Some("a chunk inside a chunk".into()),
                     Ok(record) => {
-                        let found = FileRecord { offset, inside: Some(start), record };
+                        let found = FileRecord { offset, inside: Some(start), record, left_out: None };
                         return take.take().map(|take| take(found));
                     }
                     Err(error) => Some(error.to_string()),
@@ -382,7 +401,8 @@ impl Scan {
                 return None;
             }
         };
-        let taken = take.take().map(|take| take(FileRecord { offset, inside: None, record }));
+        let found = FileRecord { offset, inside: None, record, left_out: self.left_out };
+        let taken = take.take().map(|take| take(found));
         // the decompressor has a copy of a chunk
         if opcode == op::CHUNK && self.body.len() > LARGE {
             self.body = Vec::new();

@@ -67,7 +67,7 @@ impl Charts {
         let chart = |&(id, title, topic, fields): &(&str, &str, &str, &[&str])| {
             let channel = &recording.channels[&find(recording, |known| known == topic)?];
             let curves = |field: &&str| {
-                let heading = Heading::new(*field, channel.unit(field));
+                let heading = Heading::new(field, channel.unit(field));
                 self.curves(recording, topic, field).iter().map(move |curve| (heading.clone(), curve))
             };
             let curves: Vec<(Heading, &Curve)> = fields.iter().flat_map(curves).collect();

@@ -62,7 +62,7 @@ pub fn arrays(
     limits: Limits,
     output: &mut dyn Write,
 ) -> Result<Option<Outcome>, TraceError> {
-    if request.follow || request.stack || !request.selection.at.is_empty() {
+    if request.follow || request.stack || !request.selection.at.is_empty() || !request.at_times.is_empty() {
         return Ok(None);
     }
     let mut recording = Recording::open(path, limits)?;

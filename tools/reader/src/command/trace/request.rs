@@ -7,8 +7,11 @@ use clap::Args;
 use super::{clock::TimeForm, join::Align};
 use crate::{
     field::{Selection, SelectionError},
+    measured::Sources,
     recording::{Damage, OpenError},
-    select::{Pattern, Window},
+    select::{Bound, Pattern, Window, finite_time},
+    slice::MomentError,
+    tabular::TableError,
     units::Units,
 };
 
@@ -24,6 +27,10 @@ pub struct Request {
     /// Times, in the unit of the time column, and every n-th row.
     #[command(flatten)]
     pub window: Window,
+    /// Times: only the messages nearest to them, in the unit that is recorded or with one, 87us
+    #[arg(long = "at-time", value_name = "T", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite_time)]
+    #[arg(conflicts_with_all = ["from", "to", "every", "follow"])]
+    pub at_times: Vec<Bound>,
     /// How several topics or files share rows
     #[arg(long, value_enum, default_value = "exact")]
     pub align: Align,
@@ -39,6 +46,9 @@ pub struct Request {
     /// Keep reading a recording that is still being written
     #[arg(long)]
     pub follow: bool,
+    /// How files are opened: only a picture takes tables.
+    #[arg(skip)]
+    pub sources: Sources,
     /// When SI columns get prefixes.
     #[arg(skip)]
     pub prefixes: Prefixes,
@@ -84,6 +94,12 @@ pub enum TraceError {
     /// A file cannot be read.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// A table cannot be read, or is not like the recording.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// There are no messages at a time.
+    #[error(transparent)]
+    Moment(#[from] MomentError),
     /// The fields asked for are not there.
     #[error(transparent)]
     Selection(#[from] SelectionError),

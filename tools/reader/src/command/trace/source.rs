@@ -1,7 +1,7 @@
 //! A file that is traced: its channels, their columns and their samples.
 
 use std::{
-    collections::{BTreeSet, HashMap},
+    collections::{BTreeSet, HashMap, HashSet},
     ops::Range,
     path::Path,
     thread,
@@ -18,6 +18,7 @@ use crate::{
     messages::{Messages, POLL, Recording, Turns},
     recording::{Limits, OpenError},
     select,
+    slice::kept_at,
     wire::{List, Values},
 };
 
@@ -34,6 +35,8 @@ pub(super) struct Slot {
     pub(super) topic: String,
     pub(super) time: Column,
     pub(super) columns: Vec<Column>,
+    /// Log times and sequence numbers of its messages, if only some are traced.
+    chosen: Option<HashSet<(u64, u32)>>,
 }
 
 impl Traced {
@@ -46,11 +49,11 @@ impl Traced {
         limits: Limits,
         all_left_out: &mut Vec<SelectionError>,
     ) -> Result<Self, TraceError> {
-        let mut recording = Recording::open(path, limits)?;
+        let mut recording = request.sources.open(path, limits)?;
         // of a file that is being written, the topics may still be to come
         while request.follow && select::channels_or_default(&recording, &request.topics).is_err() {
             thread::sleep(POLL);
-            recording = Recording::open(path, limits)?;
+            recording = request.sources.open(path, limits)?;
         }
         if let Some(origin) = origin {
             recording.count_from(origin);
@@ -81,10 +84,17 @@ impl Traced {
             if width > MAX_TABLE || weight > 2 * limits.kept() {
                 return Err(SelectionError::TooWide { topic: channel.topic.clone(), columns: width }.into());
             }
-            slots.push(Slot { id, topic: channel.topic.clone(), time, columns: fields });
+            slots.push(Slot { id, topic: channel.topic.clone(), time, columns: fields, chosen: None });
         }
         if let Some(Err(error)) = extents {
             return Err(error.into());
+        }
+        if !request.at_times.is_empty() {
+            let (kept, _) = kept_at(&recording, &ids, &request.at_times)?;
+            for slot in &mut slots {
+                let own = kept.iter().filter(|(id, _)| *id == slot.id);
+                slot.chosen = Some(own.map(|(_, kept)| (kept.log_time, kept.sequence)).collect());
+            }
         }
         // several channels of a topic are told apart by their ids
         let mut of_topic = HashMap::<String, usize>::new();
@@ -246,6 +256,10 @@ impl Stream<'_> {
             let next = self.messages.next(|message| {
                 let index = file.slots.iter().position(|slot| slot.id == message.channel)?;
                 let slot = &file.slots[index];
+                let stamp = (message.log_time, message.sequence);
+                if slot.chosen.as_ref().is_some_and(|chosen| !chosen.contains(&stamp)) {
+                    return None;
+                }
                 let channel: &Channel = &file.recording.channels[&slot.id];
                 let layout = channel.layout.as_ref()?;
                 if layout.decode(message.data, &mut values[index]).is_err() {

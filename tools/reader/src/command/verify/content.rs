@@ -143,7 +143,7 @@ impl<'a> Content<'a> {
     ///
     /// * `fit`: of messages that are decoded already, whether they fit their schema
     pub(in crate::command) fn take(&mut self, found: FileRecord<'_>, fit: Option<Result<(), DecodeError>>) {
-        let FileRecord { offset, inside, record } = found;
+        let FileRecord { offset, inside, record, .. } = found;
         let is_header = matches!(record, Record::Header(_));
         if std::mem::take(&mut self.is_first) != is_header {
             let text = if is_header { "a second header" } else { "the first record is no header" };

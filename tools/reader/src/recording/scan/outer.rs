@@ -8,7 +8,7 @@ use mcap::{
     sans_io::linear_reader::{LinearReader, LinearReaderOptions},
 };
 
-use super::{CHECKSUMS_COUNT, LARGE, Open, Outer, PREFIX, Part, Scan, parse};
+use super::{CHECKSUMS_COUNT, LARGE, LeftOut, Open, Outer, PREFIX, Part, Scan, parse};
 
 impl Scan {
     /// Reads the next record of the file into `body`; chunks are opened.
@@ -33,6 +33,11 @@ impl Scan {
             self.seek(offset)?;
             return self.ends_early(offset, "");
         }
+        self.left_out = None;
+        let is_large = length > self.limits.record() as u64 && end <= self.length;
+        if opcode == op::ATTACHMENT && is_large && !self.reaches_over_chunk(offset, end) {
+            return self.attachment_in_pieces(offset, &prefix, length);
+        }
         if let Some(reason) = self.refusal(offset, opcode, length, end) {
             return self.resynchronise(offset, reason);
         }
@@ -49,6 +54,68 @@ impl Scan {
             _ => {}
         }
         Ok(Outer::Record { offset, opcode })
+    }
+
+    /// Reads an attachment that has no room: its header stays, its content is verified and left out.
+    fn attachment_in_pieces(&mut self, offset: u64, prefix: &[u8], length: u64) -> io::Result<Outer> {
+        /// Bytes that are read at once; the header has to be in the first of them.
+        const PIECE: usize = 1 << 16;
+        /// Bytes of a checksum.
+        const CRC: u64 = 4;
+        self.body.resize(PIECE, 0);
+        self.source.read_exact(&mut self.body)?;
+        let text = |at: usize| {
+            let length = self
+                .body
+                .get(at..at + 4)?
+                .try_into()
+                .map_or(usize::MAX, |bytes| u32::from_le_bytes(bytes) as usize);
+            (at + 4).checked_add(length).filter(|end| *end < PIECE)
+        };
+        // two times, name, media type, and the length of the content
+        let head = text(8 + 8).and_then(text).filter(|end| end + 8 <= PIECE);
+        let stated = |head: usize| u64::from_le_bytes(self.body[head..head + 8].try_into().unwrap_or([0; 8]));
+        let content = head.map_or(0, |head| length.saturating_sub(head as u64 + 8 + CRC));
+        let Some(head) = head.filter(|&head| stated(head) == content) else {
+            return self.resynchronise(offset, "the lengths inside an attachment are wrong".into());
+        };
+        let (mut own, mut of_content) = (crc32fast::Hasher::new(), crc32fast::Hasher::new());
+        let (mut left, mut first, mut saved) = (length, true, [0; CRC as usize]);
+        if let Some(crc) = &mut self.crc {
+            crc.update(prefix);
+        }
+        let mut piece = std::mem::take(&mut self.body);
+        let header = piece[..head].to_vec();
+        while left > 0 {
+            if !first {
+                piece.resize(PIECE.min(usize::try_from(left).unwrap_or(PIECE)), 0);
+                self.source.read_exact(&mut piece)?;
+            }
+            if let Some(crc) = &mut self.crc {
+                crc.update(&piece);
+            }
+            // the checksum at the end may begin in the piece before the last
+            let end = usize::try_from(left.saturating_sub(CRC)).unwrap_or(PIECE).min(piece.len());
+            own.update(&piece[..end]);
+            of_content.update(&piece[if first { head + 8 } else { 0 }..end]);
+            for (i, byte) in piece.iter().enumerate().skip(end) {
+                saved[(CRC - (left - i as u64)) as usize] = *byte;
+            }
+            left -= piece.len() as u64;
+            first = false;
+        }
+        self.read += length;
+        self.position = offset + PREFIX + length;
+        let (saved, found) = (u32::from_le_bytes(saved), own.finalize());
+        if CHECKSUMS_COUNT && saved != 0 && saved != found {
+            let reason = format!("CRC of an attachment failed: {saved:08x} is saved, {found:08x} found");
+            self.damage(offset, PREFIX + length, reason);
+            return Ok(Outer::Again);
+        }
+        self.left_out = Some(LeftOut { size: content, crc: of_content.finalize() });
+        // as if it were empty, without a checksum
+        self.body = [header, vec![0; 8 + CRC as usize]].concat();
+        Ok(Outer::Record { offset, opcode: op::ATTACHMENT })
     }
 
     /// True if a record reaches over the beginning of a chunk: its length is wrong.
