@@ -12,9 +12,10 @@ use percuss_reader::{
     channel::Channel,
     command::trace::{Align, Request, trace},
     messages::Recording,
+    pass::Moment,
     recording::Limits,
     select::Bound,
-    slice::{Moment, moments, profile, slice},
+    slice::{moments, profile, slice},
 };
 use percuss_table::{Cell, Heading, Sink};
 

@@ -101,7 +101,7 @@ td, th { border: 1px solid #bbb; padding: .3rem .6rem; text-align: left; vertica
         if rows.len() > 1 {
             text.push_str(&html_table(&rows));
         }
-        let commands: Vec<String> = figure.commands().map(escape).collect();
+        let commands: Vec<String> = figure.commands().map(xml).collect();
         if !commands.is_empty() {
             writeln!(text, "<pre>{}</pre>", commands.join("\n")).expect("a String grows");
         }

@@ -180,6 +180,7 @@ pub struct Nearest<'a> {
 /// A message that is kept.
 #[derive(Clone, Debug)]
 pub(crate) struct Kept {
+    pub(crate) channel: u16,
     pub(crate) sequence: u32,
     /// \[ns\]
     pub(crate) log_time: u64,
@@ -222,8 +223,8 @@ impl<'a> Nearest<'a> {
                 if !budget.spend(message.data.len()) {
                     return Err(self.recording.no_room(AT_TIMES));
                 }
-                let Message { sequence, log_time, data, .. } = message;
-                *slot = Some((time, Kept { sequence, log_time, data: data.to_vec() }));
+                let Message { channel, sequence, log_time, data, .. } = message;
+                *slot = Some((time, Kept { channel, sequence, log_time, data: data.to_vec() }));
             }
         }
         Ok(())
@@ -305,7 +306,7 @@ pub(crate) fn kept_at(
     recording: &Recording,
     ids: &[u16],
     times: &[Bound],
-) -> Result<(Vec<(u16, Kept)>, Vec<Damage>), MomentError> {
+) -> Result<(Vec<Kept>, Vec<Damage>), MomentError> {
     let nearest = |&id: &u16| Ok((id, Nearest::new(recording, id, times)?));
     let mut nearest = ids.iter().map(nearest).collect::<Result<BTreeMap<_, _>, MomentError>>()?;
     let mut budget = Budget::new(recording.limits().kept());
@@ -319,11 +320,12 @@ pub(crate) fn kept_at(
         None => Ok(()),
     })?;
     let mut kept = Vec::new();
-    for (id, nearest) in nearest {
-        kept.extend(nearest.kept()?.into_iter().map(|(_, kept)| (id, kept)));
+    for nearest in nearest.into_values() {
+        kept.extend(nearest.kept()?.into_iter().map(|(_, kept)| kept));
     }
-    kept.sort_by_key(|(id, kept)| (kept.log_time, *id, kept.sequence));
-    kept.dedup_by_key(|(id, kept)| (*id, kept.log_time, kept.sequence));
+    let place = |kept: &Kept| (kept.log_time, kept.channel, kept.sequence);
+    kept.sort_by_key(place);
+    kept.dedup_by_key(|kept| place(kept));
     Ok((kept, messages.damages().to_vec()))
 }
 

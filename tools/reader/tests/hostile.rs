@@ -308,7 +308,7 @@ fn attachments_cannot_lead_out_of_their_folder() {
 #[test]
 fn attachments_that_have_no_room_are_verified_in_pieces() {
     const SIZE: usize = 20 << 20;
-    let content: Vec<u8> = (0..SIZE).map(|i| (i * i >> 7) as u8).collect();
+    let content: Vec<u8> = (0..SIZE).map(|i| ((i * i) >> 7) as u8).collect();
     let mut recording = forge::forge(5, 1);
     recording.attachments =
         vec![("large.bin".into(), content.clone()), ("small.txt".into(), b"small".to_vec())];

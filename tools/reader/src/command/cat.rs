@@ -86,11 +86,11 @@ pub fn cat(
     if !request.at_times.is_empty() {
         let (kept, damages) = kept_at(&recording, &ids, &request.at_times)?;
         let mut text = Text { bytes: Vec::new(), room: limits.kept() };
-        for (id, Kept { sequence, log_time, data }) in &kept {
+        for Kept { channel, sequence, log_time, data } in &kept {
             let (log_time, publish_time) = (*log_time, *log_time);
             let message =
-                Message { offset: 0, channel: *id, sequence: *sequence, log_time, publish_time, data };
-            line(&recording.channels[id], &message, limits, &mut text, output)?;
+                Message { offset: 0, channel: *channel, sequence: *sequence, log_time, publish_time, data };
+            line(&recording.channels[channel], &message, limits, &mut text, output)?;
         }
         return Ok(damages);
     }

@@ -92,8 +92,8 @@ impl Traced {
         if !request.at_times.is_empty() {
             let (kept, _) = kept_at(&recording, &ids, &request.at_times)?;
             for slot in &mut slots {
-                let own = kept.iter().filter(|(id, _)| *id == slot.id);
-                slot.chosen = Some(own.map(|(_, kept)| (kept.log_time, kept.sequence)).collect());
+                let own = kept.iter().filter(|kept| kept.channel == slot.id);
+                slot.chosen = Some(own.map(|kept| (kept.log_time, kept.sequence)).collect());
             }
         }
         // several channels of a topic are told apart by their ids
