@@ -36,9 +36,6 @@ mod part;
 #[cfg(feature = "signals")]
 mod signals;
 pub mod text;
-
-/// The commit that is built, with `-dirty` if files have changed since; `None` where it is not known, as in unoptimised programs.
-pub const COMMIT: Option<&str> = option_env!("PERCUSS_COMMIT");
 mod unfinished;
 
 pub use counted::Counted;
@@ -46,6 +43,9 @@ pub use output::{Output, OutputError, write};
 pub use part::{Left, Part, PartError, has_name, part_of};
 #[cfg(feature = "signals")]
 pub use signals::{discard_at_signals, ending_signals};
+
+/// The commit that is built, with `-dirty` if files have changed since; `None` where it is not known, as in unoptimised programs.
+pub const COMMIT: Option<&str> = option_env!("PERCUSS_COMMIT");
 
 /// Room for a new file \[bytes\]; `None` for a device.
 ///
@@ -155,6 +155,18 @@ fn folder(path: &Path) -> &Path {
 /// What the system says.
 pub fn synchronise_folder(path: &Path) -> io::Result<()> {
     let Ok(folder) = File::open(folder(path)) else { return Ok(()) };
+    ignore_unfit(folder.sync_all())
+}
+
+/// Synchronises many files of a folder, those of [`Output::commit_later`], and their names with the disk.
+///
+/// # Errors
+///
+/// What the system says.
+pub fn synchronise_all(folder: &Path) -> io::Result<()> {
+    let folder = File::open(folder)?;
+    #[cfg(target_os = "linux")]
+    rustix::fs::syncfs(&folder)?;
     ignore_unfit(folder.sync_all())
 }
 

@@ -61,9 +61,27 @@ impl Output {
     /// case nothing new is left.
     pub fn commit(self) -> io::Result<()> {
         self.file.synchronise()?;
-        let Some((temporary, _entry, path)) = self.names else { return Ok(()) };
+        match self.rename()? {
+            Some(path) => synchronise_folder(&path),
+            None => Ok(()),
+        }
+    }
+
+    /// Gives one of many files its name: they are synchronised together by [`synchronise_all`](crate::synchronise_all), in a second where
+    /// each by itself takes minutes.
+    ///
+    /// # Errors
+    ///
+    /// As of [`Output::commit`].
+    pub fn commit_later(self) -> io::Result<()> {
+        if cfg!(target_os = "linux") { self.rename().map(drop) } else { self.commit() }
+    }
+
+    /// The name that the file has got, unless it is a device.
+    fn rename(self) -> io::Result<Option<PathBuf>> {
+        let Some((temporary, _entry, path)) = self.names else { return Ok(None) };
         rename(temporary, &path, self.overwrite).map_err(|(error, _)| error)?;
-        synchronise_folder(&path)
+        Ok(Some(path))
     }
 }
 

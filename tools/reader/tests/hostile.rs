@@ -117,7 +117,6 @@ fn what_is_wrong_is_said() {
     let (folder, _) = folder(&watchdog::make("a million channels in the summary"));
     let (status, stderr) = run(folder.path(), &["replay", "a.mcap", "--addr", "127.0.0.1:0", "--once"]);
     assert!(status == Some(1) && stderr.contains("--max-memory"), "{stderr}");
-    // to export so many takes minutes
     let attachments = (0..40_000).map(|i| attachment(&format!("a{i}"), &[]));
     let (folder, _) = raw::folder(&whole(&attachments.collect::<Vec<_>>(), &[]));
     let (status, stderr) = run(folder.path(), &["info", "a.mcap"]);
@@ -303,6 +302,18 @@ fn attachments_cannot_lead_out_of_their_folder() {
         assert_eq!(status, Some(0), "{name:?}: {stderr}");
         assert_eq!(fs::read(folder.path().join("kept")).expect("the output"), b"content");
     }
+}
+
+#[test]
+fn thousands_of_attachments_are_exported() {
+    const MANY: usize = 5_000;
+    let attachments: Vec<Vec<u8>> = (0..MANY).map(|i| attachment(&format!("a{i}"), b"content")).collect();
+    let (folder, _) = folder(&whole(&attachments, &[]));
+    let (status, _, stderr) = run_all(folder.path(), &["export", "a.mcap", "--attachments", "-o", "out"]);
+    assert_eq!(status, Some(0), "{stderr}");
+    let names: Vec<_> = fs::read_dir(folder.path().join("out")).expect("the folder").collect();
+    assert_eq!(names.len(), MANY);
+    assert_eq!(fs::read(folder.path().join("out/a4999")).expect("the last"), b"content");
 }
 
 #[test]

@@ -6,11 +6,11 @@ use std::{
 };
 
 use clap::Args;
-use percuss_output::{OutputError, is_same_file, text::printable};
+use percuss_output::{OutputError, is_same_file, synchronise_all, text::printable};
 
 use super::{
     outcome::{CliError, Exit, loss, say, say_parts},
-    output::{by_extension, explain, print, refuse_inputs, write},
+    output::{by_extension, explain, print, refuse_inputs, write, write_in_folder},
 };
 use crate::{
     command::export::{Camera, FORMS, attachment, attachments, form, matrix, series},
@@ -116,8 +116,9 @@ impl ExportArguments {
         let (text, damages) = series(&self.file, topic, &name, limits, |file, bytes| {
             count += 1;
             fs::create_dir_all(&folder).map_err(|error| explain(Some(&folder), error))?;
-            write(Some(&folder.join(file)), self.force, bytes)
+            write_in_folder(&folder.join(file), self.force, bytes)
         })?;
+        synchronise_all(&folder).map_err(|error| explain(Some(&folder), error))?;
         write(Some(output), self.force, text.as_bytes())?;
         say(&format!("{}: {count} frames in {}", output.display(), folder.display()));
         Ok(loss(&self.file, &damages))
@@ -158,15 +159,16 @@ impl ExportArguments {
             last = Some((log_time, number));
             let number = if number > 1 { format!(".{number}") } else { String::new() };
             let path = folder.join(format!("{log_time:019}{number}.{}", image.extension));
-            write(Some(&path), self.force, image.bytes)?;
+            write_in_folder(&path, self.force, image.bytes)?;
             print(&format!("{}\n", printable(&path.to_string_lossy())))
         })?;
+        synchronise_all(folder).map_err(|error| explain(Some(folder), error))?;
         Ok(loss(&self.file, &damages))
     }
 
     /// All attachments into a folder, but for those whose names would lead out of it.
     fn all(&self, folder: &Path, limits: Limits) -> Result<Exit, CliError> {
-        let mut skipped = 0;
+        let (mut skipped, mut is_new) = (0, true);
         let damages = attachments(&self.file, limits, |of, name, content| {
             let Some(name) = name else {
                 skipped += 1;
@@ -175,17 +177,22 @@ impl ExportArguments {
                 ));
                 return Ok(());
             };
-            fs::create_dir_all(folder).map_err(|error| explain(Some(folder), error))?;
+            if std::mem::take(&mut is_new) {
+                fs::create_dir_all(folder).map_err(|error| explain(Some(folder), error))?;
+            }
             let path = folder.join(name);
             if is_same_file(&path, &self.file) {
                 return Err(CliError::SameFile(path));
             }
-            write(Some(&path), self.force, content)?;
+            write_in_folder(&path, self.force, content)?;
             if name != Path::new(of) {
                 say(&format!("another attachment is named `{of}` as well; this one is `{}`", path.display()));
             }
             print(&format!("{}\n", printable(&path.to_string_lossy())))
         })?;
+        if !is_new {
+            synchronise_all(folder).map_err(|error| explain(Some(folder), error))?;
+        }
         let exit = loss(&self.file, &damages);
         Ok(if skipped > 0 { Exit::Loss } else { exit })
     }
