@@ -4,9 +4,7 @@
 
 use std::{borrow::Cow, collections::BTreeMap, sync::LazyLock};
 
-use percuss_table::measures::{
-    Drag, EXTENSION, Measure, Moment, Motion, Observations, RECONTACT, SEPARATION, Story,
-};
+use percuss_table::measures::{EXTENSION, Measure, Observations, RECONTACT, SEPARATION, Said};
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +18,8 @@ use crate::{
 
 /// The measures of a case of a target with so many interfaces of which nothing is known.
 pub fn nothing(interfaces: usize) -> Vec<Measure> {
-    Observations { interfaces: vec![Default::default(); interfaces], ..Observations::default() }.measures()
+    let said = Said { interfaces: vec![Default::default(); interfaces], ..Said::default() };
+    Observations::default().measures(&said)
 }
 
 /// Measures of a target of one layer, and those that each interface adds.
@@ -85,19 +84,13 @@ impl From<Measures> for BTreeMap<String, f64> {
 /// Measures a run that it observes.
 pub struct Measuring {
     units: Units,
-    story: Story,
-    drag: Drag,
-    /// Time, velocity and displacement of every step: what counts is where contact ends, which is known only later.
-    motion: Vec<[f64; 3]>,
-    /// Time and energy of the target at every frame.
-    energy: Vec<[f64; 2]>,
+    seen: Observations,
 }
 
 impl Measuring {
     /// Measures a run of `case`.
     pub fn new(case: &Case) -> Self {
-        let (motion, energy) = (Vec::new(), Vec::new());
-        Self { units: case.units(), story: Story::default(), drag: Drag::default(), motion, energy }
+        Self { units: case.units(), seen: Observations::default() }
     }
 
     /// What was measured, in the units of the case.
@@ -108,20 +101,10 @@ impl Measuring {
                 [stress.of(peak.value), length.of(peak.r), time.of(peak.time)].map(Some)
             })
         };
-        let (mut motion, mut energy) =
-            (Motion::at(self.story.separation()), Moment::at(self.story.separation()));
-        for &[time, velocity, depth] in &self.motion {
-            motion.take(time, Some(velocity), Some(depth));
-        }
-        self.energy.iter().for_each(|&[time, target]| energy.take(time, Some(target)));
         let strain = &validity.strain;
         let place = [length.of(strain.r), length.of(strain.z), time.of(strain.time)].map(Some);
         let [r, z, when] = place;
-        let observations = Observations {
-            story: self.story,
-            drag: self.drag,
-            motion,
-            energy,
+        let said = Said {
             largest_strain: [Some(strain.value), r, z, when],
             impact_velocity: Some(speed.of(validity.impact_velocity())),
             mesh_loss: validity.mesh_loss,
@@ -131,7 +114,7 @@ impl Measuring {
                 .map(|peaks| [Some(peaks.tension), peaks.shear].map(traction))
                 .collect(),
         };
-        let values = observations.measures().into_iter().map(|measure| measure.value);
+        let values = self.seen.measures(&said).into_iter().map(|measure| measure.value);
         Measures(values.map(|value| value.filter(|x| x.is_finite())).collect())
     }
 }
@@ -140,10 +123,12 @@ impl Observer for Measuring {
     fn observe(&mut self, view: &View<'_>) -> Result<Flow, RunError> {
         let Units { length, time, speed, force, energy, .. } = self.units;
         let now = time.of(view.time);
-        self.drag.take(now, Some(force.of(view.drag)), Some(length.of(view.contact_radius)));
-        self.motion.push([now, speed.of(view.velocity), length.of(view.depth)]);
+        self.seen.take_drag(now, Some(force.of(view.drag)), Some(length.of(view.contact_radius)));
+        self.seen.take_motion(now, Some(speed.of(view.velocity)), Some(length.of(view.depth)));
         if let Some(frame) = &view.frame {
-            self.energy.push([now, energy.of(frame.energy.kinetic) + energy.of(frame.energy.strain)]);
+            let [kinetic, strain] =
+                [frame.energy.kinetic, frame.energy.strain].map(|part| Some(energy.of(part)));
+            self.seen.take_energy(now, kinetic, strain);
         }
         for event in &*view.events {
             let kind = match event.kind {
@@ -152,7 +137,7 @@ impl Observer for Measuring {
                 EventKind::Recontact => RECONTACT,
                 _ => continue,
             };
-            self.story.take(now, kind, event.since.map(|since| time.of(since)));
+            self.seen.take_event(now, kind, event.since.map(|since| time.of(since)));
         }
         Ok(Flow::Continue)
     }

@@ -2,7 +2,7 @@
 //!
 //! Every number is optional: what is not said stays open, and is never 0. Numbers that are not finite count as not said.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::VecDeque};
 
 use crate::{CellType, Heading};
 
@@ -104,17 +104,22 @@ impl Measure {
     }
 }
 
-/// What was seen of an impact. Those of nothing have all columns, without a value.
+/// What was seen of an impact, step by step. Those of nothing have all columns, without a value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Observations {
-    /// What happened.
-    pub story: Story,
-    /// Force and radius of the contact.
-    pub drag: Drag,
-    /// How the indenter moved.
-    pub motion: Motion,
-    /// Kinetic and strain energy of the target, when contact ended for good.
-    pub energy: Moment,
+    extension: Option<f64>,
+    drag: Drag,
+    /// The first velocity, and the largest depth.
+    first: Option<f64>,
+    depth: Option<f64>,
+    /// Velocity of the indenter, and kinetic and strain energy of the target, when contact ended for good.
+    velocity: AtEnd,
+    energy: AtEnd,
+}
+
+/// What is said of an impact at its end.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Said {
     /// The largest strain, its radius, depth and time.
     pub largest_strain: [Option<f64>; 4],
     /// V0 of the impact, if it is said; else it is the first velocity.
@@ -126,10 +131,41 @@ pub struct Observations {
 }
 
 impl Observations {
-    /// Those of an impact whose events have all been taken; the rest is still to be.
-    pub fn after(story: Story) -> Self {
-        let at = story.separation();
-        Self { story, motion: Motion::at(at), energy: Moment::at(at), ..Self::default() }
+    /// Takes a step of the contact: its time, the force and the contact radius \[time, force, length\].
+    pub fn take_drag(&mut self, time: f64, force: Option<f64>, radius: Option<f64>) {
+        if self.drag.take(time, force, radius) {
+            self.velocity.touch(time);
+            self.energy.touch(time);
+        }
+    }
+
+    /// Takes a step of the indenter: its time, the velocity and the displacement into the target \[time, speed, length\].
+    pub fn take_motion(&mut self, time: f64, velocity: Option<f64>, displacement: Option<f64>) {
+        self.first = self.first.or(finite(velocity));
+        self.depth = larger(self.depth, finite(displacement));
+        self.velocity.take(time, velocity);
+    }
+
+    /// Takes the kinetic and the strain energy of the target at a time.
+    pub fn take_energy(&mut self, time: f64, kinetic: Option<f64>, strain: Option<f64>) {
+        self.energy.take(time, kinetic.zip(strain).map(|(kinetic, strain)| kinetic + strain));
+    }
+
+    /// Takes an event.
+    ///
+    /// * `time`: when it is known \[time\]
+    /// * `kind`: its name, [`EXTENSION`], [`SEPARATION`], [`RECONTACT`] or another, which says nothing here
+    /// * `since`: when it was, if that was before it was known \[time\]
+    pub fn take_event(&mut self, time: f64, kind: &str, since: Option<f64>) {
+        let at = since.unwrap_or(time);
+        let end = match kind {
+            EXTENSION => return self.extension = self.extension.or(Some(at)),
+            SEPARATION => Some(at),
+            RECONTACT => None,
+            _ => return,
+        };
+        self.velocity.end(end);
+        self.energy.end(end);
     }
 
     /// What is measured, in the order of the columns.
@@ -138,11 +174,12 @@ impl Observations {
     /// restitution e = −V/V₀   V: velocity when contact ended for good, if the indenter moves back then; V₀: that of the impact
     /// restitution_mesh_corrected = √(e² + mesh_loss)
     /// ```
-    pub fn measures(&self) -> Vec<Measure> {
-        let Self { story, drag, motion, energy, impact_velocity, mesh_loss, .. } = self;
-        let [strain, strain_r, strain_z, strain_time] = &self.largest_strain;
-        let v0 = impact_velocity.or(motion.first);
-        let rebound = motion.separation.value.filter(|rebound| v0.is_some_and(|v0| rebound * v0 < 0.0));
+    pub fn measures(&self, said: &Said) -> Vec<Measure> {
+        let Self { drag, velocity, energy, .. } = self;
+        let Said { largest_strain, impact_velocity, interfaces, mesh_loss } = said;
+        let [strain, strain_r, strain_z, strain_time] = largest_strain;
+        let v0 = impact_velocity.or(self.first);
+        let rebound = velocity.value.filter(|rebound| v0.is_some_and(|v0| rebound * v0 < 0.0));
         let restitution = rebound.zip(v0).map(|(rebound, v0)| -rebound / v0);
         let corrected = restitution.zip(*mesh_loss).map(|(e, loss)| (e * e + loss).sqrt());
         let (peak_force, peak_time) = drag.peak.unzip();
@@ -152,11 +189,11 @@ impl Observations {
             ("impulse", Quantity::Impulse, drag.impulse),
             ("contact_duration", Quantity::Time, drag.contact.map(|(first, last)| last - first)),
             ("contact_radius", Quantity::Length, drag.radius),
-            ("depth", Quantity::Length, motion.depth),
+            ("depth", Quantity::Length, self.depth),
             ("rebound_velocity", Quantity::Speed, rebound),
             ("restitution", Quantity::Number, restitution),
             ("restitution_mesh_corrected", Quantity::Number, corrected),
-            ("t_ext", Quantity::Time, story.extension),
+            ("t_ext", Quantity::Time, self.extension),
             ("energy_left", Quantity::Energy, energy.value),
             ("largest_strain", Quantity::Number, *strain),
             ("largest_strain_r", Quantity::Length, *strain_r),
@@ -164,7 +201,7 @@ impl Observations {
             ("largest_strain_time", Quantity::Time, *strain_time),
         ];
         let single = measures.map(|(name, quantity, value)| Measure { name: name.into(), quantity, value });
-        let interfaces = (1..).zip(&self.interfaces).flat_map(|(number, peaks)| {
+        let interfaces = (1..).zip(interfaces).flat_map(|(number, peaks)| {
             TRACTIONS.into_iter().zip(peaks).flat_map(move |(traction, peak)| {
                 let parts = [("", Quantity::Stress), ("_r", Quantity::Length), ("_time", Quantity::Time)];
                 parts.into_iter().zip(peak).map(move |((part, quantity), value)| {
@@ -177,37 +214,9 @@ impl Observations {
     }
 }
 
-/// What happened.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Story {
-    extension: Option<f64>,
-    separation: Option<f64>,
-}
-
-impl Story {
-    /// Takes an event.
-    ///
-    /// * `time`: when it is known \[time\]
-    /// * `kind`: its name, [`EXTENSION`], [`SEPARATION`], [`RECONTACT`] or another, which says nothing here
-    /// * `since`: when it was, if that was before it was known \[time\]
-    pub fn take(&mut self, time: f64, kind: &str, since: Option<f64>) {
-        match kind {
-            EXTENSION => self.extension = self.extension.or(Some(since.unwrap_or(time))),
-            SEPARATION => self.separation = Some(since.unwrap_or(time)),
-            RECONTACT => self.separation = None,
-            _ => {}
-        }
-    }
-
-    /// When contact ended for good, as far as is known \[time\].
-    pub fn separation(&self) -> Option<f64> {
-        self.separation
-    }
-}
-
 /// The force of the indenter on the target, and where they touch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Drag {
+struct Drag {
     peak: Option<(f64, f64)>,
     impulse: Option<f64>,
     before: Option<(f64, f64)>,
@@ -216,12 +225,12 @@ pub struct Drag {
 }
 
 impl Drag {
-    /// Takes a step: its time, the force and the contact radius \[time, force, length\].
+    /// Takes a step; true if they touch.
     ///
     /// ```text
     /// impulse = Σ ½·(F_n + F_{n−1})·(t_n − t_{n−1})
     /// ```
-    pub fn take(&mut self, time: f64, force: Option<f64>, radius: Option<f64>) {
+    fn take(&mut self, time: f64, force: Option<f64>, radius: Option<f64>) -> bool {
         let [force, radius] = [force, radius].map(finite);
         if let Some(force) = force {
             if self.peak.is_none_or(|(peak, _)| force > peak) {
@@ -232,10 +241,12 @@ impl Drag {
             }
         }
         self.radius = larger(self.radius, radius);
-        if force.is_some_and(|force| force != 0.0) || radius.is_some_and(|radius| radius > 0.0) {
+        let touches = force.is_some_and(|force| force != 0.0) || radius.is_some_and(|radius| radius > 0.0);
+        if touches {
             let (first, _) = self.contact.unwrap_or((time, time));
             self.contact = Some((first, time));
         }
+        touches
     }
 }
 
@@ -251,52 +262,52 @@ fn larger(known: Option<f64>, new: Option<f64>) -> Option<f64> {
     }
 }
 
-/// How the indenter moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Motion {
-    first: Option<f64>,
-    depth: Option<f64>,
-    separation: Moment,
-}
-
-impl Motion {
-    /// * `separation`: when contact ended for good, if it did \[time\]
-    pub fn at(separation: Option<f64>) -> Self {
-        Self { separation: Moment::at(separation), ..Self::default() }
-    }
-
-    /// Takes a step: its time, the velocity and the displacement into the target \[time, speed, length\].
-    pub fn take(&mut self, time: f64, velocity: Option<f64>, displacement: Option<f64>) {
-        self.first = self.first.or(finite(velocity));
-        self.depth = larger(self.depth, finite(displacement));
-        self.separation.take(time, velocity);
-    }
-}
-
-/// A quantity at one time, linear between the times it is known at.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moment {
+/// A quantity at the end of contact, linear between the times it is known at. The end is known later than it was: what is since the last
+/// contact is kept.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct AtEnd {
     at: Option<f64>,
-    before: Option<(f64, f64)>,
     value: Option<f64>,
+    recent: VecDeque<(f64, f64)>,
 }
 
-impl Moment {
-    /// * `at`: the time, if there is one \[time\]
-    pub fn at(at: Option<f64>) -> Self {
-        Self { at, ..Self::default() }
+/// Points that are kept of a quantity, at least and at most.
+const KEPT: (usize, usize) = (64, 1 << 20);
+
+impl AtEnd {
+    /// Contact has ended at a time, or come back.
+    fn end(&mut self, at: Option<f64>) {
+        (self.at, self.value) = (at, None);
+        self.settle();
     }
 
-    /// Takes the quantity at a time \[time, that of the quantity\].
-    pub fn take(&mut self, time: f64, value: Option<f64>) {
-        let (Some(at), Some(value), None) = (self.at, finite(value), self.value) else { return };
-        if time < at {
-            self.before = Some((time, value));
-        } else if time == at {
-            self.value = Some(value);
-        } else if let Some((start, first)) = self.before {
-            self.value = Some(first + (value - first) * (at - start) / (time - start));
+    /// Contact ends later than that.
+    fn touch(&mut self, time: f64) {
+        while self.recent.len() > KEPT.0 && self.recent[1].0 <= time {
+            self.recent.pop_front();
         }
+    }
+
+    /// Takes the quantity at a time.
+    fn take(&mut self, time: f64, value: Option<f64>) {
+        let Some(value) = finite(value) else { return };
+        if self.value.is_some() || self.recent.len() >= KEPT.1 {
+            self.recent.pop_front();
+        }
+        self.recent.push_back((time, value));
+        self.settle();
+    }
+
+    fn settle(&mut self) {
+        let (Some(at), None) = (self.at, self.value) else { return };
+        let Some(next) = self.recent.iter().position(|(time, _)| *time >= at) else { return };
+        let (time, value) = self.recent[next];
+        let before = next.checked_sub(1).map(|before| self.recent[before]);
+        self.value = match before {
+            _ if time == at => Some(value),
+            Some((start, first)) => Some(first + (value - first) * (at - start) / (time - start)),
+            None => None,
+        };
     }
 }
 
@@ -305,30 +316,50 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_moment_lies_between_messages() {
-        let value = |at, points: &[(f64, f64)]| {
-            let mut moment = Moment::at(at);
-            points.iter().for_each(|&(time, value)| moment.take(time, Some(value)));
-            moment.value
-        };
+    fn the_end_lies_between_messages() {
         let points = [(0.0, 1.0), (1.0, 3.0), (2.0, 3.5)];
-        assert_eq!(value(Some(0.5), &points), Some(2.0));
-        assert_eq!(value(Some(1.0), &points), Some(3.0));
-        assert_eq!(value(Some(2.5), &points), None);
-        assert_eq!(value(Some(-0.5), &points), None);
-        assert_eq!(value(None, &points), None);
+        // whether it is known before, between or after them
+        for known in 0..=points.len() {
+            let value = |at| {
+                let mut end = AtEnd::default();
+                points[..known].iter().for_each(|&(time, value)| end.take(time, Some(value)));
+                end.end(at);
+                points[known..].iter().for_each(|&(time, value)| end.take(time, Some(value)));
+                end.value
+            };
+            assert_eq!(value(Some(0.5)), Some(2.0));
+            assert_eq!(value(Some(1.0)), Some(3.0));
+            assert_eq!([Some(2.5), Some(-0.5), None].map(value), [None; 3]);
+        }
+    }
+
+    #[test]
+    fn what_is_kept_reaches_back_to_the_last_contact() {
+        let mut end = AtEnd::default();
+        for step in 0..10_000 {
+            end.take(f64::from(step), Some(f64::from(step * step)));
+            if step < 9000 {
+                end.touch(f64::from(step));
+            }
+        }
+        assert!((1000..1100).contains(&end.recent.len()), "{}", end.recent.len());
+        end.end(Some(9000.5));
+        assert_eq!(end.value, Some(0.5 * (9000.0 * 9000.0 + 9001.0 * 9001.0)));
     }
 
     #[test]
     fn contact_that_comes_back_has_not_ended() {
-        let mut story = Story::default();
+        let mut seen = Observations::default();
         let mut take = |time, kind: &str, since| {
-            story.take(time, kind, since);
-            story.separation
+            seen.take_energy(time, Some(time), Some(0.0));
+            seen.take_event(time, kind, since);
+            seen.energy.value
         };
+        assert_eq!(take(0.5, EXTENSION, None), None);
         assert_eq!(take(1.0, SEPARATION, Some(0.9)), Some(0.9));
         assert_eq!(take(2.0, RECONTACT, None), None);
         assert_eq!(take(3.0, SEPARATION, None), Some(3.0));
+        assert_eq!(seen.extension, Some(0.5));
     }
 
     #[test]

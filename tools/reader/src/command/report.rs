@@ -4,11 +4,11 @@
 //! fetched from anywhere: the page's own policy forbids it.
 
 use std::{
+    cell::RefCell,
     collections::HashSet,
     path::{Path, PathBuf},
 };
 
-use percuss_table::measures::{Observations, Story};
 use serde_json::{Value, json};
 
 pub(super) mod animation;
@@ -20,10 +20,10 @@ mod units;
 
 use crate::{
     command::{
-        summary::{Reading, tell},
+        summary::{Reading, watch},
         verify::{Content, conclude},
     },
-    convention::{DISPLACEMENT, DRAG, ENERGY, HOST, RADIUS, RESOLVED_CASE, RUN, STATUS, VALIDITY, VELOCITY},
+    convention::{DISPLACEMENT, DRAG, HOST, RADIUS, RESOLVED_CASE, RUN, STATUS, VALIDITY, VELOCITY},
     messages::Recording,
     pass::Pass,
     recording::{Damage, Limits, OpenError},
@@ -85,12 +85,13 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
     host.remove("padding");
     let mut content = Content::new(limits, recording.index());
     let mut charts = Charts::of(&recording);
-    let (mut story, mut outline, mut profiles, mut events) =
-        (Story::default(), Outline::default(), Profiles::default(), Events::default());
+    let (mut outline, mut profiles, mut events) =
+        (Outline::default(), Profiles::default(), Events::default());
+    let observed = RefCell::default();
     let mut field = Field::of(&recording);
     let mut pass = Pass::over(&recording, Window::default());
     pass.records(|found, fit| content.take(found, fit));
-    tell(&recording, &mut story, &mut pass);
+    watch(&recording, &observed, &mut pass);
     charts.watch(&recording, &mut pass);
     outline.watch(&recording, &mut pass);
     profiles.watch(&recording, &mut pass);
@@ -100,7 +101,7 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
     }
     let seen = pass.run()?;
     let verdict = conclude(content, &seen.damages);
-    let reading = Reading::from(&recording, observed(&recording, story, &charts));
+    let reading = Reading::from(&recording, &observed.into_inner());
     let curves = charts.json(&recording, reading.units.length.as_deref());
     let mut damages = [recording.damages.as_slice(), &seen.damages].concat();
     let field = match field {
@@ -139,32 +140,6 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
     units::prefix(&mut data);
     let parts = [("{style}", STYLE), ("{shared}", SHARED), ("{script}", SCRIPT)];
     Ok((fill(PAGE, &data, &parts), damages))
-}
-
-/// What the measures are taken from.
-fn observed(recording: &Recording, story: Story, charts: &Charts) -> Observations {
-    let mut observed = Observations::after(story);
-    let curves = |topic, fields: [&str; 2]| {
-        let [first, second] = fields.map(|field| charts.curve(recording, topic, field));
-        let number = |curve: &[(f64, f64)], i: usize, time: f64| {
-            curve.get(i).filter(|point| point.0 == time).map(|point| point.1)
-        };
-        let longer = if second.len() > first.len() { second } else { first };
-        longer
-            .iter()
-            .enumerate()
-            .map(move |(i, (time, _))| (*time, [number(first, i, *time), number(second, i, *time)]))
-    };
-    for (time, [force, radius]) in curves(DRAG, ["force", RADIUS]) {
-        observed.drag.take(time, force, radius);
-    }
-    for (time, [velocity, depth]) in curves(VELOCITY, ["velocity", DISPLACEMENT]) {
-        observed.motion.take(time, velocity, depth);
-    }
-    for (time, [kinetic, strain]) in curves(ENERGY, ["kinetic", "strain"]) {
-        observed.energy.take(time, kinetic.zip(strain).map(|(kinetic, strain)| kinetic + strain));
-    }
-    observed
 }
 
 /// Fills a template: title, style, data and scripts, in this order.

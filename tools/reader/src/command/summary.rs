@@ -13,7 +13,7 @@ use std::{
 use percuss_table::{Cell, CellType, Heading, Sink, measures::Measure};
 use toml::Value;
 
-pub(super) use reading::{Reading, tell};
+pub(super) use reading::{Reading, watch};
 
 use crate::{
     convention::{CASE, DERIVED_KEYS, RESOLVED_CASE, RUN},

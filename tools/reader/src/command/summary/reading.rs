@@ -1,8 +1,10 @@
 //! What is read off the messages of a recording.
 
+use std::cell::RefCell;
+
 use percuss_table::{
     Cell,
-    measures::{Measure, Observations, Story, TRACTIONS, Units},
+    measures::{Measure, Observations, Said, TRACTIONS, Units},
 };
 
 use crate::{
@@ -37,62 +39,62 @@ impl Reading {
     ///
     /// The file cannot be read.
     pub(in crate::command) fn of(recording: &Recording) -> Result<Self, OpenError> {
-        let mut story = Story::default();
+        let observed = RefCell::default();
         let mut pass = Pass::<OpenError>::over(recording, Window::default());
-        tell(recording, &mut story, &mut pass);
-        pass.run()?;
-        let mut observed = Observations::after(story);
-        let mut pass = Pass::<OpenError>::over(recording, Window::default());
-        if let Some(source) = Source::open(recording, DRAG, ["force", RADIUS]) {
-            let drag = &mut observed.drag;
-            source.watch(&mut pass, move |time, [force, radius]| drag.take(time, force, radius));
-        }
-        if let Some(source) = Source::open(recording, VELOCITY, ["velocity", DISPLACEMENT]) {
-            let motion = &mut observed.motion;
-            source.watch(&mut pass, move |time, [velocity, depth]| motion.take(time, velocity, depth));
-        }
-        if let Some(source) = Source::open(recording, ENERGY, ["kinetic", "strain"]) {
-            let energy = &mut observed.energy;
-            source.watch(&mut pass, move |time, [kinetic, strain]| {
-                energy.take(time, kinetic.zip(strain).map(|(kinetic, strain)| kinetic + strain));
-            });
-        }
-        // once more, so that all damages come out of one pass
-        if let Some(source) = Source::open(recording, EVENT, ["kind", "since"]) {
-            source.watch(&mut pass, |_, _| {});
-        }
+        watch(recording, &observed, &mut pass);
         let seen = pass.run()?;
-        Ok(Self { seen, ..Self::from(recording, observed) })
+        Ok(Self { seen, ..Self::from(recording, &observed.into_inner()) })
     }
 
     /// What is measured of what was seen, and of what the recording says of it.
-    pub(in crate::command) fn from(recording: &Recording, mut observed: Observations) -> Self {
+    pub(in crate::command) fn from(recording: &Recording, observed: &Observations) -> Self {
         let said = |key: &str| recording.entries(VALIDITY)?.get(key)?.parse().ok();
-        observed.largest_strain =
-            ["", ".r", ".z", ".time"].map(|suffix| said(&format!("{LARGEST_STRAIN}{suffix}")));
-        (observed.impact_velocity, observed.mesh_loss) = (said(IMPACT_VELOCITY), said(MESH_LOSS));
         let traction = |number: usize, traction: &str| {
             ["", ".r", ".time"].map(|part| said(&format!("interface.{number}.{traction}{part}")))
         };
         let interfaces = (1..).map(|number| TRACTIONS.map(|name| traction(number, name)));
-        observed.interfaces = interfaces.take_while(|[tension, _]| tension[0].is_some()).collect();
-        Self { measures: observed.measures(), units: units(recording), seen: Seen::default() }
+        let said = Said {
+            largest_strain: ["", ".r", ".z", ".time"]
+                .map(|suffix| said(&format!("{LARGEST_STRAIN}{suffix}"))),
+            impact_velocity: said(IMPACT_VELOCITY),
+            mesh_loss: said(MESH_LOSS),
+            interfaces: interfaces.take_while(|[tension, _]| tension[0].is_some()).collect(),
+        };
+        Self { measures: observed.measures(&said), units: units(recording), seen: Seen::default() }
     }
 }
 
-/// Looks at the events of a recording.
-pub(in crate::command) fn tell<'a>(
+/// Observes the impact of a recording.
+pub(in crate::command) fn watch<'a>(
     recording: &'a Recording,
-    story: &'a mut Story,
+    observed: &'a RefCell<Observations>,
     pass: &mut Pass<'a, OpenError>,
 ) {
-    let Some(source) = Source::open(recording, EVENT, ["kind", "since"]) else { return };
-    pass.each(source.id, move |moment, _| {
-        if let Cell::Text(kind) = source.cell(moment, 0) {
-            story.take(moment.time, &kind, source.cell(moment, 1).number());
-        }
-        Ok(())
-    });
+    type Take = fn(&mut Observations, f64, [Cell; 2]);
+    let takes: [(&str, [&str; 2], Take); 4] = [
+        (DRAG, ["force", RADIUS], |seen, time, [force, radius]| {
+            seen.take_drag(time, force.number(), radius.number());
+        }),
+        (VELOCITY, ["velocity", DISPLACEMENT], |seen, time, [velocity, depth]| {
+            seen.take_motion(time, velocity.number(), depth.number());
+        }),
+        (ENERGY, ["kinetic", "strain"], |seen, time, [kinetic, strain]| {
+            seen.take_energy(time, kinetic.number(), strain.number());
+        }),
+        (EVENT, ["kind", "since"], |seen, time, [kind, since]| {
+            if let Cell::Text(kind) = kind {
+                seen.take_event(time, &kind, since.number());
+            }
+        }),
+    ];
+    for (topic, fields, take) in takes {
+        let Some(source) = Source::open(recording, topic, fields) else { continue };
+        pass.each(source.id, move |moment, _| {
+            let cells = [0, 1].map(|field| source.cell(moment, field));
+            take(&mut observed.borrow_mut(), moment.time, cells);
+            Ok(())
+        });
+    }
 }
 
 /// A channel, and two of its fields where it has them.
@@ -120,14 +122,6 @@ impl<'a> Source<'a> {
         let Some(leaf) = self.fields[field] else { return Cell::Empty };
         let names = if let Type::Enum(names) = &self.layout.leaves[leaf].kind { Some(names) } else { None };
         cell(&moment.values.lists[leaf], 0, names)
-    }
-
-    /// Hands the time and the numbers of every message to `take`.
-    fn watch(self, pass: &mut Pass<'a, OpenError>, mut take: impl FnMut(f64, [Option<f64>; 2]) + 'a) {
-        pass.each(self.id, move |moment, _| {
-            take(moment.time, [0, 1].map(|field| self.cell(moment, field).number()));
-            Ok(())
-        });
     }
 }
 
