@@ -8,12 +8,7 @@
 //! on a grid as fine as the messages, then by golden sections around its best point.
 
 use super::{error::CompareError, structure::Pair};
-use crate::{
-    convention,
-    messages::Recording,
-    recording::{Budget, OpenError},
-    wire::Type,
-};
+use crate::{convention, messages::Recording, pass::Pass, recording::OpenError, select::Window, wire::Type};
 
 /// Fields that take part, at most.
 const FIELDS: usize = 8;
@@ -30,7 +25,8 @@ type Curve = Vec<(f64, f64)>;
 ///
 /// A file cannot be read, or no field is there to be fitted.
 pub(super) fn fit(a: &Recording, b: &Recording, pairs: &[Pair]) -> Result<f64, CompareError> {
-    let mut curves = Vec::new();
+    let mut left = FIELDS;
+    let mut chosen = Vec::new();
     for pair in pairs {
         let (channel_a, channel_b) = (&a.channels[&pair.a], &b.channels[&pair.b]);
         let (Some(layout_a), Some(layout_b)) = (&channel_a.layout, &channel_b.layout) else { continue };
@@ -39,14 +35,15 @@ pub(super) fn fit(a: &Recording, b: &Recording, pairs: &[Pair]) -> Result<f64, C
             let are_single = leaf.lists == 0 && other.lists == 0 && leaf.path != convention::TIME;
             are_single && matches!(leaf.kind, Type::Double | Type::Float) && other.kind.is_number()
         };
-        let leaves: Vec<(usize, usize)> = pair.leaves.iter().filter(is_plain).copied().collect();
-        let left = FIELDS.saturating_sub(curves.len());
-        let leaves = &leaves[..leaves.len().min(left)];
-        let of_a = read(a, pair.a, &leaves.iter().map(|leaf| leaf.0).collect::<Vec<_>>())?;
-        let of_b = read(b, pair.b, &leaves.iter().map(|leaf| leaf.1).collect::<Vec<_>>())?;
-        let varies = |(curve, _): &(Curve, Curve)| curve.iter().any(|(_, value)| *value != curve[0].1);
-        curves.extend(of_a.into_iter().zip(of_b).filter(|(_, b)| b.len() > 1).filter(varies));
+        let plain = pair.leaves.iter().filter(is_plain).take(left);
+        let before = chosen.len();
+        chosen.extend(plain.map(|&(i, j)| [(pair.a, i), (pair.b, j)]));
+        left -= chosen.len() - before;
     }
+    let of = |recording, side: usize| read(recording, chosen.iter().map(|pair| pair[side]));
+    let varies = |(curve, _): &(Curve, Curve)| curve.iter().any(|(_, value)| *value != curve[0].1);
+    let curves: Vec<(Curve, Curve)> =
+        of(a, 0)?.into_iter().zip(of(b, 1)?).filter(|(_, b)| b.len() > 1).filter(varies).collect();
     let spans = |of: fn(&(Curve, Curve)) -> &Curve| {
         let ends = curves.iter().map(of).flat_map(|curve| [curve[0].0, curve[curve.len() - 1].0]);
         ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), time| (from.min(time), to.max(time)))
@@ -109,29 +106,25 @@ fn mismatch(a: &Curve, b: &Curve, shift: f64) -> f64 {
     }
 }
 
-/// Fields of a channel over time, with finite values only, thinned evenly to [`SAMPLES`].
-fn read(recording: &Recording, id: u16, leaves: &[usize]) -> Result<Vec<Curve>, CompareError> {
-    let channel = &recording.channels[&id];
-    let mut curves = vec![Curve::new(); leaves.len()];
-    let Some(layout) = channel.layout.as_ref().filter(|_| !leaves.is_empty()) else { return Ok(curves) };
-    let (mut values, mut budget) = (layout.values(), Budget::new(recording.limits().kept()));
-    let mut messages = recording.messages([id], None)?;
-    messages.for_each(|message| -> Result<(), OpenError> {
-        let time = channel.instant(message.data, message.log_time, channel.origin).number();
-        if layout.decode(message.data, &mut values).is_err() || !time.is_finite() {
-            return Ok(());
-        }
-        if !budget.spend(2 * leaves.len() * size_of::<(f64, f64)>()) {
-            return Err(recording.no_room("the curves that are fitted"));
-        }
-        for (curve, &leaf) in curves.iter_mut().zip(leaves) {
-            curve.extend(
-                values.lists[leaf].number(0).filter(|value| value.is_finite()).map(|value| (time, value)),
-            );
-        }
-        values.release();
-        Ok(())
-    })?;
+/// Fields of channels over time, with finite values only, thinned evenly to [`SAMPLES`].
+fn read(
+    recording: &Recording,
+    fields: impl ExactSizeIterator<Item = (u16, usize)>,
+) -> Result<Vec<Curve>, OpenError> {
+    let mut curves = vec![Curve::new(); fields.len()];
+    let mut pass = Pass::over(recording, Window::default());
+    for ((id, leaf), curve) in fields.zip(&mut curves) {
+        pass.each(id, move |moment, budget| {
+            let number = moment.values.lists[leaf].number(0).filter(|value| value.is_finite());
+            let Some(value) = number.filter(|_| moment.time.is_finite()) else { return Ok(()) };
+            if !budget.spend(2 * size_of::<(f64, f64)>()) {
+                return Err(recording.no_room("the curves that are fitted"));
+            }
+            curve.push((moment.time, value));
+            Ok(())
+        });
+    }
+    pass.run()?;
     for curve in &mut curves {
         curve.sort_by(|x, y| x.0.total_cmp(&y.0));
         let every = curve.len().div_ceil(SAMPLES).max(1);
