@@ -10,7 +10,7 @@
 //! the field.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, HashSet},
     path::{Path, PathBuf},
     str::FromStr,
 };
@@ -118,6 +118,9 @@ impl Sources {
         let time = time.ok_or_else(|| {
             unfit(format!("it has no column `{TIME}` but {known}; say which it is, --rename COLUMN={TIME}"))
         })?;
+        if let Some(cell) = table.columns[time].iter().find(|cell| cell.number().is_none()) {
+            return Err(unfit(format!("its column `{TIME}` has a row without a number: `{cell}`")));
+        }
         let channels = channels(&table.headings, time, like.as_ref()).map_err(unfit)?;
         let rate = like.as_ref().and_then(|like| convention::playback_rate(like.entries(convention::RUN)?));
         let failed = |error: String| unfit(format!("it cannot be taken as a recording: {error}"));
@@ -150,6 +153,13 @@ fn channels(headings: &[Heading], time: usize, like: Option<&Recording>) -> Resu
             }
             None => plain.push((column, name.clone())),
         }
+    }
+    let mut names = HashSet::new();
+    if let Some(twice) = headings.iter().find(|heading| !names.insert(heading.name.as_str())) {
+        return Err(format!("it has two columns `{}`; rename one of them", twice.name));
+    }
+    if headings.len() < 2 {
+        return Err(format!("it has no column but `{TIME}`"));
     }
     if plain.is_empty() {
         return Ok(channels);

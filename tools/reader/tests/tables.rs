@@ -305,11 +305,17 @@ fn a_table_stands_in_for_a_recording() {
     let svg = fs::read_to_string(desk.path("p.svg")).expect("a picture");
     assert!(svg.contains("measured:force") || svg.contains("measured"), "both curves have names");
     assert_eq!(svg.matches("force [").count(), 1, "in one diagram");
+    desk.put("twice.csv", "time,force,force\n0,1,2\n");
+    desk.put("texts.csv", "time,force\n0,1\nx,1\n");
+    desk.put("times.csv", "time\n0\n");
     for (arguments, reason) in [
         (&["diff", "ball.mcap", "measured.csv"][..], "it has no column `time` but t, load"),
         (&["diff", "ball.mcap", "measured.csv", "--rename", "t=time"], "has a field load"),
         (&["diff", "ball.mcap", "ball.mcap", "--rename", "t=time"], "there is none"),
         (&["plot", "ball.mcap", "measured.csv"], "--rename COLUMN=time"),
+        (&["diff", "ball.mcap", "twice.csv"], "two columns `force`"),
+        (&["diff", "ball.mcap", "texts.csv"], "a row without a number: `x`"),
+        (&["diff", "ball.mcap", "times.csv"], "no column but `time`"),
         (&["diff", "ball.mcap", "measured.csv", "--rename", "t"], "as in load=force"),
     ] {
         let error = desk.error(2, arguments);
