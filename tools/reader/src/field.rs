@@ -21,6 +21,20 @@ pub use selection::{Positions, Selection, SelectionError};
 /// Largest number of columns of a table.
 pub(crate) const MAX_TABLE: usize = 1 << 18;
 
+/// The file and the topic in the name of a column, as far as it has them, and its field.
+pub(crate) fn place_and_field(name: &str) -> (&str, &str) {
+    // fields hold neither slashes nor colons, and a topic ends with a dot
+    let after_file = name.rfind(':').map_or(0, |colon| colon + 1);
+    let end = match name[after_file..].rfind('/') {
+        Some(slash) => {
+            let slash = after_file + slash;
+            name[slash..].find('.').map_or(after_file, |dot| slash + dot + 1)
+        }
+        None => after_file,
+    };
+    name.split_at(end)
+}
+
 /// One column: how to find its cell in a message.
 #[derive(Clone, Debug)]
 pub struct Column {

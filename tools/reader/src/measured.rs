@@ -27,7 +27,9 @@ use prost_reflect::{
 };
 
 use crate::{
+    channel::Channel,
     convention::{self, TIME},
+    field::place_and_field,
     messages::Recording,
     prefix::plain,
     recording::Limits,
@@ -85,10 +87,13 @@ impl Sources {
     ///
     /// Columns are renamed where there is no table.
     pub fn among<'a>(&self, mut files: impl Iterator<Item = &'a PathBuf> + Clone) -> Result<Self, String> {
-        if let Some(rename) = self.renames.first()
-            && !files.clone().any(|file| is_table(file))
-        {
-            return Err(format!("--rename {}={} is for a table: there is none", rename.column, rename.field));
+        if !files.clone().any(|file| is_table(file)) {
+            if let Some(Rename { column, field }) = self.renames.first() {
+                return Err(format!("--rename {column}={field} is for a table: there is none"));
+            }
+            if self.offset != 0.0 {
+                return Err(format!("--time-offset {} is for a table: there is none", self.offset));
+            }
         }
         let like = files.find(|file| !is_table(file)).cloned();
         Ok(Self { takes_tables: true, like, ..self.clone() })
@@ -144,12 +149,10 @@ type Channels = BTreeMap<String, Vec<(usize, String)>>;
 fn channels(headings: &[Heading], time: usize, like: Option<&Recording>) -> Result<Channels, String> {
     let (mut channels, mut plain) = (Channels::new(), Vec::new());
     for (column, Heading { name, .. }) in headings.iter().enumerate().filter(|(column, _)| *column != time) {
-        // a topic ends with the first dot behind its last slash
-        let topic = name.rfind('/').and_then(|slash| Some(slash + name[slash..].find('.')?));
-        match topic.filter(|_| name.starts_with('/')) {
-            Some(dot) => {
-                let columns = channels.entry(name[..dot].to_owned()).or_default();
-                columns.push((column, name[dot + 1..].to_owned()));
+        let (place, field) = place_and_field(name);
+        match place.strip_suffix('.').filter(|topic| topic.starts_with('/')) {
+            Some(topic) => {
+                channels.entry(topic.to_owned()).or_default().push((column, field.to_owned()));
             }
             None => plain.push((column, name.clone())),
         }
@@ -167,7 +170,7 @@ fn channels(headings: &[Heading], time: usize, like: Option<&Recording>) -> Resu
     let topic = match like {
         None => "/table".to_owned(),
         Some(like) => {
-            let count = |(_, channel): &(&u16, &crate::channel::Channel)| {
+            let count = |(_, channel): &(&u16, &Channel)| {
                 let has =
                     |name: &str| channel.layout.as_ref().is_some_and(|layout| layout.find(name).is_some());
                 plain.iter().filter(|(_, name)| has(name)).count()

@@ -299,6 +299,14 @@ fn a_table_stands_in_for_a_recording() {
     let text =
         desk.text(1, &["diff", "more.csv", "ball.mcap", "--align", "linear", "--abs", "1e9", "--common"]);
     assert!(text.contains("/drag.colour"), "{text}");
+    // of two tables, what only one has
+    desk.put("a.csv", "time,force\n0,1\n1,2\n");
+    desk.put("b.csv", "time,force,load\n0,1,3\n1,2,4\n");
+    desk.text(0, &["diff", "a.csv", "a.csv"]);
+    for pair in [["a.csv", "b.csv"], ["b.csv", "a.csv"]] {
+        let text = desk.text(1, &["diff", pair[0], pair[1]]);
+        assert!(text.contains("/table.load"), "{pair:?}: {text}");
+    }
     let picture =
         [&["plot", "ball.mcap", "measured.csv", "--time-offset=-5e-6", "-o", "p.svg"][..], &names].concat();
     desk.text(0, &picture);
@@ -313,6 +321,7 @@ fn a_table_stands_in_for_a_recording() {
         (&["diff", "ball.mcap", "measured.csv", "--rename", "t=time"], "has a field load"),
         (&["diff", "ball.mcap", "ball.mcap", "--rename", "t=time"], "there is none"),
         (&["plot", "ball.mcap", "measured.csv"], "--rename COLUMN=time"),
+        (&["plot", "ball.mcap", "--time-offset", "5us"], "there is none"),
         (&["diff", "ball.mcap", "twice.csv"], "two columns `force`"),
         (&["diff", "ball.mcap", "texts.csv"], "a row without a number: `x`"),
         (&["diff", "ball.mcap", "times.csv"], "no column but `time`"),

@@ -24,6 +24,7 @@ pub use text::{Style, summary, to_text};
 use write::DiffWriter;
 
 use crate::{
+    channel::Channel,
     compare::{CompareError, Comparison, Options, compare},
     measured::{Sources, is_table},
     messages::Recording,
@@ -146,36 +147,36 @@ pub fn diff(
     written: Option<(&Path, bool)>,
 ) -> Result<Comparison, CompareError> {
     let mut options = options.clone();
-    let recordings = [a, b].map(|path| sources.open(path, limits.of_two()));
+    let open = |path: &Path| sources.open(path, limits.of_two());
     let tables = [a, b].map(is_table);
-    let [a, b] = recordings;
-    let (a, b) = (a?, b?);
-    // what a table has is what is compared
-    for table in [&a, &b].into_iter().zip(tables).filter(|(_, is_table)| *is_table).map(|(table, _)| table) {
+    let (a, b) = (open(a)?, open(b)?);
+    if tables.contains(&true) {
+        // what a table has is what is compared
         options.by_name = true;
-        let chosen = (options.topics.is_empty(), options.fields.is_empty());
-        for channel in table.channels.values() {
-            if chosen.0 {
-                options.topics.push(Pattern::exact(&channel.topic));
-            }
-            let leaves = channel.layout.iter().flat_map(|layout| &layout.leaves);
-            if chosen.1 {
-                options.fields.extend(leaves.map(|leaf| Pattern::exact(&leaf.path)));
-            }
+        let all = [&a, &b].into_iter().zip(tables).filter(|(_, is_table)| *is_table);
+        let channels: Vec<&Channel> = all.flat_map(|(table, _)| table.channels.values()).collect();
+        if options.topics.is_empty() {
+            options.topics = channels.iter().map(|channel| Pattern::exact(&channel.topic)).collect();
+        }
+        if options.fields.is_empty() {
+            let leaves = channels.iter().flat_map(|channel| channel.layout.iter());
+            let leaves = leaves.flat_map(|layout| &layout.leaves);
+            options.fields = leaves.map(|leaf| Pattern::exact(&leaf.path)).collect();
         }
     }
-    let options = &options;
-    let Some((path, overwrite)) = written else {
-        let mut comparison = compare(&a, &b, options, None)?;
-        if tables.contains(&true) {
-            // a table says nothing of a run
-            comparison.provenance.clear();
+    let mut comparison = match written {
+        None => compare(&a, &b, &options, None)?,
+        Some((path, overwrite)) => {
+            let mut writer = DiffWriter::begin(path, overwrite, &a, &b).map_err(CompareError::Watch)?;
+            let comparison = compare(&a, &b, &options, Some(&mut |matched| writer.take(matched)))?;
+            writer.finish().map_err(CompareError::Watch)?;
+            comparison
         }
-        return Ok(comparison);
     };
-    let mut writer = DiffWriter::begin(path, overwrite, &a, &b).map_err(CompareError::Watch)?;
-    let comparison = compare(&a, &b, options, Some(&mut |matched| writer.take(matched)))?;
-    writer.finish().map_err(CompareError::Watch)?;
+    if tables.contains(&true) {
+        // a table says nothing of a run
+        comparison.provenance.clear();
+    }
     Ok(comparison)
 }
 

@@ -48,8 +48,8 @@ pub fn plot(
         return of_columns(path, (x, y), request, title, limits, medium);
     }
     let mut request = request.clone();
-    request.sources = request.sources.among(paths.iter()).map_err(PlotError::Unfit)?;
     request.sources.offset = request.time_offset.map_or(0.0, Bound::number);
+    request.sources = request.sources.among(paths.iter()).map_err(PlotError::Unfit)?;
     let request = &request;
     if let Some(table) = paths.iter().find(|path| is_table(path))
         && (paths.iter().all(|path| is_table(path)) || request.map || request.at_times.is_some())

@@ -99,3 +99,16 @@ fn refusals_are_explained() {
     assert!(select("", Some("r=1")).contains("axis named `r`"));
     assert!(select("p", None).contains("more than 10000"));
 }
+
+#[test]
+fn names_are_taken_apart() {
+    for (name, place, field) in [
+        ("force", "", "force"),
+        ("fig5:force", "fig5:", "force"),
+        ("/drag.force", "/drag.", "force"),
+        ("out/fig5.mcap:/field/x.a.b@r=0.5", "out/fig5.mcap:/field/x.", "a.b@r=0.5"),
+        ("a.b", "", "a.b"),
+    ] {
+        assert_eq!(place_and_field(name), (place, field));
+    }
+}

@@ -7,6 +7,7 @@ use percuss_table::Heading;
 
 use super::request::Request;
 use crate::{
+    field::place_and_field,
     prefix::{Prefixed, short},
     units::Units,
 };
@@ -105,20 +106,6 @@ pub(super) fn keep_first_units(lines: &mut Vec<Line>) {
     });
 }
 
-/// The file and the topic in the name of a column, as far as it has them, and its field.
-pub(super) fn place_and_field(name: &str) -> (&str, &str) {
-    // fields hold neither slashes nor colons, and a topic ends with a dot
-    let after_file = name.rfind(':').map_or(0, |colon| colon + 1);
-    let end = match name[after_file..].rfind('/') {
-        Some(slash) => {
-            let slash = after_file + slash;
-            name[slash..].find('.').map_or(after_file, |dot| slash + dot + 1)
-        }
-        None => after_file,
-    };
-    name.split_at(end)
-}
-
 /// Name and unit that all columns share, as far as they do.
 pub(in crate::command) fn common_label(headings: &[Heading]) -> String {
     let base = |heading: &Heading| {
@@ -179,19 +166,6 @@ mod tests {
     fn line(name: &str, unit: &str, points: &[(f64, f64)]) -> Line {
         let heading = Heading::new(name, Some(unit));
         Line { curve: Curve { name: name.into(), points: points.to_vec(), ..Curve::default() }, heading }
-    }
-
-    #[test]
-    fn names_are_taken_apart() {
-        for (name, place, field) in [
-            ("force", "", "force"),
-            ("fig5:force", "fig5:", "force"),
-            ("/drag.force", "/drag.", "force"),
-            ("out/fig5.mcap:/field/x.a.b@r=0.5", "out/fig5.mcap:/field/x.", "a.b@r=0.5"),
-            ("a.b", "", "a.b"),
-        ] {
-            assert_eq!(place_and_field(name), (place, field));
-        }
     }
 
     #[test]

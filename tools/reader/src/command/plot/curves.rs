@@ -6,13 +6,13 @@ use percuss_picture::{Curve, Panel};
 use percuss_table::{Cell, Heading, Sink};
 
 use super::{
-    axes::{Line, common_label, keep_first_units, place_and_field, units},
+    axes::{Line, common_label, keep_first_units, units},
     request::{PlotError, Request},
 };
 use crate::{
     command::trace::{Outcome, Request as Traced, trace},
     convention,
-    field::Selection,
+    field::{Selection, place_and_field},
     recording::{Budget, Limits},
 };
 
