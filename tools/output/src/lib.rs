@@ -39,7 +39,7 @@ pub mod text;
 mod unfinished;
 
 pub use counted::Counted;
-pub use output::{Output, OutputError, write};
+pub use output::{Output, OutputError, write, write_later};
 pub use part::{Left, Part, PartError, has_name, part_of};
 #[cfg(feature = "signals")]
 pub use signals::{discard_at_signals, ending_signals};

@@ -140,10 +140,28 @@ impl OutputError {
 ///
 /// Those of [`Output::create`] and [`Output::commit`].
 pub fn write(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), OutputError> {
+    write_and(Output::commit, path, bytes, overwrite)
+}
+
+/// Writes one of many whole files, see [`Output::commit_later`].
+///
+/// # Errors
+///
+/// As of [`write`].
+pub fn write_later(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), OutputError> {
+    write_and(Output::commit_later, path, bytes, overwrite)
+}
+
+fn write_and(
+    commit: fn(Output) -> io::Result<()>,
+    path: &Path,
+    bytes: &[u8],
+    overwrite: bool,
+) -> Result<(), OutputError> {
     let write = || {
         let mut output = Output::create(path, overwrite)?;
         output.write_all(bytes)?;
-        output.commit()
+        commit(output)
     };
     write().map_err(|error| OutputError::new(path, error))
 }

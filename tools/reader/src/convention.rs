@@ -105,8 +105,11 @@ pub const UNITS: [(&str, &str, &str); 8] = [
     ("R²γc_p²", "J/m", "scale.energy_j_per_m"),
 ];
 
-/// Charts of a report: identifier, title, topic and fields.
-pub const CHARTS: [(&str, &str, &str, &[&str]); 4] = [
+/// A chart of a report: identifier, title, topic and fields.
+pub type Chart = (&'static str, &'static str, &'static str, &'static [&'static str]);
+
+/// Charts of a report.
+pub const CHARTS: [Chart; 4] = [
     ("drag", "Drag", DRAG, &["force"]),
     ("velocity", "Velocity of the indenter", VELOCITY, &["velocity"]),
     ("probes", "Interface stress at the probes", "/probes", &["stress"]),

@@ -61,6 +61,12 @@ struct Schema {
 /// Schemas that are reported one by one where there is no room for their types.
 const MAX_REFUSED: usize = 16;
 
+/// What is said of a channel that is defined twice, differently.
+pub(crate) fn defined_again(channel: &records::Channel, first: &str) -> String {
+    let (id, first, other) = (channel.id, short(first), short(&channel.topic));
+    format!("channel {id} is defined again as `{other}`: it stays `{first}`")
+}
+
 impl Directory {
     /// Has room for as much as the limits say.
     pub fn new(limits: Limits) -> Self {

@@ -16,13 +16,13 @@ use std::{
     time::Duration,
 };
 
-use mcap::records::Record;
+use mcap::records::{MessageHeader, Record};
 use percuss_picture::Layer;
 
 use crate::{
     channel::Channel,
     convention::{self, Ending},
-    recording::{Damage, Index, LeftOut, Limits, OpenError, Opened, Scan},
+    recording::{Damage, FileRecord, Index, LeftOut, Limits, OpenError, Opened, Scan},
 };
 
 /// Pause before looking again for more of a file that is being written.
@@ -287,6 +287,41 @@ pub struct Message<'a> {
     pub data: &'a [u8],
 }
 
+impl<'a> Message<'a> {
+    /// The message that a record of the file is, if it is one.
+    pub(crate) fn of(found: &'a FileRecord<'_>) -> Option<Self> {
+        let Record::Message { header, data } = &found.record else { return None };
+        let MessageHeader { channel_id: channel, sequence, log_time, publish_time } = *header;
+        Some(Self { offset: found.offset, channel, sequence, log_time, publish_time, data })
+    }
+}
+
+/// A message that is kept.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Kept {
+    pub(crate) channel: u16,
+    pub(crate) sequence: u32,
+    /// \[ns\]
+    pub(crate) log_time: u64,
+    pub(crate) data: Vec<u8>,
+}
+
+impl Kept {
+    /// Keeps another in its place.
+    pub(crate) fn replace(&mut self, Message { channel, sequence, log_time, data, .. }: &Message<'_>) {
+        (self.channel, self.sequence, self.log_time) = (*channel, *sequence, *log_time);
+        self.data.clear();
+        self.data.extend_from_slice(data);
+    }
+
+    /// The message, without what was not kept of it: its place, and when it was published.
+    pub(crate) fn message(&self) -> Message<'_> {
+        let Self { channel, sequence, log_time, data } = self;
+        let (channel, sequence, log_time) = (*channel, *sequence, *log_time);
+        Message { offset: 0, channel, sequence, log_time, publish_time: log_time, data }
+    }
+}
+
 /// The messages of some channels, one after the other.
 pub struct Messages {
     scan: Scan,
@@ -306,19 +341,9 @@ impl Messages {
     /// The system fails to read.
     pub fn next<T>(&mut self, take: impl FnOnce(Message<'_>) -> T) -> Result<Option<T>, OpenError> {
         let (ids, mut take) = (&self.ids, Some(take));
-        self.scan.find_map(|found| match found.record {
-            Record::Message { header, data } if ids.contains(&header.channel_id) => {
-                let message = Message {
-                    offset: found.offset,
-                    channel: header.channel_id,
-                    sequence: header.sequence,
-                    log_time: header.log_time,
-                    publish_time: header.publish_time,
-                    data: &data,
-                };
-                take.take().map(|take| take(message))
-            }
-            _ => None,
+        self.scan.find_map(|found| {
+            let message = Message::of(&found).filter(|message| ids.contains(&message.channel))?;
+            take.take().map(|take| take(message))
         })
     }
 

@@ -5,8 +5,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use mcap::records::Record;
-
 use crate::{
     channel::Channel,
     instant::Instant,
@@ -70,7 +68,8 @@ type TakeRecord<'a> = Box<dyn FnMut(FileRecord<'_>, Option<Result<(), DecodeErro
 /// A channel that is looked at.
 struct Watched<'a, E> {
     channel: &'a Channel,
-    layout: &'a Layout,
+    /// Those of no channel that is not decoded are shown to observers.
+    layout: Option<&'a Layout>,
     bytes: Vec<TakeBytes<'a, E>>,
     observers: Vec<(Choice, Take<'a, E>)>,
     moment: Moment,
@@ -101,16 +100,17 @@ impl<'a, E: From<OpenError>> Pass<'a, E> {
         Self { budget: Budget::new(bytes), ..self }
     }
 
-    /// A channel that is looked at; `None` if its messages are not decoded.
+    /// A channel that is looked at; `None` if there is none of this id.
     fn watched(&mut self, id: u16) -> Option<&mut Watched<'a, E>> {
         let channel = self.recording.channels.get(&id)?;
-        let layout = channel.layout.as_deref()?;
+        let layout = channel.layout.as_deref();
+        let values = || layout.map_or_else(|| Values { lists: Vec::new() }, Layout::values);
         Some(self.channels.entry(id).or_insert_with(|| Watched {
             channel,
             layout,
             bytes: Vec::new(),
             observers: Vec::new(),
-            moment: Moment { time: 0.0, log_time: 0, number: 0, values: layout.values() },
+            moment: Moment { time: 0.0, log_time: 0, number: 0, values: values() },
             count: 0,
             last: None,
         }))
@@ -122,7 +122,7 @@ impl<'a, E: From<OpenError>> Pass<'a, E> {
         choice: Choice,
         take: impl FnMut(&Moment, &mut Budget) -> Result<(), E> + 'a,
     ) {
-        if let Some(watched) = self.watched(id) {
+        if let Some(watched) = self.watched(id).filter(|watched| watched.layout.is_some()) {
             watched.observers.push((choice, Box::new(take)));
         }
     }
@@ -153,7 +153,7 @@ impl<'a, E: From<OpenError>> Pass<'a, E> {
         self.observe(id, Choice::Numbers(numbers), take);
     }
 
-    /// Hands the messages of a channel to `take` as they stand in the file; none of a channel that is not decoded.
+    /// Hands the messages of a channel to `take` as they stand in the file.
     pub(crate) fn bytes(
         &mut self,
         id: u16,
@@ -194,17 +194,9 @@ impl<'a, E: From<OpenError>> Pass<'a, E> {
         let Self { window, channels, records, budget, .. } = &mut self;
         let failed = scan.find_map(|found| {
             let mut fit = None;
-            if let Record::Message { header, data } = &found.record
-                && let Some(watched) = channels.get_mut(&header.channel_id)
+            if let Some(message) = Message::of(&found)
+                && let Some(watched) = channels.get_mut(&message.channel)
             {
-                let message = Message {
-                    offset: found.offset,
-                    channel: header.channel_id,
-                    sequence: header.sequence,
-                    log_time: header.log_time,
-                    publish_time: header.publish_time,
-                    data,
-                };
                 match watched.take(message, window, budget) {
                     Ok(known) => fit = known,
                     Err(error) => return Some(error),
@@ -271,7 +263,8 @@ impl<E> Watched<'_, E> {
         (number, is_last): (u64, bool),
         budget: &mut Budget,
     ) -> Result<Result<(), DecodeError>, E> {
-        let decoded = self.layout.decode(data, &mut self.moment.values);
+        let Some(layout) = self.layout else { return Ok(Ok(())) };
+        let decoded = layout.decode(data, &mut self.moment.values);
         if decoded.is_ok() {
             (self.moment.time, self.moment.log_time, self.moment.number) =
                 (instant.number(), log_time, number);

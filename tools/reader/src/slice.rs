@@ -13,7 +13,7 @@ use crate::{
     convention,
     extent::{self, Extent, Extents},
     instant::Instant,
-    messages::{Message, Recording},
+    messages::{Kept, Message, Recording},
     nest::{Counts, Element, Nest},
     pass::{Moment, Pass},
     prefix::UnitError,
@@ -177,16 +177,6 @@ pub struct Nearest<'a> {
     span: Span,
 }
 
-/// A message that is kept.
-#[derive(Clone, Debug)]
-pub(crate) struct Kept {
-    pub(crate) channel: u16,
-    pub(crate) sequence: u32,
-    /// \[ns\]
-    pub(crate) log_time: u64,
-    pub(crate) data: Vec<u8>,
-}
-
 impl<'a> Nearest<'a> {
     /// # Errors
     ///
@@ -223,8 +213,9 @@ impl<'a> Nearest<'a> {
                 if !budget.spend(message.data.len()) {
                     return Err(self.recording.no_room(AT_TIMES));
                 }
-                let Message { channel, sequence, log_time, data, .. } = message;
-                *slot = Some((time, Kept { channel, sequence, log_time, data: data.to_vec() }));
+                let mut kept = Kept::default();
+                kept.replace(&message);
+                *slot = Some((time, kept));
             }
         }
         Ok(())
@@ -309,16 +300,11 @@ pub(crate) fn kept_at(
 ) -> Result<(Vec<Kept>, Vec<Damage>), MomentError> {
     let nearest = |&id: &u16| Ok((id, Nearest::new(recording, id, times)?));
     let mut nearest = ids.iter().map(nearest).collect::<Result<BTreeMap<_, _>, MomentError>>()?;
-    let mut budget = Budget::new(recording.limits().kept());
-    let mut messages = recording.messages(ids.iter().copied(), None)?;
-    messages.for_each(|message| match nearest.get_mut(&message.channel) {
-        Some(nearest) => {
-            let channel = nearest.channel;
-            let time = channel.instant(message.data, message.log_time, channel.origin);
-            nearest.take(message, time, &mut budget)
-        }
-        None => Ok(()),
-    })?;
+    let mut pass = Pass::<MomentError>::over(recording, Window::default());
+    for (&id, nearest) in &mut nearest {
+        pass.bytes(id, |message, time, budget| Ok(nearest.take(message, time, budget)?));
+    }
+    let damages = pass.run()?.damages;
     let mut kept = Vec::new();
     for nearest in nearest.into_values() {
         kept.extend(nearest.kept()?.into_iter().map(|(_, kept)| kept));
@@ -326,7 +312,7 @@ pub(crate) fn kept_at(
     let place = |kept: &Kept| (kept.log_time, kept.channel, kept.sequence);
     kept.sort_by_key(place);
     kept.dedup_by_key(|kept| place(kept));
-    Ok((kept, messages.damages().to_vec()))
+    Ok((kept, damages))
 }
 
 /// Name and unit of a coordinate: the unit of the field that holds the first position is that of all.

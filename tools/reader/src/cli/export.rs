@@ -6,11 +6,11 @@ use std::{
 };
 
 use clap::Args;
-use percuss_output::{OutputError, is_same_file, synchronise_all, text::printable};
+use percuss_output::{OutputError, is_same_file, synchronise_all, text::printable, write_later};
 
 use super::{
     outcome::{CliError, Exit, loss, say, say_parts},
-    output::{by_extension, explain, print, refuse_inputs, write, write_in_folder},
+    output::{by_extension, explain, print, refuse_inputs, write},
 };
 use crate::{
     command::export::{Camera, FORMS, attachment, attachments, form, matrix, series},
@@ -116,7 +116,7 @@ impl ExportArguments {
         let (text, damages) = series(&self.file, topic, &name, limits, |file, bytes| {
             count += 1;
             fs::create_dir_all(&folder).map_err(|error| explain(Some(&folder), error))?;
-            write_in_folder(&folder.join(file), self.force, bytes)
+            Ok::<_, CliError>(write_later(&folder.join(file), bytes, self.force)?)
         })?;
         synchronise_all(&folder).map_err(|error| explain(Some(&folder), error))?;
         write(Some(output), self.force, text.as_bytes())?;
@@ -159,7 +159,7 @@ impl ExportArguments {
             last = Some((log_time, number));
             let number = if number > 1 { format!(".{number}") } else { String::new() };
             let path = folder.join(format!("{log_time:019}{number}.{}", image.extension));
-            write_in_folder(&path, self.force, image.bytes)?;
+            write_later(&path, image.bytes, self.force)?;
             print(&format!("{}\n", printable(&path.to_string_lossy())))
         })?;
         synchronise_all(folder).map_err(|error| explain(Some(folder), error))?;
@@ -184,7 +184,7 @@ impl ExportArguments {
             if is_same_file(&path, &self.file) {
                 return Err(CliError::SameFile(path));
             }
-            write_in_folder(&path, self.force, content)?;
+            write_later(&path, content, self.force)?;
             if name != Path::new(of) {
                 say(&format!("another attachment is named `{of}` as well; this one is `{}`", path.display()));
             }

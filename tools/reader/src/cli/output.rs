@@ -161,16 +161,6 @@ pub(super) fn print_painted(text: &str) -> Result<(), CliError> {
     write(None, false, text.as_bytes())
 }
 
-/// Writes one of many files of a folder, which is synchronised after the last: [`percuss_output::synchronise_all`].
-pub(super) fn write_in_folder(path: &Path, overwrite: bool, bytes: &[u8]) -> Result<(), CliError> {
-    let write = || {
-        let mut output = percuss_output::Output::create(path, overwrite)?;
-        output.write_all(bytes)?;
-        output.commit_later()
-    };
-    write().map_err(|error| explain(Some(path), error))
-}
-
 /// Writes a whole file, a new one unless it may be overwritten; without a path to standard output.
 pub(super) fn write(path: Option<&Path>, overwrite: bool, bytes: &[u8]) -> Result<(), CliError> {
     let mut output = Output::new(path, overwrite);

@@ -14,7 +14,7 @@ use crate::{
     axis::Axis,
     command::{
         plot::axes::prefixed,
-        points::{Curve, Points, downsampled, find},
+        points::{Curve, Points, downsampled, find, find_leaf},
         report::{
             animation::{Bounds, main_field},
             body::{Body, Outline},
@@ -175,9 +175,7 @@ impl Animation {
             times.push((moment.time, moment.number));
             Ok(())
         });
-        let surface = find(&recording, |topic| topic == INTERFACE);
-        let surface =
-            surface.and_then(|id| Some((id, recording.channels[&id].layout.as_ref()?.find("stress")?)));
+        let surface = find_leaf(&recording, INTERFACE, "stress");
         if let Some((id, leaf)) = surface {
             let (channel, scale) = (&recording.channels[&id], &mut scale);
             pass.each(id, move |moment, _| {
@@ -202,8 +200,8 @@ impl Animation {
         // as they stand in the file
         chosen.sort_by_key(|(_, number)| *number);
         let times: Vec<f64> = chosen.iter().map(|(time, _)| *time).collect();
-        let depths = motion.curve(&recording, DISPLACEMENT);
-        let body = outline.body(depths, force.curve(&recording, RADIUS), &times);
+        let depths = motion.curve(DISPLACEMENT);
+        let body = outline.body(depths, force.curve(RADIUS), &times);
         let time = Heading::new(channel.time_name(), channel.time_unit());
         let (time, per_time) = prefixed(&time, last.abs(), &request.units);
         let unit = time.unit.as_deref().unwrap_or_default();
@@ -215,7 +213,7 @@ impl Animation {
             None => None,
         };
         let profile = surface.zip(scale.scaled(request)).map(|((id, leaf), scale)| (id, leaf, scale));
-        let points = force.curve(&recording, "force").iter().filter(|(time, _)| holds(window, *time));
+        let points = force.curve("force").iter().filter(|(time, _)| holds(window, *time));
         let points: Curve = points.copied().collect();
         let force = find(&recording, |topic| topic == DRAG)
             .map(|id| Heading::new("drag", recording.channels[&id].unit("force")));

@@ -14,11 +14,11 @@ use serde_json::value::RawValue;
 use crate::{
     channel::Channel,
     format::mapping::Mapped,
-    messages::{Message, POLL, Recording},
+    messages::{Kept, Message, POLL, Recording},
     prefix::UnitError,
     recording::{Damage, Limits, OpenError},
     select::{self, Bound, Pattern, Window, finite_time},
-    slice::{Kept, MomentError, kept_at},
+    slice::{MomentError, kept_at},
     wire::dynamic,
 };
 
@@ -86,11 +86,8 @@ pub fn cat(
     if !request.at_times.is_empty() {
         let (kept, damages) = kept_at(&recording, &ids, &request.at_times)?;
         let mut text = Text { bytes: Vec::new(), room: limits.kept() };
-        for Kept { channel, sequence, log_time, data } in &kept {
-            let (log_time, publish_time) = (*log_time, *log_time);
-            let message =
-                Message { offset: 0, channel: *channel, sequence: *sequence, log_time, publish_time, data };
-            line(&recording.channels[channel], &message, limits, &mut text, output)?;
+        for message in kept.iter().map(Kept::message) {
+            line(&recording.channels[&message.channel], &message, limits, &mut text, output)?;
         }
         return Ok(damages);
     }
@@ -128,8 +125,8 @@ pub fn cat(
 /// The newest message of every channel of which it was left out.
 #[derive(Default)]
 struct LeftOut {
-    /// By channel: number among all that were kept, log time, sequence, content.
-    newest: HashMap<u16, (u64, u64, u32, Vec<u8>)>,
+    /// By channel, each with its number among all that were kept.
+    newest: HashMap<u16, (u64, Kept)>,
     kept: u64,
     bytes: usize,
 }
@@ -139,37 +136,28 @@ impl LeftOut {
     ///
     /// * `room`: for the contents of all of them \[bytes\]
     fn keep(&mut self, message: &Message<'_>, room: usize) -> io::Result<()> {
-        let (number, log_time, sequence, data) = self.newest.entry(message.channel).or_default();
-        self.bytes = self.bytes - data.len() + message.data.len();
+        let (number, newest) = self.newest.entry(message.channel).or_default();
+        self.bytes = self.bytes - newest.data.len() + message.data.len();
         if self.bytes > room {
             let text = "the last messages of so many topics take more memory than --max-memory allows; choose topics";
             return Err(io::Error::new(io::ErrorKind::OutOfMemory, text));
         }
         self.kept += 1;
-        (*number, *log_time, *sequence) = (self.kept, message.log_time, message.sequence);
-        data.clear();
-        data.extend_from_slice(message.data);
+        *number = self.kept;
+        newest.replace(message);
         Ok(())
     }
 
     /// A later message of the channel was not left out.
     fn forget(&mut self, channel: u16) {
-        self.bytes -= self.newest.remove(&channel).map_or(0, |(.., data)| data.len());
+        self.bytes -= self.newest.remove(&channel).map_or(0, |(_, kept)| kept.data.len());
     }
 
     /// What is kept, in the order of the file.
     fn in_order(&self) -> impl Iterator<Item = Message<'_>> {
-        let mut newest: Vec<_> = self.newest.iter().collect();
-        newest.sort_by_key(|(_, kept)| kept.0);
-        newest.into_iter().map(|(&channel, (offset, log_time, sequence, data))| Message {
-            offset: *offset,
-            channel,
-            sequence: *sequence,
-            log_time: *log_time,
-            // not written
-            publish_time: *log_time,
-            data,
-        })
+        let mut newest: Vec<_> = self.newest.values().collect();
+        newest.sort_by_key(|(number, _)| *number);
+        newest.into_iter().map(|(_, kept)| kept.message())
     }
 }
 

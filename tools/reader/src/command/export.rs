@@ -20,10 +20,9 @@ use crate::{
     format::vtk::{pvd, vti, vtr},
     messages::Recording,
     pass::Pass,
-    recording::{Damage, LeftOut, Limits, OpenError},
+    recording::{Damage, Limits, OpenError},
     select::{self, Bound, Pattern, Window},
     slice::{MomentError, Slice, mismatch, moments, slice},
-    text::short,
 };
 
 pub use image::{Camera, Image};
@@ -177,12 +176,8 @@ pub fn attachments<E: From<ExportError>>(
     let failed = recording.find_attachment(|name, content| {
         let content = match content {
             Ok(content) => content,
-            Err(LeftOut { size, .. }) => {
-                let reason = format!(
-                    "the {size} bytes of the attachment `{}` are more than --max-memory allows",
-                    short(name)
-                );
-                damages.push(Damage::refusal(reason));
+            Err(left_out) => {
+                damages.push(Damage::refusal(left_out.refusal(name)));
                 return None;
             }
         };

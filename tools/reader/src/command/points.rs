@@ -1,6 +1,6 @@
 //! Numbers of fields over time, as they are drawn.
 
-use crate::{channel::Channel, messages::Recording, pass::Pass, recording::OpenError, wire::Layout};
+use crate::{channel::Channel, messages::Recording, pass::Pass, recording::OpenError};
 
 /// A curve: times and values.
 pub(super) type Curve = Vec<(f64, f64)>;
@@ -14,21 +14,27 @@ pub(super) fn find(recording: &Recording, fits: impl Fn(&str) -> bool) -> Option
     recording.channels.iter().find(|(_, channel)| fits(channel)).map(|(id, _)| *id)
 }
 
+/// A channel that has messages, and the leaf of one of its fields.
+pub(super) fn find_leaf(recording: &Recording, topic: &str, field: &str) -> Option<(u16, usize)> {
+    let id = find(recording, |known| known == topic)?;
+    Some((id, recording.channels[&id].layout.as_ref()?.find(field)?))
+}
+
 /// Some fields of a channel over time.
 #[derive(Default)]
 pub(super) struct Points {
     id: u16,
-    /// Their leaves, with a curve for every element.
-    fields: Vec<(usize, Vec<Curve>)>,
+    /// Their names and leaves, with a curve for every element.
+    fields: Vec<(&'static str, usize, Vec<Curve>)>,
 }
 
 impl Points {
     /// Nothing yet of those fields that there are; recordings of earlier versions have fewer.
-    pub(super) fn of(recording: &Recording, topic: &str, names: &[&str]) -> Self {
+    pub(super) fn of(recording: &Recording, topic: &str, names: &[&'static str]) -> Self {
         let Some(id) = find(recording, |known| known == topic) else { return Self::default() };
         let layout = recording.channels[&id].layout.as_deref();
-        let leaves = names.iter().filter_map(|name| layout?.find(name));
-        Self { id, fields: leaves.map(|leaf| (leaf, Vec::new())).collect() }
+        let field = |name: &&'static str| Some((*name, layout?.find(name)?, Vec::new()));
+        Self { id, fields: names.iter().filter_map(field).collect() }
     }
 
     /// Takes the numbers of all messages of the pass.
@@ -39,7 +45,7 @@ impl Points {
         }
         let mut numbers = Vec::new();
         pass.each(*id, move |moment, budget| {
-            for (leaf, curves) in fields.iter_mut() {
+            for (_, leaf, curves) in fields.iter_mut() {
                 if !moment.values.lists[*leaf].numbers(&mut numbers) {
                     continue;
                 }
@@ -55,20 +61,14 @@ impl Points {
         });
     }
 
-    /// The curves of a field, one for each of its elements.
-    pub(super) fn curves(&self, recording: &Recording, name: &str) -> &[Curve] {
-        let leaf = self.layout(recording).and_then(|layout| layout.find(name));
-        let field = self.fields.iter().find(|(known, _)| Some(*known) == leaf);
-        field.map_or(&[], |(_, curves)| curves)
+    /// The curves of a field, one for each of its elements; none if it is not recorded.
+    pub(super) fn curves(&self, name: &str) -> &[Curve] {
+        self.fields.iter().find(|(known, ..)| *known == name).map_or(&[], |(.., curves)| curves)
     }
 
     /// The curve of a field of single numbers.
-    pub(super) fn curve(&self, recording: &Recording, name: &str) -> &[(f64, f64)] {
-        self.curves(recording, name).first().map_or(&[], Vec::as_slice)
-    }
-
-    fn layout<'a>(&self, recording: &'a Recording) -> Option<&'a Layout> {
-        recording.channels.get(&self.id)?.layout.as_deref()
+    pub(super) fn curve(&self, name: &str) -> &[(f64, f64)] {
+        self.curves(name).first().map_or(&[], Vec::as_slice)
     }
 }
 

@@ -16,6 +16,7 @@ use percuss_output::cause;
 
 use crate::{
     convention,
+    directory::defined_again,
     instant::seconds,
     recording::{Budget, Damage, FileRecord, Limits, OpenError, Scan},
     text::short,
@@ -167,9 +168,7 @@ impl<W: Write> Copy<W> {
                 2 * channel.topic.len() + channel.message_encoding.len() + entries.sum::<usize>()
             }
             Record::Channel(channel) if self.topics[&channel.id] != channel.topic => {
-                let (first, other) = (short(&self.topics[&channel.id]), short(&channel.topic));
-                let text =
-                    format!("channel {} is defined again as `{other}`: it stays `{first}`", channel.id);
+                let text = defined_again(channel, &self.topics[&channel.id]);
                 if self.result.lost.len() < MAX_LOST && !self.result.lost.contains(&text) {
                     self.result.lost.push(text);
                 }
@@ -259,12 +258,8 @@ impl<W: Write> Copy<W> {
                     chunk.indexed.insert(index.channel_id, index.records.len() as u64);
                 }
             }
-            Record::Attachment { header, .. } if left_out.is_some() => {
-                let size = left_out.map_or(0, |left_out| left_out.size);
-                let name = short(&header.name);
-                self.result
-                    .lost
-                    .push(format!("attachment `{name}`: its {size} bytes are more than --max-memory allows"));
+            Record::Attachment { header, .. } if let Some(left_out) = left_out => {
+                self.result.lost.push(left_out.refusal(&header.name));
             }
             Record::Attachment { header, data, .. } if self.has_place("attachment", &header.name) => {
                 self.result.extras += 1;

@@ -106,10 +106,9 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Repo
     let mut damages = [recording.damages.as_slice(), &seen.damages].concat();
     let field = match field {
         Some(field) => {
-            let body = |times: &[f64]| {
-                let depths = charts.curve(&recording, VELOCITY, DISPLACEMENT);
-                outline.body(depths, charts.curve(&recording, DRAG, RADIUS), times)
-            };
+            let curve = |topic, field| charts.of_topic(topic).map_or(&[][..], |points| points.curve(field));
+            let (depths, radii) = (curve(VELOCITY, DISPLACEMENT), curve(DRAG, RADIUS));
+            let body = |times: &[f64]| outline.body(depths, radii, times);
             let (field, again) = field.json(body)?;
             damages.extend(again);
             field

@@ -7,7 +7,7 @@ use mcap::records::Record;
 use super::{Attachment, Chunks, Metadata, Recording};
 use crate::{
     convention,
-    directory::{Directory, SHOWN, weight_of_entries},
+    directory::{Directory, SHOWN, defined_again, weight_of_entries},
     recording::{Damage, FileRecord, Limits, OpenError, Opened, Scan},
     text::short,
 };
@@ -204,10 +204,7 @@ impl Recording {
             && let Some(known) = directory.channels().get(&channel.id)
             && (known.topic != channel.topic || known.encoding != channel.message_encoding)
         {
-            let (first, other) = (short(&known.topic), short(&channel.topic));
-            let id = channel.id;
-            let reason = format!("channel {id} is defined again as `{other}`: it stays `{first}`");
-            self.note(found.offset, reason);
+            self.note(found.offset, defined_again(channel, &known.topic));
         }
         directory.learn(&found.record);
         match found.record {

@@ -25,6 +25,7 @@ use super::{
     index::PREFIX,
     parse::{explain, parse},
 };
+use crate::text::short;
 
 /// Where the bytes of a recording come from.
 pub trait Source: Read + Seek + Send {}
@@ -125,6 +126,14 @@ pub struct LeftOut {
     pub crc: u32,
 }
 
+impl LeftOut {
+    /// In words, where it is wanted.
+    pub(crate) fn refusal(self, name: &str) -> String {
+        let (name, size) = (short(name), self.size);
+        format!("attachment `{name}`: its {size} bytes are more than --max-memory allows")
+    }
+}
+
 /// Reads the records of a file in its order; those in chunks come out one by one.
 pub struct Scan {
     path: PathBuf,
@@ -181,8 +190,7 @@ impl Scan {
     /// # Errors
     ///
     /// The source cannot be read, or is something else.
-    pub fn of(source: Box<dyn Source>, path: &Path, limits: Limits) -> Result<Self, OpenError> {
-        let mut source = source;
+    pub fn of(mut source: Box<dyn Source>, path: &Path, limits: Limits) -> Result<Self, OpenError> {
         let index = Index::read(&mut source, limits).map_err(OpenError::io(path))?.unwrap_or_default();
         Self::indexed(source, Arc::new(index), path, limits)
     }

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::curves::number;
 use crate::{
-    command::points::{find, nearest},
+    command::points::{find_leaf, nearest},
     convention::{FACE, PROFILE},
     messages::Recording,
     pass::{Moment, Pass},
@@ -37,10 +37,8 @@ pub(in crate::command) struct Outline {
 impl Outline {
     /// Looks at all profiles of the surface.
     pub(in crate::command) fn watch<'a>(&'a mut self, recording: &Recording, pass: &mut Pass<'a, OpenError>) {
-        let Some(id) = find(recording, |known| known == PROFILE) else { return };
-        let layout = recording.channels[&id].layout.as_ref();
-        let leaves = layout.and_then(|layout| Some([layout.find("r")?, layout.find(FACE)?]));
-        let Some([radius, face]) = leaves else { return };
+        let leaf = |field| find_leaf(recording, PROFILE, field);
+        let (Some((id, radius)), Some((_, face))) = (leaf("r"), leaf(FACE)) else { return };
         let deepest = &mut self.deepest;
         pass.each(id, move |moment, _| {
             let depth = moment.values.lists[face].number(0).unwrap_or(0.0);

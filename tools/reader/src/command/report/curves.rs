@@ -7,9 +7,9 @@ use crate::{
     channel::Channel,
     command::{
         plot::axes::common_label,
-        points::{Curve, Points, downsampled, find},
+        points::{Curve, Points, downsampled, find, find_leaf},
     },
-    convention::{self, CHARTS, DISPLACEMENT, DRAG, EVENT, INTERFACE, RADIUS, VELOCITY, WARNING},
+    convention::{self, CHARTS, Chart, DISPLACEMENT, DRAG, EVENT, INTERFACE, RADIUS, VELOCITY, WARNING},
     messages::Recording,
     pass::Pass,
     prefix::engineering,
@@ -31,7 +31,7 @@ pub struct Charts(Vec<Points>);
 
 impl Charts {
     pub(super) fn of(recording: &Recording) -> Self {
-        // the indenter in the section and the measures take more fields than the charts
+        // the indenter in the section takes more fields than the charts
         let fields = |topic: &str, fields: &[&'static str]| match topic {
             DRAG => vec!["force", RADIUS],
             VELOCITY => vec!["velocity", DISPLACEMENT],
@@ -49,31 +49,25 @@ impl Charts {
         self.0.iter_mut().for_each(|points| points.watch(recording, pass));
     }
 
-    /// The curves of a field; none if it is not recorded.
-    pub(super) fn curves(&self, recording: &Recording, topic: &str, field: &str) -> &[Curve] {
-        let place = CHARTS.iter().position(|(.., known, _)| *known == topic);
-        place.map_or(&[], |place| self.0[place].curves(recording, field))
-    }
-
-    /// The curve of a field of single numbers.
-    pub(super) fn curve(&self, recording: &Recording, topic: &str, field: &str) -> &[(f64, f64)] {
-        self.curves(recording, topic, field).first().map_or(&[], Vec::as_slice)
+    /// What is known of a topic.
+    pub(super) fn of_topic(&self, topic: &str) -> Option<&Points> {
+        CHARTS.iter().position(|(.., known, _)| *known == topic).map(|place| &self.0[place])
     }
 
     /// As a page has them.
     ///
     /// * `length`: unit of the radii of probes
     pub(super) fn json(&self, recording: &Recording, length: Option<&str>) -> Vec<Value> {
-        let chart = |&(id, title, topic, fields): &(&str, &str, &str, &[&str])| {
+        let chart = |(&(id, title, topic, fields), points): (&Chart, &Points)| {
             let channel = &recording.channels[&find(recording, |known| known == topic)?];
             let curves = |field: &&str| {
                 let heading = Heading::new(field, channel.unit(field));
-                self.curves(recording, topic, field).iter().map(move |curve| (heading.clone(), curve))
+                points.curves(field).iter().map(move |curve| (heading.clone(), curve))
             };
             let curves: Vec<(Heading, &Curve)> = fields.iter().flat_map(curves).collect();
             (!curves.is_empty()).then(|| chart((id, title), &curves, channel, length))
         };
-        CHARTS.iter().filter_map(chart).collect()
+        CHARTS.iter().zip(&self.0).filter_map(chart).collect()
     }
 }
 
@@ -126,9 +120,8 @@ pub struct Profiles {
 
 impl Profiles {
     pub(super) fn watch<'a>(&'a mut self, recording: &'a Recording, pass: &mut Pass<'a, OpenError>) {
-        let Some(id) = find(recording, |topic| topic == INTERFACE) else { return };
+        let Some((id, leaf)) = find_leaf(recording, INTERFACE, "stress") else { return };
         let channel = &recording.channels[&id];
-        let Some(leaf) = channel.layout.as_ref().and_then(|layout| layout.find("stress")) else { return };
         pass.every(id, channel.count.div_ceil(PROFILES), move |moment, budget| {
             let Some(profile) = profile(channel, leaf, moment) else { return Ok(()) };
             let step = profile.points.len().div_ceil(PROFILE_POINTS).max(1);
@@ -169,9 +162,7 @@ pub struct Events {
 
 impl Events {
     pub(super) fn watch<'a>(&'a mut self, recording: &'a Recording, pass: &mut Pass<'a, OpenError>) {
-        let Some(id) = find(recording, |topic| topic == EVENT) else { return };
-        let layout = recording.channels[&id].layout.as_ref();
-        let Some(leaf) = layout.and_then(|layout| layout.find("text")) else { return };
+        let Some((id, leaf)) = find_leaf(recording, EVENT, "text") else { return };
         pass.each(id, move |moment, _| {
             let List::Text(list) = &moment.values.lists[leaf] else { return Ok(()) };
             self.count += 1;
