@@ -14,7 +14,8 @@ use percuss_reader::{
         verify::verify_scan,
     },
     messages::Recording,
-    recording::{OpenError, Scan},
+    failure::Failure,
+    recording::Scan,
 };
 
 fuzz_target!(|bytes: &[u8]| {
@@ -25,7 +26,7 @@ fuzz_target!(|bytes: &[u8]| {
     if let Ok(recording) = Recording::open(&path, LIMITS)
         && let Ok(mut messages) = recording.messages(recording.channels.keys().copied(), None)
     {
-        drop(messages.for_each(|_| -> Result<(), OpenError> { Ok(()) }));
+        drop(messages.for_each(|_| -> Result<(), Failure> { Ok(()) }));
     }
     let request = Request { topics: vec!["*".parse().expect("a pattern")], ..Request::default() };
     drop(trace(&[path.clone()], &request, LIMITS, &mut Nowhere));

@@ -1,48 +1,25 @@
-//! The command line: arguments, and which of them carries out what.
+//! The command line: which verbs there are.
 
-mod animate;
-mod cat;
-mod chosen;
-mod diff;
-mod export;
-mod info;
 mod manual;
-mod outcome;
-mod output;
-mod plot;
-mod recover;
-mod replay;
-mod report;
-mod schema;
-mod summary;
-mod trace;
-mod verify;
 
 use std::sync::LazyLock;
 
 use clap::{Parser, Subcommand};
 
-pub use outcome::{CliError, Exit, report};
-
-use crate::recording::Limits;
-use animate::AnimateArguments;
-use cat::CatArguments;
-use diff::DiffArguments;
-use export::ExportArguments;
-use info::InfoArguments;
-use manual::{CompletionsArguments, ManualArguments};
-use plot::PlotArguments;
-use recover::RecoverArguments;
-use replay::ReplayArguments;
-use report::ReportArguments;
-use schema::SchemaArguments;
-use summary::SummaryArguments;
-use trace::TraceArguments;
-use verify::VerifyArguments;
+use crate::{
+    command::{
+        animate::Animate, cat::Cat, diff::Diff, export::Export, info::Info, plot::Plot, recover::Recover,
+        replay::Replay, report::Report, schema::Schema, summary::Summary, trace::Trace, verify::Verify,
+    },
+    failure::Failure,
+    recording::Limits,
+    verb::{Context, Exit, run},
+};
+use manual::{Completions, Manual};
 
 /// Reads MCAP recordings, protobuf or JSON: tables and pictures of any field, comparison number by number, verification, recovery.
 #[derive(Debug, Parser)]
-#[command(name = "percuss-read", version, long_version = VERSION.as_str(), about, long_about = None, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(name = "percuss-read", version, long_version = VERSION.as_str(), long_about = None, arg_required_else_help = true, after_help = EXAMPLES)]
 pub struct Arguments {
     /// Memory that reading may take, whatever a file claims: 1GiB, 500MB
     #[arg(long, global = true, value_name = "SIZE", default_value = "1GiB", value_parser = memory)]
@@ -104,67 +81,49 @@ Exit status: 0 done, 1 failed, 2 usage, 3 done with loss: a file is damaged or c
 0 equal within tolerance, 1 different, 2 could not compare. verify: 1 not sound, 3 sound, but the run was not \
 finished.";
 
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// What a recording holds: run, channels, counts, units, times, metadata, attachments
-    Info(InfoArguments),
-    /// Fields against time: CSV, JSON lines, Parquet, NumPy
-    Trace(TraceArguments),
-    /// A row per recording: peak force, impulse, contact, rebound, energy left, largest strain
-    Summary(SummaryArguments),
-    /// Fields against time, arrays over their axis, matrices and arrays over time as images: SVG, PNG, PDF or in the terminal
-    Plot(Box<PlotArguments>),
-    /// Section, profile and drag as a moving picture: GIF, MP4
-    Animate(AnimateArguments),
-    /// Two recordings, or folders of them, number by number
-    Diff(Box<DiffArguments>),
-    /// Whether a recording is sound: checksums, index, schemas, counts
-    Verify(VerifyArguments),
-    /// A finished recording from one that is damaged or cut off
-    Recover(RecoverArguments),
-    /// A recording served to viewers in its own time, with play, pause and seek
-    Replay(ReplayArguments),
-    /// A recording of a run, or a sweep, as one web page, for people without a viewer
-    Report(ReportArguments),
-    /// Attachments, and fields at one time (NPY, VTK, PNG, SVG)
-    Export(ExportArguments),
-    /// Whole messages as JSON lines, also of a recording that is still being written
-    Cat(CatArguments),
-    /// The message types of a recording, as text
-    Schema(SchemaArguments),
-    /// Completions for a shell
-    Completions(CompletionsArguments),
-    /// The page of the manual, or those of all commands
-    Man(ManualArguments),
+/// The verbs; what is said of each stands with its arguments.
+macro_rules! verbs {
+    ($($name:ident($verb:ty),)*) => {
+        #[derive(Debug, Subcommand)]
+        enum Command {
+            $($name(Box<$verb>),)*
+        }
+
+        impl Command {
+            fn run(&self, context: Context) -> Result<Exit, Failure> {
+                match self {
+                    $(Self::$name(verb) => run(verb.as_ref(), context),)*
+                }
+            }
+        }
+    };
+}
+
+verbs! {
+    Info(Info),
+    Trace(Trace),
+    Summary(Summary),
+    Plot(Plot),
+    Animate(Animate),
+    Diff(Diff),
+    Verify(Verify),
+    Recover(Recover),
+    Replay(Replay),
+    Report(Report),
+    Export(Export),
+    Cat(Cat),
+    Schema(Schema),
+    Completions(Completions),
+    Man(Manual),
 }
 
 impl Arguments {
-    /// Carries out the command.
+    /// Carries them out.
     ///
     /// # Errors
     ///
-    /// Why it failed; to be handed to [`report`].
-    pub fn run(&self) -> Result<Exit, CliError> {
-        let limits = Limits { memory: self.max_memory };
-        match &self.command {
-            Command::Info(arguments) => arguments.run(limits),
-            Command::Trace(arguments) => arguments.run(limits),
-            Command::Summary(arguments) => arguments.run(limits),
-            Command::Plot(arguments) => arguments.run(limits),
-            Command::Animate(arguments) => arguments.run(limits),
-            Command::Verify(arguments) => arguments.run(limits),
-            Command::Recover(arguments) => arguments.run(limits),
-            Command::Replay(arguments) => arguments.run(limits),
-            Command::Report(arguments) => arguments.run(limits),
-            Command::Export(arguments) => arguments.run(limits),
-            Command::Cat(arguments) => arguments.run(limits),
-            Command::Schema(arguments) => arguments.run(limits),
-            Command::Completions(arguments) => arguments.run(),
-            Command::Man(arguments) => arguments.run(),
-            // status 1 says that recordings differ: whatever fails here is another
-            Command::Diff(arguments) => {
-                arguments.run(limits).map_err(|error| CliError::NotCompared(Box::new(error)))
-            }
-        }
+    /// What is asked for cannot be had.
+    pub fn run(&self) -> Result<Exit, Failure> {
+        self.command.run(Context { limits: Limits { memory: self.max_memory } })
     }
 }

@@ -1,4 +1,6 @@
-//! The verbs, one file each: from arguments to a result, printing left to the command line.
+//! The verbs, one file each: their arguments, and what they do.
+//!
+//! A new verb is a file here with a [`Verb`](crate::verb::Verb), and its name in `cli.rs`.
 
 pub mod animate;
 pub mod cat;

@@ -13,7 +13,6 @@ mod align;
 mod clock;
 mod convert;
 
-mod error;
 mod field;
 mod measure;
 mod meter;
@@ -31,7 +30,6 @@ mod values;
 
 use std::collections::HashMap;
 
-pub use error::CompareError;
 pub use measure::{Divergence, Location, Measure};
 pub use mode::{Alignment, Mode};
 pub use options::{Matched, NanRule, Offset, Options, Watch};
@@ -40,7 +38,7 @@ pub use structure::{Change, Difference, Finding};
 pub use sums::{Norm, Scale, Sums};
 pub use tolerance::{Rule, Rules, Tolerance, Tube};
 
-use crate::{messages::Recording, recording::OpenError};
+use crate::{failure::Failure, messages::Recording};
 use align::Aligner;
 use stream::{Input, Order};
 use structure::Pair;
@@ -59,10 +57,10 @@ pub fn compare(
     b: &Recording,
     options: &Options,
     mut watch: Option<Watch<'_>>,
-) -> Result<Comparison, CompareError> {
+) -> Result<Comparison, Failure> {
     let first = if options.file_order { Order::File } else { Order::Checked };
     match compare_in(first, a, b, options, &mut watch) {
-        Err(CompareError::Order { .. }) => compare_in(Order::Sorted, a, b, options, &mut watch),
+        Err(Failure::Unsorted(_)) => compare_in(Order::Sorted, a, b, options, &mut watch),
         compared => compared,
     }
 }
@@ -73,7 +71,7 @@ fn compare_in(
     b: &Recording,
     options: &Options,
     watch: &mut Option<Watch<'_>>,
-) -> Result<Comparison, CompareError> {
+) -> Result<Comparison, Failure> {
     structure::find_chosen(a, b, options)?;
     let (mut pairs, structure) = structure::pair(a, b, options);
     pairs.iter().try_for_each(|pair| options.window.check(&a.channels[&pair.a]))?;
@@ -88,7 +86,9 @@ fn compare_in(
     };
     let fields = pairs.iter().map(|pair| pair.leaves.len() + 1).sum::<usize>();
     if fields.saturating_mul(FIELD) > a.limits().record() {
-        return Err(CompareError::Fields { fields });
+        return Err(Failure::Failed(format!(
+            "the recordings have {fields} fields, too many to compare at once; choose some (--topic), or raise --max-memory"
+        )));
     }
     let converted = pairs.iter().map(|pair| &pair.converter).find(|converter| !converter.is_empty());
     let converted = converted.map(|converter| match converter.is_from_si() {
@@ -96,14 +96,17 @@ fn compare_in(
         false => Converted::ToSi,
     });
     if watch.is_some() && converted.is_some() {
-        return Err(CompareError::Units);
+        return Err(Failure::Failed(
+            "--write-diff needs recordings in the same units: one of these is in SI, the other dimensionless"
+                .into(),
+        ));
     }
     let files = inputs(order, [a, b], &pairs, options);
     // what a watcher has seen cannot be taken back
     if watch.is_some() && order == Order::Checked {
         for (input, pair) in files.iter().zip([a, b]) {
             if !stream::is_ordered(input)? {
-                return Err(CompareError::Order { topic: pair.path.display().to_string() });
+                return Err(Failure::Unsorted(pair.path.display().to_string()));
             }
         }
     }
@@ -226,7 +229,7 @@ fn scales(
     pairs: &[Pair],
     options: &Options,
     window: Option<(u64, u64)>,
-) -> Result<HashMap<(u16, usize), Scale>, OpenError> {
+) -> Result<HashMap<(u16, usize), Scale>, Failure> {
     let mut scales: HashMap<(u16, usize), Scale> = HashMap::new();
     if !pairs.iter().any(|pair| needs_scale(a, pair, &options.rules)) {
         return Ok(scales);
@@ -236,7 +239,7 @@ fn scales(
     let mut messages = a.messages(starts.keys().copied(), window)?;
     let mut values = HashMap::new();
     let mut numbers = Vec::new();
-    messages.for_each(|message| -> Result<(), OpenError> {
+    messages.for_each(|message| -> Result<(), Failure> {
         let channel = &a.channels[&message.channel];
         let Some(layout) = &channel.layout else { return Ok(()) };
         let values = values.entry(message.channel).or_insert_with(|| layout.values());

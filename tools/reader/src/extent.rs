@@ -7,10 +7,11 @@ use percuss_picture::Side;
 use crate::{
     axis::{Axis, Grid, is_near},
     channel::Channel,
+    failure::Failure,
     messages::Recording,
     nest::{Counts, Element, Nest},
     pass::Pass,
-    recording::{Budget, OpenError},
+    recording::Budget,
     select::Window,
     wire::{Layout, Values},
 };
@@ -110,7 +111,7 @@ impl Extents {
     /// # Errors
     ///
     /// The file cannot be read.
-    pub fn read(recording: &Recording, ids: &[u16]) -> Result<Self, OpenError> {
+    pub fn read(recording: &Recording, ids: &[u16]) -> Result<Self, Failure> {
         let mut reading = Reading::of(recording, ids);
         let mut pass: Pass<'_> = Pass::over(recording, Window::default());
         reading.watch(&mut pass);
@@ -137,7 +138,7 @@ impl Reading {
     }
 
     /// Looks at all messages.
-    pub(crate) fn watch<'a, E: From<OpenError>>(&'a mut self, pass: &mut Pass<'a, E>) {
+    pub(crate) fn watch<'a>(&'a mut self, pass: &mut Pass<'a>) {
         for (&id, arrays) in &mut self.0 {
             pass.each(id, move |moment, budget| {
                 arrays.0.iter_mut().for_each(|array| array.take(&moment.values, budget));

@@ -36,8 +36,10 @@
 //! | `percuss-serve` | messages to viewers over the Foxglove WebSocket protocol, a crate of its own |
 //! | [`compare`] | two recordings number by number: structure, alignment, tolerances, measures. Pure: no output |
 //! | `percuss-picture` | curves and images as SVG, PNG or text, a crate of its own |
-//! | [`command`] | one file per verb |
-//! | [`cli`] | arguments, errors, exit status |
+//! | [`failure`] | why something could not be done, and the exit status that says so |
+//! | [`verb`] | what all verbs share: how they are run and end, where their output goes, formats of tables |
+//! | [`command`] | the verbs, one file each: arguments and work |
+//! | [`cli`] | the command line: which verbs there are |
 //!
 //! There are no circles among modules: `tests/house.rs` of percuss reads what each file uses.
 //!
@@ -156,6 +158,7 @@ pub mod compare;
 pub mod convention;
 pub mod directory;
 pub mod extent;
+pub mod failure;
 pub mod field;
 pub mod format;
 mod instant;
@@ -172,4 +175,5 @@ pub mod tabular;
 pub mod timeline;
 mod toml_keys;
 pub mod units;
+pub mod verb;
 pub mod wire;

@@ -29,11 +29,12 @@ use prost_reflect::{
 use crate::{
     channel::Channel,
     convention::{self, TIME},
+    failure::Failure,
     field::place_and_field,
     messages::Recording,
     prefix::plain,
     recording::Limits,
-    tabular::{self, TableError},
+    tabular,
 };
 
 /// A column and the field that it is.
@@ -104,12 +105,12 @@ impl Sources {
     /// # Errors
     ///
     /// It cannot be read, or its columns are not those of the other.
-    pub fn open(&self, path: &Path, limits: Limits) -> Result<Recording, TableError> {
+    pub fn open(&self, path: &Path, limits: Limits) -> Result<Recording, Failure> {
         if !(self.takes_tables && is_table(path)) {
-            return Ok(Recording::open(path, limits)?);
+            return Recording::open(path, limits);
         }
         let like = self.like.as_ref().map(|like| Recording::open(like, limits)).transpose()?;
-        let unfit = |reason: String| TableError::Unfit { path: path.into(), reason };
+        let unfit = |reason: String| Failure::Usage(format!("`{}`: {reason}", path.display()));
         let mut table = tabular::read(path, None, limits)?;
         let known = names(&table.headings);
         for Rename { column, field } in &self.renames {
@@ -133,7 +134,7 @@ impl Sources {
             take_units(&mut table.headings, time, &channels, like);
         }
         let file = write(&table, time, &channels, (rate.unwrap_or(1.0), self.offset)).map_err(failed)?;
-        Ok(Recording::of(file, path, limits)?)
+        Recording::of(file, path, limits)
     }
 }
 

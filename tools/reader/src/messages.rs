@@ -22,7 +22,8 @@ use percuss_picture::Layer;
 use crate::{
     channel::Channel,
     convention::{self, Ending},
-    recording::{Damage, FileRecord, Index, LeftOut, Limits, OpenError, Opened, Scan},
+    failure::Failure,
+    recording::{Damage, FileRecord, Index, LeftOut, Limits, Opened, Scan},
 };
 
 /// Pause before looking again for more of a file that is being written.
@@ -102,8 +103,8 @@ impl Recording {
     }
 
     /// The error of what has to be kept of it and has no room.
-    pub(crate) fn no_room(&self, what: &'static str) -> OpenError {
-        OpenError::Memory { path: self.path.clone(), what }
+    pub(crate) fn no_room(&self, what: &'static str) -> Failure {
+        Failure::memory(&self.path, what)
     }
 
     /// First log time \[ns\], where log times are dates: later than any recording that counts from 0 lasts.
@@ -176,7 +177,7 @@ impl Recording {
     }
 
     /// Reads the file from its start on.
-    pub(crate) fn scan(&self) -> Result<Scan, OpenError> {
+    pub(crate) fn scan(&self) -> Result<Scan, Failure> {
         self.file.scan(&self.path, self.limits)
     }
 
@@ -191,17 +192,13 @@ impl Recording {
         &self,
         ids: impl IntoIterator<Item = u16>,
         window: Option<(u64, u64)>,
-    ) -> Result<Messages, OpenError> {
+    ) -> Result<Messages, Failure> {
         let ids: BTreeSet<u16> = ids.into_iter().collect();
         Ok(Messages { scan: self.scan_for(&ids, window)?, ids })
     }
 
     /// Reads what can hold messages of some channels.
-    pub(crate) fn scan_for(
-        &self,
-        ids: &BTreeSet<u16>,
-        window: Option<(u64, u64)>,
-    ) -> Result<Scan, OpenError> {
+    pub(crate) fn scan_for(&self, ids: &BTreeSet<u16>, window: Option<(u64, u64)>) -> Result<Scan, Failure> {
         let mut scan = self.scan()?;
         scan.note(&self.refused);
         if self.from_index {
@@ -219,7 +216,7 @@ impl Recording {
     /// earlier is still to come. Empty if the file has no index.
     ///
     /// * `ids`: of the channels
-    pub(crate) fn floors(&self, ids: impl IntoIterator<Item = u16>) -> Result<BTreeMap<u64, u64>, OpenError> {
+    pub(crate) fn floors(&self, ids: impl IntoIterator<Item = u16>) -> Result<BTreeMap<u64, u64>, Failure> {
         let ids: BTreeSet<u16> = ids.into_iter().collect();
         if !self.from_index {
             return Ok(BTreeMap::new());
@@ -245,7 +242,7 @@ impl Recording {
     pub fn find_attachment<T>(
         &self,
         mut take: impl FnMut(&str, Result<&[u8], LeftOut>) -> Option<T>,
-    ) -> Result<Option<T>, OpenError> {
+    ) -> Result<Option<T>, Failure> {
         let mut scan = self.scan()?;
         if self.from_index {
             scan.only(|_| false);
@@ -263,7 +260,7 @@ impl Recording {
     /// # Errors
     ///
     /// The file cannot be read.
-    pub fn attachment(&self, name: &str) -> Result<Option<Vec<u8>>, OpenError> {
+    pub fn attachment(&self, name: &str) -> Result<Option<Vec<u8>>, Failure> {
         let found =
             self.find_attachment(|known, content| (known == name).then(|| content.map(<[u8]>::to_vec)))?;
         found.transpose().map_err(|_| self.no_room("the bytes of this attachment"))
@@ -339,7 +336,7 @@ impl Messages {
     /// # Errors
     ///
     /// The system fails to read.
-    pub fn next<T>(&mut self, take: impl FnOnce(Message<'_>) -> T) -> Result<Option<T>, OpenError> {
+    pub fn next<T>(&mut self, take: impl FnOnce(Message<'_>) -> T) -> Result<Option<T>, Failure> {
         let (ids, mut take) = (&self.ids, Some(take));
         self.scan.find_map(|found| {
             let message = Message::of(&found).filter(|message| ids.contains(&message.channel))?;
@@ -353,10 +350,10 @@ impl Messages {
     /// # Errors
     ///
     /// The system fails to read, or `take` fails.
-    pub fn for_each<E: From<OpenError>>(
+    pub fn for_each(
         &mut self,
-        mut take: impl FnMut(Message<'_>) -> Result<(), E>,
-    ) -> Result<(), E> {
+        mut take: impl FnMut(Message<'_>) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
         while let Some(taken) = self.next(&mut take)? {
             taken?;
         }

@@ -7,9 +7,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::{
     channel::Channel,
+    failure::Failure,
     instant::Instant,
     messages::{Message, Recording},
-    recording::{Budget, Damage, FileRecord, OpenError},
+    recording::{Budget, Damage, FileRecord},
     select::Window,
     wire::{DecodeError, Layout, Values},
 };
@@ -57,21 +58,21 @@ impl Choice {
 }
 
 /// What is made of a message, with the memory that is left for what is kept of it.
-type Take<'a, E> = Box<dyn FnMut(&Moment, &mut Budget) -> Result<(), E> + 'a>;
+type Take<'a> = Box<dyn FnMut(&Moment, &mut Budget) -> Result<(), Failure> + 'a>;
 
 /// What is made of a message that is not decoded.
-type TakeBytes<'a, E> = Box<dyn FnMut(Message<'_>, Instant, &mut Budget) -> Result<(), E> + 'a>;
+type TakeBytes<'a> = Box<dyn FnMut(Message<'_>, Instant, &mut Budget) -> Result<(), Failure> + 'a>;
 
 /// What is made of every record of the file; and of messages, whether they were decoded, and how that went.
 type TakeRecord<'a> = Box<dyn FnMut(FileRecord<'_>, Option<Result<(), DecodeError>>) + 'a>;
 
 /// A channel that is looked at.
-struct Watched<'a, E> {
+struct Watched<'a> {
     channel: &'a Channel,
     /// Those of no channel that is not decoded are shown to observers.
     layout: Option<&'a Layout>,
-    bytes: Vec<TakeBytes<'a, E>>,
-    observers: Vec<(Choice, Take<'a, E>)>,
+    bytes: Vec<TakeBytes<'a>>,
+    observers: Vec<(Choice, Take<'a>)>,
     moment: Moment,
     /// Messages so far.
     count: u64,
@@ -80,15 +81,15 @@ struct Watched<'a, E> {
 }
 
 /// One reading of a recording.
-pub struct Pass<'a, E = OpenError> {
+pub struct Pass<'a> {
     recording: &'a Recording,
     window: Window,
-    channels: BTreeMap<u16, Watched<'a, E>>,
+    channels: BTreeMap<u16, Watched<'a>>,
     records: Option<TakeRecord<'a>>,
     budget: Budget,
 }
 
-impl<'a, E: From<OpenError>> Pass<'a, E> {
+impl<'a> Pass<'a> {
     /// * `window`: times that are looked at, and every n-th of their messages
     pub fn over(recording: &'a Recording, window: Window) -> Self {
         let budget = Budget::new(recording.limits().kept());
@@ -101,7 +102,7 @@ impl<'a, E: From<OpenError>> Pass<'a, E> {
     }
 
     /// A channel that is looked at; `None` if there is none of this id.
-    fn watched(&mut self, id: u16) -> Option<&mut Watched<'a, E>> {
+    fn watched(&mut self, id: u16) -> Option<&mut Watched<'a>> {
         let channel = self.recording.channels.get(&id)?;
         let layout = channel.layout.as_deref();
         let values = || layout.map_or_else(|| Values { lists: Vec::new() }, Layout::values);
@@ -120,7 +121,7 @@ impl<'a, E: From<OpenError>> Pass<'a, E> {
         &mut self,
         id: u16,
         choice: Choice,
-        take: impl FnMut(&Moment, &mut Budget) -> Result<(), E> + 'a,
+        take: impl FnMut(&Moment, &mut Budget) -> Result<(), Failure> + 'a,
     ) {
         if let Some(watched) = self.watched(id).filter(|watched| watched.layout.is_some()) {
             watched.observers.push((choice, Box::new(take)));
@@ -128,7 +129,11 @@ impl<'a, E: From<OpenError>> Pass<'a, E> {
     }
 
     /// Hands the messages of a channel to `take`, decoded; none of a channel that is not.
-    pub(crate) fn each(&mut self, id: u16, take: impl FnMut(&Moment, &mut Budget) -> Result<(), E> + 'a) {
+    pub(crate) fn each(
+        &mut self,
+        id: u16,
+        take: impl FnMut(&Moment, &mut Budget) -> Result<(), Failure> + 'a,
+    ) {
         self.every(id, 1, take);
     }
 
@@ -137,7 +142,7 @@ impl<'a, E: From<OpenError>> Pass<'a, E> {
         &mut self,
         id: u16,
         every: u64,
-        take: impl FnMut(&Moment, &mut Budget) -> Result<(), E> + 'a,
+        take: impl FnMut(&Moment, &mut Budget) -> Result<(), Failure> + 'a,
     ) {
         let every = every.max(1).saturating_mul(self.window.every.max(1));
         self.observe(id, Choice::Every(every), take);
@@ -148,7 +153,7 @@ impl<'a, E: From<OpenError>> Pass<'a, E> {
         &mut self,
         id: u16,
         numbers: BTreeSet<u64>,
-        take: impl FnMut(&Moment, &mut Budget) -> Result<(), E> + 'a,
+        take: impl FnMut(&Moment, &mut Budget) -> Result<(), Failure> + 'a,
     ) {
         self.observe(id, Choice::Numbers(numbers), take);
     }
@@ -157,7 +162,7 @@ impl<'a, E: From<OpenError>> Pass<'a, E> {
     pub(crate) fn bytes(
         &mut self,
         id: u16,
-        take: impl FnMut(Message<'_>, Instant, &mut Budget) -> Result<(), E> + 'a,
+        take: impl FnMut(Message<'_>, Instant, &mut Budget) -> Result<(), Failure> + 'a,
     ) {
         if let Some(watched) = self.watched(id) {
             watched.bytes.push(Box::new(take));
@@ -185,7 +190,7 @@ impl<'a, E: From<OpenError>> Pass<'a, E> {
     /// # Errors
     ///
     /// The file cannot be read, or an observer fails.
-    pub fn run(mut self) -> Result<Seen, E> {
+    pub fn run(mut self) -> Result<Seen, Failure> {
         let mut undecoded = 0;
         let mut scan = match &self.records {
             Some(_) => self.recording.scan()?,
@@ -218,14 +223,14 @@ impl<'a, E: From<OpenError>> Pass<'a, E> {
     }
 }
 
-impl<E> Watched<'_, E> {
+impl Watched<'_> {
     /// Takes a message; answers whether it was decoded, and how that went.
     fn take(
         &mut self,
         message: Message<'_>,
         window: &Window,
         budget: &mut Budget,
-    ) -> Result<Option<Result<(), DecodeError>>, E> {
+    ) -> Result<Option<Result<(), DecodeError>>, Failure> {
         let Message { log_time, data, .. } = message;
         let instant = self.channel.instant(data, log_time, self.channel.origin);
         if !window.holds(instant) {
@@ -249,7 +254,7 @@ impl<E> Watched<'_, E> {
     }
 
     /// Shows the last message to those who have not seen it; true if it is decoded for the first time, and in vain.
-    fn end(&mut self, budget: &mut Budget) -> Result<bool, E> {
+    fn end(&mut self, budget: &mut Budget) -> Result<bool, Failure> {
         let Some((instant, log_time, data)) = self.last.take() else { return Ok(false) };
         let number = self.count - 1;
         let is_new = !self.observers.iter().any(|(choice, _)| choice.holds(number, false));
@@ -262,7 +267,7 @@ impl<E> Watched<'_, E> {
         (instant, log_time, data): (Instant, u64, &[u8]),
         (number, is_last): (u64, bool),
         budget: &mut Budget,
-    ) -> Result<Result<(), DecodeError>, E> {
+    ) -> Result<Result<(), DecodeError>, Failure> {
         let Some(layout) = self.layout else { return Ok(Ok(())) };
         let decoded = layout.decode(data, &mut self.moment.values);
         if decoded.is_ok() {

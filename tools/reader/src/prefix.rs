@@ -5,6 +5,8 @@ use std::{borrow::Cow, collections::HashMap, io};
 
 use percuss_table::{Cell, CellType, Heading, Sink};
 
+use crate::failure::Failure;
+
 /// A unit with a prefix.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prefixed {
@@ -107,6 +109,12 @@ pub struct UnitError {
     what: String,
     /// The unit in words.
     recorded: String,
+}
+
+impl From<UnitError> for Failure {
+    fn from(error: UnitError) -> Self {
+        Self::Usage(error.to_string())
+    }
 }
 
 impl UnitError {

@@ -11,12 +11,8 @@ mod index;
 mod parse;
 mod scan;
 
-use std::{
-    io,
-    path::{Path, PathBuf},
-};
-
 pub(crate) use budget::Budget;
+use file::unreadable;
 pub use file::{is_part, open_file, without_part};
 pub use index::Index;
 pub(crate) use scan::Opened;
@@ -86,78 +82,6 @@ impl Limits {
     /// Memory of messages of one file that wait for their counterparts in another \[bytes\].
     pub fn waiting(self) -> usize {
         self.share(16).max(LEAST_WAITING)
-    }
-}
-
-/// Why a file cannot be read at all, or not what is asked for.
-#[derive(Debug, thiserror::Error)]
-pub enum OpenError {
-    /// The system refuses.
-    #[error("cannot read `{}`: {error}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: io::Error,
-    },
-    /// It is no file that can be read from any place on.
-    #[error("cannot read `{}`: it is {what}; a recording is a regular file", path.display())]
-    NoFile {
-        /// Its name.
-        path: PathBuf,
-        /// What it is.
-        what: &'static str,
-    },
-    /// There is no such recording, but one of that name that is not complete.
-    #[error(
-        "`{}` does not exist; there is `{}`, a recording that is not complete; read that, or continue the run with \
-         `percuss run --resume`",
-        path.display(), part.display()
-    )]
-    NotComplete {
-        /// The recording asked for.
-        path: PathBuf,
-        /// What there is.
-        part: PathBuf,
-    },
-    /// The file does not begin like an MCAP file.
-    #[error("`{}` is not an MCAP file: it does not begin with the MCAP magic bytes", .0.display())]
-    NotMcap(PathBuf),
-    /// There is no such topic.
-    #[error("`{}` has no topic `{topic}`; it has {known}", path.display())]
-    UnknownTopic {
-        /// The file.
-        path: PathBuf,
-        /// Topic or pattern asked for.
-        topic: String,
-        /// Topics that exist.
-        known: String,
-    },
-    /// No topic has messages that are decoded.
-    #[error("`{}` has no topic whose messages can be decoded; it has {known}", path.display())]
-    NothingDecoded {
-        /// The file.
-        path: PathBuf,
-        /// Topics that exist.
-        known: String,
-    },
-    /// What has to be kept of the file has no room.
-    #[error("`{}`: {what} take more memory than --max-memory allows; raise it, or choose less", path.display())]
-    Memory {
-        /// The file.
-        path: PathBuf,
-        /// What takes the memory, in the plural.
-        what: &'static str,
-    },
-}
-
-impl OpenError {
-    fn io(path: &Path) -> impl FnOnce(io::Error) -> Self {
-        let path = path.to_owned();
-        |error| match file::part_of(&path, &error) {
-            Some(part) => Self::NotComplete { path, part },
-            None => Self::Io { path, error },
-        }
     }
 }
 

@@ -7,10 +7,10 @@ use percuss_output::number::whole;
 use crate::{
     channel::Channel,
     convention,
+    failure::Failure,
     instant::Instant,
     messages::Recording,
     prefix::{TIME, UnitError, typed},
-    recording::OpenError,
     wire::Type,
 };
 
@@ -214,7 +214,7 @@ impl Window {
 /// # Errors
 ///
 /// A pattern fits no topic.
-pub fn channels(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>, OpenError> {
+pub fn channels(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>, Failure> {
     if patterns.is_empty() {
         return Ok(recording.channels.keys().copied().collect());
     }
@@ -222,8 +222,9 @@ pub fn channels(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>,
     for pattern in patterns {
         let fitting = || recording.channels.iter().filter(|(_, channel)| pattern.fits(&channel.topic));
         if fitting().next().is_none() {
-            let (path, topic) = (recording.path.clone(), pattern.text.clone());
-            return Err(OpenError::UnknownTopic { path, topic, known: known(recording) });
+            let (path, topic) = (recording.path.display(), &pattern.text);
+            let known = known(recording);
+            return Err(Failure::Usage(format!("`{path}` has no topic `{topic}`; it has {known}")));
         }
         let new: Vec<u16> = fitting().map(|(&id, _)| id).filter(|id| !ids.contains(id)).collect();
         ids.extend(new);
@@ -244,7 +245,7 @@ fn known(recording: &Recording) -> String {
 /// # Errors
 ///
 /// A pattern fits no topic, or nothing is decoded.
-pub fn channels_or_default(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>, OpenError> {
+pub fn channels_or_default(recording: &Recording, patterns: &[Pattern]) -> Result<Vec<u16>, Failure> {
     if !patterns.is_empty() {
         return channels(recording, patterns);
     }
@@ -258,7 +259,10 @@ pub fn channels_or_default(recording: &Recording, patterns: &[Pattern]) -> Resul
     let found = first(|kind| matches!(kind, Type::Double | Type::Float));
     let found = found.or_else(|| first(|kind| kind.is_number() || matches!(kind, Type::Enum(_))));
     let found = found.or_else(|| all().find(is_full)).or_else(|| all().next());
-    let nothing = || OpenError::NothingDecoded { path: recording.path.clone(), known: known(recording) };
+    let nothing = || {
+        let (path, known) = (recording.path.display(), known(recording));
+        Failure::Usage(format!("`{path}` has no topic whose messages can be decoded; it has {known}"))
+    };
     found.map(|(id, _)| vec![*id]).ok_or_else(nothing)
 }
 

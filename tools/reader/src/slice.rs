@@ -1,9 +1,6 @@
 //! What a recording holds at one time: arrays over their axis, matrices over their two.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    path::PathBuf,
-};
+use std::collections::{BTreeMap, BTreeSet};
 
 use percuss_table::Heading;
 
@@ -12,12 +9,12 @@ use crate::{
     channel::Channel,
     convention,
     extent::{self, Extent, Extents},
+    failure::Failure,
     instant::Instant,
     messages::{Kept, Message, Recording},
     nest::{Counts, Element, Nest},
     pass::{Moment, Pass},
-    prefix::UnitError,
-    recording::{Budget, Damage, Limits, OpenError},
+    recording::{Budget, Damage, Limits},
     select::{Bound, Window},
     wire::DecodeError,
 };
@@ -93,39 +90,6 @@ impl Slice {
     }
 }
 
-/// Why there are no messages at some times.
-#[derive(Debug, thiserror::Error)]
-pub enum MomentError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// A time with a unit that is not recorded.
-    #[error(transparent)]
-    Unit(#[from] UnitError),
-    /// A time before the first or after the last message.
-    #[error("time {time} lies outside the recording: `{topic}` of `{}` has messages from time {first} to {last}", file.display())]
-    Outside {
-        /// The file.
-        file: PathBuf,
-        /// Topic.
-        topic: String,
-        /// Time asked for.
-        time: f64,
-        /// Time of the first message.
-        first: f64,
-        /// Time of the last message.
-        last: f64,
-    },
-    /// The message nearest to a time cannot be decoded.
-    #[error("the message of `{topic}` at time {time} does not fit its schema")]
-    SchemaMismatch {
-        /// Topic.
-        topic: String,
-        /// Time of the message.
-        time: f64,
-    },
-}
-
 /// The times of the messages of a channel, and how close they are at both ends.
 #[derive(Default)]
 struct Span {
@@ -181,7 +145,7 @@ impl<'a> Nearest<'a> {
     /// # Errors
     ///
     /// A time has another unit than the messages.
-    pub fn new(recording: &'a Recording, id: u16, times: &[Bound]) -> Result<Self, MomentError> {
+    pub fn new(recording: &'a Recording, id: u16, times: &[Bound]) -> Result<Self, Failure> {
         let channel = &recording.channels[&id];
         let clock = recording.step_clock(channel);
         let time = |time: &Bound| match clock {
@@ -200,7 +164,7 @@ impl<'a> Nearest<'a> {
         message: Message<'_>,
         time: Instant,
         budget: &mut Budget,
-    ) -> Result<(), OpenError> {
+    ) -> Result<(), Failure> {
         self.span.add(time.number());
         for (i, slot) in self.nearest.iter_mut().enumerate() {
             let is_nearer = match (slot.as_ref(), self.times.get(i)) {
@@ -226,15 +190,17 @@ impl<'a> Nearest<'a> {
     /// # Errors
     ///
     /// A time lies outside the messages.
-    pub(crate) fn kept(self) -> Result<Vec<(f64, Kept)>, MomentError> {
+    pub(crate) fn kept(self) -> Result<Vec<(f64, Kept)>, Failure> {
         let Self { recording, channel, times, rate, nearest, span } = self;
         let outside = times.iter().map(|time| time.number());
         if let Some((time, (first, last))) =
             outside.into_iter().find_map(|time| Some((time, span.excludes(time)?)))
         {
-            let (file, topic) = (recording.path.clone(), channel.topic.clone());
+            let (file, topic) = (recording.path.display(), &channel.topic);
             let [time, first, last] = [time, first, last].map(|time| time / rate);
-            return Err(MomentError::Outside { file, topic, time, first, last });
+            return Err(Failure::Usage(format!(
+                "time {time} lies outside the recording: `{topic}` of `{file}` has messages from time {first} to {last}"
+            )));
         }
         Ok(nearest.into_iter().flatten().map(|(instant, kept)| (instant.number() / rate, kept)).collect())
     }
@@ -244,7 +210,7 @@ impl<'a> Nearest<'a> {
     /// # Errors
     ///
     /// A time lies outside the messages, or the nearest does not fit its schema or takes too much memory.
-    pub fn moments(self) -> Result<Vec<Moment>, MomentError> {
+    pub fn moments(self) -> Result<Vec<Moment>, Failure> {
         let (recording, channel) = (self.recording, self.channel);
         let Some(layout) = &channel.layout else { return Ok(Vec::new()) };
         let (mut moments, mut budget) = (Vec::new(), Budget::new(recording.limits().values()));
@@ -254,9 +220,12 @@ impl<'a> Nearest<'a> {
                 Ok(()) if budget.spend(values.weight()) => {
                     moments.push(Moment { time, log_time, number: 0, values });
                 }
-                Ok(()) | Err(DecodeError::Memory) => return Err(recording.no_room(AT_TIMES).into()),
+                Ok(()) | Err(DecodeError::Memory) => return Err(recording.no_room(AT_TIMES)),
                 Err(DecodeError::SchemaMismatch) => {
-                    return Err(MomentError::SchemaMismatch { topic: channel.topic.clone(), time });
+                    return Err(Failure::Failed(format!(
+                        "the message of `{}` at time {time} does not fit its schema",
+                        channel.topic
+                    )));
                 }
             }
         }
@@ -277,7 +246,7 @@ pub fn moments(
     id: u16,
     times: &[Bound],
     wants_extents: bool,
-) -> Result<(Vec<Moment>, Extents, Vec<Damage>), MomentError> {
+) -> Result<(Vec<Moment>, Extents, Vec<Damage>), Failure> {
     let mut nearest = Nearest::new(recording, id, times)?;
     let wanted = if wants_extents { &[id][..] } else { &[] };
     let mut reading = extent::Reading::of(recording, wanted);
@@ -297,12 +266,12 @@ pub(crate) fn kept_at(
     recording: &Recording,
     ids: &[u16],
     times: &[Bound],
-) -> Result<(Vec<Kept>, Vec<Damage>), MomentError> {
+) -> Result<(Vec<Kept>, Vec<Damage>), Failure> {
     let nearest = |&id: &u16| Ok((id, Nearest::new(recording, id, times)?));
-    let mut nearest = ids.iter().map(nearest).collect::<Result<BTreeMap<_, _>, MomentError>>()?;
-    let mut pass = Pass::<MomentError>::over(recording, Window::default());
+    let mut nearest = ids.iter().map(nearest).collect::<Result<BTreeMap<_, _>, Failure>>()?;
+    let mut pass = Pass::over(recording, Window::default());
     for (&id, nearest) in &mut nearest {
-        pass.bytes(id, |message, time, budget| Ok(nearest.take(message, time, budget)?));
+        pass.bytes(id, |message, time, budget| nearest.take(message, time, budget));
     }
     let damages = pass.run()?.damages;
     let mut kept = Vec::new();

@@ -7,54 +7,18 @@ mod npz;
 mod pages;
 mod parquet;
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::{fs, path::Path};
 
 use percuss_table::{Cell, Heading};
 
 use crate::{
-    recording::{Budget, Limits, OpenError, open_file},
+    failure::Failure,
+    recording::{Budget, Limits, open_file},
     text::short,
 };
 
 /// Extensions of the names of tables.
 pub const EXTENSIONS: [&str; 6] = ["csv", "json", "jsonl", "ndjson", "npz", "parquet"];
-
-/// Why a table cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum TableError {
-    /// The file cannot be read, or takes more memory than there is.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// It is damaged, or written in a way that is not read.
-    #[error("cannot read `{}` as {format}: {reason}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// What it begins like.
-        format: &'static str,
-        /// Why.
-        reason: String,
-    },
-    /// It is not what it is taken for.
-    #[error("`{}`: {reason}", path.display())]
-    Unfit {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        reason: String,
-    },
-    /// There is no such column.
-    #[error("the table has no column `{name}`; it has {known}")]
-    NoColumn {
-        /// Its name.
-        name: String,
-        /// Those there are.
-        known: String,
-    },
-}
 
 /// Columns of a table, all of the same length.
 #[derive(Debug, Default)]
@@ -72,13 +36,13 @@ pub struct Table {
 /// # Errors
 ///
 /// The file cannot be read, is damaged, lacks a column, or takes more than the memory of the limits.
-pub fn read(path: &Path, names: Option<&[&str]>, limits: Limits) -> Result<Table, TableError> {
-    let refuse = || OpenError::Memory { path: path.into(), what: "the rows of the table" };
+pub fn read(path: &Path, names: Option<&[&str]>, limits: Limits) -> Result<Table, Failure> {
+    let refuse = || Failure::memory(path, "the rows of the table");
     let length = open_file(path)?.metadata().map_or(0, |data| data.len());
     if length > limits.record() as u64 {
-        return Err(refuse().into());
+        return Err(refuse());
     }
-    let bytes = fs::read(path).map_err(|error| OpenError::Io { path: path.into(), error })?;
+    let bytes = fs::read(path).map_err(|error| Failure::Read { path: path.into(), error })?;
     let mut columns = Columns { names, table: Table::default(), room: Budget::new(limits.kept()), limits };
     let begins = |magic: &[u8]| bytes.starts_with(magic);
     let first = bytes.iter().find(|byte| !byte.is_ascii_whitespace());
@@ -89,9 +53,13 @@ pub fn read(path: &Path, names: Option<&[&str]>, limits: Limits) -> Result<Table
         _ => ("CSV", csv::read(&bytes, &mut columns)),
     };
     read.map_err(|flaw| match flaw {
-        Flaw::NoColumn { name, known } => TableError::NoColumn { name, known },
-        Flaw::Unreadable(reason) => TableError::Unreadable { path: path.into(), format, reason },
-        Flaw::Memory => refuse().into(),
+        Flaw::NoColumn { name, known } => {
+            Failure::Usage(format!("the table has no column `{name}`; it has {known}"))
+        }
+        Flaw::Unreadable(reason) => {
+            Failure::Failed(format!("cannot read `{}` as {format}: {reason}", path.display()))
+        }
+        Flaw::Memory => refuse(),
     })?;
     Ok(columns.table)
 }

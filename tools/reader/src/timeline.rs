@@ -10,7 +10,10 @@ use std::{
 use mcap::records::Record;
 use percuss_serve::Channel;
 
-use crate::recording::{Budget, Damage, Limits, OpenError, Scan, Source};
+use crate::{
+    failure::Failure,
+    recording::{Budget, Damage, Limits, Scan, Source},
+};
 
 /// Chunks that are searched for the last messages before a time.
 const LOOK_BACK: usize = 16;
@@ -59,29 +62,16 @@ pub struct Timeline {
     limit: usize,
 }
 
-/// Why there is no next message.
-#[derive(Debug, thiserror::Error)]
-pub enum TimelineError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// Too many messages would have to wait for their time.
-    #[error(
-        "chunks overlap in time so much that more than {0} bytes wait for their turn; raise --max-memory"
-    )]
-    Overlap(usize),
-}
-
 impl Timeline {
     /// A recording with an index that names every channel and every message; `None` if it has none.
     ///
     /// # Errors
     ///
     /// The source cannot be read, or is no MCAP file, or its index takes too much memory.
-    pub fn open(source: Box<dyn Source>, path: &Path, limits: Limits) -> Result<Option<Self>, OpenError> {
+    pub fn open(source: Box<dyn Source>, path: &Path, limits: Limits) -> Result<Option<Self>, Failure> {
         let scan = Scan::of(source, path, limits)?;
         let index = scan.index();
-        let memory = |what| OpenError::Memory { path: path.into(), what };
+        let memory = |what| Failure::memory(path, what);
         if index.is_too_large {
             return Err(memory("the schemas, channels and chunks of its index"));
         }
@@ -143,7 +133,7 @@ impl Timeline {
     /// # Errors
     ///
     /// The file cannot be read; chunks overlap too much.
-    pub fn next_event(&mut self) -> Result<Option<Event>, TimelineError> {
+    pub fn next_event(&mut self) -> Result<Option<Event>, Failure> {
         while let Some(&chunk) = self.chunks.get(self.next_chunk) {
             if self.waiting.peek().is_some_and(|Reverse(event)| event.log_time < chunk.first) {
                 break;
@@ -157,7 +147,10 @@ impl Timeline {
                 }
                 // the content of one chunk may be as large as that, whatever waits besides
                 if self.waiting_bytes > 2 * self.limit {
-                    return Err(TimelineError::Overlap(2 * self.limit));
+                    return Err(Failure::Failed(format!(
+                        "chunks overlap in time so much that more than {} bytes wait for their turn; raise --max-memory",
+                        2 * self.limit
+                    )));
                 }
             }
         }
@@ -171,7 +164,7 @@ impl Timeline {
     /// # Errors
     ///
     /// The file cannot be read.
-    pub fn latest_before(&mut self, time: u64) -> Result<Vec<Event>, TimelineError> {
+    pub fn latest_before(&mut self, time: u64) -> Result<Vec<Event>, Failure> {
         let mut chunks: Vec<Chunk> = self.chunks.iter().copied().filter(|chunk| chunk.first < time).collect();
         chunks.sort_by_key(|chunk| Reverse(chunk.last));
         let mut latest = HashMap::<u16, Event>::new();
@@ -196,7 +189,7 @@ impl Timeline {
         &mut self,
         chunk: Chunk,
         is_wanted: impl Fn(&Event) -> bool,
-    ) -> Result<Vec<Event>, OpenError> {
+    ) -> Result<Vec<Event>, Failure> {
         self.scan.go_to(chunk.offset)?;
         let (mut events, mut budget) = (Vec::new(), Budget::new(self.limit));
         loop {
@@ -217,7 +210,7 @@ impl Timeline {
             if let Some(event) = message.filter(known).filter(&is_wanted) {
                 if !budget.spend(event.weight()) {
                     let (path, what) = (self.path.clone(), "the messages of a chunk");
-                    return Err(OpenError::Memory { path, what });
+                    return Err(Failure::memory(&path, what));
                 }
                 events.push(event);
             }

@@ -19,8 +19,9 @@ use std::{
 use mcap::{Compression, WriteOptions, records::Record};
 use percuss_reader::{
     command::{recover::recover, verify::verify_scan},
+    failure::Failure,
     messages::Recording,
-    recording::{Limits, OpenError, Scan},
+    recording::{Limits, Scan},
 };
 
 use crate::{
@@ -120,7 +121,7 @@ fn messages(path: &Path) -> (Vec<(String, u64, Vec<u8>)>, bool) {
         return (Vec::new(), true);
     };
     let mut all = Vec::new();
-    let each = messages.for_each(|message| -> Result<(), OpenError> {
+    let each = messages.for_each(|message| -> Result<(), Failure> {
         let topic = recording.channels[&message.channel].topic.clone();
         all.push((topic, message.log_time, message.data.to_vec()));
         Ok(())

@@ -9,8 +9,9 @@ use std::{
 };
 
 use percuss_reader::{
+    failure::Failure,
     messages::Recording,
-    recording::{Limits, OpenError, Scan},
+    recording::{Limits, Scan},
 };
 
 use crate::{desk::Desk, forge};
@@ -228,7 +229,7 @@ fn five_thousand_opens_leave_no_file_open() {
         });
         match ends {
             Ok(()) => read += 1,
-            Err(OpenError::Io { .. } | OpenError::NotMcap(_)) => refused += 1,
+            Err(Failure::Read { .. } | Failure::Failed(_)) => refused += 1,
             Err(error) => panic!("{name}: {error}"),
         }
         if round % 1000 == 0 {

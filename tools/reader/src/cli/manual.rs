@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use clap::{Args, CommandFactory};
 use percuss_output::manual::{Shell, completions, page, write_pages};
 
-use super::{
-    Arguments,
-    outcome::{CliError, Exit},
-    output::print,
+use super::Arguments;
+use crate::{
+    failure::Failure,
+    verb::{Context, Exit, Verb, print},
 };
 
 const COMPLETIONS_EXAMPLES: &str = "\
@@ -19,15 +19,20 @@ Examples:
   percuss-read completions fish > \\
       ~/.config/fish/completions/percuss-read.fish";
 
+/// Completions for a shell
 #[derive(Debug, Args)]
 #[command(after_help = COMPLETIONS_EXAMPLES)]
-pub(super) struct CompletionsArguments {
+pub(super) struct Completions {
     /// Shell
     shell: Shell,
 }
 
-impl CompletionsArguments {
-    pub(super) fn run(&self) -> Result<Exit, CliError> {
+impl Verb for Completions {
+    fn files(&self) -> &[PathBuf] {
+        &[]
+    }
+
+    fn run(&self, _: Context) -> Result<Exit, Failure> {
         print(&completions(Arguments::command(), self.shell))?;
         Ok(Exit::Done)
     }
@@ -38,16 +43,21 @@ Examples:
   percuss-read man | man -l -
   percuss-read man -o ~/.local/share/man/man1";
 
+/// The page of the manual, or those of all commands
 #[derive(Debug, Args)]
 #[command(after_help = MANUAL_EXAMPLES)]
-pub(super) struct ManualArguments {
+pub(super) struct Manual {
     /// Folder to write the pages of all commands to, in place of older ones
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
 }
 
-impl ManualArguments {
-    pub(super) fn run(&self) -> Result<Exit, CliError> {
+impl Verb for Manual {
+    fn files(&self) -> &[PathBuf] {
+        &[]
+    }
+
+    fn run(&self, _: Context) -> Result<Exit, Failure> {
         match &self.output {
             None => print(&page(Arguments::command()))?,
             Some(folder) => drop(write_pages(Arguments::command(), folder)?),

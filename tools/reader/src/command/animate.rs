@@ -3,7 +3,15 @@
 //! The scales come from a first reading of the whole recording: the colours are those of the viewers, if it has them, the section is
 //! the part of it in which anything is seen in any frame.
 
-use std::{cell::RefCell, collections::VecDeque, ops::Range, path::Path};
+use std::{
+    cell::RefCell,
+    collections::VecDeque,
+    fs,
+    io::{self, IsTerminal, Write as _},
+    ops::Range,
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+};
 
 use clap::Args;
 use percuss_output::number::whole;
@@ -21,14 +29,174 @@ use crate::{
         },
     },
     convention::{self, DISPLACEMENT, DRAG, INTERFACE, RADIUS, VELOCITY},
+    failure::Failure,
     messages::Recording,
     pass::Pass,
-    prefix::{UnitError, short},
-    recording::{Damage, Limits, OpenError},
+    prefix::short,
+    recording::{Damage, Limits},
     select::{self, Bound, Pattern, Window},
     slice::{Profile, Slice, profile, shown_name, slice},
     units::Units,
+    verb::{Context, Exit, Verb, Write, by_extension, loss, say},
 };
+
+const ANIMATE_EXAMPLES: &str = "\
+Examples:
+  percuss-read animate ball.mcap -o ball.gif
+  percuss-read animate ball.mcap -o ball.mp4 --fps 30 --width 1920
+  percuss-read animate fig5.mcap --from 1 --to 3 --range 1.5 -o fig5.gif
+
+All frames have the same scales. The section is shown as far as it moves. MP4 needs ffmpeg on the PATH.";
+
+/// Section, profile and drag as a moving picture: GIF, MP4
+#[derive(Debug, Args)]
+#[command(after_help = ANIMATE_EXAMPLES)]
+#[command(mut_arg("output", |film| film.help("Output: .gif or .mp4").required(true)))]
+pub struct Animate {
+    /// Recording
+    file: PathBuf,
+    #[command(flatten)]
+    request: Request,
+    #[command(flatten)]
+    write: Write,
+}
+
+/// Forms by the extensions of files.
+const FORMS: [(&str, Form); 2] = [("gif", Form::Gif), ("mp4", Form::Mp4)];
+
+#[derive(Clone, Copy)]
+enum Form {
+    Gif,
+    Mp4,
+}
+
+impl Verb for Animate {
+    fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
+    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+        self.write.refuse_inputs(self.files())?;
+        let output = self.write.named()?;
+        let form = by_extension(output, &FORMS, None)?;
+        self.write.refuse_existing()?;
+        let animation = Animation::new(&self.file, &self.request, limits)?;
+        let (frames, size) = (animation.length(), animation.size());
+        let (mut bytes, mut count) = (Vec::new(), Count::of(frames));
+        let damages = match form {
+            Form::Gif => {
+                // a hundredth of a second is the unit
+                let delay = (100 + self.request.fps / 2) / self.request.fps;
+                let mut moving = percuss_picture::Moving::new(&mut bytes, size, delay).map_err(unwritten)?;
+                let damages = animation.draw(|raster| {
+                    count.next();
+                    moving.add(&raster)
+                })?;
+                moving.finish().map_err(unwritten)?;
+                damages
+            }
+            Form::Mp4 => {
+                let film = Mp4::begin(size, self.request.fps)?;
+                let mut input = film.child.stdin.as_ref();
+                let drawn = animation.draw(|raster| {
+                    count.next();
+                    input
+                        .as_mut()
+                        .map_or(Ok(()), |input| input.write_all(&raster.rgba))
+                        .map_err(|error| error.to_string())
+                });
+                // a codec that fails says more than a pipe that is closed
+                bytes = film.finish()?;
+                drawn?
+            }
+        };
+        self.write.whole(&bytes)?;
+        let size = bytes.len() as f64 * 1e-6;
+        say(&format!("{}: {frames} frames, {size:.1} MB", output.display()));
+        Ok(loss(&self.file, &damages))
+    }
+}
+
+/// The film cannot be written.
+fn unwritten(why: String) -> Failure {
+    Failure::Failed(format!("cannot write the film: {why}"))
+}
+
+/// Says at a terminal how many frames are drawn.
+struct Count {
+    done: usize,
+    all: usize,
+    is_shown: bool,
+}
+
+impl Count {
+    fn of(all: usize) -> Self {
+        Self { done: 0, all, is_shown: io::stderr().is_terminal() }
+    }
+
+    fn next(&mut self) {
+        self.done += 1;
+        if self.is_shown {
+            let end = if self.done == self.all { "\n" } else { "" };
+            eprint!("\rframe {} of {}{end}", self.done, self.all);
+        }
+    }
+}
+
+/// A film that ffmpeg writes, into a file of its own until it is whole.
+struct Mp4 {
+    child: Child,
+    folder: tempfile::TempDir,
+}
+
+impl Mp4 {
+    fn begin((width, height): (u32, u32), fps: u16) -> Result<Self, Failure> {
+        let failed = |error: io::Error| unwritten(error.to_string());
+        let folder = tempfile::tempdir().map_err(failed)?;
+        let (size, rate) = (format!("{width}x{height}"), fps.to_string());
+        let child = Command::new("ffmpeg")
+            .args([
+                "-loglevel",
+                "error",
+                "-f",
+                "rawvideo",
+                "-pix_fmt",
+                "rgba",
+                "-s",
+                &size,
+                "-r",
+                &rate,
+                "-i",
+                "-",
+            ])
+            .args(["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"])
+            .args(["-movflags", "+faststart"])
+            .arg(folder.path().join("film.mp4"))
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn();
+        match child {
+            Ok(child) => Ok(Self { child, folder }),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let text = "MP4 needs ffmpeg, which is not on the PATH; install it, or write a .gif";
+                Err(Failure::Usage(text.into()))
+            }
+            Err(error) => Err(failed(error)),
+        }
+    }
+
+    fn finish(self) -> Result<Vec<u8>, Failure> {
+        let failed = |error: io::Error| unwritten(error.to_string());
+        // closes its input, which ends the film
+        let done = self.child.wait_with_output().map_err(failed)?;
+        if !done.status.success() {
+            let text = String::from_utf8_lossy(&done.stderr).trim().to_owned();
+            return Err(unwritten(format!("ffmpeg: {text}")));
+        }
+        fs::read(self.folder.path().join("film.mp4")).map_err(failed)
+    }
+}
 
 /// What is shown, and how.
 #[derive(Args, Clone, Debug)]
@@ -63,26 +231,6 @@ pub struct Request {
 fn positive(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
     if number > 0.0 && number.is_finite() { Ok(number) } else { Err(format!("`{text}` is not above 0")) }
-}
-
-/// Why there is no film.
-#[derive(Debug, thiserror::Error)]
-pub enum AnimateError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// A unit was typed where there is none.
-    #[error(transparent)]
-    Unit(#[from] UnitError),
-    /// There is nothing that moves.
-    #[error("{0}")]
-    Nothing(String),
-    /// A frame cannot be drawn.
-    #[error("cannot draw: {0}")]
-    Draw(String),
-    /// A frame cannot be written.
-    #[error("cannot write the film: {0}")]
-    Write(String),
 }
 
 /// Points of a profile in a frame, about.
@@ -141,14 +289,14 @@ impl Animation {
     /// # Errors
     ///
     /// The file cannot be read, or has nothing that moves.
-    pub fn new(path: &Path, request: &Request, limits: Limits) -> Result<Self, AnimateError> {
+    pub fn new(path: &Path, request: &Request, limits: Limits) -> Result<Self, Failure> {
         let recording = Recording::open(path, limits)?;
         let mut damages = recording.damages.clone();
         let field = field(&recording, request)?;
         let clock = field.map(|(id, _)| id).or_else(|| find(&recording, |topic| topic == INTERFACE));
         let clock = clock.ok_or_else(|| {
             let what = "it has no field and no profile; choose a field with two axes with --topic";
-            AnimateError::Nothing(format!("nothing to animate in `{}`: {what}", path.display()))
+            Failure::Usage(format!("nothing to animate in `{}`: {what}", path.display()))
         })?;
         let channel = &recording.channels[&clock];
         let window = Window { from: request.from, to: request.to, every: 1 };
@@ -195,7 +343,7 @@ impl Animation {
         times.dedup_by_key(|(time, _)| *time);
         let mut chosen = evenly(&times, request.frames as usize);
         let (Some(&(first, _)), Some(&(last, _))) = (chosen.first(), chosen.last()) else {
-            return Err(AnimateError::Nothing(format!("`{}` has no frames in this time", channel.topic)));
+            return Err(Failure::Usage(format!("`{}` has no frames in this time", channel.topic)));
         };
         // as they stand in the file
         chosen.sort_by_key(|(_, number)| *number);
@@ -233,7 +381,7 @@ impl Animation {
             .collect(),
             width: request.width,
         };
-        let film = Film::new(&stage).map_err(AnimateError::Draw)?;
+        let film = Film::new(&stage).map_err(Failure::drawing)?;
         let per_length = profile.as_ref().map_or(1.0, |(.., scale)| scale.factors[0]);
         let per_length = moving.as_ref().map_or(per_length, |moving| moving.factors[0]);
         let factors = [per_time, per_length];
@@ -255,10 +403,10 @@ impl Animation {
     /// # Errors
     ///
     /// The file cannot be read, a frame cannot be drawn, or `take` has failed.
-    pub fn draw(&self, take: impl FnMut(Raster) -> Result<(), String>) -> Result<Vec<Damage>, AnimateError> {
+    pub fn draw(&self, take: impl FnMut(Raster) -> Result<(), String>) -> Result<Vec<Damage>, Failure> {
         let drawing = Drawing { animation: self, take, next: 0, waiting: VecDeque::new(), latest: None };
         let drawing = RefCell::new(drawing);
-        let mut pass = Pass::<AnimateError>::over(&self.recording, Window::default());
+        let mut pass = Pass::over(&self.recording, Window::default());
         let numbers = self.frames.iter().map(|frame| frame.number).collect();
         match (&self.moving, &self.profile) {
             (Some(moving), _) => {
@@ -299,7 +447,7 @@ impl Animation {
         values: &[f64],
         profile: Option<&Curve>,
         take: &mut impl FnMut(Raster) -> Result<(), String>,
-    ) -> Result<(), AnimateError> {
+    ) -> Result<(), Failure> {
         let [per_time, per_length] = self.factors;
         let now = self.frames[i].time * per_time;
         let depth = self.body.depths.get(i).copied().filter(|depth| depth.is_finite());
@@ -315,7 +463,7 @@ impl Animation {
         let curves: Vec<Curve> = profile.into_iter().chain(drag).collect();
         let body = depth.map(outline).unwrap_or_default();
         let shown = Shown { time: &self.frames[i].label, values, body: &body, contact, curves: &curves };
-        take(self.film.frame(&shown).map_err(AnimateError::Draw)?).map_err(AnimateError::Write)
+        take(self.film.frame(&shown).map_err(Failure::drawing)?).map_err(unwritten)
     }
 }
 
@@ -338,7 +486,7 @@ impl<F: FnMut(Raster) -> Result<(), String>> Drawing<'_, F> {
     }
 
     /// Takes the values of the next section.
-    fn section(&mut self, values: Vec<f64>) -> Result<(), AnimateError> {
+    fn section(&mut self, values: Vec<f64>) -> Result<(), Failure> {
         let time = self.time(self.next);
         self.waiting.push_back((self.next, values));
         self.next += 1;
@@ -348,7 +496,7 @@ impl<F: FnMut(Raster) -> Result<(), String>> Drawing<'_, F> {
     }
 
     /// Takes a profile.
-    fn profile(&mut self, time: f64, points: Curve) -> Result<(), AnimateError> {
+    fn profile(&mut self, time: f64, points: Curve) -> Result<(), Failure> {
         let before = self.latest.replace((time, points));
         while let Some(at) = self.waiting.front().map(|(i, _)| self.time(*i)).filter(|at| *at <= time) {
             let Some((i, values)) = self.waiting.pop_front() else { break };
@@ -360,7 +508,7 @@ impl<F: FnMut(Raster) -> Result<(), String>> Drawing<'_, F> {
     }
 
     /// Draws what waits, until no more than so many do.
-    fn draw_down_to(&mut self, most: usize) -> Result<(), AnimateError> {
+    fn draw_down_to(&mut self, most: usize) -> Result<(), Failure> {
         while self.waiting.len() > most
             && let Some((i, values)) = self.waiting.pop_front()
         {
@@ -371,7 +519,7 @@ impl<F: FnMut(Raster) -> Result<(), String>> Drawing<'_, F> {
     }
 
     /// Draws all that waits.
-    fn end(&mut self) -> Result<(), AnimateError> {
+    fn end(&mut self) -> Result<(), Failure> {
         self.draw_down_to(0)
     }
 }
@@ -384,7 +532,7 @@ impl Moving {
         bounds: &mut Bounds,
         body: &Body,
         request: &Request,
-    ) -> Result<Option<Self>, AnimateError> {
+    ) -> Result<Option<Self>, Failure> {
         let channel = &recording.channels[&id];
         let range = request.range.or(recording.colour_range(&channel.topic)).or_else(|| bounds.quantile());
         let (Some(range), Some([rows, columns])) = (range, bounds.sides.clone()) else { return Ok(None) };
@@ -442,12 +590,12 @@ impl Moving {
 }
 
 /// Channel and leaf of the field that is asked for, else of the stress or the first field; `None` without any.
-fn field(recording: &Recording, request: &Request) -> Result<Option<(u16, usize)>, AnimateError> {
+fn field(recording: &Recording, request: &Request) -> Result<Option<(u16, usize)>, Failure> {
     if let Some(topic) = &request.topic {
         let matrix = |id: u16| Axis::matrices(&recording.channels[&id]).next().map(|leaf| (id, leaf));
         let ids = select::channels(recording, std::slice::from_ref(topic))?;
         let found = ids.into_iter().find_map(matrix);
-        let none = || AnimateError::Nothing(format!("`{}` is no field with two axes", topic.text()));
+        let none = || Failure::Usage(format!("`{}` is no field with two axes", topic.text()));
         return found.map(Some).ok_or_else(none);
     }
     Ok(main_field(recording))

@@ -2,8 +2,8 @@
 
 use std::{
     collections::HashMap,
-    io::{self, Write},
-    path::Path,
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
     thread,
 };
 
@@ -13,14 +13,45 @@ use serde_json::value::RawValue;
 
 use crate::{
     channel::Channel,
+    failure::Failure,
     format::mapping::Mapped,
     messages::{Kept, Message, POLL, Recording},
-    prefix::UnitError,
-    recording::{Damage, Limits, OpenError},
+    recording::{Damage, Limits},
     select::{self, Bound, Pattern, Window, finite_time},
-    slice::{MomentError, kept_at},
+    slice::kept_at,
+    verb::{Context, Exit, Verb, loss},
     wire::dynamic,
 };
+
+const CAT_EXAMPLES: &str = "\
+Examples:
+  percuss-read cat fig5.mcap --topic '/event,/log'
+  percuss-read cat fig5.mcap --topic /drag --from 1 --to 1.1
+  percuss-read cat running.mcap.part --topic /drag --every 100 --follow";
+
+/// Whole messages as JSON lines, also of a recording that is still being written
+#[derive(Debug, Args)]
+#[command(after_help = CAT_EXAMPLES)]
+pub struct Cat {
+    /// Recording
+    file: PathBuf,
+    #[command(flatten)]
+    request: Request,
+}
+
+impl Verb for Cat {
+    fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
+    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+        let mut output = BufWriter::new(io::stdout());
+        let damages =
+            cat(&self.file, &self.request, limits, &mut output).map_err(|failure| failure.at(None))?;
+        output.flush().map_err(|error| Failure::from(error).at(None))?;
+        Ok(loss(&self.file, &damages))
+    }
+}
 
 /// What to show.
 #[derive(Args, Clone, Debug, Default)]
@@ -41,23 +72,6 @@ pub struct Request {
     pub follow: bool,
 }
 
-/// Why messages cannot be shown.
-#[derive(Debug, thiserror::Error)]
-pub enum CatError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// There are no messages at a time.
-    #[error(transparent)]
-    Moment(#[from] MomentError),
-    /// A time with a unit that is not recorded.
-    #[error(transparent)]
-    Unit(#[from] UnitError),
-    /// The output cannot be written.
-    #[error("cannot write the output: {0}")]
-    Output(#[from] io::Error),
-}
-
 /// Writes one JSON object per message: topic, log time, sequence, and the message, in the JSON mapping of protobuf
 /// where it is that.
 /// Messages that cannot be decoded, or unpack to more than there is memory for, come as the number of their bytes.
@@ -70,7 +84,7 @@ pub fn cat(
     request: &Request,
     limits: Limits,
     output: &mut dyn Write,
-) -> Result<Vec<Damage>, CatError> {
+) -> Result<Vec<Damage>, Failure> {
     let mut recording = Recording::open(path, limits)?;
     // of a file that is being written, topics may still be to come
     while request.follow
@@ -106,10 +120,10 @@ pub fn cat(
             let count = seen.entry(message.channel).or_default();
             *count += 1;
             if request.window.leaves_out(*count - 1) {
-                return left_out.keep(&message, limits.kept()).map_err(CatError::Output);
+                return Ok(left_out.keep(&message, limits.kept())?);
             }
             left_out.forget(message.channel);
-            line(channel, &message, limits, &mut text, output).map_err(CatError::Output)
+            Ok(line(channel, &message, limits, &mut text, output)?)
         })?;
         output.flush()?;
         if messages.is_over() {

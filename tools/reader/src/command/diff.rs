@@ -1,205 +1,490 @@
 //! `diff`: two recordings, or two folders of them, compared number by number.
 
 mod checks;
+mod jobs;
 mod json;
 mod picture;
 mod shown;
 mod text;
 mod write;
 
-use std::{
-    collections::BTreeSet,
-    fs, io,
-    path::{Path, PathBuf},
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum, builder::PossibleValue};
+use percuss_output::{OutputError, text::printable};
+use serde_json::json;
+
+use crate::{
+    command::plot::medium,
+    compare::{ChannelReport, Comparison, Mode, NanRule, Options, Rule, Rules, Tolerance},
+    failure::Failure,
+    measured::Sources,
+    recording::Limits,
+    verb::{
+        Context, Exit, Verb, by_extension, has_colour, print, print_document, print_painted, refuse_inputs,
+        say, write,
+    },
 };
 
-use percuss_output::Output;
-
 pub use checks::{Suite, github, junit, markdown};
+pub use jobs::{Job, Verdict, bless, diff, is_whole, jobs, verdict};
 pub use json::JSON_VERSION;
 pub use json::to_json;
 pub use picture::picture;
 pub use text::{Style, summary, to_text};
 
-use write::DiffWriter;
-
-use crate::{
-    channel::Channel,
-    compare::{CompareError, Comparison, Options, compare},
-    measured::{Sources, is_table},
-    messages::Recording,
-    recording::{Limits, OpenError, is_part, without_part},
-    select::Pattern,
-};
-
-/// A reference and what is compared with it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Job {
-    /// Reference; `None` if there is none of that name.
-    pub a: Option<PathBuf>,
-    /// New recording; `None` if there is none of that name.
-    pub b: Option<PathBuf>,
+/// Value of `--align`: a mode, or one by itself with relative times.
+#[derive(Clone, Copy, Debug)]
+enum Align {
+    Mode(Mode),
+    Relative,
 }
 
-/// How two recordings compare.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// The same bit for bit.
-    Equal,
-    /// Within tolerance.
-    Within,
-    /// Something that was to be compared could not be, and nothing else is beyond tolerance.
-    NotCompared,
-    /// Beyond tolerance.
-    Different,
-}
+impl ValueEnum for Align {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[
+            Self::Mode(Mode::Step),
+            Self::Mode(Mode::Time),
+            Self::Mode(Mode::Nearest),
+            Self::Mode(Mode::Linear),
+            Self::Mode(Mode::Cubic),
+            Self::Relative,
+        ]
+    }
 
-impl Verdict {
-    /// In words.
-    pub fn name(self) -> &'static str {
+    fn to_possible_value(&self) -> Option<PossibleValue> {
         match self {
-            Self::Equal => "equal",
-            Self::Within => "within tolerance",
-            Self::NotCompared => "NOT COMPARED",
-            Self::Different => "DIFFERENT",
+            Self::Mode(mode) => mode.to_possible_value(),
+            Self::Relative => Some(
+                PossibleValue::new("relative")
+                    .help("Times count from the start of each recording; then by step, exact time or linear"),
+            ),
         }
     }
 }
 
-/// Verdict on a comparison.
-pub fn verdict(comparison: &Comparison) -> Verdict {
-    match comparison {
-        _ if comparison.is_different() => Verdict::Different,
-        _ if !comparison.gaps.is_empty() => Verdict::NotCompared,
-        _ if comparison.is_equal() => Verdict::Equal,
-        _ => Verdict::Within,
+const DIFF_EXAMPLES: &str = "\
+Examples:
+  percuss-read diff old.mcap new.mcap             # every bit
+  percuss-read diff old.mcap new.mcap --peak-rel 1e-9
+  percuss-read diff run.mcap exact.mcap --tol '/drag.*:rel=1e-6' \\
+      --tol '/interface/*:peak_rel=0.004'
+  percuss-read diff coarse.mcap fine.mcap --topic /interface/stress \\
+      --align cubic --common --l2-rel 0.01
+  percuss-read diff golden/ results/ --tolerances tol.toml --summary
+  percuss-read diff golden.mcap new.mcap --bless  # accept the new one
+  # with what was measured
+  percuss-read diff measured.csv ball.mcap --rename load=force \\
+      --align linear --common --time-offset fit --l2-rel 0.05
+  # in continuous integration
+  percuss-read diff golden/ results/ --junit report.xml --github
+  percuss-read diff golden/ results/ --markdown >> \"$GITHUB_STEP_SUMMARY\"
+
+A tolerance is PATTERN:KEY=VALUE,... or KEY=VALUE,... for all fields; the pattern is of topic.field or of a topic, \
+`*` stands for anything, and the first that fits counts. Keys: abs, rel (of the reference value), peak_rel (of the \
+largest magnitude of the field), range_rel (of its range), ulp (units in the last place), tube=TIME:VALUE \
+(half-widths around the reference curve), l2_rel (norm of the whole field), ignore, bitwise. A value may differ by \
+the largest of abs, rel, peak_rel and range_rel, or by ulp, or lie in the tube. Without any tolerance all bits must \
+agree: NaN equals itself, -0 is not +0 (abs=0 makes it so). The file of --tolerances holds the same as [[tolerance]] \
+tables: field = \"/drag.*\", abs = 1e-9, tube = { time = 0.01, value = 1e-3 }.
+
+Every message and value of either recording is compared, or it is a difference, or an option leaves it out: messages \
+without a counterpart, as before the first or after the last of the other recording, and elements beyond the axes of \
+the other are differences unless --common is given; messages of the new recording between the times of the reference \
+are left out by --align linear, cubic and nearest, and counted. The order of messages is that of their log times and \
+sequence numbers (--file-order: that of the file).
+
+A table (CSV, Parquet, JSON lines) is compared like a recording: its column `time` says when, the others are fields of \
+the other recording, of its topic with most of them unless they are named like /drag.force, in the unit of the \
+heading or that of the field. Only what the table has is compared.
+
+Without a tolerance only messages of the same step or exact time are compared, and nothing interpolated is equal; \
+with one, messages of other times are interpolated (--align linear --l2-rel 0.01), which is reported. Times and \
+steps of paired messages are compared like fields: a rule for `time` is for those of all topics (--tol \
+time:abs=1e-12, --ignore time).
+
+What is compared are the values of messages, not how they are written: not the order of fields and of entries of a \
+map, packed or not, the length of a varint, blanks in JSON and digits of fractions beyond double precision. Of entries of a map with one key the last counts; keys and \
+whole numbers are compared exactly. \
+Messages that do not fit their schema, or whose encoding is neither protobuf nor JSON, are compared as bytes. Of \
+schemas, names, numbers and types of fields are compared, not their text; with --by-name, as for a copy by another \
+program, in other types or in JSON, only names.
+
+Metadata (of programs: version, commit, revision of the numerics), attachments, names of enum values, log times, \
+publish times and sequence numbers are not compared where fields say which message it is; what differs of them is \
+mentioned, and the status stays. Topics that are derived from others in both recordings are compared if they are \
+named (--topic). Residuals of rounding (/energy.residual) are compared if they are named (--field residual, --tol \
+/energy.residual:abs=1e-12).
+
+What could not be compared is never equal: without a value that both have (no common time or axis, nothing in the \
+window, no field left) the status is 2, or 1 if one recording has messages that the other has not. Recordings \
+without any common time, as of wall clocks, are paired as with --align relative, which is reported; without a \
+tolerance their fields `time` differ. Folders with --bless: new recordings are taken over too, and those that only \
+the reference has stay, with status 1.
+
+Of a recording in SI and a dimensionless one, the new one is converted to the units of the reference if the one in \
+SI carries its scales; the report says so. That rounds the last bits: give a tolerance such as --rel 1e-12, for \
+fields of single precision --rel 1e-6. --plot and --write-diff need recordings in the same units.
+
+Exit status: 0 equal within tolerance, 1 different, 2 could not compare, 3 an input is damaged or partial: the sound \
+part was compared.";
+
+/// Two recordings, or folders of them, number by number
+#[derive(Debug, Args)]
+#[command(after_help = DIFF_EXAMPLES)]
+pub struct Diff {
+    /// Reference, and one or more recordings (or folders) to compare with it; either may be a table
+    #[arg(required = true, num_args = 2.., value_name = "FILE")]
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    options: Options,
+    #[command(flatten)]
+    sources: Sources,
+    /// How messages are aligned [default: by step or exact time where they agree, else linear if there is a
+    /// tolerance; relative if the recordings have no time in common]
+    #[arg(long, value_enum)]
+    align: Option<Align>,
+    /// Tolerance, [PATTERN:]KEY=VALUE,...; may be repeated
+    #[arg(long = "tol", value_name = "RULE")]
+    tolerances: Vec<Rule>,
+    /// File of tolerances (TOML); rules of the command line come first
+    #[arg(long = "tolerances", value_name = "FILE")]
+    tolerance_file: Option<PathBuf>,
+    #[command(flatten)]
+    for_all: Tolerance,
+    /// Topics or topic.fields that are not compared; `*` stands for anything
+    #[arg(long, value_name = "PATTERN", value_delimiter = ',')]
+    ignore: Vec<String>,
+    /// NaN is equal to any other NaN, whatever their bits
+    #[arg(long)]
+    nan_equal: bool,
+    /// NaN stands for no value: such elements of either recording are not compared
+    #[arg(long, conflicts_with = "nan_equal")]
+    skip_nan: bool,
+    /// Also say which fields are equal, and which rule applied to each
+    #[arg(long)]
+    explain: bool,
+    /// One line per channel
+    #[arg(long, conflicts_with_all = ["json", "explain"])]
+    summary: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Print a table for a pull request, in Markdown
+    #[arg(long, conflicts_with_all = ["json", "explain", "summary"])]
+    markdown: bool,
+    /// Also print annotations of GitHub Actions
+    #[arg(long, conflicts_with = "json")]
+    github: bool,
+    /// Write a report in the form of JUnit, a case for every channel
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Draw the fields that differ most, both curves and their difference (SVG, PNG or PDF)
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Write the difference, new minus reference, as a recording
+    #[arg(long, value_name = "FILE")]
+    write_diff: Option<PathBuf>,
+    /// Put the new recording in the place of the reference; of folders, also recordings that the reference has not
+    #[arg(long)]
+    bless: bool,
+    /// Overwrite existing output files
+    #[arg(long)]
+    force: bool,
+}
+
+/// What all comparisons together found.
+struct Outcome {
+    worst: Verdict,
+    lossy: bool,
+    documents: Vec<serde_json::Value>,
+    suites: Vec<Suite>,
+    /// For every rule, whether it fits anything in any of the recordings.
+    fitting: Vec<bool>,
+}
+
+impl Verb for Diff {
+    fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
+    fn run(&self, context: Context) -> Result<Exit, Failure> {
+        // status 1 says that recordings differ: whatever fails here is another
+        self.compare_all(context.limits).map_err(Failure::into_usage)
     }
 }
 
-/// What is to be compared: every file with the first; folders file by file, by their names.
-///
-/// # Errors
-///
-/// A folder cannot be read, or files and folders are mixed.
-pub fn jobs(paths: &[PathBuf]) -> io::Result<Vec<Job>> {
-    let Some((first, others)) = paths.split_first() else { return Ok(Vec::new()) };
-    let mut jobs = Vec::new();
-    for other in others {
-        match (first.is_dir(), other.is_dir()) {
-            (false, false) => jobs.push(Job { a: Some(first.clone()), b: Some(other.clone()) }),
-            (true, true) => {
-                let (names_a, names_b) = (recordings(first)?, recordings(other)?);
-                for name in names_a.union(&names_b) {
-                    let in_folder = |names: &BTreeSet<PathBuf>, folder: &Path| {
-                        names.contains(name).then(|| folder.join(name))
-                    };
-                    jobs.push(Job { a: in_folder(&names_a, first), b: in_folder(&names_b, other) });
+impl Diff {
+    fn compare_all(&self, limits: Limits) -> Result<Exit, Failure> {
+        let options = self.options()?;
+        let jobs = jobs(&self.files).map_err(|error| Failure::Usage(error.to_string()))?;
+        self.check_outputs(&jobs)?;
+        if jobs.is_empty() {
+            say("error: nothing was compared: there is no recording (*.mcap) in these folders");
+        } else if jobs.iter().all(|job| job.a.is_none() || job.b.is_none()) {
+            say("error: nothing was compared: no recording is in both folders by the same name");
+        }
+        let fitting = vec![false; options.rules.rules.len()];
+        let mut result = Outcome {
+            worst: Verdict::Equal,
+            lossy: false,
+            documents: Vec::new(),
+            suites: Vec::new(),
+            fitting,
+        };
+        let mut left = jobs.len();
+        for job in &jobs {
+            left -= 1;
+            match (&job.a, &job.b) {
+                (Some(a), Some(b)) => self.compare(a, b, &options, limits, &mut result)?,
+                _ => {
+                    self.report_missing(job, &mut result)?;
+                    if !self.accept_missing(job, limits)? {
+                        result.worst = Verdict::Different;
+                    }
                 }
             }
-            _ => {
-                let kind = io::ErrorKind::InvalidInput;
-                return Err(io::Error::new(kind, "a folder can only be compared with a folder"));
+            if self.options.fail_fast && result.worst == Verdict::Different {
+                break;
+            }
+        }
+        if jobs.is_empty() {
+            result.worst = Verdict::NotCompared;
+        }
+        report_idle(&options.rules, &result.fitting, &jobs);
+        self.conclude(result, jobs.len() - left, left)
+    }
+
+    /// Refuses outputs that are inputs, that exist, or that do not go with what is asked for.
+    fn check_outputs(&self, jobs: &[Job]) -> Result<(), Failure> {
+        let outputs = [&self.plot, &self.write_diff];
+        for output in outputs.into_iter().chain([&self.junit]).flatten() {
+            refuse_inputs(output, jobs.iter().flat_map(|job| job.a.iter().chain(&job.b)))?;
+            OutputError::refuse_existing(Some(output), self.force)?;
+        }
+        if jobs.len() > 1 && outputs.iter().any(|output| output.is_some()) {
+            return Err(Failure::Usage("--plot and --write-diff need just two recordings".into()));
+        }
+        if self.bless && self.files.len() > 2 {
+            return Err(Failure::Usage("--bless needs one reference and one new recording".into()));
+        }
+        self.plot.as_deref().map(medium).transpose()?;
+        if let Some(path) = &self.write_diff {
+            by_extension(path, &[("mcap", ())], Some(()))?;
+        }
+        Ok(())
+    }
+
+    /// Compares two recordings and shows what came out.
+    fn compare(
+        &self,
+        a: &Path,
+        b: &Path,
+        options: &Options,
+        limits: Limits,
+        result: &mut Outcome,
+    ) -> Result<(), Failure> {
+        let written = self.write_diff.as_deref().map(|path| (path, self.force));
+        let sources = self.sources(a, b)?;
+        let comparison = diff(a, b, options, limits, &sources, written)?;
+        self.report_unwritten(&comparison);
+        result.fitting.iter_mut().zip(&comparison.fitting).for_each(|(any, fits)| *any |= fits);
+        let names = (a.to_string_lossy(), b.to_string_lossy());
+        let names = (names.0.as_ref(), names.1.as_ref());
+        let style = Style { colour: has_colour(), explain: self.explain };
+        result.suites.push(Suite::of(names, &comparison));
+        if self.json {
+            result.documents.push(to_json(names, &comparison));
+        } else if self.summary {
+            print_painted(&summary(names, &comparison, style))?;
+        } else if !self.markdown {
+            print_painted(&to_text(names, &comparison, style))?;
+        }
+        self.report_gaps(names, &comparison);
+        self.draw(a, b, &comparison, limits)?;
+        if self.bless {
+            return self.accept(a, b, &comparison);
+        }
+        result.worst = result.worst.max(verdict(&comparison));
+        result.lossy |= comparison.is_lossy();
+        Ok(())
+    }
+
+    /// Says how all comparisons ended.
+    ///
+    /// * `left`: comparisons that were not made, after the first difference (--fail-fast)
+    fn conclude(&self, result: Outcome, jobs: usize, left: usize) -> Result<Exit, Failure> {
+        let Outcome { worst, lossy, documents, suites, .. } = result;
+        if let Some(path) = &self.junit {
+            write(Some(path), self.force, junit(&suites).as_bytes())?;
+        }
+        if self.json {
+            let document = json!({
+                "version": JSON_VERSION,
+                "verdict": match worst {
+                    Verdict::Equal | Verdict::Within => "within",
+                    Verdict::NotCompared => "not_compared",
+                    Verdict::Different => "different",
+                },
+                "comparisons": documents,
+                "not_made": left,
+            });
+            print_document(&format!("{document:#}\n"))?;
+        } else if self.markdown {
+            print(&markdown(&suites))?;
+        } else if jobs + left != 1 {
+            let left = match left {
+                0 => String::new(),
+                left => format!("; {left} more were not made (--fail-fast)"),
+            };
+            print(&format!("{jobs} comparisons: {}{left}\n", worst.name()))?;
+        }
+        if self.github {
+            print_painted(&github(&suites))?;
+        }
+        Ok(match (lossy, worst) {
+            (_, Verdict::NotCompared) => Exit::NoAnswer,
+            (true, _) => Exit::Loss,
+            (false, Verdict::Different) => Exit::No,
+            (false, _) => Exit::Done,
+        })
+    }
+
+    /// How two files are opened.
+    fn sources(&self, a: &Path, b: &Path) -> Result<Sources, Failure> {
+        let files = [a.to_owned(), b.to_owned()];
+        self.sources.among(files.iter()).map_err(Failure::Usage)
+    }
+
+    fn options(&self) -> Result<Options, Failure> {
+        let usage = |error: String| Failure::Usage(error);
+        let mut rules = Rules::default();
+        for pattern in &self.ignore {
+            let tolerance = Tolerance { ignore: true, ..Tolerance::default() };
+            rules.rules.push(Rule::new(pattern, tolerance, format!("--ignore {pattern}")).map_err(usage)?);
+        }
+        rules.rules.extend(self.tolerances.iter().cloned());
+        if let Some(path) = &self.tolerance_file {
+            let text = std::fs::read_to_string(path)
+                .map_err(|error| usage(format!("cannot read `{}`: {error}", path.display())))?;
+            rules.add_file(&path.to_string_lossy(), &text).map_err(usage)?;
+        }
+        if self.for_all != Tolerance::default() {
+            rules.rules.push(Rule::new("*", self.for_all.clone(), "flags".into()).map_err(usage)?);
+        }
+        Ok(Options {
+            mode: match self.align {
+                Some(Align::Mode(mode)) => Some(mode),
+                Some(Align::Relative) | None => None,
+            },
+            relative: matches!(self.align, Some(Align::Relative)),
+            rules,
+            nan: match (self.nan_equal, self.skip_nan) {
+                (_, true) => NanRule::Skipped,
+                (true, _) => NanRule::EqualsItself,
+                _ => NanRule::SameBits,
+            },
+            ..self.options.clone()
+        })
+    }
+
+    /// A recording that only one of two folders has.
+    fn report_missing(&self, job: &Job, result: &mut Outcome) -> Result<(), Failure> {
+        let (path, what) = match (&job.a, &job.b) {
+            (Some(a), _) => (a, "missing from the new folder"),
+            (None, Some(b)) => (b, "only in the new folder"),
+            (None, None) => return Ok(()),
+        };
+        result.suites.push(Suite::missing(job, what));
+        if self.markdown {
+            return Ok(());
+        }
+        if self.json {
+            result.documents.push(json!({ "a": job.a, "b": job.b, "verdict": "different", "text": what }));
+            return Ok(());
+        }
+        print(&format!("{}: {what}\n", printable(&path.to_string_lossy())))
+    }
+
+    /// Channels that are not in the recording of differences, because their messages do not go together one by one.
+    fn report_unwritten(&self, comparison: &Comparison) {
+        let Some(path) = &self.write_diff else { return };
+        let between = |channel: &&ChannelReport| channel.alignment.mode.is_some_and(Mode::is_between);
+        for channel in comparison.channels.iter().filter(between) {
+            say(&format!("`{}` was interpolated in time and is not in `{}`", channel.topic, path.display()));
+        }
+    }
+
+    /// What could not be compared, and how times were aligned if that was chosen by itself.
+    fn report_gaps(&self, names: (&str, &str), comparison: &Comparison) {
+        for gap in &comparison.gaps {
+            say(&format!("error: `{}` and `{}`: {gap}", names.0, names.1));
+        }
+        let is_relative = comparison.channels.iter().any(|channel| channel.alignment.starts.is_some());
+        if is_relative && self.align.is_none() {
+            say(&format!(
+                "`{}` and `{}` have no time in common: times count from the start of each (--align relative)",
+                names.0, names.1
+            ));
+        }
+    }
+
+    fn draw(&self, a: &Path, b: &Path, comparison: &Comparison, limits: Limits) -> Result<(), Failure> {
+        let Some(output) = &self.plot else { return Ok(()) };
+        if comparison.converted.is_some() {
+            say(&format!("`{}` is not written: the recordings are in different units", output.display()));
+            return Ok(());
+        }
+        match picture(a, b, comparison, limits, &self.sources(a, b)?, medium(output)?)? {
+            Some(picture) => write(Some(output), self.force, &picture),
+            None => {
+                say(&format!("`{}` is not written: no numbers differ", output.display()));
+                Ok(())
             }
         }
     }
-    Ok(jobs)
-}
 
-/// Names of all recordings under a folder, relative to it: `*.mcap`, whatever the case, and those without an end,
-/// `*.mcap.part`. Links are followed, but not into a folder that they are in.
-fn recordings(folder: &Path) -> io::Result<BTreeSet<PathBuf>> {
-    let mut names = BTreeSet::new();
-    let mut open = vec![(PathBuf::new(), vec![fs::canonicalize(folder)?])];
-    while let Some((place, inside)) = open.pop() {
-        for entry in fs::read_dir(folder.join(&place))? {
-            let name = place.join(entry?.file_name());
-            let path = folder.join(&name);
-            let whole = if is_part(&name) { without_part(&name) } else { name.clone() };
-            let is_recording =
-                whole.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
-            if path.is_dir() {
-                let real = fs::canonicalize(&path)?;
-                if !inside.contains(&real) {
-                    open.push((name, [inside.as_slice(), &[real]].concat()));
-                }
-            } else if is_recording {
-                names.insert(name);
+    fn accept(&self, a: &Path, b: &Path, comparison: &Comparison) -> Result<(), Failure> {
+        if comparison.is_lossy() {
+            let text = "a damaged or partial recording is not accepted as a reference (--bless)";
+            return Err(Failure::Usage(text.into()));
+        }
+        bless(a, b).map_err(|error| OutputError::new(a, error))?;
+        say(&format!("`{}` is now `{}`", a.display(), b.display()));
+        Ok(())
+    }
+
+    /// Takes over a recording that only the new folder has; false if the folders still differ in it.
+    fn accept_missing(&self, job: &Job, limits: Limits) -> Result<bool, Failure> {
+        let (true, [first, other]) = (self.bless, self.files.as_slice()) else { return Ok(false) };
+        let Some((new, name)) = job.b.as_ref().and_then(|new| Some((new, new.strip_prefix(other).ok()?)))
+        else {
+            if let Some(path) = &job.a {
+                say(&format!("`{}` stays: it is missing from `{}`", path.display(), other.display()));
             }
+            return Ok(false);
+        };
+        if !is_whole(new, limits)? {
+            let text = format!(
+                "`{}` is damaged or partial and is not accepted as a reference (--bless)",
+                new.display()
+            );
+            return Err(Failure::Usage(text));
         }
+        let reference = first.join(name);
+        bless(&reference, new).map_err(|error| OutputError::new(&reference, error))?;
+        say(&format!("`{}` is new, it is `{}`", reference.display(), new.display()));
+        Ok(true)
     }
-    Ok(names)
 }
 
-/// Compares two recordings, writing their difference as well if that is asked for.
-///
-/// * `sources`: how they are opened; of a table its columns are compared
-/// * `written`: file for the difference, and whether one of this name is replaced
-///
-/// # Errors
-///
-/// A file cannot be read or written.
-pub fn diff(
-    a: &Path,
-    b: &Path,
-    options: &Options,
-    limits: Limits,
-    sources: &Sources,
-    written: Option<(&Path, bool)>,
-) -> Result<Comparison, CompareError> {
-    let mut options = options.clone();
-    let open = |path: &Path| sources.open(path, limits.of_two());
-    let tables = [a, b].map(is_table);
-    let (a, b) = (open(a)?, open(b)?);
-    if tables.contains(&true) {
-        // what a table has is what is compared
-        options.by_name = true;
-        let all = [&a, &b].into_iter().zip(tables).filter(|(_, is_table)| *is_table);
-        let channels: Vec<&Channel> = all.flat_map(|(table, _)| table.channels.values()).collect();
-        if options.topics.is_empty() {
-            options.topics = channels.iter().map(|channel| Pattern::exact(&channel.topic)).collect();
-        }
-        if options.fields.is_empty() {
-            let leaves = channels.iter().flat_map(|channel| channel.layout.iter());
-            let leaves = leaves.flat_map(|layout| &layout.leaves);
-            options.fields = leaves.map(|leaf| Pattern::exact(&leaf.path)).collect();
-        }
+/// Reports rules that fit nothing in any of the recordings: perhaps a name is misspelled.
+fn report_idle(rules: &Rules, fitting: &[bool], jobs: &[Job]) {
+    if !jobs.iter().any(|job| job.a.is_some() && job.b.is_some()) {
+        return;
     }
-    let mut comparison = match written {
-        None => compare(&a, &b, &options, None)?,
-        Some((path, overwrite)) => {
-            let mut writer = DiffWriter::begin(path, overwrite, &a, &b).map_err(CompareError::Watch)?;
-            let comparison = compare(&a, &b, &options, Some(&mut |matched| writer.take(matched)))?;
-            writer.finish().map_err(CompareError::Watch)?;
-            comparison
-        }
-    };
-    if tables.contains(&true) {
-        // a table says nothing of a run
-        comparison.provenance.clear();
+    for (rule, _) in rules.rules.iter().zip(fitting).filter(|(_, fits)| !**fits) {
+        let (pattern, origin) = (rule.fields.text(), &rule.origin);
+        say(&format!("warning: the tolerance for `{pattern}` ({origin}) fits no topic or field"));
     }
-    Ok(comparison)
-}
-
-/// True if a recording is undamaged, and came to its planned end if it says so.
-///
-/// # Errors
-///
-/// The file cannot be read.
-pub fn is_whole(path: &Path, limits: Limits) -> Result<bool, OpenError> {
-    let recording = Recording::read(path, limits)?;
-    Ok(!recording.is_partial() && recording.damages.is_empty())
-}
-
-/// Puts a new recording in the place of the reference, whole or not at all.
-///
-/// # Errors
-///
-/// The file cannot be copied.
-pub fn bless(reference: &Path, new: &Path) -> io::Result<()> {
-    if let Some(folder) = reference.parent() {
-        fs::create_dir_all(folder)?;
-    }
-    let mut output = Output::create(reference, true)?;
-    io::copy(&mut fs::File::open(new)?, &mut output)?;
-    output.commit()
 }

@@ -1,7 +1,8 @@
 //! `info`: what a recording holds.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use percuss_table::Heading;
 use serde_json::{Value, json};
 
@@ -9,11 +10,42 @@ use crate::{
     channel::Channel,
     command::trace::iso,
     convention::{RUN, STATUS},
+    failure::Failure,
     instant::seconds,
     messages::Recording,
-    recording::{Damage, Limits, OpenError},
+    recording::{Damage, Limits},
     text::{printable, short},
+    verb::{Context, Exit, Verb, loss, show},
 };
+
+const INFO_EXAMPLES: &str = "\
+Examples:
+  percuss-read info fig5.mcap
+  percuss-read info fig5.mcap --json
+  percuss-read info fig5.mcap.part  # of a run in progress";
+
+/// What a recording holds: run, channels, counts, units, times, metadata, attachments
+#[derive(Debug, Args)]
+#[command(after_help = INFO_EXAMPLES)]
+pub struct Info {
+    /// Recording
+    file: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Verb for Info {
+    fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
+    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+        let (text, recording) = info(&self.file, self.json, limits)?;
+        show(&text, self.json)?;
+        Ok(loss(&self.file, &recording.damages))
+    }
+}
 
 /// Version of the JSON form.
 pub const JSON_VERSION: u32 = 2;
@@ -29,7 +61,7 @@ const MAX_SHOWN: usize = 12;
 /// # Errors
 ///
 /// The file cannot be read or is no MCAP file.
-pub fn info(path: &Path, as_json: bool, limits: Limits) -> Result<(String, Recording), OpenError> {
+pub fn info(path: &Path, as_json: bool, limits: Limits) -> Result<(String, Recording), Failure> {
     let recording = Recording::read(path, limits)?;
     let size = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
     let text = if as_json {

@@ -1,6 +1,6 @@
 //! Numbers of fields over time, as they are drawn.
 
-use crate::{channel::Channel, messages::Recording, pass::Pass, recording::OpenError};
+use crate::{channel::Channel, messages::Recording, pass::Pass};
 
 /// A curve: times and values.
 pub(super) type Curve = Vec<(f64, f64)>;
@@ -38,7 +38,7 @@ impl Points {
     }
 
     /// Takes the numbers of all messages of the pass.
-    pub(super) fn watch<'a>(&'a mut self, recording: &'a Recording, pass: &mut Pass<'a, OpenError>) {
+    pub(super) fn watch<'a>(&'a mut self, recording: &'a Recording, pass: &mut Pass<'a>) {
         let Self { id, fields } = self;
         if fields.is_empty() {
             return;

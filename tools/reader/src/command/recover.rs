@@ -2,25 +2,99 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    io::{BufWriter, Write},
-    path::Path,
+    io::{self, BufWriter},
+    path::{Path, PathBuf},
     sync::Arc,
 };
 
+use clap::Args;
 use mcap::{
     Attachment, Compression, McapError, WriteOptions, Writer,
     records::{Metadata, Record},
     write::NoSeek,
 };
-use percuss_output::cause;
+use percuss_output::text::printable;
+use serde_json::json;
 
 use crate::{
     convention,
     directory::defined_again,
+    failure::Failure,
     instant::seconds,
-    recording::{Budget, Damage, FileRecord, Limits, OpenError, Scan},
+    recording::{Budget, Damage, FileRecord, Limits, Scan},
     text::short,
+    verb::{Context, Exit, Verb, Write, by_extension, commit, print, print_document},
 };
+
+const RECOVER_EXAMPLES: &str = "\
+Copies every sound message, attachment and metadata record into a new, finished file, and lists what was lost; the \
+new file lists it too, in the metadata record `percuss.recovered`. The damaged file is left as it is.
+
+Examples:
+  percuss-read recover damaged.mcap -o recovered.mcap
+
+Exit status: 0 nothing was lost, 1 failed, 2 usage, 3 something was lost.";
+
+/// A finished recording from one that is damaged or cut off
+#[derive(Debug, Args)]
+#[command(after_help = RECOVER_EXAMPLES)]
+#[command(mut_arg("output", |new| new.help("New recording").required(true)))]
+pub struct Recover {
+    /// Damaged recording
+    file: PathBuf,
+    #[command(flatten)]
+    write: Write,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Version of the JSON form of `recover`.
+const RECOVER_VERSION: u32 = 1;
+
+impl Verb for Recover {
+    fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
+    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+        self.write.refuse_inputs(self.files())?;
+        let path = self.write.named()?;
+        by_extension(path, &[("mcap", ())], Some(()))?;
+        // what is no recording leaves no new file
+        drop(Scan::open(&self.file, limits)?);
+        let mut output = self.write.begin();
+        let recovered = recover(&self.file, &mut output, limits);
+        let recovered = recovered.and_then(|recovered| commit(output).map(|()| recovered));
+        let recovered = recovered.map_err(|failure| failure.at(Some(path)))?;
+        if self.json {
+            let document = json!({
+                "version": RECOVER_VERSION,
+                "file": self.file.to_string_lossy(),
+                "output": path.to_string_lossy(),
+                "messages": recovered.messages,
+                "chunks": recovered.chunks,
+                "lost": recovered.lost,
+            });
+            print_document(&format!("{document:#}\n"))?;
+        } else {
+            let [file, output] =
+                [self.file.as_path(), path].map(|path| printable(&path.to_string_lossy()).into_owned());
+            let (messages, extras) = (recovered.messages, recovered.extras);
+            let mut text = format!(
+                "{file} -> {output}: {messages} messages, {extras} attachments and metadata records kept\n"
+            );
+            if recovered.lost.is_empty() {
+                text.push_str("  nothing was lost\n");
+            }
+            for lost in &recovered.lost {
+                text.push_str(&format!("  lost: {lost}\n"));
+            }
+            print(&text)?;
+        }
+        Ok(if recovered.lost.is_empty() { Exit::Done } else { Exit::Loss })
+    }
+}
 
 /// Lost definitions that are reported one by one.
 const MAX_LOST: usize = 1000;
@@ -44,23 +118,12 @@ pub struct Recovered {
     pub lost: Vec<String>,
 }
 
-/// Why nothing could be recovered.
-#[derive(Debug, thiserror::Error)]
-pub enum RecoverError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// The new file cannot be written.
-    #[error("cannot write the recovered file: {}", cause(.0))]
-    Write(#[from] McapError),
-}
-
 /// Copies every sound message, attachment and metadata record of a file into a new one, chunk by chunk.
 ///
 /// # Errors
 ///
 /// The file cannot be read or the new one not written.
-pub fn recover(path: &Path, output: impl Write, limits: Limits) -> Result<Recovered, RecoverError> {
+pub fn recover(path: &Path, output: impl io::Write, limits: Limits) -> Result<Recovered, Failure> {
     let (profile, library, compression) = look_ahead(path, limits)?;
     let options = WriteOptions::new()
         .profile(profile)
@@ -91,7 +154,7 @@ pub fn recover(path: &Path, output: impl Write, limits: Limits) -> Result<Recove
                     .find_map(|found| copy.define(&found.record).err())?
                     .map_or(Ok(()), Err)?;
             }
-            Ok::<_, RecoverError>(copy.take(found)?)
+            Ok::<_, Failure>(copy.take(found)?)
         })?;
         for damage in &scan.damages()[reported..] {
             copy.lose(damage);
@@ -103,7 +166,7 @@ pub fn recover(path: &Path, output: impl Write, limits: Limits) -> Result<Recove
 }
 
 /// Header and first compression of a file.
-fn look_ahead(path: &Path, limits: Limits) -> Result<(String, String, Option<Compression>), OpenError> {
+fn look_ahead(path: &Path, limits: Limits) -> Result<(String, String, Option<Compression>), Failure> {
     let mut scan = Scan::open(path, limits)?;
     let (mut profile, mut library) = (String::new(), String::new());
     let compression = scan.find_map(|found| match found.record {
@@ -122,7 +185,7 @@ fn look_ahead(path: &Path, limits: Limits) -> Result<(String, String, Option<Com
     Ok((profile, library, compression))
 }
 
-struct Copy<W: Write> {
+struct Copy<W: io::Write> {
     writer: Writer<NoSeek<BufWriter<W>>>,
     /// Memory for definitions and places, which the writer keeps until it writes the summary.
     budget: Budget,
@@ -145,7 +208,7 @@ struct Chunk {
     lost: Option<String>,
 }
 
-impl<W: Write> Copy<W> {
+impl<W: io::Write> Copy<W> {
     fn new(writer: Writer<NoSeek<BufWriter<W>>>, limits: Limits) -> Self {
         Self {
             writer,

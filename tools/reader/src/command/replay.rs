@@ -2,26 +2,64 @@
 
 use std::{
     collections::HashMap,
-    io,
-    path::Path,
+    path::{Path, PathBuf},
+    sync::Arc,
     time::{Duration, Instant},
 };
 
 use clap::Args;
-use percuss_serve::{
-    Access, Address, AllowedOrigin, Channel, Playback, Playing, Report, ServeError, Server, speed,
-};
+use percuss_serve::{Access, Address, AllowedOrigin, Channel, Playback, Playing, Report, Server, speed};
 
 use crate::{
-    command::recover::{RecoverError, recover},
+    command::recover::recover,
     convention,
+    failure::Failure,
     instant::seconds,
     messages::Recording,
-    prefix::UnitError,
-    recording::{Damage, Limits, OpenError, open_file},
+    recording::{Damage, Limits, open_file},
     select::{Bound, Window},
-    timeline::{Event, Timeline, TimelineError},
+    timeline::{Event, Timeline},
+    verb::{Context, Exit, Verb, loss, say},
 };
+
+const REPLAY_EXAMPLES: &str = "\
+Viewers that speak the Foxglove WebSocket protocol connect to the address that is printed; those that have playback \
+control play, pause and go to times. It begins 1.5 s after the last subscription, since viewers subscribe panel by \
+panel; a viewer that comes later gets what has been played so far. Interrupt it with Ctrl-C.
+
+Examples:
+  # at ws://127.0.0.1:8765, a unit of time per second
+  percuss-read replay fig5.mcap
+  percuss-read replay fig5.mcap --speed 0.25 --loop
+  percuss-read replay fig5.mcap --from 1 --to 3 --addr 0.0.0.0:9000
+  # for the viewer of that site
+  percuss-read replay fig5.mcap --allow-origin https://app.foxglove.dev";
+
+/// A recording served to viewers in its own time, with play, pause and seek
+#[derive(Debug, Args)]
+#[command(after_help = REPLAY_EXAMPLES)]
+pub struct Replay {
+    /// Recording, any MCAP file
+    file: PathBuf,
+    #[command(flatten)]
+    request: Request,
+}
+
+impl Verb for Replay {
+    fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
+    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+        let mut exit = Exit::Done;
+        let mut report = |news: News<'_>| match news {
+            News::Line(line) => say(line),
+            News::Loss(damage) => exit = loss(&self.file, std::slice::from_ref(damage)),
+        };
+        replay(&self.file, &self.request, limits, Arc::new(say), &mut report)?;
+        Ok(exit)
+    }
+}
 
 /// Longest wait between two checks of what viewers want.
 const NAP: Duration = Duration::from_millis(50);
@@ -56,40 +94,6 @@ pub struct Request {
     pub to: Option<Bound>,
 }
 
-/// Why nothing can be replayed.
-#[derive(Debug, thiserror::Error)]
-pub enum ReplayError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// A time with a unit that is not recorded.
-    #[error(transparent)]
-    Unit(#[from] UnitError),
-    /// The messages cannot be put in the order of time.
-    #[error(transparent)]
-    Timeline(#[from] TimelineError),
-    /// A file without a sound index cannot be made whole.
-    #[error(transparent)]
-    Recover(#[from] RecoverError),
-    /// There is no room for a temporary file.
-    #[error("cannot create a temporary file: {0}")]
-    Temporary(io::Error),
-    /// The address cannot be used.
-    #[error(transparent)]
-    Serve(#[from] ServeError),
-    /// There is no message that can be read.
-    #[error("nothing can be replayed: no message of it can be read")]
-    Nothing,
-    /// There are no messages.
-    #[error("no messages from {from} to {to}")]
-    Empty {
-        /// First time that was asked for.
-        from: f64,
-        /// Last time.
-        to: f64,
-    },
-}
-
 /// What is shown to the user while a recording is replayed.
 pub enum News<'a> {
     /// A line.
@@ -112,7 +116,7 @@ pub fn replay(
     limits: Limits,
     report: Report,
     say: &mut dyn FnMut(News<'_>),
-) -> Result<(), ReplayError> {
+) -> Result<(), Failure> {
     let recording = Recording::open(path, limits)?;
     let window = Window { from: request.from, to: request.to, every: 1 };
     let mut timed = recording.channels.values().filter(|channel| channel.has_time());
@@ -126,14 +130,14 @@ pub fn replay(
     let Some(span) = span else {
         let (from, to) = (request.from.map(Bound::number), request.to.map(Bound::number));
         let (from, to) = (from.unwrap_or(0.0), to.unwrap_or(f64::INFINITY));
-        return Err(ReplayError::Empty { from, to });
+        return Err(Failure::Usage(format!("no messages from {from} to {to}")));
     };
     // a file of which nothing can be played is refused before viewers are awaited
     timeline.go_to(span.0);
     let first = timeline.next_event()?;
     timeline.damages().iter().for_each(|damage| say(News::Loss(damage)));
     if first.is_none() {
-        return Err(ReplayError::Nothing);
+        return Err(nothing());
     }
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     let channels: Vec<Channel> = timeline.channels().values().cloned().collect();
@@ -161,6 +165,11 @@ pub fn replay(
     Ok(())
 }
 
+/// There is no message that can be read.
+fn nothing() -> Failure {
+    Failure::Usage("nothing can be replayed: no message of it can be read".into())
+}
+
 /// First and last log time that are asked for \[ns\].
 fn log_times(recording: &Recording, window: Window) -> (u64, u64) {
     match recording.entries(convention::RUN).and_then(convention::playback_rate) {
@@ -174,18 +183,19 @@ fn log_times(recording: &Recording, window: Window) -> (u64, u64) {
 }
 
 /// The recording by log time; one without a sound index is made whole in a temporary file first.
-fn open(path: &Path, limits: Limits, say: &mut dyn FnMut(News<'_>)) -> Result<Timeline, ReplayError> {
+fn open(path: &Path, limits: Limits, say: &mut dyn FnMut(News<'_>)) -> Result<Timeline, Failure> {
     if let Some(timeline) = Timeline::open(Box::new(open_file(path)?), path, limits)? {
         return Ok(timeline);
     }
     say(News::Line("it has no sound index: reading all of it first"));
-    let temporary = tempfile::tempfile().map_err(ReplayError::Temporary)?;
-    let copy = temporary.try_clone().map_err(ReplayError::Temporary)?;
+    let failed = |error| Failure::Failed(format!("cannot create a temporary file: {error}"));
+    let temporary = tempfile::tempfile().map_err(failed)?;
+    let copy = temporary.try_clone().map_err(failed)?;
     let recovered = recover(path, copy, limits)?;
     for reason in recovered.lost {
         say(News::Loss(&Damage::refusal(reason)));
     }
-    Timeline::open(Box::new(temporary), path, limits)?.ok_or(ReplayError::Nothing)
+    Timeline::open(Box::new(temporary), path, limits)?.ok_or_else(nothing)
 }
 
 /// Plays a recording to a server.
@@ -208,7 +218,7 @@ struct Player {
 }
 
 impl Player {
-    fn run(&mut self, request: &Request, say: &mut dyn FnMut(News<'_>)) -> Result<(), ReplayError> {
+    fn run(&mut self, request: &Request, say: &mut dyn FnMut(News<'_>)) -> Result<(), Failure> {
         loop {
             self.report_damages(say);
             // requests do not keep it from playing, however many there are
@@ -255,7 +265,7 @@ impl Player {
     }
 
     /// From the beginning.
-    fn start(&mut self) -> Result<(), ReplayError> {
+    fn start(&mut self) -> Result<(), Failure> {
         self.is_waiting = false;
         self.server.reset();
         self.go_to(self.span.0)?;
@@ -264,7 +274,7 @@ impl Player {
     }
 
     /// The last message has been sent.
-    fn end(&mut self, repeat: bool) -> Result<(), ReplayError> {
+    fn end(&mut self, repeat: bool) -> Result<(), Failure> {
         if repeat {
             return self.start();
         }
@@ -274,19 +284,19 @@ impl Player {
         Ok(())
     }
 
-    fn go_to(&mut self, time: u64) -> Result<(), ReplayError> {
+    fn go_to(&mut self, time: u64) -> Result<(), Failure> {
         self.timeline.go_to(time);
         self.head = self.next()?;
         self.clock = (Instant::now(), time);
         Ok(())
     }
 
-    fn next(&mut self) -> Result<Option<Event>, ReplayError> {
+    fn next(&mut self) -> Result<Option<Event>, Failure> {
         let next = self.timeline.next_event()?;
         Ok(next.filter(|event| event.log_time <= self.span.1))
     }
 
-    fn obey(&mut self, asked: percuss_serve::Request) -> Result<(), ReplayError> {
+    fn obey(&mut self, asked: percuss_serve::Request) -> Result<(), Failure> {
         self.clock = (Instant::now(), self.time());
         self.speed = asked.speed.unwrap_or(self.speed);
         self.state = if asked.play { Playing::Playing } else { Playing::Paused };
@@ -308,7 +318,7 @@ impl Player {
     }
 
     /// Sends what is due.
-    fn play(&mut self) -> Result<(), ReplayError> {
+    fn play(&mut self) -> Result<(), Failure> {
         let now = self.time();
         while let Some(event) = self.head.take_if(|event| event.log_time <= now) {
             self.send(&event);

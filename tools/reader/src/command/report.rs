@@ -3,14 +3,6 @@
 //! The page is a template with the data in it as JSON; a script in the page draws it. Nothing is
 //! fetched from anywhere: the page's own policy forbids it.
 
-use std::{
-    cell::RefCell,
-    collections::HashSet,
-    path::{Path, PathBuf},
-};
-
-use serde_json::{Value, json};
-
 pub(super) mod animation;
 pub(super) mod body;
 mod curves;
@@ -18,24 +10,81 @@ mod facts;
 mod sweep;
 mod units;
 
+use std::{
+    cell::RefCell,
+    collections::HashSet,
+    path::{Path, PathBuf},
+};
+
+use animation::Field;
+use body::Outline;
+use clap::Args;
+use curves::{Charts, Events, Profiles};
+use serde_json::{Value, json};
+
 use crate::{
     command::{
         summary::{Reading, watch},
         verify::{Content, conclude},
     },
     convention::{DISPLACEMENT, DRAG, HOST, RADIUS, RESOLVED_CASE, RUN, STATUS, VALIDITY, VELOCITY},
+    failure::Failure,
     messages::Recording,
     pass::Pass,
-    recording::{Damage, Limits, OpenError},
+    recording::{Damage, Limits, without_part},
     select::Window,
-    tabular::TableError,
     text::xml,
+    verb::{Context, Exit, Verb, Write, by_extension, loss, say},
 };
-use animation::Field;
-use body::Outline;
-use curves::{Charts, Events, Profiles};
 
 pub use sweep::{name, sweep};
+
+const REPORT_EXAMPLES: &str = "\
+The page needs nothing else and fetches nothing: it can be mailed, opened by any browser, and printed. The section \
+is cropped to where the field is above 1 % of its range; a button shows all of it. Arrow keys step through the \
+frames, space plays.
+
+Examples:
+  percuss-read report fig5.mcap  # into fig5.html
+  percuss-read report fig5.mcap -o for-the-paper.html --force
+  # a sweep, into masses.html: table, plots, links to its recordings
+  percuss-read report masses";
+
+/// A recording of a run, or a sweep, as one web page, for people without a viewer
+#[derive(Debug, Args)]
+#[command(after_help = REPORT_EXAMPLES)]
+#[command(mut_arg("output", |page| page.help("Page to write [default: the name of the recording or sweep with .html]")))]
+pub struct Report {
+    /// Recording of a run, or the directory of a sweep
+    file: PathBuf,
+    #[command(flatten)]
+    write: Write,
+}
+
+impl Verb for Report {
+    fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
+    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+        let is_sweep = self.file.is_dir();
+        let default = || match is_sweep {
+            true => PathBuf::from(name(&self.file) + ".html"),
+            false => without_part(&self.file).with_extension("html").file_name().unwrap_or_default().into(),
+        };
+        let output = self.write.output.clone().unwrap_or_else(default);
+        let write = Write { output: Some(output.clone()), ..self.write };
+        write.refuse_inputs(self.files())?;
+        by_extension(&output, &[("html", ()), ("htm", ())], Some(()))?;
+        let (page, damages) = match is_sweep {
+            true => (sweep(&self.file, &output, limits)?, Vec::new()),
+            false => report(&self.file, limits)?,
+        };
+        write.whole(page.as_bytes())?;
+        say(&format!("{}: {:.1} MB", output.display(), page.len() as f64 * 1e-6));
+        Ok(loss(&self.file, &damages))
+    }
+}
 
 const PAGE: &str = include_str!("report/page.html");
 const STYLE: &str = include_str!("report/style.css");
@@ -52,34 +101,17 @@ const MAX_CASE: usize = 1 << 20;
 /// Version of the data in the page.
 const VERSION: u32 = 1;
 
-/// Why there is no report.
-#[derive(Debug, thiserror::Error)]
-pub enum ReportError {
-    /// The file cannot be read.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// Not a recording of a run.
-    #[error(
-        "`{0}` is not a percuss recording: it has no metadata record percuss.run; `percuss-read plot` draws its fields"
-    )]
-    NotPercuss(String),
-    /// Not the directory of a sweep.
-    #[error("`{}` is not the directory of a sweep: it has no summary.csv", .0.display())]
-    NotSweep(PathBuf),
-    /// The summary of a sweep cannot be read.
-    #[error(transparent)]
-    Table(#[from] TableError),
-}
-
 /// Writes the report of a recording.
 ///
 /// # Errors
 ///
 /// The file cannot be read or is no recording of percuss.
-pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), ReportError> {
+pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Failure> {
     let recording = Recording::open(path, limits)?;
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    let Some(run) = recording.entries(RUN) else { return Err(ReportError::NotPercuss(name)) };
+    let Some(run) = recording.entries(RUN) else {
+        return Err(Failure::not_percuss(path, "percuss-read plot` draws"));
+    };
     let case = recording.attachment(RESOLVED_CASE)?.filter(|case| case.len() <= MAX_CASE);
     let mut host = recording.entries(HOST).cloned().unwrap_or_default();
     host.remove("padding");

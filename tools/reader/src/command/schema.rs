@@ -1,22 +1,56 @@
 //! `schema`: the descriptors in a recording as text in the language of `.proto` files.
 
-use std::{collections::BTreeSet, path::Path, sync::Arc};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
+use clap::Args;
 use prost_reflect::{EnumDescriptor, FieldDescriptor, FileDescriptor, Kind, MessageDescriptor, Syntax};
 
 use crate::{
+    failure::Failure,
     messages::Recording,
-    recording::{Limits, OpenError},
+    recording::Limits,
     select::{self, Pattern},
     text::short,
+    verb::{Context, Exit, Verb, print},
 };
+
+const SCHEMA_EXAMPLES: &str = "\
+Examples:
+  percuss-read schema fig5.mcap --topic /drag
+  percuss-read schema fig5.mcap > messages.proto";
+
+/// The message types of a recording, as text
+#[derive(Debug, Args)]
+#[command(after_help = SCHEMA_EXAMPLES)]
+pub struct Schema {
+    /// Recording
+    file: PathBuf,
+    /// Topics, separated by commas; `*` stands for anything [default: all]
+    #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
+    topics: Vec<Pattern>,
+}
+
+impl Verb for Schema {
+    fn files(&self) -> &[PathBuf] {
+        std::slice::from_ref(&self.file)
+    }
+
+    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+        print(&schema(&self.file, &self.topics, limits)?)?;
+        Ok(Exit::Done)
+    }
+}
 
 /// The files that describe the messages of some topics (all if none is named), as text.
 ///
 /// # Errors
 ///
 /// The file cannot be read, or there is no such topic.
-pub fn schema(path: &Path, topics: &[Pattern], limits: Limits) -> Result<String, OpenError> {
+pub fn schema(path: &Path, topics: &[Pattern], limits: Limits) -> Result<String, Failure> {
     let recording = Recording::open(path, limits)?;
     let ids = select::channels(&recording, topics)?;
     let (mut text, mut seen, mut known) = (String::new(), BTreeSet::new(), BTreeSet::new());

@@ -3,61 +3,105 @@
 mod reading;
 
 use std::{
-    borrow::Cow,
     collections::{BTreeMap, BTreeSet},
-    io,
+    io::{self},
     iter::repeat,
     path::{Path, PathBuf},
 };
 
+use clap::Args;
 use percuss_table::{Cell, CellType, Heading, Sink, measures::Measure};
 use toml::Value;
 
-pub(super) use reading::{Reading, watch};
-
 use crate::{
     convention::{CASE, DERIVED_KEYS, RESOLVED_CASE, RUN},
+    failure::Failure,
     messages::Recording,
     prefix::{InUnits, Largest},
-    recording::{Budget, Damage, Limits, OpenError},
+    recording::{Budget, Damage, Limits},
     scales::{Conversion, Scales},
     toml_keys,
     units::Units,
+    verb::{Context, Exit, TableFormat, UnitChoice, Verb, Write, commit, losses, say},
 };
 
-/// Why there is no summary.
-#[derive(Debug, thiserror::Error)]
-pub enum SummaryError {
-    /// A file cannot be read.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// Not a recording of a run.
-    #[error(
-        "`{}` is not a percuss recording: it has no metadata record percuss.run; `percuss-read trace` shows its fields",
-        .0.display()
-    )]
-    NotPercuss(PathBuf),
-    /// Columns in units that nothing leads between.
-    #[error(
-        "`{}` has {column} in {other} and `{}` in {first}, and no scale that leads from one to the other is recorded; \
-         summarise them one by one",
-        path.display(), reference.display()
-    )]
-    Units {
-        /// Recording with other units.
-        path: PathBuf,
-        /// First recording.
-        reference: PathBuf,
-        /// Column.
-        column: Cow<'static, str>,
-        /// Its unit in the first recording.
-        first: String,
-        /// Its unit in the other.
-        other: String,
-    },
-    /// The output cannot be written.
-    #[error("cannot write the output: {0}")]
-    Output(#[from] io::Error),
+pub(super) use reading::{Reading, watch};
+
+const SUMMARY_HELP: &str = "\
+Columns, from recorded messages only; what a recording does not say is empty, never 0:
+  file, title          name of the recording, title of the case
+  <parameter>          parameters of the case that differ between the recordings, by dotted keys, indenter.mass, as they are
+                       given, with their unit; lists are left out, and so is what follows from the others (mesh.outer_radius, record.r_max, record.layer_tension)
+  peak_force           largest force of /drag
+  peak_time            time at which it is first reached
+  impulse              integral of the force over time, by trapezia over all messages of /drag
+  contact_duration     from the first to the last message of /drag with contact: a contact radius above 0 or a force other
+                       than 0. Contact that lasts to the end of the recording counts as far as it is recorded
+  contact_radius       largest contact radius
+  depth                largest displacement of the indenter into the target
+  rebound_velocity     velocity of the indenter when contact ends for good (SEPARATION without a later RECONTACT, at the
+                       time since when nothing touches), if it moves back then
+  restitution          e = -V/V0: rebound velocity over that of the impact (recordings before format 2.3: the first recorded)
+  restitution_mesh_corrected  the same with the mesh's loss returned, the square root of e^2 + loss: the energy that nodes lose which
+                       come into contact, over that of the indenter; it falls with the size of cells
+  t_ext                time of the first EXTENSION: the interface needs tension, or the contact of a rounded head turns back
+  energy_left          kinetic and strain energy of the target when contact ends for good, linear between the messages of
+                       /energy; empty for runs without frames, which have none
+  largest_strain       largest strain, with its radius, depth and time in largest_strain_r, _z and _time
+  interface.<n>.tension, interface.<n>.shear  of targets of layers, from the struck surface down: largest tension and shear of
+                       interface n, with radius and time in interface.<n>.tension_r, _time, ...; shear in the full theory, of welded
+                       layers
+
+Units are those of the first recording; others are converted if the recording in SI carries its scales. CSV and text show SI
+columns with prefixes (µs, kN) unless --units base is given; JSON and Parquet keep the units that are recorded.
+
+Examples:
+  percuss-read summary fig9-m1.mcap
+  percuss-read summary fig9-*.mcap -o masses.csv
+  percuss-read summary sweep/*.mcap --format json
+  percuss-read summary ball.mcap --unit force=N --unit time=ms
+
+Exit status: 0 done, 1 failed, 2 usage, 3 a recording is damaged or its run was not finished: what is there was used.";
+
+/// A row per recording: peak force, impulse, contact, rebound, energy left, largest strain
+#[derive(Debug, Args)]
+#[command(after_help = SUMMARY_HELP)]
+pub struct Summary {
+    /// Recordings of runs
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Output format [default: by the name of the output; text for standard output and names without an extension]
+    #[arg(long, value_parser = TableFormat::among(&TableFormat::SUMMARY))]
+    format: Option<TableFormat>,
+    /// Units of SI columns in text and CSV
+    #[arg(long, value_enum, default_value = "prefixed")]
+    units: UnitChoice,
+    #[command(flatten)]
+    chosen: Units,
+    #[command(flatten)]
+    write: Write,
+}
+
+impl Verb for Summary {
+    fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
+    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+        self.write.refuse_inputs(&self.files)?;
+        let format = self.write.format(self.format, &TableFormat::SUMMARY, TableFormat::Text)?;
+        let prefixed = self.units == UnitChoice::Prefixed && format.is_for_reading();
+        let mut output = self.write.begin();
+        let result =
+            summary(&self.files, prefixed, &self.chosen, limits, &mut *format.sink(&mut output, limits));
+        let outcome = result.and_then(|outcome| commit(output).map(|()| outcome));
+        let outcome = outcome.map_err(|failure| failure.at(self.write.path()))?;
+        for (path, status) in &outcome.partial {
+            say(&format!("warning: `{}`: the run was not finished ({status})", path.display()));
+        }
+        let exit = losses(&outcome.damages, outcome.undecoded);
+        Ok(if outcome.partial.is_empty() { exit } else { Exit::Loss })
+    }
 }
 
 /// What was wrong with the recordings; the summary says what is there nevertheless.
@@ -79,13 +123,13 @@ struct Read {
 }
 
 impl Read {
-    fn open(path: &Path, limits: Limits) -> Result<Self, SummaryError> {
+    fn open(path: &Path, limits: Limits) -> Result<Self, Failure> {
         let recording = Recording::open(path, limits)?;
         if !recording.is_percuss() {
-            return Err(SummaryError::NotPercuss(path.into()));
+            return Err(Failure::not_percuss(path, "percuss-read trace` shows"));
         }
         let reading = Reading::of(&recording)?;
-        let keys = |name| -> Result<BTreeMap<String, Value>, OpenError> {
+        let keys = |name| -> Result<BTreeMap<String, Value>, Failure> {
             let file = recording.attachment(name)?;
             let keys = file.and_then(|file| toml_keys::entries(&file, &mut Budget::new(limits.kept())));
             Ok(keys.unwrap_or_default())
@@ -103,7 +147,7 @@ impl Read {
     }
 
     /// The measures in the units of the first recording.
-    fn cells(&self, reference: &Self, scales: &Scales) -> Result<Vec<Cell>, SummaryError> {
+    fn cells(&self, reference: &Self, scales: &Scales) -> Result<Vec<Cell>, Failure> {
         let Reading { measures, units, .. } = &self.reading;
         let cell = |Measure { name: column, quantity, value }: &Measure| {
             let Some(value) = *value else { return Ok(Cell::Empty) };
@@ -113,12 +157,13 @@ impl Read {
             let different = pairs.into_iter().filter(|(from, to)| from != to);
             let conversions: Option<Vec<Conversion>> =
                 different.map(|(from, to)| scales.conversion(from, to)).collect();
-            let conversions = conversions.ok_or_else(|| SummaryError::Units {
-                path: self.recording.path.clone(),
-                reference: reference.recording.path.clone(),
-                column: column.clone(),
-                first: quantity.unit(&reference.reading.units).unwrap_or_default(),
-                other: quantity.unit(units).unwrap_or_default(),
+            let conversions = conversions.ok_or_else(|| {
+                let [path, reference_path] = [self, reference].map(|of| of.recording.path.display());
+                let [first, other] = [&reference.reading.units, units].map(|of| quantity.unit(of).unwrap_or_default());
+                Failure::Usage(format!(
+                    "`{path}` has {column} in {other} and `{reference_path}` in {first}, and no scale that leads from one to \
+                     the other is recorded; summarise them one by one"
+                ))
             })?;
             Ok(Cell::Double(conversions.into_iter().fold(value, |value, by| by.apply(value))))
         };
@@ -140,7 +185,7 @@ pub fn summary(
     units: &Units,
     limits: Limits,
     sink: &mut dyn Sink,
-) -> Result<Outcome, SummaryError> {
+) -> Result<Outcome, Failure> {
     let files = paths.iter().map(|path| Read::open(path, limits)).collect::<Result<Vec<_>, _>>()?;
     let Some(first) = files.first() else { return Ok(Outcome::default()) };
     let parameters = parameters(&files);

@@ -8,24 +8,138 @@ mod source;
 
 use std::{path::PathBuf, slice, thread};
 
+use clap::Args;
+use clock::Clock;
+use join::{Joiner, Rows};
 use percuss_table::{Cell, CellType, Heading, Sink};
+use source::{Step, Traced};
 
 use crate::{
     convention,
+    failure::Failure,
     field::{Column, SelectionError},
     messages::POLL,
     prefix::{InUnits, Largest, takes_prefix},
     recording::{Limits, without_part},
+    verb::{Chosen, Context, Exit, TableFormat, UnitChoice, Verb, Write, commit, losses, say, say_left_out},
 };
 
 pub use arrays::arrays;
-use clock::Clock;
 pub use clock::TimeForm;
 pub(crate) use clock::iso;
 pub use join::Align;
-use join::{Joiner, Rows};
-pub use request::{Outcome, Prefixes, Request, TraceError};
-use source::{Step, Traced};
+pub use request::{Outcome, Prefixes, Request};
+
+const TRACE_EXAMPLES: &str = "\
+Examples:
+  # the drag around the first reflection
+  percuss-read trace fig5.mcap --from 1.9 --to 2.1
+  percuss-read trace fig5.mcap --topic /probes --every 10 -o probes.csv
+  percuss-read trace fig5.mcap --topic /interface/stress --at r=0,0.5,0.9 \\
+      --format jsonl
+  # points in the target
+  percuss-read trace fig5.mcap --topic /field/stress --at r=0,z=0.5 \\
+      --at r=1,z=0.2
+  # all of it: stress over time, z, r
+  percuss-read trace fig5.mcap --topic /field/stress -o field.npz
+  percuss-read trace fig5.mcap --topic /energy \\
+      --field kinetic,strain,residual
+  percuss-read trace steel.mcap --units base  # s and N, not µs and kN
+  # in chosen units
+  percuss-read trace ball.mcap --unit force=N --unit time=ms
+  # of another program, with dates
+  percuss-read trace robot.mcap --topic /control --field gains[kd] \\
+      --time iso
+
+--from, --to and positions of --at are in the units that are recorded, unless they have one: --from 32us --at \
+r=0.1mm. On an interface between layers a position is in the upper one.";
+
+/// Fields against time: CSV, JSON lines, Parquet, NumPy
+#[derive(Debug, Args)]
+#[command(after_help = TRACE_EXAMPLES)]
+pub struct Trace {
+    /// Recordings
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    chosen: Chosen,
+    #[command(flatten)]
+    request: Request,
+    /// Output format [default: by the name of the output; csv for standard output and names without an extension]
+    #[arg(long, value_parser = TableFormat::among(&TableFormat::TRACE))]
+    format: Option<TableFormat>,
+    /// Units of SI columns in CSV, except with --follow; the other formats keep those that are recorded, as scripts read them
+    /// [default: prefixed for recordings of percuss, base for others]
+    #[arg(long, value_enum)]
+    units: Option<UnitChoice>,
+    #[command(flatten)]
+    write: Write,
+}
+
+impl Verb for Trace {
+    fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
+    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+        self.write.refuse_inputs(&self.files)?;
+        let format = self.write.format(self.format, &TableFormat::TRACE, TableFormat::Csv)?;
+        let request = Request {
+            topics: self.chosen.topics.clone(),
+            selection: self.chosen.selection(),
+            prefixes: match (format.is_for_reading(), self.units) {
+                (true, None) => Prefixes::OfPercuss,
+                (true, Some(UnitChoice::Prefixed)) => Prefixes::Always,
+                _ => Prefixes::Never,
+            },
+            ..self.request.clone()
+        };
+        let outcome = self.take(format, &request, limits).map_err(|failure| failure.at(self.write.path()))?;
+        say_left_out(&outcome.left_out);
+        self.say_empty(&outcome);
+        if !outcome.hidden.is_empty() {
+            let names = outcome.hidden.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+            say(&format!(
+                "note: without a column, as neither the schema nor the first messages have them: {names}; `cat` shows them"
+            ));
+        }
+        Ok(losses(&outcome.damages, outcome.undecoded))
+    }
+}
+
+impl Trace {
+    /// Writes the table, or the arrays of one topic.
+    fn take(&self, format: TableFormat, request: &Request, limits: Limits) -> Result<Outcome, Failure> {
+        let mut output = self.write.begin();
+        let written = match (format, self.files.as_slice()) {
+            (TableFormat::Npz, [file]) => arrays(file, request, limits, &mut output)?,
+            _ => None,
+        };
+        let outcome = match written {
+            Some(outcome) => outcome,
+            None => trace(&self.files, request, limits, &mut *format.sink(&mut output, limits))?,
+        };
+        commit(output)?;
+        Ok(outcome)
+    }
+
+    /// Says what came out empty.
+    fn say_empty(&self, outcome: &Outcome) {
+        const NAMES: usize = 8;
+        if outcome.rows == 0 {
+            let is_windowed = self.request.window.from.is_some() || self.request.window.to.is_some();
+            let why = if is_windowed { " from --from to --to" } else { "" };
+            say(&format!("note: no rows: these topics have no messages{why}"));
+        } else if !outcome.empty.is_empty() {
+            let names: Vec<&str> = outcome.empty.iter().take(NAMES).map(String::as_str).collect();
+            let more = match outcome.empty.len().saturating_sub(NAMES) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            say(&format!("note: without a value in any row: {}{more}", names.join(", ")));
+        }
+    }
+}
 
 /// Writes a table of the requested fields: a row per time, a column per file, topic and field.
 ///
@@ -41,7 +155,7 @@ pub fn trace(
     request: &Request,
     limits: Limits,
     sink: &mut dyn Sink,
-) -> Result<Outcome, TraceError> {
+) -> Result<Outcome, Failure> {
     let mut outcome = Outcome::default();
     let mut files = Vec::new();
     let origin = origin(paths, request, limits)?;
@@ -92,7 +206,7 @@ fn run_all(
     request: &Request,
     sink: &mut dyn Sink,
     outcome: &mut Outcome,
-) -> Result<Vec<bool>, TraceError> {
+) -> Result<Vec<bool>, Failure> {
     let mut filled = Vec::new();
     if !request.stack {
         run(files, request, None, sink, outcome, &mut filled)?;
@@ -124,15 +238,15 @@ fn groups(files: &[Traced], stack: bool) -> Vec<String> {
 }
 
 /// Headings of files one after the other, which have to be the same.
-fn stacked_headings(
-    files: &[Traced],
-    paths: &[PathBuf],
-    request: &Request,
-) -> Result<Vec<Heading>, TraceError> {
+fn stacked_headings(files: &[Traced], paths: &[PathBuf], request: &Request) -> Result<Vec<Heading>, Failure> {
     let headings = |file: &Traced| headings(slice::from_ref(file), false, request);
     let first = files.first().map(headings).unwrap_or_default();
     match files.iter().zip(paths).find(|(file, _)| headings(file) != first) {
-        Some((_, other)) => Err(TraceError::Columns { first: paths[0].clone(), other: other.clone() }),
+        Some((_, other)) => Err(Failure::Usage(format!(
+            "`{}` has other columns than `{}`; trace them side by side, or choose fields both have",
+            other.display(),
+            paths[0].display()
+        ))),
         None => Ok(first),
     }
 }
@@ -152,7 +266,7 @@ pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
 }
 
 /// Log time that counts as 0 in all files \[ns\]; `None` if each counts from its own start.
-fn origin(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Option<u64>, TraceError> {
+fn origin(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Option<u64>, Failure> {
     if request.epoch {
         return Ok(Some(0));
     }
@@ -168,16 +282,19 @@ fn origin(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Option
 }
 
 /// Refuses to write log times in another form where messages have times that are none.
-fn check_own_times(files: &[Traced], form: TimeForm) -> Result<(), TraceError> {
+fn check_own_times(files: &[Traced], form: TimeForm) -> Result<(), Failure> {
     let mut slots = files.iter().flat_map(|file| &file.slots);
     match slots.find(|slot| form != TimeForm::Seconds && slot.time.leaf.is_some()) {
-        Some(slot) => Err(TraceError::OwnTime(slot.topic.clone())),
+        Some(slot) => Err(Failure::Usage(format!(
+            "messages of `{}` have a time of their own; --time is for topics that are timed by their log time",
+            slot.topic
+        ))),
         None => Ok(()),
     }
 }
 
 /// Refuses a table of nothing but steps and times, where what was left out are the values.
-fn check_values(files: &[Traced], left_out: &[SelectionError]) -> Result<(), TraceError> {
+fn check_values(files: &[Traced], left_out: &[SelectionError]) -> Result<(), Failure> {
     let mut columns = files.iter().flat_map(|file| &file.slots).flat_map(|slot| &slot.columns);
     match left_out.first() {
         Some(error) if columns.all(|column| column.heading.name == convention::STEP) => {
@@ -188,12 +305,14 @@ fn check_values(files: &[Traced], left_out: &[SelectionError]) -> Result<(), Tra
 }
 
 /// Refuses times that channels give in different units.
-fn check_units(files: &[Traced]) -> Result<(), TraceError> {
+fn check_units(files: &[Traced]) -> Result<(), Failure> {
     let times = files.iter().flat_map(|file| &file.slots).filter(|slot| slot.time.leaf.is_some());
     let mut units = times.filter_map(|slot| slot.time.heading.unit.as_ref());
     let Some(first) = units.next() else { return Ok(()) };
     match units.find(|unit| *unit != first) {
-        Some(other) => Err(TraceError::TimeUnits { first: first.clone(), other: other.clone() }),
+        Some(other) => {
+            Err(Failure::Usage(format!("times are in {first} and in {other}; trace them one by one")))
+        }
         None => Ok(()),
     }
 }
@@ -206,7 +325,7 @@ fn run(
     sink: &mut dyn Sink,
     outcome: &mut Outcome,
     filled: &mut Vec<bool>,
-) -> Result<(), TraceError> {
+) -> Result<(), Failure> {
     let mut slots = files.iter().flat_map(|file| &file.slots);
     let by_log_time = slots.all(|slot| slot.time.leaf.is_none());
     let (mut streams, mut base) = (Vec::new(), 0);

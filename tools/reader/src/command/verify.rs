@@ -4,18 +4,75 @@ mod content;
 mod percuss;
 mod report;
 
-use std::{path::Path, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
-use crate::recording::{Damage, Limits, OpenError, Scan};
+use clap::Args;
+
+use crate::{
+    failure::Failure,
+    recording::{Damage, Limits, Scan},
+    verb::{Context, Exit, Verb, show},
+};
+
 pub(super) use content::Content;
 pub use report::{JSON_VERSION, Problem, Report};
+
+const VERIFY_EXAMPLES: &str = "\
+Every checksum, the index against the data, the schemas, every message against its schema, the order of times, the \
+counts; of percuss recordings also that everything is there that a run records, or that the closed form knows.
+
+Examples:
+  percuss-read verify fig5.mcap
+  percuss-read verify --json *.mcap
+
+Exit status: 0 sound, 1 not sound, 2 usage, 3 sound, but messages cannot be decoded, or the run did not come to its planned \
+end.";
+
+/// Whether a recording is sound: checksums, index, schemas, counts
+#[derive(Debug, Args)]
+#[command(after_help = VERIFY_EXAMPLES)]
+pub struct Verify {
+    /// Recordings
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Print JSON, one document per recording and line
+    #[arg(long)]
+    json: bool,
+}
+
+impl Verb for Verify {
+    fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
+    fn run(&self, Context { limits }: Context) -> Result<Exit, Failure> {
+        let mut exit = Exit::Done;
+        for file in &self.files {
+            let report = verify(file, limits)?;
+            let name = file.to_string_lossy();
+            let text = if self.json { format!("{}\n", report.to_json(&name)) } else { report.to_text(&name) };
+            show(&text, self.json)?;
+            exit =
+                match (report.is_sound() || report.is_undecoded_only(), report.partial || !report.is_sound())
+                {
+                    (false, _) => Exit::No,
+                    (true, true) if exit == Exit::Done => Exit::Loss,
+                    (true, _) => exit,
+                };
+        }
+        Ok(exit)
+    }
+}
 
 /// Verifies a file.
 ///
 /// # Errors
 ///
 /// The file cannot be read or is no MCAP file.
-pub fn verify(path: &Path, limits: Limits) -> Result<Report, OpenError> {
+pub fn verify(path: &Path, limits: Limits) -> Result<Report, Failure> {
     verify_scan(Scan::open(path, limits)?, limits)
 }
 
@@ -24,7 +81,7 @@ pub fn verify(path: &Path, limits: Limits) -> Result<Report, OpenError> {
 /// # Errors
 ///
 /// The source cannot be read.
-pub fn verify_scan(mut scan: Scan, limits: Limits) -> Result<Report, OpenError> {
+pub fn verify_scan(mut scan: Scan, limits: Limits) -> Result<Report, Failure> {
     let index = Arc::clone(scan.index());
     let mut content = Content::new(limits, &index);
     scan.for_each(|found| content.take(found, None))?;

@@ -10,7 +10,6 @@ use std::{
 use super::{
     clock,
     convert::Converter,
-    error::CompareError,
     field::ComparedField,
     measure::Location,
     meter::Sample,
@@ -25,6 +24,7 @@ use super::{
 use crate::{
     channel::Channel,
     convention,
+    failure::Failure,
     instant::Instant,
     messages::Recording,
     wire::{Layout, List, Type, Values},
@@ -169,7 +169,7 @@ impl<'a> Aligner<'a> {
         side: usize,
         item: Item,
         watch: &mut Option<Watch<'_>>,
-    ) -> Result<(), CompareError> {
+    ) -> Result<(), Failure> {
         let channel = [self.a, self.b][side];
         let start = self.starts.map(|starts| starts[side]);
         let time = clock::time(channel, start, &item.bytes, item.log_time);
@@ -224,12 +224,12 @@ impl<'a> Aligner<'a> {
     }
 
     /// No more messages will come from a side.
-    pub(super) fn end(&mut self, side: usize, watch: &mut Option<Watch<'_>>) -> Result<(), CompareError> {
+    pub(super) fn end(&mut self, side: usize, watch: &mut Option<Watch<'_>>) -> Result<(), Failure> {
         self.over[side] = true;
         self.advance(watch)
     }
 
-    fn advance(&mut self, watch: &mut Option<Watch<'_>>) -> Result<(), CompareError> {
+    fn advance(&mut self, watch: &mut Option<Watch<'_>>) -> Result<(), Failure> {
         let mode = match self.mode {
             Some(mode) => mode,
             None => {
@@ -268,7 +268,7 @@ impl<'a> Aligner<'a> {
     }
 
     /// Messages of equal keys are compared; those in between are unmatched.
-    fn match_keys(&mut self, mode: Mode, watch: &mut Option<Watch<'_>>) -> Result<(), CompareError> {
+    fn match_keys(&mut self, mode: Mode, watch: &mut Option<Watch<'_>>) -> Result<(), Failure> {
         let key = |waiting: &Waiting| match (mode, waiting.moment) {
             (Mode::Step, Moment { step: Some(step), .. }) => step.into(),
             (_, Moment { time, .. }) => time.key(),
@@ -290,9 +290,13 @@ impl<'a> Aligner<'a> {
     }
 
     /// Fails if there is no room to wait for more messages.
-    fn wait(&self) -> Result<(), CompareError> {
+    fn wait(&self) -> Result<(), Failure> {
         match self.is_full(0) || self.is_full(1) {
-            true => Err(CompareError::Waiting { topic: self.report.topic.clone() }),
+            true => Err(Failure::Failed(format!(
+                "messages of `{}` are too far from their counterparts in the other recording to be kept until those come; \
+                 compare only that topic (--topic), or raise --max-memory",
+                self.report.topic
+            ))),
             false => Ok(()),
         }
     }
@@ -343,7 +347,7 @@ impl<'a> Aligner<'a> {
         self.options.window.leaves_out(self.pairs) && is_open
     }
 
-    fn compare_front(&mut self, watch: &mut Option<Watch<'_>>) -> Result<(), CompareError> {
+    fn compare_front(&mut self, watch: &mut Option<Watch<'_>>) -> Result<(), Failure> {
         let (Some(a), Some(b)) = (self.pop(0), self.pop(1)) else { return Ok(()) };
         self.pairs += 1;
         if self.is_left_out(0..2) {
@@ -352,7 +356,7 @@ impl<'a> Aligner<'a> {
         if let Some(watch) = watch {
             let (channel, log_time) = (self.id, a.item.log_time);
             let matched = Matched { channel, log_time, a: &a.item.bytes, b: &b.item.bytes };
-            watch(&matched).map_err(CompareError::Watch)?;
+            watch(&matched).map_err(Failure::Failed)?;
         }
         self.compare_stamps(&a.item, &b.item);
         let place = self.sample(&a);
@@ -415,7 +419,7 @@ impl<'a> Aligner<'a> {
     }
 
     /// Interpolates the new recording at the times of the reference.
-    fn interpolate(&mut self, mode: Mode) -> Result<(), CompareError> {
+    fn interpolate(&mut self, mode: Mode) -> Result<(), Failure> {
         let after = if mode == Mode::Cubic { 2 } else { 1 };
         loop {
             let Some(time) = self.waiting[0].front().map(|front| front.moment.time) else {

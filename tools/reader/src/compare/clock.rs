@@ -6,7 +6,7 @@
 
 use super::options::Options;
 use crate::{
-    channel::Channel, convention, instant::Instant, messages::Recording, recording::OpenError, scales::Scales,
+    channel::Channel, convention, failure::Failure, instant::Instant, messages::Recording, scales::Scales,
 };
 
 /// When a message is, from the start if there is one. Log times stay whole numbers.
@@ -21,13 +21,13 @@ pub(super) fn time(channel: &Channel, start: Option<Instant>, bytes: &[u8], log_
 
 /// First and last time of a recording by the fields `time` of its messages and by its log times. The messages are read only
 /// if that is needed; the log times are known.
-fn spans(recording: &Recording, by_message: bool) -> Result<[Option<(Instant, Instant)>; 2], OpenError> {
+fn spans(recording: &Recording, by_message: bool) -> Result<[Option<(Instant, Instant)>; 2], Failure> {
     let log = recording.span.map(|(first, last)| (Instant::log(first, 0), Instant::log(last, 0)));
     let mut span: Option<(f64, f64)> = None;
     if by_message {
         let timed = recording.channels.iter().filter(|(_, channel)| channel.has_time()).map(|(&id, _)| id);
         let mut messages = recording.messages(timed, None)?;
-        messages.for_each(|message| -> Result<(), OpenError> {
+        messages.for_each(|message| -> Result<(), Failure> {
             let channel = &recording.channels[&message.channel];
             let time = channel.instant(message.data, message.log_time, 0).number();
             if time.is_finite() {
@@ -79,7 +79,7 @@ pub(super) fn starts(
     b: &Recording,
     options: &Options,
     pairs: &[[u16; 2]],
-) -> Result<Vec<Option<[Instant; 2]>>, OpenError> {
+) -> Result<Vec<Option<[Instant; 2]>>, Failure> {
     // runs of percuss: their message times follow from their log times, so that the messages need not be read
     let follow = [a, b].iter().all(|recording| recording.log_window(None, None).is_some());
     let is_asked = options.relative;

@@ -7,8 +7,8 @@
 //! over the plain fields f of both, b between its messages linear, where at least half of the shorter recording takes part: first
 //! on a grid as fine as the messages, then by golden sections around its best point.
 
-use super::{error::CompareError, structure::Pair};
-use crate::{convention, messages::Recording, pass::Pass, recording::OpenError, select::Window, wire::Type};
+use super::structure::Pair;
+use crate::{convention, failure::Failure, messages::Recording, pass::Pass, select::Window, wire::Type};
 
 /// Fields that take part, at most.
 const FIELDS: usize = 8;
@@ -24,7 +24,7 @@ type Curve = Vec<(f64, f64)>;
 /// # Errors
 ///
 /// A file cannot be read, or no field is there to be fitted.
-pub(super) fn fit(a: &Recording, b: &Recording, pairs: &[Pair]) -> Result<f64, CompareError> {
+pub(super) fn fit(a: &Recording, b: &Recording, pairs: &[Pair]) -> Result<f64, Failure> {
     let mut left = FIELDS;
     let mut chosen = Vec::new();
     for pair in pairs {
@@ -52,7 +52,7 @@ pub(super) fn fit(a: &Recording, b: &Recording, pairs: &[Pair]) -> Result<f64, C
     let shorter = (to_a - from_a).min(to_b - from_b);
     let longest = curves.iter().map(|(a, b)| a.len().max(b.len())).max().unwrap_or(0);
     if longest < 3 || !shorter.is_finite() || shorter <= 0.0 {
-        return Err(CompareError::NoFit);
+        return Err(no_fit());
     }
     let (low, high) = (
         (from_a - from_b).min(to_a - to_b) - 0.5 * shorter,
@@ -63,7 +63,13 @@ pub(super) fn fit(a: &Recording, b: &Recording, pairs: &[Pair]) -> Result<f64, C
     let cost = |shift: f64| curves.iter().map(|(a, b)| mismatch(a, b, shift)).sum::<f64>();
     let grid = (0..=points).map(|i| low + i as f64 * step);
     let best = grid.min_by(|x, y| cost(*x).total_cmp(&cost(*y))).filter(|best| cost(*best).is_finite());
-    Ok(golden(best.ok_or(CompareError::NoFit)?, step, cost))
+    Ok(golden(best.ok_or_else(no_fit)?, step, cost))
+}
+
+/// There is nothing to find a time offset by.
+fn no_fit() -> Failure {
+    let text = "--time-offset fit needs plain numbers that both recordings have and that vary; give a number instead";
+    Failure::Failed(text.into())
 }
 
 /// Least point of a function within `step` of another, by golden sections.
@@ -110,7 +116,7 @@ fn mismatch(a: &Curve, b: &Curve, shift: f64) -> f64 {
 fn read(
     recording: &Recording,
     fields: impl ExactSizeIterator<Item = (u16, usize)>,
-) -> Result<Vec<Curve>, OpenError> {
+) -> Result<Vec<Curve>, Failure> {
     let mut curves = vec![Curve::new(); fields.len()];
     let mut pass = Pass::over(recording, Window::default());
     for ((id, leaf), curve) in fields.zip(&mut curves) {

@@ -7,10 +7,10 @@ use std::{
     thread,
 };
 
-use super::error::CompareError;
 use crate::{
+    failure::Failure,
     messages::{Message, Recording, Turns},
-    recording::{Damage, OpenError},
+    recording::Damage,
 };
 
 /// Bytes after which a batch is handed on.
@@ -57,11 +57,11 @@ pub(super) struct Item {
 /// Messages with the numbers of their aligners, or the end of the file.
 enum Parcel {
     Batch(Vec<(usize, Item)>),
-    End(Result<Vec<Damage>, CompareError>),
+    End(Result<Vec<Damage>, Failure>),
 }
 
 /// Reads a file and hands on its messages in batches.
-fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, CompareError> {
+fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, Failure> {
     // a few of them may lie between a reader and the comparison
     let largest = input.recording.limits().record() / 4;
     let mut messages = input.recording.messages(input.slots.keys().copied(), input.window)?;
@@ -73,7 +73,10 @@ fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, Comp
     };
     messages.for_each(|message| {
         if message.data.len() > largest {
-            return Err(CompareError::TooLarge { bytes: message.data.len() });
+            return Err(Failure::Failed(format!(
+                "a message of {} bytes is too large to be compared; raise --max-memory",
+                message.data.len()
+            )));
         }
         let Message { offset, channel, log_time, publish_time, sequence, data } = message;
         let item = Item { bytes: data.to_vec(), log_time, publish_time, sequence };
@@ -81,7 +84,11 @@ fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, Comp
         if let Some(turns) = &mut turns {
             let (stamp, bytes) = ((log_time, sequence), item.bytes.len());
             if !turns.put(offset, stamp, bytes, (slot, item)) {
-                return Err(CompareError::Sorting { bytes: turns.room() });
+                return Err(Failure::Failed(format!(
+                    "messages are so far from the order of their log times that more than {} bytes wait for their turn; raise \
+                     --max-memory, or compare them in the order of the file (--file-order)",
+                    turns.room()
+                )));
             }
             return batch.take_turns(turns);
         }
@@ -90,7 +97,7 @@ fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, Comp
                 let before = last.insert(slot, (log_time, sequence));
                 if before.is_some_and(|before| before > (log_time, sequence)) {
                     let topic = input.recording.channels[&channel].topic.clone();
-                    return Err(CompareError::Order { topic });
+                    return Err(Failure::Unsorted(topic));
                 }
             }
             Order::Sorted | Order::File => {}
@@ -113,30 +120,30 @@ struct Batch<'a> {
 }
 
 impl Batch<'_> {
-    fn put(&mut self, slot: usize, item: Item) -> Result<(), CompareError> {
+    fn put(&mut self, slot: usize, item: Item) -> Result<(), Failure> {
         self.bytes += item.bytes.len();
         self.messages.push((slot, item));
         if self.bytes < BATCH && self.messages.len() < MESSAGES { Ok(()) } else { self.send() }
     }
 
     /// Takes the messages that have their turn.
-    fn take_turns(&mut self, turns: &mut Turns<(usize, Item)>) -> Result<(), CompareError> {
+    fn take_turns(&mut self, turns: &mut Turns<(usize, Item)>) -> Result<(), Failure> {
         while let Some((slot, item)) = turns.next() {
             self.put(slot, item)?;
         }
         Ok(())
     }
 
-    fn send(&mut self) -> Result<(), CompareError> {
+    fn send(&mut self) -> Result<(), Failure> {
         send(std::mem::take(&mut self.messages), std::mem::take(&mut self.bytes), self.out)
     }
 }
 
 /// True if the messages of every channel that is compared come in the order of their log times.
-pub(super) fn is_ordered(input: &Input<'_>) -> Result<bool, OpenError> {
+pub(super) fn is_ordered(input: &Input<'_>) -> Result<bool, Failure> {
     let mut messages = input.recording.messages(input.slots.keys().copied(), input.window)?;
     let (mut last, mut is_ordered) = (HashMap::new(), true);
-    messages.for_each(|message| -> Result<(), OpenError> {
+    messages.for_each(|message| -> Result<(), Failure> {
         let stamp = (message.log_time, message.sequence);
         is_ordered &= last.insert(input.slots[&message.channel], stamp).is_none_or(|before| before <= stamp);
         Ok(())
@@ -145,13 +152,13 @@ pub(super) fn is_ordered(input: &Input<'_>) -> Result<bool, OpenError> {
 }
 
 /// Hands on a batch of so many bytes.
-fn send(batch: Vec<(usize, Item)>, bytes: usize, out: &SyncSender<Parcel>) -> Result<(), CompareError> {
+fn send(batch: Vec<(usize, Item)>, bytes: usize, out: &SyncSender<Parcel>) -> Result<(), Failure> {
     // nothing waits behind a large one: empty batches take its place until it has been received
     let fillers = if bytes > 2 * BATCH { AHEAD } else { 0 };
     let fillers = std::iter::repeat_with(Vec::new).take(fillers);
     std::iter::once(batch).chain(fillers).try_for_each(|batch| {
         let sent = out.send(Parcel::Batch(batch));
-        sent.map_err(|_| CompareError::Watch("the comparison has stopped early".into()))
+        sent.map_err(|_| Failure::Failed("the comparison has stopped early".into()))
     })
 }
 
@@ -168,7 +175,7 @@ struct Feed {
 
 impl Feed {
     /// The next message with the number of its aligner.
-    fn next(&mut self) -> Result<Option<(usize, Item)>, CompareError> {
+    fn next(&mut self) -> Result<Option<(usize, Item)>, Failure> {
         loop {
             if let Some((slot, item)) = self.batch.next() {
                 let elapsed = item.log_time.saturating_sub(self.origin);
@@ -192,8 +199,8 @@ impl Feed {
 /// aligner or `None` at the end; `take` returns false to stop early. Returns what was damaged, and whether it stopped.
 pub(super) fn run(
     files: [Input<'_>; 2],
-    mut take: impl FnMut(usize, Option<(usize, Item)>) -> Result<bool, CompareError>,
-) -> Result<(Vec<(PathBuf, Damage)>, bool), CompareError> {
+    mut take: impl FnMut(usize, Option<(usize, Item)>) -> Result<bool, Failure>,
+) -> Result<(Vec<(PathBuf, Damage)>, bool), Failure> {
     thread::scope(|scope| {
         let mut feeds = files.each_ref().map(|input| {
             let (out, parcels) = sync_channel(AHEAD);

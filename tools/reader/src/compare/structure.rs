@@ -10,16 +10,16 @@ use prost_reflect::EnumDescriptor;
 
 use super::{
     convert::{self, Converter},
-    error::CompareError,
     options::Options,
     tolerance::{Rule, Rules},
 };
 use crate::{
     channel::Channel,
     convention,
+    failure::Failure,
     instant::Instant,
     messages::Recording,
-    recording::{Budget, OpenError},
+    recording::Budget,
     scales::Scales,
     toml_keys,
     wire::{Layout, Leaf, Type, UNKNOWN},
@@ -114,11 +114,11 @@ pub(super) fn fitting(a: &Recording, b: &Recording, rules: &Rules) -> Vec<bool> 
 pub(super) const WHOLE: &str = "(message)";
 
 /// Finds every topic and field that was asked for in one of the recordings.
-pub(super) fn find_chosen(a: &Recording, b: &Recording, options: &Options) -> Result<(), CompareError> {
+pub(super) fn find_chosen(a: &Recording, b: &Recording, options: &Options) -> Result<(), Failure> {
     let channels = || a.channels.values().chain(b.channels.values());
     for topic in &options.topics {
         if !channels().any(|channel| topic.fits(&channel.topic)) {
-            return Err(CompareError::Unknown { what: "topic", pattern: topic.text().to_owned() });
+            return Err(Failure::Usage(format!("neither recording has a topic `{}`", topic.text())));
         }
     }
     let chosen = |channel: &&Channel| {
@@ -127,7 +127,7 @@ pub(super) fn find_chosen(a: &Recording, b: &Recording, options: &Options) -> Re
     for field in &options.fields {
         let paths = channels().filter(chosen).filter_map(|channel| channel.layout.as_ref());
         if !paths.flat_map(|layout| &layout.leaves).any(|leaf| field.fits(&leaf.path)) {
-            return Err(CompareError::Unknown { what: "field", pattern: field.text().to_owned() });
+            return Err(Failure::Usage(format!("neither recording has a field `{}`", field.text())));
         }
     }
     Ok(())
@@ -364,7 +364,7 @@ pub(super) fn remarks(a: &Recording, b: &Recording, pair: &Pair) -> Vec<Change> 
 /// # Errors
 ///
 /// A file cannot be read.
-pub(super) fn provenance(a: &Recording, b: &Recording) -> Result<Vec<Change>, OpenError> {
+pub(super) fn provenance(a: &Recording, b: &Recording) -> Result<Vec<Change>, Failure> {
     let mut changes = Vec::new();
     let names: BTreeSet<&str> =
         a.metadata.iter().chain(&b.metadata).map(|record| record.name.as_str()).collect();
@@ -412,7 +412,7 @@ struct Digest {
 }
 
 /// Digests of all attachments by name, in one pass.
-fn digests(recording: &Recording) -> Result<BTreeMap<String, Digest>, OpenError> {
+fn digests(recording: &Recording) -> Result<BTreeMap<String, Digest>, Failure> {
     let mut digests = BTreeMap::new();
     // as many as the recording has room for in its own list
     let room = recording.attachments.len();

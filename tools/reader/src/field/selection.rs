@@ -6,6 +6,7 @@ use crate::{
     axis::Axis,
     channel::Channel,
     extent::Reach,
+    failure::Failure,
     nest::Index,
     prefix::{LENGTH, UnitError, typed},
     wire::Layout,
@@ -248,6 +249,12 @@ pub enum SelectionError {
         /// Schema.
         schema: String,
     },
+}
+
+impl From<SelectionError> for Failure {
+    fn from(error: SelectionError) -> Self {
+        Self::Usage(error.to_string())
+    }
 }
 
 impl SelectionError {

@@ -5,7 +5,8 @@ use std::{collections::BTreeMap, sync::Arc};
 use super::Recording;
 use crate::{
     directory::JsonShapes,
-    recording::{Damage, OpenError},
+    failure::Failure,
+    recording::Damage,
     text::short,
     wire::{Layout, List},
 };
@@ -15,7 +16,7 @@ const FIRST: u32 = 100;
 
 impl Recording {
     /// Gives the channels with JSON messages their layouts.
-    pub(super) fn learn_json(&mut self, json: JsonShapes) -> Result<(), OpenError> {
+    pub(super) fn learn_json(&mut self, json: JsonShapes) -> Result<(), Failure> {
         let JsonShapes { mut shapes, mut budget } = json;
         // of a recording that is open by its index, empty channels are known
         let is_open =

@@ -8,7 +8,8 @@ use super::{Attachment, Chunks, Metadata, Recording};
 use crate::{
     convention,
     directory::{Directory, SHOWN, defined_again, weight_of_entries},
-    recording::{Damage, FileRecord, Limits, OpenError, Opened, Scan},
+    failure::Failure,
+    recording::{Damage, FileRecord, Limits, Opened, Scan},
     text::short,
 };
 
@@ -57,7 +58,7 @@ impl Recording {
     /// # Errors
     ///
     /// The file cannot be read or is no MCAP file.
-    pub fn open(path: &Path, limits: Limits) -> Result<Self, OpenError> {
+    pub fn open(path: &Path, limits: Limits) -> Result<Self, Failure> {
         let file = Opened::new(path, limits)?;
         let scan = file.scan(path, limits)?;
         match Self::empty(path, limits, file.clone()).by_index(scan)? {
@@ -71,7 +72,7 @@ impl Recording {
     /// # Errors
     ///
     /// The file cannot be read or is no MCAP file. Damage is no error: what is sound is there.
-    pub fn read(path: &Path, limits: Limits) -> Result<Self, OpenError> {
+    pub fn read(path: &Path, limits: Limits) -> Result<Self, Failure> {
         Self::read_whole(path, limits, Opened::new(path, limits)?)
     }
 
@@ -80,11 +81,11 @@ impl Recording {
     /// # Errors
     ///
     /// The file cannot be read or is no MCAP file.
-    pub(crate) fn of(file: File, path: &Path, limits: Limits) -> Result<Self, OpenError> {
+    pub(crate) fn of(file: File, path: &Path, limits: Limits) -> Result<Self, Failure> {
         Self::read_whole(path, limits, Opened::of(file, path, limits)?)
     }
 
-    fn read_whole(path: &Path, limits: Limits, file: Opened) -> Result<Self, OpenError> {
+    fn read_whole(path: &Path, limits: Limits, file: Opened) -> Result<Self, Failure> {
         let mut scan = file.scan(path, limits)?;
         let (mut recording, mut directory) = (Self::empty(path, limits, file), Directory::new(limits));
         let mut early = BTreeMap::new();
@@ -134,7 +135,7 @@ impl Recording {
     }
 
     /// From the summary, if it names every channel, all metadata and all attachments.
-    fn by_index(mut self, mut scan: Scan) -> Result<Option<Self>, OpenError> {
+    fn by_index(mut self, mut scan: Scan) -> Result<Option<Self>, Failure> {
         let index = scan.index().clone();
         let Some(statistics) = &index.statistics else { return Ok(None) };
         let mut directory = Directory::new(self.limits);

@@ -1,12 +1,12 @@
 //! Messages in the order of their log times and sequence numbers, whatever their order in the file.
 
+use crate::failure::Failure;
 use std::{
     cmp::{Ordering, Reverse},
     collections::{BTreeMap, BinaryHeap},
 };
 
 use super::Recording;
-use crate::recording::OpenError;
 
 /// What is made of messages, each waiting until nothing earlier can come.
 pub(crate) struct Turns<T> {
@@ -56,7 +56,7 @@ impl<T> Turns<T> {
     /// # Errors
     ///
     /// The file cannot be read.
-    pub(crate) fn of(recording: &Recording, ids: impl IntoIterator<Item = u16>) -> Result<Self, OpenError> {
+    pub(crate) fn of(recording: &Recording, ids: impl IntoIterator<Item = u16>) -> Result<Self, Failure> {
         Ok(Self {
             waiting: BinaryHeap::new(),
             bytes: 0,

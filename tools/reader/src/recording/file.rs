@@ -8,20 +8,37 @@ use std::{
 
 use percuss_output::kind_name;
 
-use super::OpenError;
-use crate::convention::PART;
+use crate::{convention::PART, failure::Failure};
 
 /// Opens a file; what is none is refused before it is opened, as opening a pipe without a writer blocks.
 ///
 /// # Errors
 ///
 /// There is no such file, or it cannot be read.
-pub fn open_file(path: &Path) -> Result<File, OpenError> {
-    let kind = fs::metadata(path).map_err(OpenError::io(path))?.file_type();
+pub fn open_file(path: &Path) -> Result<File, Failure> {
+    let kind = fs::metadata(path).map_err(unreadable(path))?.file_type();
     if !kind.is_file() {
-        return Err(OpenError::NoFile { path: path.into(), what: kind_name(kind) });
+        return Err(Failure::Failed(format!(
+            "cannot read `{}`: it is {}; a recording is a regular file",
+            path.display(),
+            kind_name(kind)
+        )));
     }
-    File::open(path).map_err(OpenError::io(path))
+    File::open(path).map_err(unreadable(path))
+}
+
+/// Why a file cannot be read; where there is none, but one of that name that is not complete, that is said.
+pub(super) fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> Failure {
+    let path = path.to_owned();
+    move |error| match part_of(&path, &error) {
+        Some(part) => Failure::Failed(format!(
+            "`{}` does not exist; there is `{}`, a recording that is not complete; read that, or continue the run with \
+             `percuss run --resume`",
+            path.display(),
+            part.display()
+        )),
+        None => Failure::Read { path, error },
+    }
 }
 
 /// True if the name of a recording says that it is not complete: `run.mcap.part`.
@@ -35,7 +52,7 @@ pub fn without_part(path: &Path) -> PathBuf {
 }
 
 /// The recording that is not complete, where there is none of a name.
-pub(super) fn part_of(path: &Path, error: &io::Error) -> Option<PathBuf> {
+fn part_of(path: &Path, error: &io::Error) -> Option<PathBuf> {
     let mut name = path.file_name()?.to_owned();
     name.push(".");
     name.push(PART);

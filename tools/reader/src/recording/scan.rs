@@ -20,12 +20,13 @@ use mcap::{
 };
 
 use super::{
-    CHECKSUMS_COUNT, Damage, Index, Limits, OpenError,
+    CHECKSUMS_COUNT, Damage, Index, Limits,
     file::open_file,
     index::PREFIX,
     parse::{explain, parse},
+    unreadable,
 };
-use crate::text::short;
+use crate::{failure::Failure, text::short};
 
 /// Where the bytes of a recording come from.
 pub trait Source: Read + Seek + Send {}
@@ -40,15 +41,15 @@ pub(crate) struct Opened {
 }
 
 impl Opened {
-    pub(crate) fn new(path: &Path, limits: Limits) -> Result<Self, OpenError> {
+    pub(crate) fn new(path: &Path, limits: Limits) -> Result<Self, Failure> {
         Self::of(open_file(path)?, path, limits)
     }
 
     /// * `path`: its name in errors
-    pub(crate) fn of(file: File, path: &Path, limits: Limits) -> Result<Self, OpenError> {
+    pub(crate) fn of(file: File, path: &Path, limits: Limits) -> Result<Self, Failure> {
         let file = Arc::new(Mutex::new(file));
         let mut reader = Reader { file: file.clone(), position: 0 };
-        let index = Index::read(&mut reader, limits).map_err(OpenError::io(path))?.unwrap_or_default();
+        let index = Index::read(&mut reader, limits).map_err(unreadable(path))?.unwrap_or_default();
         Ok(Self { file, index: Arc::new(index) })
     }
 
@@ -58,7 +59,7 @@ impl Opened {
     }
 
     /// Reads it from its start on.
-    pub(crate) fn scan(&self, path: &Path, limits: Limits) -> Result<Scan, OpenError> {
+    pub(crate) fn scan(&self, path: &Path, limits: Limits) -> Result<Scan, Failure> {
         let reader = Reader { file: self.file.clone(), position: 0 };
         Scan::indexed(Box::new(reader), self.index.clone(), path, limits)
     }
@@ -181,7 +182,7 @@ impl Scan {
     /// # Errors
     ///
     /// The file cannot be read, or is something else.
-    pub fn open(path: &Path, limits: Limits) -> Result<Self, OpenError> {
+    pub fn open(path: &Path, limits: Limits) -> Result<Self, Failure> {
         Opened::new(path, limits)?.scan(path, limits)
     }
 
@@ -190,8 +191,8 @@ impl Scan {
     /// # Errors
     ///
     /// The source cannot be read, or is something else.
-    pub fn of(mut source: Box<dyn Source>, path: &Path, limits: Limits) -> Result<Self, OpenError> {
-        let index = Index::read(&mut source, limits).map_err(OpenError::io(path))?.unwrap_or_default();
+    pub fn of(mut source: Box<dyn Source>, path: &Path, limits: Limits) -> Result<Self, Failure> {
+        let index = Index::read(&mut source, limits).map_err(unreadable(path))?.unwrap_or_default();
         Self::indexed(source, Arc::new(index), path, limits)
     }
 
@@ -200,16 +201,21 @@ impl Scan {
         index: Arc<Index>,
         path: &Path,
         limits: Limits,
-    ) -> Result<Self, OpenError> {
+    ) -> Result<Self, Failure> {
         let mut source = BufReader::with_capacity(1 << 16, source);
-        let io = |error| OpenError::Io { path: path.into(), error };
+        let io = |error| Failure::Read { path: path.into(), error };
         let length = source.seek(SeekFrom::End(0)).map_err(io)?;
         source.seek(SeekFrom::Start(0)).map_err(io)?;
         let mut magic = [0; MAGIC.len()];
         match source.read_exact(&mut magic) {
             Err(error) if error.kind() != io::ErrorKind::UnexpectedEof => return Err(io(error)),
             Ok(()) if magic == MAGIC => {}
-            Err(_) | Ok(()) => return Err(OpenError::NotMcap(path.into())),
+            Err(_) | Ok(()) => {
+                return Err(Failure::Failed(format!(
+                    "`{}` is not an MCAP file: it does not begin with the MCAP magic bytes",
+                    path.display()
+                )));
+            }
         }
         let mut crc = crc32fast::Hasher::new();
         crc.update(&magic);
@@ -266,9 +272,9 @@ impl Scan {
     /// # Errors
     ///
     /// The system fails to read.
-    pub fn go_to(&mut self, offset: u64) -> Result<(), OpenError> {
+    pub fn go_to(&mut self, offset: u64) -> Result<(), Failure> {
         // the index may say anything
-        self.seek(offset.min(self.length)).map_err(OpenError::io(&self.path))?;
+        self.seek(offset.min(self.length)).map_err(unreadable(&self.path))?;
         (self.open, self.crc, self.part) = (None, None, Part::Data);
         Ok(())
     }
@@ -304,7 +310,7 @@ impl Scan {
     /// # Errors
     ///
     /// The system fails to read. Damage is no error: see [`Scan::damages`].
-    pub fn next<T>(&mut self, take: impl FnOnce(FileRecord<'_>) -> T) -> Result<Option<T>, OpenError> {
+    pub fn next<T>(&mut self, take: impl FnOnce(FileRecord<'_>) -> T) -> Result<Option<T>, Failure> {
         let mut take = Some(take);
         loop {
             if let Some(taken) = self.next_in_chunk(&mut take) {
@@ -332,7 +338,7 @@ impl Scan {
     /// # Errors
     ///
     /// The system fails to read.
-    pub fn for_each(&mut self, mut take: impl FnMut(FileRecord<'_>)) -> Result<(), OpenError> {
+    pub fn for_each(&mut self, mut take: impl FnMut(FileRecord<'_>)) -> Result<(), Failure> {
         while self.next(&mut take)?.is_some() {}
         Ok(())
     }
@@ -345,7 +351,7 @@ impl Scan {
     pub fn find_map<T>(
         &mut self,
         mut take: impl FnMut(FileRecord<'_>) -> Option<T>,
-    ) -> Result<Option<T>, OpenError> {
+    ) -> Result<Option<T>, Failure> {
         while let Some(taken) = self.next(&mut take)? {
             if taken.is_some() {
                 return Ok(taken);
@@ -419,13 +425,13 @@ impl Scan {
     }
 
     /// Where the system fails to read, and why.
-    fn explain(&self, error: &io::Error) -> OpenError {
+    fn explain(&self, error: &io::Error) -> Failure {
         let why = match error.kind() {
             io::ErrorKind::UnexpectedEof => "the file has become shorter while it was read".to_owned(),
             _ => error.to_string(),
         };
         let text = format!("{why} (near byte {})", self.position);
-        OpenError::Io { path: self.path.clone(), error: io::Error::new(error.kind(), text) }
+        Failure::Read { path: self.path.clone(), error: io::Error::new(error.kind(), text) }
     }
 
     fn damage(&mut self, offset: u64, bytes: u64, reason: String) {

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use percuss_picture::{Curve, Medium, Panel, draw};
 
 use crate::{
-    command::plot::{PlotError, Request, traces},
+    command::plot::{Request, traces},
     compare::{ChannelReport, Comparison, FieldReport},
+    failure::Failure,
     field::Selection,
     measured::Sources,
     recording::Limits,
@@ -28,7 +29,7 @@ pub fn picture(
     limits: Limits,
     sources: &Sources,
     medium: Medium,
-) -> Result<Option<Vec<u8>>, PlotError> {
+) -> Result<Option<Vec<u8>>, Failure> {
     let mut worst: Vec<(f64, &ChannelReport, &FieldReport)> = Vec::new();
     for channel in &comparison.channels {
         for field in channel.fields.iter().filter(|field| !field.ignored && field.measure.differing > 0) {
@@ -45,7 +46,7 @@ pub fn picture(
     if panels.is_empty() {
         return Ok(None);
     }
-    draw(&panels, medium).map(Some).map_err(PlotError::Draw)
+    draw(&panels, medium).map(Some).map_err(Failure::drawing)
 }
 
 fn field_panels(
@@ -53,7 +54,7 @@ fn field_panels(
     channel: &ChannelReport,
     field: &FieldReport,
     (limits, sources): (Limits, &Sources),
-) -> Result<Vec<Panel>, PlotError> {
+) -> Result<Vec<Panel>, Failure> {
     let topic = &channel.topic;
     let [start_a, start_b] = channel.alignment.starts.unwrap_or_default();
     let Some((_, place)) = &field.measure.max else { return Ok(Vec::new()) };
@@ -91,9 +92,9 @@ fn curve(
     element: &str,
     start: f64,
     (limits, sources): (Limits, &Sources),
-) -> Result<Option<(Panel, Curve)>, PlotError> {
+) -> Result<Option<(Panel, Curve)>, Failure> {
     let request = Request {
-        topics: vec![topic.parse().map_err(PlotError::Nothing)?],
+        topics: vec![topic.parse().map_err(Failure::nothing)?],
         selection: Selection { fields: vec![element.to_owned()], ..Selection::default() },
         epoch: true,
         sources: sources.clone(),
@@ -107,7 +108,7 @@ fn curve(
             });
             Ok(curve.map(|curve| (panel, curve)))
         }
-        Err(PlotError::Nothing(_) | PlotError::Trace(_)) => Ok(None),
+        Err(Failure::Usage(_)) => Ok(None),
         Err(error) => Err(error),
     }
 }

@@ -5,11 +5,12 @@
 
 use std::path::Path;
 
-use super::ExportError;
+use super::{no_messages, several};
 use crate::{
+    failure::Failure,
     messages::Recording,
     pass::{Moment, Pass},
-    recording::{Damage, Limits, OpenError},
+    recording::{Damage, Limits},
     select::{self, Bound, Pattern, Window},
     slice::moments,
     wire::{Layout, List, Type, Values},
@@ -40,7 +41,7 @@ impl Camera {
     /// # Errors
     ///
     /// The file cannot be read, no topic fits, or there are several with images.
-    pub fn find(path: &Path, topic: &Pattern, limits: Limits) -> Result<Option<Self>, ExportError> {
+    pub fn find(path: &Path, topic: &Pattern, limits: Limits) -> Result<Option<Self>, Failure> {
         let recording = Recording::open(path, limits)?;
         let mut found = Vec::new();
         for id in select::channels(&recording, std::slice::from_ref(topic))? {
@@ -51,9 +52,9 @@ impl Camera {
         match found.as_slice() {
             [] => Ok(None),
             &[(id, leaves)] => Ok(Some(Self { recording, id, leaves })),
-            several => {
-                let topics = several.iter().map(|(id, _)| recording.channels[id].topic.as_str());
-                Err(ExportError::several(topic, "topics with images", topics))
+            found => {
+                let topics = found.iter().map(|(id, _)| recording.channels[id].topic.as_str());
+                Err(several(topic, "topics with images", topics))
             }
         }
     }
@@ -63,9 +64,9 @@ impl Camera {
     /// # Errors
     ///
     /// The file cannot be read, or there is no such message.
-    pub fn moment(&self, time: Option<Bound>) -> Result<(Moment, Vec<Damage>), ExportError> {
+    pub fn moment(&self, time: Option<Bound>) -> Result<(Moment, Vec<Damage>), Failure> {
         let (mut moments, _, damages) = moments(&self.recording, self.id, time.as_slice(), false)?;
-        let none = || ExportError::NoMessages(self.recording.channels[&self.id].topic.clone());
+        let none = || no_messages(&self.recording.channels[&self.id].topic);
         Ok((moments.pop().ok_or_else(none)?, damages))
     }
 
@@ -74,22 +75,22 @@ impl Camera {
     /// # Errors
     ///
     /// The file cannot be read, a message is no image, or `take` fails.
-    pub fn images<E: From<ExportError> + From<OpenError>>(
+    pub fn images(
         &self,
-        mut take: impl FnMut(u64, Image<'_>) -> Result<(), E>,
-    ) -> Result<Vec<Damage>, E> {
+        mut take: impl FnMut(u64, Image<'_>) -> Result<(), Failure>,
+    ) -> Result<Vec<Damage>, Failure> {
         let mut pass = Pass::over(&self.recording, Window::default());
         pass.each(self.id, |moment, _| take(moment.log_time, self.read(&moment.values)?));
         let seen = pass.run()?;
         if seen.undecoded > 0 {
-            return Err(self.refuse("a message does not fit its schema").into());
+            return Err(self.refuse("a message does not fit its schema"));
         }
         Ok(seen.damages)
     }
 
-    fn refuse(&self, why: impl Into<String>) -> ExportError {
-        let topic = self.recording.channels[&self.id].topic.clone();
-        ExportError::NoImage { topic, why: why.into() }
+    fn refuse(&self, why: impl std::fmt::Display) -> Failure {
+        let topic = &self.recording.channels[&self.id].topic;
+        Failure::Failed(format!("an image of `{topic}` cannot be written: {why}"))
     }
 
     /// The image in a message.
@@ -97,7 +98,7 @@ impl Camera {
     /// # Errors
     ///
     /// It is none.
-    pub fn read<'a>(&self, values: &'a Values) -> Result<Image<'a>, ExportError> {
+    pub fn read<'a>(&self, values: &'a Values) -> Result<Image<'a>, Failure> {
         let [format, data] = self.leaves;
         let format = if let List::Text(list) = &values.lists[format] {
             list.first().map_or("", String::as_str)

@@ -7,11 +7,12 @@ use percuss_table::{Cell, Heading, Sink};
 
 use super::{
     axes::{Line, common_label, keep_first_units, units},
-    request::{PlotError, Request},
+    request::Request,
 };
 use crate::{
     command::trace::{Outcome, Request as Traced, trace},
     convention,
+    failure::Failure,
     field::{Selection, place_and_field},
     recording::{Budget, Limits},
 };
@@ -60,7 +61,7 @@ pub(super) struct Lines {
 }
 
 /// Fields against time, without those that only count, in the units of the recording.
-pub(crate) fn traces(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Panel, PlotError> {
+pub(crate) fn traces(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Panel, Failure> {
     let Lines { time, lines, .. } = lines(paths, request, limits)?;
     let (curves, headings): (Vec<Curve>, Vec<Heading>) =
         lines.into_iter().map(|line| (line.curve, line.heading)).unzip();
@@ -77,7 +78,7 @@ pub(crate) fn traces(paths: &[PathBuf], request: &Request, limits: Limits) -> Re
 }
 
 /// Fields against time, without those that only count.
-fn lines(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Lines, PlotError> {
+fn lines(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Lines, Failure> {
     let traced = Traced {
         topics: request.topics.clone(),
         selection: Selection { for_curves: true, ..request.selection.clone() },
@@ -103,7 +104,7 @@ fn lines(paths: &[PathBuf], request: &Request, limits: Limits) -> Result<Lines, 
     if lines.is_empty() {
         let left_out: Vec<String> = outcome.left_out.iter().map(|error| format!("; {error}")).collect();
         let text = format!("no field of these topics holds numbers in this time{}", left_out.concat());
-        return Err(PlotError::Nothing(text));
+        return Err(Failure::nothing(text));
     }
     Ok(Lines { time, lines, outcome })
 }
@@ -114,7 +115,7 @@ pub(super) fn sides(
     paths: &[PathBuf],
     request: &Request,
     limits: Limits,
-) -> Result<(Lines, Vec<Line>), PlotError> {
+) -> Result<(Lines, Vec<Line>), Failure> {
     let mut left = lines(paths, request, limits)?;
     let mut right = Vec::new();
     for name in &request.right {
@@ -123,7 +124,7 @@ pub(super) fn sides(
             && left != right
         {
             let text = format!("times are in {left}, those of `{name}` in {right}; draw them one by one");
-            return Err(PlotError::Unfit(text));
+            return Err(Failure::Usage(text));
         }
         left.outcome.damages.extend(found.outcome.damages);
         left.outcome.damages.dedup();
@@ -138,22 +139,17 @@ pub(super) fn sides(
     }
     if left.lines.is_empty() {
         let text = "no curve is left for the axis at the left; name one with --field";
-        return Err(PlotError::Unfit(text.into()));
+        return Err(Failure::Usage(text.into()));
     }
     if units(&right).len() > 1 {
         let text = "the fields on the axis at the right have different units; choose those of one unit";
-        return Err(PlotError::Unfit(text.into()));
+        return Err(Failure::Usage(text.into()));
     }
     Ok((left, right))
 }
 
 /// A field of the chosen topics, or `topic.field`, for the axis at the right.
-fn on_the_right(
-    paths: &[PathBuf],
-    name: &str,
-    request: &Request,
-    limits: Limits,
-) -> Result<Lines, PlotError> {
+fn on_the_right(paths: &[PathBuf], name: &str, request: &Request, limits: Limits) -> Result<Lines, Failure> {
     let mut topics = request.topics.clone();
     let mut field = name;
     if let Some(path) = paths.first() {
@@ -162,7 +158,7 @@ fn on_the_right(
             |topic: &'_ String| Some((topic.clone(), name.strip_prefix(topic.as_str())?.strip_prefix('.')?));
         let found = recording.channels.values().filter_map(|channel| topic(&channel.topic));
         if let Some((topic, rest)) = found.max_by_key(|(topic, _)| topic.len()) {
-            topics = vec![topic.parse().map_err(PlotError::Nothing)?];
+            topics = vec![topic.parse().map_err(Failure::nothing)?];
             field = rest;
         }
     }

@@ -1,10 +1,9 @@
 //! Parts of images: the rows and columns within ranges.
 
+use crate::failure::Failure;
 use std::ops::Range;
 
 use percuss_picture::{Image, Side};
-
-use super::request::PlotError;
 
 /// The part of an image within ranges of its coordinates, in recorded units.
 ///
@@ -15,7 +14,7 @@ pub(super) fn cut(
     image: Image,
     columns: Option<(f64, f64)>,
     rows: Option<(f64, f64)>,
-) -> Result<Image, PlotError> {
+) -> Result<Image, Failure> {
     let across = within(&image.columns, columns, "--x-range")?;
     let down = within(&image.rows, rows, "--y-range")?;
     Ok(part(image, [down, across]))
@@ -87,7 +86,7 @@ pub(super) fn part(image: Image, [down, across]: [Range<usize>; 2]) -> Image {
 }
 
 /// Numbers of the elements of a side whose positions lie within a range.
-fn within(side: &Side, range: Option<(f64, f64)>, option: &str) -> Result<Range<usize>, PlotError> {
+fn within(side: &Side, range: Option<(f64, f64)>, option: &str) -> Result<Range<usize>, Failure> {
     let Some((low, high)) = range else { return Ok(0..side.length()) };
     let is_inside = |i: &usize| (low..=high).contains(&side.at(*i));
     let mut inside = (0..side.length()).filter(is_inside);
@@ -97,7 +96,7 @@ fn within(side: &Side, range: Option<(f64, f64)>, option: &str) -> Result<Range<
             let (first, last) = (side.at(0), side.at(side.length().saturating_sub(1)));
             let text =
                 format!("{option} {low},{high} has fewer than two elements; they lie from {first} to {last}");
-            Err(PlotError::Unfit(text))
+            Err(Failure::Usage(text))
         }
     }
 }

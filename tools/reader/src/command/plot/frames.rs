@@ -7,13 +7,14 @@ use percuss_picture::{Curve, Image, Medium, Panel, draw, draw_image};
 use super::{
     axes::{Line, labelled, panel, time_label},
     cut::{cut, part, visible},
-    request::{Drawn, PlotError, Request},
+    request::{Drawn, Request},
 };
 use crate::{
     axis::Axis,
     channel::Channel,
     command::trace::names,
     extent::{Extent, Extents},
+    failure::Failure,
     field::{Positions, SelectionError, Used},
     messages::Recording,
     pass::Moment,
@@ -45,7 +46,7 @@ pub(super) fn at_times(
     title: &str,
     limits: Limits,
     medium: Medium,
-) -> Result<Drawn, PlotError> {
+) -> Result<Drawn, Failure> {
     let used = Used::new(&request.selection);
     let (mut frames, mut damages) = (Frames { profiles: Vec::new(), images: Vec::new(), used }, Vec::new());
     for (path, name) in paths.iter().zip(names(paths)) {
@@ -80,7 +81,7 @@ impl Frames {
         id: u16,
         (moments, extents): (&[Moment], &Extents),
         request: &Request,
-    ) -> Result<(), PlotError> {
+    ) -> Result<(), Failure> {
         let channel = &recording.channels[&id];
         let Some(layout) = &channel.layout else { return Ok(()) };
         let selection = &request.selection;
@@ -103,12 +104,12 @@ impl Frames {
                 }
                 if let Some(at) = fitting.iter().find(|at| !at.are_lines(axis)) {
                     let path = &layout.leaves[*leaf].path;
-                    return Err(PlotError::Unfit(format!(
+                    return Err(Failure::Usage(format!(
                         "`{path}` at {at} and one time is a number; leave out --at-time for curves over time, or --at \
                          for the array"
                     )));
                 }
-                let mismatch = || PlotError::Unfit(mismatch(channel, *leaf, moment));
+                let mismatch = || Failure::Usage(mismatch(channel, *leaf, moment));
                 if axis.flaw(*leaf, &moment.values).is_some() {
                     return Err(mismatch());
                 }
@@ -154,28 +155,28 @@ impl Frames {
         request: &Request,
         title: &str,
         medium: Medium,
-    ) -> Result<(Vec<u8>, Option<String>), PlotError> {
+    ) -> Result<(Vec<u8>, Option<String>), Failure> {
         let coordinates: BTreeSet<_> = self.profiles.iter().map(|named| &named.profile.axis.name).collect();
         if coordinates.len() > 1 {
             let names: Vec<&str> = coordinates.into_iter().map(String::as_str).collect();
             let text =
                 format!("profiles over {} have no axis in common; draw them one by one", names.join(" and "));
-            return Err(PlotError::Unfit(text));
+            return Err(Failure::Usage(text));
         }
         match (self.profiles.as_slice(), self.images.as_slice()) {
             ([], [(image, time)]) => image_of(image, time, request, medium),
             ([], []) => {
                 let text = "no array or matrix of numbers in these topics; choose others with --topic";
-                Err(PlotError::Nothing(text.into()))
+                Err(Failure::nothing(text))
             }
-            ([], _) => Err(PlotError::Unfit("one image at a time: give one time and one topic".into())),
+            ([], _) => Err(Failure::Usage("one image at a time: give one time and one topic".into())),
             (profiles, []) => {
                 request.check_curves()?;
                 let panel = profiles_panel(profiles, request);
                 let picture = draw(&[Panel { title: title.into(), ..panel }], medium);
-                Ok((picture.map_err(PlotError::Draw)?, None))
+                Ok((picture.map_err(Failure::drawing)?, None))
             }
-            (_, [(image, _), ..]) => Err(PlotError::Unfit(format!(
+            (_, [(image, _), ..]) => Err(Failure::Usage(format!(
                 "profiles and the image of `{}` do not go into one picture; draw them one by one",
                 image.topic
             ))),
@@ -183,8 +184,8 @@ impl Frames {
     }
 }
 
-pub(super) fn too_large() -> PlotError {
-    PlotError::Unfit("the matrix with all its rows and columns is larger than --max-memory allows".into())
+pub(super) fn too_large() -> Failure {
+    Failure::Usage("the matrix with all its rows and columns is larger than --max-memory allows".into())
 }
 
 /// A matrix along lines at the positions of one of its coordinates.
@@ -205,9 +206,9 @@ fn image_of(
     time: &str,
     request: &Request,
     medium: Medium,
-) -> Result<(Vec<u8>, Option<String>), PlotError> {
+) -> Result<(Vec<u8>, Option<String>), Failure> {
     if request.log != (false, false) {
-        return Err(PlotError::Unfit("--log is for curves, not for an image".into()));
+        return Err(Failure::Usage("--log is for curves, not for an image".into()));
     }
     let title = request.title.clone().unwrap_or_else(|| format!("{} at {time}", slice.topic));
     let [rows, columns] = slice.axes.clone();
@@ -221,7 +222,7 @@ fn image_of(
     let remark = "drawn where something can be seen; --x-range and --y-range draw another part";
     let remark = is_cut.then(|| remark.to_owned());
     let (image, range) = labelled(Image { title, ..image }, &quantities, request);
-    Ok((draw_image(&image, range, medium).map_err(PlotError::Draw)?, remark))
+    Ok((draw_image(&image, range, medium).map_err(Failure::drawing)?, remark))
 }
 
 impl Named {

@@ -9,13 +9,14 @@ use super::{
     axes::labelled,
     cut::cut,
     frames::too_large,
-    request::{Drawn, PlotError, Request},
+    request::{Drawn, Request},
 };
 use crate::{
     axis::{Axis, Spot},
     channel::Channel,
     convention,
     extent::{Extent, Extents, Reach, Reading},
+    failure::Failure,
     field::{Positions, SelectionError},
     messages::Recording,
     pass::{Moment, Pass, Seen},
@@ -36,17 +37,17 @@ pub(super) fn over_time(
     request: &Request,
     limits: Limits,
     medium: Medium,
-) -> Result<Drawn, PlotError> {
+) -> Result<Drawn, Failure> {
     let [path] = paths else {
-        return Err(PlotError::Unfit("--map draws one recording; give one file".into()));
+        return Err(Failure::Usage("--map draws one recording; give one file".into()));
     };
     if request.log != (false, false) || request.x_range.is_some() {
         let text = "--log and --x-range are for curves; --from and --to choose the times of a map";
-        return Err(PlotError::Unfit(text.into()));
+        return Err(Failure::Usage(text.into()));
     }
     let (recording, ids) = request.open_arrays(path, limits)?;
     let [id] = ids[..] else {
-        return Err(PlotError::Unfit("--map draws one topic; choose it with --topic".into()));
+        return Err(Failure::Usage("--map draws one topic; choose it with --topic".into()));
     };
     let (extents, known) = read(&recording, id, request.window)?;
     let array = Array::choose(&recording, id, &extents, request)?;
@@ -57,13 +58,13 @@ pub(super) fn over_time(
     }
     let (columns, Seen { damages, undecoded, .. }) = array.take(&times)?;
     let (image, range) = array.image(&times, columns, request)?;
-    let picture = draw_image(&image, range, medium).map_err(PlotError::Draw)?;
+    let picture = draw_image(&image, range, medium).map_err(Failure::drawing)?;
     let damages = damages.into_iter().map(|damage| (path.clone(), damage)).collect();
     Ok(Drawn { picture, damages, undecoded, ..Drawn::default() })
 }
 
 /// How far the arrays of a channel reach, and the times of its messages in a window with their numbers.
-fn read(recording: &Recording, id: u16, window: Window) -> Result<(Extents, Vec<(f64, u64)>), PlotError> {
+fn read(recording: &Recording, id: u16, window: Window) -> Result<(Extents, Vec<(f64, u64)>), Failure> {
     window.check(&recording.channels[&id]).map_err(SelectionError::from)?;
     let (mut known, mut number) = (Vec::new(), 0);
     let mut reading = Reading::of(recording, &[id]);
@@ -109,7 +110,7 @@ impl<'a> Array<'a> {
         id: u16,
         extents: &Extents,
         request: &Request,
-    ) -> Result<Self, PlotError> {
+    ) -> Result<Self, Failure> {
         let channel = &recording.channels[&id];
         let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::not_decoded(channel))?;
         let leaf = leaf(channel, layout, &request.selection.fields)?;
@@ -130,7 +131,7 @@ impl<'a> Array<'a> {
             (_, [at, ..]) => {
                 let text =
                     format!("`{name}` is drawn over its whole axis; leave out --at {at}, or leave out --map");
-                return Err(PlotError::Unfit(text));
+                return Err(Failure::Usage(text));
             }
         };
         let places = match &axis {
@@ -142,7 +143,7 @@ impl<'a> Array<'a> {
             }),
         };
         let places = places.ok_or_else(|| {
-            PlotError::Nothing(format!("`{name}` of `{}` has no places along its axis", channel.topic))
+            Failure::nothing(format!("`{name}` of `{}` has no places along its axis", channel.topic))
         })?;
         Ok(Self { recording, id, leaf, axis, extent, line, coordinate, places })
     }
@@ -166,18 +167,18 @@ impl<'a> Array<'a> {
     /// Numbers of the messages nearest to times evenly between the first and the last, and those times.
     ///
     /// * `known`: times of the messages and their numbers
-    fn times(&self, mut known: Vec<(f64, u64)>) -> Result<Vec<(u64, f64)>, PlotError> {
+    fn times(&self, mut known: Vec<(f64, u64)>) -> Result<Vec<(u64, f64)>, Failure> {
         let channel = self.channel();
         known.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (Some(first), Some(last)) = (known.first(), known.last()) else {
             let text = format!("`{}` has no messages in this time", channel.topic);
-            return Err(PlotError::Nothing(text));
+            return Err(Failure::nothing(text));
         };
         let count = known.len().min(MAX_CELLS.1);
         let step = (last.0 - first.0) / (count.max(2) - 1) as f64;
         if step <= 0.0 {
             let text = format!("`{}` has messages at one time only; draw them with --at-time", channel.topic);
-            return Err(PlotError::Unfit(text));
+            return Err(Failure::Usage(text));
         }
         let nearest = |i: usize| {
             let time = first.0 + i as f64 * step;
@@ -190,11 +191,11 @@ impl<'a> Array<'a> {
     }
 
     /// The columns of a map, one for every time: messages by their numbers.
-    fn take(&self, times: &[(u64, f64)]) -> Result<(Vec<Column>, Seen), PlotError> {
+    fn take(&self, times: &[(u64, f64)]) -> Result<(Vec<Column>, Seen), Failure> {
         let mut columns = vec![None; times.len()];
         let mut pass = Pass::over(self.recording, Window::default());
         let numbers = times.iter().map(|(number, _)| *number).collect();
-        pass.numbers(self.id, numbers, |moment, _| -> Result<(), PlotError> {
+        pass.numbers(self.id, numbers, |moment, _| -> Result<(), Failure> {
             let column = self.column(moment)?;
             let wanted = times.iter().zip(&mut columns).filter(|((number, _), _)| *number == moment.number);
             wanted.for_each(|(_, place)| *place = Some(column.clone()));
@@ -205,9 +206,9 @@ impl<'a> Array<'a> {
     }
 
     /// The array at one time at all places.
-    fn column(&self, moment: &Moment) -> Result<Vec<f64>, PlotError> {
+    fn column(&self, moment: &Moment) -> Result<Vec<f64>, Failure> {
         let channel = self.channel();
-        let mismatch = || PlotError::Unfit(mismatch(channel, self.leaf, moment));
+        let mismatch = || Failure::Usage(mismatch(channel, self.leaf, moment));
         if self.axis.flaw(self.leaf, &moment.values).is_some() {
             return Err(mismatch());
         }
@@ -239,7 +240,7 @@ impl<'a> Array<'a> {
         times: &[(u64, f64)],
         columns: Vec<Column>,
         request: &Request,
-    ) -> Result<(Image, Option<(f64, f64)>), PlotError> {
+    ) -> Result<(Image, Option<(f64, f64)>), Failure> {
         let (channel, count) = (self.channel(), times.len());
         let start = times.first().map_or(0.0, |(_, time)| *time);
         let step = times.last().map_or(1.0, |(_, last)| (last - start) / (count.max(2) - 1) as f64);
@@ -273,7 +274,7 @@ impl<'a> Array<'a> {
 }
 
 /// The array of a channel that is drawn: the one that is named, or the first with an axis.
-fn leaf(channel: &Channel, layout: &Layout, fields: &[String]) -> Result<usize, PlotError> {
+fn leaf(channel: &Channel, layout: &Layout, fields: &[String]) -> Result<usize, Failure> {
     let has_axis = |leaf: &usize| {
         let field = &layout.leaves[*leaf];
         field.is_data() && field.kind.is_number() && Axis::of(*leaf, layout, channel) != Axis::Unknown
@@ -281,7 +282,7 @@ fn leaf(channel: &Channel, layout: &Layout, fields: &[String]) -> Result<usize, 
     let topic = &channel.topic;
     match fields {
         [] => (0..layout.leaves.len()).find(has_axis).ok_or_else(|| {
-            PlotError::Nothing(format!(
+            Failure::nothing(format!(
                 "`{topic}` has no array with an axis; choose another topic with --topic"
             ))
         }),
@@ -289,17 +290,17 @@ fn leaf(channel: &Channel, layout: &Layout, fields: &[String]) -> Result<usize, 
             let leaf = layout.find(name).filter(|&leaf| layout.leaves[leaf].is_data());
             let leaf = leaf.ok_or_else(|| SelectionError::unknown_field(channel, name))?;
             Some(leaf).filter(has_axis).ok_or_else(|| {
-                PlotError::Unfit(format!(
+                Failure::Usage(format!(
                     "`{name}` of `{topic}` is no array with an axis; draw it without --map"
                 ))
             })
         }
-        _ => Err(PlotError::Unfit("--map draws one array; name one with --field".into())),
+        _ => Err(Failure::Usage("--map draws one array; name one with --field".into())),
     }
 }
 
 /// The one line through a matrix that is drawn, and the number of the coordinate that it fixes.
-fn line(name: &str, coordinates: &[&str], at: &[Positions]) -> Result<((String, f64), usize), PlotError> {
+fn line(name: &str, coordinates: &[&str], at: &[Positions]) -> Result<((String, f64), usize), Failure> {
     if let [Positions { coordinates: chosen, .. }] = at
         && let [(coordinate, positions)] = chosen.as_slice()
         && let ([position], Some(across)) =
@@ -307,7 +308,7 @@ fn line(name: &str, coordinates: &[&str], at: &[Positions]) -> Result<((String, 
     {
         return Ok(((coordinate.clone(), *position), across));
     }
-    Err(PlotError::Unfit(format!(
+    Err(Failure::Usage(format!(
         "`{name}` is a matrix; choose one line of it, as in --at {}=0 or --at {}=0.5",
         coordinates[1], coordinates[0]
     )))

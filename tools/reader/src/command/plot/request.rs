@@ -5,15 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::{
-    command::trace::TraceError,
     convention,
+    failure::Failure,
     field::{Selection, SelectionError},
     measured::Sources,
     messages::Recording,
-    recording::{Damage, Limits, OpenError},
+    recording::{Damage, Limits},
     select::{self, Bound, Pattern, Window, finite_time},
-    slice::MomentError,
-    tabular::TableError,
     units::Units,
 };
 
@@ -84,11 +82,7 @@ pub struct Request {
 
 impl Request {
     /// A recording, and the topics whose arrays are drawn: the stress of the interface if none are named.
-    pub(super) fn open_arrays(
-        &self,
-        path: &Path,
-        limits: Limits,
-    ) -> Result<(Recording, Vec<u16>), PlotError> {
+    pub(super) fn open_arrays(&self, path: &Path, limits: Limits) -> Result<(Recording, Vec<u16>), Failure> {
         let mut recording = Recording::open(path, limits)?;
         if self.epoch {
             recording.count_from(0);
@@ -100,11 +94,11 @@ impl Request {
     }
 
     /// Refuses what only images have.
-    pub(super) fn check_curves(&self) -> Result<(), PlotError> {
+    pub(super) fn check_curves(&self) -> Result<(), Failure> {
         match self.y_range {
-            Some(_) => Err(PlotError::Unfit(
-                "--y-range is for images; --range is the vertical axis of curves".into(),
-            )),
+            Some(_) => {
+                Err(Failure::Usage("--y-range is for images; --range is the vertical axis of curves".into()))
+            }
             None => Ok(()),
         }
     }
@@ -136,39 +130,4 @@ pub struct Drawn {
     pub lacking: usize,
     /// What is to be said of the picture.
     pub remark: Option<String>,
-}
-
-/// Why there is no picture.
-#[derive(Debug, thiserror::Error)]
-pub enum PlotError {
-    /// The numbers cannot be had.
-    #[error(transparent)]
-    Trace(#[from] TraceError),
-    /// The table cannot be read.
-    #[error(transparent)]
-    Table(#[from] TableError),
-    /// There is nothing to draw.
-    #[error("nothing to draw: {0}")]
-    Nothing(String),
-    /// What is asked for does not go into one picture.
-    #[error("{0}")]
-    Unfit(String),
-    /// There are no messages at a time.
-    #[error(transparent)]
-    Moment(#[from] MomentError),
-    /// The picture cannot be drawn.
-    #[error("cannot draw: {0}")]
-    Draw(String),
-}
-
-impl From<OpenError> for PlotError {
-    fn from(error: OpenError) -> Self {
-        Self::Trace(error.into())
-    }
-}
-
-impl From<SelectionError> for PlotError {
-    fn from(error: SelectionError) -> Self {
-        Self::Trace(error.into())
-    }
 }

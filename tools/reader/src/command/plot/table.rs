@@ -7,10 +7,11 @@ use percuss_table::{Cell, Heading};
 
 use super::{
     axes::{Line, panel},
-    request::{Drawn, PlotError, Request},
+    request::{Drawn, Request},
 };
 use crate::{
-    recording::{Budget, Limits, OpenError},
+    failure::Failure,
+    recording::{Budget, Limits},
     tabular,
 };
 
@@ -29,7 +30,7 @@ pub(super) fn of_columns(
     title: String,
     limits: Limits,
     medium: Medium,
-) -> Result<Drawn, PlotError> {
+) -> Result<Drawn, Failure> {
     request.check_curves()?;
     let names: Vec<&str> = [x, y].into_iter().chain(request.by.as_deref()).collect();
     let table = tabular::read(path, Some(&names), limits)?;
@@ -48,12 +49,12 @@ pub(super) fn of_columns(
         let known = lines.iter().position(|line| line.curve.name == name);
         if known.is_none() && lines.len() == MAX_CURVES {
             let text = format!("--by: more than {MAX_CURVES} values; choose a column that has fewer");
-            return Err(PlotError::Unfit(text));
+            return Err(Failure::Usage(text));
         }
         // a list grows to twice its length
         let curve = if known.is_none() { CURVE + name.len() } else { 0 };
         if !budget.spend(2 * size_of::<(f64, f64)>() + curve) {
-            return Err(OpenError::Memory { path: path.into(), what: "the points of the curves" }.into());
+            return Err(Failure::memory(path, "the points of the curves"));
         }
         let line = known.unwrap_or_else(|| {
             let curve = Curve { name, ..Curve::default() };
@@ -63,13 +64,13 @@ pub(super) fn of_columns(
         lines[line].curve.points.push((x, y));
     }
     if lines.is_empty() {
-        return Err(PlotError::Nothing("no row of the table has a number in both columns".into()));
+        return Err(Failure::nothing("no row of the table has a number in both columns"));
     }
     if by.is_some() {
         lines.iter_mut().for_each(|line| line.curve.points.sort_by(|a, b| a.0.total_cmp(&b.0)));
     }
     let panel = percuss_picture::Panel { title, ..panel(&table.headings[0], lines, Vec::new(), request) };
-    let picture = draw(&[panel], medium).map_err(PlotError::Draw)?;
+    let picture = draw(&[panel], medium).map_err(Failure::drawing)?;
     Ok(Drawn { picture, lacking, ..Drawn::default() })
 }
 

@@ -10,9 +10,10 @@ use crate::{
     axis::Axis,
     command::{plot::cut::Peaks, points::find},
     convention::{FIELD_STRESS, FIELDS},
+    failure::Failure,
     messages::Recording,
     pass::Pass,
-    recording::{Damage, OpenError},
+    recording::Damage,
     select::Window,
     slice::{Layer, Side, Slice, slice},
 };
@@ -185,7 +186,7 @@ impl<'a> Field<'a> {
         Some(Self { recording, id, leaf, every, bounds: Bounds::default(), times: Vec::new() })
     }
 
-    pub(super) fn watch<'b>(&'b mut self, pass: &mut Pass<'b, OpenError>)
+    pub(super) fn watch<'b>(&'b mut self, pass: &mut Pass<'b>)
     where
         'a: 'b,
     {
@@ -202,7 +203,7 @@ impl<'a> Field<'a> {
     /// Reads the frames; `null` if there are none. The first of its `views` is what a page begins with.
     ///
     /// * `body`: the indenter at the times of the frames
-    pub(super) fn json(self, body: impl FnOnce(&[f64]) -> Body) -> Result<(Value, Vec<Damage>), OpenError> {
+    pub(super) fn json(self, body: impl FnOnce(&[f64]) -> Body) -> Result<(Value, Vec<Damage>), Failure> {
         let Self { recording, id, leaf, every, mut bounds, times } = self;
         let channel = &recording.channels[&id];
         let none = (Value::Null, Vec::new());
@@ -214,7 +215,7 @@ impl<'a> Field<'a> {
         if pictures.is_empty() {
             return Ok(none);
         }
-        let mut pass = Pass::<OpenError>::over(recording, Window::default());
+        let mut pass = Pass::over(recording, Window::default());
         pass.every(id, every, |moment, _| {
             if let Some(slice) = slice(channel, leaf, moment) {
                 for picture in &mut pictures {

@@ -8,7 +8,6 @@ use crate::{
     convention::{FACE, PROFILE},
     messages::Recording,
     pass::{Moment, Pass},
-    recording::OpenError,
 };
 
 /// The indenter at some times, and its outline; no numbers where they are not recorded.
@@ -36,7 +35,7 @@ pub(in crate::command) struct Outline {
 
 impl Outline {
     /// Looks at all profiles of the surface.
-    pub(in crate::command) fn watch<'a>(&'a mut self, recording: &Recording, pass: &mut Pass<'a, OpenError>) {
+    pub(in crate::command) fn watch<'a>(&'a mut self, recording: &Recording, pass: &mut Pass<'a>) {
         let leaf = |field| find_leaf(recording, PROFILE, field);
         let (Some((id, radius)), Some((_, face))) = (leaf("r"), leaf(FACE)) else { return };
         let deepest = &mut self.deepest;

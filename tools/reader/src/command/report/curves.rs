@@ -13,7 +13,6 @@ use crate::{
     messages::Recording,
     pass::Pass,
     prefix::engineering,
-    recording::OpenError,
     slice::profile,
     wire::List,
 };
@@ -45,7 +44,7 @@ impl Charts {
         )
     }
 
-    pub(super) fn watch<'a>(&'a mut self, recording: &'a Recording, pass: &mut Pass<'a, OpenError>) {
+    pub(super) fn watch<'a>(&'a mut self, recording: &'a Recording, pass: &mut Pass<'a>) {
         self.0.iter_mut().for_each(|points| points.watch(recording, pass));
     }
 
@@ -119,7 +118,7 @@ pub struct Profiles {
 }
 
 impl Profiles {
-    pub(super) fn watch<'a>(&'a mut self, recording: &'a Recording, pass: &mut Pass<'a, OpenError>) {
+    pub(super) fn watch<'a>(&'a mut self, recording: &'a Recording, pass: &mut Pass<'a>) {
         let Some((id, leaf)) = find_leaf(recording, INTERFACE, "stress") else { return };
         let channel = &recording.channels[&id];
         pass.every(id, channel.count.div_ceil(PROFILES), move |moment, budget| {
@@ -161,7 +160,7 @@ pub struct Events {
 }
 
 impl Events {
-    pub(super) fn watch<'a>(&'a mut self, recording: &'a Recording, pass: &mut Pass<'a, OpenError>) {
+    pub(super) fn watch<'a>(&'a mut self, recording: &'a Recording, pass: &mut Pass<'a>) {
         let Some((id, leaf)) = find_leaf(recording, EVENT, "text") else { return };
         pass.each(id, move |moment, _| {
             let List::Text(list) = &moment.values.lists[leaf] else { return Ok(()) };

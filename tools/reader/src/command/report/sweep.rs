@@ -11,12 +11,13 @@ use percuss_table::{Cell, Heading};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{ReportError, SHARED, STYLE, VERSION, curves::number, fill};
+use super::{SHARED, STYLE, VERSION, curves::number, fill};
 use crate::{
     convention::{CASE_NUMBER, MANIFEST, STATUS_COLUMN, SUMMARY, WARNINGS_COLUMN},
+    failure::Failure,
     prefix::Prefixed,
-    recording::{Limits, OpenError},
-    tabular::{self, Table, TableError},
+    recording::Limits,
+    tabular::{self, Table},
 };
 
 const PAGE: &str = include_str!("sweep.html");
@@ -31,12 +32,13 @@ const SCRIPT: &str = include_str!("sweep.js");
 /// # Errors
 ///
 /// The folder holds no summary, or what it holds cannot be read.
-pub fn sweep(folder: &Path, page: &Path, limits: Limits) -> Result<String, ReportError> {
+pub fn sweep(folder: &Path, page: &Path, limits: Limits) -> Result<String, Failure> {
     let table = match tabular::read(&folder.join(SUMMARY), None, limits) {
-        Err(TableError::Open(OpenError::Io { error, .. }))
-            if error.kind() == std::io::ErrorKind::NotFound =>
-        {
-            return Err(ReportError::NotSweep(folder.into()));
+        Err(Failure::Read { error, .. }) if error.kind() == std::io::ErrorKind::NotFound => {
+            return Err(Failure::Usage(format!(
+                "`{}` is not the directory of a sweep: it has no summary.csv",
+                folder.display()
+            )));
         }
         table => table?,
     };
@@ -92,10 +94,10 @@ struct Entry {
 }
 
 /// What the journal says last of every case, by number; a line that is none, like a torn one at its end, is passed.
-fn entries(folder: &Path, limits: Limits) -> Result<HashMap<u64, Entry>, OpenError> {
+fn entries(folder: &Path, limits: Limits) -> Result<HashMap<u64, Entry>, Failure> {
     let path = folder.join(MANIFEST);
     let Ok(journal) = File::open(&path) else { return Ok(HashMap::new()) };
-    let error = |error| OpenError::Io { path: path.clone(), error };
+    let error = |error| Failure::Read { path: path.clone(), error };
     let mut entries = HashMap::new();
     let mut room = limits.kept();
     let mut lines = BufReader::new(journal);
@@ -104,7 +106,7 @@ fn entries(folder: &Path, limits: Limits) -> Result<HashMap<u64, Entry>, OpenErr
     while lines.by_ref().take(longest).read_until(b'\n', &mut line).map_err(error)? > 0 {
         if let Ok(entry) = serde_json::from_slice::<Entry>(&line) {
             let size = 2 * size_of::<(u64, Entry)>() + line.len();
-            let refuse = || OpenError::Memory { path: path.clone(), what: "the names of the recordings" };
+            let refuse = || Failure::memory(&path, "the names of the recordings");
             room = room.checked_sub(size).ok_or_else(refuse)?;
             entries.insert(entry.case, entry);
         }

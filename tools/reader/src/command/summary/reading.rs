@@ -13,10 +13,10 @@ use crate::{
         DISPLACEMENT, DRAG, ENERGY, EVENT, IMPACT_VELOCITY, INTERFACE, LARGEST_STRAIN, MESH_LOSS, RADIUS,
         VALIDITY, VELOCITY,
     },
+    failure::Failure,
     field::cell,
     messages::Recording,
     pass::{Moment, Pass, Seen},
-    recording::OpenError,
     select::Window,
     wire::{Layout, Type},
 };
@@ -38,9 +38,9 @@ impl Reading {
     /// # Errors
     ///
     /// The file cannot be read.
-    pub(in crate::command) fn of(recording: &Recording) -> Result<Self, OpenError> {
+    pub(in crate::command) fn of(recording: &Recording) -> Result<Self, Failure> {
         let observed = RefCell::default();
-        let mut pass = Pass::<OpenError>::over(recording, Window::default());
+        let mut pass = Pass::over(recording, Window::default());
         watch(recording, &observed, &mut pass);
         let seen = pass.run()?;
         Ok(Self { seen, ..Self::from(recording, &observed.into_inner()) })
@@ -68,7 +68,7 @@ impl Reading {
 pub(in crate::command) fn watch<'a>(
     recording: &'a Recording,
     observed: &'a RefCell<Observations>,
-    pass: &mut Pass<'a, OpenError>,
+    pass: &mut Pass<'a>,
 ) {
     type Take = fn(&mut Observations, f64, [Cell; 2]);
     let takes: [(&str, [&str; 2], Take); 4] = [

@@ -10,11 +10,12 @@ use ndarray::{Array, Array1, Array2, IxDyn};
 use ndarray_npy::{NpzWriter, WriteNpzError};
 use percuss_picture::Side;
 
-use super::request::{Outcome, Request, TraceError};
+use super::request::{Outcome, Request};
 use crate::{
     axis::Axis,
     channel::Channel,
     extent::{Extent, Extents},
+    failure::Failure,
     field::SelectionError,
     format::npy::Text,
     messages::Recording,
@@ -61,7 +62,7 @@ pub fn arrays(
     request: &Request,
     limits: Limits,
     output: &mut dyn Write,
-) -> Result<Option<Outcome>, TraceError> {
+) -> Result<Option<Outcome>, Failure> {
     if request.follow || request.stack || !request.selection.at.is_empty() || !request.at_times.is_empty() {
         return Ok(None);
     }
@@ -81,11 +82,11 @@ pub fn arrays(
     let (mut times, mut outcome) = (Vec::new(), Outcome::default());
     let no_room = || {
         let text = "the arrays are larger than --max-memory allows; choose --from and --to, or --every";
-        TraceError::Memory(io::Error::new(io::ErrorKind::OutOfMemory, text))
+        Failure::Failed(text.into())
     };
     let half = usize::try_from(limits.memory / 2).unwrap_or(usize::MAX);
     let mut pass = Pass::over(&recording, request.window).keeping(half);
-    pass.each(id, |moment, budget| -> Result<(), TraceError> {
+    pass.each(id, |moment, budget| -> Result<(), Failure> {
         times.push(moment.time);
         fields.iter_mut().try_for_each(|field| {
             // a list grows to twice its length
@@ -105,7 +106,7 @@ pub fn arrays(
     let mut archive =
         write(archive, channel, times, fields, &request.units).map_err(|error| match error {
             WriteNpzError::Zip(_) | WriteNpzError::Npy(_) => {
-                TraceError::Output(io::Error::other(error.to_string()))
+                Failure::Output(io::Error::other(error.to_string()))
             }
         })?;
     archive.rewind()?;
@@ -148,7 +149,7 @@ impl ArrayField {
         leaf: usize,
         extent: &Extent,
         units: &Units,
-    ) -> Result<Self, TraceError> {
+    ) -> Result<Self, Failure> {
         let path = &layout.leaves[leaf].path;
         let misplaced = |flaw: String| SelectionError::Misplaced {
             topic: channel.topic.clone(),
@@ -185,7 +186,7 @@ impl ArrayField {
     }
 
     /// The numbers of a message, at their places.
-    fn take(&mut self, channel: &Channel, values: &Values) -> Result<(), TraceError> {
+    fn take(&mut self, channel: &Channel, values: &Values) -> Result<(), Failure> {
         let list = &values.lists[self.leaf];
         let lengths: Vec<usize> = match &self.axis {
             Axis::Matrix(_) => {

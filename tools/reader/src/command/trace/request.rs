@@ -1,6 +1,6 @@
 //! What to trace, how much there was, and why a trace failed.
 
-use std::{collections::BTreeSet, io, path::PathBuf};
+use std::{collections::BTreeSet, path::PathBuf};
 
 use clap::Args;
 
@@ -8,10 +8,8 @@ use super::{clock::TimeForm, join::Align};
 use crate::{
     field::{Selection, SelectionError},
     measured::Sources,
-    recording::{Damage, OpenError},
+    recording::Damage,
     select::{Bound, Pattern, Window, finite_time},
-    slice::MomentError,
-    tabular::TableError,
     units::Units,
 };
 
@@ -86,57 +84,4 @@ pub struct Outcome {
     pub left_out: Vec<SelectionError>,
     /// Names of columns without a value in any row.
     pub empty: Vec<String>,
-}
-
-/// Why a trace failed.
-#[derive(Debug, thiserror::Error)]
-pub enum TraceError {
-    /// A file cannot be read.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// A table cannot be read, or is not like the recording.
-    #[error(transparent)]
-    Table(#[from] TableError),
-    /// There are no messages at a time.
-    #[error(transparent)]
-    Moment(#[from] MomentError),
-    /// The fields asked for are not there.
-    #[error(transparent)]
-    Selection(#[from] SelectionError),
-    /// Times that cannot stand in one column.
-    #[error("times are in {first} and in {other}; trace them one by one")]
-    TimeUnits {
-        /// Unit of the first.
-        first: String,
-        /// Unit that differs.
-        other: String,
-    },
-    /// Messages have a time that is no log time.
-    #[error(
-        "messages of `{0}` have a time of their own; --time is for topics that are timed by their log time"
-    )]
-    OwnTime(String),
-    /// Files to be stacked have different columns.
-    #[error("`{}` has other columns than `{}`; trace them side by side, or choose fields both have", other.display(), first.display())]
-    Columns {
-        /// First file.
-        first: PathBuf,
-        /// File that differs.
-        other: PathBuf,
-    },
-    /// What has to be kept of the messages has no room.
-    #[error("{0}")]
-    Memory(io::Error),
-    /// The output cannot be written.
-    #[error("cannot write the output: {0}")]
-    Output(io::Error),
-}
-
-impl From<io::Error> for TraceError {
-    fn from(error: io::Error) -> Self {
-        match error.kind() {
-            io::ErrorKind::OutOfMemory => Self::Memory(error),
-            _ => Self::Output(error),
-        }
-    }
 }

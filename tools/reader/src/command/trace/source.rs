@@ -9,14 +9,15 @@ use std::{
 
 use percuss_table::Cell;
 
-use super::request::{Request, TraceError};
+use super::request::Request;
 use crate::{
     channel::Channel,
     extent::{Extent, Extents},
+    failure::Failure,
     field::{Column, Columns, MAX_TABLE, Positions, Selection, SelectionError, Used, columns},
     instant::Instant,
     messages::{Messages, POLL, Recording, Turns},
-    recording::{Limits, OpenError},
+    recording::Limits,
     select,
     slice::kept_at,
     wire::{List, Values},
@@ -48,7 +49,7 @@ impl Traced {
         origin: Option<u64>,
         limits: Limits,
         all_left_out: &mut Vec<SelectionError>,
-    ) -> Result<Self, TraceError> {
+    ) -> Result<Self, Failure> {
         let mut recording = request.sources.open(path, limits)?;
         // of a file that is being written, the topics may still be to come
         while request.follow && select::channels_or_default(&recording, &request.topics).is_err() {
@@ -61,7 +62,7 @@ impl Traced {
         let ids = select::channels_or_default(&recording, &request.topics)?;
         let many = ids.len() > 1;
         let (mut slots, mut width, mut weight) = (Vec::new(), 0, 0);
-        let mut extents: Option<Result<Extents, OpenError>> = None;
+        let mut extents: Option<Result<Extents, Failure>> = None;
         let mut used = Used::new(&request.selection);
         for &id in &ids {
             let channel = &recording.channels[&id];
@@ -87,7 +88,7 @@ impl Traced {
             slots.push(Slot { id, topic: channel.topic.clone(), time, columns: fields, chosen: None });
         }
         if let Some(Err(error)) = extents {
-            return Err(error.into());
+            return Err(error);
         }
         if !request.at_times.is_empty() {
             let (kept, _) = kept_at(&recording, &ids, &request.at_times)?;
@@ -121,7 +122,7 @@ impl Traced {
         request: &Request,
         base: usize,
         by_log_time: bool,
-    ) -> Result<Stream<'_>, OpenError> {
+    ) -> Result<Stream<'_>, Failure> {
         let by_time = self.slots.iter().all(|slot| slot.time.leaf.is_some());
         let (from, to) = request.window.numbers();
         let window = match (by_time, self.origin()) {
@@ -239,7 +240,7 @@ impl Stream<'_> {
     }
 
     /// The next sample of the time asked for.
-    pub(super) fn next(&mut self, request: &Request) -> Result<Step, OpenError> {
+    pub(super) fn next(&mut self, request: &Request) -> Result<Step, Failure> {
         loop {
             if let Some(due) = self.turns.as_mut().and_then(Turns::next) {
                 let (slot, time, cells) = due;

@@ -10,11 +10,11 @@ use crate::{
 
 /// Which fields of which topics.
 #[derive(Clone, Debug, Args)]
-pub(super) struct Chosen {
+pub struct Chosen {
     /// Topics, separated by commas; `*` stands for anything [default: /drag of percuss, else the first with
     /// numbers; plot --at-time: /interface/stress]
     #[arg(long = "topic", value_name = "TOPIC", value_delimiter = ',')]
-    pub(super) topics: Vec<Pattern>,
+    pub(crate) topics: Vec<Pattern>,
     /// Fields, separated by commas: name, a.b.c, list[3].name, map[key], name@r=0.5, name@r=0,z=0.5 [default: all]
     #[arg(long = "field", value_name = "NAME")]
     fields: Vec<String>,
@@ -42,7 +42,7 @@ fn split_fields(text: &str) -> Vec<String> {
 
 impl Chosen {
     /// Fields and positions.
-    pub(super) fn selection(&self) -> Selection {
+    pub(crate) fn selection(&self) -> Selection {
         Selection {
             fields: self.fields.iter().flat_map(|text| split_fields(text)).collect(),
             at: self.at.clone(),
