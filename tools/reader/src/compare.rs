@@ -12,7 +12,6 @@
 mod align;
 mod clock;
 mod convert;
-
 mod field;
 mod measure;
 mod meter;

@@ -120,33 +120,13 @@
 //!
 //! # How a comparison goes
 //!
-//! 1. Channels are paired by topic and message type, fields by name, then by number. What has no partner, has another
-//!    name, number, type, unit or axis is a difference, reported before any number; of a dimensionless recording and one in SI that
-//!    carries its scales, the new one is converted instead. Metadata records and attachments are compared
-//!    too, TOML key by key, but only for information: they explain why numbers differ. Of `percuss.host` only the commit of the program takes part; version
-//!    and revision of the numerics are in `percuss.run`.
-//! 2. The messages of a channel are those in the order of their log times and sequence numbers, whatever their order in the file.
-//!    They are paired by step if equal steps are at equal times, else by exact time if more than half of them have
-//!    a partner, else, with a tolerance, the new recording is interpolated at the times of the reference,
-//!    which is reported with the messages of both. Two messages at one time are a jump: nothing is interpolated across it, and each is
-//!    paired with that of its number. Without a tolerance only messages of the same step or exact time
-//!    are compared, and nothing interpolated is equal. The first 16 messages of a channel decide; `--align` does so for good.
-//!    Messages without a field `time` are timed by their log time, to the nanosecond.
-//!    Times and steps of paired messages are compared like other fields; the rule `time` is for them in all topics.
-//!    Recordings without any common time, as of wall clocks, are paired from the start of each (`--align relative`), which is
-//!    reported; their fields `time` are then compared from the start if that is asked for or if they have a tolerance, else as
-//!    they are, and dates (`google.protobuf.Timestamp`) are left out alike. Log times only say where a recording starts. With a tolerance, arrays on other
-//!    axes are compared on the common range, interpolated linearly; elements outside it are counted and are a difference, and those
-//!    without a place (NaN, or more than the axis lists) are compared by their number. Equal texts of an axis are equal places; the fields that describe the axes are left out then,
-//!    and so are `time` and `step` between messages.
-//! 3. Values are checked against the first rule that fits `topic.field`, see [`compare::Tolerance`]; without a rule every bit
-//!    counts: −0 is not +0, and NaN is equal to the same bits only, unless more is asked for. Equal bits are
-//!    equal under any tolerance.
-//! 4. Every message and value of either recording is compared, or it is a difference, or an option leaves it out. A message without a
-//!    counterpart, as before the first or after the last of the other recording, is a difference, and so is an element outside the
-//!    other's axis; `--common` leaves both out. Messages of the new recording between the times of the reference are left out by
-//!    `--align linear`, `cubic` and `nearest`, and counted. A channel without common times, arrays without a common part of their
-//!    axes, a window or selection without any value are a verdict of their own, unless something else is different.
+#![doc = include_str!("compare/rules.md")]
+//!
+//! Channels are paired by topic and message type, fields by name, then by number. Messages are paired by step if equal steps are at
+//! equal times, else by exact time if more than half of them have a partner, else, with a tolerance, between times; the
+//! first 16 messages of a channel decide, `--align` does so for good. Two messages at one time are a jump: nothing is interpolated
+//! across it, and each is paired with that of its number. Elements of arrays without a place (NaN, or more than the axis lists) are
+//! compared by their number. Values are checked against the first rule that fits `topic.field`, see [`compare::Tolerance`].
 
 use percuss_output::text;
 

@@ -63,7 +63,8 @@ impl ValueEnum for Align {
     }
 }
 
-const DIFF_EXAMPLES: &str = "\
+const DIFF_EXAMPLES: &str = concat!(
+    "\
 Examples:
   percuss-read diff old.mcap new.mcap             # every bit
   percuss-read diff old.mcap new.mcap --peak-rel 1e-9
@@ -80,54 +81,18 @@ Examples:
   percuss-read diff golden/ results/ --junit report.xml --github
   percuss-read diff golden/ results/ --markdown >> \"$GITHUB_STEP_SUMMARY\"
 
-A tolerance is PATTERN:KEY=VALUE,... or KEY=VALUE,... for all fields; the pattern is of topic.field or of a topic, \
-`*` stands for anything, and the first that fits counts. Keys: abs, rel (of the reference value), peak_rel (of the \
-largest magnitude of the field), range_rel (of its range), ulp (units in the last place), tube=TIME:VALUE \
-(half-widths around the reference curve), l2_rel (norm of the whole field), ignore, bitwise. A value may differ by \
-the largest of abs, rel, peak_rel and range_rel, or by ulp, or lie in the tube. Without any tolerance all bits must \
-agree: NaN equals itself, -0 is not +0 (abs=0 makes it so). The file of --tolerances holds the same as [[tolerance]] \
+",
+    include_str!("../compare/tolerance.md"),
+    "\
+The file of --tolerances holds the same as [[tolerance]] \
 tables: field = \"/drag.*\", abs = 1e-9, tube = { time = 0.01, value = 1e-3 }.
 
-Every message and value of either recording is compared, or it is a difference, or an option leaves it out: messages \
-without a counterpart, as before the first or after the last of the other recording, and elements beyond the axes of \
-the other are differences unless --common is given; messages of the new recording between the times of the reference \
-are left out by --align linear, cubic and nearest, and counted. The order of messages is that of their log times and \
-sequence numbers (--file-order: that of the file).
-
-A table (CSV, Parquet, JSON lines) is compared like a recording: its column `time` says when, the others are fields of \
-the other recording, of its topic with most of them unless they are named like /drag.force, in the unit of the \
-heading or that of the field. Only what the table has is compared.
-
-Without a tolerance only messages of the same step or exact time are compared, and nothing interpolated is equal; \
-with one, messages of other times are interpolated (--align linear --l2-rel 0.01), which is reported. Times and \
-steps of paired messages are compared like fields: a rule for `time` is for those of all topics (--tol \
-time:abs=1e-12, --ignore time).
-
-What is compared are the values of messages, not how they are written: not the order of fields and of entries of a \
-map, packed or not, the length of a varint, blanks in JSON and digits of fractions beyond double precision. Of entries of a map with one key the last counts; keys and \
-whole numbers are compared exactly. \
-Messages that do not fit their schema, or whose encoding is neither protobuf nor JSON, are compared as bytes. Of \
-schemas, names, numbers and types of fields are compared, not their text; with --by-name, as for a copy by another \
-program, in other types or in JSON, only names.
-
-Metadata (of programs: version, commit, revision of the numerics), attachments, names of enum values, log times, \
-publish times and sequence numbers are not compared where fields say which message it is; what differs of them is \
-mentioned, and the status stays. Topics that are derived from others in both recordings are compared if they are \
-named (--topic). Residuals of rounding (/energy.residual) are compared if they are named (--field residual, --tol \
-/energy.residual:abs=1e-12).
-
-What could not be compared is never equal: without a value that both have (no common time or axis, nothing in the \
-window, no field left) the status is 2, or 1 if one recording has messages that the other has not. Recordings \
-without any common time, as of wall clocks, are paired as with --align relative, which is reported; without a \
-tolerance their fields `time` differ. Folders with --bless: new recordings are taken over too, and those that only \
-the reference has stay, with status 1.
-
-Of a recording in SI and a dimensionless one, the new one is converted to the units of the reference if the one in \
-SI carries its scales; the report says so. That rounds the last bits: give a tolerance such as --rel 1e-12, for \
-fields of single precision --rel 1e-6. --plot and --write-diff need recordings in the same units.
-
+",
+    include_str!("../compare/rules.md"),
+    "
 Exit status: 0 equal within tolerance, 1 different, 2 could not compare, 3 an input is damaged or partial: the sound \
-part was compared.";
+part was compared."
+);
 
 /// Two recordings, or folders of them, number by number
 #[derive(Debug, Args)]

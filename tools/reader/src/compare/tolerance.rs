@@ -9,15 +9,7 @@ use crate::{convention, select::Pattern};
 
 /// What is allowed of a field.
 ///
-/// An element of the new recording, b, may differ from that of the reference, a, by
-///
-/// ```text
-/// |a − b| ≤ max(abs, rel·|a|, peak_rel·max|a|, range_rel·(max a − min a))
-/// ```
-///
-/// or by `ulp` units in the last place, or lie in the `tube` around the reference. `l2_rel` is asked of the field as a
-/// whole: ‖a − b‖₂ ≤ l2_rel·‖a‖₂; as the only rule, it leaves single elements free. Equal bits are always equal: NaN equals
-/// itself. Without any of these, all bits must agree: −0 is not +0.
+#[doc = include_str!("tolerance.md")]
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 pub struct Tolerance {
     /// Absolute.
