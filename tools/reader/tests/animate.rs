@@ -52,10 +52,10 @@ fn what_cannot_be_animated_is_said() {
         (&["animate", "ball.mcap", "-o", "a.jpg"], 2, ".gif, .mp4"),
         (
             &["animate", "ball.mcap", "--topic", "/drag", "-o", "b.gif"],
-            1,
+            2,
             "`/drag` is no field with two axes",
         ),
-        (&["animate", "ball.mcap", "--from", "1", "-o", "b.gif"], 1, "has no frames in this time"),
+        (&["animate", "ball.mcap", "--from", "1", "-o", "b.gif"], 2, "has no frames in this time"),
         (&["animate", "ball.mcap", "--range", "0", "-o", "b.gif"], 2, "not above 0"),
     ] {
         let error = desk.both(status, arguments).1;
@@ -65,7 +65,7 @@ fn what_cannot_be_animated_is_said() {
     let mut writer = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("a writer");
     writer.finish().expect("an end");
     let other = Desk::new(&[("x.mcap", writer.into_inner().into_inner())]);
-    let error = other.both(1, &["animate", "x.mcap", "-o", "x.gif"]).1;
+    let error = other.both(2, &["animate", "x.mcap", "-o", "x.gif"]).1;
     assert!(error.contains("nothing to animate"), "{error}");
     // without ffmpeg
     let mut command = Command::new(assert_cmd::cargo::cargo_bin!("percuss-read"));
