@@ -1,4 +1,7 @@
 //! Archives of NumPy arrays: a stored array of numbers a column, named like it. They know no units.
+//!
+//! `ndarray_npy::NpzReader` is not used: it takes the memory for as many files, headers as long and arrays as large as the
+//! archive claims to have, before it reads them.
 
 use percuss_table::{Cell, Heading};
 

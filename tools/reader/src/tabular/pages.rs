@@ -6,6 +6,9 @@
 //! values:  plain: number after number, bools as bits, texts with their lengths; or places: width: u8, hybrid of that many bits
 //! hybrid:  runs: header 2n, value, repeated n times; header 2n + 1, 8n values of some bits each
 //! ```
+//!
+//! The reader of pages in the crate `parquet` is not used: it takes the memory that a page claims before it reads it, panics at
+//! long numbers of runs and at texts that are cut off, and counts for seconds over a list of seven bytes in a header.
 
 use percuss_table::Cell;
 
