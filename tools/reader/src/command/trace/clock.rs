@@ -1,5 +1,7 @@
 //! Log times as they stand in the time column.
 
+use std::time::{Duration, UNIX_EPOCH};
+
 use clap::ValueEnum;
 use percuss_table::{Cell, CellType, Heading};
 
@@ -53,23 +55,7 @@ impl Clock {
 ///
 /// * `log_time`: since 1970 \[ns\]
 pub(crate) fn iso(log_time: u64) -> String {
-    const SECOND: u64 = 1_000_000_000;
-    const DAY: u64 = 86_400;
-    /// Days of 400 years, after which the calendar repeats itself, and from 1 March 0000 to 1 January 1970.
-    const CYCLE: u64 = 146_097;
-    const BEFORE: u64 = 719_468;
-    let (seconds, nanoseconds) = (log_time / SECOND, log_time % SECOND);
-    let (days, second) = (seconds / DAY + BEFORE, seconds % DAY);
-    let (cycle, day) = (days / CYCLE, days % CYCLE);
-    // years begin in March, so that the leap day is their last
-    let year = (day - day / 1460 + day / 36_524 - day / (CYCLE - 1)) / 365;
-    let of_year = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    let year = 400 * cycle + year + u64::from(month <= 2);
-    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
-    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{nanoseconds:09}Z")
+    humantime::format_rfc3339_nanos(UNIX_EPOCH + Duration::from_nanos(log_time)).to_string()
 }
 
 #[cfg(test)]
