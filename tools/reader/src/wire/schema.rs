@@ -10,7 +10,9 @@
 mod filter;
 mod imports;
 
-use prost_reflect::{DescriptorPool, Kind, MessageDescriptor};
+use prost_reflect::{
+    DescriptorPool, Kind, MessageDescriptor, prost::Message, prost_types::FileDescriptorSet,
+};
 
 use filter::Filter;
 use imports::refuse_circles;
@@ -56,13 +58,29 @@ pub(crate) fn pool(bytes: &[u8], room: usize) -> Result<(DescriptorPool, usize),
         let (comments, elements) = (filter.comments, filter.elements);
         return Err(SchemaError::unsound(format!("{comments} comments on {elements} elements are too many")));
     }
-    refuse_circles(&filter.files)?;
+    check_files(&clean)?;
     let pool =
         DescriptorPool::decode(clean.as_slice()).map_err(|error| SchemaError::unsound(error.to_string()))?;
     let wrong = pool.all_messages().find(|message| message.is_map_entry() && !is_entry(message));
     match wrong {
         Some(message) => Err(SchemaError::unsound(format!("`{}` is no entry of a map", message.full_name()))),
         None => Ok((pool, filter.spent())),
+    }
+}
+
+/// Refuses the syntaxes and imports that `prost-reflect` cannot be given.
+///
+/// * `clean`: a set that is filtered
+fn check_files(clean: &[u8]) -> Result<(), SchemaError> {
+    let files =
+        FileDescriptorSet::decode(clean).map_err(|error| SchemaError::unsound(error.to_string()))?.file;
+    let mut syntaxes = files.iter().filter_map(|file| file.syntax.as_deref());
+    match syntaxes.find(|syntax| !matches!(*syntax, "proto2" | "proto3")) {
+        Some(other) => {
+            let text = format!("its syntax is `{other}`; only proto2 and proto3 are known");
+            Err(SchemaError::unsound(text))
+        }
+        None => refuse_circles(&files),
     }
 }
 

@@ -1,9 +1,8 @@
 //! Copies what the reader uses of a descriptor set, counting what it takes in memory.
 
-use super::{
-    SchemaError,
-    imports::{File, MAX_FILES},
-};
+use prost_reflect::prost::encode_length_delimiter;
+
+use super::SchemaError;
 use crate::wire::{cursor::Wire, leaf::DecodeError};
 
 /// Deepest nesting of messages, as in other readers of protobuf.
@@ -124,13 +123,12 @@ pub(super) struct Filter {
     left: usize,
     pub(super) elements: usize,
     pub(super) comments: usize,
-    pub(super) files: Vec<File>,
 }
 
 impl Filter {
     /// * `room`: memory that the set may take \[bytes\]
     pub(super) fn new(room: usize) -> Self {
-        Self { room, left: room, elements: 0, comments: 0, files: Vec::new() }
+        Self { room, left: room, elements: 0, comments: 0 }
     }
 
     /// Memory that the set takes \[bytes\].
@@ -199,13 +197,15 @@ impl Filter {
         }
         let mut scope = Scope { depth: scope.depth + 1, ..scope };
         if std::ptr::eq(element, &FILE) {
-            scope = self.file(bytes, scope)?;
+            let texts = [last_text(bytes, 1)?, last_text(bytes, 2)?, last_text(bytes, 12)?];
+            let [name, package, syntax] = texts.map(Option::unwrap_or_default);
+            check_name(name.len().max(syntax.len()))?;
+            self.package(package)?;
+            (scope.name, scope.file) = (package.len(), name.len());
         }
         if element.has_name {
             scope.name += 1 + last_text(bytes, 1)?.map_or(0, <[u8]>::len);
-            if scope.name > MAX_NAME {
-                return Err(SchemaError::unsound(format!("a name in it is longer than {MAX_NAME} bytes")));
-            }
+            check_name(scope.name)?;
         }
         if element.memory > 0 {
             self.count()?;
@@ -230,6 +230,7 @@ impl Filter {
             Number => self.spend(8 * content.len())?,
             Text | Name => self.text(content.len())?,
             Import => {
+                check_name(content.len())?;
                 self.count()?;
                 self.text(content.len())?;
             }
@@ -249,53 +250,6 @@ impl Filter {
         }
         into.extend_from_slice(whole);
         Ok(())
-    }
-
-    /// Notes a file: its name, its imports, its syntax and its package.
-    fn file(&mut self, bytes: &[u8], scope: Scope) -> Result<Scope, SchemaError> {
-        let (mut file, mut syntax, mut package) = (File::default(), None, &[][..]);
-        let mut wire = Wire { bytes };
-        while !wire.bytes.is_empty() {
-            let (number, wire_type) = wire.key()?;
-            if wire_type != 2 {
-                let before = wire.bytes;
-                wire.skip(number, wire_type, 0)?;
-                if (number, wire_type) == (10, 0) {
-                    file.public.push(import_number(&mut Wire { bytes: before })?);
-                }
-                continue;
-            }
-            let content = wire.block()?;
-            match number {
-                1 => file.name = to_name(content)?,
-                2 => package = content,
-                3 => {
-                    // charged once more where it is copied
-                    self.text(content.len())?;
-                    file.imports.push(to_name(content)?);
-                }
-                10 => {
-                    let mut packed = Wire { bytes: content };
-                    self.spend(8 * content.len())?;
-                    while !packed.bytes.is_empty() {
-                        file.public.push(import_number(&mut packed)?);
-                    }
-                }
-                12 => syntax = Some(to_name(content)?),
-                _ => {}
-            }
-        }
-        if let Some(other) = syntax.filter(|syntax| !matches!(syntax.as_str(), "proto2" | "proto3")) {
-            let text = format!("its syntax is `{other}`; only proto2 and proto3 are known");
-            return Err(SchemaError::unsound(text));
-        }
-        self.package(package)?;
-        let scope = Scope { name: package.len(), file: file.name.len(), ..scope };
-        self.files.push(file);
-        if self.files.len() > MAX_FILES {
-            return Err(SchemaError::unsound(format!("it has more than {MAX_FILES} files")));
-        }
-        Ok(scope)
     }
 
     /// Spends what the name of a package takes: every part of it is a name.
@@ -328,17 +282,12 @@ impl Filter {
     }
 }
 
-fn import_number(wire: &mut Wire<'_>) -> Result<usize, SchemaError> {
-    // a number that fits no import is reported by the parser
-    Ok(usize::try_from(wire.varint()?).unwrap_or(usize::MAX))
-}
-
-fn to_name(bytes: &[u8]) -> Result<String, SchemaError> {
-    match std::str::from_utf8(bytes) {
-        Ok(name) if name.len() <= MAX_NAME => Ok(name.to_owned()),
-        Ok(_) => Err(SchemaError::unsound(format!("a name in it is longer than {MAX_NAME} bytes"))),
-        Err(_) => Err(DecodeError::SchemaMismatch.into()),
+/// * `length`: of a name \[bytes\]
+fn check_name(length: usize) -> Result<(), SchemaError> {
+    if length > MAX_NAME {
+        return Err(SchemaError::unsound(format!("a name in it is longer than {MAX_NAME} bytes")));
     }
+    Ok(())
 }
 
 /// The last text with a field number.
@@ -364,15 +313,9 @@ fn last(bytes: &[u8], wanted: (u32, u8)) -> Result<Option<Wire<'_>>, DecodeError
     Ok(last)
 }
 
+/// Writes a field of a number below 16 that has a length.
 pub(super) fn put_block(number: u32, content: &[u8], into: &mut Vec<u8>) {
-    let mut put = |mut value: usize| {
-        while value >= 0x80 {
-            into.push(value as u8 | 0x80);
-            value >>= 7;
-        }
-        into.push(value as u8);
-    };
-    put((number << 3 | 2) as usize);
-    put(content.len());
+    into.push((number << 3 | 2) as u8);
+    encode_length_delimiter(content.len(), into).expect("a list grows");
     into.extend_from_slice(content);
 }

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use prost_reflect::prost_types::FileDescriptorProto;
+
 use super::SchemaError;
 
 /// Most ways over which files import each other publicly, counted once for each import.
@@ -9,25 +11,18 @@ const MAX_WAYS: usize = 1 << 14;
 const MAX_TOTAL: usize = MAX_WAYS * 64;
 
 /// Most files, which bounds the length of such a way.
-pub(super) const MAX_FILES: usize = 1 << 11;
-
-/// A file and what it imports.
-#[derive(Default)]
-pub(super) struct File {
-    pub(super) name: String,
-    pub(super) imports: Vec<String>,
-    /// Numbers of those imports that are handed on.
-    pub(super) public: Vec<usize>,
-}
+const MAX_FILES: usize = 1 << 11;
 
 /// Refuses files that import each other publicly in circles, or over so many ways that following them does not end.
-pub(super) fn refuse_circles(files: &[File]) -> Result<(), SchemaError> {
-    let by_name: HashMap<&str, usize> =
-        files.iter().enumerate().map(|(i, file)| (file.name.as_str(), i)).collect();
+pub(super) fn refuse_circles(files: &[FileDescriptorProto]) -> Result<(), SchemaError> {
+    if files.len() > MAX_FILES {
+        return Err(SchemaError::unsound(format!("it has more than {MAX_FILES} files")));
+    }
+    let by_name: HashMap<&str, usize> = files.iter().enumerate().map(|(i, file)| (file.name(), i)).collect();
     let mut ways = vec![Ways::Unknown; files.len()];
     let total = (0..files.len()).try_fold(0_usize, |total, file| {
         let of_file = count_ways(file, files, &by_name, &mut ways)?;
-        let imports = files[file].imports.len() + 1;
+        let imports = files[file].dependency.len() + 1;
         Some(total.saturating_add(of_file.saturating_mul(imports))).filter(|total| *total <= MAX_TOTAL)
     });
     total
@@ -45,7 +40,7 @@ enum Ways {
 /// Number of ways that public imports lead from a file; `None` if one leads back, or there are too many.
 fn count_ways(
     file: usize,
-    files: &[File],
+    files: &[FileDescriptorProto],
     by_name: &HashMap<&str, usize>,
     ways: &mut [Ways],
 ) -> Option<usize> {
@@ -55,8 +50,9 @@ fn count_ways(
         Ways::Unknown => ways[file] = Ways::Open,
     }
     let mut count = 1_usize;
-    for &public in &files[file].public {
-        let import = files[file].imports.get(public).and_then(|name| by_name.get(name.as_str()));
+    for &public in &files[file].public_dependency {
+        let name = usize::try_from(public).ok().and_then(|public| files[file].dependency.get(public));
+        let import = name.and_then(|name| by_name.get(name.as_str()));
         if let Some(&import) = import {
             count = count.saturating_add(count_ways(import, files, by_name, ways)?);
         }
