@@ -2,8 +2,7 @@
 
 use clap::Args;
 use percuss_output::number::{finite, whole};
-use serde::{Deserialize, Deserializer, de::Error};
-use toml::Value;
+use serde::Deserialize;
 
 use crate::{convention, select::Pattern};
 
@@ -48,10 +47,8 @@ pub struct Tolerance {
 #[serde(deny_unknown_fields, expecting = "a table, { time = 0.1, value = 1e-3 }")]
 pub struct Tube {
     /// Half-width in time.
-    #[serde(deserialize_with = "number")]
     pub time: f64,
     /// Half-width in value.
-    #[serde(deserialize_with = "number")]
     pub value: f64,
 }
 
@@ -200,39 +197,15 @@ struct Document {
 #[serde(deny_unknown_fields)]
 struct Entry {
     field: String,
-    #[serde(default, deserialize_with = "some_number")]
     abs: Option<f64>,
-    #[serde(default, deserialize_with = "some_number")]
     rel: Option<f64>,
-    #[serde(default, deserialize_with = "some_number")]
     peak_rel: Option<f64>,
-    #[serde(default, deserialize_with = "some_number")]
     range_rel: Option<f64>,
-    #[serde(default, deserialize_with = "some_count")]
     ulp: Option<u64>,
-    #[serde(default, deserialize_with = "some_number")]
     l2_rel: Option<f64>,
     tube: Option<Tube>,
     #[serde(default)]
     ignore: bool,
-}
-
-/// A number, or an error in words of TOML.
-fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    let value = Value::deserialize(deserializer)?;
-    let number = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
-    number.ok_or_else(|| D::Error::custom(format!("{value} is no number")))
-}
-
-fn some_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    number(deserializer).map(Some)
-}
-
-/// A number of units in the last place.
-fn some_count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u64>, D::Error> {
-    let value = Value::deserialize(deserializer)?;
-    let count = value.as_integer().and_then(|count| u64::try_from(count).ok());
-    count.map(Some).ok_or_else(|| D::Error::custom(format!("{value} is no whole number from 0 on")))
 }
 
 impl Rules {
@@ -242,7 +215,11 @@ impl Rules {
     ///
     /// The text is no list of tolerances.
     pub fn add_file(&mut self, name: &str, text: &str) -> Result<(), String> {
-        let document: Document = toml::from_str(text).map_err(|error| format!("`{name}`: {error}"))?;
+        let document: Document = toml::from_str(text).map_err(|error| {
+            // types in words of TOML
+            let error = error.to_string().replace("expected f64", "expected a number");
+            format!("`{name}`: {}", error.replace("expected u64", "expected a whole number from 0 on"))
+        })?;
         for (i, entry) in document.tolerance.into_iter().enumerate() {
             let origin = format!("{name}, tolerance {}", i + 1);
             let Entry { abs, rel, peak_rel, range_rel, ulp, l2_rel, tube, ignore, .. } = entry;
@@ -310,10 +287,11 @@ mod tests {
         let mut rules = Rules::default();
         for (entry, expected) in [
             ("absolute = 1", "unknown field `absolute`"),
-            ("abs = 'x'", "\"x\" is no number"),
-            ("ulp = 0.5", "0.5 is no whole number"),
+            ("abs = 'x'", "string \"x\", expected a number"),
+            ("ulp = 0.5", "`0.5`, expected a whole number from 0 on"),
+            ("ulp = -1", "`-1`, expected a whole number from 0 on"),
             ("tube = 3", "expected a table, { time = 0.1, value = 1e-3 }"),
-            ("tube = { time = 'x', value = 1 }", "\"x\" is no number"),
+            ("tube = { time = 'x', value = 1 }", "string \"x\", expected a number"),
         ] {
             let error = rules
                 .add_file("t", &format!("[[tolerance]]\nfield = '*'\n{entry}\n"))
