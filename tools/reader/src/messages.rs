@@ -18,6 +18,7 @@ use std::{
 
 use mcap::records::{MessageHeader, Record};
 use percuss_picture::Layer;
+use serde::Serialize;
 
 use crate::{
     channel::Channel,
@@ -30,13 +31,14 @@ use crate::{
 pub const POLL: Duration = Duration::from_millis(100);
 
 /// An attachment, without its content.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Attachment {
     /// Name.
     pub name: String,
     /// Media type.
     pub media_type: String,
     /// Size \[bytes\].
+    #[serde(rename = "bytes")]
     pub size: u64,
 }
 
@@ -54,13 +56,15 @@ pub struct Metadata {
 }
 
 /// Chunks as the summary of the file lists them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Chunks {
     /// Number of chunks.
     pub count: u64,
     /// Size in the file \[bytes\].
+    #[serde(rename = "compressed_bytes")]
     pub compressed: u64,
     /// Size of their content \[bytes\].
+    #[serde(rename = "uncompressed_bytes")]
     pub uncompressed: u64,
     /// Compressions used.
     pub compression: Vec<String>,

@@ -86,7 +86,7 @@ impl Limits {
 }
 
 /// A part of a file that could not be read, or is not what its checksum says.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Damage {
     /// Where it begins \[bytes from the start of the file\].
     pub offset: u64,

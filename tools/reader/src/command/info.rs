@@ -13,7 +13,7 @@ use crate::{
     failure::Failure,
     instant::seconds,
     messages::Recording,
-    recording::{Damage, Limits},
+    recording::Limits,
     text::{printable, short},
     verb::{Context, Exit, Verb, loss, show},
 };
@@ -86,14 +86,13 @@ fn to_json(path: &Path, size: u64, recording: &Recording) -> Value {
             "metadata": channel.metadata,
         })
     });
-    let attachments = recording.attachments.iter();
     let metadata = recording.metadata.iter();
     json!({
         "version": JSON_VERSION,
         "file": path.to_string_lossy(),
         "bytes": size,
         "complete": recording.complete,
-        "damages": recording.damages.iter().map(damage_json).collect::<Vec<_>>(),
+        "damages": recording.damages,
         "percuss": recording.is_percuss(),
         "status": recording.status(),
         "library": recording.library,
@@ -101,16 +100,9 @@ fn to_json(path: &Path, size: u64, recording: &Recording) -> Value {
         "start_ns": recording.span.map(|span| span.0),
         "end_ns": recording.span.map(|span| span.1),
         "messages": recording.channels.values().map(|channel| channel.count).sum::<u64>(),
-        "chunks": {
-            "count": recording.chunks.count,
-            "compressed_bytes": recording.chunks.compressed,
-            "uncompressed_bytes": recording.chunks.uncompressed,
-            "compression": recording.chunks.compression,
-        },
+        "chunks": recording.chunks,
         "channels": channels.collect::<Vec<_>>(),
-        "attachments": attachments
-            .map(|a| json!({ "name": a.name, "media_type": a.media_type, "bytes": a.size }))
-            .collect::<Vec<_>>(),
+        "attachments": recording.attachments,
         "metadata": metadata.map(|m| json!({ "name": m.name, "entries": m.entries })).collect::<Vec<_>>(),
     })
 }
@@ -229,9 +221,4 @@ fn units(channel: &Channel) -> String {
         0..=MAX_SHOWN => names,
         more => format!("{names}, … ({more} fields)"),
     }
-}
-
-/// A damage as JSON.
-pub(crate) fn damage_json(damage: &Damage) -> Value {
-    json!({ "offset": damage.offset, "bytes": damage.bytes, "reason": damage.reason })
 }

@@ -324,7 +324,7 @@ fn differences(
 }
 
 /// A difference of metadata or attachments. It explains why numbers differ, and is no difference of its own.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Change {
     /// Record or attachment.
     pub place: String,

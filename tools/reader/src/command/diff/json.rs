@@ -5,7 +5,6 @@ use serde_json::{Map, Value, json};
 
 use super::verdict;
 use crate::{
-    command::info::damage_json,
     compare::{ChannelReport, Comparison, Difference, Divergence, FieldReport, Location, Measure},
     format::json_lines::special,
 };
@@ -32,10 +31,8 @@ pub fn to_json(names: (&str, &str), comparison: &Comparison) -> Value {
         };
         json!({ "topic": finding.topic, "field": finding.field, "kind": kind, "text": finding.to_string() })
     });
-    let provenance = comparison.provenance.iter();
-    let provenance = provenance.map(|c| json!({ "place": c.place, "key": c.key, "a": c.a, "b": c.b }));
     let damages = comparison.damages.iter().map(|(path, damage)| {
-        let mut value = damage_json(damage);
+        let mut value = json!(damage);
         value["file"] = path.to_string_lossy().into();
         value
     });
@@ -69,7 +66,7 @@ pub fn to_json(names: (&str, &str), comparison: &Comparison) -> Value {
         "residuals": comparison.residuals,
         "partial": comparison.partial.iter().map(|path| path.to_string_lossy()).collect::<Vec<_>>(),
         "structure": structure.collect::<Vec<_>>(),
-        "provenance": provenance.collect::<Vec<_>>(),
+        "provenance": comparison.provenance,
         "first": first(false),
         "first_beyond": first(true),
         "equal": equal,

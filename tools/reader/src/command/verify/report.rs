@@ -1,5 +1,6 @@
 //! What verifying found, for people and for scripts.
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::text::printable;
@@ -11,7 +12,7 @@ pub const JSON_VERSION: u32 = 1;
 const MAX_LISTED: usize = 200;
 
 /// Something that is wrong.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Problem {
     /// Where \[bytes from the start of the file\].
     pub offset: u64,
@@ -20,11 +21,12 @@ pub struct Problem {
 }
 
 /// What verifying found.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Report {
     /// What is wrong.
     pub problems: Vec<Problem>,
     /// Problems beyond those that are listed.
+    #[serde(rename = "more_problems")]
     pub unlisted: u64,
     /// What is unusual but allowed.
     pub remarks: Vec<String>,
@@ -80,18 +82,10 @@ impl Report {
 
     /// The report for scripts.
     pub fn to_json(&self, name: &str) -> Value {
-        let problems = self.problems.iter().map(|p| json!({ "offset": p.offset, "text": p.text }));
-        json!({
-            "version": JSON_VERSION,
-            "file": name,
-            "sound": self.is_sound(),
-            "partial": self.partial,
-            "undecoded": self.undecoded,
-            "messages": self.messages,
-            "chunks": self.chunks,
-            "problems": problems.collect::<Vec<_>>(),
-            "more_problems": self.unlisted,
-            "remarks": self.remarks,
-        })
+        let mut value = json!(self);
+        value["version"] = JSON_VERSION.into();
+        value["file"] = name.into();
+        value["sound"] = self.is_sound().into();
+        value
     }
 }
