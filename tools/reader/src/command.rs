@@ -16,3 +16,4 @@ pub mod schema;
 pub mod summary;
 pub mod trace;
 pub mod verify;
+mod view;

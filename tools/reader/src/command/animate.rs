@@ -21,12 +21,9 @@ use percuss_table::Heading;
 use crate::{
     axis::Axis,
     command::{
-        plot::axes::prefixed,
-        points::{Curve, Points, downsampled, find, find_leaf},
-        report::{
-            animation::{Bounds, main_field},
-            body::{Body, Outline},
-        },
+        points::{Curve, Points, find, find_leaf},
+        report::body::{Body, Outline},
+        view::{Bounds, downsampled, main_field, prefixed, thinned},
     },
     convention::{self, DISPLACEMENT, DRAG, INTERFACE, RADIUS, VELOCITY},
     failure::Failure,
@@ -629,7 +626,7 @@ struct ProfileScale {
 
 impl Scale {
     fn take(&mut self, profile: Profile) {
-        let points = thinned(&profile);
+        let points = thinned(&profile.points, PROFILE_POINTS);
         self.reach = points.iter().map(|point| point.0).fold(self.reach, f64::max);
         let (low, high) = shown(&points);
         self.ends = (self.ends.0.min(low), self.ends.1.max(high));
@@ -655,14 +652,11 @@ impl ProfileScale {
     /// A profile as it is drawn.
     fn points(&self, profile: Profile) -> Curve {
         let [per_length, per_stress] = self.factors;
-        thinned(&profile).into_iter().map(|(x, y)| (x * per_length, y * per_stress)).collect()
+        thinned(&profile.points, PROFILE_POINTS)
+            .into_iter()
+            .map(|(x, y)| (x * per_length, y * per_stress))
+            .collect()
     }
-}
-
-/// Some points of a profile.
-fn thinned(profile: &Profile) -> Curve {
-    let step = profile.points.len().div_ceil(PROFILE_POINTS).max(1);
-    profile.points.iter().step_by(step).copied().collect()
 }
 
 /// Smallest and largest stress of a profile but for the outermost ones.

@@ -5,9 +5,6 @@ use crate::{channel::Channel, messages::Recording, pass::Pass};
 /// A curve: times and values.
 pub(super) type Curve = Vec<(f64, f64)>;
 
-/// Points of a curve that is drawn, at most; longer ones keep the extremes of every stretch.
-const POINTS: usize = 1200;
-
 /// A channel that has messages, by its topic.
 pub(super) fn find(recording: &Recording, fits: impl Fn(&str) -> bool) -> Option<u16> {
     let fits = |channel: &Channel| channel.count > 0 && channel.layout.is_some() && fits(&channel.topic);
@@ -83,37 +80,9 @@ pub(super) fn nearest(curve: &[(f64, f64)], times: &[f64]) -> Vec<f64> {
     times.iter().map(value).collect()
 }
 
-/// The smallest and the largest point of every stretch, in their order.
-pub(super) fn downsampled(points: &[(f64, f64)]) -> Curve {
-    if points.len() <= POINTS {
-        return points.to_vec();
-    }
-    let stretch = points.len().div_ceil(POINTS / 2);
-    let extremes = |points: &[(f64, f64)]| {
-        let by_value = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
-        let (low, high) = (points.iter().min_by(by_value), points.iter().max_by(by_value));
-        let mut pair: Curve = low.into_iter().chain(high).copied().collect();
-        pair.sort_by(|a, b| a.0.total_cmp(&b.0));
-        pair.dedup();
-        pair
-    };
-    points.chunks(stretch).flat_map(extremes).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn downsampling_keeps_the_extremes() {
-        let mut points: Curve = (0..100_000).map(|i| (f64::from(i), 0.0)).collect();
-        points[77_777].1 = 5.0;
-        points[33_333].1 = -5.0;
-        let fewer = downsampled(&points);
-        assert!(fewer.len() <= POINTS + 2);
-        assert!(fewer.contains(&(77_777.0, 5.0)) && fewer.contains(&(33_333.0, -5.0)));
-        assert!(fewer.windows(2).all(|pair| pair[0].0 < pair[1].0));
-    }
 
     #[test]
     fn the_nearest_point_counts() {

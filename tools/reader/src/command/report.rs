@@ -8,7 +8,6 @@ pub(super) mod body;
 mod curves;
 mod facts;
 mod sweep;
-mod units;
 
 use std::{
     cell::RefCell,
@@ -20,12 +19,14 @@ use animation::Field;
 use body::Outline;
 use clap::Args;
 use curves::{Charts, Events, Profiles};
+use percuss_table::Heading;
 use serde_json::{Value, json};
 
 use crate::{
     command::{
         summary::{Reading, watch},
         verify::{Content, conclude},
+        view::Scale,
     },
     convention::{DISPLACEMENT, DRAG, HOST, RADIUS, RESOLVED_CASE, RUN, STATUS, VALIDITY, VELOCITY},
     failure::Failure,
@@ -134,14 +135,17 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Fail
     let seen = pass.run()?;
     let verdict = conclude(content, &seen.damages);
     let reading = Reading::from(&recording, &observed.into_inner());
-    let curves = charts.json(&recording, reading.units.length.as_deref());
+    let clock = recording.channels.values().find(|channel| channel.topic == DRAG);
+    let clock =
+        clock.map(|channel| Heading::new(channel.time_name(), channel.time_unit())).unwrap_or_default();
+    let time = Scale::of(&[clock], charts.times().chain(profiles.times()));
     let mut damages = [recording.damages.as_slice(), &seen.damages].concat();
     let field = match field {
         Some(field) => {
             let curve = |topic, field| charts.of_topic(topic).map_or(&[][..], |points| points.curve(field));
             let (depths, radii) = (curve(VELOCITY, DISPLACEMENT), curve(DRAG, RADIUS));
             let body = |times: &[f64]| outline.body(depths, radii, times);
-            let (field, again) = field.json(body)?;
+            let (field, again) = field.json(&time, body)?;
             damages.extend(again);
             field
         }
@@ -149,26 +153,26 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Fail
     };
     let mut known = HashSet::new();
     damages.retain(|damage| known.insert((damage.offset, damage.reason.clone())));
-    let mut data = json!({
+    let data = json!({
         "version": VERSION,
         "file": name,
         "title": run.get("title"),
         "library": recording.library,
         "run": run,
         "host": host,
+        "time_unit": time.name(),
         "status": recording.entries(STATUS),
         "validity": recording.entries(VALIDITY),
         "sound": verdict.is_sound(),
         "partial": verdict.partial,
         "verdict": verdict.to_text(&name),
-        "facts": facts::facts(&recording, &reading, &curves),
-        "events": events.json(),
-        "charts": curves,
-        "profiles": profiles.json(&recording),
+        "facts": facts::facts(&recording, &reading, &charts),
+        "events": events.json(&time),
+        "charts": charts.json(&recording, reading.units.length.as_deref(), &time),
+        "profiles": profiles.json(&recording, &time),
         "field": field,
         "case": case.map(|text| String::from_utf8_lossy(&text).into_owned()),
     });
-    units::prefix(&mut data);
     let parts = [("{style}", STYLE), ("{shared}", SHARED), ("{script}", SCRIPT)];
     Ok((fill(PAGE, &data, &parts), damages))
 }

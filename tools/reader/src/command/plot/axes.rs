@@ -1,14 +1,13 @@
 //! Axes of pictures: which curves share one, and in which unit its numbers are best read.
 
-use std::collections::BTreeSet;
-
 use percuss_picture::{Curve, Image, Panel, Side};
 use percuss_table::Heading;
 
 use super::request::Request;
 use crate::{
+    command::view::{self, common_label, prefixed},
     field::place_and_field,
-    prefix::{Prefixed, short},
+    prefix::short,
     units::Units,
 };
 
@@ -20,16 +19,7 @@ pub(super) struct Line {
 
 /// The largest magnitude among numbers that can be drawn, or of the ends of an axis.
 fn largest(ends: Option<(f64, f64)>, numbers: impl Iterator<Item = f64>) -> f64 {
-    let magnitudes = numbers.map(f64::abs).filter(|number| number.is_finite());
-    ends.map_or_else(|| magnitudes.fold(0.0, f64::max), |(low, high)| low.abs().max(high.abs()))
-}
-
-/// A quantity in the prefixed unit in which its largest number is best read, and the factor of its numbers.
-pub(in crate::command) fn prefixed(heading: &Heading, largest: f64, units: &Units) -> (Heading, f64) {
-    match heading.unit.as_deref().and_then(|unit| units.choose(unit, largest)) {
-        Some(Prefixed { factor, unit }) => (Heading { unit: Some(unit), ..heading.clone() }, factor),
-        None => (heading.clone(), 1.0),
-    }
+    ends.map_or_else(|| view::largest(numbers), |(low, high)| low.abs().max(high.abs()))
 }
 
 /// Both ends of an axis in its unit.
@@ -104,24 +94,6 @@ pub(super) fn keep_first_units(lines: &mut Vec<Line>) {
             }
         }
     });
-}
-
-/// Name and unit that all columns share, as far as they do.
-pub(in crate::command) fn common_label(headings: &[Heading]) -> String {
-    let base = |heading: &Heading| {
-        let name = heading.name.rsplit(':').next().unwrap_or_default().to_owned();
-        let name = name.split(['@', '[']).next().unwrap_or_default().to_owned();
-        name.rsplit(['/', '.']).next().unwrap_or_default().to_owned()
-    };
-    let names: BTreeSet<String> = headings.iter().map(base).collect();
-    let units: BTreeSet<Option<&String>> = headings.iter().map(|heading| heading.unit.as_ref()).collect();
-    let name =
-        if names.len() <= 3 { names.into_iter().collect::<Vec<_>>().join(", ") } else { "value".into() };
-    let units: Vec<&str> = units.into_iter().map(|unit| unit.map_or("1", String::as_str)).collect();
-    match units.as_slice() {
-        [] | ["1"] => name,
-        units => format!("{name} [{}]", units.join(", ")),
-    }
 }
 
 /// An image and the ends of its colours with labels and with the prefixes that fit, rows and columns of one unit with the

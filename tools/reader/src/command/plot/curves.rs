@@ -6,11 +6,14 @@ use percuss_picture::{Curve, Panel};
 use percuss_table::{Cell, Heading, Sink};
 
 use super::{
-    axes::{Line, common_label, keep_first_units, units},
+    axes::{Line, keep_first_units, units},
     request::Request,
 };
 use crate::{
-    command::trace::{Outcome, Request as Traced, trace},
+    command::{
+        trace::{Outcome, Request as Traced, trace},
+        view::common_label,
+    },
     convention,
     failure::Failure,
     field::{Selection, place_and_field},

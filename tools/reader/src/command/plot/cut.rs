@@ -1,9 +1,10 @@
 //! Parts of images: the rows and columns within ranges.
 
-use crate::failure::Failure;
 use std::ops::Range;
 
 use percuss_picture::{Image, Side};
+
+use crate::{command::view::Peaks, failure::Failure};
 
 /// The part of an image within ranges of its coordinates, in recorded units.
 ///
@@ -22,40 +23,6 @@ pub(super) fn cut(
 
 /// Share of the largest value below which a value has the colour of 0, or nearly.
 const VISIBLE: f64 = 1.0 / 256.0;
-
-/// The largest magnitude in every row and column of matrices, from their first ones on.
-#[derive(Default)]
-pub(in crate::command) struct Peaks {
-    rows: Vec<f64>,
-    columns: Vec<f64>,
-}
-
-impl Peaks {
-    /// Takes a matrix.
-    ///
-    /// * `values`: row-major
-    /// * `width`: its columns
-    pub(in crate::command) fn take(&mut self, values: &[f64], width: usize) {
-        let rows = values.chunks_exact(width.max(1));
-        self.rows.resize(self.rows.len().max(rows.len()), 0.0);
-        self.columns.resize(self.columns.len().max(width), 0.0);
-        for (row, largest) in rows.zip(&mut self.rows) {
-            for (value, column) in row.iter().zip(&mut self.columns) {
-                *largest = largest.max(value.abs());
-                *column = column.max(value.abs());
-            }
-        }
-    }
-
-    /// The rows and the columns from the first to the last with a value above `least`; empty without any.
-    pub(in crate::command) fn above(&self, least: f64) -> [Range<usize>; 2] {
-        [&self.rows, &self.columns].map(|peaks| {
-            let is_seen = |peak: &f64| *peak > least;
-            let first = peaks.iter().position(is_seen).unwrap_or(peaks.len());
-            first..peaks.iter().rposition(is_seen).map_or(first, |last| last + 1)
-        })
-    }
-}
 
 /// Rows and columns of an image in which something can be seen, and as much again around them, if they are less than half of its rows or
 /// columns: a field of which little has moved would be a point in an empty picture.

@@ -2,9 +2,11 @@
 
 use serde_json::{Value, json};
 
-use super::curves::number;
 use crate::{
-    command::points::{find_leaf, nearest},
+    command::{
+        points::{find_leaf, nearest},
+        view::Scale,
+    },
     convention::{FACE, PROFILE},
     messages::Recording,
     pass::{Moment, Pass},
@@ -72,11 +74,11 @@ impl Outline {
 
 impl Body {
     /// As a page has it.
-    pub(super) fn json(&self) -> Value {
-        let list = |values: &[f64]| values.iter().map(|value| number(*value)).collect::<Vec<_>>();
-        let [r, height] =
-            [0, 1].map(|part| self.outline.iter().map(|point| number(point[part])).collect::<Vec<_>>());
-        let (depths, radii) = (list(&self.depths), list(&self.radii));
+    ///
+    /// * `length`: how lengths are read
+    pub(super) fn json(&self, length: &Scale) -> Value {
+        let [r, height] = [0, 1].map(|part| length.numbers(self.outline.iter().map(|point| point[part])));
+        let [depths, radii] = [&self.depths, &self.radii].map(|list| length.numbers(list.iter().copied()));
         json!({ "depths": depths, "radii": radii, "r": r, "height": height, "is_cut": self.is_cut })
     }
 }

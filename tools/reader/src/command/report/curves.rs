@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 use crate::{
     channel::Channel,
     command::{
-        plot::axes::common_label,
-        points::{Curve, Points, downsampled, find, find_leaf},
+        points::{Curve, Points, find, find_leaf},
+        view::{Scale, downsampled, thinned},
     },
     convention::{self, CHARTS, Chart, DISPLACEMENT, DRAG, EVENT, INTERFACE, RADIUS, VELOCITY, WARNING},
     messages::Recording,
@@ -53,10 +53,20 @@ impl Charts {
         CHARTS.iter().position(|(.., known, _)| *known == topic).map(|place| &self.0[place])
     }
 
+    /// All times.
+    pub(super) fn times(&self) -> impl Iterator<Item = f64> {
+        let curves = CHARTS
+            .iter()
+            .zip(&self.0)
+            .flat_map(|((.., fields), points)| fields.iter().map(|field| points.curves(field)));
+        curves.flatten().flatten().map(|point| point.0)
+    }
+
     /// As a page has them.
     ///
     /// * `length`: unit of the radii of probes
-    pub(super) fn json(&self, recording: &Recording, length: Option<&str>) -> Vec<Value> {
+    /// * `time`: how times are read
+    pub(super) fn json(&self, recording: &Recording, length: Option<&str>, time: &Scale) -> Vec<Value> {
         let chart = |(&(id, title, topic, fields), points): (&Chart, &Points)| {
             let channel = &recording.channels[&find(recording, |known| known == topic)?];
             let curves = |field: &&str| {
@@ -64,7 +74,7 @@ impl Charts {
                 points.curves(field).iter().map(move |curve| (heading.clone(), curve))
             };
             let curves: Vec<(Heading, &Curve)> = fields.iter().flat_map(curves).collect();
-            (!curves.is_empty()).then(|| chart((id, title), &curves, channel, length))
+            (!curves.is_empty()).then(|| chart((id, title), &curves, channel, length, time))
         };
         CHARTS.iter().zip(&self.0).filter_map(chart).collect()
     }
@@ -75,6 +85,7 @@ fn chart(
     curves: &[(Heading, &Curve)],
     channel: &Channel,
     length: Option<&str>,
+    time: &Scale,
 ) -> Value {
     // the radii of the probes are the axis of their array
     let radii = channel.metadata.get(&convention::axis("stress")).and_then(|axis| convention::numbers(axis));
@@ -83,38 +94,30 @@ fn chart(
         _ => heading.name.clone(),
     };
     let headings: Vec<Heading> = curves.iter().map(|(heading, _)| heading.clone()).collect();
+    let value = Scale::of(&headings, curves.iter().flat_map(|(_, curve)| *curve).map(|point| point.1));
     let curves = curves.iter().enumerate().map(|(i, (heading, curve))| {
         let points = downsampled(curve);
         json!({
             "name": name(i, heading),
-            "x": points.iter().map(|point| number(point.0)).collect::<Vec<_>>(),
-            "y": points.iter().map(|point| number(point.1)).collect::<Vec<_>>(),
+            "x": time.numbers(points.iter().map(|point| point.0)),
+            "y": value.numbers(points.iter().map(|point| point.1)),
         })
     });
     json!({
         "id": id,
         "title": title,
-        "x": Heading::new(channel.time_name(), channel.time_unit()).with_unit(),
-        "y": common_label(&headings),
+        "x": time.label,
+        "y": value.label,
+        "unit": value.name(),
         "curves": curves.collect::<Vec<_>>(),
     })
-}
-
-/// The last number of a curve of a chart.
-pub fn last(curve: &Value) -> Option<f64> {
-    curve["y"].as_array()?.iter().rev().find_map(Value::as_f64)
-}
-
-/// A number as short as six digits allow; `null` if it is none.
-pub fn number(value: f64) -> Value {
-    format!("{value:.5e}").parse::<f64>().ok().filter(|value| value.is_finite()).into()
 }
 
 /// Profiles of the stress along the surface, evenly over the run.
 #[derive(Default)]
 pub struct Profiles {
-    frames: Vec<Value>,
-    labels: Option<[String; 2]>,
+    frames: Vec<(f64, Curve)>,
+    headings: Option<[Heading; 2]>,
 }
 
 impl Profiles {
@@ -123,38 +126,50 @@ impl Profiles {
         let channel = &recording.channels[&id];
         pass.every(id, channel.count.div_ceil(PROFILES), move |moment, budget| {
             let Some(profile) = profile(channel, leaf, moment) else { return Ok(()) };
-            let step = profile.points.len().div_ceil(PROFILE_POINTS).max(1);
-            // the edge is where the stress is highest: the last point stays
-            let last = profile.points.len().saturating_sub(1);
-            let points = profile.points.iter().enumerate().filter(|(i, _)| i % step == 0 || *i == last);
-            let points: Vec<&(f64, f64)> = points.map(|(_, point)| point).collect();
-            if !budget.spend(2 * points.len() * size_of::<Value>()) {
+            let points = thinned(&profile.points, PROFILE_POINTS);
+            if !budget.spend(2 * size_of::<(f64, f64)>() * points.len()) {
                 return Err(recording.no_room("the profiles"));
             }
-            self.frames.push(json!({
-                "time": moment.time,
-                "x": points.iter().map(|point| number(point.0)).collect::<Vec<_>>(),
-                "y": points.iter().map(|point| number(point.1)).collect::<Vec<_>>(),
-            }));
-            self.labels = Some([profile.axis.with_unit(), profile.field.with_unit()]);
+            self.frames.push((moment.time, points));
+            self.headings = Some([profile.axis, profile.field]);
             Ok(())
         });
     }
 
+    /// All times.
+    pub(super) fn times(&self) -> impl Iterator<Item = f64> {
+        self.frames.iter().map(|(time, _)| *time)
+    }
+
     /// As a page has them; `null` without the channel.
-    pub(super) fn json(self, recording: &Recording) -> Value {
+    ///
+    /// * `time`: how times are read
+    pub(super) fn json(self, recording: &Recording, time: &Scale) -> Value {
         if find(recording, |topic| topic == INTERFACE).is_none() {
             return Value::Null;
         }
-        let [x, y] = self.labels.map_or([None, None], |labels| labels.map(Some));
-        json!({ "frames": self.frames, "x": x, "y": y })
+        let points = || self.frames.iter().flat_map(|(_, points)| points);
+        let [axis, stress] = self.headings.unwrap_or_default();
+        let x = Scale::of(&[axis], points().map(|point| point.0));
+        let y = Scale::of(&[stress], points().map(|point| point.1));
+        let frames = self.frames.iter().map(|(at, points)| {
+            json!({
+                "time": time.number(*at),
+                "x": x.numbers(points.iter().map(|point| point.0)),
+                "y": y.numbers(points.iter().map(|point| point.1)),
+            })
+        });
+        let frames = frames.collect::<Vec<_>>();
+        // without a frame there are no names
+        let [x_label, y_label] = [&x.label, &y.label].map(|label| Some(label).filter(|_| !frames.is_empty()));
+        json!({ "frames": frames, "x": x_label, "y": y_label, "unit": y.name() })
     }
 }
 
 /// What happened, in words.
 #[derive(Default)]
 pub struct Events {
-    listed: Vec<Value>,
+    listed: Vec<(f64, Value)>,
     count: usize,
     next: f64,
 }
@@ -168,7 +183,7 @@ impl Events {
             if self.count <= EVENTS {
                 let text = list.first().map(|text| text.chars().take(CHARACTERS).collect::<String>());
                 let warns = text.as_ref().is_some_and(|text| text.starts_with(WARNING));
-                self.listed.push(json!({ "time": moment.time, "text": text, "warns": warns }));
+                self.listed.push((moment.time, json!({ "text": text, "warns": warns })));
             } else if self.count == EVENTS + 1 {
                 self.next = moment.time;
             }
@@ -177,22 +192,17 @@ impl Events {
     }
 
     /// As a page has them.
-    pub(super) fn json(mut self) -> Vec<Value> {
+    ///
+    /// * `time`: how times are read
+    pub(super) fn json(mut self, time: &Scale) -> Vec<Value> {
         if let Some(more) = self.count.checked_sub(EVENTS + 1) {
             let text = format!("this and {more} more are not listed");
-            self.listed.push(json!({ "time": self.next, "text": text }));
+            self.listed.push((self.next, json!({ "text": text })));
         }
-        self.listed
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_short() {
-        assert_eq!(number(0.123_456_789).to_string(), "0.123457");
-        assert_eq!(number(f64::NAN), Value::Null);
+        let event = |(at, mut event): (f64, Value)| {
+            event["time"] = time.number(at);
+            event
+        };
+        self.listed.into_iter().map(event).collect()
     }
 }

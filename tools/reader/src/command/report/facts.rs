@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use percuss_table::measures::{Measure, TRACTIONS, Units};
 use serde_json::{Value, json};
 
-use super::curves::last;
+use super::curves::Charts;
 use crate::{
     command::{points::find, summary::Reading},
     convention::{
-        self, DEPTH, ENERGY, HOST, INTERFACE, LARGEST_PRESSURE, LARGEST_STRAIN, RUN, STATUS, VALIDITY,
+        self, CHARTS, DEPTH, ENERGY, HOST, INTERFACE, LARGEST_PRESSURE, LARGEST_STRAIN, RUN, STATUS, VALIDITY,
     },
     messages::Recording,
     prefix::engineering,
@@ -30,9 +30,7 @@ const RESULTS: [(&str, &str); 10] = [
 ];
 
 /// Rows of names and texts: `results`, `run` and `energy`.
-///
-/// * `charts`: of the report, in recorded units
-pub fn facts(recording: &Recording, reading: &Reading, charts: &[Value]) -> Value {
+pub(super) fn facts(recording: &Recording, reading: &Reading, charts: &Charts) -> Value {
     json!({
         "results": results(recording, reading),
         "run": run(recording, &reading.units),
@@ -135,16 +133,16 @@ fn run(recording: &Recording, units: &Units) -> Rows {
 }
 
 /// Energies at the end, with what each is.
-fn energy(recording: &Recording, charts: &[Value]) -> Rows {
+fn energy(recording: &Recording, charts: &Charts) -> Rows {
     let Some(id) = find(recording, |topic| topic == ENERGY) else { return Vec::new() };
     let channel = &recording.channels[&id];
-    let curves =
-        charts.iter().filter(|chart| chart["id"] == "energy").filter_map(|chart| chart["curves"].as_array());
-    let row = |curve: &Value| {
-        let name = curve["name"].as_str()?;
-        let meaning = channel.metadata.get(&convention::meaning(name)).map_or(name, String::as_str);
+    let fields = CHARTS.iter().filter(|(.., topic, _)| *topic == ENERGY).flat_map(|(.., fields)| *fields);
+    let row = |name: &&str| {
+        let curve = charts.of_topic(ENERGY)?.curve(name);
+        let last = curve.iter().rev().map(|point| point.1).find(|value| value.is_finite())?;
+        let meaning = channel.metadata.get(&convention::meaning(name)).map_or(*name, String::as_str);
         let (first, rest) = meaning.split_at(meaning.chars().next().map_or(0, char::len_utf8));
-        Some((first.to_uppercase() + rest, engineering(last(curve)?, channel.unit(name))))
+        Some((first.to_uppercase() + rest, engineering(last, channel.unit(name))))
     };
-    curves.flatten().filter_map(row).collect()
+    fields.filter_map(row).collect()
 }

@@ -11,8 +11,9 @@ use percuss_table::{Cell, Heading};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{SHARED, STYLE, VERSION, curves::number, fill};
+use super::{SHARED, STYLE, VERSION, fill};
 use crate::{
+    command::view::number,
     convention::{CASE_NUMBER, MANIFEST, STATUS_COLUMN, SUMMARY, WARNINGS_COLUMN},
     failure::Failure,
     prefix::Prefixed,
