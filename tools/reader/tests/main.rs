@@ -2,7 +2,7 @@
 //!
 //! With `PERCUSS_FULL=1` what takes minutes is done in full: see `mutations` and `watchdog`.
 
-mod animate;
+mod cases;
 mod cli;
 mod closed_forms;
 mod containers;
@@ -10,16 +10,11 @@ mod diff;
 mod hostile;
 mod layers;
 mod mutations;
-mod others;
 mod parts;
-mod pictures;
 mod replay;
-mod selections;
 mod summary;
-mod sweeps;
 mod tables;
 mod timeline;
-mod units;
 mod verbs;
 mod verdicts;
 mod watchdog;
@@ -28,9 +23,7 @@ mod wire;
 // shared by them
 mod desk;
 mod forge;
-mod guests;
 mod raw;
-mod si;
 
 #[path = "../../serve/tests/program.rs"]
 mod program;

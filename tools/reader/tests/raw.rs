@@ -1,14 +1,19 @@
-//! Files put together record by record, as no writer would, and the reader run on them with little memory.
+//! Files put together record by record, as no writer would, the reader run on them with little memory, and recordings of other
+//! programs: protobuf and JSON, on a wall clock.
 
 use std::{
+    collections::BTreeMap,
     fs,
+    io::Cursor,
     path::{Path, PathBuf},
     process::Stdio,
 };
 
+use mcap::{Compression, WriteOptions, Writer, records::MessageHeader};
+use prost_reflect::{DescriptorPool, DynamicMessage, prost::Message};
 use tempfile::TempDir;
 
-use crate::watchdog::watch;
+use crate::{forge, watchdog::watch};
 
 /// A folder with one file in it.
 pub fn folder(bytes: &[u8]) -> (TempDir, PathBuf) {
@@ -276,4 +281,75 @@ pub fn double(number: usize, value: f64) -> Vec<u8> {
 /// A number as a field of one to ten bytes.
 pub fn whole_number(number: usize, value: u64) -> Vec<u8> {
     [varint(number << 3), varint(value as usize)].concat()
+}
+
+/// Log time of the first messages of other programs: 2023-11-14T22:13:20Z \[ns\].
+pub const START: u64 = 1_700_000_000_000_000_000;
+
+/// Nanoseconds between them.
+pub const STEP: u64 = 100_000_000;
+
+/// Types of messages in the package `guest`, a line for each, with an enum `Mode` of `IDLE` and `RUN`.
+pub fn types(messages: &str) -> DescriptorPool {
+    let mut file = forge::types("guest", messages, ("Mode", ["IDLE", "RUN"]));
+    file.dependency = ["timestamp", "duration", "any", "struct", "wrappers", "field_mask"]
+        .map(|name| format!("google/protobuf/{name}.proto"))
+        .to_vec();
+    let mut pool = DescriptorPool::global();
+    pool.add_file_descriptor_proto(file).expect("sound types");
+    pool
+}
+
+/// A channel of another program.
+pub struct Foreign {
+    pub topic: String,
+    /// The type of its messages: `json`, the name of a JSON schema, or a type of the package `guest`.
+    pub kind: String,
+    /// Name, encoding and text.
+    schema: Option<(String, &'static str, Vec<u8>)>,
+    /// Log times and content.
+    pub messages: Vec<(u64, Vec<u8>)>,
+}
+
+impl Foreign {
+    /// * `schemas`: names and texts of JSON schemas
+    pub fn new(topic: &str, kind: &str, pool: &DescriptorPool, schemas: &[(String, String)]) -> Self {
+        let schema = match schemas.iter().find(|(name, _)| name == kind) {
+            _ if matches!(kind, "json" | "text") => None,
+            Some((name, text)) => Some((name.clone(), "jsonschema", text.clone().into_bytes())),
+            None => Some((format!("guest.{kind}"), "protobuf", pool.encode_to_vec())),
+        };
+        Self { topic: topic.into(), kind: kind.into(), schema, messages: Vec::new() }
+    }
+
+    /// The bytes of a message that is given in JSON.
+    pub fn encoded(&self, pool: &DescriptorPool, content: &str) -> Vec<u8> {
+        let Some((name, "protobuf", _)) = &self.schema else { return content.as_bytes().to_vec() };
+        let content: serde_json::Value = serde_json::from_str(content).expect("JSON");
+        let descriptor = pool.get_message_by_name(name).expect("the type");
+        DynamicMessage::deserialize(descriptor, content).expect("a message").encode_to_vec()
+    }
+}
+
+/// A recording of some channels; messages in the order of the channels, whatever their log times.
+pub fn foreign(channels: &[Foreign], compression: Option<Compression>) -> Vec<u8> {
+    let options = WriteOptions::new().library("another program").compression(compression);
+    let mut writer: Writer<Cursor<Vec<u8>>> = options.create(Cursor::new(Vec::new())).expect("a writer");
+    for channel in channels {
+        let (schema, encoding) = match &channel.schema {
+            Some((name, encoding, text)) => {
+                let id = writer.add_schema(name, encoding, text).expect("a schema");
+                (id, if *encoding == "protobuf" { encoding } else { "json" })
+            }
+            None => (0, channel.kind.as_str()),
+        };
+        let id = writer.add_channel(schema, &channel.topic, encoding, &BTreeMap::new()).expect("a channel");
+        for (sequence, (log_time, data)) in (0..).zip(&channel.messages) {
+            let (log_time, publish_time) = (*log_time, *log_time);
+            let header = MessageHeader { channel_id: id, sequence, log_time, publish_time };
+            writer.write_to_known_channel(&header, data).expect("a message");
+        }
+    }
+    writer.finish().expect("the end");
+    writer.into_inner().into_inner()
 }

@@ -5,7 +5,7 @@ use std::fs;
 use clap::Parser;
 use serde_json::Value;
 
-use crate::{desk::Desk, si};
+use crate::{desk::Desk, forge};
 
 const FINITE_MASS: [&str; 2] = ["mesh.cells=20", "record.fields=[]"];
 
@@ -43,7 +43,7 @@ fn linear(times: &[f64], values: &[f64], at: f64) -> f64 {
 #[test]
 fn measures_of_a_rebound_are_those_of_the_messages() {
     let desk = Desk::new(&[]);
-    si::record("fig9-m1", &FINITE_MASS, &desk.path("m1.mcap"));
+    forge::record("fig9-m1", &FINITE_MASS, &desk.path("m1.mcap"));
     let (rows, units) = summary(&desk, &["m1.mcap"]);
     let row = &rows[0];
     assert_eq!(rows.len(), 1);
@@ -83,7 +83,7 @@ fn measures_of_a_rebound_are_those_of_the_messages() {
         column(&energy, "kinetic").iter().zip(column(&energy, "strain")).map(|(a, b)| a + b).collect();
     near(&row["energy_left"], linear(&column(&energy, "time"), &target, separation));
 
-    let validity = si::entries(&desk.bytes("m1.mcap"), "percuss.validity");
+    let validity = forge::entries(&desk.bytes("m1.mcap"), "percuss.validity");
     for (name, key) in [("", ""), ("_r", ".r"), ("_z", ".z"), ("_time", ".time")] {
         let recorded = validity[&format!("largest_strain{key}")].parse().expect("a number");
         near(&row[format!("largest_strain{name}")], recorded);
@@ -103,7 +103,7 @@ fn measures_of_a_rebound_are_those_of_the_messages() {
 #[test]
 fn a_rebound_gives_back_less_than_the_impact_had() {
     let desk = Desk::new(&[]);
-    si::record("fig9-m1", &FINITE_MASS, &desk.path("m1.mcap"));
+    forge::record("fig9-m1", &FINITE_MASS, &desk.path("m1.mcap"));
     let (rows, _) = summary(&desk, &["m1.mcap"]);
     let number = |name: &str| rows[0][name].as_f64().expect("a number");
     let (restitution, rebound) = (number("restitution"), number("rebound_velocity"));
@@ -120,36 +120,10 @@ fn a_rebound_gives_back_less_than_the_impact_had() {
 }
 
 #[test]
-fn what_is_not_recorded_is_empty_and_what_differs_is_shown() {
-    let desk = Desk::new(&[]);
-    si::record("fig9-m1", &FINITE_MASS, &desk.path("a.mcap"));
-    si::record("fig9-m5", &["mesh.cells=20", "record.fields=[]", "run.end_time=1"], &desk.path("b.mcap"));
-    let (rows, _) = summary(&desk, &["a.mcap", "b.mcap"]);
-    assert_eq!([&rows[0]["indenter.mass"], &rows[1]["indenter.mass"]], [1.0, 5.0]);
-    assert_eq!([&rows[0]["run.end_time"], &rows[1]["run.end_time"]], [10.0, 1.0]);
-    assert!(rows[0].get("mesh.cells").is_none(), "the same in both");
-    for name in ["rebound_velocity", "restitution", "t_ext", "energy_left"] {
-        assert!(rows[0][name].is_number() && rows[1][name].is_null(), "{name}");
-    }
-    // contact lasts to the end
-    assert_eq!(rows[1]["contact_duration"], 1.0);
-    let text = desk.lines(&["summary", "a.mcap", "b.mcap"]);
-    assert_eq!(text.len(), 4);
-    assert!(text[0].starts_with("file") && text[1].contains("[πR²γc_p²·R/c_p]"), "{text:?}");
-    assert!(text[3].contains(" - "), "{text:?}");
-    desk.text(0, &["summary", "a.mcap", "b.mcap", "-o", "s.csv"]);
-    let csv = fs::read_to_string(desk.path("s.csv")).expect("a table");
-    assert!(csv.starts_with("file,title,indenter.mass,") && csv.contains("depth [R]"), "{csv}");
-    assert!(desk.error(1, &["summary", "a.mcap", "-o", "s.csv"]).contains("--force"));
-    desk.text(0, &["summary", "a.mcap", "-o", "s.parquet"]);
-    assert!(desk.bytes("s.parquet").starts_with(b"PAR1"));
-}
-
-#[test]
 fn units_are_those_of_the_first_recording() {
     let desk = Desk::new(&[]);
-    si::record("fig9-m1", &FINITE_MASS, &desk.path("a.mcap"));
-    si::write_in_si(&desk.path("a.mcap"), &desk.path("si.mcap"), |_, scale| Some(scale));
+    forge::record("fig9-m1", &FINITE_MASS, &desk.path("a.mcap"));
+    forge::write_in_si(&desk.path("a.mcap"), &desk.path("si.mcap"), |_, scale| Some(scale));
     let (plain, _) = summary(&desk, &["a.mcap"]);
     for names in [["a.mcap", "si.mcap"], ["si.mcap", "a.mcap"]] {
         let (rows, units) = summary(&desk, &names);
@@ -163,59 +137,10 @@ fn units_are_those_of_the_first_recording() {
         assert_eq!(units["impulse"], if names[0] == "si.mcap" { "N s" } else { "πR²γc_p²·R/c_p" });
     }
     let (rows, _) = summary(&desk, &["si.mcap"]);
-    let scale = |key: &str| si::SCALES.iter().find(|scale| scale.2 == key).expect("a scale").3;
+    let scale = |key: &str| forge::SCALES.iter().find(|scale| scale.2 == key).expect("a scale").3;
     let impulse = plain[0]["impulse"].as_f64().expect("a number");
     let expected = impulse * scale("scale.force_n") * scale("scale.time_s");
     assert!((rows[0]["impulse"].as_f64().expect("a number") / expected - 1.0).abs() < 1e-12);
-    // prefixes where people read, in one row of units
-    let text = desk.lines(&["summary", "si.mcap"]);
-    assert!(text[1].contains("[MN]") && text[1].contains("[µs]") && text[1].contains("[mm]"), "{}", text[1]);
-    assert!(desk.lines(&["summary", "si.mcap", "--units", "base"])[1].contains("[N s]"));
-
-    si::write_in_si(&desk.path("a.mcap"), &desk.path("bare.mcap"), |_, _| None);
-    let error = desk.error(2, &["summary", "a.mcap", "bare.mcap"]);
-    assert!(error.contains("peak_force in N and `a.mcap` in πR²γc_p²"), "{error}");
-}
-
-#[test]
-fn partial_recordings_are_used_and_others_refused() {
-    let desk = Desk::new(&[]);
-    si::record("fig9-m1", &["mesh.cells=20"], &desk.path("a.mcap"));
-    let bytes = desk.bytes("a.mcap");
-    desk.put("cut.mcap", &bytes[..bytes.len() * 4 / 5]);
-    let (text, warnings) = desk.both(3, &["summary", "cut.mcap", "--format", "json"]);
-    let document: Value = serde_json::from_str(&text).expect("JSON");
-    assert!(document["rows"][0]["peak_force"].is_number(), "{text}");
-    assert!(document["rows"][0]["largest_strain"].is_null(), "{text}");
-    assert!(warnings.contains("not finished"), "{warnings}");
-    desk.put("other.mcap", mcap_of_another_program());
-    assert!(desk.error(2, &["summary", "other.mcap"]).contains("is not a percuss recording"));
-}
-
-#[test]
-fn parameters_that_were_set_are_numbers_with_a_unit() {
-    let desk = Desk::new(&[]);
-    for (velocity, name) in [("5 m/s", "a.mcap"), ("6 m/s", "b.mcap")] {
-        let velocity = format!("impact.velocity=\"{velocity}\"");
-        si::record(
-            "ball",
-            &["mesh.cells=10", "run.end_time=\"20 us\"", "record.frames=0", &velocity],
-            &desk.path(name),
-        );
-    }
-    let text = desk.text(0, &["summary", "a.mcap", "b.mcap"]);
-    let rows: Vec<&str> = text.lines().collect();
-    assert!(rows[0].contains("  impact.velocity  peak_force") && !text.contains("outer_radius"), "{text}");
-    let at = rows[0].find("impact.velocity").expect("the column") + "impact.velocity".len();
-    assert!(rows[1][..at].ends_with("[m/s]") && rows[2][..at].ends_with(" 5"), "{text}");
-    let (rows, units) = summary(&desk, &["a.mcap", "b.mcap"]);
-    assert_eq!((&rows[1]["impact.velocity"], &units["impact.velocity"]), (&6.0.into(), &"m/s".into()));
-}
-
-fn mcap_of_another_program() -> Vec<u8> {
-    let mut writer = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("a writer");
-    writer.finish().expect("an end");
-    writer.into_inner().into_inner()
 }
 
 #[test]

@@ -15,8 +15,8 @@ use tempfile::TempDir;
 
 use crate::{
     desk::Desk,
-    forge::{Dice, forge, plain},
-    is_full, si,
+    forge::{self, Dice, forge, plain},
+    is_full,
     watchdog::watch::{MEMORY, complaints, watch},
 };
 
@@ -102,8 +102,8 @@ fn cells_of_every_type_are_read_back() {
 #[test]
 fn every_format_holds_the_same_numbers() {
     let desk = Desk::new(&[]);
-    si::record("fig9-m1", &["mesh.cells=20", "record.fields=[]"], &desk.path("a.mcap"));
-    si::record("fig9-m5", &["mesh.cells=20", "record.fields=[]", "run.end_time=1"], &desk.path("b.mcap"));
+    forge::record("fig9-m1", &["mesh.cells=20", "record.fields=[]"], &desk.path("a.mcap"));
+    forge::record("fig9-m5", &["mesh.cells=20", "record.fields=[]", "run.end_time=1"], &desk.path("b.mcap"));
     let traced = ["t.csv", "t.jsonl", "t.parquet", "t.npz"].map(|name| {
         desk.text(0, &["trace", "a.mcap", "--topic", "/drag", "-o", name]);
         table(&desk.path(name), &["time", "force"]).columns
@@ -123,32 +123,6 @@ fn every_format_holds_the_same_numbers() {
 
 fn numbers(columns: &[Vec<Cell>]) -> Vec<Vec<Option<f64>>> {
     columns.iter().map(|cells| cells.iter().map(Cell::number).collect()).collect()
-}
-
-#[test]
-fn curves_of_a_sweep_go_along_the_axis() {
-    let rows = |order: &[usize]| -> String {
-        let row = |&i: &usize| format!("{i},{},{},{}\n", i % 4, i / 4 * 10, i * i);
-        format!("case,mass [kg],speed [m/s],force [N]\n{}", order.iter().map(row).collect::<String>())
-    };
-    let desk = Desk::new(&[
-        ("a.csv", rows(&[0, 1, 2, 3, 4, 5, 6, 7]).into()),
-        ("b.csv", (rows(&[2, 7, 0, 1, 6, 5, 3, 4]) + "8,3,,\n9,,20,5\n").into()),
-    ]);
-    let drawn = |name: &str, picture: &str| {
-        let arguments =
-            ["plot", name, "--x", "mass", "--y", "force", "--by", "speed", "--title", "t", "-o", picture];
-        let note = desk.error(0, &arguments);
-        (fs::read_to_string(desk.path(picture)).expect("a picture"), note)
-    };
-    let ((a, silence), (b, note)) = (drawn("a.csv", "a.svg"), drawn("b.csv", "b.svg"));
-    assert_eq!((a, silence.as_str()), (b, ""));
-    assert!(note.contains("2 rows without a number"), "{note}");
-    let svg = fs::read_to_string(desk.path("a.svg")).expect("a picture");
-    for text in ["mass [kg]", "force [N]", "speed = 0 m/s", "speed = 10 m/s"] {
-        assert!(svg.contains(&format!("<title>{text}</title>")), "{text}");
-    }
-    assert!(desk.error(2, &["plot", "t.parquet"]).contains("--x and --y"));
 }
 
 /// Reads a table of any bytes; an error is as good as a table.
@@ -250,84 +224,5 @@ fn a_small_file_takes_no_more_memory_than_there_is() {
         assert_eq!(complaints(&ending, MEMORY), [""; 0], "{name}: {}", ending.stderr);
         assert_eq!(ending.status, Some(1));
         assert!(ending.stderr.contains(name) && ending.stderr.contains(reason), "{name}: {}", ending.stderr);
-    }
-}
-
-#[test]
-fn columns_between_semicolons_are_named() {
-    let desk = Desk::new(&[("a.csv", b"x;y\n1;2\n".to_vec())]);
-    let error = desk.both(1, &["plot", "a.csv", "--x", "x", "--y", "y"]).1;
-    assert!(error.contains("between semicolons"), "{error}");
-}
-
-#[test]
-fn a_table_stands_in_for_a_recording() {
-    let desk = Desk::new(&[]);
-    let settings = ["mesh.cells=10", "run.end_time=\"20 us\"", "record.frames=3"];
-    si::record("ball", &settings, &desk.path("ball.mcap"));
-    si::record("fig5", &["mesh.cells=10", "run.end_time=1"], &desk.path("fig5.mcap"));
-    // all of its own bits
-    for table in ["drag.csv", "drag.parquet", "drag.jsonl"] {
-        desk.text(0, &["trace", "fig5.mcap", "-o", table]);
-        for pair in [["fig5.mcap", table], [table, "fig5.mcap"]] {
-            let text = desk.text(0, &["diff", pair[0], pair[1]]);
-            assert!(text.contains("equal") && !text.contains("for information"), "{pair:?}: {text}");
-        }
-    }
-    // several topics; prefixes are rounded
-    let several = ["trace", "ball.mcap", "--topic", "/drag,/velocity", "--field", "force,velocity"];
-    desk.text(0, &[&several[..], &["-o", "both.csv"]].concat());
-    assert!(desk.lines(&several)[0].starts_with("time [µs],/drag.force"));
-    let between = ["--align", "linear", "--common", "--peak-rel", "1e-9"];
-    desk.text(0, &[&["diff", "both.csv", "ball.mcap"][..], &between].concat());
-    desk.text(0, &[&several[..], &["--units", "base", "-o", "base.csv"]].concat());
-    desk.text(0, &["diff", "ball.mcap", "base.csv"]);
-    // what was measured: other names, fewer times, another clock
-    let lines = desk.lines(&["trace", "ball.mcap", "--field", "force", "--unit", "force=N"]);
-    let numbers = |line: &str| line.split(',').map(|number| number.parse().expect("a number")).collect();
-    let rows = lines[1..].iter().step_by(3).map(|line| -> Vec<f64> { numbers(line) });
-    let rows: String = rows.map(|row| format!("{},{}\n", row[0] + 5.0, 1e-3 * row[1])).collect();
-    desk.put("measured.csv", format!("t [us],load [kN]\n{rows}"));
-    let names = ["--rename", "t=time", "--rename", "load=force"];
-    let diff = ["diff", "measured.csv", "ball.mcap", "--align", "linear", "--common", "--peak-rel", "1e-6"];
-    desk.text(1, &[&diff[..], &names].concat());
-    let text = desk.text(0, &[&diff[..], &names, &["--time-offset", "fit"]].concat());
-    assert!(text.contains("is added to the times of the new recording"), "{text}");
-    desk.text(0, &[&diff[..], &names, &["--time-offset", "5e-6"]].concat());
-    // a field that the recording has not is on one side only
-    desk.put("more.csv", "time [us],force [kN],colour\n1,1,red\n");
-    let text =
-        desk.text(1, &["diff", "more.csv", "ball.mcap", "--align", "linear", "--abs", "1e9", "--common"]);
-    assert!(text.contains("/drag.colour"), "{text}");
-    // of two tables, what only one has
-    desk.put("a.csv", "time,force\n0,1\n1,2\n");
-    desk.put("b.csv", "time,force,load\n0,1,3\n1,2,4\n");
-    desk.text(0, &["diff", "a.csv", "a.csv"]);
-    for pair in [["a.csv", "b.csv"], ["b.csv", "a.csv"]] {
-        let text = desk.text(1, &["diff", pair[0], pair[1]]);
-        assert!(text.contains("/table.load"), "{pair:?}: {text}");
-    }
-    let picture =
-        [&["plot", "ball.mcap", "measured.csv", "--time-offset=-5e-6", "-o", "p.svg"][..], &names].concat();
-    desk.text(0, &picture);
-    let svg = fs::read_to_string(desk.path("p.svg")).expect("a picture");
-    assert!(svg.contains("measured:force") || svg.contains("measured"), "both curves have names");
-    assert_eq!(svg.matches("force [").count(), 1, "in one diagram");
-    desk.put("twice.csv", "time,force,force\n0,1,2\n");
-    desk.put("texts.csv", "time,force\n0,1\nx,1\n");
-    desk.put("times.csv", "time\n0\n");
-    for (arguments, reason) in [
-        (&["diff", "ball.mcap", "measured.csv"][..], "it has no column `time` but t, load"),
-        (&["diff", "ball.mcap", "measured.csv", "--rename", "t=time"], "has a field load"),
-        (&["diff", "ball.mcap", "ball.mcap", "--rename", "t=time"], "there is none"),
-        (&["plot", "ball.mcap", "measured.csv"], "--rename COLUMN=time"),
-        (&["plot", "ball.mcap", "--time-offset", "5us"], "there is none"),
-        (&["diff", "ball.mcap", "twice.csv"], "two columns `force`"),
-        (&["diff", "ball.mcap", "texts.csv"], "a row without a number: `x`"),
-        (&["diff", "ball.mcap", "times.csv"], "no column but `time`"),
-        (&["diff", "ball.mcap", "measured.csv", "--rename", "t"], "as in load=force"),
-    ] {
-        let error = desk.error(2, arguments);
-        assert!(error.contains(reason), "{arguments:?}: {error}");
     }
 }
