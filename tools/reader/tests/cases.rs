@@ -11,8 +11,7 @@
 //! An entry is carried out line by line in a folder of its own, after the files of BASE, an entry before it, were made.
 //! `FILE = …` makes a file (`recordings` describes the ways); lines below it that are indented belong to it. Below a command stand
 //! its lines on standard output behind `|`, those on standard error behind `!`, and its exit status behind `=` if it is not 0. Words
-//! between single quotes may hold spaces. The commands beside `percuss-read`, and what may follow `|`, are those of `Entry::command`
-//! and of `filtered`.
+//! between single quotes may hold spaces. The commands beside `percuss-read` are those of `said` and `seen`, what may follow `|` is in `filtered`.
 //!
 //! `PERCUSS_BLESS=1 cargo test -p percuss-reader --test reader cases` writes what is said now, to be read before it is committed.
 
@@ -21,14 +20,15 @@ mod sums;
 
 use std::{
     env,
-    fmt::{Display, Write},
+    fmt::{Debug, Write},
     fs::{self, File},
     io::BufReader,
     path::{Path, PathBuf},
+    process::Command,
 };
 
 use ndarray::ArrayD;
-use ndarray_npy::{NpzReader, ReadableElement, read_npy};
+use ndarray_npy::{NpzReader, read_npy};
 
 use crate::desk::Desk;
 use recordings::Maker;
@@ -45,7 +45,7 @@ macro_rules! tables {
     };
 }
 
-tables! { diff export foreign folders layers plot summary tables trace units verify }
+tables! { diff export foreign folders layers parts plot summary tables trace units verify }
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases")
@@ -147,43 +147,77 @@ fn said(desk: &Desk, line: &str) -> String {
     let mut parts = line.split(" | ");
     let command = words(parts.next().unwrap_or_default());
     let command: Vec<&str> = command.iter().map(String::as_str).collect();
+    let (mut out, mut err, mut status) = (String::new(), String::new(), 0);
+    match &command[..] {
+        ["percuss-read", arguments @ ..] => (out, err, status) = ended(desk.command(arguments), line),
+        ["PATH=", "percuss-read", arguments @ ..] => {
+            let mut program = desk.command(arguments);
+            program.env("PATH", "");
+            (out, err, status) = ended(program, line);
+        }
+        ["cp", a, b] => desk.put(b, desk.bytes(a)),
+        ["rm", name] => fs::remove_file(desk.path(name)).expect("a file to remove"),
+        others => out = seen(desk, others),
+    }
+    for filter in parts {
+        // of standard error instead
+        match filter.strip_prefix("errors ") {
+            Some(filter) => err = filtered(&err, filter),
+            None => out = filtered(&out, filter),
+        }
+    }
+    let mut text = String::new();
+    for (sign, lines) in [('|', out), ('!', err)] {
+        for line in lines.lines() {
+            writeln!(text, "{}", format!("{sign} {}", masked(desk, line)).trim_end())
+                .expect("a String grows");
+        }
+    }
+    if status != 0 {
+        writeln!(text, "= {status}").expect("a String grows");
+    }
+    text
+}
+
+/// Standard output, standard error and status of a program.
+fn ended(mut program: Command, line: &str) -> (String, String, i32) {
+    let output = program.output().expect("the program starts");
+    let [out, err] =
+        [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("the program prints text"));
+    (out, err, output.status.code().unwrap_or_else(|| panic!("{line}: {}", output.status)))
+}
+
+/// A line without what differs from day to day: folders, versions, sizes of files that hold pages and pictures.
+fn masked(desk: &Desk, line: &str) -> String {
+    let line = line.replace(&*desk.path("").to_string_lossy(), "FOLDER/");
+    let line = line.replace(concat!(" ", env!("CARGO_PKG_VERSION")), " VERSION");
+    let words: Vec<&str> = line.split(' ').collect();
+    let is_size = |i: usize| words.get(i + 1) == Some(&"MB") && words[i].parse::<f64>().is_ok();
+    let words = words.iter().enumerate().map(|(i, word)| if is_size(i) { "SIZE" } else { word });
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// What is seen of the files of a folder.
+fn seen(desk: &Desk, command: &[&str]) -> String {
     let path = |name: &str| desk.path(name);
-    let silent = |_: ()| (String::new(), String::new(), 0);
-    let (out, err, status) = match &command[..] {
-        ["show" | "arrays" | "grid" | "bytes" | "frames" | "larger", name, ..] if !path(name).exists() => {
-            (String::new(), format!("no file `{name}`"), 1)
-        }
-        ["percuss-read", arguments @ ..] | ["PATH=", "percuss-read", arguments @ ..] => {
-            let mut process = desk.command(arguments);
-            if command[0] == "PATH=" {
-                process.env("PATH", "");
-            }
-            let output = process.output().expect("the program starts");
-            let [out, err] = [output.stdout, output.stderr]
-                .map(|text| String::from_utf8(text).expect("the program prints text"));
-            (out, err, output.status.code().unwrap_or_else(|| panic!("{line}: {}", output.status)))
-        }
+    let names = || {
+        let mut names = Vec::new();
+        list(&path(""), "", &mut names);
+        names.sort();
+        names
+    };
+    match command {
         // the text of a file
-        ["show", name] => (String::from_utf8_lossy(&desk.bytes(name)).into_owned(), String::new(), 0),
+        ["show", name] => String::from_utf8_lossy(&desk.bytes(name)).into_owned(),
         // the arrays of a file
-        ["arrays", name] => (arrays(&path(name)), String::new(), 0),
-        // the files of the folder that are named like this
-        ["ls", parts @ ..] => {
-            let mut names = Vec::new();
-            list(&path(""), "", &mut names);
-            names.retain(|name| parts.iter().all(|part| name.contains(part)));
-            names.sort();
-            (names.iter().map(|name| format!("{name}\n")).collect(), String::new(), 0)
-        }
-        ["same", a, b] => {
-            let said = if desk.bytes(a) == desk.bytes(b) { "same" } else { "different" };
-            (said.to_owned(), String::new(), 0)
-        }
+        ["arrays", name] => arrays(&path(name)),
+        // the head and the arrays of a rectilinear grid
+        ["grid", name] => grid(&desk.bytes(name)),
         // the first bytes of a file
         ["bytes", name] => {
             let bytes = desk.bytes(name);
             let shown: Vec<String> = bytes.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-            (shown.join(" "), String::new(), 0)
+            shown.join(" ")
         }
         // columns, rows and frames of a moving picture
         ["frames", name] => {
@@ -193,20 +227,18 @@ fn said(desk: &Desk, line: &str) -> String {
             while picture.next_frame_info().expect("a frame").is_some() {
                 count += 1;
             }
-            (format!("{} x {}, {count} frames", picture.width(), picture.height()), String::new(), 0)
+            format!("{} x {}, {count} frames", picture.width(), picture.height())
         }
-        // the head and the arrays of a rectilinear grid
-        ["grid", name] => (grid(&desk.bytes(name)), String::new(), 0),
+        ["larger", name, size] => (desk.bytes(name).len() > size.parse().expect("a size")).to_string(),
+        ["same", a, b] => if desk.bytes(a) == desk.bytes(b) { "same" } else { "different" }.to_owned(),
+        // the files whose names have this part
+        ["ls", part] => {
+            names().iter().filter(|name| name.contains(part)).map(|name| format!("{name}\n")).collect()
+        }
         // the exit status of the comparison of every file of the folder with every file
         ["pairs", options @ ..] => {
-            let mut names = Vec::new();
-            list(&path(""), "", &mut names);
-            names.sort();
             let status = |a: &str, b: &str| {
-                let output = desk.read(&[&["diff", a, b], options].concat());
-                let [text, said] =
-                    [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
-                let status = output.status.code().unwrap_or(-1);
+                let (text, said, status) = ended(desk.command(&[&["diff", a, b], options].concat()), a);
                 let is_right = match status {
                     0 => text.contains(": equal\n"),
                     1 => text.contains(": DIFFERENT\n"),
@@ -215,39 +247,11 @@ fn said(desk: &Desk, line: &str) -> String {
                 assert!(is_right, "{a}, {b}, {options:?}: {status}\n{text}{said}");
                 status.to_string()
             };
-            let row = |a: &String| names.iter().map(|b| status(a, b)).collect::<Vec<_>>().join(" ");
-            (names.iter().map(|a| format!("{a}: {}\n", row(a))).collect(), String::new(), 0)
+            let row = |a: &String| names().iter().map(|b| status(a, b)).collect::<Vec<_>>().join(" ");
+            names().iter().map(|a| format!("{a}: {}\n", row(a))).collect()
         }
-        ["larger", name, size] => {
-            let is_larger = desk.bytes(name).len() > size.parse().expect("a size");
-            (if is_larger { "yes" } else { "no" }.to_owned(), String::new(), 0)
-        }
-        ["cp", a, b] => silent(desk.put(b, desk.bytes(a))),
-        ["rm", name] => silent(fs::remove_file(path(name)).expect("a file to remove")),
-        _ => panic!("no such command: {line}"),
-    };
-    let out = parts.fold(out, |out, filter| filtered(&out, filter));
-    let masked = |line: &str| {
-        let line = line.replace(&*desk.path("").to_string_lossy(), "FOLDER/");
-        let line = line.replace(concat!(" ", env!("CARGO_PKG_VERSION")), " VERSION");
-        // sizes of files that hold pages and pictures
-        let words = line.split(' ').collect::<Vec<_>>();
-        let is_size = |i: usize| words.get(i + 1) == Some(&"MB") && words[i].parse::<f64>().is_ok();
-        let words = words.iter().enumerate().map(|(i, word)| if is_size(i) { "SIZE" } else { word });
-        words.collect::<Vec<_>>().join(" ").trim_end().to_owned()
-    };
-    let mut text = String::new();
-    for (sign, lines) in [('|', out), ('!', err)] {
-        for line in lines.lines() {
-            let line = masked(line);
-            let space = if line.is_empty() { "" } else { " " };
-            writeln!(text, "{sign}{space}{line}").expect("a String grows");
-        }
+        _ => panic!("no such command: {command:?}"),
     }
-    if status != 0 {
-        writeln!(text, "= {status}").expect("a String grows");
-    }
-    text
 }
 
 /// All files of a folder by their names.
@@ -291,7 +295,7 @@ fn filtered(text: &str, filter: &str) -> String {
                     i += 1;
                 }
             }
-            words.join(" ")
+            words.join("\n")
         }
         // texts of a picture, each once
         ["titles"] => {
@@ -334,52 +338,33 @@ fn rounded(text: &str, digits: usize) -> String {
 
 /// Names, types, shapes and first and last elements of the arrays of a file.
 fn arrays(path: &Path) -> String {
-    fn shown<T: Display>(kind: &str, array: &ArrayD<T>) -> String {
-        let elements: Vec<String> = array.iter().map(ToString::to_string).collect();
+    fn shown<T: Debug>(kind: &str, array: &ArrayD<T>) -> String {
+        let elements: Vec<String> = array.iter().map(|element| format!("{element:?}")).collect();
         let shown = match elements.len() {
             0..=9 => elements.join(" "),
             n => format!("{} … {}", elements[..4].join(" "), elements[n - 4..].join(" ")),
         };
         format!("{kind} {:?}: {shown}", array.shape())
     }
-    fn any(read: &mut dyn FnMut(Kind) -> Option<String>) -> String {
-        Kind::ALL.into_iter().find_map(read).unwrap_or_else(|| "of another type".into())
-    }
-    fn of<T: ReadableElement + Display>(
-        archive: &mut NpzReader<File>,
-        name: &str,
-        kind: &str,
-    ) -> Option<String> {
-        let array: Option<ArrayD<T>> = archive.by_name(name).ok();
-        array.map(|array| shown(kind, &array))
-    }
-    fn single<T: ReadableElement + Display>(path: &Path, kind: &str) -> Option<String> {
-        read_npy(path).ok().map(|array: ArrayD<T>| shown(kind, &array))
+    // as the first of some types that can be read
+    macro_rules! any {
+        ($read:expr, $($kind:ident)*) => {{
+            let mut text = None;
+            $(if text.is_none() {
+                let array: Option<ArrayD<$kind>> = $read.ok();
+                text = array.map(|array| shown(stringify!($kind), &array));
+            })*
+            text.unwrap_or_else(|| "of another type".into())
+        }};
     }
     if path.extension().is_some_and(|end| end == "npy") {
-        return any(&mut |kind| match kind {
-            Kind::Double => single::<f64>(path, "double"),
-            Kind::Float => single::<f32>(path, "float"),
-            Kind::Int => single::<i64>(path, "int"),
-            Kind::UInt => single::<u64>(path, "uint"),
-            Kind::Bool => single::<bool>(path, "bool"),
-        });
+        return any!(read_npy(path), f64 f32 i64 u64 bool);
     }
     let mut archive = NpzReader::new(File::open(path).expect("a file")).expect("an archive");
     let mut names = archive.names().expect("names");
     names.sort();
-    let mut text = String::new();
-    for name in names {
-        let shown = any(&mut |kind| match kind {
-            Kind::Double => of::<f64>(&mut archive, &name, "double"),
-            Kind::Float => of::<f32>(&mut archive, &name, "float"),
-            Kind::Int => of::<i64>(&mut archive, &name, "int"),
-            Kind::UInt => of::<u64>(&mut archive, &name, "uint"),
-            Kind::Bool => of::<bool>(&mut archive, &name, "bool"),
-        });
-        writeln!(text, "{name}: {shown}").expect("a String grows");
-    }
-    text
+    let line = |name: String| format!("{name}: {}\n", any!(archive.by_name(&name), f64 f32 i64 u64 bool));
+    names.into_iter().map(line).collect()
 }
 
 /// The head of a rectilinear grid, and its arrays.
@@ -399,20 +384,6 @@ fn grid(bytes: &[u8]) -> String {
             .expect("a String grows");
     }
     text
-}
-
-/// Types of elements.
-#[derive(Clone, Copy)]
-enum Kind {
-    Double,
-    Float,
-    Int,
-    UInt,
-    Bool,
-}
-
-impl Kind {
-    const ALL: [Self; 5] = [Self::Double, Self::Float, Self::Int, Self::UInt, Self::Bool];
 }
 
 /// A folder with the files of an entry, for tests that look further into them.

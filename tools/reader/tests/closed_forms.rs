@@ -7,11 +7,9 @@ use percuss::{
     recording::Destination,
     session::{self, ExactSteps, Recording},
 };
-use percuss_reader::{
-    command::{report::report, verify::verify},
-    messages::Recording as Recorded,
-    recording::Limits,
-};
+use percuss_reader::{messages::Recording as Recorded, recording::Limits};
+
+use crate::desk::Desk;
 
 /// Records the closed form of a case; false if there is none.
 fn record(name: &str, path: &Path) -> bool {
@@ -30,21 +28,26 @@ fn record(name: &str, path: &Path) -> bool {
 
 #[test]
 fn every_closed_form_is_sound() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let desk = Desk::new(&[]);
     let (mut with_drag, mut without) = (0, 0);
     for name in builtin::names() {
-        let path = folder.path().join(format!("{name}.mcap"));
-        if !record(name, &path) {
+        let file = format!("{name}.mcap");
+        if !record(name, &desk.path(&file)) {
             continue;
         }
-        let verdict = verify(&path, Limits::default()).expect("a recording");
-        assert!(verdict.is_sound() && !verdict.partial, "{name}: {:?}", verdict.problems);
-        let bytes = fs::read(&path).expect("the recording");
-        let summary = mcap::Summary::read(&bytes).expect("a sound file").expect("a summary");
-        let has_drag = summary.channels.values().any(|channel| channel.topic == "/drag");
+        let verdict = desk.json(0, &["verify", &file, "--json"]);
+        assert_eq!(
+            (&verdict["sound"], &verdict["partial"]),
+            (&true.into(), &false.into()),
+            "{name}: {verdict}"
+        );
+        let has_drag = desk.json(0, &["info", &file, "--json"])["channels"]
+            .as_array()
+            .is_some_and(|channels| channels.iter().any(|channel| channel["topic"] == "/drag"));
         *(if has_drag { &mut with_drag } else { &mut without }) += 1;
-        let (page, damages) = report(&path, Limits::default()).expect("a report");
-        assert!(page.contains("\"sound\":true") && damages.is_empty(), "{name}");
+        desk.text(0, &["report", &file]);
+        let page = fs::read_to_string(desk.path(&format!("{name}.html"))).expect("a page");
+        assert!(page.contains("\"sound\":true"), "{name}");
     }
     assert!(with_drag >= 4 && without >= 9, "{with_drag} forms know the drag, {without} do not");
 }

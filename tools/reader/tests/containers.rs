@@ -4,19 +4,14 @@
 //! The files are those of the conformance suite of the format (its binary files are not to be had here, so they are
 //! made from its description): each of the contents below with each combination of the features that apply to it.
 
-use std::{fs, path::Path};
+use std::{fs, thread};
 
 use mcap::records::Record;
-use percuss_reader::{
-    command::{trace, verify::verify},
-    messages::Recording,
-    recording::{Limits, Scan},
-    select::{Bound, Window},
-    slice::moments,
-};
-use percuss_table::{Cell, Heading, Sink};
+use percuss_reader::recording::{Limits, Scan};
+use serde_json::json;
 
 use crate::{
+    desk::Desk,
     forge,
     raw::{
         ChunkEntry, Counts, attachment, attachment_index, channel_of, chunk_at, double, map, message_at,
@@ -181,112 +176,55 @@ fn build(content: Content, features: Features) -> Vec<u8> {
     file
 }
 
-#[derive(Default)]
-struct Rows(Vec<Vec<Cell>>);
-
-impl Sink for Rows {
-    fn begin(&mut self, _: &[Heading]) -> std::io::Result<()> {
-        Ok(())
-    }
-
-    fn row(&mut self, cells: &[Cell]) -> std::io::Result<()> {
-        self.0.push(cells.to_vec());
-        Ok(())
-    }
-
-    fn end(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
-}
-
-fn check(path: &Path, content: Content, what: &str) {
-    let limits = Limits::default();
-    let report = verify(path, limits).expect("a file");
-    assert!(report.is_sound(), "{what}: {:?}", report.problems);
-    assert_eq!(report.messages, u64::from(content.messages), "{what}");
-    let read = Recording::read(path, limits).expect("a file");
-    assert!(read.complete, "{what}: {:?}", read.damages);
-    let recording = Recording::open(path, limits).expect("a file");
-    for (channels, metadata, attachments) in [
-        (&read.channels, &read.metadata, &read.attachments),
-        (&recording.channels, &recording.metadata, &recording.attachments),
-    ] {
-        assert_eq!(channels.len(), usize::from(content.messages > 0), "{what}");
-        assert!(channels.values().all(|channel| channel.layout.is_some() == content.schema), "{what}");
-        assert_eq!(metadata.len(), usize::from(content.metadata), "{what}");
-        assert_eq!(attachments.len(), usize::from(content.attachment), "{what}");
-    }
+/// Checks what the verbs say of a file `a.mcap`.
+fn check(desk: &Desk, content: Content, what: &str) {
+    let report = desk.json(0, &["verify", "a.mcap", "--json"]);
+    assert_eq!((&report["sound"], &report["problems"]), (&true.into(), &json!([])), "{what}");
+    assert_eq!(report["messages"], content.messages, "{what}");
+    let info = desk.json(0, &["info", "a.mcap", "--json"]);
+    assert_eq!((&info["complete"], &info["damages"]), (&true.into(), &json!([])), "{what}");
+    let number = |key: &str| info[key].as_array().expect("a list").len();
+    assert_eq!(number("channels"), usize::from(content.messages > 0), "{what}");
+    assert_eq!(number("metadata"), usize::from(content.metadata), "{what}");
+    assert_eq!(number("attachments"), usize::from(content.attachment), "{what}");
+    let channels = info["channels"].as_array().expect("a list");
+    assert!(channels.iter().all(|channel| channel["decodable"] == content.schema), "{what}");
     if content.attachment {
-        let attachment = recording.attachment("myFile").expect("a file");
-        assert_eq!(attachment.as_deref(), Some(&[7, 8, 9][..]), "{what}");
+        assert_eq!(desk.read(&["export", "a.mcap", "--attachment", "myFile"]).stdout, [7, 8, 9], "{what}");
     }
     if content.schema {
-        let request =
-            trace::Request { topics: vec!["/scalar".parse().expect("a topic")], ..trace::Request::default() };
-        let mut rows = Rows::default();
-        trace::trace(&[path.to_path_buf()], &request, limits, &mut rows).expect("a trace");
-        assert_eq!(rows.0.len() as u32, content.messages, "{what}");
-        let is_right = |(k, row): (usize, &Vec<Cell>)| {
-            row[0] == Cell::Double(k as f64 * 0.5) && row.contains(&Cell::Double(k as f64))
-        };
-        assert!(rows.0.iter().enumerate().all(is_right), "{what}: {:?}", rows.0);
+        let rows = desk.lines(&["trace", "a.mcap", "--topic", "/scalar", "--field", "force"]);
+        let expected = (0..content.messages).map(|k| format!("{:?},{:?}", f64::from(k) * 0.5, f64::from(k)));
+        assert_eq!(rows[0], "time,force [N]", "{what}");
+        assert!(rows[1..].iter().cloned().eq(expected), "{what}: {rows:?}");
     }
 }
 
 #[test]
 fn all_combinations_of_features() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("a.mcap");
-    let mut files = 0;
-    for content in CONTENTS {
-        for bits in 0..1 << Features::COUNT {
-            let features = Features::of(bits);
-            // features that a content has no use for make no other files
-            let needless = (content.messages == 0 && features.chunks)
-                || (!features.chunks && (features.message_index || features.chunk_index))
-                || (!content.attachment && features.attachment_index)
-                || (!content.metadata && features.metadata_index);
-            if needless {
-                continue;
-            }
-            fs::write(&path, build(content, features)).expect("a file");
-            check(&path, content, &format!("{content:?} {features:?}"));
-            files += 1;
-        }
-    }
-    assert!(files > 600, "{files}");
-}
-
-#[test]
-fn only_chunks_that_hold_the_topic_are_read() {
-    // /scalar in one chunk of 40, the rest on /profile
-    let mut recording = forge::forge(4000, 1);
-    recording.channels.truncate(2);
-    recording.channel("/scalar").messages.truncate(20);
-    let bytes = recording.write(forge::plain());
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("a.mcap");
-    fs::write(&path, &bytes).expect("a file");
-    let run = |topic: &str, from: Option<f64>| {
-        let topics = vec![topic.parse().expect("a topic")];
-        let request = trace::Request {
-            topics,
-            window: Window { from: from.map(Into::into), ..Window::default() },
-            ..trace::Request::default()
-        };
-        let mut rows = Rows::default();
-        let outcome = trace::trace(std::slice::from_ref(&path), &request, Limits::default(), &mut rows)
-            .expect("a trace");
-        assert_eq!(outcome.rows, rows.0.len() as u64);
-        (outcome.rows, outcome.bytes_read)
+    let all = CONTENTS
+        .into_iter()
+        .flat_map(|content| (0..1 << Features::COUNT).map(move |bits| (content, Features::of(bits))));
+    // features that a content has no use for make no other files
+    let is_needed = |(content, features): &(Content, Features)| {
+        !(content.messages == 0 && features.chunks
+            || !features.chunks && (features.message_index || features.chunk_index)
+            || !content.attachment && features.attachment_index
+            || !content.metadata && features.metadata_index)
     };
-    let length = bytes.len() as u64;
-    let (rows, read) = run("/scalar", None);
-    assert_eq!(rows, 20);
-    assert!(read < 20_000 && length > 500_000, "{read} of {length} bytes");
-    let (rows, read) = run("/profile", None);
-    assert_eq!(rows, 4000);
-    assert!(read > length / 2, "{read} of {length} bytes");
+    let files: Vec<(Content, Features)> = all.filter(is_needed).collect();
+    assert!(files.len() > 600, "{}", files.len());
+    thread::scope(|scope| {
+        for part in files.chunks(files.len().div_ceil(2)) {
+            scope.spawn(move || {
+                let desk = Desk::new(&[]);
+                for &(content, features) in part {
+                    desk.put("a.mcap", build(content, features));
+                    check(&desk, content, &format!("{content:?} {features:?}"));
+                }
+            });
+        }
+    });
 }
 
 #[test]
@@ -311,68 +249,4 @@ fn a_growing_file_is_read_to_its_last_whole_chunk_and_on() {
     assert!(count(&mut rest, &mut scan));
     assert_eq!(first + rest, 400 + 400 + 40 + 16);
     assert!(scan.damages().is_empty());
-}
-
-/// Topics whose messages know no time but their log time, so many nanoseconds after a start: they are the values.
-fn by_log_time(start: u64, topics: &[(&str, &[u64])]) -> Vec<u8> {
-    let mut recording = forge::forge(1, 3);
-    let channel = |(topic, times): &(&str, &[u64])| {
-        forge::by_log_time(topic, times.iter().map(|time| (start + time, *time as f64)))
-    };
-    recording.channels = topics.iter().map(channel).collect();
-    recording.write(forge::plain())
-}
-
-#[test]
-fn messages_at_a_time_are_the_nearest_to_the_nanosecond() {
-    // seconds as floating-point numbers are the same
-    const LATE: u64 = 300 * 86_400 * 1_000_000_000;
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("a.mcap");
-    fs::write(&path, by_log_time(LATE, &[("/p", &[0, 1, 2, 3, 9])])).expect("a file");
-    let recording = Recording::open(&path, Limits::default()).expect("a recording");
-    let (&id, channel) = recording.channels.iter().next().expect("the channel");
-    let x = channel.layout.as_ref().and_then(|layout| layout.find("x")).expect("the field");
-    let times = ["25920000.000000001", "25920000.000000003", "25920000.000000007"];
-    let times = times.map(|time| time.parse().expect("a time"));
-    let at = |times: &[Bound]| -> Vec<Option<f64>> {
-        let (moments, ..) = moments(&recording, id, times, false).expect("messages");
-        moments.iter().map(|moment| moment.values.lists[x].number(0)).collect()
-    };
-    assert_eq!(at(&times), [1.0, 3.0, 9.0].map(Some));
-    assert_eq!(at(&[]), [Some(9.0)]);
-}
-
-#[test]
-fn log_times_are_joined_and_chosen_to_the_nanosecond() {
-    const DATE: u64 = 1_700_000_000_123_456_789;
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("a.mcap");
-    let recording = by_log_time(DATE, &[("/p", &[0, 10, 20, 30, 40]), ("/q", &[1, 11, 21, 31, 41])]);
-    fs::write(&path, recording).expect("a file");
-    let run = |align, from: Option<&str>| {
-        let request = trace::Request {
-            topics: vec!["/p".parse().expect("a topic"), "/q".parse().expect("a topic")],
-            selection: percuss_reader::field::Selection { fields: vec!["x".into()], ..Default::default() },
-            window: Window { from: from.map(|from| from.parse().expect("a time")), ..Window::default() },
-            epoch: true,
-            time: trace::TimeForm::Ns,
-            align,
-            ..trace::Request::default()
-        };
-        let mut rows = Rows::default();
-        trace::trace(std::slice::from_ref(&path), &request, Limits::default(), &mut rows).expect("a trace");
-        rows.0
-    };
-    let exact = run(trace::Align::Exact, None);
-    let times: Vec<Cell> = exact.iter().map(|row| row[0].clone()).collect();
-    let expected: Vec<Cell> =
-        (0..5).flat_map(|k| [0, 1].map(|late| Cell::UInt(DATE + 10 * k + late))).collect();
-    assert_eq!(times, expected);
-    assert_eq!(exact[1][1..], [Cell::Empty, Cell::Double(1.0)]);
-    let since = run(trace::Align::Exact, Some("1700000000.123456820"));
-    assert_eq!(since.first().map(|row| row[0].clone()), Some(Cell::UInt(DATE + 31)));
-    // between 1 and 11 there is 10
-    let linear = run(trace::Align::Linear, None);
-    assert_eq!(linear[1], [Cell::UInt(DATE + 10), Cell::Double(10.0), Cell::Double(10.0)]);
 }

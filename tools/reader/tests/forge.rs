@@ -3,7 +3,6 @@
 
 use std::{
     collections::{BTreeMap, HashMap},
-    fs,
     io::Cursor,
     path::Path,
 };
@@ -448,10 +447,4 @@ pub fn entries(bytes: &[u8], name: &str) -> BTreeMap<String, String> {
     let summary = Summary::read(bytes).expect("a sound file").expect("a summary");
     let index = summary.metadata_indexes.iter().find(|index| index.name == name).expect("the record");
     mcap::read::metadata(bytes, index).expect("a record").metadata
-}
-
-/// Writes the SI twin of a recording.
-pub fn write_in_si(from: &Path, to: &Path, recorded: impl Fn(&str, f64) -> Option<f64>) {
-    let bytes = fs::read(from).expect("the recording");
-    fs::write(to, in_si(&bytes, recorded)).expect("a new file");
 }

@@ -1,4 +1,4 @@
-//! Recordings that are not complete, files that are none, and what is said of them.
+//! Recordings that are not complete, and files that are none; the table `parts` has what is said of the former.
 
 use std::{
     fs::{self, OpenOptions},
@@ -15,70 +15,6 @@ use percuss_reader::{
 };
 
 use crate::{desk::Desk, forge};
-
-const NOTE: &str =
-    "note: `a.mcap.part` is a recording that is not complete: still being written, or interrupted\n";
-
-/// A recording cut off in its middle, as one that is being written is found.
-fn cut() -> Vec<u8> {
-    let whole = forge::forge(200, 1).write(forge::plain());
-    whole[..whole.len() / 2].to_vec()
-}
-
-#[test]
-fn every_verb_reads_a_recording_that_is_not_complete_and_says_so_once() {
-    let desk = Desk::new(&[("a.mcap.part", cut()), ("a.mcap", cut())]);
-    let verbs = [
-        "info a",
-        "verify a",
-        "schema a",
-        "cat a",
-        "trace a --topic /scalar",
-        "plot a --topic /scalar --field force",
-        "diff a a",
-        "export a --topic /slice -o f.npy --force",
-        "recover a -o r.mcap --force",
-        "summary a",
-        "report a --force",
-        "replay a --from 1e9",
-    ];
-    for verb in verbs {
-        let run = |name: &str| {
-            let words: Vec<&str> =
-                verb.split(' ').map(|word| if word == "a" { name } else { word }).collect();
-            let output = desk.read(&words);
-            (output.status.code(), String::from_utf8(output.stderr).expect("text"))
-        };
-        let ((status, said), (of_other, _)) = (run("a.mcap.part"), run("a.mcap"));
-        assert_eq!(said.matches(NOTE).count(), 1, "{verb}: {said}");
-        assert_eq!(status, of_other, "{verb}: the status is that of any file without an end: {said}");
-    }
-    let (table, _) = desk.both(3, &["trace", "a.mcap.part", "--topic", "/scalar", "--field", "force"]);
-    assert!(table.lines().count() > 20, "{table}");
-}
-
-#[test]
-fn names_are_those_of_the_complete_recording() {
-    let desk = Desk::new(&[("a.mcap.part", cut()), ("b.mcap", cut())]);
-    let (table, _) =
-        desk.both(3, &["trace", "a.mcap.part", "b.mcap", "--topic", "/scalar", "--field", "force"]);
-    assert!(table.starts_with("time [s],a:force [N],b:force [N]"), "{table}");
-}
-
-#[test]
-fn a_recording_that_is_there_only_in_part_is_named() {
-    let desk = Desk::new(&[("a.mcap.part", cut())]);
-    for (verb, status) in [("info", 1), ("verify", 1), ("cat", 1), ("replay", 1)] {
-        let said = desk.error(status, &[verb, "a.mcap"]);
-        let expected = "error: `a.mcap` does not exist; there is `a.mcap.part`, a recording that is not complete; read \
-                        that, or continue the run with `percuss run --resume`\n";
-        assert_eq!(said, expected, "{verb}");
-    }
-    let said = desk.error(2, &["diff", "a.mcap", "a.mcap"]);
-    assert!(said.contains("there is `a.mcap.part`"), "{said}");
-    let said = desk.error(1, &["info", "b.mcap"]);
-    assert!(said.contains("cannot read `b.mcap`: No such file or directory"), "{said}");
-}
 
 #[test]
 fn a_file_that_grows_is_read_as_far_as_it_was() {
@@ -181,7 +117,8 @@ impl Seek for Failing {
 
 #[test]
 fn errors_of_the_system_say_what_where_and_why() {
-    let bytes = cut();
+    let whole = forge::forge(200, 1).write(forge::plain());
+    let bytes = whole[..whole.len() / 2].to_vec();
     let cases = [
         (std::io::ErrorKind::Other, "Input/output error (os error 5) (near byte "),
         (std::io::ErrorKind::UnexpectedEof, "the file has become shorter while it was read (near byte "),

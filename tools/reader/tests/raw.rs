@@ -300,23 +300,25 @@ pub fn types(messages: &str) -> DescriptorPool {
     pool
 }
 
+/// Name, encoding and content of a schema.
+pub type Schema = (String, &'static str, Vec<u8>);
+
 /// A channel of another program.
 pub struct Foreign {
     pub topic: String,
-    /// The type of its messages: `json`, the name of a JSON schema, or a type of the package `guest`.
+    /// The type of its messages: `json`, the name of a schema, or a type of the package `guest`.
     pub kind: String,
-    /// Name, encoding and text.
-    schema: Option<(String, &'static str, Vec<u8>)>,
+    schema: Option<Schema>,
     /// Log times and content.
     pub messages: Vec<(u64, Vec<u8>)>,
 }
 
 impl Foreign {
-    /// * `schemas`: names and texts of JSON schemas
-    pub fn new(topic: &str, kind: &str, pool: &DescriptorPool, schemas: &[(String, String)]) -> Self {
-        let schema = match schemas.iter().find(|(name, _)| name == kind) {
+    /// * `schemas`: those that are no types of `pool`
+    pub fn new(topic: &str, kind: &str, pool: &DescriptorPool, schemas: &[Schema]) -> Self {
+        let schema = match schemas.iter().find(|(name, ..)| name == kind) {
             _ if matches!(kind, "json" | "text") => None,
-            Some((name, text)) => Some((name.clone(), "jsonschema", text.clone().into_bytes())),
+            Some(schema) => Some(schema.clone()),
             None => Some((format!("guest.{kind}"), "protobuf", pool.encode_to_vec())),
         };
         Self { topic: topic.into(), kind: kind.into(), schema, messages: Vec::new() }

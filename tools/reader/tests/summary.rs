@@ -120,30 +120,6 @@ fn a_rebound_gives_back_less_than_the_impact_had() {
 }
 
 #[test]
-fn units_are_those_of_the_first_recording() {
-    let desk = Desk::new(&[]);
-    forge::record("fig9-m1", &FINITE_MASS, &desk.path("a.mcap"));
-    forge::write_in_si(&desk.path("a.mcap"), &desk.path("si.mcap"), |_, scale| Some(scale));
-    let (plain, _) = summary(&desk, &["a.mcap"]);
-    for names in [["a.mcap", "si.mcap"], ["si.mcap", "a.mcap"]] {
-        let (rows, units) = summary(&desk, &names);
-        for (name, value) in rows[0].as_object().expect("an object") {
-            // the copy holds no record of the largest strain, and of V0, which stand in one place
-            if !name.starts_with("restitution") && value.is_number() && rows[1][name].is_number() {
-                let ratio = value.as_f64().expect("a number") / rows[1][name].as_f64().expect("a number");
-                assert!((ratio - 1.0).abs() < 1e-12, "{name}: {} and {}", value, rows[1][name]);
-            }
-        }
-        assert_eq!(units["impulse"], if names[0] == "si.mcap" { "N s" } else { "πR²γc_p²·R/c_p" });
-    }
-    let (rows, _) = summary(&desk, &["si.mcap"]);
-    let scale = |key: &str| forge::SCALES.iter().find(|scale| scale.2 == key).expect("a scale").3;
-    let impulse = plain[0]["impulse"].as_f64().expect("a number");
-    let expected = impulse * scale("scale.force_n") * scale("scale.time_s");
-    assert!((rows[0]["impulse"].as_f64().expect("a number") / expected - 1.0).abs() < 1e-12);
-}
-
-#[test]
 fn a_sweep_measures_what_its_recordings_say() {
     for sweep in [
         &["fig9-m1", "--vary", "indenter.mass=1,3", "--set", "record.frames=20"][..],

@@ -15,7 +15,7 @@ use tempfile::TempDir;
 
 use crate::{
     desk::Desk,
-    forge::{self, Dice, forge, plain},
+    forge::{Dice, forge, plain},
     is_full,
     watchdog::watch::{MEMORY, complaints, watch},
 };
@@ -97,32 +97,6 @@ fn cells_of_every_type_are_read_back() {
             assert_eq!(text(typed), text(plain));
         }
     }
-}
-
-#[test]
-fn every_format_holds_the_same_numbers() {
-    let desk = Desk::new(&[]);
-    forge::record("fig9-m1", &["mesh.cells=20", "record.fields=[]"], &desk.path("a.mcap"));
-    forge::record("fig9-m5", &["mesh.cells=20", "record.fields=[]", "run.end_time=1"], &desk.path("b.mcap"));
-    let traced = ["t.csv", "t.jsonl", "t.parquet", "t.npz"].map(|name| {
-        desk.text(0, &["trace", "a.mcap", "--topic", "/drag", "-o", name]);
-        table(&desk.path(name), &["time", "force"]).columns
-    });
-    assert!(traced[0][0].len() > 100 && traced.iter().all(|columns| numbers(columns) == numbers(&traced[0])));
-    let measured = ["s.csv", "s.json", "s.parquet"].map(|name| {
-        desk.text(0, &["summary", "a.mcap", "b.mcap", "-o", name]);
-        table(&desk.path(name), &["indenter.mass", "impulse", "restitution"])
-    });
-    for Table { headings, columns } in &measured {
-        assert_eq!(headings, &measured[0].headings);
-        assert_eq!(headings[1].unit.as_deref(), Some("πR²γc_p²·R/c_p"));
-        assert_eq!(numbers(columns), numbers(&measured[0].columns));
-        assert!(columns[2][0].number().is_some() && columns[2][1] == Cell::Empty);
-    }
-}
-
-fn numbers(columns: &[Vec<Cell>]) -> Vec<Vec<Option<f64>>> {
-    columns.iter().map(|cells| cells.iter().map(Cell::number).collect()).collect()
 }
 
 /// Reads a table of any bytes; an error is as good as a table.

@@ -10,6 +10,7 @@
 //! * `si FILE [WRONG]`: its twin in SI units; the scale WRONG is off by 1e-6, or all are missing if it is `bare`
 //! * `cut FILE N`, `cut FILE A/B`: without the last N bytes, or the first A of B parts
 //! * `spoil FILE TEXT N`: with another bit N bytes behind a text
+//! * `blank FILE A B`: with zeros from A to B per cent
 //! * `hex`: the bytes of the lines
 //! * `copy FILE`, `folder`, `link TARGET`
 //!
@@ -18,7 +19,7 @@
 //! * `type NAME FIELD:TYPE…`, first of all
 //! * `/TOPIC TYPE [at NANOSECONDS] [* COUNT] CONTENT`: messages, with sums as `sums::filled` has them; TYPE is `json` or the name of
 //!   a JSON schema for messages in JSON; CONTENT is JSON or, behind `wire`, what stands in the bytes, as in `1=5 2=0.5 3"text" 4{1=2}`
-//! * `schema NAME TEXT`: of JSON messages
+//! * `schema NAME TEXT`: of JSON messages, or behind `wire` a descriptor of protobuf messages
 //! * `meta TOPIC KEY=VALUE…`, `record NAME KEY=VALUE…`, `attach NAME TEXT`: metadata of a channel and of the file, attachments
 //! * `set TOPIC[MESSAGE] FIELD[ELEMENT] = SUM`: of one message or all, one element or all, `FIELD[N*]` for a list of N elements; the
 //!   sum knows the old value `x`, the number of the message `k`, of the element `j`, and the time `t`; or a text in quotes
@@ -85,8 +86,10 @@ fn wire(text: &mut &str) -> Vec<u8> {
         bytes.extend(match sign {
             b'{' => raw::block(field, &wire(text)),
             b'"' => {
-                let (content, rest) = text.split_once('"').expect("a text ends");
-                *text = rest;
+                let is_end = |&(i, _): &(usize, &str)| !text[..i].ends_with('\\');
+                let (end, _) = text.match_indices('"').find(is_end).expect("a text ends");
+                let content = text[..end].replace("\\\"", "\"");
+                *text = &text[end + 1..];
                 raw::block(field, content.as_bytes())
             }
             _ => {
@@ -297,9 +300,14 @@ fn foreign(compression: Option<&str>, body: &[String]) -> Vec<u8> {
     let rest =
         |sign: &'static str| body.iter().filter_map(move |line| line.strip_prefix(sign)).map(str::to_owned);
     let pool = raw::types(&rest("type ").collect::<Vec<_>>().join("\n"));
-    let schemas: Vec<(String, String)> = rest("schema ")
-        .filter_map(|line| line.split_once(' ').map(|(name, text)| (name.into(), text.into())))
-        .collect();
+    let schema = |line: String| {
+        let (name, text) = line.split_once(' ').expect("a schema");
+        match text.strip_prefix("wire ") {
+            Some(mut text) => (name.to_owned(), "protobuf", wire(&mut text)),
+            None => (name.to_owned(), "jsonschema", text.as_bytes().to_vec()),
+        }
+    };
+    let schemas: Vec<raw::Schema> = rest("schema ").map(schema).collect();
     let mut channels: Vec<Foreign> = Vec::new();
     for line in body.iter().filter(|line| line.starts_with('/')) {
         let (topic, kind, at, count, content) = messages(line);
@@ -374,6 +382,13 @@ impl<'a> Maker<'a> {
                 let place =
                     bytes.windows(text.len()).position(|part| part == text.as_bytes()).expect("the text");
                 bytes[place + number::<usize>(offset)] ^= 1;
+                bytes
+            }
+            ["blank", of, from, to] => {
+                let mut bytes = self.desk.bytes(of);
+                let place = |percent: &str| bytes.len() * number::<usize>(percent) / 100;
+                let (from, to) = (place(from), place(to));
+                bytes[from..to].fill(0);
                 bytes
             }
             ["hex"] => {
