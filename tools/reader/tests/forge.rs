@@ -156,13 +156,24 @@ pub fn message(pool: &DescriptorPool, name: &str, content: &Json) -> DynamicMess
 }
 
 /// A channel with its messages.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub struct Channel {
     pub topic: String,
     /// Name of the type; without one they are JSON.
     pub message: String,
     pub metadata: BTreeMap<String, String>,
     pub messages: Vec<(u64, DynamicMessage)>,
+}
+
+impl Channel {
+    pub fn new(
+        topic: &str,
+        message: &str,
+        metadata: &[(&str, &str)],
+        messages: Vec<(u64, DynamicMessage)>,
+    ) -> Self {
+        Self { topic: topic.into(), message: message.into(), metadata: text_map(metadata), messages }
+    }
 }
 
 /// A recording before it is written.
@@ -235,21 +246,15 @@ pub fn forge(steps: u64, seed: u64) -> Forged {
         });
         at("Note", step, content)
     };
-    let channel = |topic: &str, message: &str, metadata: &[(&str, &str)], messages| Channel {
-        topic: topic.into(),
-        message: message.into(),
-        metadata: text_map(metadata),
-        messages,
-    };
     let of_profile = [("unit.p", "Pa"), ("unit.r0", "m"), ("axis.p", "r0,dr")];
     let of_slice = [("axis.values", "z0,dz,nz;r0,dr,nr"), ("unit.values", "Pa")];
     let of_scalar = [("unit.force", "N"), ("unit.time", "s")];
     let slices = (0..steps).step_by(10).map(slice).collect();
     let channels = vec![
-        channel("/scalar", "Scalar", &of_scalar, (0..steps).map(scalar).collect()),
-        channel("/profile", "Profile", &of_profile, (0..steps).map(profile).collect()),
-        channel("/slice", "Slice", &of_slice, slices),
-        channel("/note", "Note", &[], (5..steps).step_by(25).map(note).collect()),
+        Channel::new("/scalar", "Scalar", &of_scalar, (0..steps).map(scalar).collect()),
+        Channel::new("/profile", "Profile", &of_profile, (0..steps).map(profile).collect()),
+        Channel::new("/slice", "Slice", &of_slice, slices),
+        Channel::new("/note", "Note", &[], (5..steps).step_by(25).map(note).collect()),
     ];
     Forged {
         file,
@@ -263,12 +268,7 @@ pub fn forge(steps: u64, seed: u64) -> Forged {
 pub fn by_log_time(topic: &str, messages: impl IntoIterator<Item = (u64, f64)>) -> Channel {
     let pool = pool(&file());
     let message = |(at, x): (u64, f64)| (at, message(&pool, "Place", &json!({ "x": x })));
-    Channel {
-        topic: topic.into(),
-        message: "Place".into(),
-        metadata: BTreeMap::new(),
-        messages: messages.into_iter().map(message).collect(),
-    }
+    Channel::new(topic, "Place", &[], messages.into_iter().map(message).collect())
 }
 
 impl Forged {

@@ -1,11 +1,10 @@
-//! Recordings that are not complete, and files that are none; the table `parts` has what is said of the former.
+//! Recordings that grow, fail and are opened often; the table `parts` has what is said of those that are not complete, and of files
+//! that are none.
 
 use std::{
     fs::{self, OpenOptions},
     io::{Cursor, Read, Seek, SeekFrom, Write},
-    os::unix::{fs::symlink, net::UnixListener},
     path::Path,
-    process::Command,
 };
 
 use percuss_reader::{
@@ -33,43 +32,6 @@ fn a_file_that_grows_is_read_as_far_as_it_was() {
     assert!(records > 100 && !scan.is_complete(), "{records} records: {:?}", scan.damages());
     rest.for_each(|more| file.write_all(more).expect("room"));
     desk.text(0, &["verify", "a.mcap.part"]);
-}
-
-#[test]
-fn what_is_no_file_is_refused_and_named() {
-    let desk = Desk::new(&[]);
-    fs::create_dir(desk.path("folder")).expect("a folder");
-    let made = Command::new("mkfifo").arg(desk.path("pipe")).status().expect("mkfifo");
-    assert!(made.success());
-    let _socket = UnixListener::bind(desk.path("socket")).expect("a socket");
-    symlink("circle", desk.path("circle")).expect("a link");
-    let cases = [
-        ("folder", "it is a folder"),
-        ("pipe", "it is a pipe"),
-        ("socket", "it is a socket"),
-        ("/dev/zero", "it is a device"),
-        ("/dev/null", "it is a device"),
-        ("circle", "Too many levels of symbolic links"),
-        ("folder/nothing", "No such file or directory"),
-    ];
-    for (name, why) in cases {
-        // a folder can be that of a sweep
-        let report = ["report"].into_iter().filter(|_| name != "folder");
-        for verb in ["info", "verify", "trace", "plot", "cat", "schema", "summary", "replay"]
-            .into_iter()
-            .chain(report)
-        {
-            let said = desk.error(1, &[verb, name]);
-            assert!(
-                said.contains(&format!("cannot read `{name}`")) && said.contains(why),
-                "{verb} {name}: {said}"
-            );
-        }
-        let said = desk.error(1, &["recover", name, "-o", "r.mcap"]);
-        assert!(said.contains(why), "recover {name}: {said}");
-    }
-    let said = desk.error(2, &["diff", "pipe", "pipe"]);
-    assert!(said.contains("it is a pipe"), "{said}");
 }
 
 #[test]

@@ -11,7 +11,11 @@ use std::{
 
 use mcap::{Writer, records::MessageHeader};
 
-use crate::{program::serving, viewer::Viewer};
+use crate::{
+    program::serving,
+    raw::{Foreign, foreign, types},
+    viewer::Viewer,
+};
 
 const LONG: Duration = Duration::from_secs(30);
 
@@ -81,14 +85,9 @@ fn who_subscribes_panel_by_panel_sees_the_beginning() {
 fn a_window_of_dates_is_chosen_to_the_nanosecond() {
     const DATE: u64 = 1_700_000_000_123_456_789;
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let file = File::create_new(folder.path().join("run.mcap")).expect("a file");
-    let mut writer = Writer::new(file).expect("a writer");
-    let channel_id = writer.add_channel(0, "/drag", "json", &BTreeMap::new()).expect("a channel");
-    for (log_time, sequence) in (DATE..DATE + 5).zip(0..) {
-        let header = MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
-        writer.write_to_known_channel(&header, b"1").expect("room");
-    }
-    writer.finish().expect("an end");
+    let mut drag = Foreign::new("/drag", "json", &types(""), &[]);
+    drag.messages = (DATE..DATE + 5).map(|time| (time, b"1".to_vec())).collect();
+    fs::write(folder.path().join("run.mcap"), foreign(&[drag], None)).expect("room");
     let (mut child, url) =
         replay(folder.path(), &["--once", "--from", "1700000000.12345679", "--to", "1700000000.123456792"]);
     let mut viewer = Viewer::connect(&url);

@@ -5,7 +5,7 @@ use std::fs;
 use clap::Parser;
 use serde_json::Value;
 
-use crate::{desk::Desk, forge};
+use crate::{cases::words, desk::Desk, forge};
 
 const FINITE_MASS: [&str; 2] = ["mesh.cells=20", "record.fields=[]"];
 
@@ -122,22 +122,13 @@ fn a_rebound_gives_back_less_than_the_impact_had() {
 #[test]
 fn a_sweep_measures_what_its_recordings_say() {
     for sweep in [
-        &["fig9-m1", "--vary", "indenter.mass=1,3", "--set", "record.frames=20"][..],
-        &[
-            "ball",
-            "--vary",
-            "impact.velocity=2 m/s,5 m/s",
-            "--set",
-            "record.frames=20",
-            "--set",
-            "run.end_time=250 us",
-        ],
-        &["laminate-armour", "--vary", "target.back=rigid,free", "--set", "run.end_time=4 us"],
+        "fig9-m1 --vary indenter.mass=1,3 --set record.frames=20",
+        "ball --vary 'impact.velocity=2 m/s,5 m/s' --set record.frames=20 --set 'run.end_time=250 us'",
+        "laminate-armour --vary target.back=rigid,free --set 'run.end_time=4 us'",
     ] {
         let desk = Desk::new(&[]);
         let folder = desk.path("s").display().to_string();
-        let arguments =
-            [&["percuss", "sweep"], sweep, &["--set", "mesh.cells=20", "-q", "-o", &folder]].concat();
+        let arguments = words(&format!("percuss sweep {sweep} --set mesh.cells=20 -q -o '{folder}'"));
         percuss::cli::Arguments::parse_from(arguments).run().expect("a sweep");
         let recordings = fs::read_dir(desk.path("s/runs")).expect("recordings");
         let name =

@@ -12,7 +12,7 @@
 //! * `spoil FILE TEXT N`: with another bit N bytes behind a text
 //! * `blank FILE A B`: with zeros from A to B per cent
 //! * `hex`: the bytes of the lines
-//! * `copy FILE`, `folder`, `link TARGET`
+//! * `copy FILE`, `folder`, `link TARGET`, `pipe`, `socket`
 //!
 //! The lines of recordings are
 //!
@@ -30,7 +30,12 @@
 //! * `value ENUM OLD NEW`: another name of a value
 //! * `write OPTION…`: how the file is written
 
-use std::{collections::HashMap, fs};
+use std::{
+    collections::HashMap,
+    fs,
+    os::unix::{fs::symlink, net::UnixListener},
+    process::Command,
+};
 
 use mcap::{Compression, WriteOptions};
 use prost_reflect::{
@@ -146,11 +151,13 @@ fn value_of(kind: &Kind, x: f64) -> Value {
 fn number_of(value: &Value) -> f64 {
     match value {
         Value::Bool(flag) => f64::from(*flag),
+        Value::F32(x) => f64::from(*x),
         Value::I32(x) => f64::from(*x),
-        Value::I64(x) => *x as f64,
         Value::U32(x) => f64::from(*x),
-        Value::U64(x) => *x as f64,
-        value => value.as_f64().or(value.as_f32().map(f64::from)).unwrap_or(0.0),
+        value => {
+            let whole = || value.as_i64().map(|x| x as f64).or(value.as_u64().map(|x| x as f64));
+            value.as_f64().or_else(whole).unwrap_or(0.0)
+        }
     }
 }
 
@@ -282,9 +289,7 @@ fn add(recording: &mut Forged, line: &str) {
     let (topic, kind, at, count, content) = messages(line);
     let pool = forge::pool(&recording.file);
     if !recording.channels.iter().any(|channel| channel.topic == topic) {
-        let message = if kind == "-" { "" } else { kind };
-        let channel = Channel { topic: topic.into(), message: message.into(), ..Channel::default() };
-        recording.channels.push(channel);
+        recording.channels.push(Channel::new(topic, kind.trim_matches('-'), &[], Vec::new()));
     }
     let channel = recording.channel(topic);
     for _ in (0..count).filter(|_| !content.is_empty()) {
@@ -397,8 +402,12 @@ impl<'a> Maker<'a> {
             }
             ["copy", of] => self.desk.bytes(of),
             ["folder"] => return fs::create_dir_all(path).expect("a folder"),
-            #[cfg(unix)]
-            ["link", to] => return std::os::unix::fs::symlink(self.desk.path(to), path).expect("a link"),
+            ["link", to] => return symlink(self.desk.path(to), path).expect("a link"),
+            ["socket"] => return drop(UnixListener::bind(path).expect("a socket")),
+            ["pipe"] => {
+                let made = Command::new("mkfifo").arg(path).status().expect("mkfifo");
+                return assert!(made.success(), "a pipe");
+            }
             _ => {
                 let (mut recording, mut options) = match how[..] {
                     ["forge", steps, seed] => (forge::forge(number(steps), number(seed)), forge::plain()),
