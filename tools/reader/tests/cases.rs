@@ -11,7 +11,8 @@
 //! An entry is carried out line by line in a folder of its own, after the files of BASE, an entry before it, were made.
 //! `FILE = …` makes a file (`recordings` describes the ways); lines below it that are indented belong to it. Below a command stand
 //! its lines on standard output behind `|`, those on standard error behind `!`, and its exit status behind `=` if it is not 0. Words
-//! between single quotes may hold spaces. The commands beside `percuss-read` are those of `said` and `seen`, what may follow `|` is in `filtered`.
+//! between single quotes may hold spaces. The commands beside `percuss-read` are those of `said` and `seen`, what may follow `|` is in
+//! `filtered`.
 //!
 //! `PERCUSS_BLESS=1 cargo test -p percuss-reader --test reader cases` writes what is said now, to be read before it is committed.
 
@@ -20,7 +21,7 @@ mod sums;
 
 use std::{
     env,
-    fmt::{Debug, Write},
+    fmt::Write,
     fs::{self, File},
     io::BufReader,
     path::{Path, PathBuf},
@@ -213,8 +214,9 @@ fn seen(desk: &Desk, command: &[&str]) -> String {
     match command {
         // the text of a file
         ["show", name] => String::from_utf8_lossy(&desk.bytes(name)).into_owned(),
-        // the arrays of a file
-        ["arrays", name] => arrays(&path(name)),
+        // the arrays of a file; of those with three axes one slab
+        ["arrays", name] => arrays(&path(name), 0),
+        ["arrays", name, slab] => arrays(&path(name), slab.parse().expect("a number")),
         // the head and the arrays of a rectilinear grid
         ["grid", name] => grid(&desk.bytes(name)),
         // the first bytes of a file
@@ -340,23 +342,27 @@ fn rounded(text: &str, digits: usize) -> String {
     result + rest
 }
 
-/// Names, types, shapes and first and last elements of the arrays of a file.
-fn arrays(path: &Path) -> String {
-    fn shown<T: Debug>(kind: &str, array: &ArrayD<T>) -> String {
-        let elements: Vec<String> = array.iter().map(|element| format!("{element:?}")).collect();
+/// Names, types, shapes, first and last elements, and sums of the arrays of a file.
+fn arrays(path: &Path, slab: usize) -> String {
+    let shown = |kind: &str, shape: &[usize], mut elements: Vec<String>| {
+        if let [_, rows, columns] = shape {
+            elements = elements[slab * rows * columns..][..rows * columns].to_vec();
+        }
+        let sum: f64 = elements.iter().filter_map(|element| element.parse::<f64>().ok()).sum();
         let shown = match elements.len() {
             0..=9 => elements.join(" "),
-            n => format!("{} … {}", elements[..4].join(" "), elements[n - 4..].join(" ")),
+            n => format!("{} … {}, sum {sum:?}", elements[..4].join(" "), elements[n - 4..].join(" ")),
         };
-        format!("{kind} {:?}: {shown}", array.shape())
-    }
+        format!("{kind} {shape:?}: {shown}")
+    };
     // as the first of some types that can be read
     macro_rules! any {
         ($read:expr, $($kind:ident)*) => {{
             let mut text = None;
             $(if text.is_none() {
                 let array: Option<ArrayD<$kind>> = $read.ok();
-                text = array.map(|array| shown(stringify!($kind), &array));
+                let elements = |array: &ArrayD<$kind>| array.iter().map(|x| format!("{x:?}")).collect();
+                text = array.map(|array| shown(stringify!($kind), array.shape(), elements(&array)));
             })*
             text.unwrap_or_else(|| "of another type".into())
         }};
