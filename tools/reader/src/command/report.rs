@@ -153,14 +153,13 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Fail
     };
     let mut known = HashSet::new();
     damages.retain(|damage| known.insert((damage.offset, damage.reason.clone())));
-    let data = json!({
+    let mut data = json!({
         "version": VERSION,
         "file": name,
         "title": run.get("title"),
         "library": recording.library,
         "run": run,
         "host": host,
-        "time_unit": time.name(),
         "status": recording.entries(STATUS),
         "validity": recording.entries(VALIDITY),
         "sound": verdict.is_sound(),
@@ -173,6 +172,9 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Fail
         "field": field,
         "case": case.map(|text| String::from_utf8_lossy(&text).into_owned()),
     });
+    if let Some(unit) = time.name() {
+        data["time_unit"] = unit.into();
+    }
     let parts = [("{style}", STYLE), ("{shared}", SHARED), ("{script}", SCRIPT)];
     Ok((fill(PAGE, &data, &parts), damages))
 }
@@ -202,7 +204,7 @@ mod tests {
 
     #[test]
     fn what_a_file_says_cannot_leave_its_place_in_the_page() {
-        let data = json!({ "title": "a</title><script>", "x": "</script><b>{script}" });
+        let mut data = json!({ "title": "a</title><script>", "x": "</script><b>{script}" });
         let page = fill(PAGE, &data, &[("{style}", STYLE), ("{shared}", SHARED), ("{script}", SCRIPT)]);
         assert!(page.contains("a&lt;/title&gt;&lt;script&gt;"));
         assert_eq!(page.matches("</script>").count(), 2);
