@@ -111,7 +111,12 @@ pub(crate) fn has_colour() -> bool {
 /// Reports the damages of a file.
 pub(crate) fn loss(file: &Path, damages: &[Damage]) -> Exit {
     for Damage { offset, bytes, reason } in damages {
-        say(&format!("warning: `{}`: {reason} (at byte {offset}, {bytes} bytes lost)", file.display()));
+        let file = file.display();
+        match (offset, bytes) {
+            // of no place in the file
+            (0, 0) => say(&format!("warning: `{file}`: {reason}")),
+            _ => say(&format!("warning: `{file}`: {reason} (at byte {offset}, {bytes} bytes lost)")),
+        }
     }
     if damages.is_empty() { Exit::Done } else { Exit::Loss }
 }
