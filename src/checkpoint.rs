@@ -9,7 +9,7 @@
 //! ```
 //!
 //! all little-endian. The head has the version of percuss, the revision of its numerics, the engine, the complete case, the step, and of what is recorded the
-//! number of messages of every channel, their size and their checksum; the state is that of the [`Simulation`]. Channels have none.
+//! number of messages of every channel, their size, their checksum and what was measured of them; the state is that of the [`Simulation`]. Channels have none.
 //!
 //! A state is restored only if percuss, numerics, engine and case are the same, and if the part begins with the messages that the checkpoint
 //! belongs to (what follows them, an end or what was recorded since, is cut off; whatever does not fit is an error that changes neither file): then the run gives the same messages, bit for bit, as one
@@ -51,7 +51,8 @@ const MAGIC: [u8; 8] = *b"\x89percpt\n";
 /// * 2: with the largest strain of cells.
 /// * 3: the head has the revision of the numerics.
 /// * 4: the head has size and checksum of what was recorded.
-const VERSION: u32 = 4;
+/// * 5: and what was measured of it.
+const VERSION: u32 = 5;
 
 /// Size of magic and version, and of the checksum \[bytes\].
 const BEGINNING: u64 = MAGIC.len() as u64 + 4;

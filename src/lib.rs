@@ -47,6 +47,7 @@
 //! | [`trust`] | estimated error of the simplified theory against the full one |
 //! | [`rigidity`] | how far an indenter of a known material is from rigid |
 //! | [`warnings`] | warnings outside the range of validity; [`warnings::Warned`] adds them to the events of a run |
+//! | [`measuring`] | what is measured of a run on the way |
 //! | [`mod@table`] | tables of measured numbers, for `trust` and `grid` |
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::closed_form`] chooses the one for a case |
 //! | [`study`] | a case on refined meshes: orders, extrapolated values, error bars |
@@ -70,7 +71,7 @@
 //! [`cli`], [`live`] and [`sweep`] belong to the program and its default feature `cli`.
 //!
 //! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader and by the
-//! figures), labels and colours on pixels (`tools/canvas`, used by the pictures and by the images of [`channels`]), tables and what is measured of a run (`tools/table`, used by [`sweep`] and by the reader), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
+//! figures), labels and colours on pixels (`tools/canvas`, used by the pictures and by the images of [`channels`]), tables and what is measured of a run (`tools/table`, used by [`measuring`], by [`sweep`] and by the reader), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
 //! benchmarks (`tools/bench`).
 //!
 //! # Invariants
@@ -92,7 +93,8 @@
 //! * Vectors of any width give the same bits: products are fused with sums in fixed places of the scheme and nowhere else, sums over a row
 //!   are taken in blocks of one size.
 //! * `unsafe` occurs only in `model::blocked`; every block has a SAFETY comment.
-//! * A run that is interrupted and continues, on any number of threads, gives the same messages as one that is not.
+//! * A run that is interrupted and continues, on any number of threads, gives the same messages and measures as one that is not.
+//! * What a recording says was measured, `percuss.summary`, is what its messages say, bit for bit.
 //! * A recording reproduces its run: `percuss run` on its attachment `case.resolved.toml` gives the same messages.
 //!
 //! | To add | Touch |
@@ -138,6 +140,7 @@ pub mod layout;
 #[cfg(feature = "cli")]
 mod live;
 mod material;
+mod measuring;
 pub mod message;
 pub mod model;
 pub mod recording;

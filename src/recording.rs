@@ -41,7 +41,8 @@
 //! metadata of their channels. Metadata records describe the run (`percuss.run`; its `source` is `simulation`, then with the revision
 //! of the `numerics`, [`NUMERICS`], or `exact`, then with the `closed_form`), machine, time and the `commit` of the program
 //! (`percuss.host`, the only part that differs between two runs of a case; with `--reproducible` it is empty), the largest strain, velocity of the impact and loss of the mesh
-//! (`percuss.validity`), and the end of the run (`percuss.status`, written last); each has the `checksum` of its other entries. The attachment `case.resolved.toml`
+//! (`percuss.validity`), what was measured of the impact (`percuss.summary`: the numbers that the messages say, bit for bit, by the names of
+//! [`percuss_table::measures`]; what is not known has no entry), and the end of the run (`percuss.status`, written last); each has the `checksum` of its other entries. The attachment `case.resolved.toml`
 //! repeats the run; `layout.json` is the layout for viewers.
 //!
 //! # What holds when something fails
@@ -83,7 +84,7 @@ pub(crate) mod writer;
 /// * 2.1: mass, force and energy of physical plane cases are those of the whole body and contact, in 2.0 of the half x ≥ 0.
 /// * 2.2: targets of several layers and with a free back: `FieldSlice.z`, `LineSlice.s`, `Energy.layer_strain`, `Energy.layer_kinetic`,
 ///   `Event.interface`; layers and back in the run record. Other recordings have nothing new.
-/// * 2.3: `impact_velocity`, `mesh_loss`, `interface.<n>.tension` and `interface.<n>.shear` in `percuss.validity`; `Energy.residual` is absent where waves are damped.
+/// * 2.3: `impact_velocity`, `mesh_loss`, `interface.<n>.tension` and `interface.<n>.shear` in `percuss.validity`; `Energy.residual` is absent where waves are damped; the record `percuss.summary`.
 pub const FORMAT_VERSION: &str = "2.3";
 
 /// Revision of the numerics: results of the same revision are the same bit for bit. It changes with the golden digests, which a

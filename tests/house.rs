@@ -19,7 +19,7 @@ const LAYERS: [&[&str]; 13] = [
     &["model"],
     &["contact"],
     &["case", "view"],
-    &["channels", "exact", "rigidity", "simulation"],
+    &["channels", "exact", "measuring", "rigidity", "simulation"],
     &["layout", "trust"],
     // the loop over steps
     &["session"],

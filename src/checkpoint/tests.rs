@@ -2,13 +2,31 @@
 
 use std::fs;
 
+use percuss_table::measures::Observations;
+
 use super::*;
-use crate::recording::Written;
+use crate::{
+    recording::{Destination, Written},
+    session::{self, Flow, Recording, Source},
+    view::View,
+};
 
 fn case(settings: &[&str]) -> Case {
     let settings: Vec<String> =
         [&["mesh.cells=12", "run.end_time=8"], settings].concat().into_iter().map(String::from).collect();
     Case::load("fig5", &settings).expect("a built-in case")
+}
+
+/// What was seen of three steps of a contact.
+fn seen() -> Observations {
+    let mut seen = Observations::default();
+    for step in 0..3 {
+        let time = f64::from(step) * 0.1;
+        seen.take_drag(time, Some(1.0 - time), Some(time));
+        seen.take_motion(time, Some(1.0 - time), Some(time));
+        seen.take_energy(time, Some(time), Some(0.3));
+    }
+    seen
 }
 
 /// Writes a checkpoint in the middle of a run, and returns its head.
@@ -22,7 +40,7 @@ fn written(path: &Path, case: &Case) -> Head {
         }
     }
     let written = Written { messages: vec![3, 0, 11], bytes: 900, largest_chunk: 500, checksum: 7 };
-    let recorded = Recorded { step: last.0, time: last.1, written };
+    let recorded = Recorded { step: last.0, time: last.1, written, seen: seen() };
     let head = Head::new(case, Engine::Blocked, recorded);
     let size = write(path, &head, &mut simulation).expect("room");
     assert_eq!(size, fs::metadata(path).expect("a file").len());
@@ -140,4 +158,49 @@ fn forged_files_are_refused() {
         let error = checkpoint.load(&mut Simulation::new(&case)).expect_err("no state");
         assert!(error.to_string().contains("is damaged"), "{error}");
     }
+}
+
+/// Runs a case, or goes on with it, up to a step.
+fn run_up_to(step: u64, path: &Path, case: &Case) {
+    let (destination, checkpoint) = (Destination::new(path), checkpoint_of(path));
+    let mut simulation = Simulation::new(case);
+    let recording = if checkpoint.exists() {
+        let found = Checkpoint::open(&checkpoint, case, Engine::Blocked).expect("a checkpoint");
+        let head = found.load(&mut simulation).expect("a state");
+        Recording::resume(&destination, case, &head.recorded)
+    } else {
+        Recording::create(&destination, case, Source::Simulation)
+    };
+    let recording = recording.expect("a file");
+    let mut recording = Checkpoints::new(recording, case, Engine::Blocked, Some(checkpoint), |_| ());
+    let mut stop = |view: &View<'_>| match view.step >= step {
+        true => Flow::Interrupt("a piece is done".into()),
+        false => Flow::Continue,
+    };
+    session::run(&mut simulation, &mut [&mut recording, &mut stop]).expect("room");
+}
+
+#[test]
+fn a_run_in_pieces_records_the_same_measures() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let settings = ["mesh.cells=12", "record.frames=25"].map(String::from);
+    let case = Case::load("fig9-m1", &settings).expect("a built-in case");
+    let measures = |path: &Path| {
+        let bytes = fs::read(path).expect("the recording");
+        let summary = mcap::Summary::read(&bytes).expect("a sound file").expect("a summary");
+        let index = summary.metadata_indexes.iter().find(|index| index.name == "percuss.summary");
+        mcap::read::metadata(&bytes, index.expect("the record")).expect("a record").metadata
+    };
+    let [whole, pieces] = ["whole.mcap", "pieces.mcap"].map(|name| folder.path().join(name));
+    run_up_to(u64::MAX, &whole, &case);
+    let expected = measures(&whole);
+    // it rebounds, so all that is known only at the end of the contact is there
+    assert!(["rebound_velocity", "energy_left", "t_ext"].iter().all(|name| expected.contains_key(*name)));
+    let mut step = 7;
+    while !pieces.exists() {
+        run_up_to(step, &pieces, &case);
+        step += 31;
+    }
+    assert!(step > 100, "{step}");
+    assert_eq!(measures(&pieces), expected);
 }

@@ -10,6 +10,7 @@ use std::{
     time::{SystemTime, UNIX_EPOCH},
 };
 
+use percuss_table::measures::{Measure, Observations};
 use serde::{Deserialize, Serialize};
 
 use super::{Flow, Observer, RunError, Status};
@@ -18,6 +19,7 @@ use crate::{
     channels::{Catalogue, log::Level},
     grid::{Back, Bond},
     layout::{self, LayoutBuilder},
+    measuring::Measuring,
     recording::{
         Destination, FORMAT_VERSION, NUMERICS, Recorder, RecordingError, Tap, Written, copy::attachment,
     },
@@ -60,6 +62,10 @@ impl Source {
         }
     }
 
+    fn knows_drag(self) -> bool {
+        !matches!(self, Self::Exact { knows_drag: false, .. })
+    }
+
     fn noun(self) -> &'static str {
         match self {
             Self::Simulation => "run",
@@ -77,6 +83,8 @@ pub struct Recorded {
     pub time: f64,
     /// Its messages up to there.
     pub written: Written,
+    /// What was measured of them.
+    pub seen: Observations,
 }
 
 /// Name of the attachment with the resolved case.
@@ -93,11 +101,12 @@ const HOST_LENGTH: usize = 1024;
 /// Records the steps that it observes, from the first record to the status.
 ///
 /// ```text
-/// percuss.run · percuss.host · attachments · channels · messages … · percuss.validity · percuss.status
+/// percuss.run · percuss.host · attachments · channels · messages … · percuss.validity · percuss.summary · percuss.status
 /// ```
 pub struct Recording {
     recorder: Recorder,
     catalogue: Catalogue,
+    measuring: Measuring,
     source: Source,
     units: Units,
     is_physical: bool,
@@ -134,6 +143,7 @@ impl Recording {
         let host = host_record(destination.reproducible, Some(recorded.step));
         let mut recording = Self::begin(recorder, case, Source::Simulation, host)?;
         recording.recorder.copy(left, recorded.written.clone())?;
+        recording.measuring.resume(recorded.seen.clone());
         recording.last = Some((recorded.step, recorded.time));
         Ok(recording)
     }
@@ -157,6 +167,7 @@ impl Recording {
         recorder.attach(layout::ATTACHMENT, "application/json", layout)?;
         recorder.channels(catalogue.specs())?;
         Ok(Self {
+            measuring: Measuring::new(case.units(), source.knows_drag()),
             source,
             units: case.units(),
             is_physical: case.scales.is_some(),
@@ -185,7 +196,8 @@ impl Recording {
     /// The first error of the recorder.
     pub(crate) fn seal(&mut self) -> Result<Recorded, RecordingError> {
         let (step, time) = self.last.unwrap_or_default();
-        Ok(Recorded { step, time, written: self.recorder.seal()? })
+        let (written, seen) = (self.recorder.seal()?, self.measuring.seen().clone());
+        Ok(Recorded { step, time, written, seen })
     }
 
     fn validity_record(&self, validity: &Validity) -> BTreeMap<String, String> {
@@ -239,6 +251,7 @@ impl Observer for Recording {
             self.catalogue.say(Level::Info, view.time, &text, &mut self.recorder)?;
         }
         self.catalogue.observe(view, &mut self.recorder)?;
+        self.measuring.take(view);
         self.last = Some((view.step, view.time));
         self.recorder.end_step();
         if self.is_live {
@@ -247,13 +260,14 @@ impl Observer for Recording {
         Ok(Flow::Continue)
     }
 
-    /// Writes the last log line, validity, status and summary.
+    /// Writes the last log line, validity, measures, status and the summary of the file.
     fn end(&mut self, status: &Status, validity: &Validity) -> Result<(), RunError> {
         let (step, time) = self.last.unwrap_or((0, 0.0));
         let level = if matches!(status, Status::Failed(_)) { Level::Error } else { Level::Info };
         let text = format!("{}: {}", status.name(), status.message());
         self.catalogue.say(level, time, &text, &mut self.recorder)?;
         self.recorder.metadata("percuss.validity", self.validity_record(validity))?;
+        self.recorder.metadata("percuss.summary", summary_record(self.measuring.measures(validity)))?;
         let entries = [
             ("status", status.name().to_owned()),
             ("message", status.message().to_owned()),
@@ -268,6 +282,12 @@ impl Observer for Recording {
 
 fn to_map<'a>(entries: impl IntoIterator<Item = (&'a str, String)>) -> BTreeMap<String, String> {
     entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+/// What was measured; what was not is left out.
+fn summary_record(measures: Vec<Measure>) -> BTreeMap<String, String> {
+    let entry = |Measure { name, value, .. }: Measure| Some((name.into_owned(), value?.to_string()));
+    measures.into_iter().filter_map(entry).collect()
 }
 
 /// The computed case: the same for every repetition of a run.

@@ -18,11 +18,11 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use super::{
     journal::{Entry, State},
-    measure::Measuring,
     plan::Plan,
 };
 use crate::{
     case::CaseErrors,
+    measuring::Measuring,
     recording::Destination,
     session::{self, Flow, Recording, RunError, Source, Status},
     simulation::Simulation,
@@ -196,7 +196,8 @@ impl<'a> Queue<'a> {
     fn compute(&self, job: &Job, pool: &ThreadPool) -> Result<Option<Entry>, Broken> {
         let (number, start) = (job.number, Instant::now());
         let case = self.plan.case(number).map_err(|error| Broken::Changed { number, error })?;
-        let mut measuring = Measuring::new(&case);
+        let mut measuring = Measuring::new(case.units(), true);
+        let mut measure = |view: &View<'_>| measuring.take(view);
         let mut watch = |_: &View<'_>| match self.is_over() {
             true => Flow::Interrupt("the sweep is interrupted".into()),
             false => Flow::Continue,
@@ -204,12 +205,12 @@ impl<'a> Queue<'a> {
         let computed = pool.install(|| {
             let mut steps = Warned::new(&case, Simulation::new(&case));
             let Some((path, _)) = &job.recording else {
-                return session::run(&mut steps, &mut [&mut measuring, &mut watch]);
+                return session::run(&mut steps, &mut [&mut measure, &mut watch]);
             };
             // of an earlier attempt that was stopped nothing counts
             let destination = Destination { overwrite: true, ..Destination::new(path) };
             let mut recording = Recording::create(&destination, &case, Source::Simulation)?;
-            session::run(&mut steps, &mut [&mut recording, &mut measuring, &mut watch])
+            session::run(&mut steps, &mut [&mut recording, &mut measure, &mut watch])
         });
         let entry = |state, message, file, measures, warnings: &[Warning]| Entry {
             case: number,
@@ -231,7 +232,8 @@ impl<'a> Queue<'a> {
                     Status::Interrupted(_) | Status::Failed(_) => return Ok(None),
                 };
                 let warnings = warnings::of_results(&case, &outcome.validity);
-                Ok(Some(entry(state, None, file, measuring.measures(&outcome.validity), &warnings)))
+                let measures = measuring.measures(&outcome.validity).into();
+                Ok(Some(entry(state, None, file, measures, &warnings)))
             }
             Err(RunError::Simulation(error)) => {
                 let warnings = warnings::of_case(&case);

@@ -6,9 +6,13 @@
 //! | `table` | named columns with units, cells, and what takes the rows |
 //! | [`csv`], [`parquet`] | what takes rows, one file per output format |
 //! | [`measures`] | measures of an impact, from its numbers step by step |
+//!
+//! [`csv`] and [`parquet`] belong to the default feature `formats`.
 
+#[cfg(feature = "formats")]
 pub mod csv;
 pub mod measures;
+#[cfg(feature = "formats")]
 pub mod parquet;
 mod table;
 

@@ -4,6 +4,8 @@
 
 use std::{borrow::Cow, collections::VecDeque};
 
+use serde::{Deserialize, Serialize};
+
 use crate::{CellType, Heading};
 
 /// Kinds of events: the interface first needs tension.
@@ -104,8 +106,9 @@ impl Measure {
     }
 }
 
-/// What was seen of an impact, step by step. Those of nothing have all columns, without a value.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// What was seen of an impact, step by step. Those of nothing have all columns, without a value. Written and read again, they go on as
+/// if nothing had been.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Observations {
     extension: Option<f64>,
     drag: Drag,
@@ -215,7 +218,7 @@ impl Observations {
 }
 
 /// The force of the indenter on the target, and where they touch.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Drag {
     peak: Option<(f64, f64)>,
     impulse: Option<f64>,
@@ -264,7 +267,7 @@ fn larger(known: Option<f64>, new: Option<f64>) -> Option<f64> {
 
 /// A quantity at the end of contact, linear between the times it is known at. The end is known later than it was: what is since the last
 /// contact is kept.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct AtEnd {
     at: Option<f64>,
     value: Option<f64>,

@@ -1,0 +1,90 @@
+//! What is measured of a run on the way, as [`percuss_table::measures`] defines it.
+//!
+//! The numbers are those of the messages of a recording, in its units and in their order, so a reader of the messages measures the same,
+//! bit for bit.
+
+use percuss_table::measures::{EXTENSION, Measure, Observations, RECONTACT, SEPARATION, Said};
+
+use crate::{
+    units::Units,
+    validity::{Peak, Validity},
+    view::{EventKind, View},
+};
+
+/// Measures of a run that is under way.
+pub struct Measuring {
+    units: Units,
+    knows_drag: bool,
+    seen: Observations,
+}
+
+impl Measuring {
+    /// Measures a run from its first step on.
+    ///
+    /// * `units`: of the recording
+    /// * `knows_drag`: false for closed forms without it
+    pub fn new(units: Units, knows_drag: bool) -> Self {
+        Self { units, knows_drag, seen: Observations::default() }
+    }
+
+    /// Goes on from what was seen of the same run.
+    pub fn resume(&mut self, seen: Observations) {
+        self.seen = seen;
+    }
+
+    /// What was seen so far.
+    pub fn seen(&self) -> &Observations {
+        &self.seen
+    }
+
+    /// Takes a step.
+    pub fn take(&mut self, view: &View<'_>) {
+        let Units { length, time, speed, force, energy, .. } = self.units;
+        // a message has no −0
+        let [time_of, length_of, speed_of, force_of, energy_of] =
+            [time, length, speed, force, energy].map(|unit| move |x: f64| unit.of(x) + 0.0);
+        let now = time_of(view.time);
+        if self.knows_drag {
+            let (force, radius) = (force_of(view.drag), length_of(view.contact_radius));
+            self.seen.take_drag(now, Some(force), Some(radius));
+        }
+        self.seen.take_motion(now, Some(speed_of(view.velocity)), Some(length_of(view.depth)));
+        if let Some(frame) = &view.frame {
+            let [kinetic, strain] =
+                [frame.energy.kinetic, frame.energy.strain].map(|part| Some(energy_of(part)));
+            self.seen.take_energy(now, kinetic, strain);
+        }
+        for event in &*view.events {
+            let kind = match event.kind {
+                EventKind::Extension => EXTENSION,
+                EventKind::Separation => SEPARATION,
+                EventKind::Recontact => RECONTACT,
+                _ => continue,
+            };
+            self.seen.take_event(now, kind, event.since.map(|since| time.of(since)));
+        }
+    }
+
+    /// What was measured.
+    pub fn measures(&self, validity: &Validity) -> Vec<Measure> {
+        let Units { length, time, speed, stress, .. } = self.units;
+        let traction = |peak: Option<Peak>| {
+            peak.map_or([None; 3], |peak| {
+                [stress.of(peak.value), length.of(peak.r), time.of(peak.time)].map(Some)
+            })
+        };
+        let strain = &validity.strain;
+        let place = [length.of(strain.r), length.of(strain.z), time.of(strain.time)].map(Some);
+        let [r, z, when] = place;
+        self.seen.measures(&Said {
+            largest_strain: [Some(strain.value), r, z, when],
+            impact_velocity: Some(speed.of(validity.impact_velocity())),
+            mesh_loss: validity.mesh_loss,
+            interfaces: validity
+                .interfaces
+                .iter()
+                .map(|peaks| [Some(peaks.tension), peaks.shear].map(traction))
+                .collect(),
+        })
+    }
+}
