@@ -23,7 +23,7 @@ pub const WARNINGS_COLUMN: &str = "warnings";
 /// Extension that a recording has until it is complete: `run.mcap.part`.
 pub const PART: &str = "part";
 
-/// Metadata records: what a run is, where and when it ran, what its numbers are good for, and how it ended.
+/// Metadata records: what a run is, where and when it ran, what its numbers are good for, what was measured of it, and how it ended.
 pub const RUN: &str = "percuss.run";
 /// Record of where and when a run took place; of it only [`COMMIT`] is compared.
 pub const HOST: &str = "percuss.host";
@@ -31,6 +31,8 @@ pub const HOST: &str = "percuss.host";
 pub const COMMIT: &str = "commit";
 /// Record of the range in which the numbers of a run are valid.
 pub const VALIDITY: &str = "percuss.validity";
+/// Record of what the messages of a run say of the impact, by the names of [`percuss_table::measures`], without units; from format 2.3 on.
+pub const MEASURES: &str = "percuss.summary";
 /// Record of how a run ended.
 pub const STATUS: &str = "percuss.status";
 /// Record of what was lost, which `recover` writes.
@@ -131,7 +133,7 @@ pub const CHECKSUM: &str = "checksum";
 
 /// True for metadata records with a [`CHECKSUM`]; those of older recordings have none.
 pub fn has_checksum(name: &str) -> bool {
-    [RUN, HOST, VALIDITY, STATUS].contains(&name)
+    [RUN, HOST, VALIDITY, MEASURES, STATUS].contains(&name)
 }
 
 /// The [`CHECKSUM`] of other entries: CRC-32 of keys and values in the order of the keys, each followed by a zero.

@@ -18,6 +18,7 @@ use percuss::{
     simulation::Simulation,
     warnings::Warned,
 };
+use percuss_reader::convention::{CHECKSUM, checksum};
 use prost_reflect::{
     DescriptorPool, DynamicMessage, Value,
     prost::Message,
@@ -447,4 +448,45 @@ pub fn entries(bytes: &[u8], name: &str) -> BTreeMap<String, String> {
     let summary = Summary::read(bytes).expect("a sound file").expect("a summary");
     let index = summary.metadata_indexes.iter().find(|index| index.name == name).expect("the record");
     mcap::read::metadata(bytes, index).expect("a record").metadata
+}
+
+/// A recording with other metadata records: `change` makes a record of its entries without the checksum, or leaves it out.
+pub fn with_metadata(
+    bytes: &[u8],
+    change: impl Fn(&str, BTreeMap<String, String>) -> Option<BTreeMap<String, String>>,
+) -> Vec<u8> {
+    let options = WriteOptions::new().compression_threads(0);
+    let mut writer = options.create(Cursor::new(Vec::new())).expect("a writer");
+    let summary = Summary::read(bytes).expect("a sound file").expect("a summary");
+    for channel in summary.channels.values() {
+        let schema = channel.schema.as_ref().expect("a schema");
+        writer.add_schema_with_id(schema.id, &schema.name, &schema.encoding, &schema.data).expect("a schema");
+        let (topic, encoding) = (&channel.topic, &channel.message_encoding);
+        writer
+            .add_channel_with_id(channel.id, schema.id, topic, encoding, &channel.metadata)
+            .expect("a channel");
+    }
+    for message in MessageStream::new(bytes).expect("a recording") {
+        let message = message.expect("a message");
+        let (channel_id, sequence) = (message.channel.id, message.sequence);
+        let header = MessageHeader {
+            channel_id,
+            sequence,
+            log_time: message.log_time,
+            publish_time: message.publish_time,
+        };
+        writer.write_to_known_channel(&header, &message.data).expect("room");
+    }
+    for index in &summary.attachment_indexes {
+        writer.attach(&mcap::read::attachment(bytes, index).expect("an attachment")).expect("room");
+    }
+    for index in &summary.metadata_indexes {
+        let Metadata { name, mut metadata } = mcap::read::metadata(bytes, index).expect("a record");
+        metadata.remove(CHECKSUM);
+        let Some(mut metadata) = change(&name, metadata) else { continue };
+        metadata.insert(CHECKSUM.into(), checksum(&metadata));
+        writer.write_metadata(&Metadata { name, metadata }).expect("room");
+    }
+    writer.finish().expect("an end");
+    writer.into_inner().into_inner()
 }

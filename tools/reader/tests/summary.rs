@@ -1,8 +1,15 @@
 //! `summary` against numbers computed from what `trace` says of the same recording.
 
-use std::fs;
+use std::{collections::BTreeMap, fs};
 
 use clap::Parser;
+use percuss::{
+    case::Case,
+    recording::Destination,
+    session::{self, Flow, Recording, Source},
+    simulation::Simulation,
+    view::View,
+};
 use serde_json::Value;
 
 use crate::{cases::words, desk::Desk, forge};
@@ -153,4 +160,155 @@ fn a_sweep_measures_what_its_recordings_say() {
         }
         assert!(rows.len() == 2 && known > 18, "{known} numbers in {table}");
     }
+}
+
+/// The record of what a run has measured.
+const MEASURES: &str = "percuss.summary";
+
+/// A recording without that record, as programs before format 2.3 write it.
+fn without_measures(bytes: &[u8]) -> Vec<u8> {
+    forge::with_metadata(bytes, |name, entries| (name != MEASURES).then_some(entries))
+}
+
+/// A recording whose record says something else.
+fn with_measure(bytes: &[u8], key: &str, number: Option<&str>) -> Vec<u8> {
+    forge::with_metadata(bytes, |name, mut entries| {
+        if name == MEASURES {
+            entries.remove(key);
+            entries.extend(number.map(|number| (key.to_owned(), number.to_owned())));
+        }
+        Some(entries)
+    })
+}
+
+/// What is measured of the messages alone, as text.
+fn of_messages(desk: &Desk, name: &str, status: i32) -> BTreeMap<String, String> {
+    desk.put("bare.mcap", without_measures(&desk.bytes(name)));
+    let document = desk.json(status, &["summary", "bare.mcap", "--format", "json"]);
+    let row = document["rows"][0].as_object().expect("a row");
+    let number = |(name, value): (&String, &Value)| Some((name.clone(), value.as_f64()?.to_string()));
+    row.iter().filter_map(number).collect()
+}
+
+/// The record of a recording.
+fn recorded(desk: &Desk, name: &str) -> BTreeMap<String, String> {
+    let mut entries = forge::entries(&desk.bytes(name), MEASURES);
+    entries.remove("checksum").expect("a checksum");
+    entries
+}
+
+#[test]
+fn a_run_records_what_its_messages_say_bit_for_bit() {
+    for (name, settings, least) in [
+        ("fig9-m1", &["mesh.cells=20", "record.fields=[]"][..], 14),
+        ("fig9-m1", &["mesh.cells=20", "run.stop=\"separation\""], 14),
+        ("fig9-m1", &["mesh.cells=20", "run.stop=\"separation\"", "record.frames=0"], 13),
+        ("fig9-m1", &["mesh.cells=20", "record.frames=0"], 13),
+        ("fig5-plane", &["mesh.cells=12", "indenter.mass=2.0", "record.frames=7"], 10),
+        ("elastic-fig5", &["mesh.cells=20", "run.end_time=4", "record.frames=30"], 9),
+        ("ball", &["mesh.cells=20", "record.frames=20"], 14),
+        ("ball", &["mesh.cells=20", "record.frames=20", "record.interface_every=5", "record.probes=[]"], 14),
+        ("laminate-armour", &["mesh.cells=12", "run.end_time=\"4 us\""], 17),
+        ("layers", &["mesh.cells=20", "run.end_time=3.0", "target.back=\"free\""], 12),
+    ] {
+        let desk = Desk::new(&[]);
+        forge::record(name, settings, &desk.path("a.mcap"));
+        let (found, expected) = (recorded(&desk, "a.mcap"), of_messages(&desk, "a.mcap", 0));
+        assert_eq!(found, expected, "{name} {settings:?}");
+        assert!(found.len() >= least, "{name} {settings:?}: {found:?}");
+        // all that is shown is the same, by either way
+        let rows = ["a.mcap", "bare.mcap"].map(|file| {
+            let document = desk.json(0, &["summary", file, "--format", "json"]).to_string();
+            document.replace("bare.mcap", "a.mcap")
+        });
+        assert_eq!(rows[0], rows[1], "{name} {settings:?}");
+        assert!(desk.text(0, &["verify", "a.mcap"]).contains("sound"));
+    }
+}
+
+#[test]
+fn a_run_that_was_interrupted_records_what_its_messages_say() {
+    let desk = Desk::new(&[]);
+    let case = Case::load("fig9-m1", &["mesh.cells=20".into(), "record.frames=30".into()]).expect("a case");
+    let destination = Destination::new(desk.path("a.mcap"));
+    let mut recording = Recording::create(&destination, &case, Source::Simulation).expect("a new file");
+    let mut stop = |view: &View<'_>| match view.step {
+        50.. => Flow::Interrupt("enough".into()),
+        _ => Flow::Continue,
+    };
+    session::run(&mut Simulation::new(&case), &mut [&mut recording, &mut stop]).expect("room");
+    let found = recorded(&desk, "a.mcap.part");
+    assert_eq!(found, of_messages(&desk, "a.mcap.part", 3));
+    assert!(found.contains_key("peak_force") && !found.contains_key("rebound_velocity"), "{found:?}");
+    assert!(desk.text(3, &["verify", "a.mcap.part"]).contains("sound, but PARTIAL"));
+    // it is not used: a run that was not finished is measured from its messages
+    desk.put("b.mcap", with_measure(&desk.bytes("a.mcap.part"), "peak_force", Some("7")));
+    let document = desk.json(3, &["summary", "b.mcap", "--format", "json"]);
+    assert_eq!(document["rows"][0]["peak_force"].to_string(), found["peak_force"]);
+}
+
+#[test]
+fn a_finished_run_is_summarised_without_its_messages() {
+    let desk = Desk::new(&[]);
+    forge::record("fig9-m1", &["mesh.cells=20", "record.compression=none"], &desk.path("a.mcap"));
+    let (rows, _) = summary(&desk, &["a.mcap"]);
+    let bytes = desk.bytes("a.mcap");
+    let index = mcap::Summary::read(&bytes).expect("a sound file").expect("a summary");
+    let chunk = &index.chunk_indexes[0];
+    let mut damaged = bytes.clone();
+    damaged[(chunk.chunk_start_offset + chunk.chunk_length / 2) as usize] ^= 1;
+    desk.put("damaged.mcap", &damaged);
+    let (again, _) = summary(&desk, &["damaged.mcap"]);
+    assert_eq!(again[0]["peak_force"], rows[0]["peak_force"]);
+    // verify sees it, and says nothing of measures that cannot be compared; so does the page, which reads the messages
+    let text = desk.text(1, &["verify", "damaged.mcap"]);
+    assert!(text.contains("NOT SOUND") && !text.contains(MEASURES), "{text}");
+    desk.text(3, &["report", "damaged.mcap", "-o", "damaged.html"]);
+    // what was recovered, and what was cut out, is measured from its messages
+    desk.text(3, &["recover", "damaged.mcap", "-o", "recovered.mcap"]);
+    assert_ne!(recorded(&desk, "recovered.mcap"), of_messages(&desk, "recovered.mcap", 0));
+    let (rows, _) = summary(&desk, &["recovered.mcap"]);
+    let (bare, _) = summary(&desk, &["bare.mcap"]);
+    assert_eq!(rows[0]["impulse"], bare[0]["impulse"]);
+    assert!(!desk.text(1, &["verify", "recovered.mcap"]).contains(MEASURES));
+}
+
+#[test]
+fn a_record_that_does_not_say_what_the_messages_say_is_not_sound() {
+    let desk = Desk::new(&[]);
+    forge::record("fig9-m1", &["mesh.cells=20", "record.frames=0"], &desk.path("a.mcap"));
+    let (bytes, found) = (desk.bytes("a.mcap"), recorded(&desk, "a.mcap"));
+    desk.put("same.mcap", with_measure(&bytes, "impulse", Some(&found["impulse"])));
+    assert!(desk.text(0, &["verify", "same.mcap"]).contains("same.mcap: sound"));
+    let force: f64 = found["peak_force"].parse().expect("a number");
+    let (impulse, next) = (&found["impulse"], force.next_up().to_string());
+    for (key, number, line) in [
+        (
+            "peak_force",
+            Some(next.as_str()),
+            format!("peak_force {next}, the messages say {}", found["peak_force"]),
+        ),
+        ("impulse", None, format!("impulse nothing, the messages say {impulse}")),
+        ("impulse", Some("much"), format!("impulse much, the messages say {impulse}")),
+        ("energy_left", Some("0.25"), "energy_left 0.25, the messages say nothing".into()),
+    ] {
+        desk.put("forged.mcap", with_measure(&bytes, key, number));
+        let text = desk.text(1, &["verify", "forged.mcap"]);
+        assert!(
+            text.contains("NOT SOUND") && text.contains(&format!("`{MEASURES}` says {line}\n")),
+            "{text}"
+        );
+        assert_eq!(text.lines().count(), 2, "{text}");
+        // the page says so too
+        desk.text(0, &["report", "forged.mcap", "--force", "-o", "forged.html"]);
+        let page = String::from_utf8(desk.bytes("forged.html")).expect("text");
+        assert!(page.contains("\"sound\":false") && page.contains(&format!("says {key} ")));
+        // what it says is no difference of the runs
+        let text = desk.text(0, &["diff", "a.mcap", "forged.mcap"]);
+        assert!(text.contains(MEASURES), "{text}");
+    }
+    // the rest of a record that cannot be read is used
+    desk.put("forged.mcap", with_measure(&bytes, "impulse", Some("much")));
+    let (rows, _) = summary(&desk, &["forged.mcap"]);
+    assert!(rows[0]["impulse"].is_null() && rows[0]["peak_force"].is_number(), "{rows:?}");
 }

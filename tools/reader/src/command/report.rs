@@ -10,7 +10,6 @@ mod facts;
 mod sweep;
 
 use std::{
-    cell::RefCell,
     collections::HashSet,
     path::{Path, PathBuf},
 };
@@ -24,7 +23,7 @@ use serde_json::{Value, json};
 
 use crate::{
     command::{
-        summary::{Reading, watch},
+        summary::Reading,
         verify::{Content, conclude},
         view::Scale,
     },
@@ -120,11 +119,9 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Fail
     let mut charts = Charts::of(&recording);
     let (mut outline, mut profiles, mut events) =
         (Outline::default(), Profiles::default(), Events::default());
-    let observed = RefCell::default();
     let mut field = Field::of(&recording);
     let mut pass = Pass::over(&recording, Window::default());
     pass.records(|found, fit| content.take(found, fit));
-    watch(&recording, &observed, &mut pass);
     charts.watch(&recording, &mut pass);
     outline.watch(&recording, &mut pass);
     profiles.watch(&recording, &mut pass);
@@ -133,8 +130,9 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Fail
         field.watch(&mut pass);
     }
     let seen = pass.run()?;
+    let reading = Reading::recorded(&recording).filter(|_| seen.damages.is_empty());
+    let reading = reading.unwrap_or_else(|| Reading::from(&recording, &content.observed));
     let verdict = conclude(content, &seen.damages);
-    let reading = Reading::from(&recording, &observed.into_inner());
     let clock = recording.channels.values().find(|channel| channel.topic == DRAG);
     let clock =
         clock.map(|channel| Heading::new(channel.time_name(), channel.time_unit())).unwrap_or_default();
@@ -204,7 +202,7 @@ mod tests {
 
     #[test]
     fn what_a_file_says_cannot_leave_its_place_in_the_page() {
-        let mut data = json!({ "title": "a</title><script>", "x": "</script><b>{script}" });
+        let data = json!({ "title": "a</title><script>", "x": "</script><b>{script}" });
         let page = fill(PAGE, &data, &[("{style}", STYLE), ("{shared}", SHARED), ("{script}", SCRIPT)]);
         assert!(page.contains("a&lt;/title&gt;&lt;script&gt;"));
         assert_eq!(page.matches("</script>").count(), 2);

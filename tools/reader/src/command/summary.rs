@@ -25,7 +25,7 @@ use crate::{
     verb::{Context, Exit, TableFormat, UnitChoice, Verb, Write, commit, losses, say},
 };
 
-pub(super) use reading::{Reading, watch};
+pub(super) use reading::{Reading, Source, measures};
 
 const SUMMARY_HELP: &str = "\
 Columns, from recorded messages only; what a recording does not say is empty, never 0:

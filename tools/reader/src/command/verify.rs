@@ -93,7 +93,7 @@ pub fn verify_scan(mut scan: Scan, limits: Limits) -> Result<Report, Failure> {
 /// * `damages`: what could not be read
 pub(super) fn conclude(mut content: Content<'_>, damages: &[Damage]) -> Report {
     content.end();
-    percuss::check(&mut content);
+    percuss::check(&mut content, damages.is_empty());
     let mut report = content.report;
     for damage in damages {
         report.problem(damage.offset, damage.reason.clone());

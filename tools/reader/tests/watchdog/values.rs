@@ -370,6 +370,7 @@ fn of_percuss(run: &[(&str, &str)], case: &[u8]) -> Vec<u8> {
         metadata("percuss.run", &[&[("format_version", "2.0")], run].concat()),
         metadata("percuss.status", run),
         metadata("percuss.validity", &[("largest_strain", "NaN"), ("largest_strain.r", "1e999")]),
+        metadata("percuss.summary", &[("peak_force", "NaN"), ("impulse", "1e999"), ("t_ext", "\n")]),
         attachment("case.resolved.toml", case),
         attachment("case.toml", case),
         lab(1, "Scalar"),

@@ -1,6 +1,6 @@
-//! What is read off the messages of a recording.
+//! What is measured of a recording: as the run has recorded it, or read off the messages.
 
-use std::cell::RefCell;
+use std::{cell::RefCell, collections::BTreeMap};
 
 use percuss_table::{
     Cell,
@@ -10,15 +10,15 @@ use percuss_table::{
 use crate::{
     channel::Channel,
     convention::{
-        DISPLACEMENT, DRAG, ENERGY, EVENT, IMPACT_VELOCITY, INTERFACE, LARGEST_STRAIN, MESH_LOSS, RADIUS,
-        VALIDITY, VELOCITY,
+        DISPLACEMENT, DRAG, ENERGY, EVENT, IMPACT_VELOCITY, INTERFACE, LARGEST_STRAIN, MEASURES, MESH_LOSS,
+        RADIUS, RECOVERED, STATUS, VALIDITY, VELOCITY,
     },
     failure::Failure,
     field::cell,
     messages::Recording,
-    pass::{Moment, Pass, Seen},
+    pass::{Pass, Seen},
     select::Window,
-    wire::{Layout, Type},
+    wire::{Layout, Type, Values},
 };
 
 /// What was measured, and what could not be read.
@@ -33,109 +33,154 @@ pub(in crate::command) struct Reading {
 }
 
 impl Reading {
-    /// Reads a recording.
+    /// What the run has recorded, and else what the messages say.
     ///
     /// # Errors
     ///
     /// The file cannot be read.
     pub(in crate::command) fn of(recording: &Recording) -> Result<Self, Failure> {
+        if let Some(recorded) = Self::recorded(recording) {
+            return Ok(recorded);
+        }
         let observed = RefCell::default();
         let mut pass = Pass::over(recording, Window::default());
-        watch(recording, &observed, &mut pass);
+        for (topic, ..) in SOURCES {
+            let Some((id, channel, source)) = Source::open(recording, topic) else { continue };
+            let observed = &observed;
+            pass.each(id, move |moment, _| {
+                source.show(channel, moment.time, &moment.values, &mut observed.borrow_mut());
+                Ok(())
+            });
+        }
         let seen = pass.run()?;
         Ok(Self { seen, ..Self::from(recording, &observed.into_inner()) })
     }
 
+    /// What the run has recorded, if the recording is all of a run that was finished. No message is read.
+    pub(in crate::command) fn recorded(recording: &Recording) -> Option<Self> {
+        let recorded = recording.entries(MEASURES).filter(|_| is_whole(recording))?;
+        let mut reading = Self::from(recording, &Observations::default());
+        for Measure { name, value, .. } in &mut reading.measures {
+            *value = recorded.get(&**name).and_then(|number| number.parse().ok());
+        }
+        Some(reading)
+    }
+
     /// What is measured of what was seen, and of what the recording says of it.
     pub(in crate::command) fn from(recording: &Recording, observed: &Observations) -> Self {
-        let said = |key: &str| recording.entries(VALIDITY)?.get(key)?.parse().ok();
-        let traction = |number: usize, traction: &str| {
-            ["", ".r", ".time"].map(|part| said(&format!("interface.{number}.{traction}{part}")))
-        };
-        let interfaces = (1..).map(|number| TRACTIONS.map(|name| traction(number, name)));
-        let said = Said {
-            largest_strain: ["", ".r", ".z", ".time"]
-                .map(|suffix| said(&format!("{LARGEST_STRAIN}{suffix}"))),
-            impact_velocity: said(IMPACT_VELOCITY),
-            mesh_loss: said(MESH_LOSS),
-            interfaces: interfaces.take_while(|[tension, _]| tension[0].is_some()).collect(),
-        };
-        Self { measures: observed.measures(&said), units: units(recording), seen: Seen::default() }
+        let measures = measures(observed, recording.entries(VALIDITY));
+        Self { measures, units: units(recording), seen: Seen::default() }
     }
 }
 
-/// Observes the impact of a recording.
-pub(in crate::command) fn watch<'a>(
-    recording: &'a Recording,
-    observed: &'a RefCell<Observations>,
-    pass: &mut Pass<'a>,
-) {
-    type Take = fn(&mut Observations, f64, [Cell; 2]);
-    let takes: [(&str, [&str; 2], Take); 4] = [
-        (DRAG, ["force", RADIUS], |seen, time, [force, radius]| {
-            seen.take_drag(time, force.number(), radius.number());
-        }),
-        (VELOCITY, ["velocity", DISPLACEMENT], |seen, time, [velocity, depth]| {
-            seen.take_motion(time, velocity.number(), depth.number());
-        }),
-        (ENERGY, ["kinetic", "strain"], |seen, time, [kinetic, strain]| {
-            seen.take_energy(time, kinetic.number(), strain.number());
-        }),
-        (EVENT, ["kind", "since"], |seen, time, [kind, since]| {
-            if let Cell::Text(kind) = kind {
-                seen.take_event(time, &kind, since.number());
-            }
-        }),
-    ];
-    for (topic, fields, take) in takes {
-        let Some(source) = Source::open(recording, topic, fields) else { continue };
-        pass.each(source.id, move |moment, _| {
-            let cells = [0, 1].map(|field| source.cell(moment, field));
-            take(&mut observed.borrow_mut(), moment.time, cells);
-            Ok(())
-        });
-    }
+/// True for the recording of a run that was finished, of which nothing is known to be damaged, lost or cut out.
+fn is_whole(recording: &Recording) -> bool {
+    let last = recording.entries(STATUS).and_then(|status| status.get("last_step")?.parse().ok());
+    let steps = last.and_then(|last: u64| last.checked_add(1));
+    let every_step =
+        recording.channels.values().filter(|channel| [DRAG, VELOCITY].contains(&channel.topic.as_str()));
+    let has_all = every_step.map(|channel| Some(channel.count)).all(|count| count == steps);
+    let is_lossy = recording.entries(RECOVERED).is_some() || !recording.damages.is_empty();
+    has_all && !is_lossy && !recording.is_partial()
 }
 
-/// A channel, and two of its fields where it has them.
-struct Source<'a> {
-    id: u16,
-    channel: &'a Channel,
-    layout: &'a Layout,
+/// What is measured of what was seen.
+///
+/// * `validity`: entries of the record [`VALIDITY`]
+pub(in crate::command) fn measures(
+    observed: &Observations,
+    validity: Option<&BTreeMap<String, String>>,
+) -> Vec<Measure> {
+    let said = |key: &str| validity?.get(key)?.parse().ok();
+    let traction = |number: usize, traction: &str| {
+        ["", ".r", ".time"].map(|part| said(&format!("interface.{number}.{traction}{part}")))
+    };
+    let interfaces = (1..).map(|number| TRACTIONS.map(|name| traction(number, name)));
+    observed.measures(&Said {
+        largest_strain: ["", ".r", ".z", ".time"].map(|suffix| said(&format!("{LARGEST_STRAIN}{suffix}"))),
+        impact_velocity: said(IMPACT_VELOCITY),
+        mesh_loss: said(MESH_LOSS),
+        interfaces: interfaces.take_while(|[tension, _]| tension[0].is_some()).collect(),
+    })
+}
+
+/// Takes two numbers or words of a moment.
+type Take = fn(&mut Observations, f64, [Cell; 2]);
+
+/// What says something of the impact: topics, fields and what takes them.
+const SOURCES: [(&str, [&str; 2], Take); 4] = [
+    (DRAG, ["force", RADIUS], |seen, time, [force, radius]| {
+        seen.take_drag(time, force.number(), radius.number());
+    }),
+    (VELOCITY, ["velocity", DISPLACEMENT], |seen, time, [velocity, depth]| {
+        seen.take_motion(time, velocity.number(), depth.number());
+    }),
+    (ENERGY, ["kinetic", "strain"], |seen, time, [kinetic, strain]| {
+        seen.take_energy(time, kinetic.number(), strain.number());
+    }),
+    (EVENT, ["kind", "since"], |seen, time, [kind, since]| {
+        if let Cell::Text(kind) = kind {
+            seen.take_event(time, &kind, since.number());
+        }
+    }),
+];
+
+/// Two fields of a channel, where it has them, and what takes them.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::command) struct Source {
     fields: [Option<usize>; 2],
+    take: Take,
 }
 
-impl<'a> Source<'a> {
-    fn open(recording: &'a Recording, topic: &str, fields: [&str; 2]) -> Option<Self> {
-        let (&id, channel) = recording.channels.iter().find(|(_, channel)| channel.topic == topic)?;
+impl Source {
+    /// What a channel says of the impact; `None` if nothing.
+    pub(in crate::command) fn of(channel: &Channel) -> Option<Self> {
+        let (_, fields, take) = SOURCES.into_iter().find(|(topic, ..)| *topic == channel.topic)?;
         let layout = channel.layout.as_deref()?;
         let fields = fields.map(|field| layout.find(field));
         fields.iter().flatten().next()?;
-        Some(Self { id, channel, layout, fields })
+        Some(Self { fields, take })
     }
 
-    fn unit(&self, field: usize) -> Option<String> {
-        self.channel.unit(&self.layout.leaves[self.fields[field]?].path).map(str::to_owned)
+    fn open<'a>(recording: &'a Recording, topic: &str) -> Option<(u16, &'a Channel, Self)> {
+        let (&id, channel) = recording.channels.iter().find(|(_, channel)| channel.topic == topic)?;
+        Some((id, channel, Self::of(channel)?))
     }
 
-    fn cell(&self, moment: &Moment, field: usize) -> Cell {
-        let Some(leaf) = self.fields[field] else { return Cell::Empty };
-        let names = if let Type::Enum(names) = &self.layout.leaves[leaf].kind { Some(names) } else { None };
-        cell(&moment.values.lists[leaf], 0, names)
+    /// Takes a message of the channel.
+    pub(in crate::command) fn show(
+        &self,
+        channel: &Channel,
+        time: f64,
+        values: &Values,
+        seen: &mut Observations,
+    ) {
+        let Some(layout) = channel.layout.as_deref() else { return };
+        (self.take)(
+            seen,
+            time,
+            self.fields.map(|leaf| leaf.map_or(Cell::Empty, |leaf| value(layout, leaf, values))),
+        );
     }
 }
 
+/// The only value of a leaf.
+fn value(layout: &Layout, leaf: usize, values: &Values) -> Cell {
+    let names = if let Type::Enum(names) = &layout.leaves[leaf].kind { Some(names) } else { None };
+    cell(&values.lists[leaf], 0, names)
+}
+
 fn units(recording: &Recording) -> Units {
-    let open = |topic, fields| Source::open(recording, topic, fields);
-    let drag = open(DRAG, ["force", RADIUS]);
-    let motion = open(VELOCITY, ["velocity", DISPLACEMENT]);
-    let energy = open(ENERGY, ["kinetic", "strain"]);
-    let event = open(EVENT, ["kind", "since"]);
+    let [drag, motion, energy, event] = SOURCES.map(|(topic, ..)| Source::open(recording, topic));
     let interface = recording.channels.values().find(|channel| channel.topic == INTERFACE);
-    let of = |source: &Option<Source<'_>>, field| source.as_ref().and_then(|source| source.unit(field));
+    let of = |source: &Option<(u16, &Channel, Source)>, field: usize| {
+        let (_, channel, source) = source.as_ref()?;
+        let leaf = &channel.layout.as_deref()?.leaves[source.fields[field]?];
+        channel.unit(&leaf.path).map(str::to_owned)
+    };
     let mut sources = [&drag, &motion, &energy, &event].into_iter().flatten();
     Units {
-        time: sources.find_map(|source| source.channel.time_unit().map(str::to_owned)),
+        time: sources.find_map(|(_, channel, _)| channel.time_unit().map(str::to_owned)),
         length: of(&motion, 1).or_else(|| of(&drag, 1)),
         speed: of(&motion, 0),
         force: of(&drag, 0),

@@ -6,11 +6,13 @@ use std::{
 };
 
 use mcap::records::{ChunkHeader, MessageHeader, MessageIndexEntry, Record, Statistics, op};
+use percuss_table::measures::Observations;
 use serde::de::IgnoredAny;
 
 use super::report::{Problem, Report};
 use crate::{
     axis::Axis,
+    command::summary::Source,
     convention::RUN,
     directory::Directory,
     messages::{Metadata, widen},
@@ -27,6 +29,8 @@ pub(in crate::command) struct Content<'a> {
     hasher: RandomState,
     /// Messages by channel, defined or not.
     pub(super) series: BTreeMap<u16, Series>,
+    /// What they say of the impact.
+    pub(in crate::command) observed: Observations,
     span: Option<(u64, u64)>,
     channels: HashSet<u16>,
     schemas: HashSet<u16>,
@@ -54,6 +58,8 @@ pub(super) struct Series {
     values: Option<Values>,
     /// Axes of arrays that messages list.
     axes: Vec<(usize, Axis)>,
+    /// What they say of the impact.
+    source: Option<Source>,
 }
 
 /// Records beside the messages, attachments or metadata.
@@ -117,6 +123,7 @@ impl<'a> Content<'a> {
             directory: Directory::new(limits),
             hasher: RandomState::new(),
             series: BTreeMap::new(),
+            observed: Observations::default(),
             span: None,
             channels: HashSet::new(),
             schemas: HashSet::new(),
@@ -233,7 +240,8 @@ impl<'a> Content<'a> {
             chunk.span = Some(widen(chunk.span, time));
             chunk.entries.entry(id).or_default().add(&self.hasher, time, inside);
         }
-        let Some(channel) = self.directory.channels().get(&id) else {
+        let channels = self.directory.channels();
+        let Some(channel) = channels.get(&id) else {
             self.report.problem(offset, format!("a message of channel {id}, which is not defined"));
             return;
         };
@@ -247,9 +255,16 @@ impl<'a> Content<'a> {
         let values = series.values.get_or_insert_with(|| {
             let axis = |leaf| (leaf, Axis::of(leaf, layout, channel));
             series.axes = (0..layout.leaves.len()).map(axis).filter(|(_, axis)| axis.is_listed()).collect();
+            let is_first = channels.range(..id).all(|(_, other)| other.topic != channel.topic);
+            series.source = Source::of(channel).filter(|_| is_first);
             layout.values()
         });
-        let fit = fit.filter(|_| series.axes.is_empty()).unwrap_or_else(|| layout.decode(data, values));
+        let is_looked_at = !series.axes.is_empty() || series.source.is_some();
+        let fit = fit.filter(|_| !is_looked_at).unwrap_or_else(|| layout.decode(data, values));
+        if let (Ok(()), Some(source)) = (&fit, &series.source) {
+            let time = channel.instant(data, time, channel.origin).number();
+            source.show(channel, time, values, &mut self.observed);
+        }
         let flaw = match fit {
             Ok(()) => Ok(series.axes.iter().find_map(|(leaf, axis)| axis.flaw(*leaf, values))),
             Err(DecodeError::SchemaMismatch) => Err("does not fit its schema"),

@@ -1,13 +1,21 @@
 //! What every recording of percuss holds.
 
+use percuss_table::measures::Measure;
+
 use super::content::Content;
 use crate::{
-    convention::{CASE, DRAG, Ending, RECORDS, RESOLVED_CASE, RUN, STATUS, VELOCITY, required_topics},
+    command::summary::measures,
+    convention::{
+        CASE, DRAG, Ending, MEASURES, RECORDS, RECOVERED, RESOLVED_CASE, RUN, STATUS, VALIDITY, VELOCITY,
+        required_topics,
+    },
     text::short,
 };
 
 /// Checks a recording of percuss; other files are left as they are.
-pub(super) fn check(content: &mut Content<'_>) {
+///
+/// * `is_whole`: true if all of the file was read
+pub(super) fn check(content: &mut Content<'_>, is_whole: bool) {
     let Some(run) = content.entries(RUN) else { return };
     let mut problems = Vec::new();
     for name in RECORDS.iter().filter(|name| content.entries(name).is_none()) {
@@ -41,10 +49,29 @@ pub(super) fn check(content: &mut Content<'_>) {
             problems.push(format!("the run says completed after {steps} steps of {}", planned + 1));
         }
     }
+    if is_whole {
+        problems.extend(wrong_measures(content));
+    }
     content.report.partial = ending == Some(Ending::Early);
     for problem in problems {
         content.report.problem(0, problem);
     }
+}
+
+/// What the run has recorded of its measures and its messages do not say. Nothing where messages are lost.
+fn wrong_measures(content: &Content<'_>) -> Vec<String> {
+    let is_lossy = content.report.undecoded > 0 || content.entries(RECOVERED).is_some();
+    let Some(recorded) = content.entries(MEASURES).filter(|_| !is_lossy) else { return Vec::new() };
+    let problem = |Measure { name, value, .. }: Measure| {
+        let (found, computed) = (recorded.get(&*name), value.map(|value| value.to_string()));
+        let or_nothing =
+            |text: Option<&String>| text.map_or("nothing".into(), |text| short(text).into_owned());
+        (found != computed.as_ref()).then(|| {
+            let (found, computed) = (or_nothing(found), or_nothing(computed.as_ref()));
+            format!("`{MEASURES}` says {name} {found}, the messages say {computed}")
+        })
+    };
+    measures(&content.observed, content.entries(VALIDITY)).into_iter().filter_map(problem).collect()
 }
 
 /// Messages on a topic; `None` if there is no channel of that topic.
