@@ -64,6 +64,8 @@ def write_former(new: Path, old: Path) -> None:
         for attachment in reader.iter_attachments():
             writer.add_attachment(0, 0, attachment.name, attachment.media_type, attachment.data)
         for record in reader.iter_metadata():
+            if record.name == "percuss.summary":
+                continue
             entries = {key: text for key, text in record.metadata.items() if key not in ["checksum", "numerics"]}
             if record.name == "percuss.run":
                 assert entries["format_version"] == "2.3"

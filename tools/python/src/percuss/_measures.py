@@ -73,6 +73,17 @@ def measure(
     }
 
 
+def recorded(numbers: Mapping[str, str], validity: Mapping[str, str]) -> dict[str, Number]:
+    """What the run itself has measured.
+
+    Args:
+        numbers: The metadata record `percuss.summary`.
+        validity: The metadata record `percuss.validity`.
+    """
+    names = measure(None, None, None, None, validity)
+    return {name: float(numbers[name]) if name in numbers else None for name in names}
+
+
 def interfaces(validity: Mapping[str, str]) -> int:
     """Number of interfaces of layers whose largest tractions are measured."""
     return next(number for number in count() if f"interface.{number + 1}.tension" not in validity)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from ._arrays import Times, pick, read_arrays
 from ._file import File, RecordingError
-from ._measures import interfaces, measure, units_of
+from ._measures import interfaces, measure, recorded, units_of
 from ._tables import Columns, read_columns
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 Table_co = TypeVar("Table_co", covariant=True)
 
 RUN = "percuss.run"
+MEASURES = "percuss.summary"
 FORMAT = "2"
 """Major version of the format."""
 
@@ -48,7 +49,7 @@ class Recording(Generic[Table_co]):
 
     @property
     def metadata(self) -> dict[str, dict[str, str]]:
-        """The metadata records: `percuss.run`, `percuss.host`, `percuss.validity`, `percuss.status`."""
+        """The metadata records: `percuss.run`, `percuss.host`, `percuss.validity`, `percuss.summary`, `percuss.status`."""
         return self._file.metadata
 
     @cached_property
@@ -82,11 +83,26 @@ class Recording(Generic[Table_co]):
 
     @cached_property
     def summary(self) -> dict[str, float | None]:
-        """What `percuss-read summary` measures, the same numbers, in `summary_units`; None for what the recording does not say."""
+        """What `percuss-read summary` measures, the same numbers, in `summary_units`; None for what the recording does not say.
+
+        A whole recording of format 2.3 of a run that was finished has them as a record, and no message is read. Of all others they are
+        computed from the messages.
+        """
+        validity = self.metadata.get("percuss.validity", {})
+        if self._is_whole and MEASURES in self.metadata:
+            return recorded(self.metadata[MEASURES], validity)
         drag, velocity, energy, events = (
             self._read(topic) if topic in self.topics else None for topic in ["/drag", "/velocity", "/energy", "/event"]
         )
-        return measure(drag, velocity, energy, events, self.metadata.get("percuss.validity", {}))
+        return measure(drag, velocity, energy, events, validity)
+
+    @property
+    def _is_whole(self) -> bool:
+        """True for the recording of a run that was finished, of which nothing is known to be lost or cut out."""
+        status = self.metadata.get("percuss.status", {})
+        steps = int(status.get("last_step", -1)) + 1
+        has_all = all(self.topics[topic] == steps for topic in ["/drag", "/velocity"] if topic in self.topics)
+        return status.get("status") in ["completed", "stopped"] and has_all and "percuss.recovered" not in self.metadata
 
     @property
     def summary_units(self) -> dict[str, str]:
