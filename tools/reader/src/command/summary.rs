@@ -28,7 +28,8 @@ use crate::{
 pub(super) use reading::{Reading, Source, measures};
 
 const SUMMARY_HELP: &str = "\
-Columns, from recorded messages only; what a recording does not say is empty, never 0:
+Of a finished run the numbers are those that it has recorded of itself, in percuss.summary, and no message is read: verify compares
+both. Of others, as of older programs, cut off or recovered, they are measured from the messages. What a recording does not say is empty, never 0:
   file, title          name of the recording, title of the case
   <parameter>          parameters of the case that differ between the recordings, by dotted keys, indenter.mass, as they are
                        given, with their unit; lists are left out, and so is what follows from the others (mesh.outer_radius, record.r_max, record.layer_tension)
