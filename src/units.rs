@@ -14,6 +14,8 @@
 
 use std::f64::consts::PI;
 
+use percuss_table::units;
+
 use crate::geometry::Geometry;
 
 /// Physical dimension of a number in a case or recording.
@@ -99,21 +101,9 @@ impl Scales {
 
     /// Names and values of all scales, as in the record of a run.
     pub fn entries(&self) -> [(&'static str, f64); 8] {
-        let [force, mass, energy] = match self.geometry {
-            Geometry::Axisymmetric => ["scale.force_n", "scale.mass_kg", "scale.energy_j"],
-            Geometry::Plane => ["scale.force_n_per_m", "scale.mass_kg_per_m", "scale.energy_j_per_m"],
-        };
-        [
-            ("scale.length_m", Dimension::Length),
-            ("scale.speed_m_per_s", Dimension::Speed),
-            ("scale.time_s", Dimension::Time),
-            ("scale.density_kg_per_m3", Dimension::Density),
-            ("scale.stress_pa", Dimension::Stress),
-            (force, Dimension::Force),
-            (mass, Dimension::Mass),
-            (energy, Dimension::Energy),
-        ]
-        .map(|(name, dimension)| (name, self.of(dimension)))
+        use Dimension::{Density, Energy, Force, Length, Mass, Speed, Stress, Time};
+        [Length, Speed, Time, Density, Stress, Force, Mass, Energy]
+            .map(|dimension| (unit(dimension, self.geometry).scale, self.of(dimension)))
     }
 }
 
@@ -134,7 +124,7 @@ impl Unit {
 
     /// True if its numbers are those of the computation.
     pub fn is_dimensionless(self) -> bool {
-        DIMENSIONLESS.contains(&self.name)
+        units::RECORDED.iter().any(|unit| unit.plain == self.name)
     }
 
     /// Which part of the body a force or energy per length is of, to follow its name; empty for all other units.
@@ -171,10 +161,10 @@ impl Unit {
     ///
     /// * `largest`: the largest dimensionless number
     pub fn for_axis(self, largest: f64) -> (String, f64) {
-        if self.is_dimensionless() || UNPREFIXED.contains(&self.name) {
+        if self.is_dimensionless() {
             return (self.name.into(), self.scale);
         }
-        let (size, prefix) = prefix(self.of(largest));
+        let (size, prefix) = prefix(self.of(largest), self.name);
         (format!("{prefix}{}", self.name), self.scale / size)
     }
 
@@ -188,9 +178,6 @@ impl Unit {
         if self.is_dimensionless() { x.to_string() } else { self.text(x) }
     }
 }
-
-/// Names of the units of a dimensionless run.
-const DIMENSIONLESS: [&str; 8] = ["R", "R/c_p", "c_p", "γc_p²", "πR²γc_p²", "Rγc_p²", "πR³γc_p²", "R²γc_p²"];
 
 /// Units of everything that a run records.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -239,23 +226,15 @@ pub fn engineering(si: f64, unit: &str) -> String {
         Some(gram) if unit == "kg" || unit == "kg/m" => (1e3 * si, gram),
         _ => (si, unit),
     };
-    if si == 0.0 || !si.is_finite() || UNPREFIXED.contains(&unit) {
-        return format!("{} {unit}", digits(si));
-    }
-    let (size, prefix) = prefix(si);
+    let (size, prefix) = prefix(si, unit);
     format!("{} {prefix}{unit}", digits(si / size))
 }
 
-/// Units that have no prefix: others than these are read less easily.
-const UNPREFIXED: [&str; 2] = ["m/s", "kg/m³"];
-
 /// The prefix of the unit of an SI value, and its size.
-fn prefix(si: f64) -> (f64, &'static str) {
-    const PREFIXES: [(f64, &str); 8] =
-        [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
+fn prefix(si: f64, unit: &str) -> (f64, &'static str) {
     // four digits of what is a little less than the next prefix are that prefix
-    let fits = |(size, _): &&(f64, &str)| si.abs() >= 0.999_95 * size;
-    PREFIXES.iter().find(fits).copied().unwrap_or(PREFIXES[7])
+    let (power, prefix) = units::prefix(si, unit, 5e-5);
+    (10f64.powi(power), prefix)
 }
 
 /// The same without the zeros at the end of its digits: `10 µs`, `4.5 mm`.
@@ -269,22 +248,27 @@ pub fn short(si: f64, unit: &str) -> String {
     }
 }
 
+/// Unit of a dimension.
+fn unit(dimension: Dimension, geometry: Geometry) -> units::Unit {
+    match (dimension, geometry) {
+        (Dimension::Length, _) => units::LENGTH,
+        (Dimension::Time, _) => units::TIME,
+        (Dimension::Speed, _) => units::SPEED,
+        (Dimension::Density, _) => units::DENSITY,
+        (Dimension::Stress, _) => units::STRESS,
+        (Dimension::Force, Geometry::Axisymmetric) => units::FORCE,
+        (Dimension::Force, Geometry::Plane) => units::FORCE_PER_LENGTH,
+        (Dimension::Mass, Geometry::Axisymmetric) => units::MASS,
+        (Dimension::Mass, Geometry::Plane) => units::MASS_PER_LENGTH,
+        (Dimension::Energy, Geometry::Axisymmetric) => units::ENERGY,
+        (Dimension::Energy, Geometry::Plane) => units::ENERGY_PER_LENGTH,
+    }
+}
+
 /// Name of the unit of a dimension.
 pub fn name(dimension: Dimension, geometry: Geometry, is_si: bool) -> &'static str {
-    let (dimensionless, si) = match (dimension, geometry) {
-        (Dimension::Length, _) => ("R", "m"),
-        (Dimension::Time, _) => ("R/c_p", "s"),
-        (Dimension::Speed, _) => ("c_p", "m/s"),
-        (Dimension::Density, _) => ("γ", "kg/m³"),
-        (Dimension::Stress, _) => ("γc_p²", "Pa"),
-        (Dimension::Force, Geometry::Axisymmetric) => ("πR²γc_p²", "N"),
-        (Dimension::Force, Geometry::Plane) => ("Rγc_p²", "N/m"),
-        (Dimension::Mass, Geometry::Axisymmetric) => ("πγR³", "kg"),
-        (Dimension::Mass, Geometry::Plane) => ("γR²", "kg/m"),
-        (Dimension::Energy, Geometry::Axisymmetric) => ("πR³γc_p²", "J"),
-        (Dimension::Energy, Geometry::Plane) => ("R²γc_p²", "J/m"),
-    };
-    if is_si { si } else { dimensionless }
+    let unit = unit(dimension, geometry);
+    if is_si { unit.si } else { unit.plain }
 }
 
 #[cfg(test)]

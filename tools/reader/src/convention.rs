@@ -94,19 +94,6 @@ pub const MESH_LOSS: &str = "mesh_loss";
 /// Key of the largest interface pressure in the record [`VALIDITY`], with the same keys behind it.
 pub const LARGEST_PRESSURE: &str = "largest_pressure";
 
-/// Units of percuss: of dimensionless numbers, of the same in SI, and the scale in the record [`RUN`] that leads from the first
-/// to the second.
-pub const UNITS: [(&str, &str, &str); 8] = [
-    ("R", "m", "scale.length_m"),
-    ("R/c_p", "s", "scale.time_s"),
-    ("c_p", "m/s", "scale.speed_m_per_s"),
-    ("γc_p²", "Pa", "scale.stress_pa"),
-    ("πR²γc_p²", "N", "scale.force_n"),
-    ("Rγc_p²", "N/m", "scale.force_n_per_m"),
-    ("πR³γc_p²", "J", "scale.energy_j"),
-    ("R²γc_p²", "J/m", "scale.energy_j_per_m"),
-];
-
 /// A chart of a report: identifier, title, topic and fields.
 pub type Chart = (&'static str, &'static str, &'static str, &'static [&'static str]);
 

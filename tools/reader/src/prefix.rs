@@ -3,7 +3,13 @@
 
 use std::{borrow::Cow, collections::HashMap, io};
 
-use percuss_table::{Cell, CellType, Heading, Sink};
+use percuss_table::{
+    Cell, CellType, Heading, Sink,
+    units::{
+        ENERGY, ENERGY_PER_LENGTH, FORCE, FORCE_PER_LENGTH, LENGTH, PREFIXES, SPEED, STRESS, TIME, Unit,
+        prefix,
+    },
+};
 
 use crate::failure::Failure;
 
@@ -16,12 +22,21 @@ pub struct Prefixed {
     pub unit: String,
 }
 
-/// Units that take a prefix: one symbol of the SI, alone or over another.
-const UNITS: [&str; 10] = ["s", "m", "N", "N/m", "Pa", "m/s", "J", "J/m", "N s", "N s/m"];
+/// Units of the SI that may have a prefix: those of what is recorded, and of impulses.
+fn known(unit: &str) -> Option<&'static str> {
+    QUANTITIES.into_iter().flat_map(|(_, units)| units).copied().find(|known| *known == unit)
+}
 
-/// Prefixes with their powers of ten.
-pub(crate) const PREFIXES: [(i32, &str); 9] =
-    [(-12, "p"), (-9, "n"), (-6, "µ"), (-3, "m"), (0, ""), (3, "k"), (6, "M"), (9, "G"), (12, "T")];
+/// Quantities, and the units of the SI that recordings have them in: the second of a plane case, per length.
+pub(crate) const QUANTITIES: [(&str, &[&str]); 7] = [
+    ("time", &[TIME.si]),
+    ("length", &[LENGTH.si]),
+    ("velocity", &[SPEED.si]),
+    ("force", &[FORCE.si, FORCE_PER_LENGTH.si]),
+    ("stress", &[STRESS.si]),
+    ("energy", &[ENERGY.si, ENERGY_PER_LENGTH.si]),
+    ("impulse", &["N s", "N s/m"]),
+];
 
 impl Prefixed {
     /// The unit in which the largest number is from 1 to 1000; `None` if the unit takes no prefix.
@@ -30,17 +45,9 @@ impl Prefixed {
     ///
     /// * `largest`: largest number by magnitude, in the plain unit
     pub fn choose(unit: &str, largest: f64) -> Option<Self> {
-        let unit = UNITS.into_iter().find(|known| *known == unit)?;
-        let largest = largest.abs();
-        if unit == "m/s" || largest == 0.0 || !largest.is_finite() {
-            return Some(Self { factor: 1.0, unit: unit.into() });
-        }
-        // 1000 is the next prefix, also where the logarithm rounds; long times stay in seconds
-        let fits = |&&(power, _): &&(i32, &str)| {
-            largest >= 10f64.powi(power) * (1.0 - 1e-12) && (unit != "s" || power <= 0)
-        };
-        let (power, prefix) = PREFIXES.iter().rev().find(fits).unwrap_or(&PREFIXES[0]);
-        Some(Self { factor: 10f64.powi(-power), unit: format!("{prefix}{unit}") })
+        let unit = known(unit)?;
+        let (power, letter) = prefix(largest, unit, 1e-12);
+        Some(Self { factor: 10f64.powi(-power), unit: format!("{letter}{unit}") })
     }
 
     /// A number of the plain unit in this one, rounded once: powers of ten are exact only upwards.
@@ -54,18 +61,13 @@ pub(crate) fn plain(unit: &str) -> Option<(i32, &'static str)> {
     let unit = unit.replace(['u', 'μ'], "µ");
     let of = |&(power, prefix): &(i32, &str)| {
         let rest = unit.strip_prefix(prefix)?;
-        Some((power, UNITS.into_iter().find(|known| *known == rest)?))
+        Some((power, known(rest)?))
     };
     // `m` and `m/s` are themselves
     PREFIXES.iter().filter(|(power, _)| *power == 0).chain(&PREFIXES).find_map(of)
 }
 
-/// Times and lengths as they are typed: what they are, and the unit that numbers without one are in.
-pub(crate) const TIME: (&str, &str) = ("time", "s");
-/// See [`TIME`].
-pub(crate) const LENGTH: (&str, &str) = ("length", "m");
-
-/// A number as it is typed, with or without a unit: `32us` is `32e-6` and true, `0.5` is itself. Only the exponent is changed, so that the
+/// A time or length as it is typed, with or without a unit: `32us` is `32e-6` and true, `0.5` is itself. Only the exponent is changed, so that the
 /// number is rounded once.
 ///
 /// # Errors
@@ -73,7 +75,7 @@ pub(crate) const LENGTH: (&str, &str) = ("length", "m");
 /// It is no number, or its unit is not of the quantity.
 pub(crate) fn typed<'a>(
     text: &'a str,
-    (quantity, base): (&str, &str),
+    Unit { quantity, si: base, .. }: Unit,
 ) -> Result<(Cow<'a, str>, bool), String> {
     let text = text.trim();
     let is_number = |text: &str| text.parse::<f64>().is_ok_and(|number| !number.is_nan());
@@ -91,7 +93,11 @@ pub(crate) fn typed<'a>(
         let all = known().filter(|(power, _)| base == "m" || *power != -2);
         let all: Vec<String> = all.map(|(_, prefix)| format!("{prefix}{base}")).collect();
         let all = all.join(", ");
-        return Err(format!("`{}` is no unit of {quantity}; known are {all} (u stands for µ)", unit.trim()));
+        return Err(format!(
+            "`{}` is no unit of {}; known are {all} (u stands for µ)",
+            unit.trim(),
+            quantity.unwrap_or_default()
+        ));
     };
     let (mantissa, exponent) = number.trim().split_once(['e', 'E']).unwrap_or((number.trim(), "0"));
     let exponent = exponent.parse::<i32>().ok().and_then(|exponent| exponent.checked_add(power));
@@ -121,7 +127,7 @@ impl UnitError {
     /// Refuses typed units for numbers that are not recorded in their base unit.
     pub(crate) fn check(
         is_typed: bool,
-        (_, base): (&str, &str),
+        Unit { si: base, .. }: Unit,
         topic: &str,
         what: &str,
         recorded: Option<&str>,

@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::{
-    convention::{RUN, UNITS},
-    messages::Recording,
-};
+use percuss_table::units::{RECORDED, Unit};
+
+use crate::{convention::RUN, messages::Recording};
 
 /// How numbers of one unit become numbers of another: by one operation with the scale as it is recorded.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +37,7 @@ impl Scales {
     pub fn between(from: &Recording, to: &Recording) -> Self {
         let scales = |recording: &Recording| {
             let run = recording.entries(RUN).into_iter().flatten();
-            let scales = run.filter(|(key, _)| UNITS.iter().any(|(_, _, scale)| scale == key));
+            let scales = run.filter(|(key, _)| RECORDED.iter().any(|unit| unit.scale == key.as_str()));
             scales.map(|(key, value)| (key.clone(), value.clone())).collect()
         };
         Self { from: scales(from), to: scales(to) }
@@ -51,9 +50,9 @@ impl Scales {
             let scale = scales.get(key)?.parse::<f64>().ok()?;
             (scale.is_finite() && scale > 0.0).then_some(scale)
         };
-        UNITS.iter().find_map(|&(dimensionless, si, key)| match (from, to) {
-            _ if (from, to) == (si, dimensionless) => scale(&self.from, key).map(Conversion::Divide),
-            _ if (from, to) == (dimensionless, si) => scale(&self.to, key).map(Conversion::Multiply),
+        RECORDED.iter().find_map(|&Unit { plain, si, scale: key, .. }| match (from, to) {
+            _ if (from, to) == (si, plain) => scale(&self.from, key).map(Conversion::Divide),
+            _ if (from, to) == (plain, si) => scale(&self.to, key).map(Conversion::Multiply),
             _ => None,
         })
     }

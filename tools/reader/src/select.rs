@@ -3,6 +3,7 @@
 use clap::Args;
 use globset::{GlobBuilder, GlobMatcher};
 use percuss_output::number::whole;
+use percuss_table::units::TIME;
 
 use crate::{
     channel::Channel,
@@ -10,7 +11,7 @@ use crate::{
     failure::Failure,
     instant::Instant,
     messages::Recording,
-    prefix::{TIME, UnitError, typed},
+    prefix::{UnitError, typed},
     wire::Type,
 };
 

@@ -4,18 +4,9 @@ use std::str::FromStr;
 
 use clap::Args;
 
-use crate::prefix::{PREFIXES, Prefixed};
+use percuss_table::units::PREFIXES;
 
-/// Quantities, and the units of the SI that recordings have them in: the second of a plane case, per length.
-const QUANTITIES: [(&str, &[&str]); 7] = [
-    ("time", &["s"]),
-    ("length", &["m"]),
-    ("velocity", &["m/s"]),
-    ("force", &["N", "N/m"]),
-    ("stress", &["Pa"]),
-    ("energy", &["J", "J/m"]),
-    ("impulse", &["N s", "N s/m"]),
-];
+use crate::prefix::{Prefixed, QUANTITIES};
 
 /// The unit of a quantity, as it is typed: `force=kN`.
 #[derive(Clone, Debug, PartialEq)]

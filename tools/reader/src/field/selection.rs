@@ -1,5 +1,6 @@
 //! What is wanted of a topic: fields by name, positions on the axes of arrays; and why it cannot be had.
 
+use percuss_table::units::LENGTH;
 use prost_reflect::Kind;
 
 use crate::{
@@ -8,7 +9,7 @@ use crate::{
     extent::Reach,
     failure::Failure,
     nest::Index,
-    prefix::{LENGTH, UnitError, typed},
+    prefix::{UnitError, typed},
     wire::Layout,
 };
 

@@ -3,10 +3,9 @@
 //! x runs along the columns, y along the rows, with one point per value. The array has its unit in its name, `stress [Pa]`; one without
 //! dimension has none. What x and y are is said by the comment in front, and by the names of the coordinates of a `.vtr`.
 
-use percuss_table::Heading;
+use percuss_table::{Heading, units::RECORDED};
 
 use crate::{
-    convention,
     slice::{Side, Slice},
     text::xml,
 };
@@ -84,7 +83,7 @@ fn file<const N: usize>(
 
 /// Name of an array with its unit, if it has a dimension.
 fn name(heading: &Heading) -> String {
-    let is_plain = |unit: &String| convention::UNITS.iter().any(|(plain, ..)| unit == plain);
+    let is_plain = |unit: &String| RECORDED.iter().any(|known| unit == known.plain);
     Heading { unit: heading.unit.clone().filter(|unit| !is_plain(unit)), ..heading.clone() }.with_unit()
 }
 

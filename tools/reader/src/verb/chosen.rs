@@ -1,10 +1,11 @@
 //! Arguments that choose fields, the same for every verb.
 
 use clap::Args;
+use percuss_table::units::LENGTH;
 
 use crate::{
     field::{Positions, Selection},
-    prefix::{LENGTH, typed},
+    prefix::typed,
     select::Pattern,
 };
 

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use percuss_table::measures::{Measure, TRACTIONS, Units};
+use percuss_table::{
+    measures::{Measure, TRACTIONS, Units},
+    units::{RECORDED, Unit},
+};
 use serde_json::{Value, json};
 
 use super::curves::Charts;
@@ -113,10 +116,10 @@ fn run(recording: &Recording, units: &Units) -> Rows {
         Some(format!("{made} of {} steps of {}", run.get("steps")?, engineering(number("dt")?, time)))
     };
     let scales = || {
-        let scale = |(name, unit, key): &(&str, &str, &str)| {
-            Some(format!("{name} = {}", engineering(number(key)?, Some(unit))))
+        let scale = |Unit { plain, si, scale, .. }: &Unit| {
+            Some(format!("{plain} = {}", engineering(number(scale)?, Some(si))))
         };
-        let scales: Vec<String> = convention::UNITS.iter().filter_map(scale).collect();
+        let scales: Vec<String> = RECORDED.iter().filter_map(scale).collect();
         (!scales.is_empty()).then(|| scales.join(", "))
     };
     let rows = [
