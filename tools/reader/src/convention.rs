@@ -68,7 +68,7 @@ pub const ENERGY: &str = "/energy";
 pub const RESIDUAL: &str = "residual";
 /// Topic of the surface at frames, for viewers.
 pub const PROFILE: &str = "/view/profile";
-/// Field of [`PROFILE`]: the face of the indenter, downwards, over the field `r`; 0 beside the indenter.
+/// Field of [`PROFILE`]: the face of the indenter, downwards, over the field `r`; NaN beside the indenter, in older recordings 0.
 pub const FACE: &str = "indenter";
 /// Topic of the stress in the target.
 pub const FIELD_STRESS: &str = "/field/stress";

@@ -83,10 +83,10 @@ impl Body {
     }
 }
 
-/// The part of a face that is the indenter, relative to its tip: what lies beside it is 0.
+/// The part of a face that is the indenter, relative to its tip: what lies beside it is no number, in older recordings 0.
 fn cut(radii: &[f64], face: &[f64]) -> (Vec<[f64; 2]>, bool) {
     let tip = face.first().copied().unwrap_or_default();
-    let points = radii.iter().zip(face).take_while(|(_, height)| **height != 0.0);
+    let points = radii.iter().zip(face).take_while(|(_, height)| height.is_finite() && **height != 0.0);
     let points: Vec<[f64; 2]> = points.map(|(r, height)| [*r, tip - height]).collect();
     let is_cut = points.len() < face.len();
     (points, is_cut)
@@ -105,6 +105,8 @@ mod tests {
     #[test]
     fn an_outline_ends_at_the_edge() {
         let (punch, is_cut) = cut(&[0.5, 1.5, 2.5], &[0.25, 0.25, 0.0]);
+        assert_eq!((punch, is_cut), (vec![[0.5, 0.0], [1.5, 0.0]], true));
+        let (punch, is_cut) = cut(&[0.5, 1.5, 2.5], &[0.25, 0.25, f64::NAN]);
         assert_eq!((punch, is_cut), (vec![[0.5, 0.0], [1.5, 0.0]], true));
         let (cone, is_cut) = cut(&[0.0, 1.0, 2.0], &[0.5, -0.5, -1.5]);
         assert_eq!((cone, is_cut), (vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]], false));
