@@ -184,3 +184,15 @@ fn a_small_file_takes_no_more_memory_than_there_is() {
         assert!(ending.stderr.contains(name) && ending.stderr.contains(reason), "{name}: {}", ending.stderr);
     }
 }
+
+#[test]
+fn a_description_that_claims_to_be_endless_ends() {
+    // fifty lists of 2³¹ − 1 elements of no length
+    let lists = [0xf9, 0xf2, 0xff, 0xff, 0xff, 0xff, 0x07].repeat(50);
+    let length = lists.len() as u32 + 1;
+    let bytes = [b"PAR1".as_slice(), &lists, &[0], &length.to_le_bytes(), b"PAR1"].concat();
+    let (desk, start) = (Desk::new(&[("x.parquet", bytes)]), std::time::Instant::now());
+    let error = desk.error(1, &["plot", "x.parquet", "--x", "a", "--y", "b"]);
+    assert!(error.contains("cannot read `x.parquet` as Parquet"), "{error}");
+    assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
+}

@@ -1,5 +1,7 @@
 //! Parquet: flat columns, units in the key-value metadata of the file as `unit.<column>`.
 
+use std::{sync::mpsc, thread, time::Duration};
+
 use ::parquet::{
     basic::{Compression, LogicalType, Type},
     file::metadata::{ColumnChunkMetaData, ParquetMetaData, ParquetMetaDataReader},
@@ -16,6 +18,9 @@ const MAGIC: &[u8] = b"PAR1";
 
 /// The longest description at the end of the file, as a share of the memory for definitions: it takes more when it is parsed.
 const DESCRIPTION: usize = 8;
+
+/// The longest time for it to be parsed, which takes milliseconds.
+const LONGEST: Duration = Duration::from_secs(5);
 
 /// The largest page, as a share of the memory for what is kept: its numbers take more as cells of a dictionary.
 const PAGE: usize = 4;
@@ -65,7 +70,11 @@ fn metadata(bytes: &[u8], most: usize) -> Result<ParquetMetaData, Flaw> {
     if length > most {
         return Err(Flaw::Memory);
     }
-    ParquetMetaDataReader::decode_metadata(&rest[start..]).map_err(Flaw::of)
+    // the parser may panic, and counts to 2³¹ for a list that claims so many elements of no length: it is left behind then
+    let (description, (sender, parsed)) = (rest[start..].to_vec(), mpsc::channel());
+    thread::spawn(move || drop(sender.send(ParquetMetaDataReader::decode_metadata(&description))));
+    let parsed = parsed.recv_timeout(LONGEST);
+    parsed.map_err(|_| Flaw::of("the description at its end cannot be parsed in time"))?.map_err(Flaw::of)
 }
 
 /// Takes the cells of a column in a group of rows.
