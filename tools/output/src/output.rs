@@ -147,7 +147,7 @@ pub fn write(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), OutputErr
 ///
 /// # Errors
 ///
-/// As of [`write`].
+/// As of [`write()`].
 pub fn write_later(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), OutputError> {
     write_and(Output::commit_later, path, bytes, overwrite)
 }
