@@ -200,6 +200,11 @@ impl Recording {
         Ok(Recorded { step, time, written, seen })
     }
 
+    /// What was measured of the run.
+    pub(crate) fn measures(&self, validity: &Validity) -> Vec<Measure> {
+        self.measuring.measures(validity)
+    }
+
     fn validity_record(&self, validity: &Validity) -> BTreeMap<String, String> {
         let Units { length, time, speed, stress, .. } = self.units;
         let mut map = BTreeMap::new();
@@ -267,7 +272,7 @@ impl Observer for Recording {
         let text = format!("{}: {}", status.name(), status.message());
         self.catalogue.say(level, time, &text, &mut self.recorder)?;
         self.recorder.metadata("percuss.validity", self.validity_record(validity))?;
-        self.recorder.metadata("percuss.summary", summary_record(self.measuring.measures(validity)))?;
+        self.recorder.metadata("percuss.summary", summary_record(self.measures(validity)))?;
         let entries = [
             ("status", status.name().to_owned()),
             ("message", status.message().to_owned()),

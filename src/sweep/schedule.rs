@@ -196,8 +196,6 @@ impl<'a> Queue<'a> {
     fn compute(&self, job: &Job, pool: &ThreadPool) -> Result<Option<Entry>, Broken> {
         let (number, start) = (job.number, Instant::now());
         let case = self.plan.case(number).map_err(|error| Broken::Changed { number, error })?;
-        let mut measuring = Measuring::new(case.units(), true);
-        let mut measure = |view: &View<'_>| measuring.take(view);
         let mut watch = |_: &View<'_>| match self.is_over() {
             true => Flow::Interrupt("the sweep is interrupted".into()),
             false => Flow::Continue,
@@ -205,12 +203,18 @@ impl<'a> Queue<'a> {
         let computed = pool.install(|| {
             let mut steps = Warned::new(&case, Simulation::new(&case));
             let Some((path, _)) = &job.recording else {
-                return session::run(&mut steps, &mut [&mut measure, &mut watch]);
+                let mut measuring = Measuring::new(case.units(), true);
+                let mut measure = |view: &View<'_>| measuring.take(view);
+                let outcome = session::run(&mut steps, &mut [&mut measure, &mut watch])?;
+                let measures = measuring.measures(&outcome.validity);
+                return Ok((outcome, measures));
             };
             // of an earlier attempt that was stopped nothing counts
             let destination = Destination { overwrite: true, ..Destination::new(path) };
             let mut recording = Recording::create(&destination, &case, Source::Simulation)?;
-            session::run(&mut steps, &mut [&mut recording, &mut measure, &mut watch])
+            let outcome = session::run(&mut steps, &mut [&mut recording, &mut watch])?;
+            let measures = recording.measures(&outcome.validity);
+            Ok((outcome, measures))
         });
         let entry = |state, message, file, measures, warnings: &[Warning]| Entry {
             case: number,
@@ -225,15 +229,14 @@ impl<'a> Queue<'a> {
         };
         let file = job.recording.as_ref().map(|(_, name)| name.clone());
         match computed {
-            Ok(outcome) => {
+            Ok((outcome, measures)) => {
                 let state = match outcome.status {
                     Status::Completed => State::Completed,
                     Status::Stopped(_) => State::Stopped,
                     Status::Interrupted(_) | Status::Failed(_) => return Ok(None),
                 };
                 let warnings = warnings::of_results(&case, &outcome.validity);
-                let measures = measuring.measures(&outcome.validity).into();
-                Ok(Some(entry(state, None, file, measures, &warnings)))
+                Ok(Some(entry(state, None, file, measures.into(), &warnings)))
             }
             Err(RunError::Simulation(error)) => {
                 let warnings = warnings::of_case(&case);
