@@ -29,12 +29,12 @@ fn known(unit: &str) -> Option<&'static str> {
 
 /// Quantities, and the units of the SI that recordings have them in: the second of a plane case, per length.
 pub(crate) const QUANTITIES: [(&str, &[&str]); 7] = [
-    ("time", &[TIME.si]),
-    ("length", &[LENGTH.si]),
-    ("velocity", &[SPEED.si]),
-    ("force", &[FORCE.si, FORCE_PER_LENGTH.si]),
-    ("stress", &[STRESS.si]),
-    ("energy", &[ENERGY.si, ENERGY_PER_LENGTH.si]),
+    (TIME.quantity, &[TIME.si]),
+    (LENGTH.quantity, &[LENGTH.si]),
+    (SPEED.quantity, &[SPEED.si]),
+    (FORCE.quantity, &[FORCE.si, FORCE_PER_LENGTH.si]),
+    (STRESS.quantity, &[STRESS.si]),
+    (ENERGY.quantity, &[ENERGY.si, ENERGY_PER_LENGTH.si]),
     ("impulse", &["N s", "N s/m"]),
 ];
 
@@ -96,7 +96,7 @@ pub(crate) fn typed<'a>(
         return Err(format!(
             "`{}` is no unit of {}; known are {all} (u stands for µ)",
             unit.trim(),
-            quantity.unwrap_or_default()
+            quantity
         ));
     };
     let (mantissa, exponent) = number.trim().split_once(['e', 'E']).unwrap_or((number.trim(), "0"));

@@ -3,8 +3,8 @@
 /// A unit of percuss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit {
-    /// Name of the quantity, as it is chosen on the command line; none where none is recorded.
-    pub quantity: Option<&'static str>,
+    /// Name of the quantity, as it is chosen on the command line.
+    pub quantity: &'static str,
     /// Unit of dimensionless numbers.
     pub plain: &'static str,
     /// Unit of the same in SI.
@@ -14,7 +14,7 @@ pub struct Unit {
 }
 
 const fn unit(quantity: &'static str, plain: &'static str, si: &'static str, scale: &'static str) -> Unit {
-    Unit { quantity: Some(quantity), plain, si, scale }
+    Unit { quantity, plain, si, scale }
 }
 
 /// Length.
@@ -34,13 +34,11 @@ pub const ENERGY: Unit = unit("energy", "πR³γc_p²", "J", "scale.energy_j");
 /// Energy per length, of plane cases.
 pub const ENERGY_PER_LENGTH: Unit = unit("energy", "R²γc_p²", "J/m", "scale.energy_j_per_m");
 /// Density.
-pub const DENSITY: Unit =
-    Unit { quantity: None, plain: "γ", si: "kg/m³", scale: "scale.density_kg_per_m3" };
+pub const DENSITY: Unit = unit("density", "γ", "kg/m³", "scale.density_kg_per_m3");
 /// Mass.
-pub const MASS: Unit = Unit { quantity: None, plain: "πγR³", si: "kg", scale: "scale.mass_kg" };
+pub const MASS: Unit = unit("mass", "πγR³", "kg", "scale.mass_kg");
 /// Mass per length, of plane cases.
-pub const MASS_PER_LENGTH: Unit =
-    Unit { quantity: None, plain: "γR²", si: "kg/m", scale: "scale.mass_kg_per_m" };
+pub const MASS_PER_LENGTH: Unit = unit("mass", "γR²", "kg/m", "scale.mass_kg_per_m");
 
 /// Units of what is recorded.
 pub const RECORDED: [Unit; 8] =
