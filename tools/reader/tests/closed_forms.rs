@@ -48,6 +48,7 @@ fn every_closed_form_is_sound() {
         desk.text(0, &["report", &file]);
         let page = fs::read_to_string(desk.path(&format!("{name}.html"))).expect("a page");
         assert!(page.contains("\"sound\":true"), "{name}");
+        assert!(page.contains("\"x\":\"time ["), "{name}: charts say what is along x");
     }
     assert!(with_drag >= 4 && without >= 9, "{with_drag} forms know the drag, {without} do not");
 }

@@ -18,7 +18,6 @@ use animation::Field;
 use body::Outline;
 use clap::Args;
 use curves::{Charts, Events, Profiles};
-use percuss_table::Heading;
 use serde_json::{Value, json};
 
 use crate::{
@@ -133,10 +132,7 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Fail
     let reading = Reading::recorded(&recording).filter(|_| seen.damages.is_empty());
     let reading = reading.unwrap_or_else(|| Reading::from(&recording, &content.observed));
     let verdict = conclude(content, &seen.damages);
-    let clock = recording.channels.values().find(|channel| channel.topic == DRAG);
-    let clock =
-        clock.map(|channel| Heading::new(channel.time_name(), channel.time_unit())).unwrap_or_default();
-    let time = Scale::of(&[clock], charts.times().chain(profiles.times()));
+    let time = Scale::of_page(&[charts.clock(&recording)], charts.times().chain(profiles.times()));
     let mut damages = [recording.damages.as_slice(), &seen.damages].concat();
     let field = match field {
         Some(field) => {

@@ -225,7 +225,7 @@ pub(super) fn common_label(headings: &[Heading]) -> String {
     }
 }
 
-/// An axis of a page: its label, and the unit in which its numbers are best read.
+/// An axis: its label, and the unit in which its numbers are best read.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scale {
     /// Name and unit.
@@ -237,12 +237,13 @@ pub(super) struct Scale {
 impl Scale {
     /// Of quantities on one axis, whose numbers have a prefix if they have one unit.
     ///
-    /// * `numbers`: all that stand on it
-    pub(super) fn of(headings: &[Heading], numbers: impl Iterator<Item = f64>) -> Self {
+    /// * `largest`: largest number on it by magnitude
+    /// * `chosen`: units that are chosen
+    pub(super) fn of(headings: &[Heading], largest: f64, chosen: &Units) -> Self {
         let mut units: Vec<Option<&str>> = headings.iter().map(|heading| heading.unit.as_deref()).collect();
         units.dedup();
         let unit = match units.as_slice() {
-            [Some(unit)] => Prefixed::choose(unit, largest(numbers)),
+            [Some(unit)] => chosen.choose(unit, largest),
             _ => None,
         };
         let heading = |heading: &Heading| match &unit {
@@ -250,6 +251,13 @@ impl Scale {
             None => heading.clone(),
         };
         Self { label: common_label(&headings.iter().map(heading).collect::<Vec<_>>()), unit }
+    }
+
+    /// The same on a page, where none is chosen.
+    ///
+    /// * `numbers`: all that stand on it
+    pub(super) fn of_page(headings: &[Heading], numbers: impl Iterator<Item = f64>) -> Self {
+        Self::of(headings, largest(numbers), &Units::default())
     }
 
     /// A number as a page has it.
@@ -350,12 +358,12 @@ mod tests {
 
     #[test]
     fn numbers_of_a_page_are_short_and_in_the_unit_that_is_best_read() {
-        let scale = Scale::of(&[Heading::new("force", Some("N"))], [0.0, -1.5e6].into_iter());
+        let scale = Scale::of_page(&[Heading::new("force", Some("N"))], [0.0, -1.5e6].into_iter());
         assert_eq!((scale.label.as_str(), scale.name()), ("force [MN]", Some("MN")));
         assert_eq!(scale.numbers([1_234_567.0, f64::NAN]), [Value::from(1.23457), Value::Null]);
-        let plain = Scale::of(&[Heading::new("r", Some("R"))], [2.0].into_iter());
+        let plain = Scale::of_page(&[Heading::new("r", Some("R"))], [2.0].into_iter());
         assert_eq!((plain.label.as_str(), plain.name(), plain.number(2.0)), ("r [R]", None, 2.0.into()));
         let two = [Heading::new("kinetic", Some("J")), Heading::new("force", Some("N"))];
-        assert_eq!(Scale::of(&two, [5e6].into_iter()).name(), None);
+        assert_eq!(Scale::of_page(&two, [5e6].into_iter()).name(), None);
     }
 }

@@ -5,7 +5,7 @@ use percuss_table::Heading;
 
 use super::request::Request;
 use crate::{
-    command::view::{self, common_label, prefixed},
+    command::view::{self, Scale, prefixed},
     field::place_and_field,
     prefix::short,
     units::Units,
@@ -38,21 +38,14 @@ pub(super) fn panel(x: &Heading, left: Vec<Line>, right: Vec<Line>, request: &Re
     let side = |lines: Vec<Line>, ends: Option<(f64, f64)>| {
         let shown = lines.iter().flat_map(|line| &line.curve.points).filter(|point| is_shown(point.0));
         let largest = largest(ends, shown.map(|point| point.1));
-        let unit = match units(&lines).as_slice() {
-            [Some(unit)] => request.units.choose(unit, largest),
-            _ => None,
-        };
-        let y_factor = unit.as_ref().map_or(1.0, |unit| unit.factor);
-        let heading = |line: &Line| match &unit {
-            Some(unit) => Heading::new(&line.heading.name, Some(&unit.unit)),
-            None => line.heading.clone(),
-        };
-        let headings: Vec<Heading> = lines.iter().map(heading).collect();
+        let headings: Vec<Heading> = lines.iter().map(|line| line.heading.clone()).collect();
+        let scale = Scale::of(&headings, largest, &request.units);
+        let y_factor = scale.unit.as_ref().map_or(1.0, |unit| unit.factor);
         let mut curves: Vec<Curve> = lines.into_iter().map(|line| line.curve).collect();
         for point in curves.iter_mut().flat_map(|curve| &mut curve.points) {
             *point = (point.0 * x_factor, point.1 * y_factor);
         }
-        (curves, common_label(&headings), scaled(ends, y_factor))
+        (curves, scale.label, scaled(ends, y_factor))
     };
     let ((curves, y_label, y_range), (right, right_label, _)) =
         (side(left, request.range), side(right, None));

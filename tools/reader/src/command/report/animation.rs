@@ -126,7 +126,7 @@ impl<'a> Field<'a> {
         let damages = pass.run()?.damages;
         let layers = recording.layers(bounds.coordinate.as_deref().unwrap_or_default());
         let scale = |unit: &Option<String>, largest| {
-            Scale::of(&[Heading::new("", unit.as_deref())], [largest].into_iter())
+            Scale::of_page(&[Heading::new("", unit.as_deref())], [largest].into_iter())
         };
         let value = scale(&bounds.unit, range);
         // as the first view is best read

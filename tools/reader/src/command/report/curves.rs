@@ -53,6 +53,17 @@ impl Charts {
         CHARTS.iter().position(|(.., known, _)| *known == topic).map(|place| &self.0[place])
     }
 
+    /// Name and unit of the time, as the first of them has it; nothing without any.
+    pub(super) fn clock(&self, recording: &Recording) -> Heading {
+        let mut topics = CHARTS
+            .iter()
+            .zip(&self.0)
+            .filter(|((.., fields), points)| fields.iter().any(|field| !points.curves(field).is_empty()));
+        let first = topics.find_map(|(&(.., topic, _), _)| find(recording, |known| known == topic));
+        let channel = first.map(|id| &recording.channels[&id]);
+        channel.map(|channel| Heading::new(channel.time_name(), channel.time_unit())).unwrap_or_default()
+    }
+
     /// All times.
     pub(super) fn times(&self) -> impl Iterator<Item = f64> {
         let curves = CHARTS
@@ -94,7 +105,7 @@ fn chart(
         _ => heading.name.clone(),
     };
     let headings: Vec<Heading> = curves.iter().map(|(heading, _)| heading.clone()).collect();
-    let value = Scale::of(&headings, curves.iter().flat_map(|(_, curve)| *curve).map(|point| point.1));
+    let value = Scale::of_page(&headings, curves.iter().flat_map(|(_, curve)| *curve).map(|point| point.1));
     let curves = curves.iter().enumerate().map(|(i, (heading, curve))| {
         let points = downsampled(curve);
         json!({
@@ -150,8 +161,8 @@ impl Profiles {
         }
         let points = || self.frames.iter().flat_map(|(_, points)| points);
         let [axis, stress] = self.headings.unwrap_or_default();
-        let x = Scale::of(&[axis], points().map(|point| point.0));
-        let y = Scale::of(&[stress], points().map(|point| point.1));
+        let x = Scale::of_page(&[axis], points().map(|point| point.0));
+        let y = Scale::of_page(&[stress], points().map(|point| point.1));
         let frames = self.frames.iter().map(|(at, points)| {
             json!({
                 "time": time.number(*at),
