@@ -10,6 +10,7 @@ mod facts;
 mod sweep;
 
 use std::{
+    cell::RefCell,
     collections::HashSet,
     path::{Path, PathBuf},
 };
@@ -22,7 +23,7 @@ use serde_json::{Value, json};
 
 use crate::{
     command::{
-        summary::Reading,
+        summary::{Reading, watch},
         verify::{Content, conclude},
         view::Scale,
     },
@@ -118,9 +119,11 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Fail
     let mut charts = Charts::of(&recording);
     let (mut outline, mut profiles, mut events) =
         (Outline::default(), Profiles::default(), Events::default());
+    let observed = RefCell::default();
     let mut field = Field::of(&recording);
     let mut pass = Pass::over(&recording, Window::default());
     pass.records(|found, fit| content.take(found, fit));
+    watch(&recording, &observed, &mut pass);
     charts.watch(&recording, &mut pass);
     outline.watch(&recording, &mut pass);
     profiles.watch(&recording, &mut pass);
@@ -129,6 +132,7 @@ pub fn report(path: &Path, limits: Limits) -> Result<(String, Vec<Damage>), Fail
         field.watch(&mut pass);
     }
     let seen = pass.run()?;
+    content.observed = observed.into_inner();
     let reading = Reading::recorded(&recording).filter(|_| seen.damages.is_empty());
     let reading = reading.unwrap_or_else(|| Reading::from(&recording, &content.observed));
     let verdict = conclude(content, &seen.damages);

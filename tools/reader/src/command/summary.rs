@@ -25,7 +25,7 @@ use crate::{
     verb::{Context, Exit, TableFormat, UnitChoice, Verb, Write, commit, losses, say},
 };
 
-pub(super) use reading::{Reading, Source, measures};
+pub(super) use reading::{Reading, Source, measures, watch};
 
 const SUMMARY_HELP: &str = "\
 Of a finished run the numbers are those that it has recorded of itself, in percuss.summary, and no message is read: verify compares

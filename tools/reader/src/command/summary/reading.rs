@@ -44,14 +44,7 @@ impl Reading {
         }
         let observed = RefCell::default();
         let mut pass = Pass::over(recording, Window::default());
-        for (topic, ..) in SOURCES {
-            let Some((id, channel, source)) = Source::open(recording, topic) else { continue };
-            let observed = &observed;
-            pass.each(id, move |moment, _| {
-                source.show(channel, moment.time, &moment.values, &mut observed.borrow_mut());
-                Ok(())
-            });
-        }
+        watch(recording, &observed, &mut pass);
         let seen = pass.run()?;
         Ok(Self { seen, ..Self::from(recording, &observed.into_inner()) })
     }
@@ -70,6 +63,21 @@ impl Reading {
     pub(in crate::command) fn from(recording: &Recording, observed: &Observations) -> Self {
         let measures = measures(observed, recording.entries(VALIDITY));
         Self { measures, units: units(recording), seen: Seen::default() }
+    }
+}
+
+/// Observes the impact of a recording.
+pub(in crate::command) fn watch<'a>(
+    recording: &'a Recording,
+    observed: &'a RefCell<Observations>,
+    pass: &mut Pass<'a>,
+) {
+    for (topic, ..) in SOURCES {
+        let Some((id, channel, source)) = Source::open(recording, topic) else { continue };
+        pass.each(id, move |moment, _| {
+            source.show(channel, moment.time, &moment.values, &mut observed.borrow_mut());
+            Ok(())
+        });
     }
 }
 

@@ -256,11 +256,11 @@ impl<'a> Content<'a> {
             let axis = |leaf| (leaf, Axis::of(leaf, layout, channel));
             series.axes = (0..layout.leaves.len()).map(axis).filter(|(_, axis)| axis.is_listed()).collect();
             let is_first = channels.range(..id).all(|(_, other)| other.topic != channel.topic);
-            series.source = Source::of(channel).filter(|_| is_first);
+            // who has decoded them already measures them too
+            series.source = Source::of(channel).filter(|_| is_first && fit.is_none());
             layout.values()
         });
-        let is_looked_at = !series.axes.is_empty() || series.source.is_some();
-        let fit = fit.filter(|_| !is_looked_at).unwrap_or_else(|| layout.decode(data, values));
+        let fit = fit.filter(|_| series.axes.is_empty()).unwrap_or_else(|| layout.decode(data, values));
         if let (Ok(()), Some(source)) = (&fit, &series.source) {
             let time = channel.instant(data, time, channel.origin).number();
             source.show(channel, time, values, &mut self.observed);
