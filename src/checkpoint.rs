@@ -52,7 +52,8 @@ const MAGIC: [u8; 8] = *b"\x89percpt\n";
 /// * 3: the head has the revision of the numerics.
 /// * 4: the head has size and checksum of what was recorded.
 /// * 5: and what was measured of it.
-const VERSION: u32 = 5;
+/// * 6: and what it was warned of.
+const VERSION: u32 = 6;
 
 /// Size of magic and version, and of the checksum \[bytes\].
 const BEGINNING: u64 = MAGIC.len() as u64 + 4;

@@ -59,6 +59,10 @@ impl Measuring {
                 EventKind::Extension => EXTENSION,
                 EventKind::Separation => SEPARATION,
                 EventKind::Recontact => RECONTACT,
+                EventKind::Warning(about) => {
+                    self.seen.take_warning(about);
+                    continue;
+                }
                 _ => continue,
             };
             self.seen.take_event(now, kind, event.since.map(|since| time.of(since)));

@@ -42,7 +42,7 @@
 //! of the `numerics`, [`NUMERICS`], or `exact`, then with the `closed_form`), machine, time and the `commit` of the program
 //! (`percuss.host`, the only part that differs between two runs of a case; with `--reproducible` it is empty), the largest strain, velocity of the impact and loss of the mesh
 //! (`percuss.validity`), what was measured of the impact (`percuss.summary`: the numbers that the messages say, bit for bit, by the names of
-//! [`percuss_table::measures`]; what is not known has no entry), and the end of the run (`percuss.status`, written last); each has the `checksum` of its other entries. The attachment `case.resolved.toml`
+//! [`percuss_table::measures`], and the subjects of its `warnings`; what is not known has no entry), and the end of the run (`percuss.status`, written last); each has the `checksum` of its other entries. The attachment `case.resolved.toml`
 //! repeats the run; `layout.json` is the layout for viewers.
 //!
 //! # What holds when something fails

@@ -292,7 +292,7 @@ impl Warned {
 impl Steps for Warned {
     fn step(&mut self) -> Result<Option<View<'_>>, SimulationError> {
         let Some(mut view) = self.simulation.step()? else { return Ok(None) };
-        let event = |warning: &Warning| Event::warning(&warning.text);
+        let event = |warning: &Warning| Event::warning(warning.about, &warning.text);
         if view.step == 0 {
             view.events = self.of_case.iter().map(event).chain(view.events.iter().cloned()).collect();
         }

@@ -29,7 +29,7 @@ pub fn channel(case: &Case) -> Channel {
                 EventKind::Recontact => Kind::Recontact,
                 EventKind::LayerTension => Kind::LayerTension,
                 EventKind::Stopped => Kind::Stopped,
-                EventKind::Warning => Kind::Warning,
+                EventKind::Warning(_) => Kind::Warning,
             };
             outlet.put(&percuss::Event {
                 step: view.step,

@@ -9,6 +9,7 @@ use crate::{
     recording::{Destination, Written},
     session::{self, Flow, Recording, Source},
     view::View,
+    warnings::Warned,
 };
 
 fn case(settings: &[&str]) -> Case {
@@ -177,7 +178,7 @@ fn run_up_to(step: u64, path: &Path, case: &Case) {
         true => Flow::Interrupt("a piece is done".into()),
         false => Flow::Continue,
     };
-    session::run(&mut simulation, &mut [&mut recording, &mut stop]).expect("room");
+    session::run(&mut Warned::new(case, simulation), &mut [&mut recording, &mut stop]).expect("room");
 }
 
 #[test]
@@ -195,6 +196,7 @@ fn a_run_in_pieces_records_the_same_measures() {
     run_up_to(u64::MAX, &whole, &case);
     let expected = measures(&whole);
     // it rebounds, so all that is known only at the end of the contact is there
+    assert_eq!(expected["warnings"], "edge,mass");
     assert!(["rebound_velocity", "energy_left", "t_ext"].iter().all(|name| expected.contains_key(*name)));
     let mut step = 7;
     while !pieces.exists() {

@@ -33,8 +33,8 @@ pub enum EventKind {
     LayerTension,
     /// The run stops before its end time.
     Stopped,
-    /// Results are outside the range of validity.
-    Warning,
+    /// Results are outside the range of validity; the subject is that of [`crate::warnings::Warning`].
+    Warning(&'static str),
 }
 
 /// An event and where it happened.
@@ -54,9 +54,9 @@ pub struct Event {
 
 impl Event {
     /// A warning as an event.
-    pub(crate) fn warning(text: &str) -> Self {
+    pub(crate) fn warning(about: &'static str, text: &str) -> Self {
         let text = format!("warning: {text}");
-        Self { kind: EventKind::Warning, text, r: None, since: None, interface: None }
+        Self { kind: EventKind::Warning(about), text, r: None, since: None, interface: None }
     }
 }
 

@@ -205,6 +205,15 @@ impl Recording {
         self.measuring.measures(validity)
     }
 
+    /// What was measured, and the subjects of the warnings; what was not is left out.
+    fn summary_record(&self, validity: &Validity) -> BTreeMap<String, String> {
+        let entry = |Measure { name, value, .. }: Measure| Some((name.into_owned(), value?.to_string()));
+        let warnings = self.measuring.seen().warnings();
+        let subjects = warnings.iter().map(String::as_str).collect::<Vec<_>>().join(",");
+        let warned = (!subjects.is_empty()).then(|| ("warnings".to_owned(), subjects));
+        self.measures(validity).into_iter().filter_map(entry).chain(warned).collect()
+    }
+
     fn validity_record(&self, validity: &Validity) -> BTreeMap<String, String> {
         let Units { length, time, speed, stress, .. } = self.units;
         let mut map = BTreeMap::new();
@@ -272,7 +281,7 @@ impl Observer for Recording {
         let text = format!("{}: {}", status.name(), status.message());
         self.catalogue.say(level, time, &text, &mut self.recorder)?;
         self.recorder.metadata("percuss.validity", self.validity_record(validity))?;
-        self.recorder.metadata("percuss.summary", summary_record(self.measures(validity)))?;
+        self.recorder.metadata("percuss.summary", self.summary_record(validity))?;
         let entries = [
             ("status", status.name().to_owned()),
             ("message", status.message().to_owned()),
@@ -287,12 +296,6 @@ impl Observer for Recording {
 
 fn to_map<'a>(entries: impl IntoIterator<Item = (&'a str, String)>) -> BTreeMap<String, String> {
     entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
-}
-
-/// What was measured; what was not is left out.
-fn summary_record(measures: Vec<Measure>) -> BTreeMap<String, String> {
-    let entry = |Measure { name, value, .. }: Measure| Some((name.into_owned(), value?.to_string()));
-    measures.into_iter().filter_map(entry).collect()
 }
 
 /// The computed case: the same for every repetition of a run.

@@ -166,7 +166,7 @@ fn going_on_after_the_extension_is_an_option() {
     let outcome = session::run(&mut steps, &mut [&mut collect]).expect("finite numbers");
     // the warning is of the sharp edge; peak force and time of contact err by less than is noted
     let expected = [
-        EventKind::Warning,
+        EventKind::Warning("edge"),
         EventKind::Rebound,
         EventKind::Extension,
         EventKind::Separation,

@@ -18,7 +18,7 @@ fn ball(cells: usize, stop: &str) -> Case {
 
 /// Events, with the times of their steps.
 fn events(case: &Case) -> Vec<(f64, Event)> {
-    let warns = |event: &&Event| event.kind != EventKind::Warning;
+    let warns = |event: &&Event| !matches!(event.kind, EventKind::Warning(_));
     run(case, |view| {
         view.events.iter().filter(warns).map(|event| (view.time, event.clone())).collect::<Vec<_>>()
     })

@@ -2,7 +2,10 @@
 //!
 //! Every number is optional: what is not said stays open, and is never 0. Numbers that are not finite count as not said.
 
-use std::{borrow::Cow, collections::VecDeque};
+use std::{
+    borrow::Cow,
+    collections::{BTreeSet, VecDeque},
+};
 
 use serde::{Deserialize, Serialize};
 
@@ -118,6 +121,7 @@ pub struct Observations {
     /// Velocity of the indenter, and kinetic and strain energy of the target, when contact ended for good.
     velocity: AtEnd,
     energy: AtEnd,
+    warnings: BTreeSet<String>,
 }
 
 /// What is said of an impact at its end.
@@ -169,6 +173,16 @@ impl Observations {
         };
         self.velocity.end(end);
         self.energy.end(end);
+    }
+
+    /// Takes a warning by its subject.
+    pub fn take_warning(&mut self, subject: &str) {
+        self.warnings.insert(subject.to_owned());
+    }
+
+    /// Subjects of the warnings, each once.
+    pub fn warnings(&self) -> &BTreeSet<String> {
+        &self.warnings
     }
 
     /// What is measured, in the order of the columns.
