@@ -37,7 +37,10 @@ pub use structure::{Change, Difference, Finding};
 pub use sums::{Norm, Scale, Sums};
 pub use tolerance::{Rule, Rules, Tolerance, Tube};
 
-use crate::{failure::Failure, messages::Recording};
+use crate::{
+    failure::Failure,
+    messages::{Message, Recording},
+};
 use align::Aligner;
 use stream::{Input, Order};
 use structure::Pair;
@@ -104,7 +107,7 @@ fn compare_in(
     // what a watcher has seen cannot be taken back
     if watch.is_some() && order == Order::Checked {
         for (input, pair) in files.iter().zip([a, b]) {
-            if !stream::is_ordered(input)? {
+            if !input.is_ordered()? {
                 return Err(Failure::Unsorted(pair.path.display().to_string()));
             }
         }
@@ -236,22 +239,16 @@ fn scales(
     let starts: HashMap<_, _> =
         pairs.iter().map(|pair| (pair.a, pair.starts.map(|[start, _]| start))).collect();
     let mut messages = a.messages(starts.keys().copied(), window)?;
-    let mut values = HashMap::new();
     let mut numbers = Vec::new();
-    messages.for_each(|message| -> Result<(), Failure> {
-        let channel = &a.channels[&message.channel];
-        let Some(layout) = &channel.layout else { return Ok(()) };
-        let values = values.entry(message.channel).or_insert_with(|| layout.values());
-        let time = clock::time(channel, starts[&message.channel], message.data, message.log_time);
-        if !options.window.holds(time) || layout.decode(message.data, values).is_err() {
-            return Ok(());
-        }
-        for (leaf, list) in values.lists.iter().enumerate() {
+    messages.for_each(|next| {
+        let Message { channel, log_time, data, .. } = next.message;
+        let time = clock::time(next.channel, starts[&channel], data, log_time);
+        let values = if options.window.holds(time) { next.values() } else { None };
+        for (leaf, list) in values.iter().flat_map(|values| &values.lists).enumerate() {
             if list.numbers(&mut numbers) {
-                scales.entry((message.channel, leaf)).or_default().add(&numbers);
+                scales.entry((channel, leaf)).or_default().add(&numbers);
             }
         }
-        values.release();
         Ok(())
     })?;
     Ok(scales)

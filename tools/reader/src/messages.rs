@@ -8,13 +8,9 @@ mod open;
 mod turns;
 
 pub(crate) use open::widen;
-pub(crate) use turns::Turns;
+use turns::Turns;
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    path::PathBuf,
-    time::Duration,
-};
+use std::{collections::BTreeMap, path::PathBuf, time::Duration};
 
 use mcap::records::{MessageHeader, Record};
 use percuss_picture::Layer;
@@ -24,7 +20,9 @@ use crate::{
     channel::Channel,
     convention::{self, Ending},
     failure::Failure,
+    instant::Instant,
     recording::{Damage, FileRecord, Index, LeftOut, Limits, Opened, Scan},
+    wire::{DecodeError, Values},
 };
 
 /// Pause before looking again for more of a file that is being written.
@@ -196,46 +194,52 @@ impl Recording {
         &self,
         ids: impl IntoIterator<Item = u16>,
         window: Option<(u64, u64)>,
-    ) -> Result<Messages, Failure> {
-        let ids: BTreeSet<u16> = ids.into_iter().collect();
-        Ok(Messages { scan: self.scan_for(&ids, window)?, ids })
-    }
-
-    /// Reads what can hold messages of some channels.
-    pub(crate) fn scan_for(&self, ids: &BTreeSet<u16>, window: Option<(u64, u64)>) -> Result<Scan, Failure> {
+    ) -> Result<Messages<'_>, Failure> {
+        let channels = self.decoders(ids);
         let mut scan = self.scan()?;
         scan.note(&self.refused);
         if self.from_index {
             scan.only(|chunk| {
                 let (first, last) = window.unwrap_or((0, u64::MAX));
                 let is_listed = chunk.message_index_length > 0;
-                let holds = chunk.message_index_offsets.keys().any(|id| ids.contains(id));
+                let holds = chunk.message_index_offsets.keys().any(|id| channels.contains_key(id));
                 (!is_listed || holds) && chunk.message_start_time <= last && first <= chunk.message_end_time
             });
         }
-        Ok(scan)
+        Ok(Messages { scan, channels, turns: None, records: None, undecoded: 0 })
     }
 
-    /// The earliest log time after each chunk that holds some channels: of what begins at the offset or before it, nothing
-    /// earlier is still to come. Empty if the file has no index.
+    /// The same of the whole file, each of whose records is handed to `take`.
+    pub(crate) fn messages_and_records<'a>(
+        &'a self,
+        ids: impl IntoIterator<Item = u16>,
+        take: TakeRecord<'a>,
+    ) -> Result<Messages<'a>, Failure> {
+        let (scan, channels) = (self.scan()?, self.decoders(ids));
+        Ok(Messages { scan, channels, turns: None, records: Some(take), undecoded: 0 })
+    }
+
+    /// The same in the order of their log times and sequence numbers.
     ///
-    /// * `ids`: of the channels
-    pub(crate) fn floors(&self, ids: impl IntoIterator<Item = u16>) -> Result<BTreeMap<u64, u64>, Failure> {
-        let ids: BTreeSet<u16> = ids.into_iter().collect();
-        if !self.from_index {
-            return Ok(BTreeMap::new());
-        }
-        let scan = self.scan()?;
-        let chunks = scan.index().chunks.iter().rev().filter(|(_, chunk)| {
-            chunk.message_index_length == 0 || chunk.message_index_offsets.keys().any(|id| ids.contains(id))
-        });
-        let mut floor = u64::MAX;
-        let floors = chunks.map(|(&offset, chunk)| {
-            let after = floor;
-            floor = floor.min(chunk.message_start_time);
-            (offset, after)
-        });
-        Ok(floors.collect())
+    /// * `refusal`: why it fails where too many have to wait for their turn
+    pub(crate) fn messages_in_turn(
+        &self,
+        ids: impl IntoIterator<Item = u16>,
+        window: Option<(u64, u64)>,
+        refusal: String,
+    ) -> Result<Messages<'_>, Failure> {
+        let messages = self.messages(ids, window)?;
+        let turns = Some(Turns::of(self, &messages.channels, refusal)?);
+        Ok(Messages { turns, ..messages })
+    }
+
+    /// False if the order of messages is not known before all of them have been read.
+    pub(crate) fn has_index(&self) -> bool {
+        self.from_index && !self.index().chunks.is_empty()
+    }
+
+    fn decoders(&self, ids: impl IntoIterator<Item = u16>) -> BTreeMap<u16, Decoder<'_>> {
+        ids.into_iter().filter_map(|id| Some((id, (self.channels.get(&id)?, Values::default())))).collect()
     }
 
     /// Hands the name and content of every attachment to `take`, until that returns something; of one that has no room what is known of it.
@@ -304,32 +308,85 @@ pub(crate) struct Kept {
     pub(crate) sequence: u32,
     /// \[ns\]
     pub(crate) log_time: u64,
+    /// \[ns\]
+    pub(crate) publish_time: u64,
     pub(crate) data: Vec<u8>,
 }
 
-impl Kept {
-    /// Keeps another in its place.
-    pub(crate) fn replace(&mut self, Message { channel, sequence, log_time, data, .. }: &Message<'_>) {
-        (self.channel, self.sequence, self.log_time) = (*channel, *sequence, *log_time);
-        self.data.clear();
-        self.data.extend_from_slice(data);
-    }
-
-    /// The message, without what was not kept of it: its place, and when it was published.
-    pub(crate) fn message(&self) -> Message<'_> {
-        let Self { channel, sequence, log_time, data } = self;
-        let (channel, sequence, log_time) = (*channel, *sequence, *log_time);
-        Message { offset: 0, channel, sequence, log_time, publish_time: log_time, data }
+impl From<&Message<'_>> for Kept {
+    fn from(message: &Message<'_>) -> Self {
+        let &Message { channel, sequence, log_time, publish_time, data, .. } = message;
+        Self { channel, sequence, log_time, publish_time, data: data.to_vec() }
     }
 }
+
+impl Kept {
+    /// The message, without its place.
+    pub(crate) fn message(&self) -> Message<'_> {
+        let &Self { channel, sequence, log_time, publish_time, ref data } = self;
+        Message { offset: 0, channel, sequence, log_time, publish_time, data }
+    }
+}
+
+/// How messages were read.
+#[derive(Clone, Debug, Default)]
+pub struct Seen {
+    /// What of the file is damaged.
+    pub damages: Vec<Damage>,
+    /// Messages that do not fit their schema, of those that were decoded.
+    pub undecoded: u64,
+    /// Bytes of the file that were read.
+    pub bytes: u64,
+}
+
+/// What is made of every record of the file; and of messages, whether they were decoded, and how that went.
+pub(crate) type TakeRecord<'a> = Box<dyn FnMut(FileRecord<'_>, Option<Result<(), DecodeError>>) + 'a>;
+
+/// A channel, and the message of it that was decoded last.
+type Decoder<'a> = (&'a Channel, Values);
 
 /// The messages of some channels, one after the other.
-pub struct Messages {
+pub struct Messages<'a> {
     scan: Scan,
-    ids: BTreeSet<u16>,
+    channels: BTreeMap<u16, Decoder<'a>>,
+    turns: Option<Turns>,
+    records: Option<TakeRecord<'a>>,
+    undecoded: u64,
 }
 
-impl Messages {
+/// The next message, decoded if that is asked for.
+pub struct Next<'a> {
+    /// As it stands in the file.
+    pub message: Message<'a>,
+    /// Its channel.
+    pub channel: &'a Channel,
+    values: &'a mut Values,
+    fit: Option<Result<(), DecodeError>>,
+}
+
+impl Next<'_> {
+    /// When it is.
+    pub(crate) fn instant(&self) -> Instant {
+        self.channel.instant(self.message.data, self.message.log_time, self.channel.origin)
+    }
+
+    /// The decoded message; `None` if it does not fit its schema, or there is none.
+    pub(crate) fn values(&mut self) -> Option<&mut Values> {
+        let layout = self.channel.layout.as_deref()?;
+        if self.values.lists.is_empty() {
+            *self.values = layout.values();
+        }
+        let fit = self.fit.get_or_insert_with(|| layout.decode(self.message.data, self.values));
+        fit.is_ok().then_some(&mut *self.values)
+    }
+
+    /// True if it was decoded in vain.
+    pub(crate) fn is_undecoded(&self) -> bool {
+        matches!(self.fit, Some(Err(_)))
+    }
+}
+
+impl Messages<'_> {
     /// Waits for more at the end of a file that has no footer yet.
     pub fn follow(&mut self) {
         self.scan.follow();
@@ -340,11 +397,35 @@ impl Messages {
     /// # Errors
     ///
     /// The system fails to read.
-    pub fn next<T>(&mut self, take: impl FnOnce(Message<'_>) -> T) -> Result<Option<T>, Failure> {
-        let (ids, mut take) = (&self.ids, Some(take));
-        self.scan.find_map(|found| {
-            let message = Message::of(&found).filter(|message| ids.contains(&message.channel))?;
-            take.take().map(|take| take(message))
+    pub fn next<T>(&mut self, take: impl FnOnce(&mut Next<'_>) -> T) -> Result<Option<T>, Failure> {
+        while let Some(turns) = &mut self.turns {
+            if let Some(kept) = turns.next() {
+                return Ok(self.again(&kept, take));
+            }
+            if turns.is_over {
+                return Ok(None);
+            }
+            let put = self.scan.find_map(|found| {
+                let message = Message::of(&found)?;
+                self.channels.contains_key(&message.channel).then(|| turns.put(&message))
+            })?;
+            turns.is_over = put.transpose()?.is_none();
+        }
+        let Self { scan, channels, records, undecoded, .. } = self;
+        let mut take = Some(take);
+        scan.find_map(|found| {
+            let mut fit = None;
+            let taken = Message::of(&found).and_then(|message| {
+                let decoder = channels.get_mut(&message.channel)?;
+                let (taken, known) = hand(message, decoder, take.take()?);
+                *undecoded += u64::from(matches!(known, Some(Err(_))));
+                fit = known;
+                Some(taken)
+            });
+            if let Some(records) = records {
+                records(found, fit);
+            }
+            taken
         })
     }
 
@@ -356,12 +437,19 @@ impl Messages {
     /// The system fails to read, or `take` fails.
     pub fn for_each(
         &mut self,
-        mut take: impl FnMut(Message<'_>) -> Result<(), Failure>,
+        mut take: impl FnMut(&mut Next<'_>) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
         while let Some(taken) = self.next(&mut take)? {
             taken?;
         }
         Ok(())
+    }
+
+    /// Hands a message that was kept to `take` once more.
+    pub(crate) fn again<T>(&mut self, kept: &Kept, take: impl FnOnce(&mut Next<'_>) -> T) -> Option<T> {
+        let (taken, fit) = hand(kept.message(), self.channels.get_mut(&kept.channel)?, take);
+        self.undecoded += u64::from(matches!(fit, Some(Err(_))));
+        Some(taken)
     }
 
     /// True at the end of the file; false as long as it may grow.
@@ -370,12 +458,23 @@ impl Messages {
     }
 
     /// What was wrong so far.
-    pub fn damages(&self) -> &[Damage] {
-        self.scan.damages()
+    pub fn seen(&self) -> Seen {
+        let (damages, bytes) = (self.scan.damages().to_vec(), self.scan.bytes_read());
+        Seen { damages, undecoded: self.undecoded, bytes }
     }
+}
 
-    /// Bytes of the file that were read so far.
-    pub fn bytes_read(&self) -> u64 {
-        self.scan.bytes_read()
+/// Hands a message to `take`; answers also whether it was decoded, and how that went.
+fn hand<T>(
+    message: Message<'_>,
+    (channel, values): &mut Decoder<'_>,
+    take: impl FnOnce(&mut Next<'_>) -> T,
+) -> (T, Option<Result<(), DecodeError>>) {
+    let mut next = Next { message, channel, values, fit: None };
+    let taken = take(&mut next);
+    let fit = next.fit;
+    if fit.is_some() {
+        values.release();
     }
+    (taken, fit)
 }

@@ -5,14 +5,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+pub use crate::messages::Seen;
 use crate::{
-    channel::Channel,
     failure::Failure,
     instant::Instant,
-    messages::{Message, Recording},
-    recording::{Budget, Damage, FileRecord},
+    messages::{Kept, Message, Next, Recording, TakeRecord},
+    recording::{Budget, FileRecord},
     select::Window,
-    wire::{DecodeError, Layout, Values},
+    wire::{DecodeError, Values},
 };
 
 /// A decoded message.
@@ -26,17 +26,6 @@ pub struct Moment {
     pub number: u64,
     /// The message.
     pub values: Values,
-}
-
-/// How a pass went.
-#[derive(Clone, Debug, Default)]
-pub struct Seen {
-    /// What of the file is damaged.
-    pub damages: Vec<Damage>,
-    /// Messages that do not fit their schema, of those that were looked at.
-    pub undecoded: u64,
-    /// Bytes of the file that were read.
-    pub bytes: u64,
 }
 
 /// Which messages of a channel are looked at.
@@ -63,21 +52,15 @@ type Take<'a> = Box<dyn FnMut(&Moment, &mut Budget) -> Result<(), Failure> + 'a>
 /// What is made of a message that is not decoded.
 type TakeBytes<'a> = Box<dyn FnMut(Message<'_>, Instant, &mut Budget) -> Result<(), Failure> + 'a>;
 
-/// What is made of every record of the file; and of messages, whether they were decoded, and how that went.
-type TakeRecord<'a> = Box<dyn FnMut(FileRecord<'_>, Option<Result<(), DecodeError>>) + 'a>;
-
-/// A channel that is looked at.
+/// Who looks at a channel.
 struct Watched<'a> {
-    channel: &'a Channel,
-    /// Those of no channel that is not decoded are shown to observers.
-    layout: Option<&'a Layout>,
     bytes: Vec<TakeBytes<'a>>,
     observers: Vec<(Choice, Take<'a>)>,
     moment: Moment,
     /// Messages so far.
     count: u64,
     /// The last message, if not all who look at the last have seen it.
-    last: Option<(Instant, u64, Vec<u8>)>,
+    last: Option<Kept>,
 }
 
 /// One reading of a recording.
@@ -101,20 +84,15 @@ impl<'a> Pass<'a> {
         Self { budget: Budget::new(bytes), ..self }
     }
 
-    /// A channel that is looked at; `None` if there is none of this id.
-    fn watched(&mut self, id: u16) -> Option<&mut Watched<'a>> {
-        let channel = self.recording.channels.get(&id)?;
-        let layout = channel.layout.as_deref();
-        let values = || layout.map_or_else(|| Values { lists: Vec::new() }, Layout::values);
-        Some(self.channels.entry(id).or_insert_with(|| Watched {
-            channel,
-            layout,
+    /// Those who look at a channel.
+    fn watched(&mut self, id: u16) -> &mut Watched<'a> {
+        self.channels.entry(id).or_insert_with(|| Watched {
             bytes: Vec::new(),
             observers: Vec::new(),
-            moment: Moment { time: 0.0, log_time: 0, number: 0, values: values() },
+            moment: Moment { time: 0.0, log_time: 0, number: 0, values: Values::default() },
             count: 0,
             last: None,
-        }))
+        })
     }
 
     fn observe(
@@ -123,9 +101,7 @@ impl<'a> Pass<'a> {
         choice: Choice,
         take: impl FnMut(&Moment, &mut Budget) -> Result<(), Failure> + 'a,
     ) {
-        if let Some(watched) = self.watched(id).filter(|watched| watched.layout.is_some()) {
-            watched.observers.push((choice, Box::new(take)));
-        }
+        self.watched(id).observers.push((choice, Box::new(take)));
     }
 
     /// Hands the messages of a channel to `take`, decoded; none of a channel that is not.
@@ -164,9 +140,7 @@ impl<'a> Pass<'a> {
         id: u16,
         take: impl FnMut(Message<'_>, Instant, &mut Budget) -> Result<(), Failure> + 'a,
     ) {
-        if let Some(watched) = self.watched(id) {
-            watched.bytes.push(Box::new(take));
-        }
+        self.watched(id).bytes.push(Box::new(take));
     }
 
     /// Hands every record of the file to `take`, which is read as a whole then.
@@ -174,111 +148,70 @@ impl<'a> Pass<'a> {
         self.records = Some(Box::new(take));
     }
 
-    /// Log times that hold all of the window \[ns\]; `None` if that is not known.
-    fn log_times(&self) -> Option<(u64, u64)> {
-        let mut channels = self.channels.values().map(|watched| watched.channel);
-        if channels.clone().all(Channel::has_time) {
-            let (from, to) = self.window.numbers();
-            return self.recording.log_window(from, to);
-        }
-        let origin = channels.clone().map(|channel| channel.origin).max().unwrap_or(0);
-        channels.all(|channel| !channel.has_time()).then(|| self.window.log_times(origin))
-    }
-
     /// Reads the recording.
     ///
     /// # Errors
     ///
     /// The file cannot be read, or an observer fails.
-    pub fn run(mut self) -> Result<Seen, Failure> {
-        let mut undecoded = 0;
-        let mut scan = match &self.records {
-            Some(_) => self.recording.scan()?,
-            None => self.recording.scan_for(&self.channels.keys().copied().collect(), self.log_times())?,
+    pub fn run(self) -> Result<Seen, Failure> {
+        let Self { recording, window, mut channels, records, mut budget } = self;
+        let ids = || channels.keys().copied();
+        let mut messages = match records {
+            Some(take) => recording.messages_and_records(ids(), take)?,
+            None => recording.messages(ids(), window.log_times_of(recording, ids()))?,
         };
-        let Self { window, channels, records, budget, .. } = &mut self;
-        let failed = scan.find_map(|found| {
-            let mut fit = None;
-            if let Some(message) = Message::of(&found)
-                && let Some(watched) = channels.get_mut(&message.channel)
-            {
-                match watched.take(message, window, budget) {
-                    Ok(known) => fit = known,
-                    Err(error) => return Some(error),
-                }
-                undecoded += u64::from(matches!(fit, Some(Err(_))));
-            }
-            if let Some(take) = records {
-                take(found, fit);
-            }
-            None
+        messages.for_each(|next| match channels.get_mut(&next.message.channel) {
+            Some(watched) => watched.take(next, &window, &mut budget),
+            None => Ok(()),
         })?;
-        if let Some(error) = failed {
-            return Err(error);
-        }
         for watched in channels.values_mut() {
-            undecoded += u64::from(watched.end(budget)?);
+            if let Some(kept) = watched.last.take() {
+                let number = watched.count - 1;
+                messages.again(&kept, |next| watched.show(next, (number, true), &mut budget)).transpose()?;
+            }
         }
-        Ok(Seen { damages: scan.damages().to_vec(), undecoded, bytes: scan.bytes_read() })
+        Ok(messages.seen())
     }
 }
 
 impl Watched<'_> {
-    /// Takes a message; answers whether it was decoded, and how that went.
-    fn take(
-        &mut self,
-        message: Message<'_>,
-        window: &Window,
-        budget: &mut Budget,
-    ) -> Result<Option<Result<(), DecodeError>>, Failure> {
-        let Message { log_time, data, .. } = message;
-        let instant = self.channel.instant(data, log_time, self.channel.origin);
+    /// Takes the next message.
+    fn take(&mut self, next: &mut Next<'_>, window: &Window, budget: &mut Budget) -> Result<(), Failure> {
+        let instant = next.instant();
         if !window.holds(instant) {
-            return Ok(None);
+            return Ok(());
         }
-        self.bytes.iter_mut().try_for_each(|take| take(message, instant, budget))?;
+        self.bytes.iter_mut().try_for_each(|take| take(next.message, instant, budget))?;
         let number = self.count;
         self.count += 1;
-        if self.observers.iter().any(|(choice, _)| choice.holds(number, true)) {
-            let (at, time, bytes) = self.last.get_or_insert((instant, log_time, Vec::new()));
-            (*at, *time) = (instant, log_time);
-            bytes.clear();
-            bytes.extend_from_slice(data);
+        self.show(next, (number, false), budget)?;
+        if !next.is_undecoded() && self.observers.iter().any(|(choice, _)| choice.holds(number, true)) {
+            self.last = Some(Kept::from(&next.message));
         } else {
             self.last = None;
         }
-        if !self.observers.iter().any(|(choice, _)| choice.holds(number, false)) {
-            return Ok(None);
-        }
-        self.show((instant, log_time, data), (number, false), budget).map(Some)
+        Ok(())
     }
 
-    /// Shows the last message to those who have not seen it; true if it is decoded for the first time, and in vain.
-    fn end(&mut self, budget: &mut Budget) -> Result<bool, Failure> {
-        let Some((instant, log_time, data)) = self.last.take() else { return Ok(false) };
-        let number = self.count - 1;
-        let is_new = !self.observers.iter().any(|(choice, _)| choice.holds(number, false));
-        Ok(self.show((instant, log_time, &data), (number, true), budget)?.is_err() && is_new)
-    }
-
-    /// Decodes a message and shows it to those who look at it.
+    /// Shows a message to those who look at it.
     fn show(
         &mut self,
-        (instant, log_time, data): (Instant, u64, &[u8]),
+        next: &mut Next<'_>,
         (number, is_last): (u64, bool),
         budget: &mut Budget,
-    ) -> Result<Result<(), DecodeError>, Failure> {
-        let Some(layout) = self.layout else { return Ok(Ok(())) };
-        let decoded = layout.decode(data, &mut self.moment.values);
-        if decoded.is_ok() {
-            (self.moment.time, self.moment.log_time, self.moment.number) =
-                (instant.number(), log_time, number);
-            let chosen = self.observers.iter_mut().filter(|(choice, _)| choice.holds(number, is_last));
-            for (_, take) in chosen {
-                take(&self.moment, budget)?;
-            }
+    ) -> Result<(), Failure> {
+        let Self { observers, moment, .. } = self;
+        let chosen = |(choice, _): &&mut (Choice, Take<'_>)| choice.holds(number, is_last);
+        let mut chosen = observers.iter_mut().filter(chosen).peekable();
+        if chosen.peek().is_none() {
+            return Ok(());
         }
-        self.moment.values.release();
-        Ok(decoded)
+        (moment.time, moment.log_time, moment.number) =
+            (next.instant().number(), next.message.log_time, number);
+        let Some(values) = next.values() else { return Ok(()) };
+        std::mem::swap(&mut moment.values, values);
+        let shown = chosen.try_for_each(|(_, take)| take(moment, budget));
+        std::mem::swap(&mut moment.values, values);
+        shown
     }
 }

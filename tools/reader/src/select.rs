@@ -184,6 +184,22 @@ impl Window {
         self.from.is_some_and(is_before)
     }
 
+    /// First and last log time of the messages of some channels \[ns\]; `None` if that is not known.
+    pub(crate) fn log_times_of(
+        &self,
+        recording: &Recording,
+        ids: impl IntoIterator<Item = u16>,
+    ) -> Option<(u64, u64)> {
+        let channels: Vec<&Channel> = ids.into_iter().filter_map(|id| recording.channels.get(&id)).collect();
+        let timed = channels.iter().filter(|channel| channel.has_time()).count();
+        let (from, to) = self.numbers();
+        match timed {
+            0 => Some(self.log_times(channels.iter().map(|channel| channel.origin).max().unwrap_or(0))),
+            timed if timed == channels.len() => recording.log_window(from, to),
+            _ => None,
+        }
+    }
+
     /// First and last log time, where its times are seconds from an origin \[ns\].
     pub(crate) fn log_times(&self, origin: u64) -> (u64, u64) {
         let at = |time: i128| {

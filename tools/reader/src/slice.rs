@@ -177,9 +177,7 @@ impl<'a> Nearest<'a> {
                 if !budget.spend(message.data.len()) {
                     return Err(self.recording.no_room(AT_TIMES));
                 }
-                let mut kept = Kept::default();
-                kept.replace(&message);
-                *slot = Some((time, kept));
+                *slot = Some((time, Kept::from(&message)));
             }
         }
         Ok(())

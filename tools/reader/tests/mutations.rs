@@ -19,7 +19,6 @@ use std::{
 use mcap::{Compression, WriteOptions, records::Record};
 use percuss_reader::{
     command::{recover::recover, verify::verify_scan},
-    failure::Failure,
     messages::Recording,
     recording::{Limits, Scan},
 };
@@ -121,12 +120,11 @@ fn messages(path: &Path) -> (Vec<(String, u64, Vec<u8>)>, bool) {
         return (Vec::new(), true);
     };
     let mut all = Vec::new();
-    let each = messages.for_each(|message| -> Result<(), Failure> {
-        let topic = recording.channels[&message.channel].topic.clone();
-        all.push((topic, message.log_time, message.data.to_vec()));
+    let each = messages.for_each(|next| {
+        all.push((next.channel.topic.clone(), next.message.log_time, next.message.data.to_vec()));
         Ok(())
     });
-    let is_damaged = each.is_err() || !messages.damages().is_empty() || !recording.damages.is_empty();
+    let is_damaged = each.is_err() || !messages.seen().damages.is_empty() || !recording.damages.is_empty();
     (all, is_damaged)
 }
 

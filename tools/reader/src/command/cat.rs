@@ -93,8 +93,6 @@ pub fn cat(
         thread::sleep(POLL);
         recording = Recording::open(path, limits)?;
     }
-    let (from, to) = request.window.numbers();
-    let window = recording.log_window(from, to);
     let ids = select::channels(&recording, &request.topics)?;
     ids.iter().try_for_each(|id| request.window.check(&recording.channels[id]))?;
     if !request.at_times.is_empty() {
@@ -105,6 +103,7 @@ pub fn cat(
         }
         return Ok(damages);
     }
+    let window = request.window.log_times_of(&recording, ids.iter().copied());
     let mut messages = recording.messages(ids, window)?;
     if request.follow {
         messages.follow();
@@ -112,9 +111,9 @@ pub fn cat(
     let (mut seen, mut left_out) = (HashMap::<u16, u64>::new(), LeftOut::default());
     let mut text = Text { bytes: Vec::new(), room: limits.kept() };
     loop {
-        messages.for_each(|message| {
-            let channel = &recording.channels[&message.channel];
-            if !request.window.holds(channel.instant(message.data, message.log_time, channel.origin)) {
+        messages.for_each(|next| {
+            let message = next.message;
+            if !request.window.holds(next.instant()) {
                 return Ok(());
             }
             let count = seen.entry(message.channel).or_default();
@@ -123,14 +122,14 @@ pub fn cat(
                 return Ok(left_out.keep(&message, limits.kept())?);
             }
             left_out.forget(message.channel);
-            Ok(line(channel, &message, limits, &mut text, output)?)
+            Ok(line(next.channel, &message, limits, &mut text, output)?)
         })?;
         output.flush()?;
         if messages.is_over() {
             for message in left_out.in_order() {
                 line(&recording.channels[&message.channel], &message, limits, &mut text, output)?;
             }
-            return Ok(messages.damages().to_vec());
+            return Ok(messages.seen().damages);
         }
         thread::sleep(POLL);
     }
@@ -158,7 +157,7 @@ impl LeftOut {
         }
         self.kept += 1;
         *number = self.kept;
-        newest.replace(message);
+        *newest = message.into();
         Ok(())
     }
 

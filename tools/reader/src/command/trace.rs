@@ -18,7 +18,7 @@ use crate::{
     convention,
     failure::Failure,
     field::{Column, SelectionError},
-    messages::POLL,
+    messages::{POLL, Seen},
     prefix::{InUnits, Largest, takes_prefix},
     recording::{Limits, without_part},
     verb::{Chosen, Context, Exit, TableFormat, UnitChoice, Verb, Write, commit, losses, say, say_left_out},
@@ -366,11 +366,12 @@ fn run(
     joiner.finish(&mut rows)?;
     outcome.rows += rows.written;
     for stream in streams {
-        outcome.undecoded += stream.undecoded;
         outcome.hidden.extend(stream.hidden);
-        outcome.bytes_read += stream.messages.bytes_read();
+        let Seen { damages, undecoded, bytes } = stream.messages.seen();
+        outcome.undecoded += undecoded;
+        outcome.bytes_read += bytes;
         let path = &stream.file.recording.path;
-        let damages = stream.messages.damages().iter().map(|damage| (path.clone(), damage.clone()));
+        let damages = damages.into_iter().map(|damage| (path.clone(), damage));
         outcome.damages.extend(damages);
     }
     Ok(())

@@ -17,7 +17,6 @@ use super::{
     options::{Matched, Options, Watch},
     report::{ChannelReport, FieldReport, Hint},
     resample::interpolate,
-    stream::Item,
     structure::Pair,
     sums::Scale,
 };
@@ -26,7 +25,7 @@ use crate::{
     convention,
     failure::Failure,
     instant::Instant,
-    messages::Recording,
+    messages::{Kept, Recording},
     wire::{Layout, List, Type, Values},
 };
 
@@ -46,15 +45,15 @@ fn place(sample: u64, step: Option<u64>, time: Instant) -> Location {
 }
 
 /// Memory that a message takes while it waits \[bytes\].
-fn weight(item: &Item) -> usize {
+fn weight(item: &Kept) -> usize {
     /// A queue grows to twice its length; a message of its own is a block.
     const BLOCK: usize = 2 * size_of::<Waiting>() + 32;
-    BLOCK + item.bytes.len()
+    BLOCK + item.data.len()
 }
 
 /// A message that waits.
 struct Waiting {
-    item: Item,
+    item: Kept,
     moment: Moment,
     /// Outside the times asked for: what is inside may be interpolated with it, itself it is not compared.
     outside: bool,
@@ -167,12 +166,12 @@ impl<'a> Aligner<'a> {
     pub(super) fn push(
         &mut self,
         side: usize,
-        item: Item,
+        item: Kept,
         watch: &mut Option<Watch<'_>>,
     ) -> Result<(), Failure> {
         let channel = [self.a, self.b][side];
         let start = self.starts.map(|starts| starts[side]);
-        let time = clock::time(channel, start, &item.bytes, item.log_time);
+        let time = clock::time(channel, start, &item.data, item.log_time);
         let time = match time {
             Instant::Number(number) if side == 1 => Instant::Number(self.converter.time(number)),
             time => time,
@@ -187,7 +186,7 @@ impl<'a> Aligner<'a> {
         }
         let time = if self.is_mixed { Instant::Number(time.number()) } else { time };
         let layout = channel.layout.as_ref();
-        let step = layout.and_then(|layout| layout.peek(step_leaf(layout)?, &item.bytes));
+        let step = layout.and_then(|layout| layout.peek(step_leaf(layout)?, &item.data));
         let moment = Moment { step: step.map(|step| step as u64), time };
         self.held[side] += weight(&item);
         self.waiting[side].push_back(Waiting { item, moment, outside, used: false });
@@ -355,17 +354,17 @@ impl<'a> Aligner<'a> {
         }
         if let Some(watch) = watch {
             let (channel, log_time) = (self.id, a.item.log_time);
-            let matched = Matched { channel, log_time, a: &a.item.bytes, b: &b.item.bytes };
+            let matched = Matched { channel, log_time, a: &a.item.data, b: &b.item.data };
             watch(&matched).map_err(Failure::Failed)?;
         }
         self.compare_stamps(&a.item, &b.item);
         let place = self.sample(&a);
         let Some([layout_a, layout_b]) = &self.layouts else {
-            let [a, b] = [a, b].map(|waiting| List::Bytes(vec![waiting.item.bytes]));
+            let [a, b] = [a, b].map(|waiting| List::Bytes(vec![waiting.item.data]));
             self.fields[0].meter.take(&a, &b, &Sample { place, position: &|_| None });
             return Ok(());
         };
-        let (bytes_a, bytes_b) = (&a.item.bytes, &b.item.bytes);
+        let (bytes_a, bytes_b) = (&a.item.data, &b.item.data);
         let is_same = self.interchangeable && !self.is_moved();
         let [values_a, values_b] = self.values.as_mut_slice() else { return Ok(()) };
         if layout_a.decode(bytes_a, values_a).is_err() {
@@ -386,8 +385,8 @@ impl<'a> Aligner<'a> {
     }
 
     /// Counts what differs of the headers of two messages.
-    fn compare_stamps(&mut self, a: &Item, b: &Item) {
-        let of = |item: &Item| [item.log_time, item.publish_time, item.sequence.into()];
+    fn compare_stamps(&mut self, a: &Kept, b: &Kept) {
+        let of = |item: &Kept| [item.log_time, item.publish_time, item.sequence.into()];
         for (stamp, (a, b)) in self.report.stamps.iter_mut().zip(of(a).into_iter().zip(of(b))) {
             if a != b {
                 stamp.count += 1;
@@ -507,13 +506,13 @@ impl<'a> Aligner<'a> {
         let number = |time: Instant| time.nanoseconds().map_or(time.number(), |_| time.since(at));
         let decoded = |i: usize| {
             let mut values = layout_b.values();
-            layout_b.decode(&b[i].item.bytes, &mut values).ok()?;
+            layout_b.decode(&b[i].item.data, &mut values).ok()?;
             self.converter.apply(&mut values);
             Some((number(time(i)), values))
         };
         let points: Option<Vec<(f64, Values)>> = chosen.map(decoded).collect();
         let [values_a, values_b] = self.values.as_mut_slice() else { return };
-        match (points, layout_a.decode(&a.item.bytes, values_a)) {
+        match (points, layout_a.decode(&a.item.data, values_a)) {
             (Some(points), Ok(())) => interpolate(&points, number(at), layout_b, values_b),
             _ => {
                 self.report.undecoded += 1;

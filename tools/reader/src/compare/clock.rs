@@ -27,9 +27,8 @@ fn spans(recording: &Recording, by_message: bool) -> Result<[Option<(Instant, In
     if by_message {
         let timed = recording.channels.iter().filter(|(_, channel)| channel.has_time()).map(|(&id, _)| id);
         let mut messages = recording.messages(timed, None)?;
-        messages.for_each(|message| -> Result<(), Failure> {
-            let channel = &recording.channels[&message.channel];
-            let time = channel.instant(message.data, message.log_time, 0).number();
+        messages.for_each(|next| {
+            let time = next.channel.instant(next.message.data, next.message.log_time, 0).number();
             if time.is_finite() {
                 let (first, last) = span.unwrap_or((time, time));
                 span = Some((first.min(time), last.max(time)));

@@ -9,7 +9,7 @@ use std::{
 
 use crate::{
     failure::Failure,
-    messages::{Message, Recording, Turns},
+    messages::{Kept, Message, Messages, Recording},
     recording::Damage,
 };
 
@@ -46,113 +46,74 @@ pub(super) enum Order {
     File,
 }
 
-/// A message.
-pub(super) struct Item {
-    pub(super) bytes: Vec<u8>,
-    pub(super) log_time: u64,
-    pub(super) publish_time: u64,
-    pub(super) sequence: u32,
-}
-
 /// Messages with the numbers of their aligners, or the end of the file.
 enum Parcel {
-    Batch(Vec<(usize, Item)>),
+    Batch(Vec<(usize, Kept)>),
     End(Result<Vec<Damage>, Failure>),
 }
 
-/// Reads a file and hands on its messages in batches.
-fn read(input: &Input<'_>, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, Failure> {
-    // a few of them may lie between a reader and the comparison
-    let largest = input.recording.limits().record() / 4;
-    let mut messages = input.recording.messages(input.slots.keys().copied(), input.window)?;
-    let mut batch = Batch { messages: Vec::new(), bytes: 0, out };
-    let mut last = HashMap::new();
-    let mut turns = match input.order {
-        Order::Sorted => Some(Turns::of(input.recording, input.slots.keys().copied())?),
-        Order::Checked | Order::File => None,
-    };
-    messages.for_each(|message| {
-        if message.data.len() > largest {
-            return Err(Failure::Failed(format!(
-                "a message of {} bytes is too large to be compared; raise --max-memory",
-                message.data.len()
-            )));
+impl<'a> Input<'a> {
+    /// The messages that are compared.
+    fn messages(&self) -> Result<Messages<'a>, Failure> {
+        let ids = self.slots.keys().copied();
+        if self.order != Order::Sorted {
+            return self.recording.messages(ids, self.window);
         }
-        let Message { offset, channel, log_time, publish_time, sequence, data } = message;
-        let item = Item { bytes: data.to_vec(), log_time, publish_time, sequence };
-        let slot = input.slots[&channel];
-        if let Some(turns) = &mut turns {
-            let (stamp, bytes) = ((log_time, sequence), item.bytes.len());
-            if !turns.put(offset, stamp, bytes, (slot, item)) {
+        let refusal = format!(
+            "messages are so far from the order of their log times that more than {} bytes wait for their turn; raise \
+             --max-memory, or compare them in the order of the file (--file-order)",
+            self.recording.limits().kept()
+        );
+        self.recording.messages_in_turn(ids, self.window, refusal)
+    }
+
+    /// True if the messages of every channel that is compared come in the order of their log times.
+    pub(super) fn is_ordered(&self) -> Result<bool, Failure> {
+        let (mut last, mut is_ordered) = (HashMap::new(), true);
+        self.messages()?.for_each(|next| {
+            is_ordered &= follows(&mut last, &next.message);
+            Ok(())
+        })?;
+        Ok(is_ordered)
+    }
+
+    /// Reads the file and hands on its messages in batches.
+    fn read(&self, out: &SyncSender<Parcel>) -> Result<Vec<Damage>, Failure> {
+        // a few of them may lie between a reader and the comparison
+        let largest = self.recording.limits().record() / 4;
+        let mut messages = self.messages()?;
+        let (mut batch, mut bytes, mut last) = (Vec::new(), 0, HashMap::new());
+        messages.for_each(|next| {
+            let message = &next.message;
+            if message.data.len() > largest {
                 return Err(Failure::Failed(format!(
-                    "messages are so far from the order of their log times that more than {} bytes wait for their turn; raise \
-                     --max-memory, or compare them in the order of the file (--file-order)",
-                    turns.room()
+                    "a message of {} bytes is too large to be compared; raise --max-memory",
+                    message.data.len()
                 )));
             }
-            return batch.take_turns(turns);
-        }
-        match input.order {
-            Order::Checked => {
-                let before = last.insert(slot, (log_time, sequence));
-                if before.is_some_and(|before| before > (log_time, sequence)) {
-                    let topic = input.recording.channels[&channel].topic.clone();
-                    return Err(Failure::Unsorted(topic));
-                }
+            if self.order == Order::Checked && !follows(&mut last, message) {
+                return Err(Failure::Unsorted(next.channel.topic.clone()));
             }
-            Order::Sorted | Order::File => {}
-        }
-        batch.put(slot, item)
-    })?;
-    if let Some(turns) = &mut turns {
-        turns.end();
-        batch.take_turns(turns)?;
-    }
-    batch.send()?;
-    Ok(messages.damages().to_vec())
-}
-
-/// Messages that are handed on together.
-struct Batch<'a> {
-    messages: Vec<(usize, Item)>,
-    bytes: usize,
-    out: &'a SyncSender<Parcel>,
-}
-
-impl Batch<'_> {
-    fn put(&mut self, slot: usize, item: Item) -> Result<(), Failure> {
-        self.bytes += item.bytes.len();
-        self.messages.push((slot, item));
-        if self.bytes < BATCH && self.messages.len() < MESSAGES { Ok(()) } else { self.send() }
-    }
-
-    /// Takes the messages that have their turn.
-    fn take_turns(&mut self, turns: &mut Turns<(usize, Item)>) -> Result<(), Failure> {
-        while let Some((slot, item)) = turns.next() {
-            self.put(slot, item)?;
-        }
-        Ok(())
-    }
-
-    fn send(&mut self) -> Result<(), Failure> {
-        send(std::mem::take(&mut self.messages), std::mem::take(&mut self.bytes), self.out)
+            batch.push((self.slots[&message.channel], Kept::from(message)));
+            bytes += message.data.len();
+            if bytes < BATCH && batch.len() < MESSAGES {
+                return Ok(());
+            }
+            send(std::mem::take(&mut batch), std::mem::take(&mut bytes), out)
+        })?;
+        send(batch, bytes, out)?;
+        Ok(messages.seen().damages)
     }
 }
 
-/// True if the messages of every channel that is compared come in the order of their log times.
-pub(super) fn is_ordered(input: &Input<'_>) -> Result<bool, Failure> {
-    let mut messages = input.recording.messages(input.slots.keys().copied(), input.window)?;
-    let (mut last, mut is_ordered) = (HashMap::new(), true);
-    messages.for_each(|message| -> Result<(), Failure> {
-        let stamp = (message.log_time, message.sequence);
-        is_ordered &= last.insert(input.slots[&message.channel], stamp).is_none_or(|before| before <= stamp);
-        Ok(())
-    })?;
-    Ok(is_ordered)
+/// True if a message is not earlier than the last of its channel.
+fn follows(last: &mut HashMap<u16, (u64, u32)>, message: &Message<'_>) -> bool {
+    let stamp = (message.log_time, message.sequence);
+    last.insert(message.channel, stamp).is_none_or(|before| before <= stamp)
 }
 
 /// Hands on a batch of so many bytes.
-fn send(batch: Vec<(usize, Item)>, bytes: usize, out: &SyncSender<Parcel>) -> Result<(), Failure> {
+fn send(batch: Vec<(usize, Kept)>, bytes: usize, out: &SyncSender<Parcel>) -> Result<(), Failure> {
     // nothing waits behind a large one: empty batches take its place until it has been received
     let fillers = if bytes > 2 * BATCH { AHEAD } else { 0 };
     let fillers = std::iter::repeat_with(Vec::new).take(fillers);
@@ -165,7 +126,7 @@ fn send(batch: Vec<(usize, Item)>, bytes: usize, out: &SyncSender<Parcel>) -> Re
 /// One file as the comparison sees it.
 struct Feed {
     parcels: Receiver<Parcel>,
-    batch: std::vec::IntoIter<(usize, Item)>,
+    batch: std::vec::IntoIter<(usize, Kept)>,
     /// Log time since the origin \[ns\].
     elapsed: u64,
     origin: u64,
@@ -175,7 +136,7 @@ struct Feed {
 
 impl Feed {
     /// The next message with the number of its aligner.
-    fn next(&mut self) -> Result<Option<(usize, Item)>, Failure> {
+    fn next(&mut self) -> Result<Option<(usize, Kept)>, Failure> {
         loop {
             if let Some((slot, item)) = self.batch.next() {
                 let elapsed = item.log_time.saturating_sub(self.origin);
@@ -199,13 +160,13 @@ impl Feed {
 /// aligner or `None` at the end; `take` returns false to stop early. Returns what was damaged, and whether it stopped.
 pub(super) fn run(
     files: [Input<'_>; 2],
-    mut take: impl FnMut(usize, Option<(usize, Item)>) -> Result<bool, Failure>,
+    mut take: impl FnMut(usize, Option<(usize, Kept)>) -> Result<bool, Failure>,
 ) -> Result<(Vec<(PathBuf, Damage)>, bool), Failure> {
     thread::scope(|scope| {
         let mut feeds = files.each_ref().map(|input| {
             let (out, parcels) = sync_channel(AHEAD);
             scope.spawn(move || {
-                let end = read(input, &out);
+                let end = input.read(&out);
                 // fails if the comparison has stopped early
                 drop(out.send(Parcel::End(end)));
             });

@@ -26,7 +26,8 @@ impl Recording {
         if !left.is_empty() {
             let mut messages = self.messages(left.keys().copied(), None)?;
             while !left.is_empty() {
-                let seen = messages.next(|message| {
+                let seen = messages.next(|next| {
+                    let message = next.message;
                     if let (Some(shape), Some(left)) =
                         (shapes.get_mut(&message.channel), left.get_mut(&message.channel))
                     {

@@ -1,16 +1,16 @@
 //! Messages in the order of their log times and sequence numbers, whatever their order in the file.
 
+use std::collections::BTreeMap;
+
+use super::{Kept, Message, Recording};
 use crate::failure::Failure;
-use std::{
-    cmp::{Ordering, Reverse},
-    collections::{BTreeMap, BinaryHeap},
-};
 
-use super::Recording;
+/// Log time, sequence number, and number in the file.
+type Key = (u64, u32, u64);
 
-/// What is made of messages, each waiting until nothing earlier can come.
-pub(crate) struct Turns<T> {
-    waiting: BinaryHeap<Reverse<Turn<T>>>,
+/// Messages, each of which waits until nothing earlier can come.
+pub(super) struct Turns {
+    waiting: BTreeMap<Key, Kept>,
     /// What waits, and what may \[bytes\].
     bytes: usize,
     room: usize,
@@ -20,99 +20,79 @@ pub(crate) struct Turns<T> {
     offset: Option<u64>,
     /// Nothing earlier than this log time can come.
     floor: u64,
-    is_over: bool,
+    pub(super) is_over: bool,
+    /// Why reading fails if there is no room.
+    refusal: String,
 }
 
-struct Turn<T> {
-    /// Log time, sequence number, and number in the file.
-    key: (u64, u32, u64),
-    bytes: usize,
-    item: T,
-}
-
-impl<T> PartialEq for Turn<T> {
-    fn eq(&self, other: &Self) -> bool {
-        self.key == other.key
-    }
-}
-
-impl<T> Eq for Turn<T> {}
-
-impl<T> PartialOrd for Turn<T> {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl<T> Ord for Turn<T> {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.key.cmp(&other.key)
-    }
-}
-
-impl<T> Turns<T> {
+impl Turns {
     /// Those of some channels of a recording.
     ///
     /// # Errors
     ///
     /// The file cannot be read.
-    pub(crate) fn of(recording: &Recording, ids: impl IntoIterator<Item = u16>) -> Result<Self, Failure> {
+    pub(super) fn of(
+        recording: &Recording,
+        ids: &BTreeMap<u16, impl Sized>,
+        refusal: String,
+    ) -> Result<Self, Failure> {
+        let mut floor = u64::MAX;
+        let mut floors = BTreeMap::new();
+        if recording.from_index {
+            let scan = recording.scan()?;
+            for (&offset, chunk) in scan.index().chunks.iter().rev() {
+                let holds = chunk.message_index_offsets.keys().any(|id| ids.contains_key(id));
+                if chunk.message_index_length == 0 || holds {
+                    floors.insert(offset, floor);
+                    floor = floor.min(chunk.message_start_time);
+                }
+            }
+        }
         Ok(Self {
-            waiting: BinaryHeap::new(),
+            waiting: BTreeMap::new(),
             bytes: 0,
             room: recording.limits().kept(),
             read: 0,
-            floors: recording.floors(ids)?,
+            floors,
             offset: None,
             floor: 0,
             is_over: false,
+            refusal,
         })
     }
 
-    /// Memory for what waits \[bytes\].
-    pub(crate) fn room(&self) -> usize {
-        self.room
-    }
-
-    /// False if the file has no index: then all of it waits for the end.
-    pub(crate) fn has_index(&self) -> bool {
-        !self.floors.is_empty()
-    }
-
-    /// Takes what is made of a message; false if there is no room for it.
+    /// Takes a message.
     ///
-    /// * `offset`: where its chunk begins
-    /// * `bytes`: memory that it takes besides its place
-    pub(crate) fn put(
-        &mut self,
-        offset: u64,
-        (log_time, sequence): (u64, u32),
-        bytes: usize,
-        item: T,
-    ) -> bool {
+    /// # Errors
+    ///
+    /// There is no room for it.
+    pub(super) fn put(&mut self, message: &Message<'_>) -> Result<(), Failure> {
+        let offset = message.offset;
         if let Some(before) = self.offset.replace(offset).filter(|before| *before != offset) {
             self.floor = self.floors.get(&before).copied().unwrap_or(0);
         }
-        let bytes = bytes + 2 * size_of::<Turn<T>>();
-        self.bytes += bytes;
-        self.waiting.push(Reverse(Turn { key: (log_time, sequence, self.read), bytes, item }));
+        let kept = Kept::from(message);
+        self.bytes += kept.weight();
+        self.waiting.insert((message.log_time, message.sequence, self.read), kept);
         self.read += 1;
-        self.bytes <= self.room
-    }
-
-    /// No more messages will come.
-    pub(crate) fn end(&mut self) {
-        self.is_over = true;
+        match self.bytes > self.room {
+            true => Err(Failure::Failed(self.refusal.clone())),
+            false => Ok(()),
+        }
     }
 
     /// What has its turn now.
-    pub(crate) fn next(&mut self) -> Option<T> {
-        let Reverse(first) = self.waiting.peek()?;
-        if first.key.0 >= self.floor && !self.is_over {
-            return None;
-        }
-        let Reverse(turn) = self.waiting.pop()?;
-        self.bytes -= turn.bytes;
-        Some(turn.item)
+    pub(super) fn next(&mut self) -> Option<Kept> {
+        let first = self.waiting.first_entry().filter(|first| first.key().0 < self.floor || self.is_over)?;
+        let kept = first.remove();
+        self.bytes -= kept.weight();
+        Some(kept)
+    }
+}
+
+impl Kept {
+    /// Memory that it takes while it waits \[bytes\].
+    fn weight(&self) -> usize {
+        2 * size_of::<(Key, Self)>() + self.data.len()
     }
 }

@@ -117,7 +117,7 @@ impl List {
 }
 
 /// A decoded message: one list per leaf of its [`Layout`](super::Layout).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Values {
     /// The lists, in the order of the leaves.
     pub lists: Vec<List>,

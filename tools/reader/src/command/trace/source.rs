@@ -16,7 +16,7 @@ use crate::{
     failure::Failure,
     field::{Column, Columns, MAX_TABLE, Positions, Selection, SelectionError, Used, columns},
     instant::Instant,
-    messages::{Messages, POLL, Recording, Turns},
+    messages::{Messages, POLL, Recording},
     recording::Limits,
     select,
     slice::kept_at,
@@ -123,43 +123,22 @@ impl Traced {
         base: usize,
         by_log_time: bool,
     ) -> Result<Stream<'_>, Failure> {
-        let by_time = self.slots.iter().all(|slot| slot.time.leaf.is_some());
-        let (from, to) = request.window.numbers();
-        let window = match (by_time, self.origin()) {
-            (true, _) => self.recording.log_window(from, to),
-            (false, 0) => Some(request.window.log_times(0)),
-            (false, origin) => {
-                let by_log_time = self.slots.iter().all(|slot| slot.time.leaf.is_none());
-                by_log_time.then(|| request.window.log_times(origin))
-            }
+        let ids = || self.slots.iter().map(|slot| slot.id);
+        let window = request.window.log_times_of(&self.recording, ids());
+        let is_joined = by_log_time && self.slots.len() > 1 && !request.follow;
+        // without an index all of the file would wait
+        let mut messages = if is_joined && self.recording.has_index() {
+            let what = "the rows of topics whose messages are far from the order of their times";
+            let refusal = self.recording.no_room(what).to_string();
+            self.recording.messages_in_turn(ids(), window, refusal)?
+        } else {
+            self.recording.messages(ids(), window)?
         };
-        let mut messages = self.recording.messages(self.slots.iter().map(|slot| slot.id), window)?;
         if request.follow {
             messages.follow();
         }
-        let values = self.slots.iter().map(|slot| {
-            let layout = self.recording.channels[&slot.id].layout.as_ref();
-            layout.map_or(Values { lists: Vec::new() }, |layout| layout.values())
-        });
-        let values = values.collect();
-        let time = Instant::Number(f64::NEG_INFINITY);
-        let is_joined = by_log_time && self.slots.len() > 1 && !request.follow;
-        let turns = is_joined.then(|| Turns::of(&self.recording, self.slots.iter().map(|slot| slot.id)));
-        // without an index all of the file would wait
-        let turns = turns.transpose()?.filter(Turns::has_index);
-        Ok(Stream {
-            file: self,
-            messages,
-            values,
-            base,
-            by_log_time,
-            turns,
-            time,
-            undecoded: 0,
-            hidden: BTreeSet::new(),
-            is_read: false,
-            done: false,
-        })
+        let (time, hidden) = (Instant::Number(f64::NEG_INFINITY), BTreeSet::new());
+        Ok(Stream { file: self, messages, base, by_log_time, time, hidden, done: false })
     }
 }
 
@@ -212,19 +191,13 @@ fn fitting(channel: &Channel, selection: &Selection, used: &mut Used) -> Option<
 /// The samples of a file.
 pub(super) struct Stream<'a> {
     pub(super) file: &'a Traced,
-    pub(super) messages: Messages,
-    values: Vec<Values>,
+    pub(super) messages: Messages<'a>,
     /// Number of its first slot among those of all files.
     base: usize,
     by_log_time: bool,
-    /// Samples of several channels that are to be joined wait for their turn.
-    turns: Option<Turns<(usize, Instant, Vec<Cell>)>>,
     pub(super) time: Instant,
-    pub(super) undecoded: u64,
     /// Fields of JSON messages that have no column.
     pub(super) hidden: BTreeSet<String>,
-    /// All messages have been read.
-    is_read: bool,
     pub(super) done: bool,
 }
 
@@ -242,75 +215,44 @@ impl Stream<'_> {
     /// The next sample of the time asked for.
     pub(super) fn next(&mut self, request: &Request) -> Result<Step, Failure> {
         loop {
-            if let Some(due) = self.turns.as_mut().and_then(Turns::next) {
-                let (slot, time, cells) = due;
-                self.time = time;
-                return Ok(Step::Sample(self.base + slot, time, cells));
-            }
-            if self.is_read {
-                self.done = true;
-                return Ok(Step::Over);
-            }
-            let (file, values, undecoded) = (self.file, &mut self.values, &mut self.undecoded);
-            let hidden = &mut self.hidden;
-            let by_log_time = self.by_log_time;
-            let next = self.messages.next(|message| {
+            let (file, hidden, by_log_time) = (self.file, &mut self.hidden, self.by_log_time);
+            let next = self.messages.next(|next| {
+                let (message, channel) = (next.message, next.channel);
                 let index = file.slots.iter().position(|slot| slot.id == message.channel)?;
                 let slot = &file.slots[index];
                 let stamp = (message.log_time, message.sequence);
                 if slot.chosen.as_ref().is_some_and(|chosen| !chosen.contains(&stamp)) {
                     return None;
                 }
-                let channel: &Channel = &file.recording.channels[&slot.id];
-                let layout = channel.layout.as_ref()?;
-                if layout.decode(message.data, &mut values[index]).is_err() {
-                    *undecoded += 1;
-                    return None;
+                let values = next.values()?;
+                if hidden.len() < MAX_HIDDEN && channel.layout.as_ref().is_some_and(|layout| layout.is_json())
+                {
+                    hidden.extend(unknown_names(&slot.topic, values));
                 }
-                if layout.is_json() && hidden.len() < MAX_HIDDEN {
-                    hidden.extend(unknown_names(&slot.topic, &values[index]));
-                }
-                let number = slot.time.cell(&values[index], message.log_time).number().unwrap_or(f64::NAN);
+                let number = slot.time.cell(values, message.log_time).number().unwrap_or(f64::NAN);
                 let instant = match slot.time.leaf {
                     Some(_) => Instant::Number(number),
                     None => Instant::log(message.log_time, channel.origin),
                 };
                 // those of channels with times of their own are compared with these
                 let time = if by_log_time { instant } else { Instant::Number(number) };
-                let cell = |column: &Column| column.cell(&values[index], message.log_time);
-                let stamp = (message.offset, (message.log_time, message.sequence));
-                let sample = request.window.holds(instant).then(|| {
+                let cell = |column: &Column| column.cell(values, message.log_time);
+                request.window.holds(instant).then(|| {
                     let cells: Vec<Cell> = slot.columns.iter().map(cell).collect();
-                    (stamp, (index, time, cells))
-                });
-                values[index].release();
-                sample
+                    (index, time, cells)
+                })
             })?;
             match next {
-                Some(Some(((offset, stamp), (slot, time, cells)))) => {
-                    if let Some(turns) = &mut self.turns {
-                        let text = |cell: &Cell| if let Cell::Text(text) = cell { text.len() } else { 0 };
-                        let bytes = cells.iter().map(|cell| size_of::<Cell>() + text(cell)).sum();
-                        if !turns.put(offset, stamp, bytes, (slot, time, cells)) {
-                            let what =
-                                "the rows of topics whose messages are far from the order of their times";
-                            return Err(self.file.recording.no_room(what));
-                        }
-                        continue;
-                    }
+                Some(Some((slot, time, cells))) => {
                     self.time = time;
                     return Ok(Step::Sample(self.base + slot, time, cells));
                 }
                 Some(None) => {}
-                None => {
-                    self.is_read = self.messages.is_over();
-                    if !self.is_read {
-                        return Ok(Step::Pending);
-                    }
-                    if let Some(turns) = &mut self.turns {
-                        turns.end();
-                    }
+                None if self.messages.is_over() => {
+                    self.done = true;
+                    return Ok(Step::Over);
                 }
+                None => return Ok(Step::Pending),
             }
         }
     }
