@@ -36,6 +36,7 @@ pub use report::{ChannelReport, Comparison, Converted, FieldReport, Gap, Hint, S
 pub use structure::{Change, Difference, Finding};
 pub use sums::{Norm, Scale, Sums};
 pub use tolerance::{Rule, Rules, Tolerance, Tube};
+pub(crate) use values::shorten;
 
 use crate::{
     failure::Failure,

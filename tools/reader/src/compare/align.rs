@@ -355,7 +355,7 @@ impl<'a> Aligner<'a> {
         if let Some(watch) = watch {
             let (channel, log_time) = (self.id, a.item.log_time);
             let matched = Matched { channel, log_time, a: &a.item.data, b: &b.item.data };
-            watch(&matched).map_err(Failure::Failed)?;
+            watch(&matched)?;
         }
         self.compare_stamps(&a.item, &b.item);
         let place = self.sample(&a);

@@ -263,7 +263,7 @@ impl Meter {
             self.measure.beyond += 1;
             if self.measure.first_beyond.is_none() {
                 let place = Location { element: i, position: None, ..sample.place.clone() };
-                self.note(Divergence { place, a: shorten(x), b: shorten(y) }, true);
+                self.note(Divergence { place, a: shorten(&x), b: shorten(&y) }, true);
             }
         }
     }

@@ -5,6 +5,7 @@ use clap::Args;
 use super::{mode::Mode, tolerance::Rules};
 use crate::{
     convention,
+    failure::Failure,
     select::{Pattern, Window},
 };
 
@@ -114,7 +115,7 @@ pub struct Matched<'a> {
 }
 
 /// Sees every two messages that are compared as they are, not interpolated.
-pub type Watch<'a> = &'a mut dyn FnMut(&Matched<'_>) -> Result<(), String>;
+pub type Watch<'a> = &'a mut dyn FnMut(&Matched<'_>) -> Result<(), Failure>;
 
 impl Options {
     /// True if the numbers of a field take part.

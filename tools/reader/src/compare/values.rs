@@ -78,11 +78,11 @@ pub(super) fn text(list: &List, index: usize) -> String {
 }
 
 /// A text short enough for a report.
-pub(super) fn shorten(text: String) -> String {
+pub(crate) fn shorten(text: &str) -> String {
     const LENGTH: usize = 60;
     match text.char_indices().nth(LENGTH) {
         Some((at, _)) => format!("{}…", &text[..at]),
-        None => text,
+        None => text.to_owned(),
     }
 }
 

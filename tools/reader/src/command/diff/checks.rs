@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{Job, Style, Verdict, shown::shown, text, verdict};
 use crate::{
-    compare::{ChannelReport, Comparison, Gap},
+    compare::{Comparison, Gap},
     text::{printable, xml},
 };
 
@@ -56,7 +56,7 @@ impl Suite {
         add("comparable", Verdict::NotCompared, comparison.gaps.iter().map(gap).collect());
         checks.extend(comparison.channels.iter().map(|channel| Check {
             name: channel.topic.clone(),
-            verdict: of_channel(channel),
+            verdict: text::channel_verdict(channel),
             largest: text::largest(channel),
             messages: [channel.compared, channel.messages[0], channel.messages[1]],
             text: text::channel_text(channel, Style::default()),
@@ -104,15 +104,6 @@ impl Check {
             [0, 0, 0] => String::new(),
             [compared, a, b] => format!("{compared} of {a} and {b}"),
         }
-    }
-}
-
-fn of_channel(channel: &ChannelReport) -> Verdict {
-    match channel {
-        _ if channel.is_different() => Verdict::Different,
-        _ if !channel.is_within() => Verdict::NotCompared,
-        _ if channel.is_notable() => Verdict::Within,
-        _ => Verdict::Equal,
     }
 }
 

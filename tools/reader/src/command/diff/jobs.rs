@@ -154,10 +154,11 @@ pub fn diff(
     let mut comparison = match written {
         None => compare(&a, &b, &options, None)?,
         Some((path, overwrite)) => {
-            let mut writer = DiffWriter::begin(path, overwrite, &a, &b).map_err(Failure::Failed)?;
-            let comparison = compare(&a, &b, &options, Some(&mut |matched| writer.take(matched)))?;
-            writer.finish().map_err(Failure::Failed)?;
-            comparison
+            let compared = DiffWriter::begin(path, overwrite, &a, &b).and_then(|mut writer| {
+                let compared = compare(&a, &b, &options, Some(&mut |matched| writer.take(matched)))?;
+                writer.finish().map(|()| compared)
+            });
+            compared.map_err(|failure| failure.at(Some(path)))?
         }
     };
     if tables.contains(&true) {

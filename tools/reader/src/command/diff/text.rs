@@ -1,7 +1,7 @@
 //! A comparison for people.
 
 use super::{Verdict, shown::shown, verdict};
-use crate::compare::{Change, ChannelReport, Comparison, FieldReport, Gap, Location, Mode};
+use crate::compare::{Change, ChannelReport, Comparison, FieldReport, Gap, Location, Mode, shorten};
 use crate::instant::exact_seconds;
 use crate::text::printable;
 
@@ -61,7 +61,9 @@ pub fn to_text((a, b): (&str, &str), comparison: &Comparison, style: Style) -> S
     }
     if !comparison.provenance.is_empty() {
         text.push_str("\nfor information: case, metadata, headers of messages\n");
-        let show = |value: &Option<String>| value.as_ref().map_or("(none)".into(), |value| short(value));
+        let show = |value: &Option<String>| {
+            value.as_ref().map_or("(none)".into(), |value| shorten(&value.replace('\n', " ")))
+        };
         let line = |change: &Change| {
             format!("{} {}: {} -> {}", change.place, change.key, show(&change.a), show(&change.b))
         };
@@ -137,6 +139,16 @@ fn starts(comparison: &Comparison) -> String {
     all.into_iter().map(line).collect()
 }
 
+/// Verdict on a channel.
+pub(super) fn channel_verdict(channel: &ChannelReport) -> Verdict {
+    match channel {
+        _ if channel.is_different() => Verdict::Different,
+        _ if !channel.is_within() => Verdict::NotCompared,
+        _ if channel.is_notable() => Verdict::Within,
+        _ => Verdict::Equal,
+    }
+}
+
 /// One line per channel.
 pub fn summary((a, b): (&str, &str), comparison: &Comparison, style: Style) -> String {
     let (a, b) = (printable(a), printable(b));
@@ -147,13 +159,10 @@ pub fn summary((a, b): (&str, &str), comparison: &Comparison, style: Style) -> S
         text.push_str(&format!("{}  {finding}\n", style.verdict(Verdict::Different)));
     }
     for channel in &comparison.channels {
-        let verdict = match channel {
-            _ if channel.is_different() => style.verdict(Verdict::Different),
-            _ if !channel.is_within() => style.verdict(Verdict::NotCompared),
-            _ if channel.messages == [0; 2] => "no message".into(),
-            _ if channel.values() == 0 => "no value".into(),
-            _ if channel.is_notable() => style.verdict(Verdict::Within),
-            _ => style.verdict(Verdict::Equal),
+        let verdict = match channel_verdict(channel) {
+            Verdict::Equal | Verdict::Within if channel.messages == [0; 2] => "no message".into(),
+            Verdict::Equal | Verdict::Within if channel.values() == 0 => "no value".into(),
+            verdict => style.verdict(verdict),
         };
         let largest = largest(channel);
         let detail = if largest.is_empty() { String::new() } else { format!("  {largest}") };
@@ -189,15 +198,6 @@ fn list(text: &mut String, lines: impl ExactSizeIterator<Item = String>) {
     lines.take(MAX_LISTED).for_each(|line| text.push_str(&format!("  {line}\n")));
     if more > 0 {
         text.push_str(&format!("  … and {more} more (--json lists all)\n"));
-    }
-}
-
-fn short(text: &str) -> String {
-    const LENGTH: usize = 60;
-    let line = text.replace('\n', " ");
-    match line.char_indices().nth(LENGTH) {
-        Some((at, _)) => format!("{}…", &line[..at]),
-        None => line,
     }
 }
 

@@ -2,7 +2,6 @@
 
 use std::{
     collections::{BTreeMap, HashMap},
-    error::Error,
     io::BufWriter,
     path::Path,
 };
@@ -12,15 +11,16 @@ use mcap::{
     records::{MessageHeader, Metadata},
     write::NoSeek,
 };
-use percuss_output::{Output, cause};
+use percuss_output::Output;
 use prost_reflect::{DynamicMessage, MessageDescriptor, ReflectMessage, Value, prost::Message};
 
-use crate::{channel::Channel, compare::Matched, convention, messages::Recording, wire::dynamic};
+use crate::{
+    channel::Channel, compare::Matched, convention, failure::Failure, messages::Recording, wire::dynamic,
+};
 
 /// Writes differences: on `/diff/TOPIC`, in the message type of the topic, every floating-point number but times and
 /// axes is b − a, all else is that of the reference. Viewers show such a file like a recording.
-pub(super) struct DiffWriter<'a> {
-    path: &'a Path,
+pub(super) struct DiffWriter {
     writer: Writer<NoSeek<BufWriter<Output>>>,
     channels: HashMap<u16, Target>,
     sequence: u32,
@@ -37,12 +37,7 @@ struct Target {
     kept: Vec<String>,
 }
 
-/// Why a file cannot be written.
-fn fail(path: &Path) -> impl Fn(&(dyn Error + 'static)) -> String {
-    move |error| format!("cannot write `{}`: {}", path.display(), cause(error))
-}
-
-impl<'a> DiffWriter<'a> {
+impl DiffWriter {
     /// Creates the file with a channel for every topic that both recordings have.
     ///
     /// * `overwrite`: replace a file of this name
@@ -50,19 +45,13 @@ impl<'a> DiffWriter<'a> {
     /// # Errors
     ///
     /// The file cannot be written.
-    pub(super) fn begin(
-        path: &'a Path,
-        overwrite: bool,
-        a: &Recording,
-        b: &Recording,
-    ) -> Result<Self, String> {
-        let fail = fail(path);
-        let file = Output::create(path, overwrite).map_err(|error| fail(&error))?;
+    pub(super) fn begin(path: &Path, overwrite: bool, a: &Recording, b: &Recording) -> Result<Self, Failure> {
+        let file = Output::create(path, overwrite)?;
         let options = WriteOptions::new()
             .library(concat!("percuss-read/", env!("CARGO_PKG_VERSION")))
             .compression_threads(0)
             .disable_seeking(true);
-        let mut writer = options.create(NoSeek::new(BufWriter::new(file))).map_err(|error| fail(&error))?;
+        let mut writer = options.create(NoSeek::new(BufWriter::new(file)))?;
         let mut channels = HashMap::new();
         for (&id, channel) in &a.channels {
             let other = b.channels.values().find(|other| other.topic == channel.topic);
@@ -76,13 +65,11 @@ impl<'a> DiffWriter<'a> {
             }
             let descriptor = layout.descriptor();
             let pool = descriptor.parent_pool().encode_to_vec();
-            let schema = writer.add_schema(descriptor.full_name(), "protobuf", &pool);
-            let schema = schema.map_err(|error| fail(&error))?;
+            let schema = writer.add_schema(descriptor.full_name(), "protobuf", &pool)?;
             let slash = if channel.topic.starts_with('/') { "" } else { "/" };
             let topic = format!("{}{slash}{}", convention::DIFFERENCES, channel.topic);
-            let target = writer.add_channel(schema, &topic, "protobuf", &channel.metadata);
             let target = Target {
-                id: target.map_err(|error| fail(&error))?,
+                id: writer.add_channel(schema, &topic, "protobuf", &channel.metadata)?,
                 a: descriptor.clone(),
                 b: layout_b.descriptor().clone(),
                 kept: kept(channel),
@@ -93,8 +80,8 @@ impl<'a> DiffWriter<'a> {
         let metadata =
             entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect::<BTreeMap<_, _>>();
         let record = Metadata { name: convention::DIFFERENCE.into(), metadata };
-        writer.write_metadata(&record).map_err(|error| fail(&error))?;
-        Ok(Self { path, writer, channels, sequence: 0, room: a.limits().values() / 2 })
+        writer.write_metadata(&record)?;
+        Ok(Self { writer, channels, sequence: 0, room: a.limits().values() / 2 })
     }
 
     /// Writes the difference of two messages.
@@ -102,7 +89,7 @@ impl<'a> DiffWriter<'a> {
     /// # Errors
     ///
     /// The file cannot be written.
-    pub(super) fn take(&mut self, matched: &Matched<'_>) -> Result<(), String> {
+    pub(super) fn take(&mut self, matched: &Matched<'_>) -> Result<(), Failure> {
         let Some(target) = self.channels.get(&matched.channel) else { return Ok(()) };
         let decode = |descriptor, data| dynamic(descriptor, data, self.room);
         let (Ok(mut a), Ok(b)) = (decode(&target.a, matched.a), decode(&target.b, matched.b)) else {
@@ -116,8 +103,7 @@ impl<'a> DiffWriter<'a> {
             publish_time: matched.log_time,
         };
         self.sequence = self.sequence.wrapping_add(1);
-        let written = self.writer.write_to_known_channel(&header, &a.encode_to_vec());
-        written.map_err(|error| fail(self.path)(&error))
+        Ok(self.writer.write_to_known_channel(&header, &a.encode_to_vec())?)
     }
 
     /// Ends the file.
@@ -125,12 +111,11 @@ impl<'a> DiffWriter<'a> {
     /// # Errors
     ///
     /// The file cannot be written.
-    pub(super) fn finish(mut self) -> Result<(), String> {
-        let fail = fail(self.path);
-        self.writer.finish().map_err(|error| fail(&error))?;
-        let buffer = self.writer.into_inner().into_inner();
-        let output = buffer.into_inner().map_err(|error| fail(error.error()))?;
-        output.commit().map_err(|error| fail(&error))
+    pub(super) fn finish(mut self) -> Result<(), Failure> {
+        self.writer.finish()?;
+        let output =
+            self.writer.into_inner().into_inner().into_inner().map_err(|error| error.into_error())?;
+        Ok(output.commit()?)
     }
 }
 
