@@ -1,8 +1,5 @@
 //! Colours of pictures.
 
-use percuss_canvas::diverging;
-
-use super::section::{ZERO, level_range};
 use crate::message::foxglove::Color;
 
 /// A colour of a scene.
@@ -22,19 +19,3 @@ pub const DRAG: Color = opaque(0.84, 0.37, 0.0);
 pub const CONTACT: Color = opaque(0.0, 0.62, 0.45);
 /// Wave fronts.
 pub const FRONT: Color = opaque(0.90, 0.62, 0.0);
-
-/// Colour of a level of a section: blue tension, white nothing, red compression.
-pub fn of_level(level: u8) -> [u8; 3] {
-    let (_, highest) = level_range();
-    diverging((f64::from(level) - f64::from(ZERO)) / (highest - f64::from(ZERO)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ends_of_the_levels_are_ends_of_the_colours() {
-        assert_eq!([2, ZERO, 254].map(of_level), [-1.0, 0.0, 1.0].map(diverging));
-    }
-}

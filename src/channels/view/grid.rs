@@ -5,10 +5,11 @@
 
 use std::sync::{Arc, Mutex};
 
+use percuss_canvas::{ZERO, diverging, share};
+
 use super::{
     Sheet, Viewport, WORLD,
-    colours::of_level,
-    section::{Section, ZERO, level_step},
+    section::{Section, level_step},
     timestamp,
     viewport::range,
 };
@@ -43,7 +44,7 @@ pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) 
         r#type: NumericType::Uint8.into(),
     };
     let names = case.record.fields.iter().map(|field| field.name()).chain(COLOUR);
-    let colours: Vec<[u8; 3]> = (0..=u8::MAX).map(of_level).collect();
+    let colours: Vec<[u8; 3]> = (0..=u8::MAX).map(|level| diverging(share(level))).collect();
     let mut message = foxglove::Grid {
         timestamp: None,
         frame_id: WORLD.into(),

@@ -6,7 +6,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use percuss_canvas::{Align, BLACK, Raster, Text};
+use percuss_canvas::{Align, Raster, Text};
 
 use super::{Viewport, WORLD, plate::Plate, section::Section, timestamp, viewport::range};
 use crate::{
@@ -20,8 +20,6 @@ use crate::{
 
 /// Exaggeration over that of the scene.
 const PRESSED: f64 = 0.25;
-/// Thickness of the contact \[pixels\].
-const CONTACT: i64 = 3;
 
 /// Draws the picture of a frame.
 struct Picture {
@@ -66,18 +64,10 @@ pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) 
 impl Picture {
     fn new(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) -> Self {
         let plate = Plate::new(case, viewport);
-        let columns = (viewport.edge() * plate.scale).round() as usize;
-        let height = |column: usize| {
-            let r = (column as f64 + 0.5) / plate.scale;
-            let next = viewport.face.partition_point(|point| point[0] < r).clamp(1, viewport.face.len() - 1);
-            let ([r0, y0], [r1, y1]) = (viewport.face[next - 1], viewport.face[next]);
-            let y = y0 + (y1 - y0) * ((r - r0) / (r1 - r0)).min(1.0);
-            (PRESSED * y * plate.scale).round() as i64
-        };
         Self {
             section: Arc::clone(section),
             units: case.units(),
-            face: (0..columns).map(height).collect(),
+            face: plate.section.face(&viewport.face, [plate.scale, PRESSED * plate.scale]),
             pressed: PRESSED * viewport.exaggeration * plate.scale,
             pixels: plate.base.clone(),
             plate,
@@ -90,7 +80,9 @@ impl Picture {
         let fields = section.fields();
         self.plate.paint(section.levels(view.step, frame), fields, &mut self.pixels);
         drop(section);
-        self.indenter(view);
+        let section = &self.plate.section;
+        section.indenter(&mut self.pixels, &self.face, self.pressed * view.depth);
+        section.contact(&mut self.pixels, view.contact_radius * self.plate.scale);
         let Units { time, force, speed, .. } = self.units;
         let [time, force, speed] = [(time, view.time), (force, view.drag), (speed, view.velocity)]
             .map(|(unit, x)| unit.text_with_unit(3, x));
@@ -102,26 +94,6 @@ impl Picture {
             align: Align::Start,
             is_upright: false,
         });
-    }
-
-    /// The indenter from its face to the top of the plot, and the contact.
-    fn indenter(&mut self, view: &View<'_>) {
-        let Plate { axis, surface, top, scale, half, .. } = self.plate;
-        let tip = surface + (self.pressed * view.depth).round() as i64;
-        let mut before = tip;
-        for (column, height) in (0..).zip(&self.face) {
-            let face = (tip - height).max(top);
-            let is_edge = column + 2 > self.face.len() as i64;
-            for column in [axis + column, axis - column - 1] {
-                self.pixels.fill([column, column + 1], [top, face], Plate::BODY);
-                // its outline, joined to that of the column before
-                let ink = if is_edge { [top, face] } else { [face.min(before - 1) - 1, before.max(face)] };
-                self.pixels.fill([column, column + 1], [ink[0].max(top), ink[1]], BLACK);
-            }
-            before = face;
-        }
-        let contact = ((view.contact_radius * scale).round() as i64).min(half);
-        self.pixels.fill([axis - contact, axis + contact], [surface - 1, surface - 1 + CONTACT], BLACK);
     }
 
     /// Writes the pixels as a file.

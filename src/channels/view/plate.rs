@@ -1,11 +1,9 @@
 //! What stays in the images of a run: title, axes, colour bar; and where the section is.
 
-use percuss_canvas::{Align, BLACK, Raster, Text, greys};
+use percuss_canvas::{Align, BLACK, Raster, SIDE, Section, Text, colour, diverging, level, palette};
 
 use super::{
     Viewport,
-    colours::of_level,
-    section::{ZERO, level_range},
     viewport::{range, round_down},
 };
 use crate::case::Case;
@@ -31,8 +29,6 @@ const LONGEST: usize = 90;
 /// Length of a tick and width of the colour bar \[pixels\].
 const MARK: i64 = 6;
 const BAR: i64 = 20;
-/// Colours of levels, one for every two of them, begin here.
-const LEVELS: u8 = 64;
 
 /// The part of the images of a run that stays.
 pub struct Plate {
@@ -42,29 +38,17 @@ pub struct Plate {
     pub palette: [[u8; 3]; 256],
     /// Pixels of a length of R.
     pub scale: f64,
-    /// First column at r > 0.
-    pub axis: i64,
-    /// Columns of each half of the section.
-    pub half: i64,
-    /// First row of the room above the section.
-    pub top: i64,
-    /// First row of the section.
-    pub surface: i64,
+    /// Where the section is.
+    pub section: Section,
     /// Where values are written.
     pub values: [f64; 2],
-    /// Pixels of the image along a pixel of the viewport.
-    block: usize,
-    /// Rows of the section in which a layer begins.
-    interfaces: Vec<i64>,
+    /// Pixels of the viewport in a row of the section.
+    columns: usize,
 }
 
 impl Plate {
     /// Size of the letters of labels and values \[pixels\].
     pub const LETTERS: f64 = 17.0;
-    /// Colour of the indenter.
-    pub const BODY: u8 = 16;
-    /// Colour of nodes without a value.
-    const UNKNOWN: u8 = 17;
 
     /// The images of a case.
     pub fn new(case: &Case, viewport: &Viewport) -> Self {
@@ -77,26 +61,27 @@ impl Plate {
         let axis = LEFT + (width - LEFT - RIGHT) / 2;
         let surface = TOP + headroom;
         let interface = |(_, top): &(String, f64)| surface + (top * scale).round() as i64;
-        let mut palette = greys();
-        palette[usize::from(Self::BODY)] = [200, 200, 204];
-        palette[usize::from(Self::UNKNOWN)] = [160; 3];
-        for level in (2..=254).step_by(2) {
-            palette[usize::from(colour(level))] = of_level(level);
-        }
+        let shown = |length: usize| (0..length * block).map(move |pixel| Some(pixel / block));
+        let section = Section {
+            left: (axis - half) as usize,
+            top: TOP as usize,
+            columns: shown(columns).collect(),
+            // rows of levels begin at the bottom
+            rows: std::iter::repeat_n(None, headroom as usize).chain(shown(rows).rev()).collect(),
+            interfaces: viewport.layers.iter().skip(1).map(interface).collect(),
+            axis,
+            surface,
+        };
         let mut plate = Self {
             base: Raster::new(width as usize, (surface + depth + BOTTOM) as usize),
-            palette,
+            palette: palette(diverging),
             scale,
-            axis,
-            half,
-            top: TOP,
-            surface,
+            section,
             values: [LEFT as f64, 54.0],
-            block,
-            interfaces: viewport.layers.iter().skip(1).map(interface).collect(),
+            columns,
         };
-        plate.axes(case, viewport, depth);
-        plate.bar(case, depth);
+        plate.axes(case, viewport, [half, depth]);
+        plate.bar(case, [half, depth]);
         plate
     }
 
@@ -107,17 +92,18 @@ impl Plate {
 
     /// Title and axes.
     ///
-    /// * `depth`: of the section \[pixels\]
-    fn axes(&mut self, case: &Case, viewport: &Viewport, depth: i64) {
+    /// * `size`: half of the width of the section, and its depth \[pixels\]
+    fn axes(&mut self, case: &Case, viewport: &Viewport, [half, depth]: [i64; 2]) {
+        let Section { axis, surface, .. } = self.section;
         let mut title = case.title.clone();
         if let Some((end, _)) = title.char_indices().nth(LONGEST) {
             title.replace_range(end.., "…");
         }
         self.write(&title, [LEFT, 26], TITLE, Align::Start, false);
-        let (left, right, bottom) = (self.axis - self.half, self.axis + self.half, self.surface + depth);
+        let (left, right, bottom) = (axis - half, axis + half, surface + depth);
         for [columns, rows] in [
-            [[left - 1, left], [self.surface, bottom + 1]],
-            [[right, right + 1], [self.surface, bottom + 1]],
+            [[left - 1, left], [surface, bottom + 1]],
+            [[right, right + 1], [surface, bottom + 1]],
             [[left - 1, right + 1], [bottom, bottom + 1]],
         ] {
             self.base.fill(columns, rows, BLACK);
@@ -132,9 +118,9 @@ impl Plate {
                 .take_while(move |tick| *tick <= span * (1.0 + 1e-9))
                 .map(move |tick| (tick, shown(tick, step)))
         };
-        for (tick, text) in ticks(self.half as f64 / pixels, 3.0) {
+        for (tick, text) in ticks(half as f64 / pixels, 3.0) {
             for side in [-1.0, 1.0] {
-                let column = self.axis + (side * tick * pixels).round() as i64;
+                let column = axis + (side * tick * pixels).round() as i64;
                 self.base.fill([column, column + 1], [bottom, bottom + MARK], BLACK);
                 if tick > 0.0 || side > 0.0 {
                     let text = if side < 0.0 { format!("−{text}") } else { text.clone() };
@@ -143,31 +129,30 @@ impl Plate {
             }
         }
         for (tick, text) in ticks(depth as f64 / pixels, (depth as f64 / 70.0).max(1.0)) {
-            let row = self.surface + (tick * pixels).round() as i64;
+            let row = surface + (tick * pixels).round() as i64;
             self.base.fill([left - MARK, left], [row, row + 1], BLACK);
             self.write(&text, [left - MARK - 4, row + 5], TICK, Align::End, false);
         }
-        self.write(&format!("r [{name}]"), [self.axis, bottom + 52], Self::LETTERS, Align::Middle, false);
-        let middle = self.surface + depth / 2;
+        self.write(&format!("r [{name}]"), [axis, bottom + 52], Self::LETTERS, Align::Middle, false);
+        let middle = surface + depth / 2;
         self.write(&format!("z [{name}]"), [left - 56, middle], Self::LETTERS, Align::Middle, true);
     }
 
     /// The colour bar.
-    fn bar(&mut self, case: &Case, depth: i64) {
+    fn bar(&mut self, case: &Case, [half, depth]: [i64; 2]) {
+        let Section { axis, surface, .. } = self.section;
         let field = case.record.fields[0];
         let unit = field.unit(&case.units());
         let end = range(case, field);
         // the end of the range is in the unit of the recording
         let (name, per) = unit.for_axis(end / unit.scale);
         let end = end * per / unit.scale;
-        let left = self.axis + self.half + 24;
+        let left = axis + half + 24;
         let right = left + BAR;
-        let (zero, (_, highest)) = (f64::from(ZERO), level_range());
-        let (top, height) = (self.top, self.surface + depth - self.top);
+        let (top, height) = (TOP, surface + depth - TOP);
         for row in 0..height {
             let share = 1.0 - 2.0 * (row as f64 + 0.5) / height as f64;
-            let level = (zero + (highest - zero) * share).round() as u8;
-            self.base.fill([left, right], [top + row, top + row + 1], colour(level));
+            self.base.fill([left, right], [top + row, top + row + 1], colour(level((share * SIDE) as f32)));
         }
         for rows in [[top - 1, top], [top + height, top + height + 1]] {
             self.base.fill([left - 1, right + 1], rows, BLACK);
@@ -189,32 +174,8 @@ impl Plate {
     ///
     /// * `levels`: of the section, shape `(rows, columns, fields)`; the first field is shown
     pub fn paint(&self, levels: &[u8], fields: usize, image: &mut Raster) {
-        let (width, block) = (2 * self.half as usize, self.block);
-        let from = (self.axis - self.half) as usize;
-        // rows of images begin at the top
-        let rows = levels.chunks_exact(width / block * fields).rev();
-        let places = image.pixels.chunks_exact_mut(image.width).skip(self.surface as usize);
-        let mut places = places.map(|row| &mut row[from..from + width]);
-        for row in rows {
-            let Some(first) = places.next() else { return };
-            for (pixels, cell) in first.chunks_exact_mut(block).zip(row.chunks_exact(fields)) {
-                pixels.fill(colour(cell[0]));
-            }
-            for _ in 1..block {
-                if let Some(next) = places.next() {
-                    next.copy_from_slice(first);
-                }
-            }
-        }
-        for &row in &self.interfaces {
-            image.fill([self.axis - self.half, self.axis + self.half], [row, row + 1], BLACK);
-        }
+        self.section.paint(image, |row, column| levels[(row * self.columns + column) * fields]);
     }
-}
-
-/// Colour of a level in the palette.
-fn colour(level: u8) -> u8 {
-    if level < 2 { Plate::UNKNOWN } else { LEVELS + level / 2 }
 }
 
 /// A tick with the digits that its distance from the next one needs.
@@ -246,32 +207,33 @@ mod tests {
         let mut levels = vec![254; 2 * columns * rows];
         levels[2 * (columns - 1)] = 2;
         plate.paint(&levels, 2, &mut image);
-        assert!(image.width >= 1200 && plate.block > 1);
+        let Section { axis, surface, .. } = plate.section;
+        let [half, block] = [plate.section.columns.len() / 2, plate.section.columns.len() / columns];
+        assert!(image.width >= 1200 && block > 1);
         let rgb = |column: i64, row: i64| {
             plate.palette[usize::from(image.pixels[row as usize * image.width + column as usize])]
         };
-        let (block, right, bottom) =
-            (plate.block as i64, plate.axis + plate.half, plate.surface + (rows * plate.block) as i64);
+        let (block, right, bottom) = (block as i64, axis + half as i64, surface + (rows * block) as i64);
         for (column, row) in [(1, 1), (block, block)] {
             assert_eq!(rgb(right - column, bottom - row), DIVERGING[0]);
         }
-        for (column, row) in [(block + 1, 1), (1, block + 1), (2 * plate.half, 1)] {
+        for (column, row) in [(block + 1, 1), (1, block + 1), (2 * half as i64, 1)] {
             assert_eq!(rgb(right - column, bottom - row), DIVERGING[4]);
         }
-        assert_eq!(rgb(plate.axis, plate.surface - 1), [255; 3], "room for the indenter");
+        assert_eq!(rgb(axis, surface - 1), [255; 3], "room for the indenter");
     }
 
     #[test]
     fn a_narrow_section_has_room_aside_and_is_not_too_high() {
         let (_, plate) = plate("fig9-minf", &["record.r_max=1.5"]);
         assert_eq!(plate.base.width, WIDTH as usize);
-        assert!(plate.base.height < 1200 && plate.half < 200, "{} x {}", plate.base.height, plate.half);
+        assert!(plate.base.height < 1200 && plate.section.columns.len() < 400, "{}", plate.base.height);
     }
 
     #[test]
     fn the_colour_bar_has_white_in_the_middle() {
         let (_, plate) = plate("fig5", &[]);
-        let column = (plate.axis + plate.half + 24 + BAR / 2) as usize;
+        let column = plate.section.left + plate.section.columns.len() + 24 + BAR as usize / 2;
         let bar: Vec<u8> = plate.base.pixels.iter().skip(column).step_by(plate.base.width).copied().collect();
         let bar: Vec<[u8; 3]> = bar
             .into_iter()

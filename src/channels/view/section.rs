@@ -2,21 +2,13 @@
 //!
 //! The pictures of a frame share one raster.
 
+use percuss_canvas::{SIDE, ZERO, level};
+
 use super::viewport::{Viewport, range};
 use crate::{
     case::Case,
     model::{Extent, Field, Frame, Sample},
 };
-
-/// Level of the value 0.
-pub const ZERO: u8 = 128;
-/// Levels from 0 to the end of the range on either side; levels 0 and 1 are no values.
-const SIDE: f64 = 126.0;
-
-/// Smallest and largest level of values.
-pub fn level_range() -> (f64, f64) {
-    (f64::from(ZERO) - SIDE, f64::from(ZERO) + SIDE)
-}
 
 /// Value of one level in the colour range ± `range`.
 pub fn level_step(range: f64) -> f64 {
@@ -121,21 +113,9 @@ fn nearest_row(depths: &[f64], depth: f64) -> usize {
     if below > 0 && depth - depths[below - 1] < lower - depth { below - 1 } else { below }
 }
 
-/// Level of a value in units of a level, held within the range.
-fn level(value: f32) -> u8 {
-    // a cast from a float saturates at 0 and 255; NaN becomes 0, which is no value
-    (value.clamp(-SIDE as f32, SIDE as f32) + (f32::from(ZERO) + 0.5)) as u8
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn levels_are_steps_of_values() {
-        assert_eq!([-1e9, -126.0, -0.4, 0.0, 1.6, 1e9].map(level), [2, 2, 128, 128, 130, 254]);
-        assert_eq!(level(f32::NAN), 0);
-    }
 
     #[test]
     fn rows_are_the_nearest_of_their_layer() {

@@ -109,16 +109,6 @@ impl Raster {
     }
 }
 
-/// The palette of a picture: white, greys and black; the rest is for the caller to fill. Shape `(256, [red, green, blue])`.
-#[must_use]
-pub fn greys() -> [[u8; 3]; 256] {
-    let mut palette = [[255; 3]; 256];
-    for grey in WHITE..=BLACK {
-        palette[usize::from(grey)] = [255 - 15 * grey; 3];
-    }
-    palette
-}
-
 /// Draws outlines of glyphs.
 struct Glyphs<'a> {
     rasterizer: Rasterizer,
@@ -216,6 +206,5 @@ mod tests {
         raster.text(&Text { at: [29.0, 9.0], ..text });
         raster.fill([-4, 2], [6, 99], 40);
         assert_eq!(raster.pixels.iter().filter(|&&pixel| pixel == 40).count(), 4);
-        assert_eq!(greys()[usize::from(BLACK)], [30; 3]);
     }
 }
