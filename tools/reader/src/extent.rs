@@ -9,8 +9,8 @@ use crate::{
     channel::Channel,
     failure::Failure,
     messages::Recording,
-    nest::{Counts, Element, Nest},
     pass::Pass,
+    path::{Element, Path},
     recording::Budget,
     select::Window,
     wire::{Layout, Values},
@@ -159,7 +159,7 @@ impl Reading {
 /// What is known of an array so far.
 struct Array {
     leaf: usize,
-    nest: Nest,
+    path: Path,
     axis: Axis,
     extent: Extent,
     along: [Option<Reach>; 2],
@@ -173,10 +173,9 @@ struct ChannelArrays(Vec<Array>);
 
 impl ChannelArrays {
     fn of(channel: &Channel, layout: &Layout) -> Self {
-        let counts = Counts::of(layout);
         let array = |leaf: usize| Array {
             leaf,
-            nest: Nest::of(layout, &counts, leaf),
+            path: Path::of(layout, leaf),
             axis: Axis::of(leaf, layout, channel),
             extent: Extent::default(),
             along: [None, None],
@@ -199,7 +198,7 @@ impl Array {
         }
         let places = &mut self.extent.places;
         let before = places.len();
-        self.nest.places(values, MAX_COLUMNS + 1, places);
+        self.path.places(values, MAX_COLUMNS + 1, places);
         if places.len() == before {
             return;
         }
@@ -212,8 +211,8 @@ impl Array {
     }
 
     fn take(&mut self, values: &Values, budget: &mut Budget) {
-        let length = match self.nest.lists() {
-            1 if !self.nest.has_keys() => self.nest.spot(&[None]).length(values),
+        let length = match self.path.lists() {
+            1 if !self.path.has_keys() => self.path.length(values),
             _ => {
                 self.add_places(values, budget);
                 0

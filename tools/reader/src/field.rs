@@ -10,7 +10,7 @@ use crate::{
     axis::{Axis, at_point, between},
     extent::Reach,
     instant::Instant,
-    nest::Spot,
+    path::Path,
     wire::{List, Values},
 };
 
@@ -52,11 +52,11 @@ enum Take {
         origin: u64,
     },
     Element {
-        spot: Spot,
+        path: Path,
         enumeration: Option<EnumDescriptor>,
     },
     At {
-        spot: Spot,
+        path: Path,
         axis: Axis,
         even: bool,
         position: f64,
@@ -98,12 +98,12 @@ impl Column {
         match (&self.take, list) {
             (Take::LogTime { origin }, _) => Cell::Double(Instant::log(log_time, *origin).number()),
             (_, None) => Cell::Empty,
-            (Take::Element { spot, enumeration }, Some(list)) => {
-                spot.rank(values, 0).map_or(Cell::Empty, |rank| cell(list, rank, enumeration.as_ref()))
+            (Take::Element { path, enumeration }, Some(list)) => {
+                path.rank(values, 0).map_or(Cell::Empty, |rank| cell(list, rank, enumeration.as_ref()))
             }
-            (Take::At { spot, axis, even, position }, Some(list)) => {
-                let value = |i: usize| list.number(spot.rank(values, i)?);
-                let found = between(spot.length(values), axis.nodes(values), *even, *position, value);
+            (Take::At { path, axis, even, position }, Some(list)) => {
+                let value = |i: usize| list.number(path.rank(values, i)?);
+                let found = between(path.length(values), axis.nodes(values), *even, *position, value);
                 found.map_or(Cell::Empty, Cell::Double)
             }
             (Take::Point { axis, even, point, whole }, Some(list)) => {

@@ -20,7 +20,7 @@
 //! | [`channel`], [`directory`] | what a channel is, and how the definitions of a file become channels |
 //! | [`convention`] | what the reader knows of percuss |
 //! | [`wire`] | messages decoded into typed lists, one per leaf of their type |
-//! | [`field`], `axis`, `nest` | fields of messages as columns; positions on the axes of arrays and values between them; elements of nested lists |
+//! | [`field`], `axis`, `path` | fields of messages as columns; positions on the axes of arrays and values between them; elements of nested lists |
 //! | [`extent`] | how far arrays reach over all messages |
 //! | [`select`] | patterns of topics and windows of times, the same for every verb |
 //! | [`mod@slice`] | arrays over their axis and matrices, at one time |
@@ -144,8 +144,8 @@ pub mod format;
 mod instant;
 pub mod measured;
 pub mod messages;
-mod nest;
 pub mod pass;
+mod path;
 pub mod prefix;
 pub mod recording;
 pub mod scales;

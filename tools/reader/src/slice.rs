@@ -12,8 +12,8 @@ use crate::{
     failure::Failure,
     instant::Instant,
     messages::{Kept, Message, Recording},
-    nest::{Counts, Element, Nest},
     pass::{Moment, Pass},
+    path::Path,
     recording::{Budget, Damage, Limits},
     select::{Bound, Window},
     wire::DecodeError,
@@ -306,20 +306,17 @@ pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profil
     }
     let nodes = axis.nodes(&moment.values);
     let list = &moment.values.lists[leaf];
-    let nest = Nest::of(layout, &Counts::of(layout), leaf);
+    let path = Path::of(layout, leaf);
     let position = |i: usize| nodes.position(i).unwrap_or(i as f64);
     let points = if field.lists == 1 {
-        let spot = nest.spot(&[None]);
-        let point = |i: usize| Some((position(i), list.number(spot.rank(&moment.values, i)?)?));
-        (0..spot.length(&moment.values)).filter_map(point).collect()
+        let point = |i: usize| Some((position(i), list.number(path.rank(&moment.values, i)?)?));
+        (0..path.length(&moment.values)).filter_map(point).collect()
     } else {
         let mut places = BTreeSet::new();
-        nest.places(&moment.values, MAX_POINTS, &mut places);
-        let value = |place: &Vec<Element>| {
-            let elements: Vec<Option<Element>> = place.iter().cloned().map(Some).collect();
-            list.number(nest.spot(&elements).rank(&moment.values, 0)?)
-        };
-        places.iter().enumerate().filter_map(|(i, place)| Some((position(i), value(place)?))).collect()
+        path.places(&moment.values, MAX_POINTS, &mut places);
+        let value = |place| list.number(path.at(place).rank(&moment.values, 0)?);
+        let places = places.into_iter().enumerate();
+        places.filter_map(|(i, place)| Some((position(i), value(place)?))).collect()
     };
     let (field, axis) =
         (Heading::new(&field.path, channel.unit(&field.path)), coordinate(channel, axis.coordinate()));

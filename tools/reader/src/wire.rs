@@ -26,5 +26,6 @@ mod seen;
 
 pub(crate) use dynamic::dynamic;
 pub use layout::Layout;
+pub(crate) use layout::Slot;
 pub use leaf::{COUNT, DecodeError, Leaf, Type, UNKNOWN};
 pub use list::{List, Values};

@@ -1,7 +1,5 @@
 //! A field that both recordings have, measured message by message.
 
-use prost_reflect::Kind;
-
 use super::{
     convert::Converter,
     measure::Location,
@@ -210,20 +208,11 @@ fn since([start_a, start_b]: [f64; 2], [a, b]: [f64; 2]) -> [f64; 2] {
 }
 
 /// Fields that say which message it is, and when: `step`, `time`, and those of type `google.protobuf.Timestamp`.
-fn is_key(layout: &Layout, leaf: usize) -> bool {
-    let leaf = &layout.leaves[leaf];
-    if matches!(leaf.path.as_str(), convention::STEP | convention::TIME) {
-        return true;
-    }
-    let mut message = layout.descriptor().clone();
-    let Some((_, parents)) = leaf.numbers.split_last() else { return false };
-    for number in parents {
-        match message.get_field(*number).map(|field| field.kind()) {
-            Some(Kind::Message(inner)) => message = inner,
-            _ => return false,
-        }
-    }
-    leaf.lists == 0 && message.full_name() == "google.protobuf.Timestamp"
+fn is_key(layout: &Layout, index: usize) -> bool {
+    let leaf = &layout.leaves[index];
+    let parent = layout.way(index).last().map(|slot| slot.field.parent_message().full_name());
+    matches!(leaf.path.as_str(), convention::STEP | convention::TIME)
+        || (leaf.lists == 0 && parent == Some("google.protobuf.Timestamp"))
 }
 
 #[cfg(test)]

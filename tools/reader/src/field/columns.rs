@@ -11,7 +11,7 @@ use crate::{
     channel::Channel,
     convention,
     extent::{Extent, MAX_COLUMNS, Reach},
-    nest::{Counts, Element, Index, Nest},
+    path::{Element, Index, Path},
     wire::{Layout, Type},
 };
 
@@ -35,9 +35,9 @@ pub fn columns(
     extent: &mut dyn FnMut(usize) -> Extent,
 ) -> Result<Columns, SelectionError> {
     let layout = channel.layout.as_deref().ok_or_else(|| SelectionError::not_decoded(channel))?;
-    let (counts, at) = (Counts::of(layout), selection.at.as_slice());
+    let at = selection.at.as_slice();
     let (used, for_curves) = (vec![false; at.len()], selection.for_curves);
-    let mut picker = Picker { channel, layout, counts, at, used, for_curves, extent };
+    let mut picker = Picker { channel, layout, at, used, for_curves, extent };
     let time = picker.time();
     let (mut fields, mut left_out) = (Vec::new(), Vec::new());
     if selection.fields.is_empty() {
@@ -55,7 +55,6 @@ pub fn columns(
 struct Picker<'a> {
     channel: &'a Channel,
     layout: &'a Layout,
-    counts: Counts<'a>,
     at: &'a [Positions],
     /// Which of these have been of use.
     used: Vec<bool>,
@@ -98,7 +97,7 @@ impl Picker<'_> {
         let (mut fields, mut left_out, mut names, mut weight) = (Vec::new(), Vec::new(), 0, 0);
         for (index, field) in self.layout.leaves.iter().enumerate() {
             let is_not_drawn = self.for_curves && self.layout.says_when(index);
-            if is_not_drawn || self.is_key(index) {
+            if is_not_drawn || field.is_key {
                 continue;
             }
             if Some(index) == time || hidden.contains(field.path.as_str()) || !field.is_data() {
@@ -124,33 +123,19 @@ impl Picker<'_> {
         Ok((fields, left_out))
     }
 
-    /// True for the keys of a map, which stand in the names of its values.
-    fn is_key(&self, leaf: usize) -> bool {
-        self.layout.leaves[leaf].path.ends_with(".key") && self.nest(leaf).is_map_entry()
-    }
-
-    fn nest(&self, leaf: usize) -> Nest {
-        Nest::of(self.layout, &self.counts, leaf)
-    }
-
     fn plain(&self, leaf: usize) -> Column {
-        self.element(leaf, &self.nest(leaf), &[], None)
+        self.element(Path::of(self.layout, leaf), None)
     }
 
     /// The column of an element, under its own name if no other is given.
-    fn element(
-        &self,
-        leaf: usize,
-        nest: &Nest,
-        elements: &[Option<Element>],
-        name: Option<String>,
-    ) -> Column {
+    fn element(&self, path: Path, name: Option<String>) -> Column {
+        let leaf = path.leaf;
         let enumeration = match &self.layout.leaves[leaf].kind {
             Type::Enum(kind) if !self.for_curves => Some(kind.clone()),
             _ => None,
         };
-        let name = name.unwrap_or_else(|| nest.name(elements));
-        self.column(leaf, name, Take::Element { spot: nest.spot(elements), enumeration })
+        let name = name.unwrap_or_else(|| path.name());
+        self.column(leaf, name, Take::Element { path, enumeration })
     }
 
     fn refuse(&self, field: &str, what: &'static str, hint: impl Into<String>) -> SelectionError {
@@ -164,7 +149,7 @@ impl Picker<'_> {
 
     /// All of a field: a scalar, or an array at the chosen positions, at its listed positions, or element by element.
     fn all(&mut self, leaf: usize) -> Result<Vec<Column>, SelectionError> {
-        let (field, nest) = (&self.layout.leaves[leaf], self.nest(leaf));
+        let (field, path) = (&self.layout.leaves[leaf], Path::of(self.layout, leaf));
         if field.kind == Type::Bytes {
             return Err(self.refuse(&field.path, "bytes", "percuss-read cat shows them"));
         }
@@ -176,14 +161,14 @@ impl Picker<'_> {
         let mut is_chosen = false;
         for (i, at) in self.at.iter().enumerate().filter(|(_, at)| at.fit(&axis)) {
             (self.used[i], is_chosen) = (true, true);
-            columns.extend(self.positions(leaf, &nest, &axis, at)?);
+            columns.extend(self.positions(&path, &axis, at)?);
         }
         if is_chosen {
             return Ok(columns);
         }
         match &axis {
             Axis::Listed(positions) if positions.len() > MAX_COLUMNS => {
-                Err(self.too_many(field.path.clone(), MAX_COLUMNS, nest.example()))
+                Err(self.too_many(field.path.clone(), MAX_COLUMNS, path.example()))
             }
             Axis::Matrix(_) => {
                 let [row, column] = [0, 1].map(|side| axis.coordinates()[side]);
@@ -195,11 +180,11 @@ impl Picker<'_> {
             }
             Axis::Described(_) | Axis::Listed(_) | Axis::Unknown => {
                 let Some(places) = self.places(leaf, &axis) else {
-                    return self.elements(leaf, &nest, &vec![None; nest.lists()]);
+                    return self.elements(&path);
                 };
                 let column = |(i, place): (usize, &String)| {
                     let name = format!("{}@{place}", field.path);
-                    self.element(leaf, &nest, &[Some(Element::Number(i))], Some(name))
+                    self.element(path.at([Element::Number(i)]), Some(name))
                 };
                 Ok(places.iter().enumerate().map(column).collect())
             }
@@ -235,51 +220,38 @@ impl Picker<'_> {
         let places = self.places(leaf, &axis).filter(|places| places.len() <= MAX_COLUMNS)?;
         let path = &self.layout.leaves[leaf].path;
         let i = places.iter().position(|place| name == format!("{path}@{place}"))?;
-        Some(self.element(leaf, &self.nest(leaf), &[Some(Element::Number(i))], Some(name.into())))
+        Some(self.element(Path::of(self.layout, leaf).at([Element::Number(i)]), Some(name.into())))
     }
 
     /// A column for every element that is not chosen yet.
-    fn elements(
-        &mut self,
-        leaf: usize,
-        nest: &Nest,
-        chosen: &[Option<Element>],
-    ) -> Result<Vec<Column>, SelectionError> {
-        if chosen.iter().all(Option::is_some) {
-            return Ok(vec![self.element(leaf, nest, chosen, None)]);
+    fn elements(&mut self, path: &Path) -> Result<Vec<Column>, SelectionError> {
+        if path.is_value() {
+            return Ok(vec![self.element(path.clone(), None)]);
         }
-        if nest.numbers_entries(chosen) {
+        let name = path.name();
+        if path.numbers_entries() {
             let hint = "choose them by their keys, map[key], or every element by its number";
-            return Err(self.refuse(&nest.name(chosen), "some entries of a map by number", hint));
+            return Err(self.refuse(&name, "some entries of a map by number", hint));
         }
-        let extent = (self.extent)(leaf);
+        let extent = (self.extent)(path.leaf);
         // their names are kept; entries are looked for by their keys, one after the other
-        let most = if nest.has_keys() { MAX_ENTRIES } else { MAX_COLUMNS };
-        let most = most.min(MAX_NAMES / nest.name(chosen).len().max(1));
+        let most = if path.has_keys() { MAX_ENTRIES } else { MAX_COLUMNS };
+        let most = most.min(MAX_NAMES / name.len().max(1));
         if extent.length.max(extent.places.len()) > most {
-            return Err(self.too_many(nest.name(chosen), most, nest.example()));
+            return Err(self.too_many(name, most, path.example()));
         }
-        let column = |elements: &[Option<Element>]| self.element(leaf, nest, elements, None);
-        if chosen.len() == 1 && !nest.has_keys() {
-            return Ok((0..extent.length).map(|i| column(&[Some(Element::Number(i))])).collect());
+        if path.lists() == 1 && !path.has_keys() {
+            let column = |i| self.element(path.at([Element::Number(i)]), None);
+            return Ok((0..extent.length).map(column).collect());
         }
-        let fits = |place: &&Vec<Element>| {
-            let mut pairs = place.iter().zip(chosen);
-            pairs.all(|(element, chosen)| chosen.as_ref().is_none_or(|chosen| chosen == element))
-        };
-        let places = extent.places.iter().filter(fits);
-        Ok(places.map(|place| column(&place.iter().cloned().map(Some).collect::<Vec<_>>())).collect())
+        let places = extent.places.iter().filter(|place| path.holds(place));
+        Ok(places.map(|place| self.element(path.at(place.iter().cloned()), None)).collect())
     }
 
     /// Columns of an array at positions that fit its axis.
-    fn positions(
-        &mut self,
-        leaf: usize,
-        nest: &Nest,
-        axis: &Axis,
-        at: &Positions,
-    ) -> Result<Vec<Column>, SelectionError> {
+    fn positions(&mut self, way: &Path, axis: &Axis, at: &Positions) -> Result<Vec<Column>, SelectionError> {
         at.check_units(self.channel)?;
+        let leaf = way.leaf;
         let path = &self.layout.leaves[leaf].path;
         let names = axis.coordinates();
         let reaches = match axis {
@@ -299,11 +271,10 @@ impl Picker<'_> {
         if names.len() == 2 {
             return self.points(leaf, axis, at, reaches);
         }
-        let (spot, even) = (nest.spot(&[None]), convention::is_even(&self.channel.metadata, path));
+        let even = convention::is_even(&self.channel.metadata, path);
         let column = |&position: &f64| {
-            let (spot, axis) = (spot.clone(), axis.clone());
             let name = format!("{path}@{}={position}", names[0]);
-            self.column(leaf, name, Take::At { spot, axis, even, position })
+            self.column(leaf, name, Take::At { path: way.clone(), axis: axis.clone(), even, position })
         };
         Ok(at.coordinates.iter().flat_map(|(_, values)| values).map(column).collect())
     }
@@ -359,7 +330,7 @@ impl Picker<'_> {
         if !indices.iter().flatten().all(is_sound) {
             return Err(unknown());
         }
-        let nest = self.nest(leaf);
+        let path = Path::of(self.layout, leaf);
         let axis = Axis::of(leaf, self.layout, self.channel);
         let is_indexed = name.is_indexed();
         if let Some(at) = name.at {
@@ -374,16 +345,16 @@ impl Picker<'_> {
             if !at.fit(&axis) {
                 return Err(SelectionError::no_axis(&[self.channel], &at));
             }
-            return self.positions(leaf, &nest, &axis, &at);
+            return self.positions(&path, &axis, &at);
         }
         if !is_indexed || self.layout.leaves[leaf].kind == Type::Bytes {
             return self.all(leaf);
         }
-        let Some(elements) = nest.elements(&indices) else {
-            return Err(match nest.lists() {
+        let Some(chosen) = path.indexed(&indices) else {
+            return Err(match path.lists() {
                 0 => self.refuse(text, "not an array", "leave out the index"),
                 _ => {
-                    let right = nest.example();
+                    let right = path.example();
                     self.refuse(text, "an array at another part of its name", format!("write {right}"))
                 }
             });
@@ -392,6 +363,6 @@ impl Picker<'_> {
             let hint = "its elements are at other places; choose points with --at";
             return Err(self.refuse(text, "of a matrix that changes its shape", hint));
         }
-        self.elements(leaf, &nest, &elements)
+        self.elements(&chosen)
     }
 }

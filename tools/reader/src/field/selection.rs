@@ -1,16 +1,15 @@
 //! What is wanted of a topic: fields by name, positions on the axes of arrays; and why it cannot be had.
 
 use percuss_table::units::LENGTH;
-use prost_reflect::Kind;
 
 use crate::{
     axis::Axis,
     channel::Channel,
     extent::Reach,
     failure::Failure,
-    nest::Index,
+    path::Index,
     prefix::{UnitError, typed},
-    wire::Layout,
+    wire::{Layout, Slot},
 };
 
 /// Which fields of a topic are wanted.
@@ -358,32 +357,21 @@ impl<'a> Name<'a> {
     /// The leaf it names, and the indices of every part of its path: numbers where the path is written out, keys where
     /// `map[key]` stands for `map.value`.
     pub(super) fn leaf(&self, layout: &Layout) -> Option<(usize, Vec<Option<Index>>)> {
-        let index = |text: &str, is_key| Index { text: text.to_owned(), is_key };
-        let path: Vec<&str> = self.parts.iter().map(|(name, _)| *name).collect();
-        if let Some(leaf) = layout.find(&path.join(".")) {
-            return Some((
-                leaf,
-                self.parts.iter().map(|(_, text)| text.map(|text| index(text, false))).collect(),
-            ));
-        }
-        let mut message = layout.descriptor().clone();
-        let (mut path, mut indices) = (Vec::new(), Vec::new());
-        for (i, (name, text)) in self.parts.iter().enumerate() {
-            let mut field = message.get_field_by_name(name)?;
-            path.push(*name);
-            indices.push(text.map(|text| index(text, field.is_map())));
-            if let (true, Kind::Message(entry)) = (field.is_map(), field.kind()) {
-                path.push("value");
-                indices.push(None);
-                field = entry.map_entry_value_field();
-            }
-            match field.kind() {
-                Kind::Message(inner) => message = inner,
-                _ if i + 1 < self.parts.len() => return None,
-                _ => {}
-            }
-        }
-        Some((layout.find(&path.join("."))?, indices))
+        let names: Vec<&str> = self.parts.iter().map(|(name, _)| *name).collect();
+        let written = layout.find(&names.join("."));
+        let is_named = |slot: &&Slot| written.is_some() || !slot.field.parent_message().is_map_entry();
+        let is_meant = |leaf: &usize| {
+            let way = layout.way(*leaf).filter(is_named).map(|slot| slot.field.name());
+            !layout.leaves[*leaf].is_key && way.eq(names.iter().copied())
+        };
+        let leaf = written.or_else(|| (0..layout.leaves.len()).find(is_meant))?;
+        let mut texts = self.parts.iter().map(|(_, text)| *text);
+        let index = |slot: &Slot| {
+            let text = if is_named(&slot) { texts.next()? } else { None };
+            let is_key = written.is_none() && slot.field.is_map();
+            text.map(|text| Index { text: text.to_owned(), is_key })
+        };
+        Some((leaf, layout.way(leaf).map(index).collect()))
     }
 }
 

@@ -1,6 +1,6 @@
 //! A message type as a list of leaves.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 use prost_reflect::{FieldDescriptor, Kind, MessageDescriptor};
 
@@ -52,31 +52,41 @@ pub(super) struct Names {
 /// A message type, or that of a message inside it, as the decoder walks through it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Node {
+    /// In the order of their numbers.
     pub(super) slots: Vec<Slot>,
-    /// Slot of field numbers below 64, the usual ones.
-    near: Vec<Option<u8>>,
-    far: BTreeMap<u32, usize>,
 }
 
 impl Node {
     /// Index of the slot of a field number.
     pub(super) fn find(&self, number: u32) -> Option<usize> {
-        let near = self.near.get(number as usize).copied().flatten().map(usize::from);
-        near.or_else(|| self.far.get(&number).copied())
+        self.slots.binary_search_by_key(&number, |slot| slot.number).ok()
     }
 }
 
 /// A field.
 #[derive(Clone, Debug)]
-pub(super) struct Slot {
+pub(crate) struct Slot {
+    /// As it is declared.
+    pub(crate) field: FieldDescriptor,
     pub(super) number: u32,
     /// Oneof it belongs to: the last of its members wins.
     pub(super) group: Option<usize>,
-    pub(super) is_list: bool,
+    pub(crate) is_list: bool,
     pub(super) has_presence: bool,
     /// Leaf that counts its values.
-    pub(super) count: Option<usize>,
+    pub(crate) count: Option<usize>,
     pub(super) content: Content,
+}
+
+impl Slot {
+    /// Leaf of the keys of a map.
+    pub(crate) fn keys(&self) -> Option<usize> {
+        let Content::Message { node, is_map: true } = &self.content else { return None };
+        match node.slots[node.find(1)?].content {
+            Content::Scalar(Scalar { leaf, .. }) => Some(leaf),
+            Content::Message { .. } => None,
+        }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -164,10 +174,6 @@ struct Branch {
     first_list: Option<usize>,
     /// True below something that need not be there.
     is_optional: bool,
-    /// True for the entries of a map.
-    is_map: bool,
-    /// True for the keys of a map.
-    is_key: bool,
 }
 
 impl Branch {
@@ -179,8 +185,6 @@ impl Branch {
             lists: self.lists + usize::from(is_list),
             first_list: self.first_list.or(is_list.then_some(self.numbers.len())),
             is_optional: self.is_optional || has_presence,
-            is_map: field.is_map(),
-            is_key: self.is_map && field.number() == 1,
         }
     }
 }
@@ -204,31 +208,22 @@ impl Builder {
 
     fn node(&mut self, message: &MessageDescriptor, branch: &Branch) -> Node {
         self.open.push(message.full_name().to_owned());
-        let mut node = Node { near: vec![None; 64], ..Node::default() };
         self.nodes += 1;
         self.slots += message.fields().len();
         let groups: HashMap<String, usize> =
             message.oneofs().enumerate().map(|(i, group)| (group.name().to_owned(), i)).collect();
-        for field in message.fields() {
-            let slot = self.slot(&field, branch, &groups);
-            let (index, number) = (node.slots.len(), slot.number);
-            match (node.near.get_mut(number as usize), u8::try_from(index)) {
-                (Some(near), Ok(index)) => *near = Some(index),
-                _ => drop(node.far.insert(number, index)),
-            }
-            node.slots.push(slot);
-        }
+        let slots = message.fields().map(|field| self.slot(field, branch, &groups)).collect();
         self.open.pop();
-        node
+        Node { slots }
     }
 
-    fn slot(&mut self, field: &FieldDescriptor, parent: &Branch, groups: &HashMap<String, usize>) -> Slot {
+    fn slot(&mut self, field: FieldDescriptor, parent: &Branch, groups: &HashMap<String, usize>) -> Slot {
         let is_list = field.is_list() || field.is_map();
         let has_presence = !is_list && field.supports_presence();
-        let mut branch = parent.join(field, is_list, has_presence);
+        let mut branch = parent.join(&field, is_list, has_presence);
         self.paths += branch.path.len();
         let message = match field.kind() {
-            Kind::Message(message) if self.unfolds(field, &message, &branch) => Some(message),
+            Kind::Message(message) if self.unfolds(&field, &message, &branch) => Some(message),
             _ => None,
         };
         // the number of values of a leaf says how long its list is, except below other lists and for messages
@@ -252,16 +247,17 @@ impl Builder {
                 branch.is_optional &= branch.lists == 0;
                 Content::Message { node: self.node(&message, &branch), is_map: field.is_map() }
             }
-            None => Content::Scalar(self.scalar(field, branch, is_list)),
+            None => Content::Scalar(self.scalar(&field, branch, is_list)),
         };
         let group = field.containing_oneof().and_then(|group| groups.get(group.name()).copied());
-        Slot { number: field.number(), group, is_list, has_presence, count, content }
+        Slot { number: field.number(), field, group, is_list, has_presence, count, content }
     }
 
     fn scalar(&mut self, field: &FieldDescriptor, branch: Branch, is_list: bool) -> Scalar {
         let leaf = self.leaf(Leaf {
             first_list: branch.first_list.unwrap_or(branch.numbers.len()),
-            is_key: branch.is_key || branch.path.ends_with(COUNT),
+            is_key: (field.number() == 1 && field.parent_message().is_map_entry())
+                || branch.path.ends_with(COUNT),
             path: branch.path,
             numbers: branch.numbers,
             kind: Type::of(field.kind()),
@@ -293,26 +289,27 @@ impl Layout {
     /// True for what is in a `header`, a `stamp` or a `timestamp`, or in a message or object that is a time: of type
     /// `google.protobuf.Timestamp` or `Duration`, or with seconds in `sec` beside `nsec` or `nanosec`.
     pub fn says_when(&self, leaf: usize) -> bool {
+        let is_time = |kind| matches!(kind, Kind::Message(inner) if TIMES.contains(&inner.full_name()));
         let path = &self.leaves[leaf].path;
         let (parents, name) = path.rsplit_once('.').unwrap_or(("", path));
         let beside = |name: &str| self.find(&format!("{parents}.{name}")).is_some();
-        let is_time = !parents.is_empty() && beside("sec") && (beside("nsec") || beside("nanosec"));
+        let has_seconds = !parents.is_empty() && beside("sec") && (beside("nsec") || beside("nanosec"));
         path.starts_with("header.")
             || path.split('.').any(|part| matches!(part, "stamp" | "timestamp"))
-            || (is_time && matches!(name, "sec" | "nsec" | "nanosec"))
-            || self.is_inside(leaf, &TIMES)
+            || (has_seconds && matches!(name, "sec" | "nsec" | "nanosec"))
+            || self.way(leaf).any(|slot| is_time(slot.field.kind()))
     }
 
-    /// True if a leaf is in a message of one of some types.
-    fn is_inside(&self, leaf: usize, types: &[&str]) -> bool {
-        let mut message = self.descriptor().clone();
-        for &number in &self.leaves[leaf].numbers {
-            match message.get_field(number).map(|field| field.kind()) {
-                Some(Kind::Message(inner)) if types.contains(&inner.full_name()) => return true,
-                Some(Kind::Message(inner)) => message = inner,
-                _ => return false,
-            }
-        }
-        false
+    /// The fields that lead to a leaf.
+    pub(crate) fn way(&self, leaf: usize) -> impl Iterator<Item = &Slot> {
+        let mut node = Some(&self.root);
+        self.leaves[leaf].numbers.iter().map_while(move |&number| {
+            let slot = &node?.slots[node?.find(number)?];
+            node = match &slot.content {
+                Content::Message { node, .. } => Some(node),
+                Content::Scalar(_) => None,
+            };
+            Some(slot)
+        })
     }
 }
