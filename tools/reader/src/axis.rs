@@ -1,10 +1,13 @@
 //! Axes of arrays: positions of their elements, and values between them.
 
+use std::sync::Arc;
+
 use percuss_picture::Side;
 
 use crate::{
     channel::Channel,
     convention,
+    extent::Reach,
     wire::{Layout, Leaf, List, Type, Values},
 };
 
@@ -14,12 +17,10 @@ const ROUNDING: f64 = 1e-12;
 /// Positions of the elements of an array.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Axis {
-    /// Described by leaves of the same message.
-    Described(Places),
-    /// Listed in the metadata.
-    Listed(Vec<f64>),
-    /// Rows and columns, both described by leaves of the same message.
-    Matrix([Places; 2]),
+    /// Described by leaves of the same message: along one side, or of rows and of columns.
+    Described(Vec<Places>),
+    /// Listed in the metadata, in any order.
+    Listed(Arc<[f64]>),
     /// Not given.
     Unknown,
 }
@@ -66,12 +67,16 @@ impl Places {
         }
     }
 
+    /// Number of elements, if it is said; of an array that says none, its own.
+    fn length(&self, values: &Values, own: usize) -> Option<usize> {
+        self.length.map_or(Some(own), |leaf| Some(values.lists[leaf].number(0)? as usize))
+    }
+
     /// The positions of a message; `None` if it does not say them, or they are not sound.
     ///
-    /// * `length`: number of elements, where the message does not say it
-    fn side(&self, values: &Values, length: usize) -> Option<Side> {
-        let number = |leaf: usize| values.lists[leaf].number(0);
-        let length = self.length.map_or(Some(length), |leaf| Some(number(leaf)? as usize))?;
+    /// * `own`: number of elements, where the message does not say it
+    fn side(&self, values: &Values, own: usize) -> Option<Side> {
+        let (number, length) = (|leaf: usize| values.lists[leaf].number(0), self.length(values, own)?);
         match self.list(values) {
             Some(positions) => flaw(positions, length).is_none().then(|| Side::Listed(positions.into())),
             None => Some(Side::Even { start: number(self.start)?, step: number(self.step)?, length }),
@@ -102,14 +107,15 @@ impl Axis {
         let Some(text) = channel.metadata.get(&convention::axis(path)) else {
             return Self::Unknown;
         };
-        if let Some((rows, columns)) = text.split_once(';') {
-            let [rows, columns] = [rows, columns].map(|names| Places::of(names, true, path, layout));
-            return rows.zip(columns).map_or(Self::Unknown, |(rows, columns)| Self::Matrix([rows, columns]));
+        let sides = match text.split_once(';') {
+            Some((rows, columns)) => vec![rows, columns],
+            None => vec![text.as_str()],
+        };
+        if let (1, Some(positions)) = (sides.len(), convention::numbers(text)) {
+            return Self::Listed(positions.into());
         }
-        if let Some(positions) = convention::numbers(text) {
-            return Self::Listed(positions);
-        }
-        Places::of(text, false, path, layout).map_or(Self::Unknown, Self::Described)
+        let places = sides.iter().map(|names| Places::of(names, sides.len() == 2, path, layout));
+        places.collect::<Option<_>>().map_or(Self::Unknown, Self::Described)
     }
 
     /// The arrays of a channel that are matrices.
@@ -121,7 +127,7 @@ impl Axis {
 
     /// True for rows and columns.
     pub(crate) fn is_matrix(&self) -> bool {
-        matches!(self, Self::Matrix(_))
+        self.places().len() == 2
     }
 
     /// True if messages may list the positions of its elements.
@@ -132,8 +138,7 @@ impl Axis {
     /// What leaves of a message say of places: of rows and columns, or along an array.
     fn places(&self) -> &[Places] {
         match self {
-            Self::Described(places) => std::slice::from_ref(places),
-            Self::Matrix(places) => places,
+            Self::Described(places) => places,
             Self::Listed(_) | Self::Unknown => &[],
         }
     }
@@ -151,109 +156,50 @@ impl Axis {
         if self.is_matrix() { "index" } else { self.coordinates().first().copied().unwrap_or("index") }
     }
 
-    /// The positions of the `length` elements of an array as they are in a message.
+    /// The positions of the `length` elements of an array as they are in a message, or of the rows and of the columns of a matrix;
+    /// none if it does not say them, or they are not sound.
+    pub(crate) fn sides(&self, values: &Values, length: usize) -> Vec<Side> {
+        let sides: Option<Vec<Side>> = match self {
+            Self::Described(places) => places.iter().map(|places| places.side(values, length)).collect(),
+            Self::Listed(positions) => Some(vec![Side::Listed(positions.clone())]),
+            Self::Unknown => None,
+        };
+        sides.unwrap_or_default()
+    }
+
+    /// The positions of the `length` elements of an array that is no matrix, if no two are at the same one for want of a step.
     pub(crate) fn side(&self, values: &Values, length: usize) -> Option<Side> {
-        let Self::Described(places) = self else { return None };
-        places.side(values, length)
+        let [side] = <[Side; 1]>::try_from(self.sides(values, length)).ok()?;
+        Some(side).filter(|side| !matches!(side, Side::Even { step, .. } if !(*step > 0.0)))
     }
 
-    /// Positions of the elements of an array in a message.
-    pub(crate) fn nodes<'a>(&'a self, values: &'a Values) -> Nodes<'a> {
-        match self {
-            Self::Described(places) => match places.list(values) {
-                Some(positions) if flaw(positions, positions.len()).is_none() => Nodes::Sorted(positions),
-                Some(_) => Nodes::Unknown,
-                None => {
-                    let number = |leaf: usize| values.lists[leaf].number(0);
-                    let steps = number(places.start).zip(number(places.step));
-                    steps.map_or(Nodes::Unknown, |(start, step)| Nodes::even(start, step))
-                }
-            },
-            Self::Listed(positions) => Nodes::Listed(positions),
-            Self::Matrix(_) | Self::Unknown => Nodes::Unknown,
-        }
-    }
-
-    /// The grid of a matrix as it is in a message.
-    pub(crate) fn grid(&self, values: &Values) -> Option<Grid> {
-        let Self::Matrix([rows, columns]) = self else { return None };
-        Some(Grid { rows: rows.side(values, 0)?, columns: columns.side(values, 0)? })
+    /// Value of an array at a position of its side, as [`between`] has it; where positions are listed in the metadata, in whatever order,
+    /// that of the element at the position, else between two that follow each other.
+    pub(crate) fn value(
+        &self,
+        side: &Side,
+        even: bool,
+        place: (f64, bool),
+        value: impl Fn(usize) -> Option<f64>,
+    ) -> Option<f64> {
+        let Self::Listed(positions) = self else { return between(side, even, place, value) };
+        let (position, _) = place;
+        let at = positions.iter().position(|known| *known == position).map(|i| (i, 0.0));
+        let inside = || {
+            let i = positions.windows(2).position(|pair| pair[0] < position && position < pair[1])?;
+            Some((i, (position - positions[i]) / (positions[i + 1] - positions[i])))
+        };
+        interpolated(at.or_else(inside)?, value)
     }
 
     /// What is wrong with the positions that a message lists for the elements of an array, in words behind its name, if anything is:
     /// they are too many or too few, no numbers, or not in their order.
     pub(crate) fn flaw(&self, leaf: usize, values: &Values) -> Option<String> {
         self.places().iter().find_map(|places| {
-            let number = |leaf: usize| values.lists[leaf].number(0).map(|number| number as usize);
-            let length = places.length.map_or(Some(values.lists[leaf].len()), number)?;
+            let length = places.length(values, values.lists[leaf].len())?;
             let found = flaw(places.list(values)?, length)?;
             Some(format!("lists {found} along {}", places.coordinate))
         })
-    }
-}
-
-/// Rows and columns of a matrix.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Grid {
-    pub(crate) rows: Side,
-    pub(crate) columns: Side,
-}
-
-/// The positions of the elements of an array in a message.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Nodes<'a> {
-    Uniform {
-        start: f64,
-        step: f64,
-    },
-    /// In any order.
-    Listed(&'a [f64]),
-    /// None less than the one before it.
-    Sorted(&'a [f64]),
-    Unknown,
-}
-
-impl<'a> Nodes<'a> {
-    pub(crate) fn of(side: &'a Side) -> Self {
-        match side {
-            Side::Even { start, step, .. } => Self::even(*start, *step),
-            Side::Listed(positions) => Self::Sorted(positions),
-        }
-    }
-
-    fn even(start: f64, step: f64) -> Self {
-        if step > 0.0 { Self::Uniform { start, step } } else { Self::Unknown }
-    }
-
-    /// Position of an element, if it has one.
-    pub(crate) fn position(&self, index: usize) -> Option<f64> {
-        match self {
-            Self::Uniform { start, step } => Some(start + index as f64 * step),
-            Self::Listed(positions) | Self::Sorted(positions) => positions.get(index).copied(),
-            Self::Unknown => None,
-        }
-    }
-
-    /// Where an element is among others.
-    pub(crate) fn spot(&self, index: usize) -> Option<Spot> {
-        let is_lower = matches!(self, Self::Sorted(positions)
-            if index > 0 && positions.get(index - 1..=index).is_some_and(|pair| pair[0] == pair[1]));
-        Some(Spot { position: self.position(index)?, is_lower })
-    }
-}
-
-/// A position on an axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Spot {
-    pub(crate) position: f64,
-    /// Of two elements at this position, on the two sides of an interface, the second is meant.
-    pub(crate) is_lower: bool,
-}
-
-impl From<f64> for Spot {
-    /// At an interface the upper side.
-    fn from(position: f64) -> Self {
-        Self { position, is_lower: false }
     }
 }
 
@@ -262,90 +208,97 @@ pub(crate) fn is_near(x: f64, y: f64) -> bool {
     x == y || (x - y).abs() <= ROUNDING * x.abs().max(y.abs())
 }
 
-/// The element of positions in their order at or before a spot, and the share of the next: never of two on both sides of an interface.
-pub(crate) fn find(positions: &[f64], spot: Spot) -> Option<(usize, f64)> {
-    let position = spot.position;
-    let first = positions.partition_point(|known| *known < position && !is_near(*known, position));
-    let next = positions.partition_point(|known| *known < position || is_near(*known, position));
-    if first < next {
-        return Some((if spot.is_lower { next - 1 } else { first }, 0.0));
+/// The element of a side at or before a position, and the share of the next: never of two on both sides of an interface.
+///
+/// Up to half a step beyond the first and last element there is nothing but these; beyond listed positions there is nothing.
+///
+/// * `is_lower`: of two elements at this position, on the two sides of an interface, the second is meant
+pub(crate) fn find(side: &Side, (position, is_lower): (f64, bool)) -> Option<(usize, f64)> {
+    match side {
+        Side::Even { start, step, length } => {
+            let (x, last) = ((position - start) / step, length.checked_sub(1)? as f64);
+            // half a step, and some room for rounding
+            let reach = 0.5 + 1e-9;
+            let is_inside = *step > 0.0 && x >= -reach && x <= last + reach;
+            let x = x.clamp(0.0, last);
+            is_inside.then_some((x as usize, x - x.floor()))
+        }
+        Side::Listed(positions) => {
+            let is_before = |known: &f64| *known < position && !is_near(*known, position);
+            let first = positions.partition_point(is_before);
+            let next = positions.partition_point(|known| *known < position || is_near(*known, position));
+            if first < next {
+                return Some((if is_lower { next - 1 } else { first }, 0.0));
+            }
+            let (before, after) = (*positions.get(next.checked_sub(1)?)?, *positions.get(next)?);
+            Some((next - 1, (position - before) / (after - before)))
+        }
     }
-    let (before, after) = (*positions.get(next.checked_sub(1)?)?, *positions.get(next)?);
-    Some((next - 1, (position - before) / (after - before)))
 }
 
-/// Value of an array of `length` elements at a position of its axis.
+/// Value of an array at a position of one of its sides.
 ///
 /// Linear between elements. Up to half a step beyond the first and last element their values hold, or, where the
 /// array is even about the origin and the position lies between it and the first element, the parabola through the
 /// first two. Nothing farther out, and nothing beside an element that is not there. Of listed positions nothing beyond the first and
-/// last; at one that stands twice, an interface, the value of the side that the spot names, and none between both.
+/// last; at one that stands twice, an interface, the value of the side that is meant, and none between both.
 pub(crate) fn between(
-    length: usize,
-    nodes: Nodes<'_>,
+    side: &Side,
     even: bool,
-    spot: impl Into<Spot>,
+    place: (f64, bool),
     value: impl Fn(usize) -> Option<f64>,
 ) -> Option<f64> {
-    let spot = spot.into();
-    let position = spot.position;
-    // the share of the next element, which need not be there if it has none
-    let interpolated = |i: usize, share: f64| {
-        let from = value(i)?;
-        if share == 0.0 { Some(from) } else { Some(from + (value(i + 1)? - from) * share) }
-    };
-    match nodes {
-        Nodes::Uniform { start, step } => {
-            let x = (position - start) / step;
-            let last = length.checked_sub(1)? as f64;
-            // half a step, and some room for rounding
-            let reach = 0.5 + 1e-9;
-            if x < -reach || x > last + reach {
-                None
-            } else if x < 0.0 && even && length > 1 {
-                let (r0, r1) = (start, start + step);
-                let (p0, p1) = (value(0)?, value(1)?);
-                Some(p0 + (p1 - p0) * (position * position - r0 * r0) / (r1 * r1 - r0 * r0))
-            } else {
-                let x = x.clamp(0.0, last);
-                interpolated(x as usize, x - x.floor())
-            }
+    let (i, share) = find(side, place)?;
+    match *side {
+        Side::Even { start, step, length } if even && length > 1 && place.0 < start => {
+            let (r0, r1) = (start, start + step);
+            let (p0, p1) = (value(0)?, value(1)?);
+            Some(p0 + (p1 - p0) * (place.0 * place.0 - r0 * r0) / (r1 * r1 - r0 * r0))
         }
-        Nodes::Listed(positions) => {
-            if let Some(i) = positions.iter().position(|&p| p == position) {
-                return value(i);
-            }
-            let i = positions.windows(2).position(|pair| pair[0] < position && position < pair[1])?;
-            interpolated(i, (position - positions[i]) / (positions[i + 1] - positions[i]))
-        }
-        Nodes::Sorted(positions) => {
-            let (i, share) = find(positions, spot)?;
-            interpolated(i, share)
-        }
-        Nodes::Unknown => None,
+        _ => interpolated((i, share), value),
     }
 }
 
-/// Value of a matrix at a row and a column position, linear in both as [`between`] has it.
+/// Value between an element and the next, which need not be there if it has no share.
+pub(crate) fn interpolated((i, share): (usize, f64), value: impl Fn(usize) -> Option<f64>) -> Option<f64> {
+    let from = value(i)?;
+    if share == 0.0 { Some(from) } else { Some(from + (value(i + 1)? - from) * share) }
+}
+
+/// Value of a matrix at a row and a column position, linear in both as [`between`] has it; at an interface the upper side.
 ///
-/// * `list`: the matrix, row-major; nothing if it has not as many elements as the grid
-/// * `rows`, `columns`: of the whole matrix, of which a message may leave out what is at rest; 0 there
+/// * `list`: the matrix, row-major; nothing if it has not as many elements as its sides
+/// * `whole`: how far rows and columns reach, of which a message may leave out what is at rest; 0 there
 /// * `even`: about the origin of the columns
 pub(crate) fn at_point(
     list: &List,
-    grid: &Grid,
-    (rows, columns): (usize, usize),
+    sides: &[Side],
+    whole: Option<&[Reach; 2]>,
     even: bool,
     (row, column): (f64, f64),
 ) -> Option<f64> {
-    let (height, width) = (grid.rows.length(), grid.columns.length());
+    let [rows, columns] = sides else { return None };
+    let (height, width) = (rows.length(), columns.length());
     if height.checked_mul(width) != Some(list.len()) {
         return None;
     }
     let element = |j: usize, i: usize| {
         if j < height && i < width { list.number(j * width + i) } else { Some(0.0) }
     };
-    between(rows.max(height), Nodes::of(&grid.rows), false, row, |j| {
-        between(columns.max(width), Nodes::of(&grid.columns), even, column, |i| element(j, i))
-    })
+    let [down, across] = whole.map_or_else(
+        || [rows.clone(), columns.clone()],
+        |[down, across]| [down.whole(rows), across.whole(columns)],
+    );
+    between(&down, false, (row, false), |j| between(&across, even, (column, false), |i| element(j, i)))
+}
+
+/// Value of a curve at a time, linear between its points; `None` outside of them.
+pub(crate) fn linear(curve: &[(f64, f64)], at: f64) -> Option<f64> {
+    let next = curve.partition_point(|(time, _)| *time < at);
+    let (end, last) = *curve.get(next)?;
+    if end == at {
+        return Some(last);
+    }
+    let (start, first) = *curve.get(next.checked_sub(1)?)?;
+    Some(first + (last - first) * (at - start) / (end - start))
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use percuss_picture::Side;
 
 use crate::{
-    axis::{Axis, Grid, is_near},
+    axis::{Axis, is_near},
     channel::Channel,
     failure::Failure,
     messages::Recording,
@@ -31,42 +31,34 @@ pub struct Reach {
 }
 
 impl Reach {
-    fn of(side: Side) -> Option<Self> {
+    /// That of the elements of a message; `None` if they have no positions.
+    pub(crate) fn of(side: Side) -> Option<Self> {
         let (low, high) = match &side {
             // NaN compares false
             Side::Even { start, step, length } if *step > 0.0 && *length > 0 && start.is_finite() => {
                 (start - 0.5 * step, start + (*length as f64 - 0.5) * step)
             }
             Side::Even { .. } => return None,
-            Side::Listed(positions) => (*positions.first()?, *positions.last()?),
+            Side::Listed(positions) => {
+                let positions = positions.iter().copied();
+                (positions.clone().reduce(f64::min)?, positions.reduce(f64::max)?)
+            }
         };
         high.is_finite().then_some(Self { low, high, side })
     }
 
-    /// Of positions that are listed, between the least and the greatest of which values are known.
-    pub(crate) fn listed(positions: &[f64]) -> Option<Self> {
-        let low = positions.iter().copied().reduce(f64::min)?;
-        let high = positions.iter().copied().reduce(f64::max)?;
-        Some(Self { low, high, side: Side::Listed(positions.into()) })
+    fn join(self, new: Self) -> Self {
+        let low = self.low.min(new.low);
+        Self { low, ..if new.high > self.high { new } else { self } }
     }
 
-    fn join(known: Option<Self>, side: Option<Side>) -> Option<Self> {
-        match (known, side.and_then(Self::of)) {
-            (Some(known), Some(new)) => {
-                let low = known.low.min(new.low);
-                let farther = if new.high > known.high { new } else { known };
-                Some(Self { low, ..farther })
-            }
-            (known, new) => known.or(new),
-        }
-    }
-
-    /// Number of elements of a message whose axis begins and steps like `side`, if it reached as far; of one that lists its positions as
-    /// many as they are.
-    pub fn length(&self, side: &Side) -> usize {
-        let Side::Even { start, step, .. } = side else { return side.length() };
+    /// The elements of a message if it reached as far: of one whose axis begins and steps like `side`; those of one that lists its
+    /// positions are all.
+    pub(crate) fn whole(&self, side: &Side) -> Side {
+        let Side::Even { start, step, length } = *side else { return side.clone() };
         let last = ((self.side.at(self.side.length() - 1) - start) / step).round();
-        (last.max(-1.0) as usize).saturating_add(usize::from(last >= 0.0))
+        let known = (last.max(-1.0) as usize).saturating_add(usize::from(last >= 0.0));
+        Side::Even { start, step, length: length.max(known) }
     }
 
     /// Distance of positions that is rounding, seen from the distance of elements.
@@ -97,7 +89,7 @@ pub struct Extent {
     pub reaches: Vec<Reach>,
     /// What is wrong with the places of a message, if anything is: the first that was found.
     pub flaw: Option<String>,
-    /// True if a matrix has not the same shape in every message.
+    /// True if it has not the same shape in every message.
     pub varies: bool,
 }
 
@@ -126,13 +118,13 @@ impl Extents {
 }
 
 /// What is known so far of the arrays of some channels.
-pub(crate) struct Reading(HashMap<u16, ChannelArrays>);
+pub(crate) struct Reading(HashMap<u16, Vec<Array>>);
 
 impl Reading {
     pub(crate) fn of(recording: &Recording, ids: &[u16]) -> Self {
         let arrays = |&id: &u16| {
             let channel = recording.channels.get(&id)?;
-            Some((id, ChannelArrays::of(channel, channel.layout.as_deref()?)))
+            Some((id, Array::all(channel, channel.layout.as_deref()?)))
         };
         Self(ids.iter().filter_map(arrays).collect())
     }
@@ -141,7 +133,7 @@ impl Reading {
     pub(crate) fn watch<'a>(&'a mut self, pass: &mut Pass<'a>) {
         for (&id, arrays) in &mut self.0 {
             pass.each(id, move |moment, budget| {
-                arrays.0.iter_mut().for_each(|array| array.take(&moment.values, budget));
+                arrays.iter_mut().for_each(|array| array.take(&moment.values, budget));
                 Ok(())
             });
         }
@@ -149,9 +141,10 @@ impl Reading {
 
     /// What was found.
     pub(crate) fn extents(self) -> Extents {
-        let extents = self.0.into_iter().flat_map(|(id, ChannelArrays(arrays))| {
-            arrays.into_iter().map(move |array| ((id, array.leaf), array.extent))
-        });
+        let extents = self
+            .0
+            .into_iter()
+            .flat_map(|(id, arrays)| arrays.into_iter().map(move |array| ((id, array.leaf), array.extent)));
         Extents(extents.collect())
     }
 }
@@ -162,35 +155,30 @@ struct Array {
     path: Path,
     axis: Axis,
     extent: Extent,
-    along: [Option<Reach>; 2],
-    grid: Option<Grid>,
+    /// Those of the last message.
+    sides: Vec<Side>,
     /// Memory of the places \[bytes\].
     weight: usize,
 }
 
-/// The arrays of a channel, message by message.
-struct ChannelArrays(Vec<Array>);
-
-impl ChannelArrays {
-    fn of(channel: &Channel, layout: &Layout) -> Self {
-        let array = |leaf: usize| Array {
+impl Array {
+    /// The arrays of a channel.
+    fn all(channel: &Channel, layout: &Layout) -> Vec<Self> {
+        let array = |leaf: usize| Self {
             leaf,
             path: Path::of(layout, leaf),
             axis: Axis::of(leaf, layout, channel),
             extent: Extent::default(),
-            along: [None, None],
-            grid: None,
+            sides: Vec::new(),
             weight: 0,
         };
         let is_array = |&leaf: &usize| {
             let leaf = &layout.leaves[leaf];
             leaf.lists > 0 && leaf.is_data()
         };
-        Self((0..layout.leaves.len()).filter(is_array).map(array).collect())
+        (0..layout.leaves.len()).filter(is_array).map(array).collect()
     }
-}
 
-impl Array {
     /// Adds the places of a message; where there is no room for them, none are kept.
     fn add_places(&mut self, values: &Values, budget: &mut Budget) {
         if self.extent.length == usize::MAX {
@@ -225,19 +213,21 @@ impl Array {
         if self.extent.flaw.is_none() {
             self.extent.flaw = self.axis.flaw(self.leaf, values);
         }
-        if let Some(grid) = self.axis.grid(values) {
-            let size = grid.rows.length().checked_mul(grid.columns.length());
-            if size != Some(values.lists[self.leaf].len()) {
-                return;
-            }
-            self.extent.varies |= self.grid.as_ref().is_some_and(|known| *known != grid);
-            let [down, across] = [self.along[0].take(), self.along[1].take()];
-            self.along =
-                [Reach::join(down, Some(grid.rows.clone())), Reach::join(across, Some(grid.columns.clone()))];
-            self.grid = Some(grid);
-        } else {
-            self.along[0] = Reach::join(self.along[0].take(), self.axis.side(values, length));
+        if matches!(self.axis, Axis::Listed(_)) {
+            return;
         }
-        self.extent.reaches = self.along.iter().flatten().cloned().collect();
+        let sides = self.axis.sides(values, length);
+        let size = sides.iter().try_fold(1_usize, |size, side| size.checked_mul(side.length()));
+        if sides.is_empty() || (self.axis.is_matrix() && size != Some(values.lists[self.leaf].len())) {
+            return;
+        }
+        self.extent.varies |= !self.sides.is_empty() && self.sides != sides;
+        self.sides.clone_from(&sides);
+        let Some(new) = sides.into_iter().map(Reach::of).collect::<Option<Vec<_>>>() else { return };
+        let known = std::mem::take(&mut self.extent.reaches);
+        self.extent.reaches = match known.len() {
+            0 => new,
+            _ => known.into_iter().zip(new).map(|(known, new)| known.join(new)).collect(),
+        };
     }
 }

@@ -7,7 +7,7 @@ use percuss_table::{Cell, Heading};
 use prost_reflect::EnumDescriptor;
 
 use crate::{
-    axis::{Axis, at_point, between},
+    axis::{Axis, at_point},
     extent::Reach,
     instant::Instant,
     path::Path,
@@ -103,17 +103,12 @@ impl Column {
             }
             (Take::At { path, axis, even, position }, Some(list)) => {
                 let value = |i: usize| list.number(path.rank(values, i)?);
-                let found = between(path.length(values), axis.nodes(values), *even, *position, value);
+                let side = axis.side(values, path.length(values));
+                let found = side.and_then(|side| axis.value(&side, *even, (*position, false), value));
                 found.map_or(Cell::Empty, Cell::Double)
             }
             (Take::Point { axis, even, point, whole }, Some(list)) => {
-                let found = axis.grid(values).and_then(|grid| {
-                    let (rows, columns) = (&grid.rows, &grid.columns);
-                    let size = whole.as_ref().map_or((rows.length(), columns.length()), |[down, across]| {
-                        (down.length(rows), across.length(columns))
-                    });
-                    at_point(list, &grid, size, *even, *point)
-                });
+                let found = at_point(list, &axis.sides(values, 0), whole.as_ref(), *even, *point);
                 found.map_or(Cell::Empty, Cell::Double)
             }
         }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use percuss_table::Heading;
 
 use crate::{
-    axis::{Axis, Nodes, between},
+    axis::{Axis, between},
     channel::Channel,
     convention,
     extent::{self, Extent, Extents},
@@ -304,10 +304,13 @@ pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profil
     if field.lists == 0 || !field.kind.is_number() || axis.is_matrix() {
         return None;
     }
-    let nodes = axis.nodes(&moment.values);
     let list = &moment.values.lists[leaf];
     let path = Path::of(layout, leaf);
-    let position = |i: usize| nodes.position(i).unwrap_or(i as f64);
+    let side = axis.side(&moment.values, path.length(&moment.values));
+    let position = |i: usize| match &side {
+        Some(side) if i < side.length() => side.at(i),
+        _ => i as f64,
+    };
     let points = if field.lists == 1 {
         let point = |i: usize| Some((position(i), list.number(path.rank(&moment.values, i)?)?));
         (0..path.length(&moment.values)).filter_map(point).collect()
@@ -328,19 +331,19 @@ pub fn profile(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Profil
 pub fn slice(channel: &Channel, leaf: usize, moment: &Moment) -> Option<Slice> {
     let layout = channel.layout.as_ref()?;
     let axis = Axis::of(leaf, layout, channel);
-    let grid = axis.grid(&moment.values)?;
-    let [rows, columns] = axis.coordinates()[..] else { return None };
+    let [rows, columns] = <[Side; 2]>::try_from(axis.sides(&moment.values, 0)).ok()?;
+    let axes = <[&str; 2]>::try_from(axis.coordinates()).ok()?;
     let mut values = Vec::new();
     let is_whole = moment.values.lists[leaf].numbers(&mut values)
-        && grid.rows.length().checked_mul(grid.columns.length()) == Some(values.len());
+        && rows.length().checked_mul(columns.length()) == Some(values.len());
     let name = layout.leaves[leaf].path.clone();
     is_whole.then(|| Slice {
         unit: channel.unit(&name).map(str::to_owned),
         topic: channel.topic.clone(),
         time: moment.time,
-        rows: grid.rows,
-        columns: grid.columns,
-        axes: [rows, columns].map(|name| coordinate(channel, name)),
+        rows,
+        columns,
+        axes: axes.map(|name| coordinate(channel, name)),
         even: convention::is_even(&channel.metadata, &name),
         name,
         values,
@@ -362,24 +365,19 @@ impl Slice {
     pub fn whole(self, extent: &Extent, limits: Limits) -> Option<Self> {
         let [down, across] = extent.reaches.as_slice() else { return Some(self) };
         let known = (self.rows.length(), self.columns.length());
-        let (rows, columns) = (down.length(&self.rows), across.length(&self.columns));
-        let (rows, columns) = (rows.max(known.0), columns.max(known.1));
-        if (rows, columns) == known {
+        let (rows, columns) = (down.whole(&self.rows), across.whole(&self.columns));
+        let (height, width) = (rows.length(), columns.length());
+        if (height, width) == known {
             return Some(self);
         }
-        let size = rows.checked_mul(columns).filter(|size| *size <= limits.record() / size_of::<f64>())?;
+        let size = height.checked_mul(width).filter(|size| *size <= limits.record() / size_of::<f64>())?;
         let mut values = vec![0.0; size];
-        let width = known.1;
-        if width > 0 {
-            for (row, known) in values.chunks_exact_mut(columns).zip(self.values.chunks_exact(width)) {
-                row[..width].copy_from_slice(known);
+        if known.1 > 0 {
+            for (row, known) in values.chunks_exact_mut(width).zip(self.values.chunks_exact(known.1)) {
+                row[..known.len()].copy_from_slice(known);
             }
         }
-        let longer = |side: Side, length: usize| match side {
-            Side::Even { start, step, .. } => Side::Even { start, step, length },
-            listed => listed,
-        };
-        Some(Self { rows: longer(self.rows, rows), columns: longer(self.columns, columns), values, ..self })
+        Some(Self { rows, columns, values, ..self })
     }
 
     /// The matrix at a position of one of its coordinates, over the other; `None` for other coordinates and outside. At an interface it is
@@ -391,13 +389,12 @@ impl Slice {
             0 => (&self.rows, &self.columns, false),
             _ => (&self.columns, &self.rows, self.even),
         };
-        let nodes = Nodes::of(across);
         let point = |i: usize| {
             let value = |k: usize| {
                 let (row, column) = if along == 0 { (k, i) } else { (i, k) };
                 self.values.get(row * width + column).copied()
             };
-            Some((over.at(i), between(across.length(), nodes, even, position, value)?))
+            Some((over.at(i), between(across, even, (position, false), value)?))
         };
         let points: Vec<(f64, f64)> = (0..over.length()).filter_map(point).collect();
         (!points.is_empty()).then(|| Profile {

@@ -69,15 +69,19 @@ impl Points {
     }
 }
 
-/// The value of a curve at the point nearest to every time; NaN where it has none. Of two that are equally near, the earlier.
+/// The point of a curve nearest to a place; of two that are equally near, the first.
+///
+/// * `is_lower`: of two at the place the second is meant
+pub(super) fn nearest_point(curve: &[(f64, f64)], (place, is_lower): (f64, bool)) -> Option<(f64, f64)> {
+    let next = curve.partition_point(|point| point.0 < place || (is_lower && point.0 == place));
+    let around = [next.checked_sub(1), Some(next)].into_iter().flatten().filter_map(|i| curve.get(i));
+    let distance = |point: &&(f64, f64)| (point.0 - place).abs();
+    around.min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
+}
+
+/// The value of a curve at the point nearest to every time; NaN where it has none.
 pub(super) fn nearest(curve: &[(f64, f64)], times: &[f64]) -> Vec<f64> {
-    let value = |at: &f64| {
-        let next = curve.partition_point(|(time, _)| time < at);
-        let around = [next.checked_sub(1), Some(next)].into_iter().flatten().filter_map(|i| curve.get(i));
-        let distance = |point: &&(f64, f64)| (point.0 - at).abs();
-        around.min_by(|a, b| distance(a).total_cmp(&distance(b))).map_or(f64::NAN, |point| point.1)
-    };
-    times.iter().map(value).collect()
+    times.iter().map(|at| nearest_point(curve, (*at, false)).map_or(f64::NAN, |point| point.1)).collect()
 }
 
 #[cfg(test)]

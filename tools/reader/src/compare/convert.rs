@@ -1,5 +1,7 @@
 //! The new recording in the units of the reference, where one is in SI and the other dimensionless.
 
+use std::sync::Arc;
+
 use crate::{
     axis::Axis,
     channel::Channel,
@@ -67,7 +69,7 @@ impl Converter {
     /// An axis of the new channel; that of the reference if they only differ by rounding.
     pub(super) fn axis(&self, new: Axis, reference: &Axis) -> Axis {
         let (Some(conversion), Axis::Listed(positions)) = (self.length, &new) else { return new };
-        let positions: Vec<f64> = positions.iter().map(|position| conversion.apply(*position)).collect();
+        let positions: Arc<[f64]> = positions.iter().map(|position| conversion.apply(*position)).collect();
         match reference {
             Axis::Listed(known) if are_near(known, &positions) => reference.clone(),
             _ => Axis::Listed(positions),

@@ -121,15 +121,16 @@ impl ComparedField {
             self.meter.take(&a, &b, &Sample { place: place.clone(), position: &|_| None });
             return false;
         }
-        let (nodes, grid, axis) = (self.axis_a.nodes(a), self.axis_a.grid(a), &self.axis_a);
-        let position = |index: usize| match (axis, &grid) {
-            (Axis::Matrix(_), Some(grid)) => {
-                let [row, column] = [0, 1].map(|side| axis.coordinates()[side]);
-                let width = grid.columns.length().max(1);
-                let (z, r) = (grid.rows.at(index / width), grid.columns.at(index % width));
-                Some(format!("{row} = {z}, {column} = {r}"))
+        let axis = &self.axis_a;
+        let (sides, names) = (axis.sides(a, list_a.len()), axis.coordinates());
+        let position = |index: usize| match sides.as_slice() {
+            [side] if index < side.length() => Some(format!("{} = {}", names[0], side.at(index))),
+            [rows, columns] => {
+                let width = columns.length().max(1);
+                let (z, r) = (rows.at(index / width), columns.at(index % width));
+                Some(format!("{} = {z}, {} = {r}", names[0], names[1]))
             }
-            _ => nodes.position(index).map(|position| format!("{} = {position}", axis.coordinate())),
+            _ => None,
         };
         let sample = |position| Sample { place: place.clone(), position };
         let axes = [(list_a, axis, a), (list_b, &self.axis_b, b)];

@@ -8,7 +8,9 @@
 //! on a grid as fine as the messages, then by golden sections around its best point.
 
 use super::structure::Pair;
-use crate::{convention, failure::Failure, messages::Recording, pass::Pass, select::Window, wire::Type};
+use crate::{
+    axis::linear, convention, failure::Failure, messages::Recording, pass::Pass, select::Window, wire::Type,
+};
 
 /// Fields that take part, at most.
 const FIELDS: usize = 8;
@@ -91,15 +93,7 @@ fn mismatch(a: &Curve, b: &Curve, shift: f64) -> f64 {
     let (mut sum, mut count, mut all) = (0.0, 0, 0.0);
     for &(time, value) in a {
         all += value * value;
-        let at = time - shift;
-        let next = b.partition_point(|(time, _)| *time < at);
-        let other = match (next.checked_sub(1).map(|before| b[before]), b.get(next)) {
-            (_, Some(&(time, value))) if time == at => value,
-            (Some((start, first)), Some(&(end, last))) => {
-                first + (last - first) * (at - start) / (end - start)
-            }
-            _ => continue,
-        };
+        let Some(other) = linear(b, time - shift) else { continue };
         sum += (value - other) * (value - other);
         count += 1;
     }

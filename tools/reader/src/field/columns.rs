@@ -1,5 +1,6 @@
 //! From a selection to columns.
 
+use percuss_picture::Side;
 use percuss_table::{CellType, Heading};
 
 use super::{
@@ -166,29 +167,22 @@ impl Picker<'_> {
         if is_chosen {
             return Ok(columns);
         }
-        match &axis {
-            Axis::Listed(positions) if positions.len() > MAX_COLUMNS => {
-                Err(self.too_many(field.path.clone(), MAX_COLUMNS, path.example()))
-            }
-            Axis::Matrix(_) => {
-                let [row, column] = [0, 1].map(|side| axis.coordinates()[side]);
-                let hint = format!(
-                    "choose points, as in --at {column}=0,{row}=0; whole it is in an .npz of trace, at one time in export and \
-                     plot"
-                );
-                Err(self.refuse(&field.path, "a matrix", hint))
-            }
-            Axis::Described(_) | Axis::Listed(_) | Axis::Unknown => {
-                let Some(places) = self.places(leaf, &axis) else {
-                    return self.elements(&path);
-                };
-                let column = |(i, place): (usize, &String)| {
-                    let name = format!("{}@{place}", field.path);
-                    self.element(path.at([Element::Number(i)]), Some(name))
-                };
-                Ok(places.iter().enumerate().map(column).collect())
-            }
+        if axis.is_matrix() {
+            let [row, column] = [0, 1].map(|side| axis.coordinates()[side]);
+            let hint = format!(
+                "choose points, as in --at {column}=0,{row}=0; whole it is in an .npz of trace, at one time in export and plot"
+            );
+            return Err(self.refuse(&field.path, "a matrix", hint));
         }
+        if matches!(&axis, Axis::Listed(positions) if positions.len() > MAX_COLUMNS) {
+            return Err(self.too_many(field.path.clone(), MAX_COLUMNS, path.example()));
+        }
+        let Some(places) = self.places(leaf, &axis) else { return self.elements(&path) };
+        let column = |(i, place): (usize, &String)| {
+            let name = format!("{}@{place}", field.path);
+            self.element(path.at([Element::Number(i)]), Some(name))
+        };
+        Ok(places.iter().enumerate().map(column).collect())
     }
 
     /// Where the elements of an array are, if that is listed: `r=0.5`, of a channel of points `r=0,z=2mm`.
@@ -255,7 +249,7 @@ impl Picker<'_> {
         let path = &self.layout.leaves[leaf].path;
         let names = axis.coordinates();
         let reaches = match axis {
-            Axis::Listed(positions) => Reach::listed(positions).into_iter().collect(),
+            Axis::Listed(positions) => Reach::of(Side::Listed(positions.clone())).into_iter().collect(),
             _ => {
                 let extent = (self.extent)(leaf);
                 if let Some(flaw) = extent.flaw {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use percuss_picture::{Curve, Medium, Panel, draw};
 
 use crate::{
+    axis::linear,
     command::plot::{Request, traces},
     compare::{ChannelReport, Comparison, FieldReport},
     failure::Failure,
@@ -115,14 +116,5 @@ fn curve(
 
 /// b − a at the times of a, b interpolated linearly.
 fn subtract(b: &[(f64, f64)], a: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let at = |time: f64| {
-        let next = b.partition_point(|point| point.0 < time);
-        let (t1, b1) = *b.get(next)?;
-        if t1 == time {
-            return Some(b1);
-        }
-        let (t0, b0) = *b.get(next.checked_sub(1)?)?;
-        Some(b0 + (b1 - b0) * (time - t0) / (t1 - t0))
-    };
-    a.iter().filter_map(|&(time, value)| Some((time, at(time)? - value))).collect()
+    a.iter().filter_map(|&(time, value)| Some((time, linear(b, time)? - value))).collect()
 }

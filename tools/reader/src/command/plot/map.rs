@@ -12,8 +12,9 @@ use super::{
     request::{Drawn, Request},
 };
 use crate::{
-    axis::{Axis, Spot},
+    axis::Axis,
     channel::Channel,
+    command::points::nearest_point,
     convention,
     extent::{Extent, Extents, Reach, Reading},
     failure::Failure,
@@ -117,8 +118,8 @@ impl<'a> Array<'a> {
         let axis = Axis::of(leaf, layout, channel);
         let extent = extents.of(id, leaf);
         let name = &layout.leaves[leaf].path;
-        let (line, along, coordinate) = match (&axis, request.selection.at.as_slice()) {
-            (Axis::Matrix(_), at) => {
+        let (line, along, coordinate) = match request.selection.at.as_slice() {
+            at if axis.is_matrix() => {
                 let coordinates = axis.coordinates();
                 let (line, across) = line(name, &coordinates, at)?;
                 at.iter().try_for_each(|at| at.check_units(channel))?;
@@ -127,21 +128,22 @@ impl<'a> Array<'a> {
                 }
                 (Some(line), 1 - across, coordinates[1 - across].to_owned())
             }
-            (axis, []) => (None, 0, axis.coordinate().to_owned()),
-            (_, [at, ..]) => {
+            [] => (None, 0, axis.coordinate().to_owned()),
+            [at, ..] => {
                 let text =
                     format!("`{name}` is drawn over its whole axis; leave out --at {at}, or leave out --map");
                 return Err(Failure::Usage(text));
             }
         };
-        let places = match &axis {
-            // radii in any order, and few
-            Axis::Listed(positions) => Reach::listed(positions).and_then(|reach| evenly(&reach)),
-            _ => extent.reaches.get(along).and_then(|reach| match &reach.side {
-                Side::Even { .. } => evenly(reach),
-                Side::Listed(positions) => Some(downsampled(positions)),
-            }),
+        let reach = match &axis {
+            Axis::Listed(positions) => Reach::of(Side::Listed(positions.clone())),
+            _ => extent.reaches.get(along).cloned(),
         };
+        let places = reach.and_then(|reach| match (&axis, &reach.side) {
+            // radii in any order, and few
+            (Axis::Listed(_), _) | (_, Side::Even { .. }) => evenly(&reach),
+            (_, Side::Listed(positions)) => Some(downsampled(positions)),
+        });
         let places = places.ok_or_else(|| {
             Failure::nothing(format!("`{name}` of `{}` has no places along its axis", channel.topic))
         })?;
@@ -229,8 +231,8 @@ impl<'a> Array<'a> {
             (_, Side::Even { step, .. }) => *step,
         };
         let value = |i: usize| {
-            let spot = Spot { position: self.places.at(i), is_lower: self.places.is_below_interface(i) };
-            nearest(&points, spot, 0.5 * step * (1.0 + 1e-9))
+            let place = (self.places.at(i), self.places.is_below_interface(i));
+            nearest(&points, place, 0.5 * step * (1.0 + 1e-9))
         };
         Ok((0..self.places.length()).map(value).collect())
     }
@@ -333,14 +335,10 @@ fn downsampled(positions: &[f64]) -> Side {
     layers.flat_map(some).collect()
 }
 
-/// The value of the point nearest to a spot; 0 if none is within reach.
-fn nearest(points: &[(f64, f64)], spot: Spot, reach: f64) -> f64 {
-    let place = spot.position;
-    let next = points.partition_point(|point| point.0 < place || (spot.is_lower && point.0 == place));
-    let around = [next.checked_sub(1), Some(next)].into_iter().flatten().filter_map(|i| points.get(i));
-    let distance = |point: &&(f64, f64)| (point.0 - place).abs();
-    let found = around.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    found.filter(|point| distance(point) <= reach).map_or(0.0, |point| point.1)
+/// The value of the point nearest to a place; 0 if none is within reach.
+fn nearest(points: &[(f64, f64)], place: (f64, bool), reach: f64) -> f64 {
+    let found = nearest_point(points, place).filter(|point| (point.0 - place.0).abs() <= reach);
+    found.map_or(0.0, |point| point.1)
 }
 
 #[cfg(test)]
@@ -351,11 +349,11 @@ mod tests {
     fn the_nearest_point_counts_and_none_is_zero() {
         let points = [(0.5, 1.0), (1.5, 2.0), (2.5, 3.0)];
         for (place, value) in [(0.0, 1.0), (0.9, 1.0), (1.1, 2.0), (3.0, 3.0), (3.1, 0.0), (-0.1, 0.0)] {
-            assert_eq!(nearest(&points, place.into(), 0.5), value, "{place}");
+            assert_eq!(nearest(&points, (place, false), 0.5), value, "{place}");
         }
-        assert_eq!(nearest(&[], 1.0.into(), 0.5), 0.0);
+        assert_eq!(nearest(&[], (1.0, false), 0.5), 0.0);
         let interface = [(0.0, 1.0), (1.0, 2.0), (1.0, 3.0), (1.5, 4.0)];
-        let at = |is_lower| nearest(&interface, Spot { position: 1.0, is_lower }, 0.5);
+        let at = |is_lower| nearest(&interface, (1.0, is_lower), 0.5);
         assert_eq!((at(false), at(true)), (2.0, 3.0));
     }
 

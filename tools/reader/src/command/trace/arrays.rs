@@ -119,8 +119,7 @@ pub fn arrays(
 fn chosen(channel: &Channel, layout: &Layout, names: &[String]) -> Option<Vec<usize>> {
     let (hidden, time) = (channel.axis_parts(), channel.time_leaf());
     // lists of positions are points, of which each has a name
-    let is_array =
-        |leaf: usize| matches!(Axis::of(leaf, layout, channel), Axis::Matrix(_) | Axis::Described(_));
+    let is_array = |leaf: usize| matches!(Axis::of(leaf, layout, channel), Axis::Described(_));
     let is_number = |leaf: usize| layout.leaves[leaf].kind.is_number() && layout.leaves[leaf].is_data();
     let leaves: Vec<usize> = match names {
         [] => {
@@ -188,22 +187,11 @@ impl ArrayField {
     /// The numbers of a message, at their places.
     fn take(&mut self, channel: &Channel, values: &Values) -> Result<(), Failure> {
         let list = &values.lists[self.leaf];
-        let lengths: Vec<usize> = match &self.axis {
-            Axis::Matrix(_) => {
-                let grid = self.axis.grid(values);
-                let known = grid.filter(|grid| {
-                    begins(&self.sides[0].1, &grid.rows) && begins(&self.sides[1].1, &grid.columns)
-                });
-                known.map(|grid| vec![grid.rows.length(), grid.columns.length()]).unwrap_or_default()
-            }
-            Axis::Described(_) => {
-                let side = self.axis.side(values, list.len());
-                let known = side.filter(|side| begins(&self.sides[0].1, side));
-                known.map(|side| vec![side.length()]).unwrap_or_default()
-            }
-            Axis::Listed(_) | Axis::Unknown => Vec::new(),
-        };
+        let sides = self.axis.sides(values, list.len());
+        let lengths: Vec<usize> = sides.iter().map(Side::length).collect();
+        let mut pairs = sides.iter().zip(&self.sides);
         let is_whole = lengths.len() == self.sides.len()
+            && pairs.all(|(side, (_, whole))| begins(whole, side))
             && (self.sides.is_empty() || lengths.iter().product::<usize>() == list.len());
         if !is_whole {
             let flaw = "has its elements at other places in some messages; choose positions with --at".into();
