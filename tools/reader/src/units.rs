@@ -6,7 +6,7 @@ use clap::Args;
 
 use percuss_table::units::PREFIXES;
 
-use crate::prefix::{Prefixed, QUANTITIES};
+use crate::prefix::{Prefixed, QUANTITIES, plain};
 
 /// The unit of a quantity, as it is typed: `force=kN`.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,12 +27,8 @@ impl FromStr for ChosenUnit {
             format!("`{}` is no quantity; known are {names}", name.trim())
         })?;
         let unit = unit.trim().replace(['u', 'μ'], "µ");
-        let power = |base: &str| {
-            let prefix = unit.strip_suffix(base)?;
-            PREFIXES.into_iter().find(|(_, name)| *name == prefix).map(|(power, _)| power)
-        };
-        let found = bases.iter().find_map(|&base| Some((base, power(base)?)));
-        let (base, power) = found.ok_or_else(|| {
+        let found = plain(&unit).filter(|(_, base)| bases.contains(base));
+        let (power, base) = found.ok_or_else(|| {
             let prefixes = PREFIXES.map(|(_, prefix)| prefix).join(" ");
             let bases = bases.join(" or ");
             format!(

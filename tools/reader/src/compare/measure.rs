@@ -68,6 +68,13 @@ pub struct Measure {
 }
 
 impl Measure {
+    /// Takes a difference into account, if it is the largest so far.
+    pub(super) fn widen(&mut self, difference: f64, place: impl FnOnce() -> Location) {
+        if self.max.as_ref().is_none_or(|(max, _)| difference > *max) {
+            self.max = Some((difference, place()));
+        }
+    }
+
     /// Largest difference relative to the largest magnitude of the reference.
     pub fn peak_relative(&self) -> Option<f64> {
         let (max, _) = self.max.as_ref()?;

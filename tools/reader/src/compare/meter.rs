@@ -131,10 +131,7 @@ impl Meter {
         let find = |is_wanted: &dyn Fn(f64, f64) -> bool| {
             a.iter().zip(b).position(|(&x, &y)| !is_same(x, y) && is_wanted(x, y)).unwrap_or(0)
         };
-        if self.measure.max.as_ref().is_none_or(|(max, _)| block.max > *max) {
-            let largest = find(&|x, y| (x - y).abs() == block.max);
-            self.measure.max = Some((block.max, sample.at(largest)));
-        }
+        self.measure.widen(block.max, || sample.at(find(&|x, y| (x - y).abs() == block.max)));
         if self.measure.first.is_none() {
             let first = find(&|_, _| true);
             self.note(self.divergence(sample.at(first), a[first], b[first]), false);
@@ -157,10 +154,7 @@ impl Meter {
             self.measure.differing += 1;
             let difference = (x - y).abs();
             let difference = if difference.is_nan() { f64::INFINITY } else { difference };
-            let is_larger = self.measure.max.as_ref().is_none_or(|(max, _)| difference > *max);
-            if is_larger {
-                self.measure.max = Some((difference, sample.at(i)));
-            }
+            self.measure.widen(difference, || sample.at(i));
             if self.measure.first.is_none() {
                 self.note(self.divergence(sample.at(i), x, y), false);
             }
@@ -179,9 +173,7 @@ impl Meter {
                 continue;
             }
             self.measure.differing += 1;
-            if self.measure.max.as_ref().is_none_or(|(max, _)| difference > *max) {
-                self.measure.max = Some((difference, sample.at(i)));
-            }
+            self.measure.widen(difference, || sample.at(i));
             let ulp = self.rule.as_ref().and_then(|rule| rule.tolerance.ulp);
             let is_near =
                 ulp.is_some_and(|ulp| ulps(as_a, as_b, false).is_some_and(|distance| distance <= ulp));

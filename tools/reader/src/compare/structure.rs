@@ -6,7 +6,7 @@ use std::{
     hash::{Hash, Hasher},
 };
 
-use prost_reflect::EnumDescriptor;
+use prost_reflect::{EnumDescriptor, Kind};
 
 use super::{
     convert::{self, Converter},
@@ -290,10 +290,10 @@ fn differences(
     }
     let [kind, other_kind] = [leaf, other].map(|leaf| {
         let list = if leaf.lists > 0 { "repeated " } else { "" };
-        match &leaf.kind {
-            Type::Enum(kind) => format!("{list}{}", kind.full_name()),
-            _ if !leaf.declared.is_empty() => format!("{list}{}", leaf.declared),
-            kind => format!("{list}{}", kind.name()),
+        match &leaf.declared {
+            Some(Kind::Message(_)) => format!("{list}message"),
+            Some(kind) => format!("{list}{kind:?}"),
+            None => format!("{list}{}", leaf.kind.name()),
         }
     });
     if kind != other_kind {

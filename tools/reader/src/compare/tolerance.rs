@@ -246,13 +246,11 @@ impl Rules {
 
     /// True if a topic, or a field, is to be left out.
     pub fn ignores(&self, topic: &str, field: Option<&str>) -> bool {
-        let name = field.map(|field| format!("{topic}.{field}"));
-        let fits = |rule: &&Rule| {
-            rule.fields.fits(topic)
-                || name.as_ref().is_some_and(|name| rule.fields.fits(name))
-                || field.is_some_and(|field| rule.fits_time(field))
+        let rule = match field {
+            Some(field) => self.of(topic, field),
+            None => self.rules.iter().find(|rule| rule.fields.fits(topic)),
         };
-        self.rules.iter().find(fits).is_some_and(|rule| rule.tolerance.ignore)
+        rule.is_some_and(|rule| rule.tolerance.ignore)
     }
 }
 

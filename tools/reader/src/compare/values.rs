@@ -31,15 +31,10 @@ pub(super) fn ulps(x: f64, y: f64, floats: bool) -> Option<u64> {
 
 /// Elements that differ though they are the same as doubles: floats that are NaN, whose signalling bit is lost.
 pub(super) fn hidden_differences(a: &List, b: &List) -> Vec<usize> {
-    fn places<T: Copy>(a: &[T], b: &[T], differ: impl Fn(T, T) -> bool) -> Vec<usize> {
-        a.iter().zip(b).enumerate().filter(|(_, (x, y))| differ(**x, **y)).map(|(i, _)| i).collect()
-    }
-    match (a, b) {
-        (List::Float(a), List::Float(b)) => {
-            places(a, b, |x, y| x.is_nan() && y.is_nan() && x.to_bits() != y.to_bits())
-        }
-        _ => Vec::new(),
-    }
+    let (List::Float(a), List::Float(b)) = (a, b) else { return Vec::new() };
+    let is_hidden = |(x, y): (&f32, &f32)| x.is_nan() && y.is_nan() && x.to_bits() != y.to_bits();
+    let pairs = a.iter().zip(b).enumerate();
+    pairs.filter(|(_, pair)| is_hidden(*pair)).map(|(i, _)| i).collect()
 }
 
 /// The whole numbers of two lists of such, if one of them is no double-precision number.

@@ -239,7 +239,7 @@ impl Builder {
                 first_list: parent.first_list.unwrap_or(branch.numbers.len()),
                 is_single: false,
                 is_key: true,
-                declared: "",
+                declared: None,
             })
         });
         let content = match message {
@@ -264,7 +264,7 @@ impl Builder {
             lists: branch.lists,
             ends_in_list: is_list,
             is_single: branch.lists == 0 && !branch.is_optional,
-            declared: Type::declared(&field.kind()),
+            declared: Some(field.kind()),
         });
         let wire_type = match field.kind() {
             _ if field.is_group() => 3,

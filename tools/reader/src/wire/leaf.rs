@@ -48,29 +48,6 @@ impl Type {
         }
     }
 
-    /// The type of a field as a schema names it.
-    pub(super) fn declared(kind: &Kind) -> &'static str {
-        match kind {
-            Kind::Double => "double",
-            Kind::Float => "float",
-            Kind::Int32 => "int32",
-            Kind::Int64 => "int64",
-            Kind::Uint32 => "uint32",
-            Kind::Uint64 => "uint64",
-            Kind::Sint32 => "sint32",
-            Kind::Sint64 => "sint64",
-            Kind::Fixed32 => "fixed32",
-            Kind::Fixed64 => "fixed64",
-            Kind::Sfixed32 => "sfixed32",
-            Kind::Sfixed64 => "sfixed64",
-            Kind::Bool => "bool",
-            Kind::String => "string",
-            Kind::Bytes => "bytes",
-            Kind::Message(_) => "message",
-            Kind::Enum(_) => "enum",
-        }
-    }
-
     /// Name in reports.
     pub fn name(&self) -> &str {
         match self {
@@ -110,8 +87,8 @@ pub struct Leaf {
     pub is_single: bool,
     /// True for the keys of a map and for counts: they say which values belong together.
     pub is_key: bool,
-    /// Type as the schema names it, that of an enum or message aside; empty where there is none.
-    pub declared: &'static str,
+    /// Type as the schema declares it, if it does.
+    pub declared: Option<Kind>,
 }
 
 impl Leaf {
@@ -131,7 +108,7 @@ impl Leaf {
             first_list: 0,
             is_single: true,
             is_key: false,
-            declared: "",
+            declared: None,
         }
     }
 
