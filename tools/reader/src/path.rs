@@ -6,7 +6,7 @@
 
 use std::{collections::BTreeSet, fmt, ops::Range, sync::Arc};
 
-use crate::wire::{Layout, Leaf, List, Slot, Type, Values};
+use crate::wire::{Key, Layout, Leaf, List, Slot, Type, Values};
 
 /// Longest key of a map that becomes a column of its own \[bytes\].
 const MAX_KEY: usize = 1024;
@@ -40,19 +40,6 @@ impl fmt::Display for Element {
     }
 }
 
-/// Key of a map.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Key {
-    /// A truth value.
-    Bool(bool),
-    /// A whole number.
-    Int(i64),
-    /// A whole number that is not negative.
-    UInt(u64),
-    /// A text.
-    Text(String),
-}
-
 impl Key {
     /// The key that a text stands for in a map with keys of a type.
     fn parse(text: &str, kind: &Type) -> Option<Self> {
@@ -65,17 +52,7 @@ impl Key {
         }
     }
 
-    /// A key as it is in a message; `None` if it is too long for the name of a column.
-    fn at(list: &List, index: usize) -> Option<Self> {
-        match list {
-            List::Bool(list) => list.get(index).copied().map(Self::Bool),
-            List::Int(list) => list.get(index).copied().map(Self::Int),
-            List::UInt(list) => list.get(index).copied().map(Self::UInt),
-            List::Text(list) => list.get(index).filter(|key| key.len() <= MAX_KEY).cloned().map(Self::Text),
-            _ => None,
-        }
-    }
-
+    /// True for the key at a place of a list.
     fn is_at(&self, list: &List, index: usize) -> bool {
         match (self, list) {
             (Self::Bool(key), List::Bool(list)) => list.get(index) == Some(key),
@@ -265,7 +242,8 @@ impl Path {
             }
             if part.is_list {
                 elements.push(match &part.keys {
-                    Some((leaf, _)) => match Key::at(&values.lists[*leaf], index) {
+                    Some((leaf, _)) => match values.lists[*leaf].key(index) {
+                        Some(Key::Text(text)) if text.len() > MAX_KEY => continue,
                         Some(key) => Element::Key(key),
                         None => continue,
                     },

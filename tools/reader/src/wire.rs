@@ -28,4 +28,4 @@ pub(crate) use dynamic::dynamic;
 pub use layout::Layout;
 pub(crate) use layout::Slot;
 pub use leaf::{COUNT, DecodeError, Leaf, Type, UNKNOWN};
-pub use list::{List, Values};
+pub use list::{Key, List, Values};

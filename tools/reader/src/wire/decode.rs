@@ -7,8 +7,8 @@ use super::{
     dynamic::dynamic,
     json,
     layout::{Content, Layout, Node, Scalar, Slot},
-    leaf::DecodeError,
-    list::{List, Values},
+    leaf::{DecodeError, Type},
+    list::{Key, List, Values},
     seen::{BLOCK, Seen, complete, size},
 };
 use crate::recording::Budget;
@@ -81,7 +81,7 @@ impl Layout {
 fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -> Result<(), Stop> {
     // also what takes no memory takes time
     spend(budget, node.slots.len())?;
-    let (mut wire, mut seen, mut entries) = (Wire { bytes }, Seen::default(), Vec::<Entry<'_>>::new());
+    let (mut wire, mut seen, mut entries) = (Wire { bytes }, Seen::of(node), Vec::<Entry<'_>>::new());
     while !wire.bytes.is_empty() {
         let start = wire.bytes;
         let (number, wire_type) = wire.key()?;
@@ -110,7 +110,7 @@ fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -
             Content::Message { node: inner, is_map: true } => {
                 spend(budget, size_of::<Entry<'_>>())?;
                 let bytes = wire.block()?;
-                entries.push(Entry { index, key: key(inner, bytes)?, bytes });
+                entries.push(Entry { index, key: key(inner, bytes, budget)?, bytes });
                 // what is counted are the keys that differ
                 continue;
             }
@@ -140,45 +140,26 @@ fn message(node: &Node, bytes: &[u8], lists: &mut [List], budget: &mut Budget) -
 struct Entry<'a> {
     /// Slot of the map.
     index: usize,
-    key: Key<'a>,
+    key: Option<Key>,
     bytes: &'a [u8],
 }
 
-/// The key of an entry, in the order of its type.
-#[derive(PartialEq, Eq, PartialOrd, Ord)]
-enum Key<'a> {
-    Whole(i128),
-    Bytes(&'a [u8]),
-}
-
 /// The key of an entry: field 1, by default 0 or empty.
-fn key<'a>(entry: &Node, bytes: &'a [u8]) -> Result<Key<'a>, DecodeError> {
+fn key(entry: &Node, bytes: &[u8], budget: &mut Budget) -> Result<Option<Key>, DecodeError> {
     let slot = entry.find(1).map(|index| &entry.slots[index]);
-    let Some(Slot { content: Content::Scalar(scalar), .. }) = slot else { return Ok(Key::Bytes(&[])) };
-    let mut key = if scalar.wire_type == 2 { Key::Bytes(&[]) } else { Key::Whole(0) };
-    let mut wire = Wire { bytes };
+    let Some(Slot { content: Content::Scalar(scalar), .. }) = slot else { return Ok(None) };
+    let (mut list, mut wire) = (List::new(&Type::of(scalar.kind.clone())), Wire { bytes });
+    list.push_default();
     while !wire.bytes.is_empty() {
         let (number, wire_type) = wire.key()?;
-        if number != 1 || wire_type != scalar.wire_type {
+        if number == 1 && wire_type == scalar.wire_type {
+            list.clear();
+            single(scalar, number, &mut wire, &mut list, budget)?;
+        } else {
             wire.skip(number, wire_type, 0)?;
-            continue;
         }
-        key = match scalar.kind {
-            Kind::Int32 => Key::Whole((wire.varint()? as i32).into()),
-            Kind::Int64 => Key::Whole((wire.varint()? as i64).into()),
-            Kind::Uint32 => Key::Whole((wire.varint()? as u32).into()),
-            Kind::Sint32 => Key::Whole(zigzag((wire.varint()? as u32).into()).into()),
-            Kind::Sint64 => Key::Whole(zigzag(wire.varint()?).into()),
-            Kind::Fixed32 => Key::Whole(u32::from_le_bytes(wire.fixed()?).into()),
-            Kind::Fixed64 => Key::Whole(u64::from_le_bytes(wire.fixed()?).into()),
-            Kind::Sfixed32 => Key::Whole(i32::from_le_bytes(wire.fixed()?).into()),
-            Kind::Sfixed64 => Key::Whole(i64::from_le_bytes(wire.fixed()?).into()),
-            Kind::Bool => Key::Whole((wire.varint()? != 0).into()),
-            _ if scalar.wire_type == 2 => Key::Bytes(wire.block()?),
-            _ => Key::Whole(wire.varint()?.into()),
-        };
     }
-    Ok(key)
+    Ok(list.key(0))
 }
 
 /// Keeps a field that the schema does not know.

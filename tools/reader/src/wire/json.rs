@@ -23,10 +23,10 @@ mod descriptor;
 mod observe;
 mod schema;
 
-use std::collections::HashMap;
-
 pub(super) use decode::decode;
 pub(crate) use schema::shape;
+
+use indexmap::IndexMap;
 
 use super::layout::Layout;
 use crate::recording::Budget;
@@ -60,26 +60,12 @@ pub(crate) enum Shape {
 }
 
 /// The fields of an object, in the order in which they come up.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Fields {
-    entries: Vec<(String, Shape)>,
-    index: HashMap<String, usize>,
-}
+pub(crate) type Fields = IndexMap<String, Shape>;
 
-impl Fields {
-    /// The shape of a field, added if it is new; `None` if there is no room for it.
-    fn entry(&mut self, name: &str, budget: &mut Budget) -> Option<&mut Shape> {
-        let index = match self.index.get(name) {
-            Some(&index) => index,
-            None if budget.spend(FIELD + 8 * name.len()) => {
-                self.index.insert(name.to_owned(), self.entries.len());
-                self.entries.push((name.to_owned(), Shape::Unknown));
-                self.entries.len() - 1
-            }
-            None => return None,
-        };
-        self.entries.get_mut(index).map(|(_, shape)| shape)
-    }
+/// The shape of a field, added if it is new; `None` if there is no room for it.
+fn field<'a>(fields: &'a mut Fields, name: &str, budget: &mut Budget) -> Option<&'a mut Shape> {
+    let has_room = fields.contains_key(name) || budget.spend(FIELD + 8 * name.len());
+    has_room.then(|| fields.entry(name.to_owned()).or_default())
 }
 
 impl Shape {
@@ -89,9 +75,7 @@ impl Shape {
             Self::Unknown => false,
             Self::Bool | Self::Integer | Self::Number | Self::Text => true,
             Self::List(element) | Self::Nested(element) => element.is_whole(),
-            Self::Object(fields) => {
-                !fields.entries.is_empty() && fields.entries.iter().all(|(_, shape)| shape.is_whole())
-            }
+            Self::Object(fields) => !fields.is_empty() && fields.values().all(Self::is_whole),
         }
     }
 
@@ -100,7 +84,7 @@ impl Shape {
         match self {
             Self::List(element) | Self::Nested(element) => 64 + element.weight(),
             Self::Object(fields) => {
-                fields.entries.iter().map(|(name, shape)| FIELD + 8 * name.len() + shape.weight()).sum()
+                fields.iter().map(|(name, shape)| FIELD + 8 * name.len() + shape.weight()).sum()
             }
             _ => 0,
         }

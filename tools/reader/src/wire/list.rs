@@ -116,6 +116,32 @@ impl List {
     }
 }
 
+/// Key of a map.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Key {
+    /// A truth value.
+    Bool(bool),
+    /// A whole number.
+    Int(i64),
+    /// A whole number that is not negative.
+    UInt(u64),
+    /// A text.
+    Text(String),
+}
+
+impl List {
+    /// Value `index` as the key of a map, where it can be one.
+    pub(crate) fn key(&self, index: usize) -> Option<Key> {
+        match self {
+            Self::Bool(list) => list.get(index).copied().map(Key::Bool),
+            Self::Int(list) => list.get(index).copied().map(Key::Int),
+            Self::UInt(list) => list.get(index).copied().map(Key::UInt),
+            Self::Text(list) => list.get(index).cloned().map(Key::Text),
+            _ => None,
+        }
+    }
+}
+
 /// A decoded message: one list per leaf of its [`Layout`](super::Layout).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Values {

@@ -1,5 +1,7 @@
 //! What is known of a message while it is decoded, from the wire or from JSON: which of its fields have been there.
 
+use smallvec::{SmallVec, smallvec};
+
 use super::{
     cursor::spend,
     layout::{Content, Node, Scalar},
@@ -12,32 +14,20 @@ use crate::recording::Budget;
 pub(super) const BLOCK: usize = 24 + 16;
 
 /// How many values each slot of a message has had.
-#[derive(Default)]
-pub(super) struct Seen {
-    near: [u32; 16],
-    far: Vec<u64>,
-}
+pub(super) struct Seen(SmallVec<[u64; 16]>);
 
 impl Seen {
+    /// None yet.
+    pub(super) fn of(node: &Node) -> Self {
+        Self(smallvec![0; node.slots.len()])
+    }
+
     pub(super) fn count(&self, index: usize) -> u64 {
-        match self.near.get(index) {
-            Some(&count) => u64::from(count),
-            None => self.far.get(index - self.near.len()).copied().unwrap_or(0),
-        }
+        self.0[index]
     }
 
     pub(super) fn add(&mut self, index: usize, more: u64, is_list: bool) {
-        let count = if is_list { self.count(index).saturating_add(more) } else { 1 };
-        match self.near.get_mut(index) {
-            Some(near) => *near = u32::try_from(count).unwrap_or(u32::MAX),
-            None => {
-                let far = index - self.near.len();
-                if self.far.len() <= far {
-                    self.far.resize(far + 1, 0);
-                }
-                self.far[far] = count;
-            }
-        }
+        self.0[index] = if is_list { self.0[index].saturating_add(more) } else { 1 };
     }
 }
 
@@ -48,8 +38,7 @@ pub(super) fn complete(
     lists: &mut [List],
     budget: &mut Budget,
 ) -> Result<(), DecodeError> {
-    for (index, slot) in node.slots.iter().enumerate() {
-        let number = seen.count(index);
+    for (slot, &number) in node.slots.iter().zip(&seen.0) {
         if let Some(List::UInt(list)) = slot.count.map(|leaf| &mut lists[leaf]) {
             spend(budget, 8)?;
             list.push(number);

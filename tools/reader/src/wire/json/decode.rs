@@ -34,7 +34,7 @@ pub(in crate::wire) fn decode(
         (true, Some(slot)) => {
             let (inner, lengths) = (names.inner.get(&slot.number), lengths(node, names, slot));
             let value = Value { walk: &mut walk, slot, names: inner, lengths, in_list: false, first: 0 };
-            let mut seen = Seen::default();
+            let mut seen = Seen::of(node);
             value.deserialize(&mut json).and_then(|count| {
                 seen.add(0, count, true);
                 walk.end(node, &seen)
@@ -110,7 +110,7 @@ impl<'de> Visitor<'de> for Object<'_, '_> {
         let Self { walk, node, names } = self;
         // also what takes no memory takes time
         walk.spend(node.slots.len())?;
-        let mut seen = Seen::default();
+        let mut seen = Seen::of(node);
         while let Some(key) = map.next_key_seed(Key(names))? {
             let slot = match key {
                 Ok(number) => node.find(number).map(|index| (index, &node.slots[index])),
@@ -293,7 +293,7 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
     fn visit_unit<E: Error>(self) -> Result<u64, E> {
         match &self.slot.content {
             _ if !self.in_list => Ok(0),
-            Content::Message { node, .. } => self.walk.end(node, &Seen::default()).map(|()| 1),
+            Content::Message { node, .. } => self.walk.end(node, &Seen::of(node)).map(|()| 1),
             Content::Scalar(_) => self.number(f64::NAN, None),
         }
     }

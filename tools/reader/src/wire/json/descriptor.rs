@@ -24,12 +24,10 @@ pub(super) fn message(shape: &Shape, name: &str) -> Option<(MessageDescriptor, N
     let name = if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { "Message".to_owned() };
     let names = match shape {
         Shape::Unknown => return None,
-        Shape::Object(fields) if fields.entries.is_empty() => return None,
+        Shape::Object(fields) if fields.is_empty() => return None,
         Shape::Object(fields) => builder.message(name.clone(), fields),
         other => {
-            let mut fields = Fields::default();
-            fields.index.insert("value".into(), 0);
-            fields.entries.push(("value".into(), other.clone()));
+            let fields = Fields::from([("value".into(), other.clone())]);
             Names { is_value: true, ..builder.message(name.clone(), &fields) }
         }
     };
@@ -54,8 +52,8 @@ impl Builder {
     fn message(&mut self, name: String, fields: &Fields) -> Names {
         let (mut names, mut taken, mut protos) = (Names::default(), HashMap::new(), Vec::new());
         // after the numbers of all fields
-        let mut free = i32::try_from(fields.entries.len()).unwrap_or(i32::MAX);
-        for ((key, shape), number) in fields.entries.iter().zip(1_i32..) {
+        let mut free = i32::try_from(fields.len()).unwrap_or(i32::MAX);
+        for ((key, shape), number) in fields.iter().zip(1_i32..) {
             if self.fields == MAX_LEAVES {
                 // what has no leaf is kept like a field that is not known
                 break;
@@ -84,28 +82,31 @@ impl Builder {
             if is_nested {
                 free = free.saturating_add(1);
                 names.lengths.insert(number.unsigned_abs(), free.unsigned_abs());
-                let name = Some(format!("{field}{COUNT}"));
-                protos.push(FieldDescriptorProto {
-                    json_name: name.clone(),
-                    name,
-                    number: Some(free),
-                    label: Some(Label::Repeated.into()),
-                    r#type: Some(Type::Uint64.into()),
-                    ..FieldDescriptorProto::default()
-                });
+                protos.push(proto(format!("{field}{COUNT}"), free, Label::Repeated, Type::Uint64, None));
             }
-            protos.push(FieldDescriptorProto {
-                json_name: Some(field.clone()),
-                name: Some(field),
-                number: Some(number),
-                label: Some(label.into()),
-                r#type: Some(kind.into()),
-                type_name,
-                ..FieldDescriptorProto::default()
-            });
+            protos.push(proto(field, number, label, kind, type_name));
         }
         self.messages.push(DescriptorProto { name: Some(name), field: protos, ..DescriptorProto::default() });
         names
+    }
+}
+
+/// A field as it is declared.
+fn proto(
+    name: String,
+    number: i32,
+    label: Label,
+    kind: Type,
+    type_name: Option<String>,
+) -> FieldDescriptorProto {
+    FieldDescriptorProto {
+        json_name: Some(name.clone()),
+        name: Some(name),
+        number: Some(number),
+        label: Some(label.into()),
+        r#type: Some(kind.into()),
+        type_name,
+        ..FieldDescriptorProto::default()
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
-use super::{Fields, MAX_DEPTH, Shape};
+use super::{Fields, MAX_DEPTH, Shape, field};
 use crate::recording::Budget;
 
 /// Up to here all whole numbers are double-precision numbers.
@@ -139,11 +139,11 @@ impl<'de> Visitor<'de> for Observer<'_> {
             *shape = Shape::Object(Fields::default());
         }
         while let Some(name) = map.next_key::<String>()? {
-            let field = match &mut *shape {
-                Shape::Object(fields) => fields.entry(&name, budget),
+            let inner = match &mut *shape {
+                Shape::Object(fields) => field(fields, &name, budget),
                 _ => None,
             };
-            match field {
+            match inner {
                 Some(shape) => {
                     let depth = depth + 1;
                     let nested = &mut false;

@@ -3,11 +3,12 @@
 //! `type`, `properties`, `items`, `prefixItems`, `allOf`, `anyOf` and `oneOf` with one alternative besides `null`, and `$ref` inside
 //! the schema are read. What a schema leaves open, messages have to say.
 
-use std::{collections::HashMap, fmt};
+use std::fmt;
 
+use indexmap::IndexMap;
 use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 
-use super::{Fields, MAX_DEPTH, Shape};
+use super::{Fields, MAX_DEPTH, Shape, field};
 use crate::recording::Budget;
 
 /// Memory of a schema while it is read, for each of its bytes \[bytes\].
@@ -33,39 +34,8 @@ pub(crate) fn shape(bytes: &[u8], budget: &mut Budget) -> Result<Shape, String> 
 enum Tree {
     Text(String),
     List(Vec<Tree>),
-    Object(Entries),
+    Object(IndexMap<String, Tree>),
     Other,
-}
-
-/// The entries of an object in the order of the text.
-#[derive(Default)]
-struct Entries {
-    all: Vec<(String, Tree)>,
-    /// Numbers of the entries by their keys, where there are many.
-    index: HashMap<String, usize>,
-}
-
-impl Entries {
-    /// Entries that are looked at one by one, at most.
-    const FEW: usize = 16;
-
-    fn of(all: Vec<(String, Tree)>) -> Self {
-        let mut index = HashMap::new();
-        if all.len() > Self::FEW {
-            for (i, (key, _)) in all.iter().enumerate() {
-                index.entry(key.clone()).or_insert(i);
-            }
-        }
-        Self { all, index }
-    }
-
-    fn get(&self, name: &str) -> Option<&Tree> {
-        let found = match self.all.len() {
-            0..=Self::FEW => self.all.iter().find(|(key, _)| key == name),
-            _ => self.index.get(name).and_then(|&i| self.all.get(i)),
-        };
-        found.map(|(_, value)| value)
-    }
 }
 
 impl Tree {
@@ -154,11 +124,11 @@ impl<'de> Visitor<'de> for Builder {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Tree, A::Error> {
-        let mut entries = Vec::new();
-        while let Some(entry) = map.next_entry()? {
-            entries.push(entry);
+        let mut entries = IndexMap::new();
+        while let Some((key, value)) = map.next_entry()? {
+            entries.insert(key, value);
         }
-        Ok(Tree::Object(Entries::of(entries)))
+        Ok(Tree::Object(entries))
     }
 }
 
@@ -208,9 +178,9 @@ fn list(tree: &Tree, root: &Tree, depth: usize, budget: &mut Budget) -> Shape {
 fn object(tree: &Tree, root: &Tree, depth: usize, budget: &mut Budget) -> Shape {
     let mut fields = Fields::default();
     if let Some(Tree::Object(properties)) = tree.get("properties") {
-        for (name, property) in &properties.all {
+        for (name, property) in properties {
             let shape = of(property, root, depth + 1, budget);
-            if let Some(entry) = fields.entry(name, budget) {
+            if let Some(entry) = field(&mut fields, name, budget) {
                 *entry = shape;
             }
         }
@@ -243,8 +213,8 @@ impl Shape {
         match (&mut *self, other) {
             (_, Self::Unknown) => {}
             (Self::Object(fields), Self::Object(others)) => {
-                for (name, shape) in others.entries {
-                    if let Some(entry) = fields.entry(&name, budget) {
+                for (name, shape) in others {
+                    if let Some(entry) = field(fields, &name, budget) {
                         entry.join(shape, budget);
                     }
                 }

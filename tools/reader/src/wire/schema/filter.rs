@@ -39,8 +39,6 @@ enum Part {
     Number,
     /// A text.
     Text,
-    /// The name that stands in those of all that is in the message.
-    Name,
     /// A message.
     Inner(&'static Element),
     /// Options, of which one, a truth value, is kept.
@@ -51,7 +49,7 @@ enum Part {
     Location,
 }
 
-use Part::{Import, Inner, Location, Name, Number, Options, Text};
+use Part::{Import, Inner, Location, Number, Options, Text};
 
 const fn element(memory: usize, fields: &'static [(u32, Part)]) -> Element {
     Element { memory, has_name: true, fields }
@@ -63,7 +61,7 @@ static FILE: Element = Element {
     has_name: false,
     fields: &[
         (1, Text),
-        (2, Name),
+        (2, Text),
         (3, Import),
         (4, Inner(&MESSAGE)),
         (5, Inner(&ENUMERATION)),
@@ -76,7 +74,7 @@ static FILE: Element = Element {
 static MESSAGE: Element = element(
     3072,
     &[
-        (1, Name),
+        (1, Text),
         (2, Inner(&FIELD)),
         (3, Inner(&MESSAGE)),
         (4, Inner(&ENUMERATION)),
@@ -89,7 +87,7 @@ static MESSAGE: Element = element(
 static FIELD: Element = element(
     2048,
     &[
-        (1, Name),
+        (1, Text),
         (2, Text),
         (3, Number),
         (4, Number),
@@ -102,9 +100,9 @@ static FIELD: Element = element(
         (17, Number),
     ],
 );
-static ENUMERATION: Element = element(2048, &[(1, Name), (2, Inner(&VALUE)), (3, Options(2))]);
-static VALUE: Element = element(1024, &[(1, Name), (2, Number)]);
-static ONEOF: Element = element(1024, &[(1, Name)]);
+static ENUMERATION: Element = element(2048, &[(1, Text), (2, Inner(&VALUE)), (3, Options(2))]);
+static VALUE: Element = element(1024, &[(1, Text), (2, Number)]);
+static ONEOF: Element = element(1024, &[(1, Text)]);
 static RANGE: Element = Element { memory: 512, has_name: false, fields: &[(1, Number), (2, Number)] };
 static SOURCE: Element = Element { memory: 0, has_name: false, fields: &[(1, Location)] };
 
@@ -228,7 +226,7 @@ impl Filter {
         match part {
             // numbers of imports, each of which may be one byte
             Number => self.spend(8 * content.len())?,
-            Text | Name => self.text(content.len())?,
+            Text => self.text(content.len())?,
             Import => {
                 check_name(content.len())?;
                 self.count()?;
