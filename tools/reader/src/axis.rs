@@ -170,7 +170,9 @@ impl Axis {
     /// The positions of the `length` elements of an array that is no matrix, if no two are at the same one for want of a step.
     pub(crate) fn side(&self, values: &Values, length: usize) -> Option<Side> {
         let [side] = <[Side; 1]>::try_from(self.sides(values, length)).ok()?;
-        Some(side).filter(|side| !matches!(side, Side::Even { step, .. } if !(*step > 0.0)))
+        // false for NaN
+        let has_step = if let Side::Even { step, .. } = side { step > 0.0 } else { true };
+        has_step.then_some(side)
     }
 
     /// Value of an array at a position of its side, as [`between`] has it; where positions are listed in the metadata, in whatever order,
