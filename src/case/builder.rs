@@ -24,7 +24,7 @@ impl CaseBuilder {
     /// A built-in case, or a TOML file.
     pub(crate) fn load(name: &str) -> Result<Self, CaseErrors> {
         if let Some(text) = builtin::find(name) {
-            return Ok(Self::from_text(name, text, Path::new("")));
+            return Ok(Self::from_text(name, &text, Path::new("")));
         }
         let path = Path::new(name);
         let text = read_text(path).map_err(|error| CaseErrors::unreadable(name, &error))?;

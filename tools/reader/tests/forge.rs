@@ -352,7 +352,7 @@ pub const SCALES: [(&str, &str, &str, f64); 6] = [
 pub fn record(name: &str, settings: &[&str], path: &Path) {
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
     let text = builtin::find(name).expect("a built-in case");
-    let case = Case::parse(name, text, &settings, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let case = Case::parse(name, &text, &settings, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
     let mut recording =
         Recording::create(&Destination::new(path), &case, Source::Simulation).expect("a new file");
     let mut steps = Warned::new(&case, Simulation::new(&case));
