@@ -3,39 +3,18 @@
 //! A document is the text of a case file and, behind it, the settings; offsets count through all of them, so that a problem
 //! is shown where its value was written.
 
-use std::{
-    cell::RefCell,
-    ops::{Range, RangeInclusive},
-};
+use std::{cell::RefCell, ops::Range};
 
 use percuss_output::text::{clipped, short};
-use serde::de::DeserializeOwned;
 use toml::{
     Spanned,
-    de::{DeString, DeTable, DeValue, ValueDeserializer},
+    de::{DeString, DeTable, DeValue},
 };
 
-use super::{CaseBuilder, CaseErrors, Problem, bounds::Bounds, errors::Excerpt};
+use super::{CaseBuilder, CaseErrors, Problem, errors::Excerpt};
 
 /// Place in all texts together.
 pub type Span = Range<usize>;
-
-/// A value and its place.
-#[derive(Clone, Debug)]
-pub struct Given<T> {
-    pub value: T,
-    pub span: Span,
-}
-
-/// The value without its place.
-pub fn value<T>(given: Given<T>) -> T {
-    given.value
-}
-
-/// Place of a value.
-pub fn span_of<T>(given: &Option<Given<T>>) -> Option<Span> {
-    given.as_ref().map(|given| given.span.clone())
-}
 
 /// Problems that are kept: the first of a text. Of the others there is a count.
 const MOST_PROBLEMS: usize = 50;
@@ -113,7 +92,7 @@ impl Document {
     /// # Errors
     ///
     /// The first error of syntax, alone: what is behind it may be anything.
-    pub fn root(&self) -> Result<Section<'_>, CaseErrors> {
+    pub fn root(&self) -> Result<DeTable<'_>, CaseErrors> {
         let mut table = DeTable::new();
         for source in &self.sources {
             let (part, errors) = DeTable::parse_recoverable(&source.text);
@@ -138,7 +117,7 @@ impl Document {
             }
             merge(&mut table, moved_table(part.into_inner(), source.start));
         }
-        Ok(Section::new(self, String::new(), table, 0..0))
+        Ok(table)
     }
 
     /// The text at a place.
@@ -180,241 +159,6 @@ impl Document {
         });
         let (source_code, label) = place.unzip();
         Problem { message, help, source_code, label }
-    }
-}
-
-/// A table of the document, read key by key.
-pub struct Section<'t> {
-    pub document: &'t Document,
-    path: String,
-    table: DeTable<'t>,
-    span: Range<usize>,
-    keys: Vec<&'static str>,
-    /// Keys whose values were refused.
-    refused: Vec<&'static str>,
-}
-
-impl<'t> Section<'t> {
-    fn new(document: &'t Document, path: String, table: DeTable<'t>, span: Range<usize>) -> Self {
-        Self { document, path, table, span, keys: Vec::new(), refused: Vec::new() }
-    }
-
-    /// Place of the section.
-    pub fn span(&self) -> Range<usize> {
-        self.span.clone()
-    }
-
-    /// Notes a problem.
-    pub fn problem(&self, span: Range<usize>, message: impl Into<String>, help: impl Into<String>) {
-        self.document.problem(span, message, help);
-    }
-
-    /// Full name of a key.
-    pub fn name(&self, key: &str) -> String {
-        if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
-    }
-
-    fn remove(&mut self, key: &'static str) -> Option<Spanned<DeValue<'t>>> {
-        self.know(key);
-        self.table.remove(key)
-    }
-
-    /// The text of a value, without reading it: `None` if there is none or it is no text.
-    pub fn text(&self, key: &str) -> Option<&str> {
-        match self.table.get(key)?.get_ref() {
-            DeValue::String(text) => Some(text),
-            _ => None,
-        }
-    }
-
-    /// Place of a key that is there and not read yet, else of the section.
-    pub fn place(&self, key: &str) -> Range<usize> {
-        self.table.get(key).map_or(self.span(), Spanned::span)
-    }
-
-    /// True if the value of any key was refused.
-    pub fn has_refused(&self) -> bool {
-        !self.refused.is_empty()
-    }
-
-    /// A sub-table that is there and not read yet.
-    pub fn table(&self, key: &str) -> Option<&DeTable<'t>> {
-        match self.table.get(key)?.get_ref() {
-            DeValue::Table(table) => Some(table),
-            _ => None,
-        }
-    }
-
-    /// Notes that a key belongs to the section though it is not read.
-    pub fn know(&mut self, key: &'static str) {
-        if !self.keys.contains(&key) {
-            self.keys.push(key);
-        }
-    }
-
-    /// True if the key is there and not read yet.
-    pub fn has(&self, key: &str) -> bool {
-        self.table.contains_key(key)
-    }
-
-    /// A sub-table; an empty one if it is missing.
-    pub fn section(&mut self, key: &'static str) -> Section<'t> {
-        let path = self.name(key);
-        let (table, span) = match self.remove(key).map(|value| (value.span(), value.into_inner())) {
-            Some((span, DeValue::Table(table))) => (table, span),
-            Some((span, other)) => {
-                let message = format!("`{path}` is {}, it must be a table", describe(&other));
-                self.problem(span.clone(), message, format!("write it as [{path}]"));
-                (DeTable::new(), span)
-            }
-            None => (DeTable::new(), self.span()),
-        };
-        Self::new(self.document, path, table, span)
-    }
-
-    /// The tables of a list, numbered from 1 on, if the key is there; what is no table is refused and left out.
-    pub fn sections(&mut self, key: &'static str) -> Option<Given<Vec<Section<'t>>>> {
-        let path = self.name(key);
-        let value = self.remove(key)?;
-        let span = value.span();
-        let help = format!("write each as [[{path}]]; --set {path}.1.KEY=VALUE changes one that is there");
-        let mut sections = Vec::new();
-        let mut refuse = |place, name: &str, form, value: &DeValue<'_>| {
-            self.refused.push(key);
-            self.document.problem(
-                place,
-                format!("`{name}` is {}, it must be {form}", describe(value)),
-                help.clone(),
-            );
-        };
-        match value.into_inner() {
-            DeValue::Array(list) => {
-                for (number, value) in (1..).zip(list) {
-                    let (path, span) = (format!("{path}.{number}"), value.span());
-                    match value.into_inner() {
-                        DeValue::Table(table) => sections.push(Self::new(self.document, path, table, span)),
-                        other => refuse(span, &path, "a table", &other),
-                    }
-                }
-            }
-            other => refuse(span.clone(), &path, "a list of tables", &other),
-        }
-        Some(Given { value: sections, span })
-    }
-
-    /// A value, if the key is there and the value fits.
-    ///
-    /// * `allowed`: allowed values, for the message
-    pub fn get<T: DeserializeOwned>(&mut self, key: &'static str, allowed: &str) -> Option<Given<T>> {
-        let value = self.remove(key)?;
-        let span = value.span();
-        match T::deserialize(ValueDeserializer::from(value)) {
-            Ok(value) => Some(Given { value, span }),
-            Err(error) => {
-                let place = error.span().filter(|place| !place.is_empty()).unwrap_or(span);
-                let (message, remark) = self.mismatch(key, &place, error.message().trim_end());
-                self.refuse(key, place, message, &format!("{allowed}{remark}"))
-            }
-        }
-    }
-
-    /// What is said of a value that does not fit, and a remark on what is allowed.
-    ///
-    /// * `error`: the reader's own words, which for other types are those of the program
-    fn mismatch(&self, key: &str, place: &Range<usize>, error: &str) -> (String, &'static str) {
-        let name = self.name(key);
-        if !error.starts_with("invalid ") {
-            let error = error.split(", expected").next().unwrap_or(error);
-            return (format!("`{name}`: {}", error.replace("unknown variant", "unknown value")), "");
-        }
-        let written = self.document.written(place);
-        let is_text = written.starts_with('"') && error.ends_with(['4', '8']);
-        let remark = if is_text { ", without quotes and unit" } else { "" };
-        (format!("`{name}` = {} is not possible", short(written)), remark)
-    }
-
-    /// A required value.
-    pub fn require<T: DeserializeOwned>(&mut self, key: &'static str, allowed: &str) -> Option<Given<T>> {
-        let given = self.get(key, allowed);
-        self.need(key, given.is_some(), allowed);
-        given
-    }
-
-    /// A number within bounds, if the key is there.
-    pub fn number(&mut self, key: &'static str, bounds: Bounds) -> Option<Given<f64>> {
-        let allowed = bounds.to_string();
-        let given = self.get(key, &allowed)?;
-        if bounds.contain(given.value) {
-            return Some(given);
-        }
-        let message = format!("`{}` = {:?} is not possible", self.name(key), given.value);
-        self.refuse(key, given.span, message, &allowed)
-    }
-
-    /// A whole number within bounds, if the key is there.
-    pub fn count(&mut self, key: &'static str, range: RangeInclusive<u64>) -> Option<Given<u64>> {
-        let allowed = format!("a whole number from {} to {}", range.start(), range.end());
-        let given: Given<i64> = self.get(key, &allowed)?;
-        match u64::try_from(given.value).ok().filter(|value| range.contains(value)) {
-            Some(value) => Some(Given { value, span: given.span }),
-            None => {
-                let message = format!("`{}` = {} is not possible", self.name(key), given.value);
-                self.refuse(key, given.span, message, &allowed)
-            }
-        }
-    }
-
-    /// Refuses the value of a key.
-    ///
-    /// * `allowed`: allowed values, for the message
-    pub fn refuse<T>(
-        &mut self,
-        key: &'static str,
-        span: Range<usize>,
-        message: impl Into<String>,
-        allowed: &str,
-    ) -> Option<T> {
-        self.mark_refused(key);
-        self.problem(span, message, format!("allowed: {allowed}"));
-        None
-    }
-
-    /// Notes that the value of a key was refused.
-    pub fn mark_refused(&mut self, key: &'static str) {
-        self.refused.push(key);
-    }
-
-    /// True if `key` is there but its value was refused.
-    pub fn is_refused(&self, key: &str) -> bool {
-        self.refused.contains(&key)
-    }
-
-    /// Notes that `key` is missing, unless it is there but refused.
-    ///
-    /// * `present`: whether a value has been read
-    pub fn need(&self, key: &str, present: bool, meaning: &str) {
-        if !present && !self.is_refused(key) {
-            let name = self.name(key);
-            self.problem(self.span(), format!("`{name}` is missing"), format!("add `{name}`: {meaning}"));
-        }
-    }
-
-    /// Refuses the unread keys of the section.
-    pub fn end(self) {
-        let place =
-            if self.path.is_empty() { "at the top level".into() } else { format!("in [{}]", self.path) };
-        let help = format!("known {place}: {}", self.keys.join(", "));
-        for (key, _) in &self.table {
-            let name = self.name(key.get_ref());
-            self.problem(key.span(), format!("unknown key `{}`", short(&name)), &help);
-        }
-    }
-}
-
-fn describe(value: &DeValue<'_>) -> String {
-    match value.type_str() {
-        name @ ("integer" | "array") => format!("an {name}"),
-        name => format!("a {name}"),
     }
 }
 

@@ -89,6 +89,13 @@ impl SourceCode for Excerpt {
     }
 }
 
+/// True if a name is as alike a known one as a slip of the fingers leaves it.
+pub(super) fn is_alike(known: &str, name: &str) -> bool {
+    /// Longest name that is compared \[bytes\].
+    const COMPARED: usize = 64;
+    name.len() <= COMPARED && strsim::damerau_levenshtein(known, name) <= 1 + name.len() / 8
+}
+
 fn count(n: usize) -> String {
     if n == 1 { "1 problem".into() } else { format!("{n} problems") }
 }
@@ -101,8 +108,6 @@ impl CaseErrors {
 
     /// The file cannot be read.
     pub(super) fn unreadable(name: &str, error: &InputError) -> Self {
-        /// Longest name that is compared with those of built-in cases \[bytes\].
-        const COMPARED: usize = 64;
         let shown = short(name);
         if !matches!(error, InputError::System(_)) {
             let help = match error {
@@ -115,11 +120,8 @@ impl CaseErrors {
             return Self::single(name, format!("`{shown}` {error}"), help.into());
         }
         let names: Vec<&str> = super::builtin::names().collect();
-        // as alike as one slip of the fingers leaves them
-        let alike = |known: &&&str| {
-            name.len() <= COMPARED && strsim::damerau_levenshtein(known, name) <= 1 + name.len() / 8
-        };
-        let meant = names.iter().filter(alike).map(|known| format!("`{known}`")).collect::<Vec<_>>();
+        let alike = names.iter().filter(|known| is_alike(known, name));
+        let meant = alike.map(|known| format!("`{known}`")).collect::<Vec<_>>();
         let meant =
             if meant.is_empty() { String::new() } else { format!("did you mean {}? ", meant.join(" or ")) };
         let help = format!(

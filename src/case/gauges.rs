@@ -2,120 +2,61 @@
 
 use std::collections::BTreeMap;
 
-use toml::{Spanned, Value};
+use super::{Record, values::Values};
+use crate::model::Line;
 
-use super::{
-    Record,
-    bounds::{Bounds, HUGE},
-    document::{Document, Given, Section, Span},
-    system::System,
-};
-use crate::{model::Line, units::Dimension};
-
-/// Largest number of points.
-const MAX_POINTS: usize = 10_000;
-/// Largest number of lines.
-const MAX_LINES: usize = 100;
 /// Places this little beyond the backing, relative to the thickness, are on it.
 const ROUNDING: f64 = 1e-9;
 
-/// `record.points`.
-///
-/// * `thickness`: of the target, if it is no half-space
-pub(super) fn read_points(
-    section: &mut Section<'_>,
-    thickness: Option<f64>,
-    system: &System,
-) -> Vec<[f64; 2]> {
-    let Some(given) = section.places("points", "points", PLACES, system) else { return Vec::new() };
-    let (key, depths) = ("points", given.value.iter().map(|[_, z]| *z));
-    check_depths(section, key, &given.span, depths, thickness, system);
-    check_number(section, key, &given.span, given.value.len(), MAX_POINTS);
-    given.value
-}
-
 /// `record.lines`.
+pub(super) fn lines(values: &Values<'_>) -> Vec<Line> {
+    let lines = values.get::<Vec<BTreeMap<String, f64>>>("record.lines").unwrap_or_default();
+    let line = |(axis, place): (&String, &f64)| if axis == "r" { Line::R(*place) } else { Line::Z(*place) };
+    lines.iter().flat_map(|entries| entries.iter().map(line)).collect()
+}
+
+/// Depth of a line along r.
+fn depth(line: Line) -> Option<f64> {
+    match line {
+        Line::Z(z) => Some(z),
+        Line::R(_) => None,
+    }
+}
+
+/// Notes points and lines along r that lie behind the target.
 ///
 /// * `thickness`: of the target, if it is no half-space
-pub(super) fn read_lines(section: &mut Section<'_>, thickness: Option<f64>, system: &System) -> Vec<Line> {
-    let allowed = "a list of lines, { r = a radius } along z or { z = a depth } along r";
-    let Some(Given { value, span }) = section.get::<Vec<BTreeMap<String, Spanned<Value>>>>("lines", allowed)
-    else {
-        return Vec::new();
-    };
-    let mut lines = Vec::new();
-    for (i, entries) in value.iter().enumerate() {
-        let mut entries = entries.iter();
-        let (Some((key, place)), None) = (entries.next(), entries.next()) else {
-            section.problem(span, "`record.lines` has a line without exactly one of r and z", allowed);
-            return Vec::new();
-        };
-        let named = [(format!("record.lines[{i}].{key}"), place)].into_iter();
-        let Some(read) = section.read_list("lines", named, (Dimension::Length, PLACES), system) else {
-            return Vec::new();
-        };
-        match key.as_str() {
-            "r" => lines.push(Line::R(read[0])),
-            "z" => lines.push(Line::Z(read[0])),
-            _ => section.problem(span.clone(), format!("`record.lines` has a line at `{key}`"), allowed),
-        }
-    }
-    let depths = lines.iter().filter_map(|line| match line {
-        Line::Z(z) => Some(*z),
-        Line::R(_) => None,
-    });
-    check_depths(section, "lines", &span, depths, thickness, system);
-    check_number(section, "lines", &span, lines.len(), MAX_LINES);
-    lines
-}
-
-/// Radii and depths.
-const PLACES: Bounds = Bounds::within(0.0, HUGE);
-
-/// Notes a depth that lies behind the target.
-fn check_depths(
-    section: &Section<'_>,
-    key: &str,
-    span: &Span,
-    mut depths: impl Iterator<Item = f64>,
-    thickness: Option<f64>,
-    system: &System,
-) {
+pub(super) fn check_depths(values: &Values<'_>, thickness: Option<f64>) {
     let Some(thickness) = thickness else { return };
-    if let Some(z) = depths.find(|z| z * (1.0 - ROUNDING) > thickness) {
-        let [z, thickness] = [z, thickness].map(|length| system.length_text(length));
-        let message = format!("`record.{key}` has z = {z}, behind the target");
-        section.problem(
-            span.clone(),
-            message,
-            format!("allowed: z from 0 to the thickness of the target, {thickness}"),
-        );
-    }
-}
-
-fn check_number(section: &Section<'_>, key: &str, span: &Span, number: usize, most: usize) {
-    if number > most {
-        let message = format!("`record.{key}` has {number} {key}");
-        section.problem(span.clone(), message, format!("allowed: at most {most}"));
+    let points = values.get::<Vec<[f64; 2]>>("record.points").unwrap_or_default();
+    let points = points.iter().map(|[_, z]| *z).collect();
+    let lines = lines(values).into_iter().filter_map(depth).collect();
+    for (name, depths) in [("record.points", points), ("record.lines", lines)] {
+        let depths: Vec<f64> = depths;
+        if let Some(z) = depths.iter().find(|z| *z * (1.0 - ROUNDING) > thickness) {
+            let [z, thickness] = [*z, thickness].map(|length| values.system.length_text(length));
+            let message = format!("`{name}` has z = {z}, behind the target");
+            values.problem(
+                name,
+                message,
+                format!("allowed: z from 0 to the thickness of the target, {thickness}"),
+            );
+        }
     }
 }
 
 impl Record {
     /// Depth of the deepest point or line along r \[R\]; infinite with lines along z.
     pub(super) fn deepest(&self) -> f64 {
-        let lines = self.lines.iter().map(|line| match line {
-            Line::R(_) => f64::INFINITY,
-            Line::Z(z) => *z,
-        });
+        let lines = self.lines.iter().map(|line| depth(*line).unwrap_or(f64::INFINITY));
         self.points.iter().map(|[_, z]| *z).chain(lines).fold(0.0, f64::max)
     }
 
     /// Notes points and lines along z that lie beyond a mesh and would see waves there.
     ///
-    /// * `outer_radius`: of the mesh, as it is given \[R\]
+    /// * `outer`: outer radius of the mesh, as it is given \[R\]
     /// * `reach`: radius that waves do not pass during the run \[R\]
-    pub(super) fn check_radii(&self, doc: &Document, outer_radius: &Given<f64>, reach: f64) -> Option<()> {
-        let outer = outer_radius.value;
+    pub(super) fn check_radii(&self, values: &Values<'_>, outer: f64, reach: f64) -> Option<()> {
         let lines = self.lines.iter().filter_map(|line| match line {
             Line::R(r) => Some((*r, "lines")),
             Line::Z(_) => None,
@@ -125,7 +66,7 @@ impl Record {
         let Some((r, key)) = lost else { return Some(()) };
         let message = format!("`mesh.outer_radius` = {outer:?} leaves out r = {r:?} of record.{key}");
         let help = format!("allowed: at least {r:?}, or leave the key out to have it derived");
-        doc.problem(outer_radius.span.clone(), message, help);
+        values.problem("mesh.outer_radius", message, help);
         None
     }
 }
@@ -180,7 +121,7 @@ mod tests {
         ] {
             assert_eq!(load("fig5", &[bad]).expect_err("a bad value").problems.len(), 1, "{bad}");
         }
-        let many = format!("record.points={:?}", vec![[0.0, 0.0]; MAX_POINTS + 1]);
+        let many = format!("record.points={:?}", vec![[0.0, 0.0]; 10_001]);
         let problems = load("fig5", &[&many]).expect_err("too many").problems;
         assert_eq!((problems.len(), problems[0].message.contains("10001")), (1, true));
     }

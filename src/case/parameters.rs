@@ -3,10 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    FrameSteps, Frames, Value,
-    quantity::{self, si_unit},
-    resolved,
+    FrameSteps, Frames, quantity,
     rows::{self, LARGEST_CHANGE},
+    values::Checked,
 };
 use crate::{
     contact::Rule,
@@ -33,8 +32,6 @@ pub struct Parameters {
     pub geometry: Geometry,
     /// SI values of the units of a physical case.
     pub scales: Option<Scales>,
-    /// True if the case names its unit of length, because its indenter has none.
-    pub has_length_unit: bool,
     /// The target.
     pub target: Target,
     /// The indenter.
@@ -49,24 +46,11 @@ pub struct Parameters {
     pub record: Record,
     /// Sizes derived from the rest.
     pub sizes: Sizes,
+    /// All values, defaults and derived ones included.
+    pub(super) resolved: Checked,
 }
 
 impl Parameters {
-    /// The case as TOML with every default and derived choice explicit; it repeats the run.
-    pub fn resolved_toml(&self) -> String {
-        resolved::toml(self)
-    }
-
-    /// The case as JSON with every default and derived choice explicit.
-    pub fn resolved_json(&self) -> serde_json::Value {
-        resolved::json(self)
-    }
-
-    /// All that the results depend on, as a text: of two cases the same if their recordings are.
-    pub fn identity(&self) -> String {
-        resolved::identity(self)
-    }
-
     /// The shape of the indenter.
     pub fn shape(&self) -> Shape {
         self.indenter.shape()
@@ -167,17 +151,6 @@ impl Parameters {
             Some(scales) => quantity::parse(text, dimension, self.geometry)
                 .map(|si| scales.reduce(dimension, si))
                 .map_err(|_| format!("write {}", quantity::allowed(dimension, self.geometry))),
-        }
-    }
-
-    /// A dimensionless number as case files of this case have it: plain, or as a quantity.
-    pub fn written(&self, dimension: Dimension, x: f64) -> Value {
-        match self.scales {
-            Some(scales) if x.is_finite() => {
-                let unit = si_unit(dimension, self.geometry);
-                Value::String(format!("{:?} {unit}", scales.expand(dimension, x)))
-            }
-            _ => Value::Float(x),
         }
     }
 }
@@ -392,7 +365,7 @@ impl LayerSizes {
 }
 
 /// Sizes that follow from a case.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Sizes {
     /// Radial distance of nodes \[R\].
     pub dr: f64,

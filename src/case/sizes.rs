@@ -1,21 +1,15 @@
 //! Sizes derived from a sound case: node distances, steps, radius and depth of the mesh.
 
 use super::{
-    Body, Impact, Record, Run, Sizes, Target, TargetLayer,
-    document::{Document, Given, Span},
+    Parameters, Sizes, TargetLayer,
     rows::{self, LARGEST_CHANGE, MAX_ROWS, Rows, RowsError, Stack},
+    values::Values,
 };
 use crate::{
     contact::HALF_WIDTH,
     grid::{Back, FEWEST, MeshKind, Spacing},
-    model::{
-        Dependence, ModelKind,
-        cone::rows_ahead,
-        elastic::FEWEST_ROWS,
-        scheme::{Corner, Order},
-        strain::NEAR_ROWS,
-    },
-    units::{Dimension, Scales, Units},
+    model::{Dependence, ModelKind, cone::rows_ahead, elastic::FEWEST_ROWS, strain::NEAR_ROWS},
+    units::Dimension,
 };
 
 /// Largest number of steps of a run.
@@ -28,46 +22,17 @@ const MAX_NUMBERS: f64 = 3e9;
 /// of steps: beyond it the field is below 1e-16 (measured; its head is an Airy function).
 const PRECURSOR: f64 = 6.0;
 
-/// The `[mesh]` section.
-pub(super) struct GivenMesh {
-    pub kind: MeshKind,
-    pub cells: Given<u64>,
-    pub outer_radius: Option<Given<f64>>,
-    pub order: Option<Order>,
-    pub damping: f64,
-}
-
-/// A sound case without its sizes.
-pub(super) struct Plan<'a> {
-    pub model: ModelKind,
-    pub scales: Option<Scales>,
-    pub target: &'a Target,
-    pub indenter: &'a Body,
-    pub impact: Impact,
-    pub run: Run,
-    pub record: &'a Record,
-}
-
-impl Plan<'_> {
-    /// Derives the sizes, or notes why there are none.
-    ///
-    /// * `thicknesses`: names and places of the thicknesses of layers
-    /// * `end_time`: its place
-    pub(super) fn sizes(
-        &self,
-        doc: &Document,
-        mesh: &GivenMesh,
-        thicknesses: &[Given<String>],
-        end_time: Span,
-    ) -> Option<Sizes> {
+impl Parameters {
+    /// Derives the sizes of a sound case without them, or notes why there are none.
+    pub(super) fn derive_sizes(&self, values: &Values<'_>) -> Option<Sizes> {
         let computed = self.target.computed();
-        let mut rows = self.rows(doc, mesh, &computed, thicknesses)?;
+        let mut rows = self.rows(values, &computed)?;
         let Rows { dr, dt, .. } = rows;
-        let steps = self.steps(doc, dt, end_time)?;
+        let steps = self.steps(values, dt)?;
         let contact_reach = self.contact_reach(&rows, steps);
-        let outer = self.outer_radius(doc, mesh, &rows, steps, contact_reach)?;
+        let outer = self.outer_radius(values, &rows, steps, contact_reach)?;
         let nr = (outer / dr - 1e-9).ceil().max(1.0);
-        let corner = mesh.order.and_then(|order| Corner::new(order, mesh.damping));
+        let corner = self.corner();
         let reach = if corner.is_some() { 2 } else { 1 };
         let (layer, interfaces) = (self.target.thickness.is_some(), computed.len() - 1);
         let finite = if layer { &rows.layers[..] } else { &rows.layers[..interfaces] };
@@ -87,11 +52,11 @@ impl Plan<'_> {
         if nr * nz > most {
             let message = format!(
                 "`mesh.cells` = {} makes a mesh of {:.3e} nodes, {nr} along r, {nz} along z",
-                mesh.cells.value,
+                self.mesh.cells,
                 nr * nz
             );
             let help = format!("allowed: at most {most:e}; make mesh.cells or run.end_time smaller");
-            doc.problem(mesh.cells.span.clone(), message, help);
+            values.problem("mesh.cells", message, help);
             return None;
         }
         if let Some(last) = rows.layers.last_mut().filter(|_| !layer) {
@@ -114,145 +79,113 @@ impl Plan<'_> {
         })
     }
 
-    /// Units of a physical case.
-    fn units(&self) -> Option<Units> {
-        self.scales.map(|scales| Units::new(scales.geometry, Some(scales)))
-    }
-
     /// Spacings of the mesh.
     ///
     /// * `computed`: layers
-    fn rows(
-        &self,
-        doc: &Document,
-        mesh: &GivenMesh,
-        computed: &[TargetLayer],
-        thicknesses: &[Given<String>],
-    ) -> Option<Rows> {
-        let cells = mesh.cells.value as usize;
+    fn rows(&self, values: &Values<'_>, computed: &[TargetLayer]) -> Option<Rows> {
+        let cells = self.mesh.cells;
         let (radius, h) = (self.indenter.radius, self.target.thickness);
-        let edge = rows::edge(mesh.order, self.target);
+        let edge = rows::edge(self.mesh.order, &self.target);
         if computed.len() > 1 {
             let stack = Stack::new(self.model, computed, self.target.back, radius, edge);
             let error = match stack.rows(cells) {
                 Ok(rows) => return Some(rows),
                 Err(error) => error,
             };
-            self.refuse_rows(doc, mesh, (&stack, error), thicknesses);
+            self.refuse_rows(values, &stack, error);
             return None;
         }
         let speed = self.model.lateral_speed(1.0, self.target.material.shear_wave_speed);
-        let spacing = match mesh.kind {
+        let spacing = match self.mesh.kind {
             MeshKind::Matched => {
                 let layer = h.map(|h| (h, self.target.back));
                 Some(Spacing::matched(cells, radius, layer, speed, edge))
             }
             MeshKind::Paper => Spacing::paper(cells, h),
         };
-        let Given { value: name, span } = &thicknesses[0];
+        let name = format!("{}.thickness", values.layer_paths()[0]);
         if spacing.is_none() {
-            let message = format!(
-                "`{name}` = {}: the paper mesh needs a whole number of cells through the layer, not thickness·cells = {}",
-                doc.written(span),
+            let what = format!(
+                ": the paper mesh needs a whole number of cells through the layer, not thickness·cells = {}",
                 h.unwrap_or_default() * cells as f64
             );
-            doc.problem(span.clone(), message, format!("change {name} or mesh.cells"));
+            values.refuse(&name, &what, &format!("change {name} or mesh.cells"));
         }
-        let spacing = self.check_rows(doc, spacing?, &thicknesses[0])?;
+        let spacing = self.check_rows(values, spacing?, &name)?;
         Some(Rows::single(spacing, self.target.back))
     }
 
     /// The spacing of a target of one layer, if there are rows enough for the scheme.
-    fn check_rows(&self, doc: &Document, spacing: Spacing, thickness: &Given<String>) -> Option<Spacing> {
+    fn check_rows(&self, values: &Values<'_>, spacing: Spacing, name: &str) -> Option<Spacing> {
         let (fewest, reason) = match (self.model, self.target.back) {
             (ModelKind::Elastic, _) => (FEWEST_ROWS, "model = \"elastic\""),
             (ModelKind::Rakhmatulin, Back::Free) => (FEWEST, "target.back = \"free\""),
             (ModelKind::Rakhmatulin, Back::Rigid) => return Some(spacing),
         };
         let Some(rows) = spacing.layer_rows.filter(|rows| *rows < fewest) else { return Some(spacing) };
-        let Given { value: name, span } = thickness;
-        let message = format!(
-            "`{name}` = {}: the layer has {rows} rows of cells, too few for {reason}",
-            doc.written(span)
-        );
-        let help = format!("allowed: at least {fewest}; make mesh.cells or {name} larger");
-        doc.problem(span.clone(), message, help);
+        let what = format!(": the layer has {rows} rows of cells, too few for {reason}");
+        values.refuse(name, &what, &format!("allowed: at least {fewest}; make mesh.cells or {name} larger"));
         None
     }
 
     /// Notes why several layers have no rows.
-    fn refuse_rows(
-        &self,
-        doc: &Document,
-        mesh: &GivenMesh,
-        (stack, error): (&Stack<'_>, RowsError),
-        thicknesses: &[Given<String>],
-    ) {
-        let cells = mesh.cells.value;
-        let finer = || match stack.finer(cells as usize, LARGEST_CHANGE) {
+    fn refuse_rows(&self, values: &Values<'_>, stack: &Stack<'_>, error: RowsError) {
+        let cells = self.mesh.cells;
+        let finer = || match stack.finer(cells, LARGEST_CHANGE) {
             Some(cells) => format!("mesh.cells = {cells} would do"),
             None => "make mesh.cells larger".into(),
         };
-        let thickness = |number: usize| {
-            let Given { value, span } = &thicknesses[self.target.first_of(number)];
-            (format!("`{value}` = {}", doc.written(span)), span.clone())
-        };
+        let thickness =
+            |number: usize| format!("{}.thickness", values.layer_paths()[self.target.first_of(number)]);
         match error {
             RowsError::TooMany(rows) => {
                 let message = format!("`mesh.cells` = {cells} makes {rows:.3e} rows through the layers");
                 let help = format!("allowed: at most {MAX_ROWS:e} rows; make mesh.cells smaller");
-                doc.problem(mesh.cells.span.clone(), message, help);
+                values.problem("mesh.cells", message, help);
             }
             RowsError::Thin(number) => {
-                let (given, span) = thickness(number);
-                let message =
-                    format!("{given}: with mesh.cells = {cells} the layer is thinner than {FEWEST} rows");
-                doc.problem(span, message, finer());
+                let what = format!(": with mesh.cells = {cells} the layer is thinner than {FEWEST} rows");
+                values.refuse(&thickness(number), &what, &finer());
             }
             RowsError::Change(number, change) => {
-                let (given, span) = thickness(number);
-                let message = format!(
-                    "{given}: with mesh.cells = {cells} waves cross all layers in whole steps only if the wave speed of this one \
-                     is changed by {:.2} %",
+                let what = format!(
+                    ": with mesh.cells = {cells} waves cross all layers in whole steps only if the wave speed of this one is changed \
+                     by {:.2} %",
                     100.0 * change
                 );
-                doc.problem(
-                    span,
-                    message,
-                    format!("allowed: up to {} %; {}", 100.0 * LARGEST_CHANGE, finer()),
-                );
+                let help = format!("allowed: up to {} %; {}", 100.0 * LARGEST_CHANGE, finer());
+                values.refuse(&thickness(number), &what, &help);
             }
         }
     }
 
     /// Number of the last step.
-    fn steps(&self, doc: &Document, dt: f64, end_time: Span) -> Option<f64> {
+    fn steps(&self, values: &Values<'_>, dt: f64) -> Option<f64> {
         let steps = (self.run.end_time / dt).round();
         if !(1.0..=MAX_STEPS).contains(&steps) {
-            let units = self.units();
-            let [step, least, most] = [dt, 0.501 * dt, 0.999 * MAX_STEPS * dt]
-                .map(|time| units.map_or_else(|| format!("{time:.4e}"), |units| units.time.text(time)));
-            let given = doc.written(&end_time);
-            let message = if steps < 1.0 {
-                format!("`run.end_time` = {given} is shorter than half a step of {step}")
-            } else {
-                format!("`run.end_time` = {given} takes {steps:.4e} steps of {step}")
+            let [step, least, most] =
+                [dt, 0.501 * dt, 0.999 * MAX_STEPS * dt].map(|time| match self.scales {
+                    None => format!("{time:.4e}"),
+                    Some(_) => self.units().time.text(time),
+                });
+            let what = match steps < 1.0 {
+                true => format!(" is shorter than half a step of {step}"),
+                false => format!(" takes {steps:.4e} steps of {step}"),
             };
             let help = format!(
                 "allowed: 1 to {MAX_STEPS:e} steps, from {least} to {most}; mesh.cells changes the step"
             );
-            doc.problem(end_time, message, help);
+            values.refuse("run.end_time", &what, &help);
             return None;
         }
         // log times are nanoseconds in 64 bits; half of that range is 292 years
         let rate = self.record.playback_rate;
         let seconds = self.scales.map_or(1.0, |scales| scales.of(Dimension::Time)) * self.run.end_time;
         if 1e9 * rate * seconds > i64::MAX as f64 {
-            let message = format!(
-                "`run.end_time` = {} with `record.playback_rate` = {rate:?} puts the end of the run more than 292 years away",
-                doc.written(&end_time)
+            let what = format!(
+                " with `record.playback_rate` = {rate:?} puts the end of the run more than 292 years away"
             );
-            doc.problem(end_time, message, "make record.playback_rate or run.end_time smaller");
+            values.refuse("run.end_time", &what, "make record.playback_rate or run.end_time smaller");
             return None;
         }
         Some(steps)
@@ -277,39 +210,27 @@ impl Plan<'_> {
     /// ```
     ///
     /// with the largest `c = c_s` (model `elastic`: c_p) of all layers and the width of the precursor as margin.
-    fn outer_radius(
-        &self,
-        doc: &Document,
-        mesh: &GivenMesh,
-        rows: &Rows,
-        steps: f64,
-        contact_reach: f64,
-    ) -> Option<f64> {
-        let run =
-            rows::lateral_speed(self.model, &self.target.computed(), &rows.layers, rows.dt) * steps * rows.dt;
+    fn outer_radius(&self, values: &Values<'_>, rows: &Rows, steps: f64, contact_reach: f64) -> Option<f64> {
+        let computed = self.target.computed();
+        let run = rows::lateral_speed(self.model, &computed, &rows.layers, rows.dt) * steps * rows.dt;
         let margin = (PRECURSOR * steps.cbrt() + 2.0).ceil() * rows.dr;
-        if let Some(given) = &mesh.outer_radius {
-            // nodes beside the contact on any mesh
-            let least = contact_reach + 2.0 * rows.dr;
-            if given.value >= least {
-                let reach = contact_reach + run + margin;
-                self.record.check_radii(doc, given, reach)?;
-                return Some(given.value);
-            }
-            let message = format!(
-                "`mesh.outer_radius` = {} leaves no nodes beside the contact",
-                doc.written(&given.span)
-            );
-            let units = self.units();
-            // no number that is refused is offered
-            let [reach, least] = [contact_reach, 1.001 * least]
-                .map(|r| units.map_or_else(|| format!("{r:.4}"), |units| units.length.text(r)));
-            let help = format!(
-                "contact reaches r = {reach}; allowed: at least {least}, or leave the key out to have it derived"
-            );
-            doc.problem(given.span.clone(), message, help);
-            return None;
+        let reach = contact_reach + run + margin;
+        let Some(given) = values.number("mesh.outer_radius") else { return Some(reach) };
+        // nodes beside the contact on any mesh
+        let least = contact_reach + 2.0 * rows.dr;
+        if given >= least {
+            self.record.check_radii(values, given, reach)?;
+            return Some(given);
         }
-        Some(contact_reach + run + margin)
+        // no number that is refused is offered
+        let [reach, least] = [contact_reach, 1.001 * least].map(|r| match self.scales {
+            None => format!("{r:.4}"),
+            Some(_) => self.units().length.text(r),
+        });
+        let help = format!(
+            "contact reaches r = {reach}; allowed: at least {least}, or leave the key out to have it derived"
+        );
+        values.refuse("mesh.outer_radius", " leaves no nodes beside the contact", &help);
+        None
     }
 }

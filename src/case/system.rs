@@ -1,16 +1,13 @@
-//! Whether a case is dimensionless or physical, and how its numbers are read.
+//! Whether a case is dimensionless or physical, and how its numbers are read and written.
 //!
 //! In a dimensionless case every number is plain; in a physical one everything that has a dimension is a quantity with its unit, and
 //! is divided by the scales of the case. A number without a unit in a physical case, or one with a unit in a dimensionless one, is an
 //! error: nothing is guessed.
 
-use std::fmt;
-
-use toml::{Spanned, Value};
+use toml::Value;
 
 use super::{
-    bounds::{Bounds, MAX_LIST},
-    document::{Given, Section, Span},
+    bounds::Bounds,
     quantity::{self, QuantityError},
 };
 use crate::{
@@ -18,88 +15,87 @@ use crate::{
     units::{Dimension, Scales, Units},
 };
 
-/// System of the numbers of a case.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum System {
-    /// Plain numbers.
+/// What the numbers of a case are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Numbers {
+    /// Plain.
     Dimensionless,
     /// Quantities.
-    Physical {
-        /// Symmetry, which some units depend on.
-        geometry: Geometry,
-        /// The scales; `None` if they cannot be read, which is a problem of its own: numbers are placeholders then.
-        scales: Option<Scales>,
-    },
+    Physical,
     /// Not known, which is a problem of its own: plain numbers and quantities are placeholders, and neither is mixed in.
-    Unclear {
-        /// Symmetry, which some units depend on.
-        geometry: Geometry,
-    },
+    Unclear,
+}
+
+/// System of the numbers of a case.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct System {
+    pub numbers: Numbers,
+    /// Symmetry, which some units depend on.
+    pub geometry: Geometry,
+    /// The scales of a physical case; `None` if they cannot be read, which is a problem of its own: numbers are placeholders then.
+    pub scales: Option<Scales>,
 }
 
 /// Why a value is refused, and what is allowed.
-struct Refusal {
-    message: String,
-    help: String,
-}
+pub(super) type Refusal = (String, String);
 
 impl System {
-    /// The scales of a physical case.
-    pub fn scales(&self) -> Option<Scales> {
-        match self {
-            Self::Dimensionless | Self::Unclear { .. } => None,
-            Self::Physical { scales, .. } => *scales,
-        }
+    /// Plain numbers.
+    pub fn dimensionless() -> Self {
+        Self { numbers: Numbers::Dimensionless, geometry: Geometry::Axisymmetric, scales: None }
+    }
+
+    /// Quantities in SI units.
+    pub fn si() -> Self {
+        let geometry = Geometry::Plane;
+        let scales = Scales { geometry, length: 1.0, speed: 1.0, density: 1.0 };
+        Self { numbers: Numbers::Physical, geometry, scales: Some(scales) }
     }
 
     /// A dimensionless number as if it had been read as a quantity: the case that is written with every default explicit
     /// repeats it to the last bit.
     pub fn default(&self, dimension: Dimension, x: f64) -> f64 {
-        self.scales().map_or(x, |scales| scales.reduce(dimension, x * scales.of(dimension)))
+        self.scales.map_or(x, |scales| scales.reduce(dimension, x * scales.of(dimension)))
     }
 
     /// A dimensionless length for people.
     pub fn length_text(&self, length: f64) -> String {
-        Units::new(Geometry::Axisymmetric, self.scales()).length.full_text(length)
+        Units::new(Geometry::Axisymmetric, self.scales).length.full_text(length)
     }
 
     /// What can be written for a number of a dimension.
     pub fn allowed(&self, dimension: Dimension, bounds: Bounds) -> String {
-        match self {
-            Self::Dimensionless | Self::Unclear { .. } => bounds.to_string(),
-            Self::Physical { geometry, .. } => quantity::allowed(dimension, *geometry),
+        match self.numbers {
+            Numbers::Dimensionless | Numbers::Unclear => bounds.to_string(),
+            Numbers::Physical => quantity::allowed(dimension, self.geometry),
         }
     }
 
-    /// True if dimensionless numbers can be written as in the case.
-    pub fn can_write(&self) -> bool {
-        matches!(self, Self::Dimensionless | Self::Physical { scales: Some(_), .. })
-    }
-
-    /// A dimensionless number as the case has it.
-    pub fn quoted(&self, dimension: Dimension, x: f64) -> String {
-        match self {
-            Self::Physical { geometry, scales: Some(scales) } => {
-                format!("\"{:?} {}\"", scales.expand(dimension, x), quantity::si_unit(dimension, *geometry))
+    /// A dimensionless number as case files have it: plain, or as a quantity.
+    pub fn written(&self, dimension: Dimension, x: f64) -> Value {
+        match self.scales {
+            Some(scales) if x.is_finite() => {
+                let unit = quantity::si_unit(dimension, self.geometry);
+                Value::String(format!("{:?} {unit}", scales.expand(dimension, x)))
             }
-            _ => format!("{x:?}"),
+            _ => Value::Float(x),
         }
     }
 
     /// Checks the units in the heading of a table of lengths.
     pub fn check_heading(&self, units: Option<&[String; 2]>) -> Result<(), String> {
-        match (self, units) {
-            (Self::Dimensionless, Some([unit, _])) => Err(format!(
+        match (self.numbers, units) {
+            (Numbers::Dimensionless, Some([unit, _])) => Err(format!(
                 "its heading has the unit `{unit}`, but the shear_wave_speed of the target makes the case dimensionless"
             )),
-            (Self::Physical { .. }, None) => {
+            (Numbers::Physical, None) => {
                 Err("it has no units, but the material of the target makes the case physical".into())
             }
-            (Self::Physical { geometry, .. } | Self::Unclear { geometry }, Some(units)) => {
+            (_, Some(units)) => {
                 let is_known =
-                    |unit: &str| quantity::with_unit("0", unit, Dimension::Length, *geometry).is_ok();
+                    |unit: &str| quantity::with_unit("0", unit, Dimension::Length, self.geometry).is_ok();
                 let Some(unit) = units.iter().find(|unit| !is_known(unit)) else { return Ok(()) };
-                let names = quantity::unit_names(Dimension::Length, *geometry);
+                let names = quantity::unit_names(Dimension::Length, self.geometry);
                 Err(format!("`{unit}` is no unit of length; allowed: {names}"))
             }
             (_, None) => Ok(()),
@@ -108,236 +104,102 @@ impl System {
 
     /// The dimensionless length of a number in a table whose heading has been checked.
     pub fn length(&self, number: &str, unit: Option<&str>) -> Result<f64, String> {
-        match (self, unit) {
-            (Self::Physical { geometry, .. } | Self::Unclear { geometry }, Some(unit)) => {
-                let si = quantity::with_unit(number, unit, Dimension::Length, *geometry)
-                    .map_err(|_| format!("`{number}` [{unit}] is no length"))?;
-                Ok(self.scales().map_or(si, |scales| scales.reduce(Dimension::Length, si)))
-            }
-            _ => number.parse().map_err(|_| format!("`{number}` is no number")),
-        }
+        let Some(unit) = unit else { return number.parse().map_err(|_| format!("`{number}` is no number")) };
+        let si = quantity::with_unit(number, unit, Dimension::Length, self.geometry)
+            .map_err(|_| format!("`{number}` [{unit}] is no length"))?;
+        Ok(self.scales.map_or(si, |scales| scales.reduce(Dimension::Length, si)))
     }
 
     /// The dimensionless number of a value.
     ///
-    /// * `name`: full name of its key
-    fn read(&self, name: &str, value: &Value, dimension: Dimension, bounds: Bounds) -> Result<f64, Refusal> {
-        let impossible = |value: &dyn fmt::Display| {
-            let message = format!("`{name}` = {value} is not possible");
-            Refusal { message, help: format!("allowed: {}", self.allowed(dimension, bounds)) }
-        };
+    /// * `given`: name of its key and its text, for messages
+    pub fn read(
+        &self,
+        given: &str,
+        value: &Value,
+        dimension: Dimension,
+        bounds: Bounds,
+    ) -> Result<f64, Refusal> {
+        let impossible =
+            || (format!("{given} is not possible"), format!("allowed: {}", self.allowed(dimension, bounds)));
         let number = match value {
             Value::Integer(value) => *value as f64,
             Value::Float(value) => *value,
-            Value::String(text) => return self.read_text(name, text, dimension, bounds),
-            _ => return Err(impossible(value)),
+            Value::String(text) => return self.read_text(given, text, dimension, bounds),
+            _ => return Err(impossible()),
         };
-        match self {
-            Self::Physical { geometry, .. } if number.is_finite() => {
-                let (noun, example) = quantity::example(dimension, *geometry);
-                Err(Refusal {
-                    message: format!(
-                        "`{name}` = {number:?} has no unit, but the material of the target makes the case physical"
-                    ),
-                    help: format!("write a {noun} with its unit, such as \"{example}\""),
-                })
-            }
-            _ if bounds.contain(number) => Ok(number),
-            _ => Err(impossible(&format!("{number:?}"))),
+        if self.numbers == Numbers::Physical && number.is_finite() {
+            let (noun, example) = quantity::example(dimension, self.geometry);
+            return Err((
+                format!("{given} has no unit, but the material of the target makes the case physical"),
+                format!("write a {noun} with its unit, such as \"{example}\""),
+            ));
         }
+        if bounds.contain(number) { Ok(number) } else { Err(impossible()) }
     }
 
     /// The dimensionless number of a text.
     fn read_text(
         &self,
-        name: &str,
+        given: &str,
         text: &str,
         dimension: Dimension,
         bounds: Bounds,
     ) -> Result<f64, Refusal> {
-        let (geometry, scales) = match self {
-            Self::Dimensionless => return Err(mixed_in(name, text, bounds)),
-            Self::Physical { geometry, scales } => (*geometry, *scales),
-            Self::Unclear { geometry } => (*geometry, None),
-        };
-        let si = quantity::parse(text, dimension, geometry)
-            .map_err(|error| unreadable(name, text, &error, (dimension, bounds), geometry))?;
-        let allowed = match scales {
+        if self.numbers == Numbers::Dimensionless {
+            return Err(mixed_in(given, text, bounds));
+        }
+        let si = quantity::parse(text, dimension, self.geometry)
+            .map_err(|error| self.unreadable(given, text, &error, (dimension, bounds)))?;
+        let allowed = match self.scales {
             Some(scales) if bounds.contain(scales.reduce(dimension, si)) => {
                 return Ok(scales.reduce(dimension, si));
             }
-            Some(scales) => bounds.in_unit(scales.of(dimension), quantity::si_unit(dimension, geometry)),
+            Some(scales) => bounds.in_unit(scales.of(dimension), quantity::si_unit(dimension, self.geometry)),
             // without scales only the sign is known to be wrong
             None if bounds.contain(if si == 0.0 { 0.0 } else { si.signum() }) => return Ok(si),
-            None => format!("{}, > 0", quantity::allowed(dimension, geometry)),
+            None => format!("{}, > 0", quantity::allowed(dimension, self.geometry)),
         };
-        let message = format!("`{name}` = \"{text}\" is not possible");
-        Err(Refusal { message, help: format!("allowed: {allowed}") })
+        Err((format!("{given} is not possible"), format!("allowed: {allowed}")))
+    }
+
+    fn unreadable(
+        &self,
+        given: &str,
+        text: &str,
+        error: &QuantityError,
+        (dimension, bounds): (Dimension, Bounds),
+    ) -> Refusal {
+        let (noun, _) = quantity::example(dimension, self.geometry);
+        let allowed = format!("allowed: {}", quantity::allowed(dimension, self.geometry));
+        match error {
+            QuantityError::NoNumber if text.trim() == "inf" && bounds.contain(f64::INFINITY) => {
+                (format!("{given} is a text"), "write inf, without quotes".into())
+            }
+            QuantityError::NoNumber => (format!("{given} is no number with a unit"), allowed),
+            QuantityError::NoUnit => (format!("{given} has no unit"), allowed),
+            QuantityError::TooLarge => (format!("{given} is too large for a number"), allowed),
+            QuantityError::Unit(unit) if unit.starts_with(',') => {
+                (format!("{given} has a comma in its number"), format!("write a decimal point; {allowed}"))
+            }
+            QuantityError::Unit(unit) => (format!("{given}: `{unit}` is no unit of {noun}"), allowed),
+        }
     }
 }
 
 /// A quantity in a dimensionless case, or no number at all.
-fn mixed_in(name: &str, text: &str, bounds: Bounds) -> Refusal {
-    if text.trim().parse::<f64>().is_ok() {
-        let message = format!("`{name}` = \"{text}\" is a text");
-        return Refusal { message, help: format!("write {}, without quotes", text.trim()) };
+fn mixed_in(given: &str, text: &str, bounds: Bounds) -> Refusal {
+    let text = text.trim();
+    if text.parse::<f64>().is_ok() {
+        return (format!("{given} is a text"), format!("write {text}, without quotes"));
     }
-    let message = if text.trim().starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first)) {
-        format!(
-            "`{name}` = \"{text}\" has a unit, but the shear_wave_speed of the target makes the case dimensionless"
-        )
+    let message = if text.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first)) {
+        format!("{given} has a unit, but the shear_wave_speed of the target makes the case dimensionless")
     } else {
-        format!("`{name}` = \"{text}\" is no number")
+        format!("{given} is no number")
     };
     let help = format!(
         "a physical case has a material of the target, and every quantity with its unit; allowed here: {bounds}"
     );
-    Refusal { message, help }
-}
-
-fn unreadable(
-    name: &str,
-    text: &str,
-    error: &QuantityError,
-    (dimension, bounds): (Dimension, Bounds),
-    geometry: Geometry,
-) -> Refusal {
-    let (noun, _) = quantity::example(dimension, geometry);
-    let given = format!("`{name}` = \"{text}\"");
-    let allowed = format!("allowed: {}", quantity::allowed(dimension, geometry));
-    let (message, help) = match error {
-        QuantityError::NoNumber if text.trim() == "inf" && bounds.contain(f64::INFINITY) => {
-            (format!("{given} is a text"), "write inf, without quotes".into())
-        }
-        QuantityError::NoNumber => (format!("{given} is no number with a unit"), allowed),
-        QuantityError::NoUnit => (format!("{given} has no unit"), allowed),
-        QuantityError::TooLarge => (format!("{given} is too large for a number"), allowed),
-        QuantityError::Unit(unit) if unit.starts_with(',') => {
-            (format!("{given} has a comma in its number"), format!("write a decimal point; {allowed}"))
-        }
-        QuantityError::Unit(unit) => (format!("{given}: `{unit}` is no unit of {noun}"), allowed),
-    };
-    Refusal { message, help }
-}
-
-impl Section<'_> {
-    /// A number of a dimension within dimensionless bounds, if the key is there.
-    pub fn quantity(
-        &mut self,
-        key: &'static str,
-        dimension: Dimension,
-        bounds: Bounds,
-        system: &System,
-    ) -> Option<Given<f64>> {
-        self.quantity_or(key, (dimension, bounds), "", system)
-    }
-
-    /// A number of a dimension within dimensionless bounds, if the key is there.
-    ///
-    /// * `other`: what else is allowed, for the message
-    pub fn quantity_or(
-        &mut self,
-        key: &'static str,
-        (dimension, bounds): (Dimension, Bounds),
-        other: &str,
-        system: &System,
-    ) -> Option<Given<f64>> {
-        let Given { value, span } = self.get::<Value>(key, "")?;
-        match system.read(&self.name(key), &value, dimension, bounds) {
-            Ok(value) => Some(Given { value, span }),
-            Err(Refusal { message, help }) => {
-                self.refuse_quantity(key, span, Refusal { message, help: help + other })
-            }
-        }
-    }
-
-    /// A required number of a dimension within dimensionless bounds.
-    pub fn require_quantity(
-        &mut self,
-        key: &'static str,
-        dimension: Dimension,
-        bounds: Bounds,
-        system: &System,
-    ) -> Option<Given<f64>> {
-        let given = self.quantity(key, dimension, bounds, system);
-        self.need(key, given.is_some(), &system.allowed(dimension, bounds));
-        given
-    }
-
-    /// A list of numbers of a dimension within dimensionless bounds, if the key is there.
-    ///
-    /// * `noun`: for its elements
-    pub fn quantities(
-        &mut self,
-        key: &'static str,
-        noun: &str,
-        (dimension, bounds): (Dimension, Bounds),
-        system: &System,
-    ) -> Option<Given<Vec<f64>>> {
-        let allowed = format!("a list of {noun}, each {}", system.allowed(dimension, bounds));
-        let Given { value, span } = self.get::<Vec<Spanned<Value>>>(key, &allowed)?;
-        self.check_length(key, noun, value.len(), &span)?;
-        let name = self.name(key);
-        let named = value.iter().enumerate().map(|(i, value)| (format!("{name}[{i}]"), value));
-        self.read_list(key, named, (dimension, bounds), system).map(|value| Given { value, span })
-    }
-
-    /// A list of pairs of lengths within dimensionless bounds, if the key is there.
-    pub fn places(
-        &mut self,
-        key: &'static str,
-        noun: &str,
-        bounds: Bounds,
-        system: &System,
-    ) -> Option<Given<Vec<[f64; 2]>>> {
-        let allowed =
-            format!("a list of pairs, [[…, …], …], each {}", system.allowed(Dimension::Length, bounds));
-        let Given { value, span } = self.get::<Vec<Spanned<Vec<Spanned<Value>>>>>(key, &allowed)?;
-        self.check_length(key, noun, value.len(), &span)?;
-        let name = self.name(key);
-        if let Some((i, pair)) = value.iter().enumerate().find(|(_, pair)| pair.get_ref().len() != 2) {
-            let message = format!("`{name}[{i}]` has {} elements instead of 2", pair.get_ref().len());
-            return self.refuse(key, pair.span(), message, &allowed);
-        }
-        let places = value.iter().enumerate().flat_map(|(i, pair)| {
-            let named = move |(j, value)| (i, j, value);
-            pair.get_ref().iter().enumerate().map(named)
-        });
-        let named = places.map(|(i, j, value)| (format!("{name}[{i}][{j}]"), value));
-        let numbers = self.read_list(key, named, (Dimension::Length, bounds), system)?;
-        let pairs = numbers.as_chunks::<2>().0.to_vec();
-        Some(Given { value: pairs, span })
-    }
-
-    /// Reads the elements of a list, with their names; the first that is refused is noted.
-    pub fn read_list<'v>(
-        &mut self,
-        key: &'static str,
-        list: impl Iterator<Item = (String, &'v Spanned<Value>)>,
-        (dimension, bounds): (Dimension, Bounds),
-        system: &System,
-    ) -> Option<Vec<f64>> {
-        let read = |(name, value): (String, &Spanned<Value>)| {
-            let number = system.read(&name, value.get_ref(), dimension, bounds);
-            number.map_err(|refusal| (value.span(), refusal))
-        };
-        match list.map(read).collect::<Result<Vec<f64>, _>>() {
-            Ok(numbers) => Some(numbers),
-            Err((span, refusal)) => self.refuse_quantity(key, span, refusal),
-        }
-    }
-
-    fn check_length(&mut self, key: &'static str, noun: &str, length: usize, span: &Span) -> Option<()> {
-        if length <= MAX_LIST {
-            return Some(());
-        }
-        let message = format!("`{}` has {length} {noun}", self.name(key));
-        self.refuse(key, span.clone(), message, &format!("at most {MAX_LIST}"))
-    }
-
-    fn refuse_quantity<T>(&mut self, key: &'static str, span: Span, refusal: Refusal) -> Option<T> {
-        self.mark_refused(key);
-        self.problem(span, refusal.message, refusal.help);
-        None
-    }
+    (message, help)
 }

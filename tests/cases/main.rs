@@ -2,8 +2,8 @@
 //!
 //! The tables beside this file have the cases (`table` describes them): those of `valid.txt` are accepted, and how its complete case
 //! differs from that of its base stands with each; those of the others are refused, with every problem, its place and its help.
-//! `printed.txt` has the messages as the program prints them. A table that differs fails the test; `PERCUSS_BLESS=1 cargo test
-//! --test cases` writes it anew, to be read before it is committed.
+//! `printed.txt` has the messages as the program prints them. A table that differs fails the test, and so does a list of keys in the guide;
+//! `PERCUSS_BLESS=1 cargo test --test cases` writes it anew, to be read before it is committed.
 
 mod mutations;
 mod table;
@@ -11,16 +11,15 @@ mod table;
 use std::{env, fmt::Write, fs, path::Path};
 
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
-use percuss::case::{Case, CaseErrors, Problem, builtin};
+use percuss::case::{Case, CaseErrors, Problem, builtin, keys};
 
 use table::Entry;
 
 /// Tables of cases that are refused.
-const BAD: [&str; 9] = [
+const BAD: [&str; 8] = [
     "indenter.txt",
     "layers.txt",
     "mesh.txt",
-    "old.txt",
     "printed.txt",
     "record.txt",
     "syntax.txt",
@@ -106,6 +105,25 @@ fn borderline_cases_are_accepted() {
         let base = bases.iter().find(|base| entry.base() == Some(base.name()));
         base.map_or(complete(entry), |base| difference(&complete(base), &complete(entry)))
     });
+}
+
+#[test]
+fn the_guide_has_the_table_of_keys() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/case/keys.md");
+    let page = fs::read_to_string(&path).expect("a page of the guide");
+    let section = |part: &str| {
+        let heading = part.lines().next().unwrap_or_default().trim_matches(['`', '[', ']']);
+        let table = keys::guide(if heading == "Top level" { "" } else { heading })?;
+        let (text, _) = part.split_once("\n|").expect("a table below the heading");
+        Some(format!("{text}\n{table}"))
+    };
+    let parts = page.split("\n## ").map(|part| section(part).unwrap_or_else(|| part.to_owned()));
+    let now = parts.collect::<Vec<_>>().join("\n## ");
+    if env::var_os("PERCUSS_BLESS").is_some() {
+        fs::write(&path, now).expect("a page of the guide");
+    } else {
+        assert_eq!(now, page, "{} is not the table of keys", path.display());
+    }
 }
 
 /// A complete case is read as itself, however often.

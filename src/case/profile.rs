@@ -2,13 +2,7 @@
 
 use std::path::Path;
 
-use percuss_output::text::short;
-
-use super::{
-    bounds::MAX_LIST,
-    document::{Given, Section},
-    system::System,
-};
+use super::{bounds::MAX_LIST, system::System, values::Values};
 use crate::{
     input::read_text,
     shape::{Head, Profile},
@@ -21,52 +15,44 @@ const FILE_HELP: &str = "a profile is a CSV file with two columns, headed r,f or
 /// What points must look like.
 const POINTS_HELP: &str = "points go from the tip outwards: 0, 0 first, then r increasing and f ≥ 0";
 
-/// The keys of a profile.
-pub(super) struct GivenProfile {
-    pub radius: Option<Given<f64>>,
-    pub file: Option<Given<String>>,
-    pub points: Option<Given<Vec<[f64; 2]>>>,
-}
-
-impl GivenProfile {
-    /// The head, or the problems with it.
-    ///
-    /// * `folder`: of relative paths
-    pub fn head(self, section: &Section<'_>, folder: &Path, system: &System) -> Option<Head> {
-        let (points, span, name) = match (self.file, self.points) {
-            (None, Some(points)) => (points.value, points.span, "`indenter.points`".to_owned()),
-            (Some(file), None) => {
-                let name = format!("`indenter.file` = \"{}\"", short(&file.value));
-                match read_points(&folder.join(&file.value), system) {
-                    Ok(points) => (points, file.span, name),
-                    Err(error) => {
-                        section.problem(file.span, format!("{name}: {error}"), FILE_HELP);
-                        return None;
-                    }
-                }
-            }
-            (Some(file), Some(_)) => {
-                let message = "`indenter.file` and `indenter.points` are both given";
-                section.problem(file.span, message, "keep one of them");
-                return None;
-            }
-            (None, None) => {
-                let meaning =
-                    "a CSV file with the points r, f of the profile; or points, a list of pairs [r, f]";
-                section.need("file", section.is_refused("points"), meaning);
-                return None;
-            }
-        };
-        let curve = match curve(&points, system) {
-            Ok(curve) => curve,
-            Err(error) => {
-                section.problem(span, format!("{name}: {error}"), POINTS_HELP);
-                return None;
-            }
-        };
-        check_radius(section, self.radius.as_ref(), curve.last_radius(), system)?;
-        Some(Head::Profile(curve))
+/// The head, or the problems with it.
+///
+/// * `radius`: of the body, if it is given
+/// * `folder`: of relative paths
+pub(super) fn head(values: &mut Values<'_>, radius: Option<f64>, folder: &Path) -> Option<Head> {
+    if !values.is_given("indenter.points") {
+        let meaning = "a CSV file with the points r, f of the profile; or points, a list of pairs [r, f]";
+        values.need("indenter.file", meaning);
     }
+    let (name, points) = match values.checked.remove("indenter.file") {
+        Some(file) => {
+            let file: String = file.try_into().ok()?;
+            let points = read_points(&folder.join(file), &values.system)
+                .map_err(|error| values.refuse("indenter.file", &format!(": {error}"), FILE_HELP))
+                .ok()?;
+            ("indenter.file", points)
+        }
+        None => ("indenter.points", values.get::<Vec<[f64; 2]>>("indenter.points")?),
+    };
+    let curve = match curve(&points, &values.system) {
+        Ok(curve) => curve,
+        Err(error) if name == "indenter.file" => {
+            values.refuse(name, &format!(": {error}"), POINTS_HELP);
+            return None;
+        }
+        Err(error) => {
+            values.problem(name, format!("`{name}`: {error}"), POINTS_HELP);
+            return None;
+        }
+    };
+    let last = curve.last_radius();
+    if radius.is_some_and(|radius| radius > last) {
+        let last = values.system.written(Dimension::Length, last);
+        let what = format!(" is larger than the last point of the profile, r = {last}");
+        values.refuse("indenter.radius", &what, "add points, or leave the radius out");
+    }
+    values.set("indenter.points", points.into_iter().map(|point| point.to_vec()).collect::<Vec<_>>());
+    Some(Head::Profile(curve))
 }
 
 /// The curve through points.
@@ -75,27 +61,12 @@ fn curve(points: &[[f64; 2]], system: &System) -> Result<Profile, String> {
         return Err(format!("there are {} points, at most {MAX_LIST} are allowed", points.len()));
     }
     Profile::new(points).map_err(|error| {
-        let Some(scales) = system.scales() else { return error.to_string() };
+        let Some(scales) = system.scales else { return error.to_string() };
         // the same error with the numbers of a physical case
         let in_si = points.iter().map(|point| point.map(|x| scales.expand(Dimension::Length, x)));
         let in_si = Profile::new(&in_si.collect::<Vec<_>>()).err().unwrap_or(error);
         format!("{in_si} (in m)")
     })
-}
-
-/// Notes a radius beyond the last point.
-fn check_radius(
-    section: &Section<'_>,
-    radius: Option<&Given<f64>>,
-    last: f64,
-    system: &System,
-) -> Option<()> {
-    let Some(radius) = radius.filter(|radius| radius.value > last) else { return Some(()) };
-    let (given, last) = (section.document.written(&radius.span), system.quoted(Dimension::Length, last));
-    let message =
-        format!("`indenter.radius` = {given} is larger than the last point of the profile, r = {last}");
-    section.problem(radius.span.clone(), message, "add points, or leave the radius out");
-    None
 }
 
 /// Reads `r,f` rows; a first row without numbers is a heading, which may carry units, `r [mm],f [mm]`; `#` starts a comment.

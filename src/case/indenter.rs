@@ -1,0 +1,204 @@
+//! The indenter: its head and mass, and the contact rules that only some indenters allow.
+
+use std::{f64::consts::PI, path::Path};
+
+use super::{
+    Body,
+    bounds::{Bounds, HUGE, TINY},
+    profile,
+    values::Values,
+};
+use crate::{
+    contact::Rule,
+    geometry::Geometry,
+    material::Preset,
+    shape::{Head, Shape},
+    units::Dimension,
+};
+
+/// The indenter, or the problems with it.
+///
+/// * `folder`: of relative paths
+pub(super) fn indenter(values: &mut Values<'_>, folder: &Path) -> Option<Body> {
+    check_rule(values);
+    let radius = values.number("indenter.radius");
+    let head = head(values, radius, folder);
+    let material = values.get::<String>("indenter.material").and_then(|name| Preset::find(&name));
+    let density = match material {
+        Some(preset) if !values.is_given("indenter.mass") => {
+            let scales = values.system.scales;
+            Some(scales.map_or(preset.density, |scales| scales.reduce(Dimension::Density, preset.density)))
+        }
+        _ => values.number("indenter.density"),
+    };
+    if values.is_given("indenter.length")
+        && !["mass", "density", "material"].iter().any(|key| values.is_given(&format!("indenter.{key}")))
+    {
+        let message = "`indenter.length` is given, but not what the body is made of";
+        let help = "add indenter.density or indenter.material, or give indenter.mass instead";
+        values.problem("indenter.length", message, help);
+    }
+    let head = head?;
+    if let Some(density) = density {
+        let mass = mass(values, &head, radius, density)?;
+        values.set("indenter.mass", values.system.default(Dimension::Mass, mass));
+    }
+    let radius = match &head {
+        Head::Profile(curve) => Some(radius.unwrap_or(curve.last_radius())),
+        Head::Sphere { nose_radius } => Some(radius.unwrap_or(*nose_radius)),
+        Head::Flat { .. } | Head::Paraboloid { .. } | Head::Cone { .. } => radius,
+    };
+    // the radius of a profile is its last point, and would be the unit of length if it were written
+    if let Some(radius) = radius.filter(|_| !values.checked.contains_key("length_unit")) {
+        values.set("indenter.radius", radius);
+    }
+    Some(Body { head, radius, mass: values.number("indenter.mass")?, material })
+}
+
+/// The head, or the problems with it.
+fn head(values: &mut Values<'_>, radius: Option<f64>, folder: &Path) -> Option<Head> {
+    let nose_radius = values.number("indenter.nose_radius");
+    match values.shape.as_deref()? {
+        "flat" => {
+            values.need("indenter.radius", "a flat punch has a radius");
+            let edge_radius = values.number("indenter.edge_radius")?;
+            if edge_radius > radius? {
+                let radius = values.system.written(Dimension::Length, radius?);
+                let help = format!("allowed: at most {radius}, the radius");
+                values.refuse("indenter.edge_radius", " is larger than indenter.radius", &help);
+            }
+            Some(Head::Flat { edge_radius })
+        }
+        "paraboloid" => {
+            values.need("indenter.nose_radius", "radius of curvature ρ at the tip, f = r²/(2ρ)");
+            Some(Head::Paraboloid { nose_radius: nose_radius? })
+        }
+        "sphere" => {
+            values.need("indenter.nose_radius", "radius ρ of the sphere");
+            if radius.is_some_and(|radius| nose_radius.is_some_and(|nose_radius| radius > nose_radius)) {
+                let rho = values.system.written(Dimension::Length, nose_radius?);
+                let help = format!("allowed: at most {rho}, or leave it out for the whole sphere");
+                values.refuse("indenter.radius", " is larger than indenter.nose_radius", &help);
+                return None;
+            }
+            Some(Head::Sphere { nose_radius: nose_radius? })
+        }
+        "cone" => {
+            if !values.is_given("indenter.half_angle") {
+                values.need("indenter.slope", "the number df/dr; or half_angle, in degrees from the axis");
+            }
+            if let Some(angle) =
+                values.checked.remove("indenter.half_angle").and_then(|angle| angle.as_float())
+            {
+                // s = cot of the angle between axis and flank
+                let slope = 1.0 / libm::tan(angle.to_radians());
+                if !Bounds::within(TINY, HUGE).contain(slope) {
+                    let help = "allowed: degrees from the axis, so that the slope, its cotangent, is from 1e-6 to 1e6";
+                    values.refuse("indenter.half_angle", " is not possible", help);
+                    return None;
+                }
+                values.set("indenter.slope", slope);
+            }
+            Some(Head::Cone { slope: values.number("indenter.slope")? })
+        }
+        _ => profile::head(values, radius, folder),
+    }
+}
+
+/// Mass in the units of the case, where a plane mass is that of the half x ≥ 0: of a whole sphere, in the plane a whole
+/// cylinder, and of a body of radius a whose flat end is L behind the tip.
+///
+/// ```text
+/// 4πρ³d/3 / (πγR³) = 4ρ³d/3          plane: πρ²d/2 / (γR²)
+/// d·(a²L − 2∫_0^a f r dr)            plane: d·(aL − ∫_0^a f dx)
+/// ```
+///
+/// * `density`: d \[γ\]
+fn mass(values: &mut Values<'_>, head: &Head, radius: Option<f64>, density: f64) -> Option<f64> {
+    let key = if values.checked.remove("indenter.density").is_some() { "density" } else { "material" };
+    let length = values.checked.remove("indenter.length").and_then(|length| length.as_float());
+    let geometry = values.system.geometry;
+    match (head, length) {
+        (Head::Sphere { nose_radius: rho }, _) if radius.is_none_or(|radius| radius == *rho) => {
+            if length.is_some() {
+                let help = "leave it out, or give indenter.radius, smaller than nose_radius";
+                values.refuse("indenter.length", ", but a whole sphere is as long as it is wide", help);
+            }
+            Some(match geometry {
+                Geometry::Axisymmetric => 4.0 / 3.0 * rho.powi(3) * density,
+                Geometry::Plane => 0.5 * PI * rho * rho * density,
+            })
+        }
+        (_, Some(length)) => {
+            let shape = Shape::new(head.clone(), radius);
+            if shape.radius().is_infinite() {
+                let help = "give indenter.radius too, or indenter.mass instead of the length";
+                values.refuse("indenter.length", ", but the body has no radius", help);
+                return None;
+            }
+            let (_, head_length) = shape.depths(0.0, shape.radius());
+            if length < head_length {
+                let least = values.system.written(Dimension::Length, head_length);
+                values.refuse(
+                    "indenter.length",
+                    " ends inside the head",
+                    &format!("allowed: at least {least}"),
+                );
+                return None;
+            }
+            Some(density * shape.content(length, geometry))
+        }
+        (_, None) => {
+            let what = " gives a mass only to a whole sphere: the length of other bodies is not known";
+            let instead = if key == "density" { " in place of the density" } else { "" };
+            let help =
+                format!("give indenter.length, from the tip to the flat end, or indenter.mass{instead}");
+            values.refuse(&format!("indenter.{key}"), what, &help);
+            None
+        }
+    }
+}
+
+/// Contact rules that only some indenters allow.
+fn check_rule(values: &Values<'_>) {
+    let rule = values.get::<Rule>("impact.contact");
+    let has_corner = values.number("indenter.edge_radius").is_some_and(|edge| edge > 0.0);
+    let is_flat = values.shape.as_deref().is_none_or(|shape| shape == "flat");
+    if rule == Some(Rule::Bilateral) && (has_corner || !is_flat) {
+        let message = "`impact.contact` = \"bilateral\" glues a fixed zone and needs shape = \"flat\" with a sharp edge";
+        values.problem(
+            "impact.contact",
+            message,
+            "use contact = \"unilateral\" for heads that touch gradually",
+        );
+    }
+    let is_finite = values.number("indenter.mass").is_some_and(f64::is_finite);
+    if rule == Some(Rule::Prescribed) && is_finite {
+        let what = ", but contact = \"prescribed\" gives the motion";
+        values.refuse("indenter.mass", what, "set mass = inf, or another contact rule");
+    }
+}
+#[cfg(test)]
+mod tests {
+    use crate::{case::Case, units::Dimension};
+
+    fn mass(text: &str) -> f64 {
+        let case = Case::parse("t", text, &[], "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let again = Case::parse("again", &case.resolved_toml(), &[], "".as_ref()).expect("a case");
+        assert_eq!(again.indenter, case.indenter);
+        case.scales.map_or(case.indenter.mass, |scales| scales.expand(Dimension::Mass, case.indenter.mass))
+    }
+
+    #[test]
+    fn a_length_gives_a_punch_its_mass() {
+        // a steel cylinder of 20 mm and 50 mm: 7850 kg/m³·π·(10 mm)²·50 mm
+        let punch = "[target]\nthickness = \"10 mm\"\nmaterial = \"pmma\"\n[indenter]\nshape = \"flat\"\n\
+                     radius = \"10 mm\"\nlength = \"50 mm\"\nmaterial = \"steel\"\n[impact]\nvelocity = \"5 m/s\"\n[run]\nend_time = \"9 us\"\n";
+        assert!((mass(punch) / (7850.0 * std::f64::consts::PI * 5e-6) - 1.0).abs() < 1e-9, "{}", mass(punch));
+        // a cone of height 1 under a cylinder of length 1, half of it in the plane
+        let cone = "[target]\nthickness = 1.0\nshear_wave_speed = 0.5\n[indenter]\nshape = \"cone\"\nslope = 1.0\n\
+                    radius = 1.0\nlength = 2.0\ndensity = 3.0\n[run]\nend_time = 1.0\n";
+        assert!((mass(cone) - 3.0 * (1.0 + 1.0 / 3.0)).abs() < 1e-13);
+        assert!((mass(&format!("geometry = \"plane\"\n{cone}")) - 3.0 * 1.5).abs() < 1e-13);
+    }
+}

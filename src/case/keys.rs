@@ -1,0 +1,473 @@
+//! The keys of case files: one row each, from which they are read, checked, completed, written and documented.
+//!
+//! A new key is a row here and its use; what it means together with other keys is a rule beside its use.
+
+use std::fmt::Write;
+
+use super::{
+    bounds::{Bounds, HUGE, MAX_LIST, TINY},
+    system::System,
+};
+use crate::{
+    model::{ModelKind, elastic, scheme},
+    units::Dimension::{self, Density, Length, Mass, Speed, Stress, Time},
+};
+
+/// What the value of a key is.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Kind {
+    /// A text, of this kind.
+    Text(&'static str),
+    /// One of these names.
+    Name(&'static [&'static str]),
+    /// One of these whole numbers.
+    Choice(&'static [i64]),
+    /// A whole number from the first to the second one, in a unit.
+    Count(i64, i64, &'static str),
+    /// A number in a unit that is the same in all cases.
+    Number(Bounds, &'static str),
+    /// A number with a dimension: plain in dimensionless cases, a text with its unit in physical ones.
+    Quantity(Dimension, Bounds),
+    /// A length, or `"half-space"`.
+    Thickness,
+    /// A list, with a word for its elements and their largest number; of names, each at most once.
+    List { of: &'static Self, noun: &'static str, most: usize },
+    /// Two lengths `[r, z]`.
+    Pair,
+    /// A line in the target, `{ r = … }` or `{ z = … }`.
+    Line,
+    /// The name of a material, or the table of its constants.
+    Material,
+    /// The name of a material.
+    Preset,
+    /// A list of tables.
+    Tables,
+}
+
+/// What holds if a key is left out.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Absent {
+    /// The case is refused.
+    Required,
+    /// This value, in TOML.
+    Value(&'static str),
+    /// What a rule makes of it, in words.
+    Words(&'static str),
+}
+
+/// Cases that may have a key.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Who {
+    All,
+    Model(ModelKind),
+    Dimensionless,
+    Physical,
+    /// Indenters of these shapes.
+    Shapes(&'static [&'static str]),
+}
+
+/// A row of the table.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Key {
+    pub name: &'static str,
+    pub kind: Kind,
+    pub absent: Absent,
+    pub who: Who,
+    /// Keys of the same section that leave no place for this one.
+    pub not_beside: &'static [&'static str],
+    meaning: &'static str,
+}
+
+const fn key(name: &'static str, kind: Kind) -> Key {
+    Key { name, kind, absent: Absent::Words("none"), who: Who::All, not_beside: &[], meaning: "" }
+}
+
+const fn list(of: &'static Kind, noun: &'static str, most: usize) -> Kind {
+    Kind::List { of, noun, most }
+}
+
+impl Key {
+    const fn required(self) -> Self {
+        Self { absent: Absent::Required, ..self }
+    }
+
+    const fn default(self, value: &'static str) -> Self {
+        Self { absent: Absent::Value(value), ..self }
+    }
+
+    const fn left_out(self, words: &'static str) -> Self {
+        Self { absent: Absent::Words(words), ..self }
+    }
+
+    const fn only(self, who: Who) -> Self {
+        Self { who, ..self }
+    }
+
+    const fn not_beside(self, keys: &'static [&'static str]) -> Self {
+        Self { not_beside: keys, ..self }
+    }
+
+    const fn means(self, meaning: &'static str) -> Self {
+        Self { meaning, ..self }
+    }
+}
+
+/// A table of a case file.
+#[derive(Debug)]
+pub(super) struct Section {
+    /// Its name; empty for the top level.
+    pub path: &'static str,
+    pub keys: &'static [Key],
+}
+
+impl Section {
+    /// Names of its keys, each once.
+    pub fn names(&self) -> Vec<&'static str> {
+        let mut names: Vec<&str> = self.keys.iter().map(|key| key.name).collect();
+        names.dedup();
+        names
+    }
+}
+
+/// Sizes that are not 0.
+pub(super) const SIZE: Bounds = Bounds::within(TINY, HUGE);
+/// Sizes, radii and depths.
+const FROM_ZERO: Bounds = Bounds::within(0.0, HUGE);
+/// Radii and depths.
+pub(super) const LENGTH: Kind = Kind::Quantity(Length, FROM_ZERO);
+/// SI values that scales are made of.
+const POSITIVE: Bounds = Bounds::above(0.0, 1e30);
+/// Bounds of densities and wave speeds in units of those of the struck layer.
+pub(super) const RELATIVE: Bounds = SIZE;
+/// Largest number of layers.
+pub(super) const MAX_LAYERS: usize = 100;
+
+/// Shapes of indenters.
+pub(super) const SHAPES: [&str; 5] = ["flat", "paraboloid", "sphere", "cone", "profile"];
+const FIELDS: [&str; 11] = [
+    "displacement",
+    "velocity",
+    "stress",
+    "displacement_r",
+    "velocity_r",
+    "stress_rr",
+    "stress_tt",
+    "stress_rz",
+    "pressure",
+    "von_mises",
+    "max_shear",
+];
+const VIEWS: [&str; 6] = ["field", "image", "scene", "fronts", "tf", "profile"];
+const RAKHMATULIN: Who = Who::Model(ModelKind::Rakhmatulin);
+const ELASTIC: Who = Who::Model(ModelKind::Elastic);
+const CONE: Who = Who::Shapes(&["cone"]);
+const PROFILE: Who = Who::Shapes(&["profile"]);
+
+/// The top level.
+pub(super) const ROOT: Section = Section {
+    path: "",
+    keys: &[
+        key("title", Kind::Text("a text in quotes")).left_out("name of the case").means("title of the run"),
+        key("model", Kind::Name(&["rakhmatulin", "elastic"]))
+            .default("\"rakhmatulin\"")
+            .means("simplified theory with one displacement, or linear elasticity in full"),
+        key("geometry", Kind::Name(&["axisymmetric", "plane"]))
+            .default("\"axisymmetric\"")
+            .means("symmetry; the full theory has plane strain in the plane"),
+        key("length_unit", Kind::Quantity(Length, SIZE))
+            .only(Who::Physical)
+            .means("R, from 1e-12 m to 1e9 m, if the indenter has neither `radius` nor `nose_radius`"),
+    ],
+};
+
+/// One layer of a list.
+pub(super) const LAYER: Section = Section {
+    path: "target.layer",
+    keys: &[
+        key("thickness", Kind::Thickness).required().means("half-space in the last layer only"),
+        key("density", Kind::Number(RELATIVE, "γ"))
+            .default("1.0")
+            .only(Who::Dimensionless)
+            .means("density, 1 in the first layer"),
+        key("wave_speed", Kind::Number(RELATIVE, "c_p"))
+            .default("1.0")
+            .only(Who::Dimensionless)
+            .means("longitudinal wave speed, 1 in the first layer"),
+        key("shear_wave_speed", Kind::Number(RELATIVE, "c_p"))
+            .left_out("that of the first layer")
+            .not_beside(&["material"])
+            .means("c_s, in units of c_p of the first layer, where it makes the case dimensionless"),
+        key("bond", Kind::Name(&["welded", "sliding"])).default("\"welded\"").means(
+            "to the layer above, from the second layer on; sliding passes no shear stress and needs `model = \"elastic\"`",
+        ),
+        key("material", Kind::Material).only(Who::Physical).means("required in every layer"),
+    ],
+};
+
+/// The constants of a material.
+pub(super) const MATERIAL: Section = Section {
+    path: "target.material",
+    keys: &[
+        key("youngs_modulus", Kind::Quantity(Stress, POSITIVE)).means("with `poisson_ratio`"),
+        key("poisson_ratio", Kind::Number(Bounds::between(-1.0, 0.5), "1")).means("with `youngs_modulus`"),
+        key("bulk_modulus", Kind::Quantity(Stress, POSITIVE)).means("with `shear_modulus`"),
+        key("shear_modulus", Kind::Quantity(Stress, POSITIVE)).means("with `bulk_modulus`"),
+        key("density", Kind::Quantity(Density, POSITIVE)).required().means("density"),
+    ],
+};
+
+/// The sections below the top level, in the order in which they are read and written.
+pub(super) const SECTIONS: [Section; 6] = [
+    Section {
+        path: "target",
+        keys: &[
+            key("thickness", Kind::Thickness).required().not_beside(&["layer"]).means("thickness h"),
+            key("shear_wave_speed", Kind::Number(Bounds::between(0.0, 1.0), "c_p"))
+                .left_out("required, or `material`")
+                .not_beside(&["layer", "material"])
+                .means("c_s/c_p, in the full theory below √3/2: the case is dimensionless"),
+            key("material", Kind::Material)
+                .left_out("required, or `shear_wave_speed`")
+                .not_beside(&["layer"])
+                .means("the case is physical; names: `percuss materials`; table: `[target.material]`"),
+            key("back", Kind::Name(&["rigid", "free"])).default("\"rigid\"").means(
+                "far side of the last layer, rigid and smooth or free; not with a half-space. Above a free back the last row \
+                 of nodes lies half a row of cells inside: `u` there is that of the face",
+            ),
+            key("layer", Kind::Tables).means("layers, from the struck surface down, 100 at most"),
+        ],
+    },
+    Section {
+        path: "indenter",
+        keys: &[
+            key("shape", Kind::Name(&SHAPES))
+                .required()
+                .means("shape of the head, f(r)"),
+            key("radius", Kind::Quantity(Length, SIZE))
+                .left_out("unbounded; sphere: whole; profile: last point")
+                .means("radius of the body; required by flat; at most `nose_radius` of a sphere"),
+            key("edge_radius", Kind::Quantity(Length, FROM_ZERO))
+                .default("0.0")
+                .only(Who::Shapes(&["flat"]))
+                .means("radius e of the corner, f = e − √(e² − (r − R + e)²)"),
+            key("nose_radius", Kind::Quantity(Length, SIZE))
+                .left_out("required")
+                .only(Who::Shapes(&["paraboloid", "sphere"]))
+                .means("ρ of f = r²/(2ρ), and of f = ρ − √(ρ² − r²)"),
+            key("slope", Kind::Number(SIZE, "1"))
+                .left_out("required, or `half_angle`")
+                .only(CONE)
+                .not_beside(&["half_angle"])
+                .means("df/dr"),
+            key("half_angle", Kind::Number(Bounds::between(0.0, 90.0), "degrees"))
+                .only(CONE)
+                .means("angle from the axis, in place of `slope`"),
+            key("file", Kind::Text("the path of a CSV file with columns r, f"))
+                .left_out("required, or `points`")
+                .only(PROFILE)
+                .not_beside(&["points"])
+                .means("columns r, f, the tip 0, 0 first; physical: `r [mm],f [mm]` in the heading"),
+            key("points", list(&Kind::Pair, "points", MAX_LIST))
+                .only(PROFILE)
+                .means("pairs `[r, f]`, the tip 0, 0 first, in place of `file`"),
+            key("mass", Kind::Quantity(Mass, Bounds::within(TINY, 1e12).or_infinite()))
+                .default("inf")
+                .not_beside(&["density", "length"])
+                .means("with finite mass the body slows down and rebounds; infinite with prescribed contact"),
+            key("density", Kind::Quantity(Density, SIZE)).not_beside(&["material"]).means(
+                "gives a whole sphere, or a body with a `length`, its mass, instead of `mass` or `material`",
+            ),
+            key("material", Kind::Preset).only(Who::Physical).means(
+                "instead of `density`, unless `mass` is given, and says how rigid the indenter is; names: `percuss materials`",
+            ),
+            key("length", Kind::Quantity(Length, SIZE)).means(
+                "at least that of the head: from the tip to the flat end of a body with a `radius`; gives it a mass by \
+                 `density` or `material`",
+            ),
+        ],
+    },
+    Section {
+        path: "impact",
+        keys: &[
+            key("velocity", Kind::Quantity(Speed, SIZE))
+                .default("1.0")
+                .only(Who::Dimensionless)
+                .means("V0"),
+            // c_p is no velocity that anybody means
+            key("velocity", Kind::Quantity(Speed, SIZE)).required().only(Who::Physical).means("V0"),
+            key("contact", Kind::Name(&["unilateral", "bilateral", "prescribed"]))
+                .default("\"unilateral\"")
+                .means(
+                    "bilateral is glued, for a flat face with a sharp edge; prescribed gives the motion of the surface",
+                ),
+        ],
+    },
+    Section {
+        path: "mesh",
+        keys: &[
+            key("kind", Kind::Name(&["matched", "paper"]))
+                .default("\"matched\"")
+                .means("paper: r_i = i·Δr, Δr = Δz; for the simplified theory on one layer with a rigid back"),
+            key("cells", Kind::Count(2, 1_000_000, "1"))
+                .default("100")
+                .means("nodes across the radius or unit length; on the paper's mesh 1/Δz"),
+            key("order", Kind::Choice(&[4, 2]))
+                .default("4")
+                .only(RAKHMATULIN)
+                .means("order of accuracy for oblique waves; the paper's mesh has 2"),
+            key("damping", Kind::Number(Bounds::within(0.0, scheme::LARGEST_DAMPING), "1"))
+                .default("1.0")
+                .only(RAKHMATULIN)
+                .means("of oblique waves that the mesh does not resolve; the paper's mesh has none"),
+            key("damping", Kind::Number(Bounds::within(0.0, elastic::LARGEST_DAMPING), "1"))
+                .left_out("0.5, less where that is not stable")
+                .only(ELASTIC)
+                .means(
+                    "of waves along r that the mesh does not resolve, which moving edges of contact excite. It is 0 for fronts \
+                     along z and falls with the fifth power of the wave number; above c_s/c_p = 0.82 less of it is stable. 0.8 \
+                     halves what noise is left over soft targets (c_s/c_p ≤ 0.3); surface waves of few nodes are best \
+                     computed without",
+                ),
+            key("outer_radius", Kind::Quantity(Length, SIZE))
+                .left_out("derived")
+                .means("beyond the reach of waves; a contact that gets there is an error"),
+        ],
+    },
+    Section {
+        path: "run",
+        keys: &[
+            key("end_time", Kind::Quantity(Time, Bounds::above(0.0, 1e12)))
+                .required()
+                .means("time at the last step, but for rounding to whole steps"),
+            key("stop", Kind::Name(&["never", "extension", "separation"])).default("\"never\"").means(
+                "ends the run earlier: where the interface needs tension (under a rounded head: once the contact is seen to \
+                 have turned back), or when the indenter has left (V ≤ 0, no contact for Δr/c_s)",
+            ),
+            key("checkpoint_every", Kind::Number(Bounds::within(0.0, 1e9), "s")).left_out("600").means(
+                "wall time from one checkpoint to the next, 0 for none; `percuss run --resume` continues from them",
+            ),
+        ],
+    },
+    Section {
+        path: "record",
+        keys: &[
+            key("interface_every", Kind::Count(1, 1_000_000_000, "steps"))
+                .default("1")
+                .means("steps between messages of interface stress and lines; the last step has one too"),
+            key("probes", list(&LENGTH, "radii", MAX_LIST)).left_out("derived").means(
+                "radii at which `/probes` has the interface stress, in every step; by default 0, 0.5, 0.9, 0.95 and 0.99 of \
+                 the largest contact radius, estimated from V0·`end_time`, of a ball of finite mass from Hertz",
+            ),
+            key("layer_tension", Kind::Quantity(Stress, SIZE)).left_out("derived").means(
+                "of targets of layers: tension of an interface from which on it is an event, `LAYER_TENSION`; by default a \
+                 hundredth of Z·V0 of the struck layer. The largest tension and shear of every interface are recorded \
+                 whatever it is",
+            ),
+            key("points", list(&Kind::Pair, "points", 10_000))
+                .means("`[r, z]`: displacement, velocity and stress on `/points`, in every step"),
+            key("lines", list(&Kind::Line, "lines", 100)).means("stress along them, on `/line/0`, …"),
+            key("fields", list(&Kind::Name(&FIELDS), "fields", MAX_LIST)).default("[\"stress\"]").means(
+                "recorded in frames; the simplified theory has the first three. Stresses are compressive positive, `stress` is \
+                 −σ_zz, `pressure` the mean of the normal ones",
+            ),
+            key("r_max", Kind::Quantity(Length, SIZE.or_infinite())).left_out("derived").means(
+                "fields, pictures and lines along r reach to this radius, inf: to that of the mesh; by default to the largest \
+                 contact radius and as much again beside it, or three thicknesses if that is more: what the back and the \
+                 surface return to the contact is inside. A half-space is shown whole. No number changes by it",
+            ),
+            key("field_every", Kind::Count(1, 1_000_000, "nodes")).left_out("derived").means(
+                "fields have every so many nodes along r and z; by default so that the moved part of a field stays within \
+                 16 MiB in all frames together, but keeps 50 of the `cells`",
+            ),
+            key("views", list(&Kind::Name(&VIEWS), "views", MAX_LIST))
+                .default("[\"field\", \"image\", \"scene\", \"fronts\", \"tf\", \"profile\"]")
+                .means("channels for viewers; `[]` for none"),
+            key("frames", Kind::Count(0, 1_000_000, "1"))
+                .default("200")
+                .not_beside(&["frame_times"])
+                .means("number of frames, which show fields, energy and views, spread evenly over the run"),
+            key("frame_times", list(&Kind::Quantity(Time, Bounds::within(0.0, 1e12)), "times", MAX_LIST))
+                .means("frames at the steps nearest to these times and at the last one, in place of `frames`"),
+            key("compression", Kind::Name(&["none", "lz4", "zstd"])).default("\"zstd\"").means("of the recording"),
+            key("playback_rate", Kind::Number(Bounds::within(1e-9, 1e12), "s"))
+                .left_out("1; physical: a power of ten that plays 2 to 20 s")
+                .means("seconds of log time per unit of time, in physical cases per second"),
+        ],
+    },
+];
+
+impl Who {
+    /// Cases that may have the key, as the guide names them.
+    fn words(&self) -> String {
+        match self {
+            Self::All => String::new(),
+            Self::Model(ModelKind::Rakhmatulin) => "`rakhmatulin`: ".into(),
+            Self::Model(ModelKind::Elastic) => "`elastic`: ".into(),
+            Self::Dimensionless => "dimensionless cases: ".into(),
+            Self::Physical => "physical cases: ".into(),
+            Self::Shapes(shapes) => format!("{}: ", shapes.join(", ")),
+        }
+    }
+}
+
+impl Kind {
+    /// Dimension of its numbers.
+    pub fn dimension(&self) -> Option<Dimension> {
+        match self {
+            Self::Quantity(dimension, _) => Some(*dimension),
+            Self::Thickness | Self::Pair | Self::Line => Some(Length),
+            Self::List { of, .. } => of.dimension(),
+            _ => None,
+        }
+    }
+
+    /// What can be written, for messages.
+    pub fn allowed(&self, system: &System) -> String {
+        match self {
+            Self::Text(what) => (*what).into(),
+            Self::Name(names) => names.join(", "),
+            Self::Choice(numbers) => numbers.iter().map(i64::to_string).collect::<Vec<_>>().join(", "),
+            Self::Count(low, high, _) => format!("a whole number from {low} to {high}"),
+            Self::Number(bounds, _) => bounds.to_string(),
+            Self::Quantity(dimension, bounds) => system.allowed(*dimension, *bounds),
+            Self::Thickness => format!("{}, or \"half-space\"", system.allowed(Length, SIZE)),
+            Self::List { of: Self::Name(names), .. } => format!("a list of {}", names.join(", ")),
+            Self::List { of, noun, .. } => format!("a list of {noun}, each {}", of.allowed(system)),
+            Self::Pair => format!("a pair, each {}", system.allowed(Length, FROM_ZERO)),
+            Self::Line => "{ r = a radius } along z or { z = a depth } along r".into(),
+            Self::Material => "the name of a material, or a table of constants".into(),
+            Self::Preset => "the name of a material".into(),
+            Self::Tables => "a list of tables".into(),
+        }
+    }
+
+    /// Unit, for the guide.
+    fn unit(&self) -> String {
+        match self {
+            Self::Count(_, _, unit) | Self::Number(_, unit) => (*unit).into(),
+            _ => self.dimension().map_or(String::new(), |dimension| format!("{dimension:?}").to_lowercase()),
+        }
+    }
+}
+
+/// The table of a section as the guide has it.
+///
+/// * `heading`: of the section, `target.layer`
+pub fn guide(heading: &str) -> Option<String> {
+    let mut sections = SECTIONS.iter().chain([&ROOT, &LAYER, &MATERIAL]);
+    let section = sections.find(|section| section.path == heading)?;
+    let mut text =
+        "| Key | Unit | Range | Default | Meaning, and who may have it |\n|---|---|---|---|---|\n".to_owned();
+    for key in section.keys {
+        let (unit, range) = (key.kind.unit(), key.kind.allowed(&System::dimensionless()));
+        let absent = match key.absent {
+            Absent::Required => "required".into(),
+            Absent::Value(value) => format!("`{value}`"),
+            Absent::Words(words) => words.into(),
+        };
+        let (name, who, meaning) = (key.name, key.who.words(), key.meaning);
+        writeln!(text, "| `{name}` | {unit} | {range} | {absent} | {who}{meaning} |")
+            .expect("a String grows");
+    }
+    Some(text)
+}

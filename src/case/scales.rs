@@ -1,0 +1,166 @@
+//! The scales of a case: from the material of the struck layer and the unit of length.
+
+use toml::{
+    Spanned, Value,
+    de::{DeTable, DeValue},
+};
+
+use super::{
+    bounds::Bounds,
+    keys::{Kind, MATERIAL},
+    quantity,
+    rows::LARGEST_CHANGE,
+    system::{Numbers, System},
+    values::{Values, join, text},
+};
+use crate::{
+    material::{Elastic, Preset},
+    model::ModelKind,
+    units::{Dimension, Scales},
+};
+
+/// Bounds of the unit of length \[m\]: scales that follow from it are far from overflow.
+const LENGTH_UNIT: Bounds = Bounds::within(1e-12, 1e9);
+
+impl<'d> Values<'d> {
+    /// Dimensionless or physical: as the struck layer has a ratio of wave speeds or a material, whose scales are read first.
+    ///
+    /// * `path`: of the struck layer
+    pub fn choose_system(
+        &mut self,
+        root: &mut DeTable<'d>,
+        struck: &mut DeTable<'d>,
+        path: &str,
+        indenter: &DeTable<'_>,
+    ) {
+        match ["shear_wave_speed", "material"].map(|key| struck.contains_key(key)) {
+            [true, false] => self.system.numbers = Numbers::Dimensionless,
+            [false, true] => self.system.numbers = Numbers::Physical,
+            _ => {}
+        }
+        if self.system.numbers != Numbers::Physical {
+            return;
+        }
+        let name = join(path, "material");
+        let Some(material) = struck.remove("material") else { return };
+        self.mark(&name, material.span());
+        self.read_material(&name, &material);
+        let length = self.read_length_unit(root, indenter);
+        let elastic = self.elastic(&name);
+        let speeds = elastic.and_then(|elastic| Some((elastic.wave_speeds().ok()?, elastic.density)));
+        let speed = speeds.filter(|((c_p, c_s), _)| c_s / c_p < self.largest_ratio());
+        let geometry = self.system.geometry;
+        self.system.scales = length.zip(speed).map(|(length, ((speed, _), density))| Scales {
+            geometry,
+            length,
+            speed,
+            density,
+        });
+    }
+
+    /// Bound of c_s/c_p: in the full theory the bulk modulus is positive, c_s²/c_p² < 3/4. Where wave speeds of layers are changed,
+    /// after the change.
+    pub fn largest_ratio(&self) -> f64 {
+        match self.model {
+            ModelKind::Rakhmatulin => 1.0,
+            ModelKind::Elastic if self.layers.is_some_and(|layers| layers > 1) => {
+                0.75f64.sqrt() / (1.0 + LARGEST_CHANGE)
+            }
+            ModelKind::Elastic => 0.75f64.sqrt(),
+        }
+    }
+
+    /// The unit of length of a physical case \[m\]: that of its indenter, else a key of its own.
+    fn read_length_unit(&mut self, root: &mut DeTable<'d>, indenter: &DeTable<'_>) -> Option<f64> {
+        let own = ["radius", "nose_radius"].into_iter().find(|key| indenter.contains_key(*key));
+        let given = root.remove("length_unit");
+        if let Some(value) = &given {
+            self.mark("length_unit", value.span());
+        }
+        match (own, given) {
+            (Some(own), Some(_)) => {
+                let message = format!(" is given, but indenter.{own} is the unit of length");
+                self.refuse("length_unit", &message, "leave length_unit out");
+                None
+            }
+            // what is wrong with it is reported where it is read
+            (Some(own), None) => {
+                let written = text(indenter, own)?;
+                let si = quantity::parse(written, Dimension::Length, self.system.geometry).ok();
+                let length = si.filter(|si| *si > 0.0)?;
+                if !LENGTH_UNIT.contain(length) {
+                    let message = format!("`indenter.{own}` = \"{written}\" cannot be the unit of length");
+                    let help = format!("allowed: {}", LENGTH_UNIT.in_unit(1.0, "m"));
+                    self.document.problem(indenter.get(own).map_or(0..0, Spanned::span), message, help);
+                }
+                Some(length).filter(|length| LENGTH_UNIT.contain(*length))
+            }
+            (None, Some(value)) => {
+                let kind = Kind::Quantity(Dimension::Length, LENGTH_UNIT);
+                let length = self.read_value(&kind, "length_unit", &value, &System::si())?;
+                // in units of itself
+                self.set("length_unit", 1.0);
+                length.as_float()
+            }
+            (None, None) => {
+                // another shape lacks its radius, which is the unit
+                if self.shape.as_deref().is_some_and(|shape| ["cone", "profile"].contains(&shape)) {
+                    let meaning =
+                        "the unit of length, such as \"10 mm\", as the indenter has no radius or nose_radius";
+                    self.need("length_unit", meaning);
+                }
+                None
+            }
+        }
+    }
+
+    /// Reads a material, by name or by its constants.
+    pub fn read_material(&mut self, path: &str, value: &Spanned<DeValue<'d>>) {
+        if let DeValue::Table(table) = value.get_ref() {
+            self.read_section(&MATERIAL, path, table.clone());
+            return self.check_constants(path);
+        }
+        let kind = match value.get_ref() {
+            DeValue::String(_) => Kind::Preset,
+            _ => Kind::Text("the name of a material, or a table of constants"),
+        };
+        let Some(name) = self.read_value(&kind, path, value, &System::si()) else { return };
+        let Some(preset) = name.as_str().and_then(Preset::find) else { return };
+        let Elastic { youngs_modulus, poisson_ratio, bulk_modulus, shear_modulus, density } =
+            preset.elastic();
+        let constants = [youngs_modulus, poisson_ratio, bulk_modulus, shear_modulus, Some(density)];
+        for (key, constant) in MATERIAL.keys.iter().zip(constants) {
+            self.checked.extend(constant.map(|constant| (join(path, key.name), Value::Float(constant))));
+        }
+    }
+
+    /// Notes a table of constants that has not two of them that go together.
+    fn check_constants(&self, path: &str) {
+        let names = || MATERIAL.keys.iter().map(|key| join(path, key.name));
+        if names().any(|name| self.is_given(&name) && !self.checked.contains_key(&name)) {
+            return;
+        }
+        let constants = MATERIAL.keys[..4].iter().map(|key| key.name);
+        let given = match constants.filter(|key| self.is_given(&join(path, key))).collect::<Vec<_>>()[..] {
+            ["youngs_modulus", "poisson_ratio"] | ["bulk_modulus", "shear_modulus"] => return,
+            [] => "no elastic constants".into(),
+            [name] => format!("the elastic constant {name} alone"),
+            [ref others @ .., last] => format!("the elastic constants {} and {last}", others.join(", ")),
+        };
+        let help = "give two: youngs_modulus and poisson_ratio, or bulk_modulus and shear_modulus";
+        self.problem(path, format!("`{path}` has {given}"), help);
+    }
+
+    /// The constants of a material that has been read.
+    pub fn elastic(&self, path: &str) -> Option<Elastic> {
+        let constant = |key: &str| self.number(&join(path, key));
+        let elastic = Elastic {
+            youngs_modulus: constant("youngs_modulus"),
+            poisson_ratio: constant("poisson_ratio"),
+            bulk_modulus: constant("bulk_modulus"),
+            shear_modulus: constant("shear_modulus"),
+            density: constant("density")?,
+        };
+        elastic.wave_speeds().is_ok().then_some(elastic)
+    }
+}

@@ -1,0 +1,455 @@
+//! From a document to checked values: the one loop over all keys of a case.
+//!
+//! Values are dimensionless, whatever the case is written in; they go by their full names, `target.layer.2.thickness`. After a problem
+//! reading continues without the value, so that one pass finds all problems; a document with problems yields no case.
+
+use std::collections::BTreeMap;
+
+use percuss_output::text::short;
+use serde::{Deserialize, de::DeserializeOwned};
+use toml::{
+    Spanned, Value,
+    de::{DeTable, DeValue, ValueDeserializer},
+};
+
+use super::{
+    CaseErrors,
+    document::{Document, Span},
+    errors::is_alike,
+    keys::{
+        Absent, Key, Kind, LAYER, LENGTH, MATERIAL, MAX_LAYERS, ROOT, SECTIONS, SHAPES, SIZE, Section, Who,
+    },
+    system::{Numbers, System},
+};
+use crate::{
+    geometry::Geometry,
+    material::{PRESETS, Preset},
+    model::ModelKind,
+    units::Dimension,
+};
+
+/// Checked values by the full names of their keys.
+pub(super) type Checked = BTreeMap<String, Value>;
+
+/// The values of a case, and where they stand.
+pub(super) struct Values<'d> {
+    pub document: &'d Document,
+    pub system: System,
+    pub model: ModelKind,
+    /// Shape of the indenter, if there is such a one.
+    pub shape: Option<String>,
+    /// Number of layers, if there is a list of them.
+    pub layers: Option<usize>,
+    pub checked: Checked,
+    /// Places of all keys that are given, refused or not, and of sections.
+    places: BTreeMap<String, Span>,
+}
+
+/// The text of a value in a table.
+pub(super) fn text<'a>(table: &'a DeTable<'_>, key: &str) -> Option<&'a str> {
+    match table.get(key)?.get_ref() {
+        DeValue::String(text) => Some(text),
+        _ => None,
+    }
+}
+
+/// A value without the places inside.
+fn plain(value: &Spanned<DeValue<'_>>) -> Option<Value> {
+    Value::deserialize(ValueDeserializer::from(value.clone())).ok()
+}
+
+fn describe(value: &DeValue<'_>) -> String {
+    match value.type_str() {
+        name @ ("integer" | "array") => format!("an {name}"),
+        name => format!("a {name}"),
+    }
+}
+
+/// Full name of a key in a section.
+pub(super) fn join(path: &str, key: &str) -> String {
+    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
+}
+
+impl<'d> Values<'d> {
+    /// Reads all keys of a document.
+    ///
+    /// # Errors
+    ///
+    /// An error of syntax.
+    pub fn read(document: &'d Document) -> Result<Self, CaseErrors> {
+        let mut root = document.root()?;
+        let geometry =
+            if text(&root, "geometry") == Some("plane") { Geometry::Plane } else { Geometry::Axisymmetric };
+        let is_elastic = text(&root, "model") == Some("elastic");
+        let mut values = Self {
+            document,
+            system: System { numbers: Numbers::Unclear, geometry, scales: None },
+            model: if is_elastic { ModelKind::Elastic } else { ModelKind::Rakhmatulin },
+            shape: None,
+            layers: None,
+            checked: Checked::new(),
+            places: BTreeMap::from([(String::new(), 0..0)]),
+        };
+        let mut tables = SECTIONS.each_ref().map(|section| values.take_section(&mut root, section.path));
+        let [target, indenter, ..] = &mut tables;
+        values.shape = text(indenter, "shape").filter(|shape| SHAPES.contains(shape)).map(str::to_owned);
+        let mut layers = values.take_layers(target);
+        let (struck, path) = match &mut layers {
+            Some(layers) => (layers.first_mut(), "target.layer.1"),
+            None => (Some(target), "target"),
+        };
+        if let Some(struck) = struck {
+            values.choose_system(&mut root, struck, path, indenter);
+        }
+        values.read_section(&ROOT, "", root);
+        for (section, table) in SECTIONS.iter().zip(tables) {
+            values.read_section(section, section.path, table);
+        }
+        for (number, layer) in (1..).zip(layers.into_iter().flatten()) {
+            values.read_section(&LAYER, &format!("target.layer.{number}"), layer);
+        }
+        Ok(values)
+    }
+
+    /// A table of the top level, an empty one if it is missing.
+    fn take_section(&mut self, root: &mut DeTable<'d>, path: &str) -> DeTable<'d> {
+        let given = root.remove(path).map(|value| (value.span(), value.into_inner()));
+        let place = given.as_ref().map_or(0..0, |(place, _)| place.clone());
+        self.places.insert(path.to_owned(), place.clone());
+        match given {
+            Some((_, DeValue::Table(table))) => return table,
+            Some((_, other)) => {
+                let message = format!("`{path}` is {}, it must be a table", describe(&other));
+                self.document.problem(place, message, format!("write it as [{path}]"));
+            }
+            None => {}
+        }
+        DeTable::new()
+    }
+
+    /// The tables of the list of layers, if there is one; what is no table is refused.
+    fn take_layers(&mut self, target: &mut DeTable<'d>) -> Option<Vec<DeTable<'d>>> {
+        let value = target.remove("layer")?;
+        let place = value.span();
+        self.places.insert("target.layer".into(), place.clone());
+        let mut layers = Vec::new();
+        let refuse = |place, name: &str, form, value: &DeValue<'_>| {
+            let message = format!("`{name}` is {}, it must be {form}", describe(value));
+            let help =
+                "write each as [[target.layer]]; --set target.layer.1.KEY=VALUE changes one that is there";
+            self.document.problem(place, message, help);
+        };
+        match value.into_inner() {
+            DeValue::Array(list) if !(1..=MAX_LAYERS).contains(&list.len()) => {
+                let message = format!("`target.layer` has {} layers", list.len());
+                self.document.problem(place, message, format!("allowed: 1 to {MAX_LAYERS}"));
+            }
+            DeValue::Array(list) => {
+                for (number, value) in (1..).zip(list) {
+                    let (path, place) = (format!("target.layer.{number}"), value.span());
+                    match value.into_inner() {
+                        DeValue::Table(table) => {
+                            self.places.insert(path, place);
+                            layers.push(table);
+                        }
+                        other => refuse(place, &path, "a table", &other),
+                    }
+                }
+            }
+            other => refuse(place, "target.layer", "a list of tables", &other),
+        }
+        self.layers = Some(layers.len());
+        Some(layers)
+    }
+
+    /// Reads the keys of a section, and completes it.
+    pub fn read_section(&mut self, section: &Section, path: &str, table: DeTable<'d>) {
+        let system = if section.path == MATERIAL.path { System::si() } else { self.system };
+        for (key, value) in &table {
+            self.places.insert(join(path, key.get_ref()), value.span());
+        }
+        for (key, value) in table {
+            let name = join(path, key.get_ref());
+            let mut rows = section.keys.iter().filter(|row| row.name == key.get_ref().as_ref());
+            let fitting = rows.clone().find(|row| self.fits(row));
+            match (fitting, rows.next()) {
+                (None, None) => self.refuse_unknown(section, path, (key.span(), key.get_ref())),
+                (None, Some(row)) => self.refuse_owner(row, &name),
+                (Some(row), _) => match self.rival(row, path) {
+                    Some(rival) => {
+                        let message = format!("`{name}` and `{rival}` are both given");
+                        self.problem(&name, message, "keep one of them");
+                    }
+                    None => {
+                        let value = self.read_value(&row.kind, &name, &value, &system);
+                        self.checked.extend(value.map(|value| (name, value)));
+                    }
+                },
+            }
+        }
+        for row in section.keys.iter().filter(|row| self.fits(row)).collect::<Vec<_>>() {
+            let name = join(path, row.name);
+            match row.absent {
+                _ if self.is_given(&name) || self.rival(row, path).is_some() => {}
+                Absent::Required => self.need(&name, &row.kind.allowed(&system)),
+                Absent::Value(text) => {
+                    self.checked.insert(name, text.parse().expect("TOML in the table of keys"));
+                }
+                Absent::Words(_) => {}
+            }
+        }
+    }
+
+    /// True if this case may have the key.
+    fn fits(&self, row: &Key) -> bool {
+        let shape = self.shape.as_deref();
+        match row.who {
+            Who::All => true,
+            Who::Model(model) => model == self.model,
+            Who::Dimensionless => self.system.numbers != Numbers::Physical,
+            Who::Physical => self.system.numbers != Numbers::Dimensionless,
+            Who::Shapes(shapes) => shape.is_none_or(|shape| shapes.contains(&shape)),
+        }
+    }
+
+    /// The key that is given and leaves no place for this one.
+    fn rival(&self, row: &Key, path: &str) -> Option<String> {
+        row.not_beside.iter().map(|other| join(path, other)).find(|other| self.is_given(other))
+    }
+
+    /// Refuses a key that other cases have.
+    fn refuse_owner(&self, row: &Key, name: &str) {
+        let (owner, remedy) = match row.who {
+            Who::All => return,
+            Who::Model(model) => (format!("needs model = \"{model:?}\"").to_lowercase(), "set the model"),
+            Who::Dimensionless => (
+                "needs a dimensionless case, and this one is physical".into(),
+                "give shear_wave_speed and no material",
+            ),
+            Who::Physical => (
+                "needs a physical case, and this one is dimensionless".into(),
+                "give the target a material, in every layer",
+            ),
+            Who::Shapes(shapes) => {
+                let (shapes, shape) = (shapes.join("\" or \""), self.shape.as_deref().unwrap_or_default());
+                (format!("belongs to shape = \"{shapes}\", not to \"{shape}\""), "set indenter.shape")
+            }
+        };
+        self.problem(name, format!("`{name}` {owner}"), format!("leave the key out, or {remedy}"));
+    }
+
+    /// Refuses a key that no case has.
+    fn refuse_unknown(&self, section: &Section, path: &str, (place, key): (Span, &str)) {
+        let mut known = section.names();
+        if path.is_empty() {
+            known.extend(SECTIONS.iter().map(|section| section.path));
+        }
+        let here = known.iter().find(|name| is_alike(name, key)).map(|name| join(path, name));
+        let there = || SECTIONS.iter().find(|section| section.names().contains(&key));
+        let meant = here.or_else(|| Some(join(there()?.path, key)));
+        let meant = meant.map_or(String::new(), |name| format!("did you mean `{name}`? "));
+        let section = if path.is_empty() { "at the top level".into() } else { format!("in [{path}]") };
+        let message = format!("unknown key `{}`", short(&join(path, key)));
+        self.document.problem(place, message, format!("{meant}known {section}: {}", known.join(", ")));
+    }
+
+    /// The dimensionless value of a key; none after a problem, or if it is in keys of its own.
+    pub fn read_value(
+        &mut self,
+        kind: &Kind,
+        name: &str,
+        value: &Spanned<DeValue<'d>>,
+        system: &System,
+    ) -> Option<Value> {
+        let place = value.span();
+        let given = format!("`{name}` = {}", short(self.document.written(&place)));
+        let read = match (kind, plain(value)) {
+            (Kind::Material, _) => {
+                if system.numbers != Numbers::Unclear {
+                    self.read_material(name, value);
+                }
+                return None;
+            }
+            (Kind::Preset, Some(Value::String(text))) => {
+                let Some(preset) = Preset::find(&text) else {
+                    let names: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+                    let help =
+                        format!("allowed: {}; `percuss materials` lists their constants", names.join(", "));
+                    return self.note(place, format!("{given} is no material known here"), help);
+                };
+                Some(preset.name.into())
+            }
+            (Kind::Text(_), text @ Some(Value::String(_))) => text,
+            (Kind::Name(names), Some(Value::String(text))) => {
+                if !names.contains(&text.as_str()) {
+                    let message = format!("`{name}`: unknown value `{text}`");
+                    return self.note(place, message, format!("allowed: {}", names.join(", ")));
+                }
+                Some(text.into())
+            }
+            (Kind::Choice(numbers), Some(Value::Integer(number))) => {
+                numbers.contains(&number).then_some(Value::Integer(number))
+            }
+            (Kind::Count(low, high, _), Some(Value::Integer(number))) => {
+                (*low..=*high).contains(&number).then_some(Value::Integer(number))
+            }
+            (Kind::Number(bounds, _), Some(number @ (Value::Integer(_) | Value::Float(_)))) => {
+                let number = number.as_float().or(number.as_integer().map(|number| number as f64));
+                number.filter(|number| bounds.contain(*number)).map(Value::Float)
+            }
+            (Kind::Thickness, Some(Value::String(text))) if text == "half-space" => Some(text.into()),
+            (Kind::Quantity(..) | Kind::Thickness, plain) => {
+                let (dimension, bounds, or) = match kind {
+                    Kind::Quantity(dimension, bounds) => (*dimension, *bounds, ""),
+                    _ => (Dimension::Length, SIZE, ", or \"half-space\""),
+                };
+                // a number that no integer holds is none
+                match system.read(&given, &plain.unwrap_or(Value::Boolean(false)), dimension, bounds) {
+                    Ok(number) => Some(Value::Float(number)),
+                    Err((message, help)) => return self.note(place, message, help + or),
+                }
+            }
+            (Kind::List { noun, most, .. }, Some(Value::Array(list))) if list.len() > *most => {
+                let message = format!("`{name}` has {} {noun}", list.len());
+                return self.note(place, message, format!("allowed: at most {most}"));
+            }
+            (Kind::List { of, .. }, Some(Value::Array(_))) => {
+                let DeValue::Array(list) = value.get_ref() else { return None };
+                let read = self.read_items(of, name, list, system)?;
+                let twice =
+                    read.iter().enumerate().find(|(i, item)| item.is_str() && read[..*i].contains(item));
+                if let Some((_, item)) = twice {
+                    let message = format!("`{name}` names {} twice", item.as_str().unwrap_or_default());
+                    return self.note(place, message, "name each once".into());
+                }
+                Some(Value::Array(read))
+            }
+            (Kind::Pair, Some(Value::Array(pair))) if pair.len() == 2 => {
+                let DeValue::Array(pair) = value.get_ref() else { return None };
+                Some(Value::Array(self.read_items(&LENGTH, name, pair, system)?))
+            }
+            (Kind::Line, Some(Value::Table(line))) if line.len() == 1 => {
+                let DeValue::Table(line) = value.get_ref() else { return None };
+                let (axis, place) = line.iter().next()?;
+                let axis = axis.get_ref().as_ref();
+                let number = self.read_value(&LENGTH, &join(name, axis), place, system)?;
+                ["r", "z"]
+                    .contains(&axis)
+                    .then(|| Value::Table([(axis.to_owned(), number)].into_iter().collect()))
+            }
+            _ => None,
+        };
+        if read.is_none() {
+            let is_text = matches!(value.get_ref(), DeValue::String(_));
+            let is_number = matches!(kind, Kind::Count(..) | Kind::Number(..) | Kind::Choice(_));
+            let remark = if is_text && is_number { ", without quotes and unit" } else { "" };
+            let help = format!("allowed: {}{remark}", kind.allowed(system));
+            return self.note(place, format!("{given} is not possible"), help);
+        }
+        read
+    }
+
+    /// The elements of a list.
+    fn read_items(
+        &mut self,
+        kind: &Kind,
+        name: &str,
+        list: &[Spanned<DeValue<'d>>],
+        system: &System,
+    ) -> Option<Vec<Value>> {
+        let mut read = Vec::new();
+        for (i, item) in list.iter().enumerate() {
+            let name = format!("{name}[{i}]");
+            read.push(self.read_value(kind, &name, item, system)?);
+            self.places.insert(name, item.span());
+        }
+        Some(read)
+    }
+
+    /// A value.
+    ///
+    /// # Panics
+    ///
+    /// If the table of keys and the type do not have the same names.
+    pub fn get<T: DeserializeOwned>(&self, name: &str) -> Option<T> {
+        let value = self.checked.get(name)?.clone();
+        Some(value.try_into().unwrap_or_else(|error| panic!("{name}: {error}")))
+    }
+
+    /// A number.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        self.checked.get(name)?.as_float()
+    }
+
+    /// Names of the sections of layers.
+    pub fn layer_paths(&self) -> Vec<String> {
+        match self.layers {
+            None => vec!["target".into()],
+            Some(count) => (1..=count).map(|number| format!("target.layer.{number}")).collect(),
+        }
+    }
+
+    /// Writes the only layer of a list as a target without a list.
+    pub fn rename_only_layer(&mut self) {
+        let names: Vec<String> =
+            self.checked.keys().filter(|name| name.starts_with("target.layer.1.")).cloned().collect();
+        for name in names {
+            let value = self.checked.remove(&name);
+            let key = name.trim_start_matches("target.layer.1.");
+            if !["density", "wave_speed", "bond"].contains(&key) {
+                self.checked.extend(value.map(|value| (format!("target.{key}"), value)));
+            }
+        }
+    }
+
+    /// True if the key is in the text, refused or not.
+    pub fn is_given(&self, name: &str) -> bool {
+        self.places.contains_key(name)
+    }
+
+    /// Sets a value that follows from others.
+    pub fn set(&mut self, name: &str, value: impl Into<Value>) {
+        self.checked.insert(name.to_owned(), value.into());
+    }
+
+    /// Place of a key, else of its section.
+    pub fn place(&self, name: &str) -> Span {
+        let section = name.rsplit_once('.').map_or("", |(section, _)| section);
+        self.places.get(name).or(self.places.get(section)).cloned().unwrap_or(0..0)
+    }
+
+    /// The text of a value.
+    pub fn written(&self, name: &str) -> &str {
+        self.document.written(&self.place(name))
+    }
+
+    /// Notes a problem with a key.
+    pub fn problem(&self, name: &str, message: impl Into<String>, help: impl Into<String>) {
+        self.document.problem(self.place(name), message, help);
+    }
+
+    /// Notes a problem with the value of a key.
+    ///
+    /// * `what`: is wrong, behind the key and its text
+    pub fn refuse(&self, name: &str, what: &str, help: &str) {
+        self.problem(name, format!("`{name}` = {}{what}", short(self.written(name))), help);
+    }
+
+    /// Notes that a key is missing, unless it is refused.
+    pub fn need(&self, name: &str, meaning: &str) {
+        if !self.checked.contains_key(name) && !self.is_given(name) {
+            self.problem(name, format!("`{name}` is missing"), format!("add `{name}`: {meaning}"));
+        }
+    }
+
+    /// Notes a problem at a place, which leaves no value.
+    fn note<T>(&self, place: Span, message: String, help: String) -> Option<T> {
+        self.document.problem(place, message, help);
+        None
+    }
+
+    /// Notes the place of a key that is read ahead of the others.
+    pub fn mark(&mut self, name: &str, place: Span) {
+        self.places.insert(name.to_owned(), place);
+    }
+}
