@@ -48,26 +48,16 @@ fn written(value: &Value, kind: &Kind, system: &System) -> Value {
 impl Parameters {
     /// The values of a section that say something.
     fn section(&self, section: &Section, path: &str) -> Part {
-        let numbers = if self.scales.is_some() { Numbers::Physical } else { Numbers::Dimensionless };
-        let system = match section.path == MATERIAL.path {
-            true => System::si(),
-            false => System { numbers, geometry: self.geometry, scales: self.scales },
-        };
+        let system = if section.path == MATERIAL.path { System::si() } else { self.system() };
         let mut entries = Vec::new();
         for name in section.names() {
             let row = section.keys.iter().find(|row| row.name == name);
             let full = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
             let value = self.resolved.get(&full).zip(row);
             let part = match (full.as_str(), value) {
-                ("target.layer", _) => {
-                    let layers = (1..).map(|number| format!("{full}.{number}"));
-                    let mut layers = layers
-                        .take_while(|layer| self.resolved.contains_key(&format!("{layer}.thickness")))
-                        .peekable();
-                    layers
-                        .peek()
-                        .is_some()
-                        .then(|| Part::List(layers.map(|layer| self.section(&LAYER, &layer)).collect()))
+                ("target.layer", _) if self.target.layers.len() > 1 => {
+                    let layers = (1..=self.target.layers.len()).map(|number| format!("{full}.{number}"));
+                    Some(Part::List(layers.map(|layer| self.section(&LAYER, &layer)).collect()))
                 }
                 (_, None) if name == "material" => {
                     let is_there = self.resolved.contains_key(&format!("{full}.density"));
@@ -127,7 +117,12 @@ impl Parameters {
 
     /// A dimensionless number as case files of this case have it: plain, or as a quantity.
     pub fn written(&self, dimension: Dimension, x: f64) -> Value {
-        let numbers = Numbers::Physical;
-        System { numbers, geometry: self.geometry, scales: self.scales }.written(dimension, x)
+        self.system().written(dimension, x)
+    }
+
+    /// The system of its numbers.
+    fn system(&self) -> System {
+        let numbers = if self.scales.is_some() { Numbers::Physical } else { Numbers::Dimensionless };
+        System { numbers, geometry: self.geometry, scales: self.scales }
     }
 }

@@ -3,32 +3,28 @@
 use super::{Target, TargetLayer, bounds::TINY, keys::RELATIVE, system::Numbers, values::Values};
 use crate::{
     grid::{Back, Bond},
-    material::{Elastic, Material, PRESETS, Waves},
+    material::{Material, PRESETS, Waves},
     model::ModelKind,
 };
-
-/// Constants of a layer in units of the struck one.
-struct Constants {
-    si: Option<Elastic>,
-    density: f64,
-    wave_speed: f64,
-    shear: f64,
-}
 
 /// The target, or the problems with it.
 pub(super) fn target(values: &mut Values<'_>) -> Option<Target> {
     let count = values.layers.unwrap_or(1);
     let (mut layers, mut struck) = (Vec::new(), None);
     for (i, path) in values.layer_paths().into_iter().enumerate() {
-        let constants = constants(values, &path, struck.as_ref());
+        let constants = constants(values, (i, &path), struck.as_ref());
         check_bond(values, &format!("{path}.bond"), i);
         check_half_space(values, &format!("{path}.thickness"), i + 1 == count);
-        let thickness = values.checked.get(&format!("{path}.thickness")).map(toml::Value::as_float);
-        if let Some((constants, thickness)) = constants.zip(thickness) {
-            let bond = values.get(&format!("{path}.bond")).unwrap_or(Bond::Welded);
-            layers.push(constants.layer(i + 1, thickness, bond));
-            struck.get_or_insert(constants);
+        if i == 0 {
+            struck = constants.clone();
         }
+        let thickness = values.checked.get(&format!("{path}.thickness")).map(toml::Value::as_float);
+        let bond = values.get(&format!("{path}.bond")).unwrap_or(Bond::Welded);
+        layers.extend(constants.zip(thickness).map(|(layer, thickness)| TargetLayer {
+            thickness,
+            bond,
+            ..layer
+        }));
     }
     // after a problem layers are missing
     let first = layers.first().filter(|_| layers.len() == count)?;
@@ -40,64 +36,72 @@ pub(super) fn target(values: &mut Values<'_>) -> Option<Target> {
     Some(Target { thickness, material, layers, back: values.get("target.back")? })
 }
 
-/// Constants of a layer, complete; none after a problem.
+/// A layer of the constants of a section, as thick as a half-space and welded; none after a problem.
 ///
-/// * `struck`: those of the struck layer, if this is another one
-fn constants(values: &mut Values<'_>, path: &str, struck: Option<&Constants>) -> Option<Constants> {
+/// * `i`: number of layers above
+/// * `struck`: the struck layer, if this is another one
+fn constants(
+    values: &mut Values<'_>,
+    (i, path): (usize, &str),
+    struck: Option<&TargetLayer>,
+) -> Option<TargetLayer> {
     let [ratio, material, density, wave_speed] =
         ["shear_wave_speed", "material", "density", "wave_speed"].map(|key| format!("{path}.{key}"));
-    let is_struck = ["target", "target.layer.1"].contains(&path);
-    match values.system.numbers {
-        Numbers::Unclear if is_struck && !values.is_given(&material) => {
-            need_material(values, &ratio, &material);
-            None
+    let (si, density, wave_speed, shear) = match values.system.numbers {
+        Numbers::Unclear => {
+            if i == 0 && !values.is_given(&material) {
+                need_material(values, &ratio, &material);
+            }
+            return None;
         }
-        Numbers::Unclear => None,
         Numbers::Physical => {
             values.need(&material, "its material, as the first layer makes the case physical");
             let si = values.elastic(&material)?;
             let (c_p, c_s) = si.wave_speeds().ok()?;
             check_ratio(values, &material, c_s / c_p);
-            let (unit, unit_density) = match struck.and_then(|struck| struck.si) {
-                Some(struck) => (struck.wave_speeds().ok()?.0, struck.density),
-                None if is_struck => (c_p, si.density),
-                None => return None,
-            };
-            let (density, wave_speed) = (si.density / unit_density, c_p / unit);
+            let unit = if i == 0 { si } else { struck?.si? };
+            let (unit_speed, _) = unit.wave_speeds().ok()?;
+            let (density, wave_speed) = (si.density / unit.density, c_p / unit_speed);
             for (noun, ratio) in [("density", density), ("wave speed", wave_speed)] {
                 if !RELATIVE.contain(ratio) {
                     let message = format!("`{material}` has {ratio:e} times the {noun} of the first layer");
                     values.problem(&material, message, format!("allowed: {RELATIVE}"));
                 }
             }
-            Some(Constants { si: Some(si), density, wave_speed, shear: c_s / unit })
+            (Some(si), density, wave_speed, c_s / unit_speed)
         }
         Numbers::Dimensionless => {
-            let is_refused = |name: &String| values.is_given(name) && !values.checked.contains_key(name);
-            if [&ratio, &density, &wave_speed].into_iter().any(is_refused) {
-                return None;
-            }
-            let number = |name, default| values.number(name).unwrap_or(default);
-            let shear = number(&ratio, struck.map_or(0.5, |struck| struck.shear));
-            let constants = Constants {
-                si: None,
-                density: number(&density, 1.0),
-                wave_speed: number(&wave_speed, 1.0),
-                shear,
+            let number = |name: &str, default: Option<f64>| match values.is_given(name) {
+                true => values.number(name),
+                false => default,
             };
-            for (name, number) in [(&density, constants.density), (&wave_speed, constants.wave_speed)] {
-                if is_struck && number != 1.0 {
+            let shear = number(&ratio, struck.map(|struck| struck.waves.shear));
+            let [relative_density, relative_speed] =
+                [&density, &wave_speed].map(|name| number(name, Some(1.0)));
+            for (name, number) in [(&density, relative_density), (&wave_speed, relative_speed)] {
+                if i == 0 && number.is_some_and(|number| number != 1.0) {
                     let help =
                         "allowed: 1, as the first layer is the unit of the others; or leave the key out";
                     values.refuse(name, " is not possible", help);
                 }
             }
+            let (shear, relative_speed) = (shear?, relative_speed?);
             let key = if values.is_given(&ratio) { &ratio } else { &wave_speed };
-            check_ratio(values, key, shear / constants.wave_speed);
+            check_ratio(values, key, shear / relative_speed);
             values.set(&ratio, shear);
-            Some(constants)
+            (None, relative_density?, relative_speed, shear)
         }
-    }
+    };
+    let preset = PRESETS.iter().find(|preset| si == Some(preset.elastic()));
+    Some(TargetLayer {
+        name: preset.map_or_else(|| format!("layer {}", i + 1), |preset| preset.name.into()),
+        thickness: None,
+        si,
+        density,
+        wave_speed,
+        waves: Waves { impedance: density * wave_speed, shear },
+        bond: Bond::Welded,
+    })
 }
 
 /// Notes that the struck layer has neither a ratio of wave speeds nor a material.
@@ -122,23 +126,6 @@ fn check_ratio(values: &Values<'_>, name: &str, ratio: f64) {
     if ratio >= largest || ratio < TINY {
         let message = format!("`{name}` has c_s/c_p = {ratio:?}, which the theory does not allow");
         values.problem(name, message, format!("allowed: c_s/c_p ≥ {TINY} and < {largest:?}"));
-    }
-}
-
-impl Constants {
-    /// The layer of these constants.
-    fn layer(&self, number: usize, thickness: Option<f64>, bond: Bond) -> TargetLayer {
-        let Self { si, density, wave_speed, shear } = *self;
-        let preset = PRESETS.iter().find(|preset| si == Some(preset.elastic()));
-        TargetLayer {
-            name: preset.map_or_else(|| format!("layer {number}"), |preset| preset.name.into()),
-            thickness,
-            si,
-            density,
-            wave_speed,
-            waves: Waves { impedance: density * wave_speed, shear },
-            bond,
-        }
     }
 }
 
