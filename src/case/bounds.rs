@@ -64,7 +64,11 @@ impl Bounds {
 impl fmt::Display for Bounds {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (low, high) = (if self.low_open { ">" } else { "≥" }, if self.high_open { "<" } else { "≤" });
-        write!(f, "a number {low} {} and {high} {}", self.low, self.high)?;
+        let [least, most] = [self.low, self.high].map(|x| match x.abs() < 1e15 {
+            true => x.to_string(),
+            false => format!("{x:e}"),
+        });
+        write!(f, "a number {low} {least} and {high} {most}")?;
         if self.or_infinite { write!(f, ", or inf") } else { Ok(()) }
     }
 }

@@ -137,6 +137,8 @@ const FROM_ZERO: Bounds = Bounds::within(0.0, HUGE);
 pub(super) const LENGTH: Kind = Kind::Quantity(Length, FROM_ZERO);
 /// SI values that scales are made of.
 const POSITIVE: Bounds = Bounds::above(0.0, 1e30);
+/// The unit of length \[m\]: scales that follow from it are far from overflow.
+pub(super) const LENGTH_UNIT: Bounds = Bounds::within(1e-12, 1e9);
 /// Bounds of densities and wave speeds in units of those of the struck layer.
 pub(super) const RELATIVE: Bounds = SIZE;
 /// Largest number of layers.
@@ -174,9 +176,9 @@ pub(super) const ROOT: Section = Section {
         key("geometry", Kind::Name(&["axisymmetric", "plane"]))
             .default("\"axisymmetric\"")
             .means("symmetry; the full theory has plane strain in the plane"),
-        key("length_unit", Kind::Quantity(Length, SIZE))
+        key("length_unit", Kind::Quantity(Length, LENGTH_UNIT))
             .only(Who::Physical)
-            .means("R, from 1e-12 m to 1e9 m, if the indenter has neither `radius` nor `nose_radius`"),
+            .means("R, its range in m, if the indenter has neither `radius` nor `nose_radius`"),
     ],
 };
 

@@ -6,8 +6,7 @@ use toml::{
 };
 
 use super::{
-    bounds::Bounds,
-    keys::{Kind, MATERIAL},
+    keys::{Kind, LENGTH_UNIT, MATERIAL},
     quantity,
     rows::LARGEST_CHANGE,
     system::{Numbers, System},
@@ -18,9 +17,6 @@ use crate::{
     model::ModelKind,
     units::{Dimension, Scales},
 };
-
-/// Bounds of the unit of length \[m\]: scales that follow from it are far from overflow.
-const LENGTH_UNIT: Bounds = Bounds::within(1e-12, 1e9);
 
 impl<'d> Values<'d> {
     /// Dimensionless or physical: as the struck layer has a ratio of wave speeds or a material, whose scales are read first.
