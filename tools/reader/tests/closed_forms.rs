@@ -18,7 +18,8 @@ fn record(name: &str, path: &Path) -> bool {
     let end = if is_physical { "run.end_time=2 us" } else { "run.end_time=1.5" };
     let overrides = ["mesh.cells=20".to_owned(), end.to_owned()];
     let text = builtin::find(name).expect("a built-in case");
-    let case = Case::parse(name, &text, &overrides, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
+    let case =
+        Case::parse(name, &text, &overrides, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
     let Ok(mut steps) = ExactSteps::new(&case) else { return false };
     let mut recording =
         Recording::create(&Destination::new(path), &case, steps.source()).expect("a new file");
