@@ -71,7 +71,7 @@
 //! [`cli`], [`live`] and [`sweep`] belong to the program and its default feature `cli`.
 //!
 //! Beside this crate the workspace has the reader (`tools/reader`), pictures (`tools/picture`, used by the reader and by the
-//! figures), labels and colours on pixels (`tools/canvas`, used by the pictures and by the images of [`channels`]), tables and what is measured of a run (`tools/table`, used by [`measuring`], by [`sweep`] and by the reader), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
+//! figures), labels, colours and the painter of sections on pixels (`tools/canvas`, used by the pictures, the reader and the images of [`channels`]), tables and what is measured of a run (`tools/table`, used by [`measuring`], by [`sweep`] and by the reader), the server for viewers (`tools/serve`, used by [`live`] and by the reader's replay), the figures of the paper (`tools/figures`, which runs both programs) and
 //! benchmarks (`tools/bench`).
 //!
 //! # Invariants

@@ -35,7 +35,8 @@ pub fn channel() -> Channel {
     ];
     Channel::new(TOPIC, "foxglove.Log", fields, |view, outlet| {
         for event in &*view.events {
-            let level = if matches!(event.kind, EventKind::Warning(_)) { Level::Warning } else { Level::Info };
+            let level =
+                if matches!(event.kind, EventKind::Warning(_)) { Level::Warning } else { Level::Info };
             outlet.put(&line(level, outlet.log_time(), &event.text));
         }
     })

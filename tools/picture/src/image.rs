@@ -17,7 +17,7 @@ use kuva::{
     },
 };
 
-use percuss_canvas::diverging;
+use percuss_canvas::{Raster, SIDE, Section, colour, diverging, level, palette};
 
 use crate::{
     LARGEST, Medium, SIZE,
@@ -28,7 +28,6 @@ use crate::{
 
 pub use layers::Layer;
 pub use side::Side;
-use side::{Block, blocks};
 
 /// A matrix, drawn as an image.
 #[derive(Clone, Debug, Default)]
@@ -84,10 +83,40 @@ impl Image {
             _ => (low, high),
         }
     }
+
+    /// Where its pixels are on a raster of their own.
+    ///
+    /// * `columns`, `rows`: of the raster
+    /// * `headroom`: length above the first row
+    pub(crate) fn section(&self, [columns, rows]: [usize; 2], headroom: f64) -> Section {
+        let (across, (low, high)) = (self.columns.ends(), self.rows.ends());
+        let down = (low - headroom, high);
+        let place = |position: f64, (from, to): (f64, f64), count: usize| {
+            ((position - from) / (to - from) * count as f64).round().clamp(-1e6, 1e6) as i64
+        };
+        let row = |depth: f64| {
+            let row = place(depth, down, rows);
+            if self.upward { rows as i64 - row } else { row }
+        };
+        let tops = self.layers.iter().skip(1).map(|layer| layer.top);
+        let mut section = Section {
+            columns: self.columns.pixels(across, columns),
+            rows: self.rows.pixels(down, rows),
+            interfaces: tops.filter(|top| *top > low && *top < high).map(row).collect(),
+            axis: place(0.0, across, columns),
+            surface: row(0.0),
+            ..Section::default()
+        };
+        if self.upward {
+            section.rows.reverse();
+        }
+        section
+    }
 }
 
-/// Cells of an image along each side beyond which blocks of cells are averaged.
-const MAX_CELLS: (usize, usize) = (220, 320);
+/// Edges of the pixels of a matrix: on paper, and the dots of a terminal [units of the SVG].
+const PIXEL: f64 = 1.0;
+const DOT: f64 = 5.0;
 
 /// Ratios of height to width of sections that are drawn with equal distances.
 const EQUAL: std::ops::RangeInclusive<f64> = 0.04..=25.0;
@@ -129,8 +158,8 @@ pub fn draw_image(image: &Image, range: Option<(f64, f64)>, medium: Medium) -> R
         Medium::Svg | Medium::Pdf | Medium::Png => {
             let place = Place::on_paper(image);
             let mut scene = axes(image, &place, true, None);
-            scene.elements.extend(cells(image, &scale, &place));
-            scene.elements.extend(layers::layers(image, &place));
+            scene.elements.extend(cells(image, &scale, &place, PIXEL));
+            scene.elements.extend(layers::names(image, &place));
             scene.elements.extend(bar(&scale, &place, &image.value_label));
             render(scene, medium)
         }
@@ -151,7 +180,7 @@ fn in_terminal(image: &Image, scale: &Scale, columns: usize, rows: usize) -> Res
     terminal::draw(frame, |rows| {
         let place = Place::in_terminal(image, columns, rows);
         let mut scene = axes(image, &place, false, Some(rows));
-        scene.elements.extend(cells(image, scale, &place));
+        scene.elements.extend(cells(image, scale, &place, DOT));
         scene.elements.extend(bar(scale, &place, ""));
         scene
     })
@@ -265,37 +294,46 @@ impl Axes<'_> {
     }
 }
 
-/// The cells of a matrix, neighbours of one colour as one.
-fn cells(image: &Image, scale: &Scale, place: &Place) -> [Primitive; 1] {
-    let down = blocks(&image.rows, MAX_CELLS.0, place.height);
-    let along = blocks(&image.columns, MAX_CELLS.1, place.width);
+/// The pixels of a matrix, neighbours of one colour as one.
+///
+/// * `edge`: of a pixel, about
+fn cells(image: &Image, scale: &Scale, place: &Place, edge: f64) -> [Primitive; 1] {
+    let whole = [place.width, place.height];
+    let size = whole.map(|length| (length / edge).ceil() as usize);
+    let mut raster = Raster::new(size[0], size[1]);
+    let mut section = image.section(size, 0.0);
+    if edge > PIXEL {
+        // a dot is too thick for a line
+        section.interfaces.clear();
+    }
+    let width = image.columns.length();
+    section.paint(&mut raster, |row, column| scale.level(image.values[row * width + column]));
+    let palette = scale.palette();
     let (mut x, mut y, mut w, mut h, mut fills) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     // a little over the neighbours, so that no gaps show
-    let overlap = |from: f64, to: f64, whole: f64| (to + 0.5).min(whole) - from;
-    for row in &down {
-        let (top, bottom) =
-            if image.upward { (place.height - row.to, place.height - row.from) } else { (row.from, row.to) };
-        let means: Vec<f64> = along.iter().map(|column| mean(image, row, column)).collect();
-        let mut start = 0;
-        for run in means.chunk_by(|a, b| scale.colour(*a) == scale.colour(*b)) {
-            let (from, to) = (along[start].from, along[start + run.len() - 1].to);
-            x.push(place.left + from);
+    let stretch = |pixels: [usize; 2], side: usize| {
+        let [from, to] = pixels.map(|pixel| pixel as f64 * whole[side] / size[side] as f64);
+        (from, (to + 0.5).min(whole[side]) - from)
+    };
+    let rows: Vec<&[u8]> = raster.pixels.chunks_exact(raster.width).collect();
+    let mut row = 0;
+    for equal in rows.chunk_by(|a, b| a == b) {
+        let (top, height) = stretch([row, row + equal.len()], 1);
+        let mut column = 0;
+        for run in equal[0].chunk_by(|a, b| a == b) {
+            let (left, width) = stretch([column, column + run.len()], 0);
+            let [r, g, b] = palette[usize::from(run[0])];
+            x.push(place.left + left);
             y.push(place.top + top);
-            w.push(overlap(from, to, place.width));
-            h.push(overlap(top, bottom, place.height));
-            fills.push(scale.colour(run[0]));
-            start += run.len();
+            w.push(width);
+            h.push(height);
+            fills.push(Color::Rgb(r, g, b));
+            column += run.len();
         }
+        row += equal.len();
     }
     [Primitive::RectBatch { x, y, w, h, fills }]
-}
-
-/// Mean over the cells of a block.
-fn mean(image: &Image, row: &Block, column: &Block) -> f64 {
-    let width = image.columns.length();
-    let cells = row.elements.clone().flat_map(|row| &image.values[row * width..][column.elements.clone()]);
-    cells.sum::<f64>() / (row.elements.len() * column.elements.len()) as f64
 }
 
 /// Values and their colours.
@@ -306,24 +344,32 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
-    /// Colour of a value; grey of what is no number.
-    pub(crate) fn colour(&self, value: f64) -> Color {
-        if value.is_nan() {
-            return Color::Rgb(160, 160, 160);
-        }
+    /// Level of a value; that of no value if it is no number.
+    pub(crate) fn level(&self, value: f64) -> u8 {
         let value = value.clamp(self.low, self.high);
-        match self.colours {
+        let share = match self.colours {
+            Colours::Sequential => 2.0 * (value - self.low) / self.span() - 1.0,
+            Colours::Diverging => match self.low.abs().max(self.high.abs()) {
+                0.0 => 0.0 * value,
+                largest => value / largest,
+            },
+        };
+        level((share * SIDE) as f32)
+    }
+
+    /// The colours of levels.
+    pub(crate) fn palette(&self) -> [[u8; 3]; 256] {
+        palette(|share| match self.colours {
             Colours::Sequential => {
-                let span = if self.high > self.low { self.high - self.low } else { 1.0 };
-                let rgb = ColorMap::Viridis.map_rgb((value - self.low) / span);
-                rgb.map_or(Color::None, |(r, g, b)| Color::Rgb(r, g, b))
+                ColorMap::Viridis.map_rgb(0.5 * (share + 1.0)).map_or([255; 3], |(r, g, b)| [r, g, b])
             }
-            Colours::Diverging => {
-                let largest = self.low.abs().max(self.high.abs());
-                let [r, g, b] = diverging(if largest > 0.0 { value / largest } else { 0.0 });
-                Color::Rgb(r, g, b)
-            }
-        }
+            Colours::Diverging => diverging(share),
+        })
+    }
+
+    /// Distance of the ends; 1 if there is none.
+    fn span(&self) -> f64 {
+        if self.high > self.low { self.high - self.low } else { 1.0 }
     }
 
     /// Ticks at round numbers within the ends; the ends themselves where there are not two of these.
@@ -364,22 +410,22 @@ pub(crate) fn bar(scale: &Scale, place: &Place, label: &str) -> Vec<Primitive> {
     let text = |x: f64, y: f64, content: String, size: u32, anchor: TextAnchor, rotate: Option<f64>| {
         Primitive::Text { x, y, content, size, anchor, rotate, bold: false, color: None }
     };
-    let mut elements = Vec::new();
+    let (mut elements, palette) = (Vec::new(), scale.palette());
     for i in 0..STEPS {
         let share = 1.0 - (i as f64 + 0.5) / STEPS as f64;
-        let colour = scale.colour(scale.low + share * (scale.high - scale.low));
+        let level = scale.level(scale.low + share * (scale.high - scale.low));
+        let [r, g, b] = palette[usize::from(colour(level))];
         elements.push(rect(
             place.top + i as f64 * step,
             (step + 0.5).min(place.height - i as f64 * step),
-            colour,
+            Color::Rgb(r, g, b),
             None,
         ));
     }
     elements.push(rect(place.top, place.height, Color::None, Some(Color::Rgb(0, 0, 0))));
     let count = ((place.height / 40.0) as usize).clamp(1, 6);
-    let span = if scale.high > scale.low { scale.high - scale.low } else { 1.0 };
     for tick in scale.ticks(count) {
-        let y = place.top + place.height * (1.0 - (tick - scale.low) / span);
+        let y = place.top + place.height * (1.0 - (tick - scale.low) / scale.span());
         let (x1, x2) = (x + WIDTH, x + WIDTH + 4.0);
         let stroke = Color::Rgb(0, 0, 0);
         elements.push(Primitive::Line {

@@ -1,6 +1,7 @@
 //! Pictures: curves and images as SVG, PDF, PNG, or text for a terminal, and moving ones as GIF. The same input gives the same bytes.
 //!
-//! Knows numbers, labels and colours, nothing of recordings or physics. The reader and the figures use it. Labels, letters and colours are those of `percuss_canvas`. Labels carry subscripts as `γc_p²` and `sigma_zz` have them. An SVG needs no font: its texts are outlines, and
+//! Knows numbers, labels and colours, nothing of recordings or physics. The reader and the figures use it. Labels, letters, colours and the
+//! pixels of sections are those of `percuss_canvas`. Labels carry subscripts as `γc_p²` and `sigma_zz` have them. An SVG needs no font: its texts are outlines, and
 //! what they say are their titles. A PDF has the letters it uses embedded.
 
 mod curves;
@@ -15,7 +16,6 @@ pub use curves::draw;
 pub use film::{Diagram, Film, Moment, Raster, Section, Stage};
 pub use image::{Colours, Image, Layer, Side, draw_image};
 pub use moving::Moving;
-pub use percuss_canvas::DIVERGING;
 
 /// Format of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

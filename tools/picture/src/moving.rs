@@ -2,31 +2,29 @@
 
 use std::{borrow::Cow, collections::HashMap, io::Write};
 
-use crate::film::{BODY, INK, REST, Raster, curve_colour, levels};
+use percuss_canvas::FREE;
 
-/// Shades between white and an ink, and greys.
+use crate::film::{Raster, colours, curve_colour};
+
+/// Shades between white and the colour of curves.
 const SHADES: u32 = 10;
-const GREYS: u32 = 16;
+/// Number of the colour that is none: what was there before stays.
+const NOTHING: u8 = u8::MAX;
 
 /// The colours of films, and the number of each.
 struct Colours {
-    palette: Vec<[u8; 3]>,
+    palette: [[u8; 3]; 256],
     known: HashMap<[u8; 3], u8>,
 }
 
 impl Colours {
     fn new() -> Self {
-        let shade = |ink: [u8; 3], i: u32| ink.map(|c| (255 - (255 - u32::from(c)) * i / SHADES) as u8);
-        let mut palette = levels();
-        palette.extend((0..GREYS).map(|i| [(255 * i / (GREYS - 1)) as u8; 3]));
-        palette.extend((1..=SHADES).map(|i| shade(curve_colour(), i)));
-        palette.extend([BODY, INK, REST]);
+        let shade = |i: u32| curve_colour().map(|c| (255 - (255 - u32::from(c)) * i / SHADES) as u8);
+        let mut palette = colours();
+        for (colour, i) in palette[FREE..].iter_mut().zip(1..=SHADES) {
+            *colour = shade(i);
+        }
         Self { palette, known: HashMap::new() }
-    }
-
-    /// Number of the colour that is none: what was there before stays.
-    fn nothing(&self) -> u8 {
-        self.palette.len() as u8
     }
 
     /// Number of the colour nearest to a pixel.
@@ -39,11 +37,6 @@ impl Colours {
             let numbered = palette.iter().enumerate();
             numbered.min_by_key(|(_, other)| distance(other)).map_or(0, |(number, _)| number as u8)
         })
-    }
-
-    /// All colours one behind the other, with that which is none.
-    fn bytes(&self) -> Vec<u8> {
-        self.palette.iter().flatten().copied().chain([255; 3]).collect()
     }
 }
 
@@ -81,7 +74,8 @@ impl<W: Write> Moving<W> {
         let (Ok(width), Ok(height)) = (u16::try_from(size.0), u16::try_from(size.1)) else {
             return Err("a GIF has 65535 columns at most".into());
         };
-        let mut encoder = gif::Encoder::new(output, width, height, &colours.bytes()).map_err(text)?;
+        let mut encoder =
+            gif::Encoder::new(output, width, height, colours.palette.as_flattened()).map_err(text)?;
         encoder.set_repeat(gif::Repeat::Infinite).map_err(text)?;
         Ok(Self { colours, encoder, size, before: Vec::new(), delay })
     }
@@ -102,7 +96,7 @@ impl<W: Write> Moving<W> {
         let frame = gif::Frame {
             delay: self.delay,
             dispose: gif::DisposalMethod::Keep,
-            transparent: Some(self.colours.nothing()),
+            transparent: Some(NOTHING),
             left: part.left as u16,
             top: part.top as u16,
             width: part.width as u16,
@@ -132,8 +126,7 @@ impl<W: Write> Moving<W> {
         // a part has one pixel at least
         let (top, bottom) = (rows.first().copied().unwrap_or(0), rows.last().copied().unwrap_or(0));
         let (left, right) = (columns.first().copied().unwrap_or(0), columns.last().copied().unwrap_or(0));
-        let nothing = self.colours.nothing();
-        let number = |at: usize| if differs(at) { numbers[at] } else { nothing };
+        let number = |at: usize| if differs(at) { numbers[at] } else { NOTHING };
         let part = (top..=bottom).flat_map(|j| (left..=right).map(move |i| number(j * width + i)));
         Part {
             left: left as u32,

@@ -35,6 +35,7 @@
 //! | [`timeline`] | messages by their log time, from any time on |
 //! | `percuss-serve` | messages to viewers over the Foxglove WebSocket protocol, a crate of its own |
 //! | [`compare`] | two recordings number by number: structure, alignment, tolerances, measures. Pure: no output |
+//! | `percuss-canvas` | the painter of sections, for films, plots and pages, a crate of its own |
 //! | `percuss-picture` | curves and images as SVG, PNG or text, a crate of its own |
 //! | [`failure`] | why something could not be done, and the exit status that says so |
 //! | [`verb`] | what all verbs share: how they are run and end, where their output goes, formats of tables |

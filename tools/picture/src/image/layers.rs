@@ -1,4 +1,4 @@
-//! Layers across an image: a thin line at every interface, and names.
+//! Layers across an image: their names.
 
 use kuva::render::{
     color::Color,
@@ -25,9 +25,8 @@ impl Layer {
     }
 }
 
-/// Interfaces and names of the layers that an image shows, if it has more than one. The names stand at the right end, none over
-/// another where layers are thin.
-pub(crate) fn layers(image: &Image, place: &Place) -> Vec<Primitive> {
+/// Names of the layers that an image shows, if it has more than one: at the right end, none over another where layers are thin.
+pub(crate) fn names(image: &Image, place: &Place) -> Vec<Primitive> {
     /// Size of names, width of a letter and height of a line.
     const SIZE: u32 = 11;
     const LETTER: f64 = 6.4;
@@ -37,24 +36,12 @@ pub(crate) fn layers(image: &Image, place: &Place) -> Vec<Primitive> {
         let share = (position - low) / (high - low);
         place.top + place.height * if image.upward { 1.0 - share } else { share }
     };
-    let (left, right) = (place.left, place.left + place.width);
-    let (mut lines, mut names, mut last) = (Vec::new(), Vec::new(), place.top - LINE);
-    for (i, layer) in image.layers.iter().enumerate().filter(|_| image.layers.len() > 1) {
+    let right = place.left + place.width;
+    let (mut names, mut last) = (Vec::new(), place.top - LINE);
+    for layer in image.layers.iter().filter(|_| image.layers.len() > 1) {
         let (top, bottom) = (layer.top.max(low), layer.bottom.min(high));
         if top >= bottom {
             continue;
-        }
-        if i > 0 && layer.top > low {
-            let y = height(layer.top);
-            lines.push(Primitive::Line {
-                x1: left,
-                y1: y,
-                x2: right,
-                y2: y,
-                stroke: Color::Rgb(40, 40, 40),
-                stroke_width: 0.7,
-                stroke_dasharray: None,
-            });
         }
         let middle = (0.5 * (height(top) + height(bottom))).max(last + LINE);
         let width = layer.name.chars().count() as f64 * LETTER + 6.0;
@@ -83,6 +70,5 @@ pub(crate) fn layers(image: &Image, place: &Place) -> Vec<Primitive> {
             color: None,
         });
     }
-    lines.append(&mut names);
-    lines
+    names
 }

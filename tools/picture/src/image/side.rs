@@ -1,4 +1,4 @@
-//! Sides of matrices: where rows and columns are, and how they are gathered into the cells of a picture.
+//! Sides of matrices: where rows and columns are, and which of them pixels show.
 
 use std::{ops::Range, sync::Arc};
 
@@ -106,6 +106,17 @@ impl Side {
         (found < self.length()).then_some(found)
     }
 
+    /// The element whose cell the middle of every pixel is in; none beside the cells.
+    ///
+    /// * `from`, `to`: positions of the ends of all pixels
+    /// * `count`: number of pixels
+    pub fn pixels(&self, (from, to): (f64, f64), count: usize) -> Vec<Option<usize>> {
+        let first = self.edge(0);
+        let position = |pixel: usize| from + (pixel as f64 + 0.5) / count as f64 * (to - from);
+        let element = |position: f64| self.cell(position).filter(|_| position >= first);
+        (0..count).map(position).map(element).collect()
+    }
+
     /// True if the positions are finite and increase.
     pub(crate) fn increases(&self) -> bool {
         match self {
@@ -126,47 +137,6 @@ impl FromIterator<f64> for Side {
     fn from_iter<T: IntoIterator<Item = f64>>(positions: T) -> Self {
         Self::Listed(positions.into_iter().collect())
     }
-}
-
-/// Neighbours that a picture shows as one.
-pub(super) struct Block {
-    pub(super) elements: Range<usize>,
-    /// Where it begins and ends on the picture.
-    pub(super) from: f64,
-    pub(super) to: f64,
-}
-
-/// A side as blocks of a picture: single elements, or, if there are more than `most`, of so many blocks. None lies on both sides of
-/// an interface, unless what is between interfaces is thinner than can be seen.
-///
-/// * `whole`: length of the side on the picture
-pub(super) fn blocks(side: &Side, most: usize, whole: f64) -> Vec<Block> {
-    /// Share of a picture that cannot be seen.
-    const THIN: f64 = 1e-3;
-    let length = side.length();
-    if let Side::Even { .. } = side {
-        let per_block = length.div_ceil(most);
-        // the last block may have fewer
-        let size = per_block as f64 / length as f64 * whole;
-        let block = |j: usize| Block {
-            elements: j * per_block..((j + 1) * per_block).min(length),
-            from: j as f64 * size,
-            to: ((j + 1) as f64 * size).min(whole),
-        };
-        return (0..length.div_ceil(per_block)).map(block).collect();
-    }
-    let (low, high) = side.ends();
-    let place = |index: usize| (side.edge(index) - low) / (high - low) * whole;
-    let (mut blocks, mut first) = (Vec::new(), 0);
-    for end in 1..=length {
-        let size = (place(end) - place(first)) / whole;
-        let is_full = length <= most || size * most as f64 >= 1.0;
-        if end == length || is_full || (side.is_below_interface(end) && size >= THIN) {
-            blocks.push(Block { elements: first..end, from: place(first), to: place(end) });
-            first = end;
-        }
-    }
-    blocks
 }
 
 #[cfg(test)]
@@ -205,19 +175,11 @@ mod tests {
     }
 
     #[test]
-    fn blocks_keep_to_one_side_of_an_interface() {
-        let fine = |from: f64, to: f64, rows: usize| {
-            (0..=rows).map(move |i| from + (to - from) * i as f64 / rows as f64)
-        };
-        let side: Side = fine(0.0, 1.0, 400).chain(fine(1.0, 1.1, 7)).chain(fine(1.1, 3.0, 900)).collect();
-        let blocks = blocks(&side, 100, 600.0);
-        assert!(blocks.len() <= 103, "{}", blocks.len());
-        assert!(blocks.windows(2).all(|pair| pair[0].to == pair[1].from));
-        for interface in [401, 409] {
-            assert!(blocks.iter().any(|block| block.elements.start == interface));
-        }
-        // interfaces closer than can be seen do not make blocks
-        let wild: Side = (0..100_000).map(|i| f64::from(i / 2)).collect();
-        assert!(super::blocks(&wild, 220, 600.0).len() <= 1000);
+    fn pixels_keep_to_one_side_of_an_interface() {
+        let side = layered();
+        let shown = side.pixels((-1.0, 3.5), 9);
+        let expected = [None, Some(0), Some(0), Some(1), Some(1), Some(2), Some(3), Some(4), Some(5)];
+        assert_eq!(shown, expected);
+        assert_eq!(side.pixels((3.0, 4.0), 2), [Some(5), None]);
     }
 }

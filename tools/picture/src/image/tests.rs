@@ -54,7 +54,8 @@ fn the_bar_ends_where_it_is_asked_to() {
 fn diverging_colours_are_as_strong_on_both_sides() {
     let scale = |low, high| Scale { low, high, colours: Colours::Diverging };
     let one = scale(-2.0, 1.0);
-    assert!(one.colour(-1.0) == scale(-1.0, 2.0).colour(-1.0));
-    assert!(one.colour(0.0) == scale(0.0, 7.0).colour(0.0) && one.colour(1.0) != one.colour(-1.0));
-    assert!(one.colour(-9.0) == one.colour(-2.0), "beyond the end as the end");
+    assert_eq!(one.level(-1.0), scale(-1.0, 2.0).level(-1.0));
+    assert!(one.level(0.0) == scale(0.0, 7.0).level(0.0) && one.level(1.0) != one.level(-1.0));
+    assert_eq!(one.level(-9.0), one.level(-2.0), "beyond the end as the end");
+    assert_eq!((one.level(f64::NAN), scale(0.0, 0.0).level(0.0)), (0, 128));
 }

@@ -447,20 +447,16 @@ impl Animation {
     ) -> Result<(), Failure> {
         let [per_time, per_length] = self.factors;
         let now = self.frames[i].time * per_time;
-        let depth = self.body.depths.get(i).copied().filter(|depth| depth.is_finite());
+        let depth = self.body.depths.get(i).filter(|depth| depth.is_finite());
         let deepest = self.moving.as_ref().map_or(0.0, |moving| moving.deepest);
-        let outline = |depth: f64| -> Curve {
-            let tip = (depth * per_length).min(deepest);
-            self.body.outline.iter().map(|[r, f]| (r * per_length, tip - f * per_length)).collect()
-        };
         let contact = self.body.radii.get(i).copied().unwrap_or(0.0) * per_length;
         let passed = self.drag.partition_point(|(time, _)| *time <= now);
         let drag = (!self.drag.is_empty()).then(|| self.drag[..passed].to_vec());
         let profile = self.profile.as_ref().map(|_| profile.cloned().unwrap_or_default());
         let curves: Vec<Curve> = profile.into_iter().chain(drag).collect();
-        let body = depth.map(outline).unwrap_or_default();
-        let shown = Shown { time: &self.frames[i].label, values, body: &body, contact, curves: &curves };
-        take(self.film.frame(&shown).map_err(Failure::drawing)?).map_err(unwritten)
+        let depth = depth.map(|depth| (depth * per_length).min(deepest));
+        let shown = Shown { time: &self.frames[i].label, values, depth, contact, curves: &curves };
+        take(self.film.frame(&shown)).map_err(unwritten)
     }
 }
 
@@ -566,7 +562,8 @@ impl Moving {
         };
         let headroom =
             if body.outline.is_empty() { 0.0 } else { (HEADROOM * depth).min(tall.max(0.15 * depth)) };
-        let section = Section { image, range: range * per_value, headroom };
+        let outline = body.outline.iter().map(|point| point.map(|length| length * per_length)).collect();
+        let section = Section { image, range: range * per_value, headroom, outline };
         Ok(Some(Self { id, leaf, part, section, deepest: DEEPEST * depth, factors: [per_length, per_value] }))
     }
 

@@ -3,6 +3,7 @@
 
 use std::{collections::BTreeSet, ops::Range};
 
+use percuss_canvas as canvas;
 use percuss_picture::Side;
 use percuss_table::Heading;
 use serde_json::Value;
@@ -31,9 +32,6 @@ const ALL_SAMPLES: usize = 1 << 20;
 const SHOWN: f64 = 0.995;
 /// Room around the part of a section that is shown, relative to its size.
 const ROOM: f64 = 1.05;
-/// Level of the value 0, and levels on either side of it.
-pub(super) const ZERO: f64 = 128.0;
-pub(super) const LEVELS: f64 = 126.0;
 
 /// The field that is shown first: the stress if it is recorded, else what there is.
 pub(super) fn main_field(recording: &Recording) -> Option<(u16, usize)> {
@@ -159,21 +157,20 @@ pub(super) struct Section {
     pub depth: f64,
 }
 
-/// The value at the node nearest to every pixel as a level; what is cut off is at rest.
+/// A section as pixels of the colours of pictures; what is cut off is at rest.
 pub(super) fn raster(slice: &Slice, (rows, columns): (usize, usize), pixel: f64, range: f64) -> Vec<u8> {
-    let node = |pixel_index: usize, side: &Side| side.cell((pixel_index as f64 + 0.5) * pixel);
-    let columns: Vec<Option<usize>> = (0..columns).map(|i| node(i, &slice.columns)).collect();
-    let mut levels = Vec::with_capacity(rows * columns.len());
-    for row in 0..rows {
-        let row = node(row, &slice.rows).map(|row| &slice.values[row * slice.columns.length()..]);
-        let level = |column: &Option<usize>| {
-            let value = row.zip(*column).map_or(0.0, |(row, column)| row[column]);
-            // NaN becomes 0, which stands for no value
-            ((value / range).clamp(-1.0, 1.0) * LEVELS + ZERO).round() as u8
-        };
-        levels.extend(columns.iter().map(level));
-    }
-    levels
+    let shown = |side: &Side, count: usize| side.pixels((0.0, count as f64 * pixel), count);
+    let section = canvas::Section {
+        columns: shown(&slice.columns, columns),
+        rows: shown(&slice.rows, rows),
+        ..canvas::Section::default()
+    };
+    let mut raster = canvas::Raster::new(columns, rows);
+    raster.pixels.fill(canvas::colour(canvas::ZERO));
+    let value = |row: usize, column: usize| slice.values[row * slice.columns.length() + column];
+    section
+        .paint(&mut raster, |row, column| canvas::level((value(row, column) / range * canvas::SIDE) as f32));
+    raster.pixels
 }
 
 /// The smallest and the largest point of every stretch, in their order.
@@ -341,8 +338,8 @@ mod tests {
         };
         // pixels of half a unit: their middles are at 0.25, 0.75, 1.25, …
         let levels = raster(&slice, (3, 4), 0.5, 1.0);
-        assert_eq!(levels[..4], [254, 2, 2, 128]);
-        assert_eq!(levels[4..8], [191, 0, 0, 128]);
+        assert_eq!(levels[..4], [254, 2, 2, 128].map(canvas::colour));
+        assert_eq!(levels[4..8], [191, 0, 0, 128].map(canvas::colour));
     }
 
     #[test]

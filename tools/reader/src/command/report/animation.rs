@@ -1,13 +1,13 @@
 //! The field of a report: frames of one byte a pixel, of the part that is worth looking at and of the whole section.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
-use percuss_picture::DIVERGING;
+use percuss_canvas::{colour, diverging, palette};
 use percuss_table::Heading;
 use serde_json::{Value, json};
 
 use super::body::Body;
 use crate::{
-    command::view::{Bounds, LEVELS, Scale, Section, ZERO, main_field, raster},
+    command::view::{Bounds, Scale, Section, main_field, raster},
     failure::Failure,
     messages::Recording,
     pass::Pass,
@@ -117,8 +117,8 @@ impl<'a> Field<'a> {
         pass.every(id, every, |moment, _| {
             if let Some(slice) = slice(channel, leaf, moment) {
                 for picture in &mut pictures {
-                    let levels = raster(&slice, picture.size, picture.pixel, range);
-                    picture.frames.push(STANDARD.encode(levels));
+                    let pixels = raster(&slice, picture.size, picture.pixel, range);
+                    picture.frames.push(STANDARD.encode(pixels));
                 }
             }
             Ok(())
@@ -132,6 +132,7 @@ impl<'a> Field<'a> {
         // as the first view is best read
         let first = pictures.first().map_or(0.0, |picture| picture.section.width.max(picture.section.depth));
         let length = scale(&bounds.length_unit, first);
+        let [lowest, highest] = [2, 254].map(colour);
         let field = json!({
             "name": channel.topic,
             "unit": value.name().or(bounds.unit.as_deref()),
@@ -139,9 +140,8 @@ impl<'a> Field<'a> {
             "views": pictures.into_iter().map(|picture| picture.json(&layers, &length)).collect::<Vec<_>>(),
             "body": body(&times).json(&length),
             "range": value.number(range),
-            "zero": ZERO,
-            "side": LEVELS,
-            "colours": DIVERGING,
+            "bar": [lowest, highest],
+            "palette": STANDARD.encode(palette(diverging)[..=usize::from(highest)].as_flattened()),
             "times": time.numbers(times),
         });
         Ok((field, damages))

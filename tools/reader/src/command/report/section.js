@@ -1,16 +1,8 @@
 // The section of the target under the indenter, at equal scales of r and z.
-// one colour a level, transparent where there is no value
-const palette = (field) => {
-  const stops = field.colours;
-  const colours = new Uint8ClampedArray(256 * 4);
-  for (let level = field.zero - field.side; level <= field.zero + field.side; level += 1) {
-    const place = ((level - field.zero + field.side) / (2 * field.side)) * (stops.length - 1);
-    const stop = Math.min(Math.floor(place), stops.length - 2);
-    for (let part = 0; part < 3; part += 1)
-      colours[4 * level + part] = stops[stop][part] + (place - stop) * (stops[stop + 1][part] - stops[stop][part]);
-    colours[4 * level + 3] = 255;
-  }
-  return new Uint32Array(colours.buffer);
+/** The colours of numbers, as words of pixels. */
+const colours = (palette) => {
+  const byte = (_, i) => (i % 4 < 3 ? palette.charCodeAt(i - (i >> 2)) : 255);
+  return new Uint32Array(Uint8Array.from({ length: (palette.length / 3) * 4 }, byte).buffer);
 };
 /** Draws the field into its figure; answers with a function that shows a time. */
 const section = (figure, field) => {
@@ -18,7 +10,7 @@ const section = (figure, field) => {
   const [left, right, top, bottom] = [42, 14, 8, 40];
   const { depths, radii, r, height, is_cut } = field.body;
   const length = field.length_unit === "R" ? "" : suffix(field.length_unit);
-  const words = palette(field);
+  const words = colours(atob(field.palette));
   const canvas = figure.querySelector(".section canvas");
   const stage = figure.querySelector(".section");
   let [view, number, shown, state] = [field.views[0], 0, -1, null];
@@ -26,9 +18,10 @@ const section = (figure, field) => {
   const scale = figure.querySelector(".scale canvas");
   const [low, high] = figure.querySelectorAll(".scale span");
   [low.textContent, high.textContent] = [four(-field.range), `${four(field.range)}${suffix(field.unit)}`];
-  [scale.width, scale.height] = [2 * field.side + 1, 1];
+  const [first, end] = field.bar;
+  [scale.width, scale.height] = [end - first + 1, 1];
   const bar = scale.getContext("2d").createImageData(scale.width, 1);
-  new Uint32Array(bar.data.buffer).set(words.subarray(field.zero - field.side, field.zero + field.side + 1));
+  new Uint32Array(bar.data.buffer).set(words.subarray(first, end + 1));
   scale.getContext("2d").putImageData(bar, 0, 0);
 
   /** The pixels of a frame, mirrored to r < 0. */
@@ -38,10 +31,10 @@ const section = (figure, field) => {
     const context = canvas.getContext("2d");
     const image = context.createImageData(2 * columns, rows);
     const pixels = new Uint32Array(image.data.buffer);
-    const levels = atob(view.frames[number]);
+    const numbers = atob(view.frames[number]);
     for (let j = 0; j < rows; j += 1)
       for (let i = 0; i < columns; i += 1) {
-        const word = words[levels.charCodeAt(j * columns + i)];
+        const word = words[numbers.charCodeAt(j * columns + i)];
         pixels[2 * columns * j + columns + i] = word;
         pixels[2 * columns * j + columns - 1 - i] = word;
       }
