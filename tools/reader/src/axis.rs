@@ -7,7 +7,6 @@ use percuss_picture::Side;
 use crate::{
     channel::Channel,
     convention,
-    extent::Reach,
     wire::{Layout, Leaf, List, Type, Values},
 };
 
@@ -265,33 +264,6 @@ pub(crate) fn between(
 pub(crate) fn interpolated((i, share): (usize, f64), value: impl Fn(usize) -> Option<f64>) -> Option<f64> {
     let from = value(i)?;
     if share == 0.0 { Some(from) } else { Some(from + (value(i + 1)? - from) * share) }
-}
-
-/// Value of a matrix at a row and a column position, linear in both as [`between`] has it; at an interface the upper side.
-///
-/// * `list`: the matrix, row-major; nothing if it has not as many elements as its sides
-/// * `whole`: how far rows and columns reach, of which a message may leave out what is at rest; 0 there
-/// * `even`: about the origin of the columns
-pub(crate) fn at_point(
-    list: &List,
-    sides: &[Side],
-    whole: Option<&[Reach; 2]>,
-    even: bool,
-    (row, column): (f64, f64),
-) -> Option<f64> {
-    let [rows, columns] = sides else { return None };
-    let (height, width) = (rows.length(), columns.length());
-    if height.checked_mul(width) != Some(list.len()) {
-        return None;
-    }
-    let element = |j: usize, i: usize| {
-        if j < height && i < width { list.number(j * width + i) } else { Some(0.0) }
-    };
-    let [down, across] = whole.map_or_else(
-        || [rows.clone(), columns.clone()],
-        |[down, across]| [down.whole(rows), across.whole(columns)],
-    );
-    between(&down, false, (row, false), |j| between(&across, even, (column, false), |i| element(j, i)))
 }
 
 /// Value of a curve at a time, linear between its points; `None` outside of them.

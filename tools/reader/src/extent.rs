@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use percuss_picture::Side;
 
 use crate::{
-    axis::{Axis, is_near},
+    axis::{Axis, between, is_near},
     channel::Channel,
     failure::Failure,
     messages::Recording,
@@ -13,7 +13,7 @@ use crate::{
     path::{Element, Path},
     recording::Budget,
     select::Window,
-    wire::{Layout, Values},
+    wire::{Layout, List, Values},
 };
 
 /// Largest number of columns an array is spread over.
@@ -75,6 +75,33 @@ impl Reach {
         let is_inside = position >= self.low - room && position <= self.high + room;
         is_inside || is_near(position, self.low) || is_near(position, self.high)
     }
+}
+
+/// Value of a matrix at a row and a column position, linear in both as [`between`] has it; at an interface the upper side.
+///
+/// * `list`: the matrix, row-major; nothing if it has not as many elements as its sides
+/// * `whole`: how far rows and columns reach, of which a message may leave out what is at rest; 0 there
+/// * `even`: about the origin of the columns
+pub(crate) fn at_point(
+    list: &List,
+    sides: &[Side],
+    whole: Option<&[Reach; 2]>,
+    even: bool,
+    (row, column): (f64, f64),
+) -> Option<f64> {
+    let [rows, columns] = sides else { return None };
+    let (height, width) = (rows.length(), columns.length());
+    if height.checked_mul(width) != Some(list.len()) {
+        return None;
+    }
+    let element = |j: usize, i: usize| {
+        if j < height && i < width { list.number(j * width + i) } else { Some(0.0) }
+    };
+    let [down, across] = whole.map_or_else(
+        || [rows.clone(), columns.clone()],
+        |[down, across]| [down.whole(rows), across.whole(columns)],
+    );
+    between(&down, false, (row, false), |j| between(&across, even, (column, false), |i| element(j, i)))
 }
 
 /// How far an array reaches over all messages.

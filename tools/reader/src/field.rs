@@ -7,8 +7,8 @@ use percuss_table::{Cell, Heading};
 use prost_reflect::EnumDescriptor;
 
 use crate::{
-    axis::{Axis, at_point},
-    extent::Reach,
+    axis::Axis,
+    extent::{Reach, at_point},
     instant::Instant,
     path::Path,
     wire::{List, Values},
