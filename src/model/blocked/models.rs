@@ -15,13 +15,13 @@ use loom::{
 };
 
 use super::{
-    active::ActiveRegion,
     handover::{HandOver, Helper, TileRows},
     parts::Parts,
     progress::{Order, wait_until},
     tiling::{Sizes, Tiling},
     vector::BLOCK,
 };
+use crate::model::cone::ActiveRegion;
 
 /// Tries all orders of threads.
 ///
