@@ -4,7 +4,10 @@ use std::path::Path;
 
 use super::{
     Case, CaseBuilder, CaseErrors, Frames, Impact, Mesh, Parameters, Record, Run, Sizes, Target,
-    bounds::Bounds, document::Document, gauges, indenter, target, values::Values,
+    bounds::Bounds,
+    document::Document,
+    gauges, indenter, target,
+    values::{Checked, Values},
 };
 use crate::{
     geometry::Geometry,
@@ -61,7 +64,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
             },
             record: record(&values)?,
             sizes: Sizes::default(),
-            resolved: values.checked.clone(),
+            resolved: Checked::new(),
         };
         case.sizes = case.derive_sizes(&values)?;
         case.complete(&mut values);

@@ -256,6 +256,7 @@ impl Path {
             }
         }
     }
+
     /// From the number of a message among those of its path to that of an element it holds; `None` if it does not.
     ///
     /// * `element`: where none is chosen
