@@ -8,20 +8,20 @@
 //! | `rakhmatulin` | `u_z` (\[KA\] Eq. 18) | [`rakhmatulin`] |
 //! | `elastic` | `u_z`, `u_r` (\[KA\] Eqs. 2, 3) | [`elastic`] |
 //!
-//! The numerics are [`scheme`] (one displacement), [`cells`] (two) and [`mod@reference`]: scalar operators and the plain stepper over them. `blocked` is the fast
-//! engine, which nothing outside this module sees; tests compare it with the plain stepper bit by bit:
+//! The numerics are [`scheme`] (one displacement), [`cells`] (two) and [`mod@reference`]: operators, for one number or the lanes of a vector
+//! (`number`), and the plain stepper over them. `blocked` is the fast engine, which nothing outside this module sees; tests compare it with the plain stepper bit by bit:
 //!
 //! ```text
-//! vector     SIMD trait and types
+//! lane       neighbouring numbers in vectors of a machine
+//! dispatch   work compiled for each set of instructions, and the choice among them
 //! energy     energy of rows
 //! corner     rows of nodes with the mixed-derivative correction
 //! kernel     rows of nodes
 //! damping    lateral damping of a row
 //! cells      rows of nodes of the full theory
-//! dispatch   choice of instructions
 //! levels     a field in memory, and the part of it that kernels get
 //! domain     levels and weights
-//! //! parts      numbers that several threads write
+//! parts      numbers that several threads write
 //! sampler    frames and energies of a level, as tiles pass it
 //! gauge      points and lines of a level, as tiles pass it
 //! strains    largest strain of a level, as tiles pass it
@@ -73,6 +73,7 @@ mod gauge;
 mod layers;
 #[cfg(test)]
 mod noise;
+mod number;
 pub mod rakhmatulin;
 pub mod reference;
 pub mod scheme;

@@ -36,6 +36,7 @@ mod handover;
 mod interface;
 mod joining;
 mod kernel;
+mod lane;
 mod levels;
 #[cfg(all(test, loom))]
 mod models;
@@ -50,7 +51,6 @@ mod sync;
 mod tests;
 mod tiles;
 mod tiling;
-mod vector;
 mod weights;
 mod workers;
 
@@ -60,11 +60,11 @@ pub use weights::Plate;
 use domain::Domain;
 use gauge::Gauge;
 use kernel::FreeSurface;
+use lane::BLOCK;
 use sampler::{Sampler, SurfaceMotion};
 use strains::Strains;
 use tiles::{LevelTask, RowPeak};
 use tiling::Sizes;
-use vector::BLOCK;
 use weights::Weighted;
 use workers::{Ended, Workers};
 
@@ -166,13 +166,9 @@ impl<T> Engine<T> {
             * grid.nr().min(shown.columns).div_ceil(every)
             * shown_rows.len()
             * shown.fields.len();
-        let sizes = match domain.scheme() {
-            Weighted::Cells(_) if domain.instructions.width() == BLOCK => Sizes::WIDE_CELLS,
-            _ => Sizes::TUNED,
-        };
         Self {
             cone,
-            field: Workers::new(domain, sizes),
+            field: Workers::new(domain, Sizes::TUNED),
             level: 0,
             behind: Vec::new(),
             steps: VecDeque::new(),
@@ -299,7 +295,7 @@ impl<T: Send> Model<T> for Engine<T> {
                 domain.instructions.run(FreeSurface {
                     before: self.field.row(earlier, 0),
                     now: [0, 1].map(|j| self.field.row(self.level, j)),
-                    weights: weights.radial(0),
+                    radial: weights.radial(0),
                     corner: weights.corner(0).map(|corner| {
                         (corner, [earlier, self.level].map(|level| [0, 2].map(|j| self.field.row(level, j))))
                     }),

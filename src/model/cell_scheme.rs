@@ -3,7 +3,7 @@
 
 use super::{
     Field,
-    cells::{self, Cell, CellStrains, Column, ColumnWeights, Medium, Row, Strain, Stress},
+    cells::{self, Cell, CellStrains, Column, ColumnWeights, Medium, Parts, Row, Strain, Stress},
     reference::Level,
     scheme::{self, RadialWeights},
 };
@@ -254,7 +254,7 @@ impl NodeRow<'_> {
         let [above, here, below] = [self.j.saturating_sub(1), self.j, (self.j + 1).min(self.scheme.grid.nz)];
         let u = [at(0, above, i), at(0, here, i), at(0, below, i)];
         let v = [at(1, above, i), at(1, here, i), at(1, below, i)];
-        Column::new(self.row, u, v, &self.layer.medium)
+        Column::new(self.row, u, v, &self.layer.medium.constants(0.0))
     }
 
     /// `Δt²` times the accelerations of node i but for damping, if its layer were by itself.
@@ -262,10 +262,14 @@ impl NodeRow<'_> {
     /// * `at`: displacements, see [`NodeRow::columns`]
     pub(super) fn accelerations(&self, at: impl Fn(usize, usize, isize) -> f64, i: usize) -> [f64; 2] {
         let (columns, weights) = self.columns(at, i);
-        let medium = &self.layer.medium;
-        let [inner, outer] =
-            [0, 1].map(|cell| Cell::new(&columns[cell], &columns[cell + 1], weights[cell], medium));
-        cells::accelerations(&inner, &outer, weights[0])
+        let constants = self.layer.medium.constants(0.0);
+        let [first, here, last] = columns.map(|column| column.parts(&constants));
+        let cell = |inner: &Parts<f64>, outer: &Parts<f64>, weights: &ColumnWeights| {
+            Cell::of(&outer.as_outer(weights.outer, &constants), &inner.as_inner(weights.inner, &constants))
+        };
+        let [inner, outer] = [cell(&first, &here, weights[0]), cell(&here, &last, weights[1])];
+        let ColumnWeights { axial, slip, radial, .. } = *weights[0];
+        cells::accelerations([&inner, &outer], axial, slip, radial)
     }
 
     /// Strains at node i.

@@ -63,7 +63,10 @@
 //! v: A'·slip_i + B'·slip_{i+1} + Y·(radial_{i+1} − radial_i)       Y = c·r_iΔr/2m'_i
 //! ```
 
-use super::scheme::{self, RadialWeights};
+use super::{
+    number::Number,
+    scheme::{self, RadialWeights},
+};
 use crate::{geometry::Geometry, grid::Grid};
 
 /// Constants of the material on a mesh.
@@ -184,26 +187,51 @@ pub fn damping_weights(grid: &Grid, damping: f64) -> [Vec<RadialWeights>; 2] {
     })
 }
 
+/// Constants of the material as operators use them.
+#[derive(Clone, Copy, Debug)]
+pub struct Constants<N> {
+    lame: N,
+    hourglass: N,
+    courant: N,
+    /// `cµ`
+    shear: N,
+    membrane: N,
+}
+
+impl Medium {
+    /// The constants, as wide as a number.
+    #[inline(always)]
+    pub fn constants<N: Number>(&self, like: N) -> Constants<N> {
+        Constants {
+            lame: like.splat(self.lame),
+            hourglass: like.splat(self.hourglass),
+            courant: like.splat(self.courant),
+            shear: like.splat(self.courant * self.shear),
+            membrane: like.splat(self.membrane),
+        }
+    }
+}
+
 /// Difference below − above and sum of something in both rows of cells at a row of nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pair {
+pub struct Pair<N = f64> {
     /// Δ
-    pub difference: f64,
+    pub difference: N,
     /// Σ
-    pub sum: f64,
+    pub sum: N,
 }
 
 /// What one column has in the two rows of cells at a row of nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Column {
+pub struct Column<N = f64> {
     /// Of `u_{j+1} − u_j`.
-    pub stretch: Pair,
+    pub stretch: Pair<N>,
     /// Of `u_j + u_{j+1}`.
-    pub sink: Pair,
+    pub sink: Pair<N>,
     /// Of `v_{j+1} − v_j`.
-    pub tilt: Pair,
+    pub tilt: Pair<N>,
     /// Of `v_j + v_{j+1}`.
-    pub spread: Pair,
+    pub spread: Pair<N>,
 }
 
 /// Where a row of nodes is.
@@ -219,61 +247,131 @@ pub enum Row {
     Membrane,
 }
 
-impl Column {
+/// [`Pair`]s of differences and of sums of a displacement above, here and below.
+#[inline(always)]
+fn pairs<N: Number>(row: Row, [above, here, below]: [N; 3]) -> [Pair<N>; 2] {
+    match row {
+        Row::Interior => {
+            let (ends, twice, across) = (above + below, here + here, below - above);
+            [Pair { difference: ends - twice, sum: across }, Pair { difference: across, sum: ends + twice }]
+        }
+        Row::Surface => {
+            let (difference, sum) = (below - here, here + below);
+            let (difference, sum) = (difference + difference, sum + sum);
+            [Pair { difference, sum: difference }, Pair { difference: sum, sum }]
+        }
+        Row::Backing => {
+            let (difference, sum) = (here - above, above + here);
+            let (difference, sum) = (difference + difference, sum + sum);
+            let zero = here.splat(0.0);
+            [Pair { difference: zero - difference, sum: difference }, Pair { difference: zero - sum, sum }]
+        }
+        Row::Membrane => {
+            let (difference, sum) = (here - above, above + here);
+            let zero = here.splat(0.0);
+            [Pair { difference: zero - difference, sum: difference }, Pair { difference: zero - sum, sum }]
+        }
+    }
+}
+
+impl<N: Number> Column<N> {
     /// * `u`, `v`: displacements above, here and below; what is beyond a boundary is not used
     #[inline(always)]
-    pub fn new(row: Row, u: [f64; 3], v: [f64; 3], medium: &Medium) -> Self {
-        let pairs = |[above, here, below]: [f64; 3]| match row {
-            Row::Interior => {
-                let (ends, twice, across) = (above + below, here + here, below - above);
-                [
-                    Pair { difference: ends - twice, sum: across },
-                    Pair { difference: across, sum: ends + twice },
-                ]
-            }
-            Row::Surface => [below - here, here + below].map(|below| {
-                let twice = below + below;
-                Pair { difference: twice, sum: twice }
-            }),
-            Row::Backing => [here - above, above + here].map(|above| {
-                let twice = above + above;
-                Pair { difference: -twice, sum: twice }
-            }),
-            Row::Membrane => {
-                [here - above, above + here].map(|above| Pair { difference: -above, sum: above })
-            }
-        };
-        let ([stretch, sink], [tilt, mut spread]) = (pairs(u), pairs(v));
-        if row == Row::Membrane {
+    pub fn new(row: Row, u: [N; 3], v: [N; 3], constants: &Constants<N>) -> Self {
+        let ([stretch, sink], [tilt, mut spread]) = (pairs(row, u), pairs(row, v));
+        if matches!(row, Row::Membrane) {
             // λε + d = (1 − λ²)d below
-            spread.sum = medium.membrane.mul_add(v[1] + v[1], spread.sum);
+            spread.sum = spread.sum.add_product(constants.membrane, v[1] + v[1]);
         }
         Self { stretch, sink, tilt, spread }
+    }
+
+    /// What it contributes to either of its cells.
+    #[inline(always)]
+    pub fn parts(&self, constants: &Constants<N>) -> Parts<N> {
+        let Self { stretch, sink, tilt, spread } = *self;
+        let Constants { lame, hourglass, .. } = *constants;
+        Parts {
+            stretch: stretch.difference,
+            bend: hourglass * stretch.difference,
+            normal: lame * stretch.sum,
+            sink,
+            tilt,
+            spread: lame * spread.difference,
+            flow: spread.sum.sub_product(hourglass, tilt.difference),
+        }
+    }
+}
+
+/// What a column contributes to a cell, but for the cell's weights and signs.
+#[derive(Clone, Copy)]
+pub struct Parts<N> {
+    /// `Δ(u_{j+1} − u_j)`
+    stretch: N,
+    /// k times that.
+    bend: N,
+    /// λ times the sum of `u_{j+1} − u_j`.
+    normal: N,
+    sink: Pair<N>,
+    tilt: Pair<N>,
+    /// λ times the difference of `v_j + v_{j+1}`.
+    spread: N,
+    /// Σd − kΔb: both are D's of a column.
+    flow: N,
+}
+
+impl<N: Number> Parts<N> {
+    /// What it contributes to the cell at its inner side, as the outer column of that.
+    ///
+    /// * `q`: of the cell
+    #[inline(always)]
+    pub fn as_outer(&self, q: N, constants: &Constants<N>) -> Cell<N> {
+        let Constants { courant, shear, .. } = *constants;
+        let normal = self.stretch.add_product(q, self.spread);
+        let lean = self.bend.sub_product(shear, self.tilt.sum.add_product(courant, self.sink.sum));
+        Cell {
+            to_inner: normal - lean,
+            to_outer: normal + lean,
+            slip: self.tilt.difference.add_product(courant, self.sink.difference),
+            radial: self.normal.add_product(q, self.flow),
+        }
+    }
+
+    /// What it contributes to the cell at its outer side, as the inner column of that: signs of q', c and k are turned.
+    ///
+    /// * `q`: q' of the cell
+    #[inline(always)]
+    pub fn as_inner(&self, q: N, constants: &Constants<N>) -> Cell<N> {
+        let Constants { courant, shear, .. } = *constants;
+        let normal = self.stretch.sub_product(q, self.spread);
+        // −lean
+        let lean = self.bend.add_product(shear, self.tilt.sum.sub_product(courant, self.sink.sum));
+        Cell {
+            to_inner: normal + lean,
+            to_outer: normal - lean,
+            slip: self.tilt.difference.sub_product(courant, self.sink.difference),
+            radial: self.normal.sub_product(q, self.flow),
+        }
     }
 }
 
 /// What a cell, with the one above it, gives to the nodes between them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Cell {
+pub struct Cell<N = f64> {
     /// `normal − lean`, to u in its inner column.
-    pub to_inner: f64,
+    pub to_inner: N,
     /// `normal + lean`, to u in its outer column.
-    pub to_outer: f64,
+    pub to_outer: N,
     /// `2Δg`
-    pub slip: f64,
+    pub slip: N,
     /// `2Σ(λε + d) − 2kΔb`
-    pub radial: f64,
+    pub radial: N,
 }
 
-impl Cell {
-    /// Of the cell between two columns.
-    ///
-    /// * `weights`: of the outer column
-    #[inline]
-    pub fn new(inner: &Column, outer: &Column, weights: &ColumnWeights, medium: &Medium) -> Self {
-        let Medium { hourglass, courant, .. } = *medium;
-        let outer = Self::part(outer, [weights.outer, courant, hourglass], medium);
-        let inner = Self::part(inner, [-weights.inner, -courant, -hourglass], medium);
+impl<N: Number> Cell<N> {
+    /// Of what both of its columns contribute.
+    #[inline(always)]
+    pub fn of(outer: &Self, inner: &Self) -> Self {
         Self {
             to_inner: outer.to_inner + inner.to_inner,
             to_outer: outer.to_outer + inner.to_outer,
@@ -281,46 +379,30 @@ impl Cell {
             radial: outer.radial + inner.radial,
         }
     }
-
-    /// What one of its columns contributes.
-    ///
-    /// * `signed`: q, c, k if it is the outer one; −q', −c, −k if it is the inner one
-    #[inline]
-    fn part(column: &Column, signed: [f64; 3], medium: &Medium) -> Self {
-        let Column { stretch, sink, tilt, spread } = column;
-        let Medium { shear, lame, hourglass, courant, .. } = *medium;
-        let [q, c, k] = signed;
-        let normal = q.mul_add(lame * spread.difference, stretch.difference);
-        let shift = c.mul_add(sink.sum, tilt.sum);
-        let lean = (-(courant * shear)).mul_add(shift, k * stretch.difference);
-        // Σd − kΔb: both are D's of a column
-        let flow = (-hourglass).mul_add(tilt.difference, spread.sum);
-        Self {
-            to_inner: normal - lean,
-            to_outer: normal + lean,
-            slip: c.mul_add(sink.difference, tilt.difference),
-            radial: q.mul_add(flow, lame * stretch.sum),
-        }
-    }
 }
 
 /// `Δt²` times the acceleration of u and v at a node.
 ///
 /// * `inner`, `outer`: cells at either side of it
-#[inline]
-pub fn accelerations(inner: &Cell, outer: &Cell, weights: &ColumnWeights) -> [f64; 2] {
-    let ColumnWeights { axial, slip, radial, .. } = weights;
-    let sheared = slip[1].mul_add(outer.slip, slip[0] * inner.slip);
+/// * `axial`, `slip`, `radial`: see [`ColumnWeights`]
+#[inline(always)]
+pub fn accelerations<N: Number>(
+    [inner, outer]: [&Cell<N>; 2],
+    axial: [N; 2],
+    slip: [N; 2],
+    radial: N,
+) -> [N; 2] {
+    let sheared = (slip[0] * inner.slip).add_product(slip[1], outer.slip);
     [
-        axial[1].mul_add(outer.to_inner, axial[0] * inner.to_outer),
-        radial.mul_add(outer.radial - inner.radial, sheared),
+        (axial[0] * inner.to_outer).add_product(axial[1], outer.to_inner),
+        sheared.add_product(radial, outer.radial - inner.radial),
     ]
 }
 
 /// Displacement at level k+1 without damping.
-#[inline]
-pub fn advanced(before: f64, now: f64, acceleration: f64) -> f64 {
-    ((now + now) - before) + acceleration
+#[inline(always)]
+pub fn advanced<N: Number>(before: N, now: N, acceleration: N) -> N {
+    now.twice_less(before) + acceleration
 }
 
 /// Strains at a node.

@@ -79,20 +79,21 @@
 //!
 //! [`interior`], [`axis`] and [`corner`] are the operators; [`image_row`] and [`image_column`] are the images that boundary
 //! conditions and symmetry put beyond surface, backing and axis, so that the same operators hold there. Operators read nodes
-//! through a closure `u(dj, di)`: the value dj rows below and di columns outside the node. [`super::reference`] steps with them as they stand; the fast engine repeats
-//! their operations in the same order, and is tested to give the same bits.
+//! through a closure `u(dj, di)`: the value dj rows below and di columns outside the node. [`super::reference`] steps with them as they stand; the fast engine carries sums
+//! from node to node, and is tested to give the same bits. What both do is written once, for any [`Number`].
 
 use serde::{Deserialize, Serialize};
 
+use super::number::Number;
 use crate::{geometry::Geometry, grid::Grid};
 
 /// Radial weights of a column times `λ²/4`: the quarter belongs to the mean U.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RadialWeights {
+pub struct RadialWeights<N = f64> {
     /// Of the face at larger radius; 0 in the outermost column, nothing crosses its face.
-    pub outward: f64,
+    pub outward: N,
     /// Of the face at smaller radius; 0 on the axis, where that face has no area.
-    pub inward: f64,
+    pub inward: N,
 }
 
 /// Order of accuracy for oblique waves.
@@ -221,41 +222,40 @@ pub fn double_weights(grid: &Grid, scale: f64) -> Vec<RadialWeights> {
 
 /// `16·E_z d` of a node: `2d_j − (d_{j−2} + d_{j+2})`.
 #[inline(always)]
-pub fn corner_axial(above: f64, here: f64, below: f64) -> f64 {
-    2.0 * here - (above + below)
+pub fn corner_axial<N: Number>(above: N, here: N, below: N) -> N {
+    here.twice_less(above + below)
 }
 
 /// `outward·(outer − here) − inward·(here − inner)` over columns i−2, i, i+2. With the weights of the mixed-derivative correction, what it adds to
 /// u^{k+1} of a node, `−α·E_z E_r d`; with those of the lateral damping, `−σ·E_r d`.
 ///
 /// * `axial`: values at columns i−2, i, i+2, for the mixed-derivative correction `16·E_z d`
-#[inline]
-pub fn double_radial(axial: [f64; 3], weights: RadialWeights) -> f64 {
+#[inline(always)]
+pub fn double_radial<N: Number>(axial: [N; 3], weights: RadialWeights<N>) -> N {
     let [inner, here, outer] = axial;
-    let outward = weights.outward * (outer - here);
-    (-weights.inward).mul_add(here - inner, outward)
+    (weights.outward * (outer - here)).sub_product(weights.inward, here - inner)
 }
 
 /// `sum + outward·(outer − here) − inward·(here − inner)`.
 ///
 /// * `values`: inner, here and outer
 #[inline(always)]
-pub fn add_radial(sum: f64, values: [f64; 3], weights: RadialWeights) -> f64 {
+pub fn add_radial<N: Number>(sum: N, values: [N; 3], weights: RadialWeights<N>) -> N {
     let [inner, here, outer] = values;
-    let sum = weights.outward.mul_add(outer - here, sum);
-    (-weights.inward).mul_add(here - inner, sum)
+    sum.add_product(weights.outward, outer - here).sub_product(weights.inward, here - inner)
 }
 
 /// `sum − outward·(outer − here) + inward·(here − inner)`, as [`add_radial`].
 #[inline(always)]
-pub fn take_radial(sum: f64, values: [f64; 3], weights: RadialWeights) -> f64 {
-    add_radial(sum, values, RadialWeights { outward: -weights.outward, inward: -weights.inward })
+pub fn take_radial<N: Number>(sum: N, values: [N; 3], weights: RadialWeights<N>) -> N {
+    let [inner, here, outer] = values;
+    sum.sub_product(weights.outward, outer - here).add_product(weights.inward, here - inner)
 }
 
 /// Combination of levels that the mixed-derivative correction acts on, `u^k − ρ·u^{k−1}`.
 #[inline(always)]
-pub fn combined(share: f64, before: f64, now: f64) -> f64 {
-    (-share).mul_add(before, now)
+pub fn combined<N: Number>(share: N, before: N, now: N) -> N {
+    now.sub_product(share, before)
 }
 
 /// What the mixed-derivative correction adds to u^{k+1} of a node.
@@ -282,8 +282,8 @@ fn corner_sums(d: impl Fn(isize, isize) -> f64) -> [f64; 3] {
 
 /// `4·U_j = (u_{j−1} + u_{j+1}) + 2u_j`.
 #[inline(always)]
-pub fn quadruple_mean(above: f64, here: f64, below: f64) -> f64 {
-    (above + below) + 2.0 * here
+pub fn quadruple_mean<N: Number>(above: N, here: N, below: N) -> N {
+    (above + below).add_twice(here)
 }
 
 /// u^{k+1} of a node from its neighbours at level k and itself at level k−1.
@@ -291,7 +291,7 @@ pub fn quadruple_mean(above: f64, here: f64, below: f64) -> f64 {
 /// * `ends`: `u_{j−1} + u_{j+1}`
 /// * `means`: `4·U` at columns i−1, i, i+1
 #[inline(always)]
-pub fn advanced(ends: f64, before: f64, means: [f64; 3], weights: RadialWeights) -> f64 {
+pub fn advanced<N: Number>(ends: N, before: N, means: [N; 3], weights: RadialWeights<N>) -> N {
     add_radial(ends - before, means, weights)
 }
 

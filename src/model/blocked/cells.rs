@@ -1,6 +1,6 @@
 //! Rows of nodes of the scheme of cells, a vector at a time.
 //!
-//! The operations are those of [`crate::model::cells`] in the same order, so the bits are the same. A row is marched outwards:
+//! The operators are those of [`crate::model::cells`]. A row is marched outwards:
 //! columns of a vector are made of the rows above and below, cells of two vectors of columns, nodes of two vectors of cells; each is
 //! made once and carried to the next vector.
 
@@ -8,12 +8,13 @@ use std::ops::Range;
 
 use super::{
     damping::Moves,
+    dispatch::Work,
     energy::EnergySum,
-    vector::{BLOCK, Vector, Work, padded},
+    lane::{BLOCK, Lane, padded},
 };
 use crate::model::{
     cell_scheme::CellScheme,
-    cells::{self, ColumnWeights, Medium, Row},
+    cells::{self, Cell, Column, ColumnWeights, Constants, Medium, Parts, Row},
     scheme::RadialWeights,
 };
 
@@ -104,18 +105,6 @@ pub struct CellPatch<'a> {
     pub weights: &'a CellWeights,
 }
 
-/// The vector at `i` of weights.
-///
-/// # Safety
-///
-/// The machine must have the instructions of `V`; there is a vector at `i`.
-#[inline(always)]
-#[expect(unsafe_code, reason = "instructions that not every machine has")]
-unsafe fn at<V: Vector>(weights: &[f64], i: usize) -> V {
-    // SAFETY: the caller's promise
-    unsafe { V::load(weights.as_ptr().add(i)) }
-}
-
 /// Kinds of rows, for constant parameters.
 pub const SURFACE: usize = 0;
 /// See [`SURFACE`].
@@ -137,276 +126,169 @@ const fn kind(row: usize) -> Row {
     }
 }
 
-/// [`cells::Column`] on vectors, as cells want it.
-#[derive(Clone, Copy)]
-struct Column<V> {
-    /// `Δ(u_{j+1} − u_j)`
-    stretch: V,
-    /// k times that.
-    bend: V,
-    /// λ times the sum of `u_{j+1} − u_j`.
-    normal: V,
-    sink: [V; 2],
-    tilt: [V; 2],
-    /// λ times the difference of `v_j + v_{j+1}`.
-    spread: V,
-    flow: V,
-}
-
-/// [`cells::Cell`] on vectors: of cells, or what a column contributes to them.
-#[derive(Clone, Copy)]
-struct Cell<V> {
-    to_inner: V,
-    to_outer: V,
-    slip: V,
-    radial: V,
-}
-
-/// Difference and sum over both rows of cells, of differences and of sums of a displacement: [`cells::Column::new`].
+/// The lanes at `i` of weights.
 ///
 /// # Safety
 ///
-/// The machine must have the instructions of `V`.
+/// The machine has the instructions of `L`; there are lanes at `i`.
 #[inline(always)]
 #[expect(unsafe_code, reason = "instructions that not every machine has")]
-unsafe fn pairs<V: Vector>(row: Row, [above, here, below]: [V; 3]) -> [[V; 2]; 2] {
+unsafe fn at<L: Lane>(weights: &[f64], i: usize) -> L {
     // SAFETY: the caller's promise
-    unsafe {
-        match row {
-            Row::Interior => {
-                let (ends, across) = (above.add(below), below.sub(above));
-                [[ends.sub(here.add(here)), across], [across, ends.add(here.add(here))]]
-            }
-            Row::Surface => {
-                let (difference, sum) = (below.sub(here), here.add(below));
-                let (difference, sum) = (difference.add(difference), sum.add(sum));
-                [[difference; 2], [sum; 2]]
-            }
-            Row::Backing => {
-                let (difference, sum) = (here.sub(above), above.add(here));
-                let (difference, sum) = (difference.add(difference), sum.add(sum));
-                let zero = V::splat(0.0);
-                [[zero.sub(difference), difference], [zero.sub(sum), sum]]
-            }
-            Row::Membrane => {
-                let (difference, sum) = (here.sub(above), above.add(here));
-                let zero = V::splat(0.0);
-                [[zero.sub(difference), difference], [zero.sub(sum), sum]]
-            }
-        }
-    }
+    unsafe { L::load(weights.as_ptr().add(i)) }
 }
 
-/// Vectors above, here and below of what `row` has.
+/// Lanes above, here and below of what `row` has.
 ///
 /// # Safety
 ///
-/// As [`Column::load`].
+/// The machine has the instructions of `L`; the lanes are numbers in this row, and in the rows above and below that `row` has.
 #[inline(always)]
-#[expect(unsafe_code, reason = "vectors of a field that threads share")]
-unsafe fn rows<V: Vector>(row: Row, at: *const f64, stride: usize) -> [V; 3] {
+#[expect(unsafe_code, reason = "a field that threads share")]
+unsafe fn rows<L: Lane>(row: Row, at: *const f64, stride: usize) -> [L; 3] {
     // SAFETY: the caller's promise
     unsafe {
-        let here = V::load(at);
-        let above = if matches!(row, Row::Surface) { here } else { V::load(at.sub(stride)) };
+        let here = L::load(at);
+        let above = if matches!(row, Row::Surface) { here } else { L::load(at.sub(stride)) };
         let has_below = !matches!(row, Row::Backing | Row::Membrane);
-        let below = if has_below { V::load(at.add(stride)) } else { here };
+        let below = if has_below { L::load(at.add(stride)) } else { here };
         [above, here, below]
     }
 }
 
-/// Vectors of the material.
+/// A row of nodes, and what is around it in memory.
 #[derive(Clone, Copy)]
-struct Constants<V> {
-    lame: V,
-    hourglass: V,
-    courant: V,
-    /// `courant·shear`
-    shear: V,
-    membrane: V,
+struct Nodes<L> {
+    row: Row,
+    lateral: usize,
+    stride: usize,
+    constants: Constants<L>,
 }
 
-#[expect(unsafe_code, reason = "vectors of a field that threads share")]
-impl<V: Vector> Column<V> {
-    /// The vector of columns at `u`, with v at `v`.
+#[expect(unsafe_code, reason = "a field that threads share")]
+impl<L: Lane> Nodes<L> {
+    /// The columns in the lanes at `u`, that of u in this row.
     ///
     /// # Safety
     ///
-    /// The machine must have the instructions of `V`; the vector is one of numbers in this row, and in the rows above and below that
-    /// `row` has.
+    /// As [`rows`] for both displacements.
     #[inline(always)]
-    unsafe fn load(row: Row, u: *const f64, v: *const f64, stride: usize, constants: &Constants<V>) -> Self {
-        let Constants { lame, hourglass, membrane, .. } = *constants;
+    unsafe fn parts(&self, u: *const f64) -> Parts<L> {
+        let Self { row, lateral, stride, constants } = *self;
         // SAFETY: the caller's promise
-        unsafe {
-            let [stretch, sink] = pairs(row, rows(row, u, stride));
-            let v: [V; 3] = rows(row, v, stride);
-            let [tilt, mut spread] = pairs(row, v);
-            if matches!(row, Row::Membrane) {
-                spread[1] = spread[1].add_product(membrane, v[1].add(v[1]));
-            }
-            Self {
-                stretch: stretch[0],
-                bend: hourglass.mul(stretch[0]),
-                normal: lame.mul(stretch[1]),
-                sink,
-                tilt,
-                spread: lame.mul(spread[0]),
-                flow: spread[1].sub_product(hourglass, tilt[0]),
-            }
-        }
-    }
-
-    /// What it contributes to the cell at its inner side, as the outer column of that.
-    ///
-    /// * `q`: of the cell
-    ///
-    /// # Safety
-    ///
-    /// The machine must have the instructions of `V`.
-    #[inline(always)]
-    unsafe fn as_outer(&self, q: V, constants: &Constants<V>) -> Cell<V> {
-        let Constants { courant, shear, .. } = *constants;
-        // SAFETY: the caller's promise
-        unsafe {
-            let normal = self.stretch.add_product(q, self.spread);
-            let lean = self.bend.sub_product(shear, self.tilt[1].add_product(courant, self.sink[1]));
-            Cell {
-                to_inner: normal.sub(lean),
-                to_outer: normal.add(lean),
-                slip: self.tilt[0].add_product(courant, self.sink[0]),
-                radial: self.normal.add_product(q, self.flow),
-            }
-        }
-    }
-
-    /// What it contributes to the cell at its outer side, as the inner column of that: signs of q', c and k are turned.
-    ///
-    /// * `q`: q' of the cell
-    ///
-    /// # Safety
-    ///
-    /// The machine must have the instructions of `V`.
-    #[inline(always)]
-    unsafe fn as_inner(&self, q: V, constants: &Constants<V>) -> Cell<V> {
-        let Constants { courant, shear, .. } = *constants;
-        // SAFETY: the caller's promise
-        unsafe {
-            let normal = self.stretch.sub_product(q, self.spread);
-            // −lean
-            let lean = self.bend.add_product(shear, self.tilt[1].sub_product(courant, self.sink[1]));
-            Cell {
-                to_inner: normal.add(lean),
-                to_outer: normal.sub(lean),
-                slip: self.tilt[0].sub_product(courant, self.sink[0]),
-                radial: self.normal.sub_product(q, self.flow),
-            }
-        }
+        let [u, v] = unsafe { [rows(row, u, stride), rows(row, u.add(lateral), stride)] };
+        Column::new(row, u, v, &constants).parts(&constants)
     }
 }
 
-#[expect(unsafe_code, reason = "instructions that not every machine has")]
-impl<V: Vector> Cell<V> {
-    /// The cells at the inner sides of a vector of columns: [`cells::Cell::new`].
-    ///
-    /// * `outer`: what these columns contribute as outer ones
-    /// * `before`, `here`: what the vector of columns before and they contribute as inner ones
-    ///
-    /// # Safety
-    ///
-    /// The machine must have the instructions of `V`.
-    #[inline(always)]
-    unsafe fn of(outer: &Self, before: &Self, here: &Self) -> Self {
-        // SAFETY: the caller's promise
-        unsafe {
-            Self {
-                to_inner: outer.to_inner.add(V::seam(before.to_inner, here.to_inner).1),
-                to_outer: outer.to_outer.add(V::seam(before.to_outer, here.to_outer).1),
-                slip: outer.slip.add(V::seam(before.slip, here.slip).1),
-                radial: outer.radial.add(V::seam(before.radial, here.radial).1),
-            }
-        }
+/// Cells at the inner sides of lanes of columns.
+///
+/// * `outer`: what these columns contribute as outer ones
+/// * `before`, `here`: what the lanes of columns before and they contribute as inner ones
+#[inline(always)]
+fn cells_of<L: Lane>(outer: &Cell<L>, before: &Cell<L>, here: &Cell<L>) -> Cell<L> {
+    let inner = Cell {
+        to_inner: L::seam(before.to_inner, here.to_inner).1,
+        to_outer: L::seam(before.to_outer, here.to_outer).1,
+        slip: L::seam(before.slip, here.slip).1,
+        radial: L::seam(before.radial, here.radial).1,
+    };
+    Cell::of(outer, &inner)
+}
+
+/// Cells at the outer sides of columns, from those at the inner sides of them and of the next ones.
+#[inline(always)]
+fn outside<L: Lane>(here: &Cell<L>, next: &Cell<L>) -> Cell<L> {
+    Cell {
+        to_inner: L::seam(here.to_inner, next.to_inner).0,
+        to_outer: here.to_outer,
+        slip: L::seam(here.slip, next.slip).0,
+        radial: L::seam(here.radial, next.radial).0,
     }
 }
 
 /// Advances `columns`, whole vectors, of row `j`, and adds their energy to `energy` if `COUNTS` says so: [`cells::accelerations`],
-/// [`cells::advanced`] and [`crate::model::scheme::double_radial`] on vectors.
-///
-/// Always inlined, so that a caller compiled for wider vectors gets them here.
+/// [`cells::advanced`] and [`crate::model::scheme::double_radial`] on lanes.
 ///
 /// * `ROW`: kind of the row; the surface as if it were free, on the backing, which is rigid, v alone
-///
-/// # Safety
-///
-/// The machine must have the instructions of `V`. The nodes of the row, a vector on either side of them (two of two numbers, one at
-/// the axis) and a vector on either side in the rows above and below that it has must be numbers that may be read at
-/// levels k−1 and k; those of the row may be written at level k+1 and belong to this call alone.
-#[inline(always)]
-#[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
-pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
-    patch: CellPatch<'_>,
+pub struct CellMarch<'a, const ROW: usize, const COUNTS: bool> {
+    patch: CellPatch<'a>,
     j: usize,
     columns: Range<usize>,
-    energy: &mut EnergySum,
-) {
-    let CellPatch { before, now, next, lateral, stride, weights } = patch;
-    weights.check(&columns);
-    assert!(
-        columns.start.is_multiple_of(V::WIDTH) && columns.len().is_multiple_of(V::WIDTH),
-        "whole vectors"
-    );
-    let Medium { shear, lame, hourglass, courant, membrane } = weights.medium;
-    // SAFETY, of all below: the caller's promise; weights have been checked
-    unsafe {
-        let constants = Constants {
-            lame: V::splat(lame),
-            hourglass: V::splat(hourglass),
-            courant: V::splat(courant),
-            shear: V::splat(courant * shear),
-            membrane: V::splat(membrane),
-        };
-        let (before, now) = (before.add(j * stride), now.add(j * stride));
-        let mut i = columns.start;
-        let first = now.add(i).sub(V::WIDTH);
-        let column = Column::<V>::load(kind(ROW), first, first.add(lateral), stride, &constants);
-        // q' of the cells at the outer sides of these columns
-        let inner = column.as_inner(at(&weights.inner, BEFORE + 1 + i - V::WIDTH), &constants);
-        let first = now.add(i);
-        let column = Column::<V>::load(kind(ROW), first, first.add(lateral), stride, &constants);
-        let outer = column.as_outer(at(&weights.outer, i), &constants);
-        let mut as_inner = column.as_inner(at(&weights.inner, BEFORE + 1 + i), &constants);
-        let mut cell = Cell::of(&outer, &inner, &as_inner);
-        while i < columns.end {
-            let ahead = i + V::WIDTH;
-            let u = now.add(ahead);
-            let column = Column::<V>::load(kind(ROW), u, u.add(lateral), stride, &constants);
-            let outer = column.as_outer(at(&weights.outer, ahead), &constants);
-            let next_inner = column.as_inner(at(&weights.inner, BEFORE + 1 + ahead), &constants);
-            let next_cell = Cell::of(&outer, &as_inner, &next_inner);
-            // of the cells at the inner and at the outer side
-            let axial = [cell.to_outer, V::seam(cell.to_inner, next_cell.to_inner).0];
-            let slip = [cell.slip, V::seam(cell.slip, next_cell.slip).0];
-            let radial = [cell.radial, V::seam(cell.radial, next_cell.radial).0];
-            let sheared = at::<V>(&weights.slip[0], i).mul(slip[0]);
-            let sheared = sheared.add_product(at(&weights.slip[1], i), slip[1]);
-            let accelerations = [
-                at::<V>(&weights.axial[0], i).mul(axial[0]).add_product(at(&weights.axial[1], i), axial[1]),
-                sheared.add_product(at(&weights.radial, i), radial[1].sub(radial[0])),
-            ];
-            (cell, as_inner) = (next_cell, next_inner);
-            for field in 0..2 {
-                if ROW == BACKING && field == 0 {
-                    continue;
+    energy: &'a mut EnergySum,
+}
+
+impl<'a, const ROW: usize, const COUNTS: bool> CellMarch<'a, ROW, COUNTS> {
+    /// # Safety
+    ///
+    /// The nodes of the row, a vector on either side of them (two of two numbers, one at the axis) and a vector on either side in the rows
+    /// above and below that it has must be numbers that may be read at levels k−1 and k; those of the row may be written at level k+1 and
+    /// belong to this work alone until it is done.
+    #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
+    pub unsafe fn new(
+        patch: CellPatch<'a>,
+        j: usize,
+        columns: Range<usize>,
+        energy: &'a mut EnergySum,
+    ) -> Self {
+        Self { patch, j, columns, energy }
+    }
+}
+
+impl<const ROW: usize, const COUNTS: bool> Work for CellMarch<'_, ROW, COUNTS> {
+    type Output = ();
+
+    #[inline(always)]
+    #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
+    fn run<L: Lane>(self) {
+        let Self { patch: CellPatch { before, now, next, lateral, stride, weights }, j, columns, energy } =
+            self;
+        weights.check(&columns);
+        assert!(
+            columns.start.is_multiple_of(L::WIDTH) && columns.len().is_multiple_of(L::WIDTH),
+            "whole vectors"
+        );
+        // SAFETY, of all below: the promise of `CellMarch::new`; weights have been checked
+        unsafe {
+            let [earlier, now] = [before.add(j * stride), now.add(j * stride)];
+            let next = [next[0].add(j * stride), next[1].add(j * stride)];
+            let constants = weights.medium.constants(L::load(now.add(columns.start)));
+            let nodes = Nodes { row: kind(ROW), lateral, stride, constants };
+            let mut i = columns.start;
+            let parts = nodes.parts(now.add(i).sub(L::WIDTH));
+            // q' of the cells at the outer sides of these columns
+            let before = parts.as_inner(at(&weights.inner, BEFORE + 1 + i - L::WIDTH), &constants);
+            let parts = nodes.parts(now.add(i));
+            let outer = parts.as_outer(at(&weights.outer, i), &constants);
+            let mut inner = parts.as_inner(at(&weights.inner, BEFORE + 1 + i), &constants);
+            let mut cell = cells_of(&outer, &before, &inner);
+            while i < columns.end {
+                let ahead = i + L::WIDTH;
+                let parts = nodes.parts(now.add(ahead));
+                let outer = parts.as_outer(at(&weights.outer, ahead), &constants);
+                let next_inner = parts.as_inner(at(&weights.inner, BEFORE + 1 + ahead), &constants);
+                let next_cell = cells_of(&outer, &inner, &next_inner);
+                let CellWeights { axial, slip, radial, .. } = weights;
+                let accelerations = cells::accelerations(
+                    [&cell, &outside(&cell, &next_cell)],
+                    [at(&axial[0], i), at(&axial[1], i)],
+                    [at(&slip[0], i), at(&slip[1], i)],
+                    at::<L>(radial, i),
+                );
+                (cell, inner) = (next_cell, next_inner);
+                for field in 0..2 {
+                    if ROW == BACKING && field == 0 {
+                        continue;
+                    }
+                    let offset = i + field * lateral;
+                    let levels = [L::load(earlier.add(offset)), L::load(now.add(offset))];
+                    cells::advanced(levels[0], levels[1], accelerations[field]).store(next[field].add(i));
                 }
-                let offset = i + field * lateral;
-                let free = V::load(now.add(offset)).twice_less(V::load(before.add(offset)));
-                free.add(accelerations[field]).store(next[field].add(i + j * stride));
+                i = ahead;
             }
-            i = ahead;
-        }
-        if COUNTS || weights.is_damped {
-            let next = next.map(|next| next.add(j * stride));
-            damping_march::<V, ROW, COUNTS>([before, now], next, lateral, weights, columns, energy);
+            if COUNTS || weights.is_damped {
+                damping_march::<L, ROW, COUNTS>([earlier, now], next, lateral, weights, columns, energy);
+            }
         }
     }
 }
@@ -420,10 +302,10 @@ pub unsafe fn cell_march<V: Vector, const ROW: usize, const COUNTS: bool>(
 ///
 /// # Safety
 ///
-/// As [`cell_march`].
+/// As [`CellMarch::new`].
 #[inline(always)]
 #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
-unsafe fn damping_march<V: Vector, const ROW: usize, const COUNTS: bool>(
+unsafe fn damping_march<L: Lane, const ROW: usize, const COUNTS: bool>(
     [before, now]: [*const f64; 2],
     next: [*mut f64; 2],
     lateral: usize,
@@ -437,8 +319,8 @@ unsafe fn damping_march<V: Vector, const ROW: usize, const COUNTS: bool>(
         // not by a closure, which would not be compiled for these instructions
         let levels = [[before, now], [before.add(lateral), now.add(lateral)]];
         let mut moves = [
-            Moves::<V>::new(levels[0], columns.start, damping[0], false),
-            Moves::<V>::new(levels[1], columns.start, damping[1], true),
+            Moves::<L>::new(levels[0], columns.start, damping[0], false),
+            Moves::<L>::new(levels[1], columns.start, damping[1], true),
         ];
         let mut i = columns.start;
         while i < columns.end {
@@ -446,16 +328,16 @@ unsafe fn damping_march<V: Vector, const ROW: usize, const COUNTS: bool>(
                 if ROW == BACKING && field == 0 {
                     continue;
                 }
-                let free = V::load(next[field].add(i));
+                let free = L::load(next[field].add(i));
                 let later = moves[field].damped(free, levels[field], [i, columns.end], damping[field]);
                 later.store(next[field].add(i));
                 if COUNTS {
-                    let (earlier, u) = (V::load(levels[field][0].add(i)), V::load(levels[field][1].add(i)));
-                    let force = free.sub(u).sub(u.sub(earlier));
-                    energy.add(i, at::<V>(&weights.areas[field], i), [earlier, u, later], force);
+                    let (earlier, u) = (L::load(levels[field][0].add(i)), L::load(levels[field][1].add(i)));
+                    let force = (free - u) - (u - earlier);
+                    energy.add(i, at::<L>(&weights.areas[field], i), [earlier, u, later], force);
                 }
             }
-            i += V::WIDTH;
+            i += L::WIDTH;
         }
     }
 }
@@ -479,7 +361,7 @@ impl Work for CellRow<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn run(self) -> f64 {
+    fn run<L: Lane>(self) -> f64 {
         let count = self.weights[0][0].len();
         let mut largest = [0.0; BLOCK];
         for start in (0..count).step_by(PIECE) {

@@ -1,14 +1,18 @@
-//! The kernel compiled for each set of instructions, and the choice among them.
+//! Work compiled for each set of instructions, and the choice among them.
 
-use std::{fmt, ops::Range};
+use std::fmt;
 
-use super::{
-    cells::{CellPatch, cell_march},
-    energy::EnergySum,
-    kernel::advance,
-    levels::Patch,
-    vector::{Lanes, Vector, Work},
-};
+#[cfg(target_arch = "x86_64")]
+use super::lane::{Avx2, Avx512};
+use super::lane::{Lane, Portable};
+
+/// Work on lanes. Closures and maps of arrays are not inlined for certain into what is compiled for wider lanes: in loops there are none.
+pub trait Work {
+    /// What it gives: the same bits with any instructions.
+    type Output;
+    /// Does it; always inlined, as are the functions that it calls, so that a caller compiled for wider lanes gets them here.
+    fn run<L: Lane>(self) -> Self::Output;
+}
 
 /// Instructions that this machine has: [`Instructions::all`] and [`Instructions::detect`] are the only ways to one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +52,7 @@ impl Instructions {
     /// What every machine has.
     pub const BASELINE: Self = Self(Set::Baseline);
 
-    /// Vectors of any width, whose loads and stores are of single numbers.
+    /// Lanes of any width, whose loads and stores are of single numbers.
     #[cfg(test)]
     pub const PLAIN: [Self; 3] = [Self(Set::Baseline), Self(Set::Plain4), Self(Set::Plain8)];
 
@@ -74,237 +78,49 @@ impl Instructions {
 
     /// Numbers in a vector.
     pub fn width(self) -> usize {
-        match self.0 {
-            Set::Baseline => Lanes::<2>::WIDTH,
-            #[cfg(target_arch = "x86_64")]
-            Set::Avx2 => std::arch::x86_64::__m256d::WIDTH,
-            #[cfg(target_arch = "x86_64")]
-            Set::Avx512 => std::arch::x86_64::__m512d::WIDTH,
-            #[cfg(test)]
-            Set::Plain4 => Lanes::<4>::WIDTH,
-            #[cfg(test)]
-            Set::Plain8 => Lanes::<8>::WIDTH,
-        }
-    }
+        /// Says how wide its lanes are.
+        struct Width;
 
-    /// Advances `rows` of `columns`, whole vectors, and if `COUNTS` adds their energy to `sums`.
-    ///
-    /// * `area`: cell areas, by column; none if nothing is counted
-    /// * `sums`: of `rows`; none if nothing is counted
-    ///
-    /// # Safety
-    ///
-    /// As [`advance`] about memory; the machine has the instructions, or there would be no `self`.
-    #[expect(unsafe_code, reason = "the kernel works in place, on several threads")]
-    pub unsafe fn advance<const COUNTS: bool>(
-        self,
-        patch: Patch<'_>,
-        rows: Range<usize>,
-        columns: Range<usize>,
-        area: &[f64],
-        sums: &mut [EnergySum],
-    ) {
-        match self.0 {
-            // SAFETY: memory is the caller's promise; every machine has these instructions
-            Set::Baseline => unsafe { advance::<Lanes<2>, COUNTS>(patch, rows, columns, area, sums) },
-            // SAFETY: memory is the caller's promise; `all` has found the instructions
-            #[cfg(target_arch = "x86_64")]
-            Set::Avx2 => unsafe { x86::advance_avx2::<COUNTS>(patch, rows, columns, area, sums) },
-            // SAFETY: likewise
-            #[cfg(target_arch = "x86_64")]
-            Set::Avx512 => unsafe { x86::advance_avx512::<COUNTS>(patch, rows, columns, area, sums) },
-            // SAFETY: as for the baseline
-            #[cfg(test)]
-            Set::Plain4 => unsafe { advance::<Lanes<4>, COUNTS>(patch, rows, columns, area, sums) },
-            // SAFETY: likewise
-            #[cfg(test)]
-            Set::Plain8 => unsafe { advance::<Lanes<8>, COUNTS>(patch, rows, columns, area, sums) },
-        }
-    }
+        impl Work for Width {
+            type Output = usize;
 
-    /// Advances `columns`, whole vectors, of row `j` of both displacements, and if `COUNTS` adds their energy to `energy`.
-    ///
-    /// # Safety
-    ///
-    /// As [`cell_march`] about memory; the machine has the instructions, or there would be no `self`.
-    #[expect(unsafe_code, reason = "the kernel works in place, on several threads")]
-    pub unsafe fn advance_cells<const ROW: usize, const COUNTS: bool>(
-        self,
-        patch: CellPatch<'_>,
-        j: usize,
-        columns: Range<usize>,
-        energy: &mut EnergySum,
-    ) {
-        match self.0 {
-            // SAFETY: memory is the caller's promise; every machine has these instructions
-            Set::Baseline => unsafe { cell_march::<Lanes<2>, ROW, COUNTS>(patch, j, columns, energy) },
-            // SAFETY: memory is the caller's promise; `all` has found the instructions
-            #[cfg(target_arch = "x86_64")]
-            Set::Avx2 => unsafe { x86::cells_avx2::<ROW, COUNTS>(patch, j, columns, energy) },
-            // SAFETY: likewise
-            #[cfg(target_arch = "x86_64")]
-            Set::Avx512 => unsafe { x86::cells_avx512::<ROW, COUNTS>(patch, j, columns, energy) },
-            // SAFETY: as for the baseline
-            #[cfg(test)]
-            Set::Plain4 => unsafe { cell_march::<Lanes<4>, ROW, COUNTS>(patch, j, columns, energy) },
-            // SAFETY: likewise
-            #[cfg(test)]
-            Set::Plain8 => unsafe { cell_march::<Lanes<8>, ROW, COUNTS>(patch, j, columns, energy) },
+            #[inline(always)]
+            fn run<L: Lane>(self) -> usize {
+                L::WIDTH
+            }
         }
+        self.run(Width)
     }
 
     /// What work gives.
-    #[expect(unsafe_code, reason = "instructions that not every machine has")]
     pub fn run<W: Work>(self, work: W) -> W::Output {
+        /// For 256-bit vectors.
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = "avx2,fma")]
+        fn avx2<W: Work>(work: W) -> W::Output {
+            work.run::<Avx2>()
+        }
+
+        /// For 512-bit vectors.
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = "avx512f,fma")]
+        fn avx512<W: Work>(work: W) -> W::Output {
+            work.run::<Avx512>()
+        }
+
         match self.0 {
-            // SAFETY: `all` has found the instructions
+            Set::Baseline => work.run::<Portable<2>>(),
+            // SAFETY, here and below: `all` has found the instructions
             #[cfg(target_arch = "x86_64")]
-            Set::Avx2 => unsafe { x86::run_avx2(work) },
-            // SAFETY: likewise
+            #[expect(unsafe_code, reason = "instructions that not every machine has")]
+            Set::Avx2 => unsafe { avx2(work) },
             #[cfg(target_arch = "x86_64")]
-            Set::Avx512 => unsafe { x86::run_avx512(work) },
-            _ => work.run(),
-        }
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[expect(unsafe_code, reason = "instructions that not every machine has")]
-mod x86 {
-    use std::{
-        arch::x86_64::{__m256d, __m512d},
-        ops::Range,
-    };
-
-    use super::{CellPatch, EnergySum, Patch, Work, advance, cell_march};
-
-    /// [`advance`] compiled for 256-bit vectors.
-    #[target_feature(enable = "avx2,fma")]
-    pub unsafe fn advance_avx2<const COUNTS: bool>(
-        patch: Patch<'_>,
-        rows: Range<usize>,
-        columns: Range<usize>,
-        area: &[f64],
-        sums: &mut [EnergySum],
-    ) {
-        // SAFETY: the caller's promise; the function is compiled for these instructions
-        unsafe { advance::<__m256d, COUNTS>(patch, rows, columns, area, sums) }
-    }
-
-    /// [`advance`] compiled for 512-bit vectors.
-    #[target_feature(enable = "avx512f,fma")]
-    pub unsafe fn advance_avx512<const COUNTS: bool>(
-        patch: Patch<'_>,
-        rows: Range<usize>,
-        columns: Range<usize>,
-        area: &[f64],
-        sums: &mut [EnergySum],
-    ) {
-        // SAFETY: the caller's promise; the function is compiled for these instructions
-        unsafe { advance::<__m512d, COUNTS>(patch, rows, columns, area, sums) }
-    }
-
-    /// [`super::Instructions::run`] for 256-bit vectors.
-    #[target_feature(enable = "avx2,fma")]
-    pub fn run_avx2<W: Work>(work: W) -> W::Output {
-        work.run()
-    }
-
-    /// [`super::Instructions::run`] for 512-bit vectors.
-    #[target_feature(enable = "avx512f,fma")]
-    pub fn run_avx512<W: Work>(work: W) -> W::Output {
-        work.run()
-    }
-
-    /// [`cell_march`] compiled for 256-bit vectors.
-    #[target_feature(enable = "avx2,fma")]
-    pub unsafe fn cells_avx2<const ROW: usize, const COUNTS: bool>(
-        patch: CellPatch<'_>,
-        j: usize,
-        columns: Range<usize>,
-        energy: &mut EnergySum,
-    ) {
-        // SAFETY: the caller's promise; the function is compiled for these instructions
-        unsafe { cell_march::<__m256d, ROW, COUNTS>(patch, j, columns, energy) }
-    }
-
-    /// [`cell_march`] compiled for 512-bit vectors.
-    #[target_feature(enable = "avx512f,fma")]
-    pub unsafe fn cells_avx512<const ROW: usize, const COUNTS: bool>(
-        patch: CellPatch<'_>,
-        j: usize,
-        columns: Range<usize>,
-        energy: &mut EnergySum,
-    ) {
-        // SAFETY: the caller's promise; the function is compiled for these instructions
-        unsafe { cell_march::<__m512d, ROW, COUNTS>(patch, j, columns, energy) }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{
-        super::{energy::RowEnergy, vector::BLOCK},
-        *,
-    };
-
-    #[test]
-    fn the_energy_of_a_row_is_the_plain_sum_with_any_instructions_and_cuts() {
-        let columns = 9 * BLOCK;
-        let stride = columns + 2 * BLOCK;
-        let noise = |seed: usize, length: usize| -> Vec<f64> {
-            (0..length).map(|i| ((i * 7 + seed * 13) % 31) as f64 / 31.0 - 0.4).collect()
-        };
-        // two rows abreast and one alone, with a row and a block around them
-        let [before, now] = [0, 1].map(|seed| noise(seed, 5 * stride));
-        let [outward, inward, area] = [2, 3, 4].map(|seed| noise(seed, columns));
-        let advanced = |instructions: Instructions, cuts: &[usize]| {
-            let (mut next, mut sums) = (before.clone(), [EnergySum::default(); 3]);
-            let (read, write) = (now[BLOCK..].as_ptr(), next[BLOCK..].as_mut_ptr());
-            let patch = Patch {
-                before: write,
-                now: read,
-                next: write,
-                stride,
-                around: None,
-                outward: &outward,
-                inward: &inward,
-                corner: None,
-            };
-            for cut in cuts.windows(2) {
-                // SAFETY: a row and a block are left on all sides
-                #[expect(unsafe_code, reason = "the function under test")]
-                unsafe {
-                    instructions.advance::<true>(patch, 1..4, cut[0]..cut[1], &area, &mut sums);
-                }
-            }
-            (next, sums.map(|sum| sum.total()))
-        };
-        let baseline = advanced(Instructions::BASELINE, &[0, columns]);
-        let (next, energies) = &baseline;
-        for (j, energy) in (1..).zip(energies) {
-            let row = |level: &[f64]| level[j * stride + BLOCK..][..columns].to_vec();
-            let [before, now, next] = [&before, &now, next].map(|level| row(level));
-            let mut plain = RowEnergy::default();
-            for i in 0..columns {
-                let force = next[i] - 2.0 * now[i] + before[i];
-                let moved = [now[i] - before[i], next[i] - now[i]];
-                for (place, ends) in [before[i], next[i]].into_iter().enumerate() {
-                    plain.kinetic[place] += area[i] * moved[place].powi(2);
-                    plain.strain[place] -= area[i] * ends * force;
-                }
-            }
-            let numbers = |energy: &RowEnergy| [energy.kinetic, energy.strain].concat();
-            let pairs: Vec<_> = numbers(energy).into_iter().zip(numbers(&plain)).collect();
-            assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 1e-13), "{energy:?} {plain:?}");
-            let surface = EnergySum::of_surface(&area, [&before, &now, &next], &next).total();
-            assert_eq!(*energy, surface);
-        }
-        for instructions in Instructions::all().into_iter().chain(Instructions::PLAIN) {
-            let w = instructions.width();
-            for cuts in [vec![0, columns], vec![0, w, columns], vec![0, 3 * w, 4 * w, columns - w, columns]] {
-                assert_eq!(advanced(instructions, &cuts), baseline, "{instructions:?}, {cuts:?}");
-            }
+            #[expect(unsafe_code, reason = "instructions that not every machine has")]
+            Set::Avx512 => unsafe { avx512(work) },
+            #[cfg(test)]
+            Set::Plain4 => work.run::<Portable<4>>(),
+            #[cfg(test)]
+            Set::Plain8 => work.run::<Portable<8>>(),
         }
     }
 }

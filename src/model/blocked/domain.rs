@@ -3,14 +3,15 @@
 use std::ops::Range;
 
 use super::{
-    cells::{BACKING, CellPatch, CellRow, FREE, INTERIOR, MEMBRANE, SURFACE, largest_stretch},
+    cells::{BACKING, CellMarch, CellPatch, CellRow, FREE, INTERIOR, MEMBRANE, SURFACE, largest_stretch},
     damping,
     dispatch::Instructions,
     energy::EnergySum,
     interface::Interfaces,
+    kernel::Advance,
+    lane::BLOCK,
     levels::{Levels, Patch},
     runs::{Run, Runs},
-    vector::BLOCK,
     weights::{AxialWeights, CellLayers, Plate, Weighted},
 };
 use crate::{
@@ -180,7 +181,7 @@ impl Domain {
             match &self.scheme {
                 Weighted::Axial(weights) => {
                     let patch = self.patch(level, weights, run, rows.start);
-                    self.instructions.advance::<false>(patch, rows, columns, &[], &mut []);
+                    self.instructions.run(Advance::<false>::new(patch, rows, columns, &[], &mut []));
                 }
                 Weighted::Cells(weights) => {
                     let patch = self.cell_patch(level, weights, run.layer);
@@ -210,7 +211,8 @@ impl Domain {
         // SAFETY, of all below: the caller's promise
         if let (Weighted::Axial(weights), None) = (&self.scheme, run.around(rows.start)) {
             let patch = self.patch(level, weights, run, rows.start);
-            unsafe { self.instructions.advance::<true>(patch, rows, columns, &weights.area, energies) };
+            let work = unsafe { Advance::<true>::new(patch, rows, columns, &weights.area, energies) };
+            self.instructions.run(work);
             return;
         }
         for (j, energy) in rows.zip(energies) {
@@ -221,7 +223,13 @@ impl Domain {
                 },
                 Weighted::Axial(weights) => unsafe {
                     let (patch, energy) = (self.patch(level, weights, run, j), std::slice::from_mut(energy));
-                    self.instructions.advance::<true>(patch, j..j + 1, columns, &weights.area, energy);
+                    self.instructions.run(Advance::<true>::new(
+                        patch,
+                        j..j + 1,
+                        columns,
+                        &weights.area,
+                        energy,
+                    ));
                 },
                 Weighted::Cells(weights) => unsafe {
                     let patch = self.cell_patch(level, weights, run.layer);
@@ -233,15 +241,13 @@ impl Domain {
 
     /// What the kernels of the simplified theory get to advance rows of a run from row `j` on to `level`.
     fn patch<'a>(&self, level: usize, weights: &'a AxialWeights, run: &Run, j: usize) -> Patch<'a> {
-        let [outward, inward] = weights.radial(run.layer);
         Patch {
             before: self.levels.origin(self.levels.two_below(level)),
             now: self.levels.origin(level - 1),
             next: self.levels.origin(level),
             stride: self.levels.stride(),
             around: run.around(j),
-            outward,
-            inward,
+            radial: weights.radial(run.layer),
             corner: weights.corner(run.layer),
         }
     }
@@ -277,15 +283,15 @@ impl Domain {
         // SAFETY: the caller's promise
         unsafe {
             if j == layer.first {
-                instructions.advance_cells::<SURFACE, COUNTS>(patch, j, columns, energy);
+                instructions.run(CellMarch::<SURFACE, COUNTS>::new(patch, j, columns, energy));
             } else if j != layer.last() {
-                instructions.advance_cells::<INTERIOR, COUNTS>(patch, j, columns, energy);
+                instructions.run(CellMarch::<INTERIOR, COUNTS>::new(patch, j, columns, energy));
             } else if j == self.grid.nz && self.grid.back == Back::Rigid {
-                instructions.advance_cells::<BACKING, COUNTS>(patch, j, columns, energy);
+                instructions.run(CellMarch::<BACKING, COUNTS>::new(patch, j, columns, energy));
             } else if self.grid.is_above_free_back(j) {
-                instructions.advance_cells::<MEMBRANE, COUNTS>(patch, j, columns, energy);
+                instructions.run(CellMarch::<MEMBRANE, COUNTS>::new(patch, j, columns, energy));
             } else {
-                instructions.advance_cells::<FREE, COUNTS>(patch, j, columns, energy);
+                instructions.run(CellMarch::<FREE, COUNTS>::new(patch, j, columns, energy));
             }
         }
     }
@@ -305,7 +311,8 @@ impl Domain {
         let patch = CellPatch { next, ..self.cell_patch(level, weights, 0) };
         let none = &mut EnergySum::default();
         // SAFETY: the caller's promise; row 0 is written to `free`, which has as many columns
-        unsafe { self.instructions.advance_cells::<SURFACE, false>(patch, 0, 0..columns, none) };
+        let work = unsafe { CellMarch::<SURFACE, false>::new(patch, 0, 0..columns, none) };
+        self.instructions.run(work);
     }
 
     /// Largest principal strains on the backing at a level, column by column.

@@ -1,6 +1,6 @@
 //! Energy of rows, summed the same way with any instructions.
 
-use super::vector::{BLOCK, Vector};
+use super::lane::{BLOCK, Lane};
 
 /// Energy of a row as the leapfrog scheme conserves it, each up to a factor of the mesh: between levels k−1 and k, and
 /// between levels k and k+1.
@@ -35,20 +35,17 @@ impl EnergySum {
     /// * `levels`: u^{k−1}, u^k, u^{k+1}
     /// * `force`: f^k
     ///
-    /// # Safety
-    ///
-    /// The machine must have the instructions of `V`.
     #[inline(always)]
-    #[expect(unsafe_code, reason = "instructions that not every machine has")]
-    pub unsafe fn add<V: Vector>(&mut self, i: usize, area: V, levels: [V; 3], force: V) {
+    #[expect(unsafe_code, reason = "sums in memory")]
+    pub fn add<L: Lane>(&mut self, i: usize, area: L, levels: [L; 3], force: L) {
         let [before, now, next] = levels;
-        // SAFETY: a vector from a multiple of WIDTH below BLOCK on lies within BLOCK numbers
-        unsafe {
-            let (moved, next_moved) = (now.sub(before), next.sub(now));
-            let terms = [moved.mul(moved), next_moved.mul(next_moved), before.mul(force), next.mul(force)];
-            for (sum, term) in self.sums.iter_mut().zip(terms) {
-                let place = sum.as_mut_ptr().add(i % BLOCK);
-                V::load(place).add_product(area, term).store(place);
+        let (moved, next_moved) = (now - before, next - now);
+        let terms = [moved * moved, next_moved * next_moved, before * force, next * force];
+        for (sum, term) in self.sums.iter_mut().zip(terms) {
+            // SAFETY: lanes from a multiple of WIDTH below BLOCK on lie within BLOCK numbers
+            unsafe {
+                let place = sum.as_mut_ptr().add(i / L::WIDTH * L::WIDTH % BLOCK);
+                L::load(place).add_product(area, term).store(place);
             }
         }
     }

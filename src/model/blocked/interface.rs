@@ -8,7 +8,7 @@ use std::{
     },
 };
 
-use super::vector::BLOCK;
+use super::lane::BLOCK;
 use crate::model::{InterfacePeaks, Tension, TractionPeak, scheme};
 
 /// How the stress of a row of the simplified theory follows from displacements.

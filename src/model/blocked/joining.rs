@@ -186,7 +186,7 @@ impl Domain {
                         };
                         at(now, 0, j, column + di) - at(earlier, 0, j, column + di)
                     };
-                    (-corner.share).mul_add(scheme::corner(moved, corner.column(i)), force)
+                    (-corner.share).mul_add(scheme::corner(moved, corner.radial.column(i)), force)
                 });
                 (weights.area[i], force)
             }

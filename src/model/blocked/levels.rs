@@ -6,7 +6,7 @@
 
 use std::{cell::UnsafeCell, ops::Range};
 
-use super::vector::BLOCK;
+use super::lane::{BLOCK, Lane};
 use crate::model::scheme::RadialWeights;
 
 /// Numbers in a line of the cache.
@@ -311,10 +311,8 @@ pub struct Patch<'a> {
     pub stride: usize,
     /// What is around one or two rows by themselves, if not what stands there.
     pub around: Option<Around>,
-    /// Radial weights times `λ²/4`, by column. 0 where there is no neighbour.
-    pub outward: &'a [f64],
-    /// Radial weights times `λ²/4`, by column. 0 where there is no neighbour.
-    pub inward: &'a [f64],
+    /// Radial weights times `λ²/4`. 0 where there is no neighbour.
+    pub radial: Radial<'a>,
     /// The mixed-derivative correction, if there is one.
     pub corner: Option<CornerTerm<'a>>,
 }
@@ -324,15 +322,42 @@ pub struct Patch<'a> {
 pub struct CornerTerm<'a> {
     /// ρ: share of level k−1 in the combination of levels.
     pub share: f64,
-    /// Radial weights times α, by column, see [`crate::model::scheme::corner_weights`].
+    /// Radial weights times α, see [`crate::model::scheme::corner_weights`].
+    pub radial: Radial<'a>,
+}
+
+/// Radial weights by column, for whole blocks.
+#[derive(Clone, Copy)]
+pub struct Radial<'a> {
+    /// Of the faces at larger radius.
     pub outward: &'a [f64],
-    /// Radial weights times α, by column.
+    /// Of the faces at smaller radius.
     pub inward: &'a [f64],
 }
 
-impl CornerTerm<'_> {
+impl Radial<'_> {
     /// Weights of a column.
     pub fn column(&self, i: usize) -> RadialWeights {
         RadialWeights { outward: self.outward[i], inward: self.inward[i] }
+    }
+
+    /// Those of the lanes from column `i` on.
+    ///
+    /// # Safety
+    ///
+    /// The machine has the instructions of `L`; there are lanes at `i`.
+    #[inline(always)]
+    #[expect(unsafe_code, reason = "instructions that not every machine has")]
+    pub unsafe fn at<L: Lane>(&self, i: usize) -> RadialWeights<L> {
+        // SAFETY: the caller's promise
+        unsafe {
+            let (outward, inward) = (self.outward.as_ptr(), self.inward.as_ptr());
+            RadialWeights { outward: L::load(outward.add(i)), inward: L::load(inward.add(i)) }
+        }
+    }
+
+    /// True if it has these columns.
+    pub fn has(&self, columns: &Range<usize>) -> bool {
+        columns.end <= self.outward.len() && columns.end <= self.inward.len()
     }
 }

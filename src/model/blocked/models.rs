@@ -16,10 +16,10 @@ use loom::{
 
 use super::{
     handover::{HandOver, Helper, TileRows},
+    lane::BLOCK,
     parts::Parts,
     progress::{Order, wait_until},
     tiling::{Sizes, Tiling},
-    vector::BLOCK,
 };
 use crate::model::cone::ActiveRegion;
 

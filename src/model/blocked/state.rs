@@ -4,7 +4,7 @@ use std::io;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Engine, tiles::RowPeak, vector::BLOCK};
+use super::{Engine, lane::BLOCK, tiles::RowPeak};
 use crate::{
     model::{InterfacePeaks, Tension, cone::ConeState, strain::CellPeak},
     state::{StateError, StateReader, StateWriter},

@@ -34,11 +34,11 @@ use super::{
     domain::Domain,
     gauge::Gauge,
     handover::TileRows,
+    lane::BLOCK,
     progress::Order,
     sampler::{Sampler, SurfaceMotion},
     strains::Strains,
     tiling::{Sizes, Tiling},
-    vector::BLOCK,
     weights::Weighted,
 };
 use crate::model::{cone::ActiveRegion, strain::Watched};

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::vector::BLOCK;
+use super::lane::BLOCK;
 use crate::model::cone::ActiveRegion;
 
 /// Sizes of what threads are given to do.
@@ -27,10 +27,6 @@ impl Sizes {
         tile_columns: [8 * BLOCK, 48 * BLOCK],
         nodes_for_one: 100_000,
     };
-
-    /// The same for two displacements and the widest vectors: with half the columns their weights, eleven numbers a column, fit into the first
-    /// cache, which narrower vectors do not wait for.
-    pub const WIDE_CELLS: Self = Self { tile_columns: [8 * BLOCK, 24 * BLOCK], ..Self::TUNED };
 
     /// Sizes at which a mesh of some hundred nodes has tiles, passes and helpers as a large one has them.
     #[cfg(test)]

@@ -1,6 +1,10 @@
 //! A scheme with its weights by layer and column, as kernels read them.
 
-use super::{cells::CellWeights, levels::CornerTerm, vector::padded};
+use super::{
+    cells::CellWeights,
+    lane::padded,
+    levels::{CornerTerm, Radial},
+};
 use crate::{
     grid::Grid,
     model::{
@@ -67,16 +71,15 @@ impl AxialWeights {
         self.layers[layer].impedance
     }
 
-    /// Radial weights of a layer by column, outward and inward, for whole blocks.
-    pub fn radial(&self, layer: usize) -> [&[f64]; 2] {
-        let Weights { outward, inward } = &self.layers[layer].weights;
-        [outward, inward]
+    /// Radial weights of a layer.
+    pub fn radial(&self, layer: usize) -> Radial<'_> {
+        self.layers[layer].weights.by_column()
     }
 
     /// The mixed-derivative correction in a layer, if there is one.
     pub fn corner(&self, layer: usize) -> Option<CornerTerm<'_>> {
-        let Weights { outward, inward } = &self.layers[layer].corner;
-        self.corner.map(|corner| CornerTerm { share: corner.share, outward, inward })
+        let radial = self.layers[layer].corner.by_column();
+        self.corner.map(|corner| CornerTerm { share: corner.share, radial })
     }
 }
 
@@ -92,6 +95,10 @@ impl Weights {
             outward: padded(weights.iter().map(|weights| weights.outward), columns),
             inward: padded(weights.iter().map(|weights| weights.inward), columns),
         }
+    }
+
+    fn by_column(&self) -> Radial<'_> {
+        Radial { outward: &self.outward, inward: &self.inward }
     }
 }
 

@@ -8,11 +8,11 @@ use std::sync::Arc;
 use super::{
     domain::Domain,
     handover::HandOver,
+    lane::BLOCK,
     levels::Levels,
     sampler::SurfaceMotion,
     tiles::{LevelTask, Pass, RowPeak},
     tiling::{Sizes, Tiling},
-    vector::BLOCK,
     weights::CellLayers,
 };
 
