@@ -1,8 +1,9 @@
 //! Rows of nodes with the mixed-derivative correction of the scheme: [`super::kernel`] reaching two rows and columns.
 //!
-//! Two rows go side by side, each making the combinations of levels of six rows.
+//! Where energy is counted or a face is near, and for lanes with 32 registers, two rows go side by side, each making the combinations of levels of six
+//! rows. Elsewhere a row at a time makes those two rows below and keeps the last five rows of them in a ring, in the first cache.
 
-use std::ops::Range;
+use std::{mem::MaybeUninit, ops::Range};
 
 use super::{
     energy::EnergySum,
@@ -215,6 +216,132 @@ pub unsafe fn corner_march<L: Lane, const N: usize, const COUNTS: bool>(
                 here[row] = after;
             }
             i = ahead;
+        }
+    }
+}
+
+/// Rows of a ring: the two above a row, it, and the two below.
+const RING: usize = 5;
+
+/// Combinations of levels of the last rows, with a block on either side of the columns of a piece.
+#[repr(align(64))]
+struct Ring([[MaybeUninit<f64>; PIECE + 2 * BLOCK]; RING]);
+
+/// A row that is advanced with a ring.
+struct RingRow {
+    /// The first column of the row at levels k−1 and k.
+    levels: [*const f64; 2],
+    stride: isize,
+    /// The same column of its rows in the ring, the last of which is to be made.
+    ring: [*mut f64; RING],
+}
+
+#[expect(unsafe_code, reason = "a field that threads share")]
+impl RingRow {
+    /// Makes the combinations of the vector at column `i` two rows below.
+    ///
+    /// # Safety
+    ///
+    /// As [`CornerSums::load`]; the ring has room.
+    #[inline(always)]
+    unsafe fn combine<L: Lane>(&self, i: isize, share: L) -> L {
+        let below = i + 2 * self.stride;
+        // SAFETY: the caller's promise
+        unsafe {
+            let (before, now) =
+                (L::load(self.levels[0].offset(below)), L::load(self.levels[1].offset(below)));
+            let both = scheme::combined(share, before, now);
+            both.store(self.ring[RING - 1].offset(i));
+            both
+        }
+    }
+
+    /// The sums of the vector at column `i`.
+    ///
+    /// # Safety
+    ///
+    /// As [`RingRow::combine`]; the ring has the combinations of the row and of that two above.
+    #[inline(always)]
+    unsafe fn sums<L: Lane>(&self, i: isize, share: L) -> CornerSums<L> {
+        // SAFETY: the caller's promise
+        unsafe {
+            let e = self.combine(i, share);
+            let now = self.levels[1].offset(i);
+            let (above, here, below) =
+                (L::load(now.offset(-self.stride)), L::load(now), L::load(now.offset(self.stride)));
+            CornerSums {
+                axial: (above + below) - L::load(self.levels[0].offset(i)),
+                four: scheme::quadruple_mean(above, here, below),
+                corner: scheme::corner_axial(
+                    L::load(self.ring[0].offset(i)),
+                    L::load(self.ring[2].offset(i)),
+                    e,
+                ),
+                moved: here,
+            }
+        }
+    }
+
+    /// Goes on to the row below.
+    #[inline(always)]
+    fn step(&mut self) {
+        self.levels = self.levels.map(|level| level.wrapping_offset(self.stride));
+        self.ring.rotate_left(1);
+    }
+}
+
+/// Advances `rows` of `columns`, no more than a piece, with the mixed-derivative correction, where no face is near.
+///
+/// # Safety
+///
+/// As [`super::kernel::Advance::new`].
+#[inline(always)]
+#[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
+pub unsafe fn ring_march<L: Lane>(
+    patch: Patch<'_>,
+    corner: CornerTerm<'_>,
+    rows: Range<usize>,
+    columns: Range<usize>,
+) {
+    assert!(columns.len() <= PIECE, "{} columns of a ring of {PIECE}", columns.len());
+    let mut ring = Ring([[MaybeUninit::uninit(); PIECE + 2 * BLOCK]; RING]);
+    let (width, length) = (L::WIDTH as isize, columns.len() as isize);
+    // SAFETY, here and below: as for `corner_march`; the ring has a block on either side of a piece
+    unsafe {
+        let first = rows.start * patch.stride + columns.start;
+        let share = L::load(patch.now.add(first)).splat(corner.share);
+        let mut next = patch.next.add(first);
+        let mut row = RingRow {
+            levels: [patch.before.add(first), patch.now.add(first)],
+            stride: patch.stride as isize,
+            ring: ring.0.each_mut().map(|row| row[BLOCK..].as_mut_ptr().cast()),
+        };
+        // as if the four rows above had been advanced
+        row.levels = row.levels.map(|level| level.wrapping_offset(-4 * row.stride));
+        for _ in 0..4 {
+            let mut i = -width;
+            while i < length + width {
+                row.combine::<L>(i, share);
+                i += width;
+            }
+            row.step();
+        }
+        for _ in rows {
+            let before = row.sums::<L>(-width, share);
+            let mut here = row.sums(0, share);
+            let mut inside = before.inside::<false>(&here);
+            let mut i = 0;
+            while i < length {
+                let column = columns.start + i as usize;
+                let after = row.sums(i + width, share);
+                let weights = [patch.radial.at(column), corner.radial.at(column)];
+                let [later, _] = here.advanced::<false>(&mut inside, &after, weights[0], weights[1]);
+                later.store(next.offset(i));
+                here = after;
+                i += width;
+            }
+            row.step();
+            next = next.wrapping_offset(row.stride);
         }
     }
 }

@@ -9,10 +9,10 @@
 use std::ops::Range;
 
 use super::{
-    corner::{PIECE, add_corner, corner_march},
+    corner::{PIECE, add_corner, corner_march, ring_march},
     dispatch::Work,
     energy::EnergySum,
-    lane::Lane,
+    lane::{BLOCK, Lane},
     levels::{Around, CornerTerm, Patch, Radial, around},
 };
 use crate::model::scheme;
@@ -118,11 +118,16 @@ impl<const COUNTS: bool> Work for Advance<'_, COUNTS> {
         match (self.patch.around, self.patch.corner) {
             (Some(around), _) => unsafe { self.by_twos::<L>(around, &columns) },
             (None, None) => unsafe { self.by_twos::<L>(near, &columns) },
-            (None, Some(_)) => {
+            (None, Some(corner)) => {
                 let mut start = columns.start;
                 while start < columns.end {
                     let end = (start + PIECE).min(columns.end);
-                    unsafe { self.by_twos::<L>(near, &(start..end)) };
+                    // the widest lanes have 32 registers, which is room for two rows
+                    if COUNTS || L::WIDTH == BLOCK {
+                        unsafe { self.by_twos::<L>(near, &(start..end)) };
+                    } else {
+                        unsafe { ring_march::<L>(self.patch, corner, self.rows.clone(), start..end) };
+                    }
                     start = end;
                 }
             }
@@ -256,7 +261,7 @@ impl Work for FreeSurface<'_> {
 #[cfg(test)]
 mod tests {
     use super::{
-        super::{dispatch::Instructions, energy::RowEnergy, lane::BLOCK},
+        super::{dispatch::Instructions, energy::RowEnergy},
         *,
     };
 
