@@ -26,6 +26,7 @@ mod density;
 mod document;
 mod errors;
 mod frames;
+mod grading;
 mod gauges;
 mod indenter;
 pub mod keys;
@@ -46,7 +47,7 @@ pub use builder::{CaseBuilder, Value};
 pub use errors::{CaseErrors, Problem};
 pub use frames::{FrameSteps, Frames};
 pub use parameters::{
-    Body, Impact, LayerSizes, Mesh, Parameters, Record, Run, Sizes, Stop, Target, TargetLayer, ViewChannel,
+    Body, GradedSizes, Grading, Impact, LayerSizes, Mesh, Parameters, Record, Run, Sizes, Stop, Target, TargetLayer, ViewChannel,
 };
 pub use quantity::{quantity_si, split as split_number};
 pub(crate) use rows::NOTED_CHANGE;

@@ -103,7 +103,7 @@ fn messages(case: &Case) -> u64 {
     let probes = 8 * record.probes.len() as u64;
     let points = if record.points.is_empty() { 0 } else { message(HEAD + 24 * record.points.len() as u64) };
     let step = 2 * message(HEAD) + message(HEAD + probes) + points;
-    let columns = (sizes.contact_reach / sizes.dr) as u64;
+    let columns = case.column(sizes.contact_reach) as u64;
     let gauges = case.gauges();
     // a sweep estimates each of its cases: the mesh is not made for nothing
     let along = if gauges.is_empty() { 0 } else { GaugePlan::new(&gauges, &case.grid()).size() as u64 };

@@ -16,14 +16,19 @@
 //! Along z a mesh has one or more layers of whole numbers of rows, each with its own distance; all rows of nodes are numbered through. The first and
 //! the last row belong to a layer: an interface has two rows at one depth, the last of the upper and the first of the lower layer. A free
 //! back lies half a row of cells below the last row of nodes, see [`crate::model::scheme`].
+//!
+//! On a graded mesh ([`Grid::graded`]) cells are equal near the contact and grow outwards and down from there.
 
 use serde::{Deserialize, Serialize};
 
 use crate::{geometry::Geometry, table::table};
 
+mod graded;
 mod layers;
 mod steps;
 
+pub use graded::{Growth, place};
+use graded::Positions;
 pub use layers::{Back, Bond, Layer};
 pub use steps::{FEWEST, LayerSteps};
 
@@ -175,9 +180,9 @@ pub struct Grid {
     pub geometry: Geometry,
     /// Radius of node 0 \[R\].
     pub r0: f64,
-    /// Radial distance of nodes \[R\].
+    /// Radial distance of nodes \[R\], near the contact.
     pub dr: f64,
-    /// Axial distance of nodes \[R\], in the first of several layers.
+    /// Axial distance of nodes \[R\], in the first of several layers, near the surface.
     pub dz: f64,
     /// Number of the last row: the backing, which stays at rest, if it is rigid; half a row of cells above the back if that is free.
     pub nz: usize,
@@ -196,6 +201,8 @@ pub struct Grid {
     pub cells_between_nodes: bool,
     half_cell_start: bool,
     dt: f64,
+    /// Where nodes are, if not at equal distances.
+    positions: Option<Positions>,
 }
 
 impl Grid {
@@ -229,6 +236,7 @@ impl Grid {
             is_layer: spacing.layer_rows.is_some(),
             cells_between_nodes: false,
             half_cell_start,
+            positions: None,
         };
         for i in 0..nr {
             let (inner, outer) = grid.cell(i);
@@ -270,7 +278,10 @@ impl Grid {
 
     /// Radius of node `i` \[R\].
     pub fn r(&self, i: usize) -> f64 {
-        self.r0 + i as f64 * self.dr
+        match &self.positions {
+            None => self.r0 + i as f64 * self.dr,
+            Some(positions) => positions.radii[i],
+        }
     }
 
     /// Inner and outer face of cell `i` \[R\].
@@ -287,7 +298,11 @@ impl Grid {
     /// paper's mesh the node itself.
     pub fn support(&self, i: usize) -> Support {
         let middle = self.r(i);
-        if self.half_cell_start { Support::Point(middle) } else { Support::Hat { middle, width: self.dr } }
+        if self.half_cell_start {
+            Support::Point(middle)
+        } else {
+            Support::Hat { middle, width: self.width(i) }
+        }
     }
 
     /// Weights of the conservative radial operator, shape `(nr,)` each, dimensionless:

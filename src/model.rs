@@ -62,7 +62,7 @@ use crate::{
 };
 
 mod blocked;
-#[cfg(feature = "cli")]
+pub(crate) mod body;
 pub(crate) use blocked::Instructions;
 pub mod cell_scheme;
 pub mod cells;
@@ -323,24 +323,6 @@ impl Extent {
     }
 }
 
-/// Positions of mesh nodes: `(r0 + i·dr, j·dz)` \[R\].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Lattice {
-    /// Radius of column 0.
-    pub r0: f64,
-    /// Distance of columns.
-    pub dr: f64,
-    /// Distance of rows.
-    pub dz: f64,
-}
-
-impl Lattice {
-    /// The nodes of a mesh.
-    pub fn of(grid: &Grid) -> Self {
-        Self { r0: grid.r0, dr: grid.dr, dz: grid.dz }
-    }
-}
-
 /// What frames show of the target.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FrameFields {
@@ -399,8 +381,6 @@ pub struct Frame {
     pub energy: [TargetEnergy; 2],
     /// The same of every layer.
     pub layers: Vec<[TargetEnergy; 2]>,
-    /// The nodes of the mesh.
-    pub lattice: Lattice,
     /// Fields.
     pub samples: Vec<Sample>,
     /// Displacement of the surface, shape `(columns,)`; nodes beyond them are at rest \[R\].

@@ -275,6 +275,14 @@ pub fn hertz_depth(energy: f64, nose_radius: f64, modulus: f64) -> f64 {
     libm::pow(energy * 15.0 * PI / (8.0 * modulus * nose_radius.sqrt()), 0.4)
 }
 
+/// Time of contact of such a ball \[R/c_p\]: Johnson, *Contact mechanics* (1985), Eq. 11.24.
+///
+/// * `depth`: the largest \[R\]
+/// * `velocity`: V0 \[c_p\]
+pub fn hertz_duration(depth: f64, velocity: f64) -> f64 {
+    2.9433 * depth / velocity
+}
+
 /// Factor of r² of a paraboloid, 1/(2ρ) \[1/R\].
 fn curvature(nose_radius: f64) -> f64 {
     0.5 / nose_radius

@@ -24,8 +24,8 @@ use crate::{
     grid::{Bond, Grid},
     indenter::Indenter,
     model::{
-        CompletedStep, Coverage, Dependence, Model, ModelKind, Request, Sampling, TargetEnergy, Tension,
-        TractionPeak, elastic, rakhmatulin::Rakhmatulin,
+        CompletedStep, Coverage, Dependence, Instructions, Model, ModelKind, Request, Sampling, TargetEnergy,
+        Tension, TractionPeak, body::Body, elastic, rakhmatulin::Rakhmatulin,
     },
     surface::Surface,
     units::Units,
@@ -93,6 +93,8 @@ pub struct Simulation {
     sheared: Vec<bool>,
     /// Radii of the probes \[R\].
     probes: Vec<f64>,
+    /// Radii of the nodes of a graded mesh \[R\].
+    radii: Option<Arc<[f64]>>,
     frames: FrameSteps,
     interface_every: u64,
     steps: u64,
@@ -176,6 +178,7 @@ impl Simulation {
                 .map(|below| case.model == ModelKind::Elastic && below.bond == Bond::Welded)
                 .collect(),
             probes: case.record.probes.clone(),
+            radii: grid.radii(),
             indenter,
             model,
             frames: case.frames(),
@@ -235,8 +238,8 @@ impl Simulation {
         }
         let nr = self.grid.nr();
         if self.surface.loaded == nr {
-            let outer_radius = nr as f64 * self.grid.dr;
-            let [r, outer_radius] = [self.grid.r(nr - 1), outer_radius].map(|r| self.units.length.text(r));
+            let last = self.grid.r(nr - 1);
+            let [r, outer_radius] = [last, last + 0.5 * self.grid.width(nr - 1)].map(|r| self.units.length.text(r));
             return Err(SimulationError::ContactLeavesMesh { step, r, outer_radius });
         }
         let on_target = self.work_on_target();
@@ -253,7 +256,7 @@ impl Simulation {
         self.ending = self.find_ending(step, time, &mut events);
         let view = self.view(step, time, &state, events);
         for &r in &self.probes {
-            let node = ((r - self.grid.r0) / self.grid.dr).round().max(0.0) as usize;
+            let node = self.grid.place(r).round().max(0.0) as usize;
             if node < self.grid.nr() {
                 let strain = self.model.strain_at(view.interface.stress_at(r), node);
                 self.validity.observe_probe(strain, step, time, r);
@@ -292,6 +295,7 @@ impl Simulation {
             interface: Interface {
                 r0: self.grid.r0,
                 dr: self.grid.dr,
+                radii: self.radii.clone(),
                 pressure: self.surface.pressure[..loaded].into(),
                 punch_radius: self.contact.punch_radius(),
                 complete: loaded == self.contact.profile().len(),
@@ -360,7 +364,13 @@ impl Simulation {
                 let peak = |peak: TractionPeak| {
                     let TractionPeak { stress: value, level, column } = peak;
                     let time = level as f64 * self.grid.dt();
-                    Peak { value, step: level as u64, time, r: self.grid.r(column), z: layer.bottom() }
+                    Peak {
+                        value,
+                        step: level as u64,
+                        time,
+                        r: self.grid.r(column),
+                        z: self.grid.bottom(layer),
+                    }
                 };
                 InterfacePeaks { tension: peak(peaks.tension), shear: sheared.then(|| peak(peaks.shear)) }
             })
@@ -430,7 +440,8 @@ fn coverage(case: &Case) -> Coverage {
 
 /// The target of a case, at rest.
 fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>> {
-    let strained = (!case.sizes.layer).then(|| dependence(case, case.sizes.strained));
+    let is_graded = case.mesh.grading.is_some();
+    let strained = (!case.sizes.layer && !is_graded).then(|| dependence(case, case.sizes.strained));
     let shown = Sampling {
         frames: case.frame_fields(),
         gauges: case.gauges(),
@@ -439,6 +450,14 @@ fn model(case: &Case, engine: Engine, coverage: Coverage) -> Box<dyn Model<Step>
     };
     let waves = case.waves();
     match case.model {
+        _ if is_graded => {
+            let instructions = match engine {
+                Engine::Blocked => Instructions::detect(),
+                Engine::Reference => Instructions::BASELINE,
+            };
+            let body = Body::new(case.grid(), &case.materials(), case.mesh.damping, instructions);
+            Box::new(body.at_rest(shown))
+        }
         ModelKind::Rakhmatulin => {
             let theory = Rakhmatulin::layered(case.grid(), &waves, case.corner());
             match engine {

@@ -260,7 +260,7 @@ impl Trace {
             (EventKind::Rebound, ..) => zero_of(&self.times, &self.columns[VELOCITY]),
             (EventKind::Extension, _, Some(since)) => since,
             (EventKind::Extension, Some(r), None) => {
-                let node = ((r - view.interface.r0) / view.interface.dr).round() as usize;
+                let node = view.interface.place(r).round() as usize;
                 let at_node = |pressure: &Arc<[f64]>| pressure.get(node).copied().unwrap_or(0.0);
                 let pressures: Vec<f64> = self.pressures.iter().map(at_node).collect();
                 zero_of(&self.times[steps - pressures.len()..], &pressures)

@@ -6,7 +6,10 @@
 use std::sync::Arc;
 
 pub use crate::contact::event::{Event, EventKind};
-use crate::model::{self, GaugeValues};
+use crate::{
+    grid::place,
+    model::{self, GaugeValues},
+};
 
 /// One step k of a simulation or of a closed form.
 #[derive(Clone)]
@@ -40,8 +43,10 @@ pub struct View<'a> {
 pub struct Interface<'a> {
     /// Radius of node 0 \[R\].
     pub r0: f64,
-    /// Distance of nodes \[R\].
+    /// Distance of nodes, on a graded mesh of the first two \[R\].
     pub dr: f64,
+    /// Radii of all nodes of a graded mesh \[R\].
+    pub radii: Option<Arc<[f64]>>,
     /// Pressure p_i^k out to the outermost node ever in contact, shape `(reached,)` \[γc_p²\].
     pub pressure: Arc<[f64]>,
     /// Radius of the punch \[R\], infinite if unbounded.
@@ -99,7 +104,7 @@ impl Energy {
 impl View<'_> {
     /// The same view for an observer that outlives the step, without the closed form.
     pub fn share(&self) -> View<'static> {
-        let Interface { r0, dr, ref pressure, punch_radius, complete, .. } = self.interface;
+        let Interface { r0, dr, ref radii, ref pressure, punch_radius, complete, .. } = self.interface;
         View {
             step: self.step,
             time: self.time,
@@ -107,6 +112,7 @@ impl View<'_> {
             interface: Interface {
                 r0,
                 dr,
+                radii: radii.clone(),
                 pressure: Arc::clone(pressure),
                 punch_radius,
                 complete,
@@ -124,6 +130,16 @@ impl View<'_> {
 }
 
 impl Interface<'_> {
+    /// Radius of node `i` \[R\].
+    pub fn r(&self, i: usize) -> f64 {
+        self.radii.as_ref().map_or_else(|| self.r0 + i as f64 * self.dr, |radii| radii[i])
+    }
+
+    /// Place of a radius among the nodes, in distances of them from node 0.
+    pub fn place(&self, r: f64) -> f64 {
+        self.radii.as_ref().map_or_else(|| (r - self.r0) / self.dr, |radii| place(radii, r))
+    }
+
     /// Interface stress at radius `r` \[γc_p²\].
     ///
     /// Linear between nodes; inside the first node the even parabola through the first two, `(9p_0 − p_1)/8` at
@@ -138,11 +154,11 @@ impl Interface<'_> {
             return 0.0;
         }
         let last = p.len() - 1;
-        let x = (r - self.r0) / self.dr;
+        let x = self.place(r);
         if x < 0.0 {
             let next = p.get(1).copied().unwrap_or(0.0);
             // p = a + b r² through (r_0, p_0), (r_1, p_1)
-            let (r0, r1) = (self.r0, self.r0 + self.dr);
+            let (r0, r1) = (self.r(0), self.r(1));
             return p[0] + (next - p[0]) * (r * r - r0 * r0) / (r1 * r1 - r0 * r0);
         }
         let i = x as usize;
@@ -164,7 +180,7 @@ mod tests {
 
     fn interface(pressure: &[f64], complete: bool) -> Interface<'static> {
         let pressure = pressure.into();
-        Interface { r0: 0.05, dr: 0.1, pressure, punch_radius: 0.475, complete, exact: None }
+        Interface { r0: 0.05, dr: 0.1, radii: None, pressure, punch_radius: 0.475, complete, exact: None }
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! The section of recorded fields: how far it reaches, which nodes frames show, and their size.
 
-use super::Parameters;
+use super::{GradedSizes, Parameters};
 use crate::{
+    grid::place,
     model::{Extent, FrameFields},
     shape::Shape,
 };
@@ -44,9 +45,20 @@ impl Parameters {
         (has_fields && self.shown_columns() < self.sizes.nr).then_some(self.record.r_max)
     }
 
+    /// Columns whose cells end within a radius, and the part of the next one.
+    pub(crate) fn column(&self, r: f64) -> f64 {
+        let Some(GradedSizes { widths, .. }) = &self.sizes.graded else { return r / self.sizes.dr };
+        // cells of nodes end in the middle between them
+        let middles = std::iter::once(0.0).chain(widths.windows(2).scan(0.0, |end, pair| {
+            *end += 0.5 * (pair[0] + pair[1]);
+            Some(*end)
+        }));
+        place(&middles.collect::<Vec<_>>(), r).min(self.sizes.nr as f64)
+    }
+
     /// Columns of the mesh that fields, and lines along r, show: those whose cells begin within `record.r_max`, two at least.
     pub(super) fn shown_columns(&self) -> usize {
-        let columns = (self.record.r_max / self.sizes.dr + ROUNDING).floor() + 1.0;
+        let columns = (self.column(self.record.r_max) + ROUNDING).floor() + 1.0;
         columns.clamp(2.0, self.sizes.nr.max(2) as f64) as usize
     }
 
@@ -87,6 +99,9 @@ impl Parameters {
     /// Estimated node updates of a run. Without frames only what the surface can still feel is computed.
     pub(crate) fn node_updates(&self) -> f64 {
         let (steps, shape, speed) = (self.sizes.steps as f64, self.shape(), self.wave_speed());
+        if self.mesh.grading.is_some() {
+            return steps * self.sizes.nr as f64 * (self.sizes.nz + 1) as f64;
+        }
         let nodes = |sample: usize| {
             let step = steps * (sample as f64 + 0.5) / STEP_SAMPLES as f64;
             let [rows, columns] = self.active_region(&shape, speed, step);
@@ -107,6 +122,9 @@ impl Parameters {
     /// ```
     fn active_columns(&self, shape: &Shape, speed: f64, step: f64) -> f64 {
         const SAMPLES: u32 = 16;
+        if self.mesh.grading.is_some() {
+            return self.sizes.nr as f64;
+        }
         let courant = speed * self.sizes.dt / self.sizes.dr;
         let columns = |part: u32| {
             let earlier = step * f64::from(part) / f64::from(SAMPLES);

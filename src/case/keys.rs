@@ -311,8 +311,31 @@ pub(super) const SECTIONS: [Section; 6] = [
                 .default("\"matched\"")
                 .means("paper: r_i = i·Δr, Δr = Δz; for the simplified theory on one layer with a rigid back"),
             key("cells", Kind::Count(2, 1_000_000, "1"))
-                .default("100")
-                .means("nodes across the radius or unit length; on the paper's mesh 1/Δz"),
+                .left_out("100, or by `contact_cells`")
+                .not_beside(&["contact_cells"])
+                .means("nodes across the radius or unit length, all cells alike; on the paper's mesh 1/Δz"),
+            key("contact_cells", Kind::Count(8, 10_000, "1"))
+                .left_out("20 for a physical case without `cells` whose head spreads its contact")
+                .only(ELASTIC)
+                .means(
+                    "cells across the diameter of the largest contact, which Hertz estimates, under a flat punch across the punch; the                      mesh is graded: beyond the contact cells grow. In `--set` and `--vary` it takes the place of `cells`, and `cells`                      that of it",
+                ),
+            key("grading", Kind::Number(Bounds::within(1.0, 2.0), "1"))
+                .left_out("1.05")
+                .only(ELASTIC)
+                .means("of a graded mesh: ratio of neighbouring cells beyond the near zone; 1 for none"),
+            key("near_radius", Kind::Quantity(Length, SIZE))
+                .left_out("1.5 of the largest contact radius")
+                .only(ELASTIC)
+                .means("of a graded mesh: cells are alike out to here"),
+            key("near_depth", Kind::Quantity(Length, SIZE))
+                .left_out("1.5 of the largest contact radius")
+                .only(ELASTIC)
+                .means("of a graded mesh: cells are alike down to here"),
+            key("largest_cell", Kind::Quantity(Length, SIZE.or_infinite()))
+                .left_out("inf; along z c_s/40 of the time of contact by Hertz")
+                .only(ELASTIC)
+                .means("of a graded mesh: cells grow no further"),
             key("order", Kind::Choice(&[4, 2]))
                 .default("4")
                 .only(RAKHMATULIN)

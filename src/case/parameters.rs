@@ -90,6 +90,11 @@ impl Parameters {
         let computed = self.target.computed();
         let rows: Vec<_> =
             layers.iter().zip(&computed).map(|(rows, layer)| (rows.steps, rows.dz, layer.bond)).collect();
+        if let Some(GradedSizes { widths, heights }) = &self.sizes.graded {
+            let layers: Vec<_> =
+                heights.iter().zip(&computed).map(|(heights, layer)| (heights.clone(), layer.bond)).collect();
+            return Grid::graded(self.geometry, widths.clone(), dt, &layers, self.target.back, layer);
+        }
         let grid = Grid::new(self.geometry, self.mesh.kind, spacing, nr, nz);
         let grid = grid.with_layers(dt, &rows, self.target.back);
         match self.model {
@@ -103,9 +108,24 @@ impl Parameters {
         self.target.computed().iter().map(|layer| layer.waves).collect()
     }
 
+    /// What every computed layer is made of.
+    pub(crate) fn materials(&self) -> Vec<crate::model::body::Material> {
+        let material = |layer: TargetLayer| crate::model::body::Material {
+            impedance: layer.waves.impedance,
+            speed: layer.wave_speed,
+            shear: layer.waves.shear,
+        };
+        self.target.computed().into_iter().map(material).collect()
+    }
+
     /// Speed of the fastest waves along r in any layer \[c_p\].
     pub fn wave_speed(&self) -> f64 {
-        rows::lateral_speed(self.model, &self.target.computed(), &self.sizes.layers, self.sizes.dt)
+        let computed = self.target.computed();
+        match &self.sizes.graded {
+            // no speed is changed
+            Some(_) => computed.iter().map(|layer| layer.wave_speed).fold(0.0, f64::max),
+            None => rows::lateral_speed(self.model, &computed, &self.sizes.layers, self.sizes.dt),
+        }
     }
 
     /// Speed of the fastest waves along the surface of the struck layer \[c_p\].
@@ -260,13 +280,28 @@ pub struct Impact {
 pub struct Mesh {
     /// Placement of nodes.
     pub kind: MeshKind,
-    /// Nodes across the radius or unit length.
+    /// Nodes across the radius or unit length; on a graded mesh as many as its cells near the contact would be.
     pub cells: usize,
+    /// How cells grow, on a graded mesh.
+    pub grading: Option<Grading>,
     /// Order of accuracy for oblique waves of model `rakhmatulin`.
     pub order: Option<Order>,
     /// Damping σ of what the mesh does not resolve: oblique waves, 0 to 4/3; in model `elastic` waves along r, 0 to
     /// [`crate::model::elastic::largest_damping`].
     pub damping: f64,
+}
+
+/// A graded mesh as given or derived.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grading {
+    /// Cells across the diameter of the largest contact.
+    pub contact_cells: usize,
+    /// Ratio of neighbouring cells beyond the near zone.
+    pub ratio: f64,
+    /// Radius and depth of the near zone \[R\].
+    pub near: [f64; 2],
+    /// Largest size of cells, if it is given \[R\].
+    pub largest: Option<f64>,
 }
 
 /// When a run ends.
@@ -364,6 +399,15 @@ impl LayerSizes {
     }
 }
 
+/// Sizes of the cells of a graded mesh \[R\].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GradedSizes {
+    /// Widths, from the axis outwards, one more than there are nodes.
+    pub widths: Vec<f64>,
+    /// Heights of the rows of every computed layer.
+    pub heights: Vec<Vec<f64>>,
+}
+
 /// Sizes that follow from a case.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Sizes {
@@ -398,6 +442,9 @@ pub struct Sizes {
     /// Rows of the computed layers, from the surface down.
     #[serde(skip)]
     pub layers: Vec<LayerSizes>,
+    /// Sizes of the cells of a graded mesh.
+    #[serde(skip)]
+    pub graded: Option<GradedSizes>,
 }
 
 impl Body {

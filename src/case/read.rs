@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use super::{
-    Case, CaseBuilder, CaseErrors, Frames, Impact, Mesh, Parameters, Record, Run, Sizes, Target,
+    Body, Case, CaseBuilder, CaseErrors, Frames, Impact, Mesh, Parameters, Record, Run, Sizes, Target,
     bounds::Bounds,
     document::Document,
-    gauges, indenter, target,
+    gauges, grading, indenter, target,
     values::{Checked, Values},
 };
 use crate::{
@@ -34,7 +34,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
     check_title(&mut values, &given.name);
     let target = target::target(&mut values);
     let indenter = indenter::indenter(&mut values, &given.folder);
-    check_mesh(&mut values, target.as_ref());
+    check_mesh(&mut values, target.as_ref(), indenter.as_ref());
     check_record(&mut values, target.as_ref());
     // sizes are derived from sound values only
     let parts = target.zip(indenter).filter(|_| document.is_sound());
@@ -53,7 +53,8 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
             },
             mesh: Mesh {
                 kind: values.get("mesh.kind")?,
-                cells: values.get("mesh.cells")?,
+                cells: values.get("mesh.cells").unwrap_or_default(),
+                grading: None,
                 order: values.get("mesh.order"),
                 damping: values.number("mesh.damping")?,
             },
@@ -66,6 +67,7 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
             sizes: Sizes::default(),
             resolved: Checked::new(),
         };
+        case.grade(&mut values)?;
         case.sizes = case.derive_sizes(&values)?;
         case.complete(&mut values);
         case.record = record(&values)?;
@@ -93,9 +95,11 @@ fn check_title(values: &mut Values<'_>, name: &str) {
 /// What mesh and scheme leave open.
 ///
 /// * `target`: a sound one
-fn check_mesh(values: &mut Values<'_>, target: Option<&Target>) {
+/// * `indenter`: likewise
+fn check_mesh(values: &mut Values<'_>, target: Option<&Target>, indenter: Option<&Body>) {
     let is_paper = values.get("mesh.kind") == Some(MeshKind::Paper);
     let is_elastic = values.model == ModelKind::Elastic;
+    grading::choose(values, indenter);
     if is_paper && (is_elastic || target.is_some_and(|target| !target.is_simple())) {
         let what = " needs model = \"rakhmatulin\" and a target of one layer with a rigid back";
         values.refuse("mesh.kind", what, "leave the key out: all others have the matched mesh");
@@ -187,6 +191,7 @@ impl Parameters {
     /// Sets values that follow from the sizes.
     fn complete(&mut self, values: &mut Values<'_>) {
         values.set("mesh.outer_radius", self.sizes.outer_radius);
+        self.complete_grading(values);
         if values.number("record.layer_tension").is_none() {
             let tension = values.system.default(Dimension::Stress, LAYER_TENSION * self.impact.velocity);
             values.set("record.layer_tension", tension);

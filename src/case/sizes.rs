@@ -15,7 +15,7 @@ use crate::{
 /// Largest number of steps of a run.
 const MAX_STEPS: f64 = 1e8;
 /// Largest number of nodes.
-const MAX_NODES: f64 = 1e9;
+pub(super) const MAX_NODES: f64 = 1e9;
 /// Largest number of displacements in memory, 24 GB: three levels of as many nodes, or of half as many in the full theory.
 const MAX_NUMBERS: f64 = 3e9;
 /// Width of the precursor that runs ahead of a wave on a mesh with dispersion, in nodes per cube root of the number
@@ -26,10 +26,13 @@ impl Parameters {
     /// Derives the sizes of a sound case without them, or notes why there are none.
     pub(super) fn derive_sizes(&self, values: &Values<'_>) -> Option<Sizes> {
         let computed = self.target.computed();
+        if let Some(grading) = &self.mesh.grading {
+            return self.graded_sizes(values, grading, &computed);
+        }
         let mut rows = self.rows(values, &computed)?;
         let Rows { dr, dt, .. } = rows;
         let steps = self.steps(values, dt)?;
-        let contact_reach = self.contact_reach(&rows, steps);
+        let contact_reach = self.contact_reach(dr, dt, steps);
         let outer = self.outer_radius(values, &rows, steps, contact_reach)?;
         let nr = (outer / dr - 1e-9).ceil().max(1.0);
         let corner = self.corner();
@@ -76,6 +79,7 @@ impl Parameters {
             covered,
             layer,
             layers: rows.layers,
+            graded: None,
         })
     }
 
@@ -160,7 +164,7 @@ impl Parameters {
     }
 
     /// Number of the last step.
-    fn steps(&self, values: &Values<'_>, dt: f64) -> Option<f64> {
+    pub(super) fn steps(&self, values: &Values<'_>, dt: f64) -> Option<f64> {
         let steps = (self.run.end_time / dt).round();
         if !(1.0..=MAX_STEPS).contains(&steps) {
             let [step, least, most] =
@@ -197,7 +201,7 @@ impl Parameters {
     /// ```text
     /// f(r_contact − Δr) = V0·(K + 1)·Δt + (3/2)V0·Δt       not beyond the radius of a punch
     /// ```
-    fn contact_reach(&self, &Rows { dr, dt, .. }: &Rows, steps: f64) -> f64 {
+    pub(super) fn contact_reach(&self, dr: f64, dt: f64, steps: f64) -> f64 {
         let shape = self.indenter.shape();
         let step = self.impact.velocity * dt;
         (shape.reach(step * (steps + 1.0 + HALF_WIDTH)) + dr).min(shape.radius())
@@ -214,10 +218,22 @@ impl Parameters {
         let computed = self.target.computed();
         let run = rows::lateral_speed(self.model, &computed, &rows.layers, rows.dt) * steps * rows.dt;
         let margin = (PRECURSOR * steps.cbrt() + 2.0).ceil() * rows.dr;
-        let reach = contact_reach + run + margin;
+        self.check_outer_radius(values, contact_reach, contact_reach + run + margin, rows.dr)
+    }
+
+    /// The outer radius that is given, if it is sound, else one that no wave reaches.
+    ///
+    /// * `reach`: such a one
+    pub(super) fn check_outer_radius(
+        &self,
+        values: &Values<'_>,
+        contact_reach: f64,
+        reach: f64,
+        dr: f64,
+    ) -> Option<f64> {
         let Some(given) = values.number("mesh.outer_radius") else { return Some(reach) };
         // nodes beside the contact on any mesh
-        let least = contact_reach + 2.0 * rows.dr;
+        let least = contact_reach + 2.0 * dr;
         if given >= least {
             self.record.check_radii(values, given, reach)?;
             return Some(given);

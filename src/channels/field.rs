@@ -20,29 +20,38 @@ pub fn channel(case: &Case, field: Field) -> Channel {
     };
     let (Units { length, time, .. }, unit) = (case.units(), field.unit(&case.units()));
     let (grid, every) = (case.grid(), case.record.field_every);
-    let fields = vec![
+    let is_graded = grid.is_graded();
+    let mut fields = vec![
         FieldNote::new("r0", length.name, "radius of the first column"),
         FieldNote::new("dr", length.name, "distance between columns"),
         FieldNote::new("nr", "1", "number of columns"),
         FieldNote::new("z0", length.name, "depth of the first row"),
         FieldNote::new("dz", length.name, "distance between rows"),
         FieldNote::new("nz", "1", "number of rows"),
-        FieldNote::new("z", length.name, "depths of all rows, where the target has more than one layer"),
-        FieldNote::new("values", unit.name, format!("{meaning}, row-major [z][r]"))
-            .along("z0,dz,nz,z;r0,dr,nr"),
+        FieldNote::new("z", length.name, "depths of all rows, where the target has more than one layer or the mesh is graded"),
     ];
-    let mut z = Vec::new();
-    if grid.layers.len() > 1 {
-        z.extend(grid.shown_rows(every).into_iter().map(|j| length.of(grid.z(j))));
+    if is_graded {
+        fields.push(FieldNote::new("r", length.name, "radii of all columns, on a graded mesh"));
     }
-    let mut message = percuss::FieldSlice { z, ..percuss::FieldSlice::default() };
+    let axis = if is_graded { "z0,dz,nz,z;r0,dr,nr,r" } else { "z0,dz,nz,z;r0,dr,nr" };
+    fields.push(FieldNote::new("values", unit.name, format!("{meaning}, row-major [z][r]")).along(axis));
+    let mut message = percuss::FieldSlice {
+        r0: length.of(grid.r0),
+        dr: length.of(every as f64 * grid.dr),
+        dz: length.of(every as f64 * grid.dz),
+        ..percuss::FieldSlice::default()
+    };
+    if grid.layers.len() > 1 || is_graded {
+        message.z.extend(grid.shown_rows(every).into_iter().map(|j| length.of(grid.z(j))));
+    }
+    if is_graded {
+        let columns = case.frame_fields().columns.min(grid.nr());
+        message.r.extend((0..columns).step_by(every).map(|i| length.of(grid.r(i))));
+    }
     Channel::new(format!("/field/{}", field.name()), "percuss.FieldSlice", fields, move |view, outlet| {
         let Some(frame) = &view.frame else { return };
         let sample = frame.fields.sample(field).expect("a frame has every field that is recorded");
-        let (lattice, every) = (frame.fields.lattice, every as f64);
         (message.step, message.time) = (view.step, time.of(view.time));
-        (message.r0, message.dr) = (length.of(lattice.r0), length.of(every * lattice.dr));
-        (message.z0, message.dz) = (0.0, length.of(every * lattice.dz));
         (message.nr, message.nz) = (sample.extent.nr as u32, sample.extent.nz as u32);
         message.values.clear();
         if unit.scale == 1.0 {

@@ -8,11 +8,16 @@ pub fn channel(case: &Case) -> Channel {
     let every = case.record.interface_every;
     let Units { length, time, stress, .. } = case.units();
     let meaning = "interface stress p = -sigma_zz, compression positive, at r0 + i dr";
-    let fields = vec![
+    let is_graded = case.mesh.grading.is_some();
+    let mut fields = vec![
         FieldNote::new("r0", length.name, "radius of the first node"),
         FieldNote::new("dr", length.name, "distance between nodes"),
-        FieldNote::new("stress", stress.name, meaning).along("r0,dr").even(),
     ];
+    if is_graded {
+        fields.push(FieldNote::new("r", length.name, "radii of these nodes, on a graded mesh"));
+    }
+    let axis = if is_graded { "r0,dr,r" } else { "r0,dr" };
+    fields.push(FieldNote::new("stress", stress.name, meaning).along(axis).even());
     let mut message = percuss::InterfaceStress::default();
     Channel::new("/interface/stress", "percuss.InterfaceStress", fields, move |view, outlet| {
         if !view.step.is_multiple_of(every) && !view.is_last {
@@ -22,6 +27,10 @@ pub fn channel(case: &Case) -> Channel {
         (message.r0, message.dr) = (length.of(view.interface.r0), length.of(view.interface.dr));
         message.stress.clear();
         message.stress.extend(view.interface.pressure.iter().map(|p| stress.of(*p)));
+        message.r.clear();
+        if is_graded {
+            message.r.extend((0..message.stress.len()).map(|i| length.of(view.interface.r(i))));
+        }
         outlet.put(&message);
     })
 }

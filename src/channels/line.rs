@@ -19,12 +19,19 @@ pub fn channel(case: &Case, number: usize, line: Line) -> Channel {
     let fields = vec![
         FieldNote::new("s0", length.name, first),
         FieldNote::new("ds", length.name, "distance between nodes"),
-        FieldNote::new("s", length.name, "depths of all nodes, where the target has more than one layer"),
+        FieldNote::new("s", length.name, "places of all nodes, where the target has more than one layer or the mesh is graded"),
         note,
     ];
     let mut s = Vec::new();
-    if grid.layers.len() > 1 && matches!(line, Line::R(_)) {
-        s.extend((0..=grid.nz).map(|j| length.of(grid.z(j))));
+    match line {
+        Line::R(_) if grid.layers.len() > 1 || grid.is_graded() => {
+            s.extend((0..=grid.nz).map(|j| length.of(grid.z(j))));
+        }
+        Line::Z(_) if grid.is_graded() => {
+            let columns = case.gauges().columns.min(grid.nr());
+            s.extend((0..columns).map(|i| length.of(grid.r(i))));
+        }
+        Line::R(_) | Line::Z(_) => {}
     }
     let [s0, ds] = [s0, ds].map(|x| length.of(x));
     let mut message = percuss::LineSlice { s0, ds, s, ..percuss::LineSlice::default() };

@@ -165,6 +165,8 @@ pub struct ClosedForm {
     /// True if nodes of a computed run come into contact by hat-weighted averages.
     has_partial_contact: bool,
     r0: f64,
+    /// Radii of the nodes of a graded mesh \[R\].
+    radii: Option<Arc<[f64]>>,
     dr: f64,
     dt: f64,
     steps: u64,
@@ -220,6 +222,7 @@ impl ClosedForm {
             punch_radius,
             has_partial_contact: case.mesh.kind == MeshKind::Matched && front != Front::Flat,
             r0: grid.r0,
+            radii: grid.radii(),
             dr: grid.dr,
             dt: grid.dt(),
             steps: case.sizes.steps,
@@ -289,7 +292,8 @@ impl ClosedForm {
         let time = step as f64 * self.dt;
         (self.motion, self.time) = (self.motion(time), time);
         let (r0, Motion { depth, velocity }) = (self.r0_shown(), self.motion);
-        let radius = |i: usize| r0 + i as f64 * self.dr;
+        let radii = self.radii.as_deref();
+        let radius = |i: usize| radii.map_or_else(|| r0 + i as f64 * self.dr, |radii| radii[i]);
         let nodes = 0..self.reached();
         let pressure: Vec<f64> = nodes.into_par_iter().map(|i| self.pressure_at(radius(i), time)).collect();
         View {
@@ -299,6 +303,7 @@ impl ClosedForm {
             interface: Interface {
                 r0,
                 dr: self.dr,
+                radii: self.radii.clone(),
                 pressure: pressure.into(),
                 punch_radius: self.punch_radius,
                 complete: false,
@@ -408,7 +413,10 @@ impl ClosedForm {
     /// Number of nodes inside a radius.
     fn nodes_within(&self, radius: f64) -> usize {
         // an infinite radius saturates
-        ((radius - self.r0) / self.dr - SLIVER).ceil().max(0.0) as usize
+        match &self.radii {
+            Some(radii) => radii.partition_point(|node| *node < radius * (1.0 - SLIVER)),
+            None => ((radius - self.r0) / self.dr - SLIVER).ceil().max(0.0) as usize,
+        }
     }
 
     /// Radius up to which no wave of the edge has arrived \[R\].

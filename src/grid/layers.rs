@@ -48,7 +48,7 @@ pub struct Layer {
     pub steps: usize,
     /// Depth of the first row \[R\].
     pub top: f64,
-    /// Distance of rows \[R\].
+    /// Distance of rows, on a graded mesh of the first two \[R\].
     pub dz: f64,
     /// What lies below its last row, in rows of cells: half a one above a free back, else nothing.
     pub overhang: f64,
@@ -60,16 +60,6 @@ impl Layer {
     /// Number of its last row of nodes.
     pub fn last(&self) -> usize {
         self.first + self.steps
-    }
-
-    /// Depth of row `j` of the layer \[R\].
-    pub fn z(&self, j: usize) -> f64 {
-        self.top + (j - self.first) as f64 * self.dz
-    }
-
-    /// Depth of its lower face \[R\].
-    pub fn bottom(&self) -> f64 {
-        self.top + (self.steps as f64 + self.overhang) * self.dz
     }
 }
 
@@ -132,7 +122,13 @@ impl Grid {
 
     /// Depth of row `j` \[R\].
     pub fn z(&self, j: usize) -> f64 {
-        self.layer(j).z(j)
+        let layer = self.layer(j);
+        self.depth_in(layer, (j - layer.first) as f64)
+    }
+
+    /// Depth of the lower face of a layer \[R\].
+    pub fn bottom(&self, layer: &Layer) -> f64 {
+        self.depth_in(layer, layer.steps as f64 + layer.overhang)
     }
 
     /// Axial steps from the surface to the last row.

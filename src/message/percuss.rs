@@ -223,6 +223,9 @@ pub struct FieldSlice {
     /// stands twice: its first row is the last of the layer above, its second the first of the layer below. \[R\]
     #[prost(double, repeated, tag = "10")]
     pub z: ::prost::alloc::vec::Vec<f64>,
+    /// Radii of all nr columns, on a graded mesh. \[R\]
+    #[prost(double, repeated, tag = "11")]
+    pub r: ::prost::alloc::vec::Vec<f64>,
 }
 impl ::prost::Name for FieldSlice {
     const NAME: &'static str = "FieldSlice";
@@ -253,6 +256,9 @@ pub struct InterfaceStress {
     /// \[γc_p²\]
     #[prost(double, repeated, tag = "5")]
     pub stress: ::prost::alloc::vec::Vec<f64>,
+    /// Radii of these nodes, on a graded mesh. \[R\]
+    #[prost(double, repeated, tag = "6")]
+    pub r: ::prost::alloc::vec::Vec<f64>,
 }
 impl ::prost::Name for InterfaceStress {
     const NAME: &'static str = "InterfaceStress";

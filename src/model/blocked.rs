@@ -28,7 +28,7 @@ use crate::{
 mod cells;
 mod corner;
 mod damping;
-mod dispatch;
+pub(super) mod dispatch;
 mod domain;
 mod energy;
 mod gauge;
@@ -36,7 +36,7 @@ mod handover;
 mod interface;
 mod joining;
 mod kernel;
-mod lane;
+pub(super) mod lane;
 mod levels;
 #[cfg(all(test, loom))]
 mod models;

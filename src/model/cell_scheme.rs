@@ -46,7 +46,7 @@ impl CellScheme {
         assert_eq!(layers.len(), grid.layers.len(), "layers of the mesh");
         let layer = |(waves, layer): (&Waves, &Layer)| {
             let c_p = layer.dz / grid.dt();
-            let medium = Medium::new(&grid, layer.dz, waves.shear / c_p);
+            let medium = Medium::new(layer.dz / grid.dr, waves.shear / c_p);
             let weights = cells::column_weights(&grid, &medium);
             CellLayer { waves: *waves, medium, weights, dz: layer.dz, stress: waves.impedance * c_p }
         };
@@ -286,7 +286,7 @@ impl NodeRow<'_> {
             (None, Row::Membrane) => {
                 // in the middle between the cells above and the back
                 let above = Self { row: Row::Backing, ..*self }.mean_strain(&at, i, hoop);
-                return above.middle(&self.back_strain(at, i));
+                return above.between(&self.back_strain(at, i), 0.5);
             }
             (None, row) => {
                 let mean = self.mean_strain(at, i, hoop);
@@ -350,19 +350,7 @@ impl NodeRow<'_> {
     /// If the field is none of stress.
     pub(super) fn stress(&self, field: Field, strain: &Strain) -> f64 {
         let CellLayer { medium, stress: unit, .. } = self.layer;
-        let stress = strain.stress(medium);
-        unit * match field {
-            Field::Stress => -stress.zz,
-            Field::StressRr => -stress.rr,
-            Field::StressTt => -stress.tt,
-            Field::StressRz => -stress.rz,
-            Field::Pressure => stress.pressure(),
-            Field::VonMises => stress.von_mises(),
-            Field::MaxShear => stress.max_shear(),
-            Field::Displacement | Field::DisplacementR | Field::Velocity | Field::VelocityR => {
-                unreachable!("{field:?} is no stress")
-            }
-        }
+        unit * strain.stress(medium).shown(field)
     }
 }
 

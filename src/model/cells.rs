@@ -64,6 +64,7 @@
 //! ```
 
 use super::{
+    Field,
     number::Number,
     scheme::{self, RadialWeights},
 };
@@ -85,13 +86,13 @@ pub struct Medium {
 }
 
 impl Medium {
-    /// * `dz`: distance of rows \[R\]
+    /// * `courant`: `c = Δz/Δr`
     /// * `c_s`: shear wave speed \[c_p of the layer\], below √3/2
-    pub fn new(grid: &Grid, dz: f64, c_s: f64) -> Self {
+    pub fn new(courant: f64, c_s: f64) -> Self {
         let shear = c_s * c_s;
         let hourglass = (4.0 * shear * (2.0 - shear) / 3.0).min(0.6);
         let lame = 1.0 - 2.0 * shear;
-        Self { shear, lame, hourglass, courant: dz / grid.dr, membrane: 1.0 - lame * lame }
+        Self { shear, lame, hourglass, courant, membrane: 1.0 - lame * lame }
     }
 }
 
@@ -478,13 +479,14 @@ impl Strain {
         Self { axial: -pressure - medium.lame * lateral, lateral, hoop, shear: 0.0 }
     }
 
-    /// Strains in the middle between two places with these.
-    pub fn middle(&self, other: &Self) -> Self {
+    /// Strains between two places with these, at a share of the way.
+    pub fn between(&self, other: &Self, share: f64) -> Self {
+        let at = |from: f64, to: f64| (1.0 - share) * from + share * to;
         Self {
-            axial: 0.5 * (self.axial + other.axial),
-            lateral: 0.5 * (self.lateral + other.lateral),
-            hoop: 0.5 * (self.hoop + other.hoop),
-            shear: 0.5 * (self.shear + other.shear),
+            axial: at(self.axial, other.axial),
+            lateral: at(self.lateral, other.lateral),
+            hoop: at(self.hoop, other.hoop),
+            shear: at(self.shear, other.shear),
         }
     }
 
@@ -514,6 +516,26 @@ fn principal(zz: f64, rr: f64, rz: f64) -> [f64; 2] {
 }
 
 impl Stress {
+    /// What a field of stress shows.
+    ///
+    /// # Panics
+    ///
+    /// If the field is none of stress.
+    pub fn shown(&self, field: Field) -> f64 {
+        match field {
+            Field::Stress => -self.zz,
+            Field::StressRr => -self.rr,
+            Field::StressTt => -self.tt,
+            Field::StressRz => -self.rz,
+            Field::Pressure => self.pressure(),
+            Field::VonMises => self.von_mises(),
+            Field::MaxShear => self.max_shear(),
+            Field::Displacement | Field::DisplacementR | Field::Velocity | Field::VelocityR => {
+                unreachable!("{field:?} is no stress")
+            }
+        }
+    }
+
     /// Mean pressure `−(σ_zz + σ_rr + σ_θθ)/3`.
     pub fn pressure(&self) -> f64 {
         -(self.zz + self.rr + self.tt) / 3.0

@@ -13,7 +13,7 @@ use super::{
     cell_scheme::CellScheme,
     cells,
     cone::LightCone,
-    reference::{Level, Levels, Reference, Scheme},
+    reference::{Level, Levels, Reference, Scheme, node_by_node},
     scheme,
 };
 use crate::{
@@ -118,7 +118,10 @@ impl CellScheme {
     }
 }
 
-impl Scheme<2> for CellScheme {
+impl CellScheme {
+    /// Displacements of node (j, i) at level k+1, if the surface were free of stress.
+    ///
+    /// * `before`, `now`: levels k−1 and k
     fn next(&self, before: &Level<2>, now: &Level<2>, j: usize, i: usize) -> [f64; 2] {
         if let Some(interface) = self.grid.interface_of(j) {
             let last = self.grid.layers[interface].last();
@@ -133,6 +136,16 @@ impl Scheme<2> for CellScheme {
         let next = self.by_itself(before, now, j, i);
         // a rigid backing does not yield
         if j == self.grid.nz && self.grid.back == Back::Rigid { [0.0, next[1]] } else { next }
+    }
+}
+
+impl Scheme<2> for CellScheme {
+    fn stride(&self) -> usize {
+        self.grid.nr()
+    }
+
+    fn advance(&self, before: &Level<2>, now: &Level<2>, next: &mut Level<2>, part: [usize; 2]) {
+        node_by_node(next, part, |j, i| self.next(before, now, j, i));
     }
 
     fn compliance(&self, _i: usize) -> f64 {

@@ -189,9 +189,9 @@ impl Around {
 /// Rows around a depth, and the factor of stress there.
 fn rows(grid: &Grid, z: f64) -> (Vec<Term>, f64) {
     // at an interface the upper of its two rows
-    let inside = |layer: &&Layer| z <= layer.z(layer.last()) + SNAP * layer.dz;
+    let inside = |layer: &&Layer| grid.steps_in(layer, z) <= layer.steps as f64 + SNAP;
     let layer = grid.layers.iter().find(inside).unwrap_or(&grid.layers[grid.layers.len() - 1]);
-    let (x, last) = ((z - layer.top) / layer.dz, layer.steps as f64);
+    let (x, last) = (grid.steps_in(layer, z), layer.steps as f64);
     let left = last + layer.overhang - x;
     if x > last + SNAP && layer.overhang > 0.0 {
         let row = if left > -SNAP { vec![(layer.last(), 1.0)] } else { Vec::new() };
@@ -203,12 +203,12 @@ fn rows(grid: &Grid, z: f64) -> (Vec<Term>, f64) {
 
 /// Columns around a radius.
 fn columns(grid: &Grid, r: f64) -> Vec<Term> {
-    let x = (r - grid.r0) / grid.dr;
+    let x = grid.place(r);
     if x >= -SNAP {
         return linear(x, grid.nr());
     }
     // u = a + b r² through (r_0, u_0), (r_1, u_1)
-    let (r0, r1) = (grid.r0, grid.r0 + grid.dr);
+    let (r0, r1) = (grid.r(0), grid.r(1));
     let share = (r * r - r0 * r0) / (r1 * r1 - r0 * r0);
     on_mesh([(0, 1.0 - share), (1, share)], grid.nr())
 }

@@ -3,6 +3,9 @@
 use ndarray::Array2;
 
 use super::{
+    Field,
+    blocked::Instructions,
+    body::{Body, Material},
     cell_scheme::CellScheme,
     elastic,
     noise::Noise,
@@ -64,6 +67,28 @@ impl Stack {
         (grid.clone(), elastic::layered(grid, &self.waves(), damping))
     }
 
+    /// A mesh with cells between nodes whose widths and heights are those of [`Stack::full`] times `stretch` of a number, at least 1.
+    pub fn body(&self, nr: usize, damping: f64, mut stretch: impl FnMut(usize) -> f64) -> (Grid, Body) {
+        let uniform = self.grid(nr, |ply| ply.c_p);
+        let widths = (0..=nr).map(|i| uniform.dr * stretch(i)).collect();
+        let mut j = 0;
+        let layers: Vec<(Vec<f64>, Bond)> = self
+            .plies
+            .iter()
+            .map(|ply| {
+                let heights = (0..ply.steps).map(|_| {
+                    j += 1;
+                    ply.c_p * DT * stretch(j)
+                });
+                (heights.collect(), ply.bond)
+            })
+            .collect();
+        let grid = Grid::graded(self.geometry, widths, DT, &layers, self.back, true);
+        let material = |ply: &Ply| Material { impedance: ply.impedance, speed: ply.c_p, shear: ply.c_s };
+        let materials: Vec<_> = self.plies.iter().map(material).collect();
+        (grid.clone(), Body::new(grid, &materials, damping, Instructions::detect()))
+    }
+
     /// A random stack of 1 to 4 layers.
     pub fn random(noise: &mut Noise) -> Self {
         let count = 1 + noise.below(4);
@@ -85,19 +110,21 @@ impl Stack {
     }
 }
 
-fn rest<const FIELDS: usize>(grid: &Grid) -> Level<FIELDS> {
-    [(); FIELDS].map(|()| Array2::zeros((grid.nz + 1, grid.nr())))
+fn rest<const FIELDS: usize>(grid: &Grid, scheme: &impl Scheme<FIELDS>) -> Level<FIELDS> {
+    [(); FIELDS].map(|()| Array2::zeros((grid.nz + 1, scheme.stride())))
 }
 
 /// Three consecutive levels.
 struct Levels<const FIELDS: usize> {
     before: Level<FIELDS>,
     now: Level<FIELDS>,
+    /// Columns of the mesh.
+    nr: usize,
 }
 
 impl<const FIELDS: usize> Levels<FIELDS> {
-    fn at_rest(grid: &Grid) -> Self {
-        Self { before: rest(grid), now: rest(grid) }
+    fn at_rest(grid: &Grid, scheme: &impl Scheme<FIELDS>) -> Self {
+        Self { before: rest(grid, scheme), now: rest(grid, scheme), nr: grid.nr() }
     }
 
     /// Goes on by a step, and returns the level before.
@@ -109,17 +136,9 @@ impl<const FIELDS: usize> Levels<FIELDS> {
         mut surface: impl FnMut(usize, f64) -> f64,
     ) -> Level<FIELDS> {
         let mut next = self.now.clone();
-        let (rows, columns) = self.now[0].dim();
-        for j in 0..rows {
-            for i in 0..columns {
-                let values = scheme.next(&self.before, &self.now, j, i);
-                for (level, value) in next.iter_mut().zip(values) {
-                    level[[j, i]] = value;
-                }
-                if j == 0 {
-                    next[0][[0, i]] = surface(i, values[0]);
-                }
-            }
+        scheme.advance(&self.before, &self.now, &mut next, [self.now[0].nrows(), self.nr]);
+        for i in 0..self.nr {
+            next[0][[0, i]] = surface(i, next[0][[0, i]]);
         }
         std::mem::replace(&mut self.before, std::mem::replace(&mut self.now, next))
     }
@@ -140,7 +159,7 @@ fn difference<const FIELDS: usize>(cut: &Level<FIELDS>, whole: &Level<FIELDS>, r
 #[test]
 fn two_layers_of_one_material_are_one_layer() {
     fn check<const FIELDS: usize>([cut, whole]: [(Grid, impl Scheme<FIELDS>); 2], row: usize, name: &str) {
-        let [mut a, mut b] = [Levels::at_rest(&cut.0), Levels::at_rest(&whole.0)];
+        let [mut a, mut b] = [Levels::at_rest(&cut.0, &cut.1), Levels::at_rest(&whole.0, &whole.1)];
         let (mut pushes, mut same) = (Noise(7), Noise(7));
         for _ in 0..40 {
             a.step(&cut.1, |i, free| if i < 4 { free + 0.1 * pushes.unit() } else { free });
@@ -167,7 +186,8 @@ fn two_layers_of_one_material_are_one_layer() {
 #[test]
 fn stacks_keep_the_energy_that_the_surface_gives() {
     fn check<const FIELDS: usize>(grid: &Grid, scheme: &impl Scheme<FIELDS>, name: &str) {
-        let (mut levels, mut noise, mut work, mut gross) = (Levels::at_rest(grid), Noise(11), 0.0, 0.0);
+        let (mut levels, mut noise, mut work, mut gross) =
+            (Levels::at_rest(grid, scheme), Noise(11), 0.0, 0.0);
         for _ in 0..120 {
             let pushes: Vec<f64> = (0..grid.nr()).map(|_| noise.unit() - 0.5).collect();
             let before = levels.step(scheme, |i, free| free + pushes[i]);
@@ -190,6 +210,65 @@ fn stacks_keep_the_energy_that_the_surface_gives() {
         }
         let (grid, scheme) = stack.full(9, 0.0);
         check(&grid, &scheme, &format!("full, {stack:?}"));
+        let (grid, scheme) = stack.body(9, 0.0, |_| 1.0 + noise.unit());
+        check(&grid, &scheme, &format!("graded, {stack:?}"));
+    }
+}
+
+#[test]
+fn equal_rows_and_columns_are_the_uniform_mesh() {
+    let mut noise = Noise(23);
+    for _ in 0..40 {
+        let stack = Stack::random(&mut noise);
+        let nr = 5 + noise.below(20);
+        let (uniform, graded) = (stack.full(nr, 0.0), stack.body(nr, 0.0, |_| 1.0));
+        let mut a = Levels::at_rest(&uniform.0, &uniform.1);
+        let mut b = Levels::at_rest(&graded.0, &graded.1);
+        let seed = noise.0;
+        let (mut pushes, mut same) = (Noise(seed), Noise(seed));
+        for _ in 0..40 {
+            a.step(&uniform.1, |i, free| if i < 4 { free + 0.1 * pushes.unit() } else { free });
+            b.step(&graded.1, |i, free| if i < 4 { free + 0.1 * same.unit() } else { free });
+        }
+        let (grid, size) = (&uniform.0, a.now[0].iter().fold(0.0, |size: f64, u| size.max(u.abs())));
+        let close = |a: f64, b: f64, size: f64, what: &str| {
+            assert!((a - b).abs() < 1e-12 * size, "{what}, {stack:?}: {a:e} {b:e} of {size:e}");
+        };
+        for (a, b) in a.now.iter().zip(&b.now) {
+            a.indexed_iter().for_each(|(place, u)| close(*u, b[place], size, "displacement"));
+        }
+        let [uniform_energy, graded_energy] =
+            [uniform.1.energy(&a.before, &a.now), graded.1.energy(&b.before, &b.now)];
+        let gross = uniform_energy.kinetic + uniform_energy.strain.abs();
+        close(uniform_energy.kinetic, graded_energy.kinetic, gross, "kinetic energy");
+        close(uniform_energy.strain, graded_energy.strain, gross, "strain energy");
+        let pressure = vec![0.3; nr];
+        // stresses by what strains of the size of the displacements give
+        let unit = 300.0 * size / grid.dr.min(grid.dz);
+        for (j, i) in (0..=grid.nz).flat_map(|j| (0..nr).map(move |i| (j, i))) {
+            for field in Field::ALL {
+                let a = uniform.1.show(field, [&a.before, &a.now, &a.now], &pressure, j, i);
+                let b = graded.1.show(field, [&b.before, &b.now, &b.now], &pressure, j, i);
+                close(a, b, unit, field.name());
+            }
+            if j < grid.nz {
+                close(
+                    uniform.1.cell_strain(&a.now, j, i),
+                    graded.1.cell_strain(&b.now, j, i),
+                    unit,
+                    "strain",
+                );
+            }
+        }
+        for i in 0..nr {
+            close(uniform.1.backing_strain(&a.now, i), graded.1.backing_strain(&b.now, i), unit, "back");
+            for interface in 1..grid.layers.len() {
+                let a = uniform.1.traction(&a.before, &a.now, interface - 1, i);
+                let b = graded.1.traction(&b.before, &b.now, interface - 1, i);
+                close(a[0], b[0], unit, "normal traction");
+                close(a[1], b[1], unit, "shear traction");
+            }
+        }
     }
 }
 
@@ -202,7 +281,7 @@ fn what_a_force_moves_elsewhere_is_reciprocal() {
         mass: impl Fn(usize, usize) -> f64,
     ) {
         let answer = |from: [usize; 2], to: [usize; 2]| -> Vec<f64> {
-            let mut levels = Levels::at_rest(grid);
+            let mut levels = Levels::at_rest(grid, scheme);
             levels.now[0][from] = 1.0;
             let step = |_| {
                 levels.step(scheme, |_, free| free);

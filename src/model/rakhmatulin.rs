@@ -11,7 +11,7 @@ use super::{
     Coverage, Field, Model, Sampling, TargetEnergy,
     blocked::{self, Engine, Instructions},
     cone::LightCone,
-    reference::{Level, Levels, Reference, Scheme},
+    reference::{Level, Levels, Reference, Scheme, node_by_node},
     scheme::{self, Corner, Face, RadialWeights},
 };
 use crate::{
@@ -207,13 +207,26 @@ impl Rakhmatulin {
     }
 }
 
-impl Scheme<1> for Rakhmatulin {
+impl Rakhmatulin {
+    /// Displacement of node (j, i) at level k+1, if the surface were free of stress.
+    ///
+    /// * `before`, `now`: levels k−1 and k
     fn next(&self, before: &Level<1>, now: &Level<1>, j: usize, i: usize) -> [f64; 1] {
         let Some(interface) = self.grid.interface_of(j) else {
             return [self.by_itself(before, now, j, i)];
         };
         let faces = self.faces(before, now, interface, i);
         [scheme::joined(scheme::shares(self.impedances(interface)), faces)]
+    }
+}
+
+impl Scheme<1> for Rakhmatulin {
+    fn stride(&self) -> usize {
+        self.grid.nr()
+    }
+
+    fn advance(&self, before: &Level<1>, now: &Level<1>, next: &mut Level<1>, part: [usize; 2]) {
+        node_by_node(next, part, |j, i| self.next(before, now, j, i));
     }
 
     fn compliance(&self, _i: usize) -> f64 {

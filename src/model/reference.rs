@@ -1,6 +1,6 @@
 //! The plain stepper: every node of every field, level after level, one loop.
 //!
-//! It asks a [`Scheme`] for each node by itself, keeps three whole levels and knows nothing of tiles, vectors or threads. What the
+//! It asks a [`Scheme`] for rows, keeps three whole levels and knows nothing of tiles, vectors or threads. What the
 //! [`LightCone`] leaves at rest is at rest here, too. New physics starts here: a [`Scheme`] is enough to run whole cases,
 //! `percuss run --engine reference`. The fast engine is tested bitwise against it.
 
@@ -9,7 +9,7 @@ use std::{collections::VecDeque, io};
 use ndarray::{Array2, ArrayView1};
 
 use super::{
-    CompletedStep, Dependence, Field, Frame, FrameFields, GaugePlan, GaugeValues, InterfacePeaks, Lattice,
+    CompletedStep, Dependence, Field, Frame, FrameFields, GaugePlan, GaugeValues, InterfacePeaks,
     Model, PointState, Request, Sample, Sampling, StrainPeak, TargetEnergy, Tension, TractionPeak,
     cone::{ConeState, LightCone},
     strain::{CellPeak, Watched},
@@ -26,12 +26,36 @@ pub type Level<const FIELDS: usize> = [Array2<f64>; FIELDS];
 /// Three consecutive levels, k−1, k and k+1.
 pub type Levels<'a, const FIELDS: usize> = [&'a Level<FIELDS>; 3];
 
-/// Interface required by the reference stepper: the update of each node from whole levels.
+/// Advances nodes of the first `rows` and `columns` one by one.
+pub fn node_by_node<const FIELDS: usize>(
+    next: &mut Level<FIELDS>,
+    [rows, columns]: [usize; 2],
+    node: impl Fn(usize, usize) -> [f64; FIELDS],
+) {
+    for j in 0..rows {
+        for i in 0..columns {
+            for (level, value) in next.iter_mut().zip(node(j, i)) {
+                level[[j, i]] = value;
+            }
+        }
+    }
+}
+
+/// Interface required by the plain stepper: the update of rows from whole levels, and what is shown of them.
 pub trait Scheme<const FIELDS: usize>: Send {
-    /// Displacements of node (j, i) at level k+1, if the surface were free of stress.
+    /// Columns of a level in memory, those of the mesh at least.
+    fn stride(&self) -> usize;
+
+    /// Puts the displacements of the first rows and columns at level k+1 into `next`, if the surface were free of stress; others may be put there too.
     ///
     /// * `before`, `now`: levels k−1 and k
-    fn next(&self, before: &Level<FIELDS>, now: &Level<FIELDS>, j: usize, i: usize) -> [f64; FIELDS];
+    fn advance(
+        &self,
+        before: &Level<FIELDS>,
+        now: &Level<FIELDS>,
+        next: &mut Level<FIELDS>,
+        part: [usize; 2],
+    );
 
     /// Displacement u_z of surface node `i` per unit of pressure on it \[R/(γc_p²)\].
     fn compliance(&self, i: usize) -> f64;
@@ -100,8 +124,11 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
     /// * `shown`: what is shown
     pub fn new(grid: Grid, scheme: S, cone: LightCone, shown: impl Into<Sampling>) -> Self {
         let Sampling { frames, gauges, strained, tension } = shown.into();
-        let rest = || [(); FIELDS].map(|()| Array2::zeros((grid.nz + 1, grid.nr())));
+        let rest = || [(); FIELDS].map(|()| Array2::zeros((grid.nz + 1, scheme.stride())));
         Self {
+            before: rest(),
+            now: rest(),
+            next: rest(),
             scheme,
             cone,
             shown: frames,
@@ -110,9 +137,6 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
             tension,
             torn: vec![false; grid.layers.len() - 1],
             tractions: vec![InterfacePeaks::default(); tension.map_or(0, |_| grid.layers.len() - 1)],
-            before: rest(),
-            now: rest(),
-            next: rest(),
             level: 0,
             peaks: Default::default(),
             steps: VecDeque::new(),
@@ -169,9 +193,8 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
         Frame {
             energy: energies.each_ref().map(|layers| layers.iter().copied().sum()),
             layers: layers.collect(),
-            lattice: Lattice::of(&self.grid),
             samples: self.shown.fields.iter().map(sample).collect(),
-            surface: self.now[0].row(0).to_vec(),
+            surface: self.now[0].row(0).iter().take(self.grid.nr()).copied().collect(),
         }
     }
 
@@ -229,8 +252,10 @@ impl<T, S: Scheme<FIELDS>, const FIELDS: usize> Reference<T, S, FIELDS> {
 impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, S, FIELDS> {
     fn predict(&mut self, surface: &mut Surface) {
         // what is beyond is at rest, and free
-        for i in 0..self.cone.next_columns() {
-            surface.free[i] = self.scheme.next(&self.before, &self.now, 0, i)[0];
+        let columns = self.cone.next_columns();
+        self.scheme.advance(&self.before, &self.now, &mut self.next, [1, columns]);
+        for i in 0..columns {
+            surface.free[i] = self.next[0][[0, i]];
         }
         for i in 0..self.grid.nr() {
             surface.compliance[i] = self.scheme.compliance(i);
@@ -243,14 +268,7 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         let (active, moved) = (self.cone.active(level), self.cone.active_columns().min(self.grid.nr()));
         self.rows = self.grid.rows_at(0..active.rows).end;
         self.columns = active.columns.min(self.grid.nr());
-        for j in 0..self.rows {
-            for i in 0..self.columns {
-                let values = self.scheme.next(&self.before, &self.now, j, i);
-                for (level, value) in self.next.iter_mut().zip(values) {
-                    level[[j, i]] = value;
-                }
-            }
-        }
+        self.scheme.advance(&self.before, &self.now, &mut self.next, [self.rows, self.columns]);
         for i in 0..self.columns {
             self.next[0][[0, i]] = if i < moved { surface.displacement[i] } else { 0.0 };
         }

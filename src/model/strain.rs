@@ -67,9 +67,9 @@ impl CellPeak {
         let r = match (grid.cells_between_nodes, self.column) {
             (false, i) => grid.r(i),
             (true, 0) => 0.0,
-            (true, i) => grid.r(i) - 0.5 * grid.dr,
+            (true, i) => grid.r(i) - 0.5 * grid.width(i),
         };
         let layer = grid.layer(self.row);
-        (r, layer.top + ((self.row - layer.first) as f64 + 0.5) * layer.dz)
+        (r, grid.depth_in(layer, (self.row - layer.first) as f64 + 0.5))
     }
 }

@@ -48,7 +48,7 @@ impl Steps for ExactSteps<'_> {
         let view = self.form.evaluate(self.next_step);
         self.next_step += 1;
         for (i, p) in view.interface.pressure.iter().enumerate() {
-            let r = view.interface.r0 + i as f64 * view.interface.dr;
+            let r = view.interface.r(i);
             self.validity.observe_pressure(p.abs(), view.step, view.time, r);
             self.validity.observe_strain(p.abs(), view.step, view.time, (r, 0.0));
         }

@@ -351,7 +351,7 @@ fn layer_entries(case: &Case) -> BTreeMap<String, String> {
         let mut put = |key: &str, value: String| map.insert(format!("layer.{number}.{key}"), value);
         put("name", layer.name.clone());
         put("top", length.of(rows.top).to_string());
-        put("bottom", length.of(rows.bottom()).to_string());
+        put("bottom", length.of(grid.bottom(rows)).to_string());
         put("density", (density * layer.density).to_string());
         put("wave_speed", speed.of(layer.wave_speed).to_string());
         put("shear_wave_speed", speed.of(layer.waves.shear).to_string());

@@ -36,7 +36,7 @@ pub fn channel(case: &Case) -> Channel {
         }
         let at = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(0.0);
         for i in (0..nodes as usize).step_by(every) {
-            let r = view.interface.r0 + i as f64 * view.interface.dr;
+            let r = view.interface.r(i);
             let face = view.depth - shape.profile(r);
             message.r.push(length.of(r) as f32);
             message.stress.push(stress.of(at(&view.interface.pressure, i)) as f32);

@@ -60,7 +60,7 @@ pub fn channel(case: &Case, viewport: &Arc<Viewport>) -> Channel {
 
 impl Scene {
     fn new(case: &Case, viewport: &Arc<Viewport>) -> Self {
-        let nodes = (viewport.half_width / case.sizes.dr).floor();
+        let nodes = case.column(viewport.half_width).floor();
         // the largest stress of the colour range on all of the contact is an arrow of half the viewport
         let reach = viewport.reach.min(viewport.half_width);
         let area = match case.geometry {
@@ -99,7 +99,7 @@ impl Scene {
     fn surface(&self, view: &View<'_>) -> Vec<Point3> {
         let displacement = view.frame.as_ref().map_or(&[][..], |frame| &frame.fields.surface);
         let moved = self.nodes.min(displacement.len());
-        let radius = |i: usize| view.interface.r0 + i as f64 * view.interface.dr;
+        let radius = |i: usize| view.interface.r(i);
         let node = |i: usize| (radius(i), self.viewport.height(displacement[i]));
         let mut right: Vec<(f64, f64)> = (0..moved).step_by(self.every).map(node).collect();
         // the rest is level: its two ends suffice

@@ -47,7 +47,7 @@ impl Section {
             nodes: Nodes {
                 rows: (0..viewport.rows).rev().map(|row| nearest_row(&depths, middle(row))).collect(),
                 columns: (0..viewport.columns)
-                    .map(|i| nearest((middle(i) - grid.r0) / (every as f64 * grid.dr)))
+                    .map(|i| nearest(grid.place(middle(i)) / every as f64))
                     .collect(),
             },
             step: None,

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::world::World;
 use crate::{
-    case::{Case, Sizes},
+    case::{Case, Grading, Sizes},
     geometry::Geometry,
     model::{Field, ModelKind},
     shape::{Head, Shape},
@@ -18,6 +18,9 @@ const DEEPEST: f64 = 0.2;
 const SHEET: f64 = 0.01;
 /// Margin for peaks above the front pressure: under the tip of a cone, beside an edge, behind a reflection.
 const HEADROOM: f64 = 1.25;
+
+/// Section of a graded mesh that is shown, in its near zones.
+const AROUND: f64 = 4.0;
 
 /// Layers of pictures, from the back to the front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,6 +93,13 @@ impl Viewport {
         let half_width =
             (reach + case.wave_speed() * end_time).min(sizes.outer_radius).min(case.record.r_max);
         let depth = if sizes.layer { sizes.depth } else { end_time.min(sizes.depth) };
+        // around the near zone of a graded mesh
+        let [half_width, depth] = match case.mesh.grading {
+            Some(Grading { near: [radius, down], .. }) => {
+                [half_width.min(AROUND * radius), depth.min(AROUND * down)]
+            }
+            None => [half_width, depth],
+        };
         // a tenth of the nodes, so that pictures are small beside fields, and not many more than recorded nodes
         let nodes = (half_width / sizes.dr) * (depth / sizes.dz);
         let shown = nodes / (case.record.field_every as f64).powi(2);

@@ -240,7 +240,7 @@ impl<const ROW: usize, const COUNTS: bool> Work for CellMarch<'_, ROW, COUNTS> {
 
     #[inline(always)]
     #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
-    fn run<L: Lane>(self) {
+    fn run<L: Lane>(self, _: L) {
         let Self { patch: CellPatch { before, now, next, lateral, stride, weights }, j, columns, energy } =
             self;
         weights.check(&columns);
@@ -361,7 +361,7 @@ impl Work for CellRow<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn run<L: Lane>(self) -> f64 {
+    fn run<L: Lane>(self, _: L) -> f64 {
         let count = self.weights[0][0].len();
         let mut largest = [0.0; BLOCK];
         for start in (0..count).step_by(PIECE) {

@@ -11,7 +11,9 @@ pub trait Work {
     /// What it gives: the same bits with any instructions.
     type Output;
     /// Does it; always inlined, as are the functions that it calls, so that a caller compiled for wider lanes gets them here.
-    fn run<L: Lane>(self) -> Self::Output;
+    ///
+    /// * `zero`: zeros, which says that the machine has the instructions
+    fn run<L: Lane>(self, zero: L) -> Self::Output;
 }
 
 /// Instructions that this machine has: [`Instructions::all`] and [`Instructions::detect`] are the only ways to one.
@@ -85,7 +87,7 @@ impl Instructions {
             type Output = usize;
 
             #[inline(always)]
-            fn run<L: Lane>(self) -> usize {
+            fn run<L: Lane>(self, _: L) -> usize {
                 L::WIDTH
             }
         }
@@ -98,18 +100,29 @@ impl Instructions {
         #[cfg(target_arch = "x86_64")]
         #[target_feature(enable = "avx2,fma")]
         fn avx2<W: Work>(work: W) -> W::Output {
-            work.run::<Avx2>()
+            // SAFETY: this function has them
+            #[expect(unsafe_code, reason = "instructions that not every machine has")]
+            work.run(unsafe { Avx2::zero() })
         }
 
         /// For 512-bit vectors.
         #[cfg(target_arch = "x86_64")]
         #[target_feature(enable = "avx512f,fma")]
         fn avx512<W: Work>(work: W) -> W::Output {
-            work.run::<Avx512>()
+            // SAFETY: likewise
+            #[expect(unsafe_code, reason = "instructions that not every machine has")]
+            work.run(unsafe { Avx512::zero() })
+        }
+
+        /// Numbers one by one, which every machine has.
+        fn portable<W: Work, const N: usize>(work: W) -> W::Output {
+            // SAFETY: there are no instructions that a machine may not have
+            #[expect(unsafe_code, reason = "instructions that not every machine has")]
+            work.run(unsafe { Portable::<N>::zero() })
         }
 
         match self.0 {
-            Set::Baseline => work.run::<Portable<2>>(),
+            Set::Baseline => portable::<W, 2>(work),
             // SAFETY, here and below: `all` has found the instructions
             #[cfg(target_arch = "x86_64")]
             #[expect(unsafe_code, reason = "instructions that not every machine has")]
@@ -118,9 +131,9 @@ impl Instructions {
             #[expect(unsafe_code, reason = "instructions that not every machine has")]
             Set::Avx512 => unsafe { avx512(work) },
             #[cfg(test)]
-            Set::Plain4 => work.run::<Portable<4>>(),
+            Set::Plain4 => portable::<W, 4>(work),
             #[cfg(test)]
-            Set::Plain8 => work.run::<Portable<8>>(),
+            Set::Plain8 => portable::<W, 8>(work),
         }
     }
 }

@@ -106,7 +106,7 @@ impl<const COUNTS: bool> Work for Advance<'_, COUNTS> {
 
     #[inline(always)]
     #[expect(unsafe_code, reason = "patches of one array are updated in place by several threads")]
-    fn run<L: Lane>(mut self) {
+    fn run<L: Lane>(mut self, _: L) {
         let columns = self.columns.clone();
         assert!(
             columns.start.is_multiple_of(L::WIDTH) && columns.len().is_multiple_of(L::WIDTH),
@@ -233,7 +233,7 @@ impl Work for FreeSurface<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lane>(self) {
+    fn run<L: Lane>(self, _: L) {
         let Self { before, now, radial, corner, sums, free } = self;
         let n = free.len();
         let [top, below] = now;

@@ -18,6 +18,14 @@ pub trait Lane: Number {
     /// How many.
     const WIDTH: usize;
 
+    /// Zeros.
+    ///
+    /// # Safety
+    ///
+    /// The machine has the instructions.
+    #[expect(unsafe_code, reason = "instructions that not every machine has")]
+    unsafe fn zero() -> Self;
+
     /// # Safety
     ///
     /// The machine has the instructions; [`Lane::WIDTH`] numbers may be read there.
@@ -29,6 +37,32 @@ pub trait Lane: Number {
     /// [`Lane::WIDTH`] numbers may be written there.
     #[expect(unsafe_code, reason = "fields that threads share")]
     unsafe fn store(self, to: *mut f64);
+
+    /// The numbers of a row from `i` on.
+    ///
+    /// # Panics
+    ///
+    /// If the row ends before.
+    #[inline(always)]
+    #[expect(unsafe_code, reason = "where there is a vector the machine has the instructions")]
+    fn read(self, row: &[f64], i: usize) -> Self {
+        let lanes = &row[i..i + Self::WIDTH];
+        // SAFETY: `self` is one; so many numbers are there
+        unsafe { Self::load(lanes.as_ptr()) }
+    }
+
+    /// Puts the numbers into a row from `i` on.
+    ///
+    /// # Panics
+    ///
+    /// If the row ends before.
+    #[inline(always)]
+    #[expect(unsafe_code, reason = "where there is a vector the machine has the instructions")]
+    fn write(self, row: &mut [f64], i: usize) {
+        let lanes = &mut row[i..i + Self::WIDTH];
+        // SAFETY: so many numbers are there
+        unsafe { self.store(lanes.as_mut_ptr()) }
+    }
 
     /// Where one vector ends and the next begins: for every number of `before` the one after it, and for every number of
     /// `after` the one before it.
@@ -119,6 +153,11 @@ impl<const N: usize> Number for Portable<N> {
 #[expect(unsafe_code, reason = "fields that threads share")]
 impl<const N: usize> Lane for Portable<N> {
     const WIDTH: usize = N;
+
+    #[inline(always)]
+    unsafe fn zero() -> Self {
+        Self([0.0; N])
+    }
 
     #[inline(always)]
     unsafe fn load(from: *const f64) -> Self {
@@ -223,6 +262,11 @@ mod x86 {
 
             impl Lane for $name {
                 const WIDTH: usize = $width;
+
+                #[inline(always)]
+                unsafe fn zero() -> Self {
+                    Self(unsafe { $splat(0.0) })
+                }
 
                 #[inline(always)]
                 unsafe fn load(from: *const f64) -> Self {

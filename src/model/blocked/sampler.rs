@@ -15,7 +15,7 @@ use super::{
     parts::Parts,
     weights::{AxialWeights, Weighted},
 };
-use crate::model::{Extent, Field, Frame, FrameFields, Lattice, Sample, TargetEnergy, scheme};
+use crate::model::{Extent, Field, Frame, FrameFields, Sample, TargetEnergy, scheme};
 
 mod section;
 
@@ -360,7 +360,6 @@ impl Sampler {
         Frame {
             energy,
             layers,
-            lattice: Lattice::of(grid),
             samples: self.fields.iter().map(sample).collect(),
             surface: self.surface.clone(),
         }

@@ -26,7 +26,7 @@ fn gauges(noise: &mut Noise, grid: &Grid) -> Gauges {
     };
     let depth = |noise: &mut Noise| match noise.below(4) {
         0 => grid.z(noise.below(grid.nz + 1)),
-        1 => [0.0, grid.layers[grid.layers.len() - 1].bottom()][noise.below(2)],
+        1 => [0.0, grid.bottom(&grid.layers[grid.layers.len() - 1])][noise.below(2)],
         _ => 1.05 * grid.z(grid.nz) * noise.below(1000) as f64 / 1000.0,
     };
     let (points, lines) = (noise.below(4) * noise.below(20), noise.below(4));

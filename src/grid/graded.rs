@@ -1,0 +1,153 @@
+//! Meshes whose cells grow with the distance from the contact.
+
+use std::sync::Arc;
+
+use super::{Back, Bond, Grid, Layer, MeshKind, Spacing};
+use crate::geometry::Geometry;
+
+/// Where the nodes of a graded mesh are.
+#[derive(Clone, Debug)]
+pub(super) struct Positions {
+    /// Radii of the nodes, shape `(nr,)` \[R\].
+    pub radii: Vec<f64>,
+    /// Widths h_i of the cells at their inner sides, shape `(nr + 1,)`: the first from the axis' image of node 0, the last outside \[R\].
+    widths: Vec<f64>,
+    /// Depths of the rows of nodes, shape `(nz + 1,)` \[R\].
+    pub depths: Vec<f64>,
+}
+
+/// Sizes of neighbouring cells: `near` of them alike, then each by a ratio larger than the one before, up to a largest one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Growth {
+    /// Size of the first \[R\].
+    pub first: f64,
+    /// Length over which they are alike \[R\].
+    pub near: f64,
+    /// Ratio, at least 1.
+    pub ratio: f64,
+    /// Largest size \[R\].
+    pub largest: f64,
+}
+
+impl Growth {
+    /// Size of the cell that begins at a distance, the one before it having `before`.
+    pub fn size(&self, distance: f64, before: f64) -> f64 {
+        if distance < self.near { self.first } else { (before * self.ratio).min(self.largest).max(before) }
+    }
+
+    /// Sizes until they are as long as `length` together, which the last may exceed.
+    pub fn sizes(&self, length: f64) -> Vec<f64> {
+        let (mut sizes, mut end) = (Vec::new(), 0.0);
+        let mut size = self.first;
+        while end < length {
+            size = self.size(end, size);
+            sizes.push(size);
+            end += size;
+        }
+        sizes
+    }
+}
+
+impl Grid {
+    /// A graded mesh with cells between nodes.
+    ///
+    /// * `widths`: of the cells from that about the axis outwards, one more than there are nodes: node 0 is half a width from the axis \[R\]
+    /// * `dt`: time step \[R/c_p\]
+    /// * `layers`: heights of the rows of cells of each from the surface down \[R\], and how it is joined to the one above. Above a free
+    ///   back half a row more, of the height of the last one, is below them
+    ///
+    /// # Panics
+    ///
+    /// Without nodes, or layers.
+    pub fn graded(
+        geometry: Geometry,
+        widths: Vec<f64>,
+        dt: f64,
+        layers: &[(Vec<f64>, Bond)],
+        back: Back,
+        is_layer: bool,
+    ) -> Self {
+        let (dr, nr) = (widths[0], widths.len() - 1);
+        let rows: Vec<_> = layers.iter().map(|(heights, bond)| (heights.len(), heights[0], *bond)).collect();
+        let spacing = Spacing { dr, dz: rows[0].1, layer_rows: is_layer.then_some(rows[0].0) };
+        let mut grid = Self::new(geometry, MeshKind::Matched, spacing, nr, 1).with_layers(dt, &rows, back);
+        let mut radii = vec![0.5 * dr];
+        radii.extend(widths[1..nr].iter().scan(0.5 * dr, |r, width| {
+            *r += width;
+            Some(*r)
+        }));
+        let mut depths = Vec::new();
+        let mut top = 0.0;
+        for (layer, (heights, _)) in grid.layers.iter_mut().zip(layers) {
+            layer.top = top;
+            depths.push(top);
+            for height in heights {
+                top += height;
+                depths.push(top);
+            }
+        }
+        grid.positions = Some(Positions { radii, widths, depths });
+        grid.cells_between_nodes = true;
+        grid.area = (0..nr).map(|i| if i == 0 { grid.cell_area(0) } else { 0.5 * grid.cell_area(i) } + 0.5 * grid.cell_area(i + 1)).collect();
+        grid
+    }
+
+    /// True if cells grow with the distance from the contact.
+    pub fn is_graded(&self) -> bool {
+        self.positions.is_some()
+    }
+
+    /// Radii of the nodes of a graded mesh \[R\].
+    pub fn radii(&self) -> Option<Arc<[f64]>> {
+        self.positions.as_ref().map(|positions| positions.radii.as_slice().into())
+    }
+
+    /// Width of the cell at the inner side of node `i`, up to the one outside the last node \[R\].
+    pub fn width(&self, i: usize) -> f64 {
+        self.positions.as_ref().map_or(self.dr, |positions| positions.widths[i])
+    }
+
+    /// Area of the cell between nodes i−1 and i, `2ρ_ih_i`, plane h_i; that about the axis is half a cell, `(h_0/2)²`, plane h_0/2.
+    pub fn cell_area(&self, i: usize) -> f64 {
+        let width = self.width(i);
+        let inner = if i == 0 { 0.0 } else { self.r(i - 1) };
+        let outer = if i == 0 { 0.5 * width } else { inner + width };
+        match self.geometry {
+            Geometry::Axisymmetric => (outer + inner) * (outer - inner),
+            Geometry::Plane => outer - inner,
+        }
+    }
+
+    /// Height of the cells below row `j`, above the last row of a layer that of the row above \[R\].
+    pub fn height(&self, j: usize) -> f64 {
+        let layer = self.layer(j);
+        let j = j.min(layer.last() - 1);
+        self.positions.as_ref().map_or(layer.dz, |positions| positions.depths[j + 1] - positions.depths[j])
+    }
+
+    /// Depth at `x` axial steps below the first row of a layer \[R\].
+    pub(crate) fn depth_in(&self, layer: &Layer, x: f64) -> f64 {
+        let Some(Positions { depths, .. }) = &self.positions else { return layer.top + x * layer.dz };
+        let row = (x as usize).min(layer.steps - 1);
+        let j = layer.first + row;
+        depths[j] + (x - row as f64) * (depths[j + 1] - depths[j])
+    }
+
+    /// Axial steps from the first row of a layer down to a depth, the inverse of [`Grid::depth_in`].
+    pub(crate) fn steps_in(&self, layer: &Layer, z: f64) -> f64 {
+        let Some(Positions { depths, .. }) = &self.positions else { return (z - layer.top) / layer.dz };
+        place(&depths[layer.first..=layer.last()], z)
+    }
+
+    /// Place of a radius among the nodes, in distances of them from node 0.
+    pub(crate) fn place(&self, r: f64) -> f64 {
+        let Some(Positions { radii, .. }) = &self.positions else { return (r - self.r0) / self.dr };
+        place(radii, r)
+    }
+}
+
+/// Place of a position among others that grow, in distances of them from the first; beyond the ends in that of the two there.
+pub fn place(positions: &[f64], x: f64) -> f64 {
+    let i = positions.partition_point(|position| *position <= x).clamp(1, positions.len() - 1) - 1;
+    i as f64 + (x - positions[i]) / (positions[i + 1] - positions[i])
+}

@@ -1,0 +1,836 @@
+//! The scheme of [`super::cells`] on a mesh of any widths and heights, put together by rows of cells.
+//!
+//! The energy is that of [`super::cells`], with the time step of all rows and columns being one: a row of cells of height Δz_j in a layer with
+//! speed c_p and impedance Z has the Courant number `C_j = c_pΔt/Δz_j ≤ 1`, and with `c_i = Δz_j/h_i`
+//!
+//! ```text
+//! W = Σ Z C_j w_i·[½ε² + λεd + ½d² + ½µg² + ½k(a² + b²)]        m_ji = ½Σ (Z/C_j)·½(w_i + w_{i+1})
+//! ```
+//!
+//! (both times Δt), half the mass of every row of cells at either of its rows of nodes. With equal cells and C = 1 that is the scheme of [`super::cells`] but for rounding.
+//!
+//! Every weight is a number of the row times a number of the column. Rows are gone through once: the cells of a row give forces to the nodes
+//! above, which are complete with what the cells over them have left, and leave those of the nodes below ([`March`]). Faces, interfaces and the back
+//! are rows where cells are missing.
+//!
+//! # Lateral damping
+//!
+//! `E_r = A⁻¹GᵀWG` with `G_id = (d_{i+1} − d_{i−1})/4` and `W_i = min(a_{i−1}, a_{i+1})` of the areas of nodes, so that `E_r ≤ ¼` on every mesh: in the form of
+//! [`scheme::double_radial`], `outward_i = W_{i+1}/16a_i`, `inward_i = W_{i−1}/16a_i`, with images about the axis.
+
+use super::{
+    Coverage, Field, Sampling, TargetEnergy,
+    blocked::{
+        Instructions,
+        dispatch::Work,
+        lane::{BLOCK, Lane},
+    },
+    cells::{self, CellStrains, Medium, Strain, Stress},
+    cone::LightCone,
+    number::Number,
+    reference::{Level, Levels, Reference, Scheme},
+    scheme::{self, RadialWeights},
+};
+use crate::{
+    geometry::Geometry,
+    grid::{Back, Bond, Grid},
+};
+
+/// What a layer is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// Impedance Z of longitudinal waves \[γc_p of the struck layer\].
+    pub impedance: f64,
+    /// Their speed \[c_p of the struck layer\].
+    pub speed: f64,
+    /// Shear wave speed \[c_p of the struck layer\].
+    pub shear: f64,
+}
+
+/// A target on a mesh of any widths and heights.
+#[derive(Clone, Debug)]
+pub struct Body {
+    grid: Grid,
+    /// Layers from the surface down: constants, and the unit of stresses, Z·c_p \[γc_p²\].
+    layers: Vec<(Medium, f64)>,
+    /// Rows of cells by the row of nodes above them; the last row of a layer has none.
+    rows: Vec<Option<Constants<f64>>>,
+    /// Half the mass of every row of cells, per area and time step; 0 where there are none \[γc_p\].
+    halves: Vec<f64>,
+    /// Mass of u and of v by row of nodes, likewise.
+    masses: [Vec<f64>; 2],
+    columns: Columns,
+    /// What is below the last row of nodes over a free back.
+    membrane: f64,
+    instructions: Instructions,
+}
+
+/// Constants of a row of cells.
+#[derive(Clone, Copy, Debug)]
+struct Constants<N> {
+    /// Δz
+    height: N,
+    /// `ZC/4`
+    axial: N,
+    /// `λΔz·ZC/4`
+    coupled: N,
+    /// `Δz²·ZC/4`
+    lateral: N,
+    /// `µ·ZC/4`
+    shear: N,
+    /// `k·ZC/4`
+    bend: N,
+    /// `kΔz²·ZC/4`
+    twist: N,
+}
+
+impl Constants<f64> {
+    /// * `stiffness`: `ZC` of the row \[γc_p\]
+    fn new(medium: &Medium, height: f64, stiffness: f64) -> Self {
+        let quarter = 0.25 * stiffness;
+        Self {
+            height,
+            axial: quarter,
+            coupled: medium.lame * height * quarter,
+            lateral: height * height * quarter,
+            shear: medium.shear * quarter,
+            bend: medium.hourglass * quarter,
+            twist: medium.hourglass * height * height * quarter,
+        }
+    }
+
+    /// The constants, as wide as a number.
+    #[inline(always)]
+    fn wide<N: Number>(&self, like: N) -> Constants<N> {
+        Constants {
+            height: like.splat(self.height),
+            axial: like.splat(self.axial),
+            coupled: like.splat(self.coupled),
+            lateral: like.splat(self.lateral),
+            shear: like.splat(self.shear),
+            bend: like.splat(self.bend),
+            twist: like.splat(self.twist),
+        }
+    }
+}
+
+/// Weights by column: of the cell at the inner side, and of the nodes; zeros fill a block beyond the last one.
+#[derive(Clone, Debug)]
+struct Columns {
+    /// Numbers of each array that count, one more than there are nodes.
+    cells: usize,
+    /// `r_{i−1}/ρ_ih_i` and `r_i/ρ_ih_i`, of v in `d`; plane `1/h_i`.
+    spread: [Vec<f64>; 2],
+    /// `1/h_i`
+    slope: Vec<f64>,
+    /// w_i; that about the axis twice, as its image counts too.
+    area: Vec<f64>,
+    /// w_i times the first ones.
+    flow: [Vec<f64>; 2],
+    /// `1/a_i` of u and of v.
+    node: [Vec<f64>; 2],
+    /// Weights of `√(4σ)·E_r`, of u and of v, if there is damping.
+    damping: Option<[RadialWeights<Vec<f64>>; 2]>,
+    /// Shares of the inner and this column in the hoop strain in the middle of the cell.
+    hoop: [Vec<f64>; 2],
+}
+
+impl Columns {
+    fn new(grid: &Grid, damping: f64) -> Self {
+        let cells = grid.nr() + 1;
+        let padded = (cells - 1).next_multiple_of(BLOCK) + 2 * BLOCK;
+        let array = |of: &dyn Fn(usize) -> f64, count: usize| -> Vec<f64> {
+            let mut numbers: Vec<f64> = (0..count).map(of).collect();
+            numbers.resize(padded, 0.0);
+            numbers
+        };
+        let is_plane = grid.geometry == Geometry::Plane;
+        // nothing moves on the axis: D of the first cell is that of a slope from there
+        let spread = |i: usize| match (i, is_plane) {
+            (0, true) => [0.0, 2.0 / grid.width(0)],
+            (0, false) => [0.0, 4.0 / grid.width(0)],
+            (_, true) => [1.0 / grid.width(i); 2],
+            (_, false) => {
+                let (inner, width) = (grid.r(i - 1), grid.width(i));
+                let middle = (inner + 0.5 * width) * width;
+                [inner / middle, (inner + width) / middle]
+            }
+        };
+        let hoop = |i: usize| match (i, is_plane) {
+            (_, true) => [0.0; 2],
+            (0, false) => [0.0, 0.5 * spread(0)[1]],
+            (_, false) => [1.0 / grid.width(i) - spread(i)[0], spread(i)[1] - 1.0 / grid.width(i)],
+        };
+        let area = |i: usize| grid.cell_area(i);
+        // v at the axis has half a cell more, by stability
+        let node = |field: usize, i: usize| {
+            let more = if field == 1 && i == 0 && !is_plane { area(0) } else { 0.0 };
+            grid.area[i] + more
+        };
+        let damping = (damping > 0.0).then(|| {
+            [0, 1].map(|field| {
+                let scale = (4.0 * damping).sqrt() / 16.0;
+                let least = |i: usize| {
+                    // at the axis the image of node 0 is its inner neighbour; nothing moves beyond the last
+                    let outer = if i + 1 < grid.nr() { node(field, i + 1) } else { return 0.0 };
+                    node(field, i.saturating_sub(1)).min(outer)
+                };
+                RadialWeights {
+                    outward: array(&|i| scale * least(i + 1) / node(field, i), cells - 1),
+                    inward: array(&|i| scale * least(i.saturating_sub(1)) / node(field, i), cells - 1),
+                }
+            })
+        });
+        Self {
+            cells,
+            spread: [0, 1].map(|side| array(&|i| spread(i)[side], cells)),
+            slope: array(&|i| 1.0 / grid.width(i), cells),
+            area: array(&|i| if i == 0 { 2.0 * area(0) } else { area(i) }, cells),
+            flow: [0, 1].map(|side| array(&|i| area(i) * spread(i)[side], cells)),
+            node: [0, 1].map(|field| array(&|i| 1.0 / node(field, i), cells - 1)),
+            damping,
+            hoop: [0, 1].map(|side| array(&|i| hoop(i)[side], cells)),
+        }
+    }
+}
+
+/// Weights of a cell, or of neighbouring ones.
+#[derive(Clone, Copy)]
+struct Weights<N> {
+    spread: [N; 2],
+    slope: N,
+    area: N,
+    flow: [N; 2],
+}
+
+/// What the cells of a row give to the nodes above and below them.
+#[derive(Clone, Copy)]
+struct Forces<N> {
+    /// On u above and below, in the inner and the outer column.
+    above: [N; 2],
+    below: [N; 2],
+    /// By shear, on v above and against v below in either column.
+    shear: N,
+    /// By lateral stress, against v above and below, in the inner column with the other sign, and in the outer.
+    lateral_above: [N; 2],
+    lateral_below: [N; 2],
+}
+
+impl<N: Number> Forces<N> {
+    /// * `u`, `v`: displacements above and below, each in the inner and the outer column
+    #[inline(always)]
+    fn new(u: [[N; 2]; 2], v: [[N; 2]; 2], weights: &Weights<N>, constants: &Constants<N>) -> Self {
+        let [[u_above_inner, u_above], [u_below_inner, u_below]] = u;
+        let [[v_above_inner, v_above], [v_below_inner, v_below]] = v;
+        let Weights { spread: [inward, outward], slope, area, flow: [inner_flow, outer_flow] } = *weights;
+        // twice ε, a, d/Δz, b/Δz and g
+        let (inner, outer) = (u_below_inner - u_above_inner, u_below - u_above);
+        let (stretch, bend) = (outer + inner, outer - inner);
+        let spread_above = (outward * v_above).sub_product(inward, v_above_inner);
+        let spread_below = (outward * v_below).sub_product(inward, v_below_inner);
+        let (spread, twist) = (spread_below + spread_above, spread_below - spread_above);
+        let courant = constants.height * slope;
+        let tilt = (v_below_inner - v_above_inner) + (v_below - v_above);
+        let shift = (u_above + u_below) - (u_above_inner + u_below_inner);
+        let shear = constants.shear * tilt.add_product(courant, shift);
+        let normal = area * (constants.axial * stretch).add_product(constants.coupled, spread);
+        let bend = constants.bend * bend;
+        let lean = courant * shear;
+        let (lean_above, lean_below) = (area * (bend - lean), area * (bend + lean));
+        let lateral = (constants.coupled * stretch).add_product(constants.lateral, spread);
+        let twist = constants.twist * twist;
+        let (lateral_above, lateral_below) = (lateral - twist, lateral + twist);
+        Self {
+            above: [normal - lean_above, normal + lean_above],
+            below: [normal - lean_below, normal + lean_below],
+            shear: area * shear,
+            lateral_above: [inner_flow * lateral_above, outer_flow * lateral_above],
+            lateral_below: [inner_flow * lateral_below, outer_flow * lateral_below],
+        }
+    }
+
+    /// Forces on u and v of the nodes above, from the cells at either side.
+    #[inline(always)]
+    fn above(inner: &Self, outer: &Self) -> [N; 2] {
+        [
+            inner.above[1] + outer.above[0],
+            (inner.shear + outer.shear) - (inner.lateral_above[1] - outer.lateral_above[0]),
+        ]
+    }
+
+    /// Against u and v of the nodes below.
+    #[inline(always)]
+    fn below(inner: &Self, outer: &Self) -> [N; 2] {
+        [
+            inner.below[1] + outer.below[0],
+            (inner.shear + outer.shear) + (inner.lateral_below[1] - outer.lateral_below[0]),
+        ]
+    }
+}
+
+impl<L: Lane> Forces<L> {
+    /// Those of the cells at the outer sides of the nodes where these are at the inner side.
+    #[inline(always)]
+    fn outer(&self, after: &Self) -> Self {
+        let next = |of: L, after: L| L::seam(of, after).0;
+        Self {
+            above: [next(self.above[0], after.above[0]), after.above[1]],
+            below: [next(self.below[0], after.below[0]), after.below[1]],
+            shear: next(self.shear, after.shear),
+            lateral_above: [next(self.lateral_above[0], after.lateral_above[0]), after.lateral_above[1]],
+            lateral_below: [next(self.lateral_below[0], after.lateral_below[0]), after.lateral_below[1]],
+        }
+    }
+}
+
+/// A row of cells as it is gone through.
+struct Reading<'a, L> {
+    /// Rows of nodes above and below.
+    u: [&'a [f64]; 2],
+    v: [&'a [f64]; 2],
+    columns: &'a Columns,
+    constants: Constants<L>,
+}
+
+impl<L: Lane> Reading<'_, L> {
+    /// Forces of the cells from number `i` on.
+    #[inline(always)]
+    fn forces(&self, zero: L, i: usize) -> Forces<L> {
+        let Columns { spread, slope, area, flow, .. } = self.columns;
+        let weights = Weights {
+            spread: [zero.read(&spread[0], i), zero.read(&spread[1], i)],
+            slope: zero.read(slope, i),
+            area: zero.read(area, i),
+            flow: [zero.read(&flow[0], i), zero.read(&flow[1], i)],
+        };
+        let [u_above, u_below] = self.u;
+        let [v_above, v_below] = self.v;
+        let u = [pair(zero, u_above, i, 1.0), pair(zero, u_below, i, 1.0)];
+        let v = [pair(zero, v_above, i, -1.0), pair(zero, v_below, i, -1.0)];
+        Forces::new(u, v, &weights, &self.constants)
+    }
+}
+
+/// Displacements at the inner and at the outer sides of cells from number `i` on.
+///
+/// * `sign`: of the image about the axis
+#[inline(always)]
+fn pair<L: Lane>(zero: L, row: &[f64], i: usize, sign: f64) -> [L; 2] {
+    let outer = zero.read(row, i);
+    let inner = if i == 0 { L::seam(zero.splat(sign * row[0]), outer).1 } else { zero.read(row, i - 1) };
+    [inner, outer]
+}
+
+/// A march down some rows of nodes, from the surface on.
+struct March<'a> {
+    body: &'a Body,
+    before: &'a Level<2>,
+    now: &'a Level<2>,
+    next: &'a mut Level<2>,
+    /// Number of rows.
+    rows: usize,
+}
+
+/// Row `j` of a displacement.
+#[inline(always)]
+fn row(level: &ndarray::Array2<f64>, j: usize) -> &[f64] {
+    let stride = level.ncols();
+    &level.as_slice().expect("rows are contiguous")[j * stride..(j + 1) * stride]
+}
+
+/// The same, to be written.
+#[inline(always)]
+fn row_mut(level: &mut ndarray::Array2<f64>, j: usize) -> &mut [f64] {
+    let stride = level.ncols();
+    &mut level.as_slice_mut().expect("rows are contiguous")[j * stride..(j + 1) * stride]
+}
+
+/// Slack for a Courant number of 1 but for rounding.
+const ROUNDING: f64 = 1e-9;
+
+impl Work for March<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane>(mut self, zero: L) {
+        let body = self.body;
+        let width = body.columns.node[0].len();
+        // what the cells above have left against u and v
+        let mut left = [vec![0.0; width], vec![0.0; width]];
+        let mut room = [vec![0.0; width + BLOCK], vec![0.0; width + BLOCK]];
+        for j in 0..self.rows {
+            match &body.rows[j] {
+                Some(constants) => self.cells(zero, j, constants, &mut left),
+                None if j == body.grid.nz => self.back(j, &mut left),
+                // the row below, at the same depth, gets what is left
+                None if body.bond_below(j) == Bond::Welded => continue,
+                None => {
+                    self.settle(1, j, &left[1]);
+                    left[1].fill(0.0);
+                    self.damp(zero, 1, j, &mut room);
+                    continue;
+                }
+            }
+            self.damp(zero, 0, j, &mut room);
+            self.damp(zero, 1, j, &mut room);
+            if j > 0 && body.rows[j - 1].is_none() {
+                let shared = if body.bond_below(j - 1) == Bond::Welded { 2 } else { 1 };
+                for field in 0..shared {
+                    let stride = self.next[field].ncols();
+                    let all = self.next[field].as_slice_mut().expect("rows are contiguous");
+                    all.copy_within(j * stride..(j + 1) * stride, (j - 1) * stride);
+                }
+            }
+        }
+    }
+}
+
+impl March<'_> {
+    /// Advances row `j`, which has cells below it.
+    ///
+    /// * `left`: what the cells above have left; then those below for the next row
+    #[inline(always)]
+    fn cells<L: Lane>(&mut self, zero: L, j: usize, constants: &Constants<f64>, left: &mut [Vec<f64>; 2]) {
+        let Columns { cells, node, .. } = &self.body.columns;
+        let reading = Reading {
+            u: [row(&self.now[0], j), row(&self.now[0], j + 1)],
+            v: [row(&self.now[1], j), row(&self.now[1], j + 1)],
+            columns: &self.body.columns,
+            constants: constants.wide(zero),
+        };
+        let (u_before, v_before) = (row(&self.before[0], j), row(&self.before[1], j));
+        let [u_next, v_next] = self.next;
+        let (u_next, v_next) = (row_mut(u_next, j), row_mut(v_next, j));
+        let [u_left, v_left] = left;
+        let [u_mass, v_mass] = &self.body.masses;
+        let (u_scale, v_scale) = (zero.splat(1.0 / u_mass[j]), zero.splat(1.0 / v_mass[j]));
+        let mut inner = reading.forces(zero, 0);
+        let mut i = 0;
+        while i + 1 < *cells {
+            let after = reading.forces(zero, i + L::WIDTH);
+            let outer = inner.outer(&after);
+            let [u_above, v_above] = Forces::above(&inner, &outer);
+            let [u_below, v_below] = Forces::below(&inner, &outer);
+            let (u_force, v_force) = (u_above - zero.read(u_left, i), v_above - zero.read(v_left, i));
+            u_below.write(u_left, i);
+            v_below.write(v_left, i);
+            let u_free = zero.read(reading.u[0], i).twice_less(zero.read(u_before, i));
+            let v_free = zero.read(reading.v[0], i).twice_less(zero.read(v_before, i));
+            u_free.add_product(u_force * u_scale, zero.read(&node[0], i)).write(u_next, i);
+            v_free.add_product(v_force * v_scale, zero.read(&node[1], i)).write(v_next, i);
+            inner = after;
+            i += L::WIDTH;
+        }
+    }
+
+    /// Advances displacement number `field` of row `j`, which has no cells below it.
+    ///
+    /// * `left`: what the cells above have left
+    #[inline(always)]
+    fn settle(&mut self, field: usize, j: usize, left: &[f64]) {
+        let (now, before) = (row(&self.now[field], j), row(&self.before[field], j));
+        let scale = 1.0 / self.body.masses[field][j];
+        let node = &self.body.columns.node[field][..now.len()];
+        let left = &left[..now.len()];
+        let next = &mut row_mut(&mut self.next[field], j)[..now.len()];
+        let before = &before[..now.len()];
+        for i in 0..now.len() {
+            next[i] = now[i].twice_less(before[i]).add_product(-left[i] * scale, node[i]);
+        }
+    }
+
+    /// Advances the last row.
+    #[inline(always)]
+    fn back(&mut self, j: usize, left: &mut [Vec<f64>; 2]) {
+        let body = self.body;
+        if body.grid.back == Back::Free {
+            let Columns { spread, flow, cells, .. } = &body.columns;
+            let v = row(&self.now[1], j);
+            let membrane = |i: usize| {
+                let inner = if i == 0 { 0.0 } else { v[i - 1] };
+                body.membrane * (spread[1][i] * v[i]).sub_product(spread[0][i], inner)
+            };
+            let mut inner = membrane(0);
+            for i in 0..cells - 1 {
+                let outer = membrane(i + 1);
+                left[1][i] += flow[1][i] * inner - flow[0][i + 1] * outer;
+                inner = outer;
+            }
+        }
+        match body.grid.back {
+            Back::Rigid => row_mut(&mut self.next[0], j).fill(0.0),
+            Back::Free => self.settle(0, j, &left[0]),
+        }
+        self.settle(1, j, &left[1]);
+    }
+
+    /// Damps displacement number `field` of row `j`: `u^{k+1} −= 4σ·E_r²(u^k − u^{k−1})`.
+    ///
+    /// * `room`: for a row and four nodes at either side
+    #[inline(always)]
+    fn damp<L: Lane>(&mut self, zero: L, field: usize, j: usize, room: &mut [Vec<f64>; 2]) {
+        let Some(weights) = &self.body.columns.damping else { return };
+        let RadialWeights { outward, inward } = &weights[field];
+        let (now, before) = (row(&self.now[field], j), row(&self.before[field], j));
+        let sign = if field == 0 { 1.0 } else { -1.0 };
+        let [moved, once] = room;
+        let nodes = self.body.columns.cells - 1;
+        // a block at the axis for images
+        let mut i = 0;
+        while i < nodes {
+            (zero.read(now, i) - zero.read(before, i)).write(moved, BLOCK + i);
+            i += L::WIDTH;
+        }
+        let next = row_mut(&mut self.next[field], j);
+        for image in 0..4 {
+            moved[BLOCK - 1 - image] = sign * moved[BLOCK + image];
+        }
+        i = 0;
+        while i < nodes {
+            let weights = RadialWeights { outward: zero.read(outward, i), inward: zero.read(inward, i) };
+            let at = BLOCK + i;
+            let values = [zero.read(moved, at - 2), zero.read(moved, at), zero.read(moved, at + 2)];
+            scheme::double_radial(values, weights).write(once, at);
+            i += L::WIDTH;
+        }
+        for image in 0..2 {
+            once[BLOCK - 1 - image] = sign * once[BLOCK + image];
+        }
+        i = 0;
+        while i < nodes {
+            let weights = RadialWeights { outward: zero.read(outward, i), inward: zero.read(inward, i) };
+            let at = BLOCK + i;
+            let values = [zero.read(once, at - 2), zero.read(once, at), zero.read(once, at + 2)];
+            // twice −√(4σ)·E_r of it is 4σ·E_r²
+            scheme::take_radial(zero.read(next, i), values, weights).write(next, i);
+            i += L::WIDTH;
+        }
+    }
+}
+
+impl Body {
+    /// A target of layers on a mesh with cells between nodes.
+    ///
+    /// * `layers`: as many as the mesh has
+    /// * `damping`: σ of the lateral damping, see [`super::elastic::largest_damping`] of every layer
+    ///
+    /// # Panics
+    ///
+    /// If the scheme is not stable: a Courant number of a row or column of cells above 1.
+    pub fn new(grid: Grid, layers: &[Material], damping: f64, instructions: Instructions) -> Self {
+        assert_eq!(layers.len(), grid.layers.len(), "layers of the mesh");
+        let dt = grid.dt();
+        let mut rows = vec![None; grid.nz + 1];
+        let mut halves = vec![0.0; grid.nz + 1];
+        let narrowest = (0..grid.nr()).map(|i| grid.width(i)).fold(f64::INFINITY, f64::min);
+        let mut media = Vec::new();
+        for (material, layer) in layers.iter().zip(&grid.layers) {
+            let Material { impedance, speed, shear } = *material;
+            let medium = Medium::new(speed * dt / narrowest, shear / speed);
+            let density = impedance / speed;
+            for j in layer.first..layer.last() {
+                let height = grid.height(j);
+                let courant = speed * dt / height;
+                let largest = courant.max(medium.courant);
+                assert!(largest <= 1.0 + ROUNDING, "unstable: Courant number {largest}");
+                rows[j] = Some(Constants::new(&medium, height, impedance * courant));
+                halves[j] = 0.5 * density * height / dt;
+            }
+            media.push((medium, impedance * speed));
+        }
+        let mut mass = halves.clone();
+        (0..grid.nz).for_each(|j| mass[j + 1] += halves[j]);
+        let mut membrane = 0.0;
+        if grid.back == Back::Free {
+            let (material, (medium, _)) = (layers[layers.len() - 1], media[media.len() - 1]);
+            let height = grid.height(grid.nz);
+            mass[grid.nz] += halves[grid.nz - 1];
+            // ½(1 − λ²) of a row of cells
+            membrane = 0.5 * medium.membrane * material.impedance * material.speed * dt * height;
+        }
+        let mut masses = [mass.clone(), mass];
+        for (below, lower) in grid.layers.iter().enumerate().skip(1) {
+            let last = grid.layers[below - 1].last();
+            for (field, masses) in masses.iter_mut().enumerate() {
+                if field == 0 || lower.bond == Bond::Welded {
+                    let sum = masses[last] + masses[lower.first];
+                    (masses[last], masses[lower.first]) = (sum, sum);
+                }
+            }
+        }
+        let columns = Columns::new(&grid, damping);
+        Self { layers: media, rows, halves, masses, columns, membrane, instructions, grid }
+    }
+
+    /// A target at rest.
+    ///
+    /// * `shown`: what is shown
+    pub fn at_rest<T>(self, shown: impl Into<Sampling>) -> Reference<T, Self, 2> {
+        let (grid, nr) = (self.grid.clone(), self.grid.nr());
+        let cone = LightCone::new(Coverage::Everything, 1.0, 1, grid.depth() + 1, nr);
+        Reference::new(grid, self, cone, shown)
+    }
+
+    /// How the layer below row `j`, the last of its layer, is joined to it.
+    fn bond_below(&self, j: usize) -> Bond {
+        self.grid.layers[self.grid.layer_of(j) + 1].bond
+    }
+}
+
+impl Scheme<2> for Body {
+    fn stride(&self) -> usize {
+        self.columns.node[0].len()
+    }
+
+    fn advance(&self, before: &Level<2>, now: &Level<2>, next: &mut Level<2>, [rows, _]: [usize; 2]) {
+        self.instructions.run(March { body: self, before, now, next, rows });
+    }
+
+    fn compliance(&self, _i: usize) -> f64 {
+        // half a row of cells moves with the surface
+        self.grid.dt() / self.halves[0]
+    }
+
+    fn traction(&self, _before: &Level<2>, now: &Level<2>, interface: usize, i: usize) -> [f64; 2] {
+        let upper = self.grid.layers[interface].last();
+        let against = self.node_forces(now, upper - 1, i, Forces::below);
+        let with = self.node_forces(now, upper + 1, i, Forces::above);
+        // half a row of cells of either side
+        let [above, below] = [self.halves[upper - 1], self.halves[upper + 1]];
+        let [normal, shear] = [0, 1].map(|field| {
+            let force = -below * against[field] - above * with[field];
+            force / (above + below) * self.columns.node[field][i] / self.grid.dt()
+        });
+        match self.bond_below(upper) {
+            Bond::Welded => [normal, shear],
+            Bond::Sliding => [normal, 0.0],
+        }
+    }
+
+    fn energies(&self, earlier: &Level<2>, later: &Level<2>) -> Vec<TargetEnergy> {
+        let dt = self.grid.dt();
+        let mut energies = vec![TargetEnergy::default(); self.layers.len()];
+        for (number, layer) in self.grid.layers.iter().enumerate() {
+            let (medium, unit) = self.layers[number];
+            let energy = &mut energies[number];
+            for j in layer.first..=layer.last() {
+                let above = if j > layer.first { self.halves[j - 1] } else { 0.0 };
+                let over_back = if self.grid.is_above_free_back(j) { above } else { 0.0 };
+                let mass = (above + self.halves[j] + over_back) * dt;
+                for (field, (earlier, later)) in earlier.iter().zip(later).enumerate() {
+                    for i in 0..self.grid.nr() {
+                        let moved = later[[j, i]] - earlier[[j, i]];
+                        energy.kinetic +=
+                            scheme::kinetic_energy(mass / self.columns.node[field][i], moved, dt);
+                    }
+                }
+            }
+            for j in layer.first..layer.last() {
+                for i in 0..=self.grid.nr() {
+                    let [a, b] = [earlier, later].map(|level| self.cell_strains(level, j, i));
+                    let weight = unit * self.grid.cell_area(i) * self.grid.height(j);
+                    energy.strain += cells::strain_energy(a, b, weight, &medium);
+                }
+            }
+            if self.grid.is_above_free_back(layer.last()) {
+                for i in 0..=self.grid.nr() {
+                    let spreads = [earlier, later].map(|level| self.spread(level, layer.last(), i));
+                    let weight = unit * self.grid.cell_area(i) * self.grid.height(layer.last());
+                    energy.strain += cells::membrane_energy(spreads, weight, &medium);
+                }
+            }
+        }
+        energies
+    }
+
+    fn show(&self, field: Field, levels: Levels<'_, 2>, pressure: &[f64], j: usize, i: usize) -> f64 {
+        let [before, now, next] = levels;
+        let velocity =
+            |field: usize| scheme::velocity(before[field][[j, i]], next[field][[j, i]], self.grid.dt());
+        match field {
+            Field::Displacement => now[0][[j, i]],
+            Field::DisplacementR => now[1][[j, i]],
+            Field::Velocity => velocity(0),
+            Field::VelocityR => velocity(1),
+            Field::Stress
+            | Field::StressRr
+            | Field::StressTt
+            | Field::StressRz
+            | Field::Pressure
+            | Field::VonMises
+            | Field::MaxShear => {
+                let (medium, unit) = &self.layers[self.grid.layer_of(j)];
+                unit * self.strain(now, pressure[i], j, i).stress(medium).shown(field)
+            }
+        }
+    }
+
+    fn surface_strain(&self, now: &Level<2>, pressure: f64, i: usize) -> f64 {
+        self.strain(now, pressure, 0, i).largest_on_face()
+    }
+
+    fn cell_strain(&self, now: &Level<2>, j: usize, i: usize) -> f64 {
+        // no cell lies between the two rows of an interface
+        if self.rows[j].is_none() {
+            return 0.0;
+        }
+        let [u, v] = [0, 1].map(|field| {
+            [i as isize - 1, i as isize].map(|column| [j, j + 1].map(|j| self.at(now, field, j, column)))
+        });
+        let Columns { spread, slope, hoop, .. } = &self.columns;
+        let height = self.grid.height(j);
+        let [spread, hoop] = [spread, hoop].map(|pair| [height * pair[0][i], height * pair[1][i]]);
+        cells::largest_strain(u, v, spread, hoop, height * slope[i]) / (2.0 * height)
+    }
+
+    fn backing_strain(&self, level: &Level<2>, i: usize) -> f64 {
+        let j = self.grid.nz;
+        let strain = match self.grid.back {
+            Back::Rigid => self.strain(level, 0.0, j, i),
+            Back::Free => self.strain_on_face(level, [0.0; 2], j, i),
+        };
+        strain.largest_on_face()
+    }
+}
+
+impl Body {
+    /// Displacement number `field` in column `i`, which may be an image about the axis or at rest beyond the mesh.
+    fn at(&self, level: &Level<2>, field: usize, j: usize, i: isize) -> f64 {
+        let sign = if i < 0 && field == 1 { -1.0 } else { 1.0 };
+        let column = scheme::image_column(i);
+        if column < self.grid.nr() { sign * level[field][[j, column]] } else { 0.0 }
+    }
+
+    /// What a row of cells gives to node i above or below it.
+    ///
+    /// * `side`: [`Forces::above`] or [`Forces::below`]
+    fn node_forces(
+        &self,
+        now: &Level<2>,
+        j: usize,
+        i: usize,
+        side: fn(&Forces<f64>, &Forces<f64>) -> [f64; 2],
+    ) -> [f64; 2] {
+        let constants = self.rows[j].as_ref().expect("a row of cells");
+        let Columns { spread, slope, area, flow, .. } = &self.columns;
+        let [inner, outer] = [i, i + 1].map(|i| {
+            let [u, v] = [0, 1].map(|field| {
+                [j, j + 1].map(|j| [i as isize - 1, i as isize].map(|i| self.at(now, field, j, i)))
+            });
+            let weights = Weights {
+                spread: [spread[0][i], spread[1][i]],
+                slope: slope[i],
+                area: area[i],
+                flow: [flow[0][i], flow[1][i]],
+            };
+            Forces::new(u, v, &weights, constants)
+        });
+        side(&inner, &outer)
+    }
+
+    /// Strains of the cell below row `j` at the inner side of column `i`.
+    fn cell_strains(&self, level: &Level<2>, j: usize, i: usize) -> CellStrains {
+        let ([inner, outer], height) = ([i as isize - 1, i as isize], self.grid.height(j));
+        let by = |field: usize, i: isize| self.at(level, field, j + 1, i) - self.at(level, field, j, i);
+        let sum = |i: isize| self.at(level, 0, j + 1, i) + self.at(level, 0, j, i);
+        let (first, last) = (by(0, inner) / height, by(0, outer) / height);
+        let (upper, lower) = (self.spread(level, j, i), self.spread(level, j + 1, i));
+        let slope = self.columns.slope[i] * (sum(outer) - sum(inner));
+        let tilt = (by(1, inner) + by(1, outer)) / height;
+        [
+            0.5 * (first + last),
+            0.5 * (upper + lower),
+            0.5 * (slope + tilt),
+            0.5 * (last - first),
+            0.5 * (lower - upper),
+        ]
+    }
+
+    /// v_,r + v/r in row `j` of the cell at the inner side of column `i`.
+    fn spread(&self, level: &Level<2>, j: usize, i: usize) -> f64 {
+        let [inner, outer] = &self.columns.spread;
+        outer[i] * self.at(level, 1, j, i as isize) - inner[i] * self.at(level, 1, j, i as isize - 1)
+    }
+
+    /// Mean over the cells at either side of node i, weighted by their areas.
+    fn mean(&self, i: usize, of: impl Fn(usize) -> Strain) -> Strain {
+        let [inner, outer] = [i, i + 1].map(|i| self.grid.cell_area(i));
+        of(i).between(&of(i + 1), outer / (inner + outer))
+    }
+
+    /// Mean strains of the cells below row `j` at either side of node i.
+    ///
+    /// * `hoop`: v/r at the node
+    fn row_strain(&self, level: &Level<2>, j: usize, i: usize, hoop: f64) -> Strain {
+        self.mean(i, |i| {
+            let [axial, lateral, shear, ..] = self.cell_strains(level, j, i);
+            Strain { axial, lateral, hoop, shear }
+        })
+    }
+
+    /// Strains at node (j, i).
+    ///
+    /// * `pressure`: on the surface at this node
+    fn strain(&self, level: &Level<2>, pressure: f64, j: usize, i: usize) -> Strain {
+        if j == 0 {
+            return self.strain_on_face(level, [pressure, 0.0], j, i);
+        }
+        if let Some(interface) = self.grid.interface_of(j) {
+            return self.strain_on_face(level, self.interface_stress(level, interface, i), j, i);
+        }
+        let hoop = self.hoop(level, j, i);
+        let above = self.row_strain(level, j - 1, i, hoop);
+        match (j == self.grid.nz, self.grid.back) {
+            (false, _) => {
+                let below = self.row_strain(level, j, i, hoop);
+                let [upper, lower] = [j - 1, j].map(|j| self.grid.height(j));
+                above.between(&below, upper / (upper + lower))
+            }
+            // the backing is smooth
+            (true, Back::Rigid) => Strain { shear: 0.0, ..above },
+            // in the middle between the cells above and the back
+            (true, Back::Free) => above.between(&self.strain_on_face(level, [0.0; 2], j, i), 0.5),
+        }
+    }
+
+    /// −σ_zz and σ_rz at an interface in column `i` \[γc_p²\], see [`scheme::interface_stress`].
+    fn interface_stress(&self, level: &Level<2>, interface: usize, i: usize) -> [f64; 2] {
+        let last = self.grid.layers[interface].last();
+        let [upper, lower] = [(interface, last - 1), (interface + 1, last + 1)].map(|(layer, row)| {
+            let (medium, unit) = &self.layers[layer];
+            // neither component has the hoop strain
+            let Stress { zz, rz, .. } = self.row_strain(level, row, i, 0.0).stress(medium);
+            [-unit * zz, unit * rz]
+        });
+        let shares = scheme::shares([self.halves[last - 1], self.halves[last + 1]]);
+        let [normal, shear] = [0, 1].map(|part| scheme::interface_stress(shares, [upper[part], lower[part]]));
+        match self.bond_below(last) {
+            Bond::Welded => [normal, shear],
+            Bond::Sliding => [normal, 0.0],
+        }
+    }
+
+    /// Strains at node i of row `j`, on a face whose stresses are known.
+    ///
+    /// * `stresses`: −σ_zz and σ_rz \[γc_p²\]
+    fn strain_on_face(&self, level: &Level<2>, [pressure, shear]: [f64; 2], j: usize, i: usize) -> Strain {
+        let (medium, unit) = &self.layers[self.grid.layer_of(j)];
+        let hoop = self.hoop(level, j, i);
+        let lateral =
+            self.mean(i, |i| Strain { lateral: self.spread(level, j, i), ..Strain::default() }).lateral;
+        Strain {
+            axial: -pressure / unit - medium.lame * lateral,
+            lateral,
+            hoop,
+            shear: shear / (unit * medium.shear),
+        }
+    }
+
+    /// v/r at node (j, i), plane 0.
+    fn hoop(&self, level: &Level<2>, j: usize, i: usize) -> f64 {
+        match self.grid.geometry {
+            Geometry::Axisymmetric => level[1][[j, i]] / self.grid.r(i),
+            Geometry::Plane => 0.0,
+        }
+    }
+}
