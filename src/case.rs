@@ -151,4 +151,17 @@ impl Case {
         change(&mut self.parameters);
         self
     }
+
+    /// A case that has no errors.
+    ///
+    /// * `case`: name of a built-in one, or text
+    /// * `settings`: texts `key=value`
+    pub(crate) fn sound(case: &str, settings: &[&str]) -> Self {
+        let settings: Vec<String> = settings.iter().map(ToString::to_string).collect();
+        let case = match case.contains('\n') {
+            true => Self::parse("case", case, &settings, Path::new("")),
+            false => Self::load(case, &settings),
+        };
+        case.unwrap_or_else(|errors| panic!("{errors:?}"))
+    }
 }

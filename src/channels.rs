@@ -13,7 +13,7 @@ use prost::Message;
 use crate::{
     case::Case,
     message::descriptor_set,
-    recording::{Batch, ChannelSpec, Recorder, RecordingError},
+    recording::{Batch, ChannelSpec, MESSAGE_HEADER, Recorder, RecordingError},
     units::{Unit, Units},
     view::View,
 };
@@ -33,12 +33,44 @@ pub mod view;
 /// Emits the messages of a step.
 type Observe = Box<dyn FnMut(&View<'_>, &mut Outlet<'_>) + Send>;
 
+/// Payload of a message of few numbers, and of the numbers that one of many begins with \[bytes\].
+const HEAD: u64 = 36;
+
+/// How often a channel emits a message, and its estimated payload \[bytes\].
+#[derive(Clone, Copy)]
+enum Rate {
+    /// As it happens, which is rarely.
+    Event,
+    /// Every step.
+    Step(u64),
+    /// Every `record.interface_every` steps.
+    Interval(u64),
+    /// Every frame.
+    Frame(u64),
+}
+
+impl Rate {
+    /// Estimated size of all messages in a recording \[bytes\].
+    fn size(self, case: &Case) -> u64 {
+        let steps = case.sizes.steps;
+        let (count, payload) = match self {
+            Self::Event => return 0,
+            Self::Step(payload) => (steps + 1, payload),
+            Self::Interval(payload) => (steps.div_ceil(case.record.interface_every) + 1, payload),
+            Self::Frame(payload) => (case.frames().count(), payload),
+        };
+        // record header and index entry
+        count * (MESSAGE_HEADER + 16 + payload)
+    }
+}
+
 /// A recorded channel.
 pub struct Channel {
     topic: String,
     schema: &'static str,
     fields: Vec<FieldNote>,
     remarks: Vec<(String, String)>,
+    rate: Rate,
     observe: Observe,
 }
 
@@ -54,7 +86,13 @@ impl Channel {
         fields: Vec<FieldNote>,
         observe: impl FnMut(&View<'_>, &mut Outlet<'_>) + Send + 'static,
     ) -> Self {
-        Self { topic: topic.into(), schema, fields, remarks: Vec::new(), observe: Box::new(observe) }
+        let (topic, remarks, rate) = (topic.into(), Vec::new(), Rate::Event);
+        Self { topic, schema, fields, remarks, rate, observe: Box::new(observe) }
+    }
+
+    /// States how often the channel emits a message.
+    fn emits(self, rate: Rate) -> Self {
+        Self { rate, ..self }
     }
 
     /// Adds an entry to the metadata of the channel.
@@ -220,6 +258,11 @@ impl Catalogue {
     /// Topics of all channels.
     pub fn topics(&self) -> Vec<String> {
         self.map(|channel| channel.topic.clone())
+    }
+
+    /// Estimated size of all messages before compression \[bytes\].
+    pub fn estimated_size(&self, case: &Case) -> u64 {
+        self.map(|channel| channel.rate.size(case)).into_iter().sum()
     }
 
     /// Passes a step to every channel.

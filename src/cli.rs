@@ -29,7 +29,7 @@ use percuss_output::{
 use percuss_serve::ServeError;
 
 use crate::{
-    admissible::SearchError,
+    advice::admissible::SearchError,
     case::{Case, CaseErrors},
     checkpoint::CheckpointError,
     exact::closed_form::NoClosedForm,

@@ -43,12 +43,9 @@
 //! | [`mod@state`] | the state of a run as a stream of bytes |
 //! | [`checkpoint`] | the file around a state, from which a run continues, and the observer that writes it |
 //! | [`validity`] | the largest strain and the impact velocity it allows |
-//! | [`admissible`] | the impact velocity that keeps the strain within the limit, by trials |
-//! | [`trust`] | estimated error of the simplified theory against the full one |
-//! | [`rigidity`] | how far an indenter of a known material is from rigid |
-//! | [`warnings`] | warnings outside the range of validity; [`warnings::Warned`] adds them to the events of a run |
+//! | [`advice`] | findings about a case and its run; [`advice::Advised`] adds them to the events of a run. Estimates: error of the simplified theory ([`advice::theory`]), of a rigid indenter ([`advice::rigidity`]), size and time of a run ([`advice::cost`]), the admissible impact velocity by trials ([`advice::admissible`]) |
 //! | [`measuring`] | what is measured of a run on the way |
-//! | [`mod@table`] | tables of measured numbers, for `trust` and `grid` |
+//! | [`mod@table`] | tables of measured numbers, for `advice` and `grid` |
 //! | [`exact`] | closed forms, one file each, independent of the solver; [`exact::closed_form`] chooses the one for a case |
 //! | [`study`] | a case on refined meshes: orders, extrapolated values, error bars |
 //! | [`view`] | what one step shows to observers |
@@ -56,7 +53,6 @@
 //! | [`layout`] | layouts of viewers, made for a case |
 //! | [`session`] | [`session::run`], the only loop over steps, computed or exact; observers; [`session::Recording`], the observer that writes a file |
 //! | [`recording`] | the MCAP writer |
-//! | [`cost`] | estimates of a run, from the sizes of its case |
 //! | [`sweep`] | a case with keys that vary: plan, journal, threads, shards, summary |
 //! | [`live`] | serving a run to viewers, and its pace |
 //! | [`cli`] | the command line |
@@ -66,7 +62,7 @@
 //! and axes in channel metadata. The reader (`tools/reader`) uses none of this crate: the file is the only link.
 //!
 //! Which module may use which is a test, `tests/house.rs`: from names and limits at the bottom over the numerics, the contact and the
-//! case to the session with its checkpoints, the warnings and the program; nothing uses what is above it, and there are no circles.
+//! case to the session with its checkpoints, the findings and the program; nothing uses what is above it, and there are no circles.
 //!
 //! [`cli`], [`live`] and [`sweep`] belong to the program and its default feature `cli`.
 //!
@@ -105,7 +101,7 @@
 //! | field of frames | a variant of [`model::Field`]; the exhaustive matches fail to compile until extended: how models show it, its unit, its colours |
 //! | channel | `src/channels/<x>.rs` with `schemas/<x>.proto`, one line in `tests/schemas.rs`, which writes its messages, and in [`channels::Catalogue::new`] |
 //! | channel for viewers | `src/channels/view/<x>.rs`, a variant of [`case::ViewChannel`]; a panel in [`layout`] |
-//! | model | its operators beside [`model::scheme`] and [`model::cells`], `src/model/<x>.rs` ([`model::reference::Scheme`] is enough to run whole cases), a variant of [`model::ModelKind`], whose matches name the rest: both engines in [`simulation`], its waves and sizes in [`case`], its fields, what [`trust`] and [`cost`] know of it |
+//! | model | its operators beside [`model::scheme`] and [`model::cells`], `src/model/<x>.rs` ([`model::reference::Scheme`] is enough to run whole cases), a variant of [`model::ModelKind`], whose matches name the rest: both engines in [`simulation`], its waves and sizes in [`case`], its fields, what [`advice::theory`] and [`advice::cost`] know of it |
 //! | closed form | `src/exact/<x>.rs`, one line in [`exact`]; if it covers cases, an arm of [`exact::closed_form::ClosedForm::for_case`] |
 //! | built-in case | `src/case/builtin/<x>.toml`, its name in `src/case/builtin.rs`, and the case that it extends, if it has only its own lines |
 //!
@@ -124,14 +120,13 @@
 //! * \[Ro\] P. J. Roache, *Verification and validation in computational science and engineering* (1998).
 //! * \[AS\] M. Abramowitz, I. A. Stegun, *Handbook of mathematical functions*.
 
-pub mod admissible;
+pub mod advice;
 pub mod case;
 mod channels;
 pub mod checkpoint;
 #[cfg(feature = "cli")]
 pub mod cli;
 mod contact;
-pub mod cost;
 pub mod exact;
 pub mod geometry;
 pub mod grid;
@@ -145,7 +140,6 @@ mod measuring;
 pub mod message;
 pub mod model;
 pub mod recording;
-pub mod rigidity;
 pub mod session;
 mod shape;
 pub mod simulation;
@@ -155,8 +149,6 @@ pub mod surface;
 #[cfg(feature = "cli")]
 pub mod sweep;
 mod table;
-pub mod trust;
 pub mod units;
 pub mod validity;
 pub mod view;
-pub mod warnings;

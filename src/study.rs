@@ -25,6 +25,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{
+    advice::{Advised, Finding},
     case::{Case, CaseErrors, Sizes},
     contact::{
         Rule,
@@ -35,7 +36,6 @@ use crate::{
     simulation::Simulation,
     units::{Unit, Units},
     view::View,
-    warnings::{self, Warning},
 };
 
 /// Times and radii of a study.
@@ -59,7 +59,7 @@ pub struct Level {
     /// Number of the last step.
     pub steps: u64,
     /// Warnings of the case on this mesh and of its results.
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<Finding>,
 }
 
 /// A quantity on all meshes, its order and its limit.
@@ -103,7 +103,7 @@ struct Trace {
     events: BTreeMap<&'static str, f64>,
     /// Interface stress of the last steps, the newest one last.
     pressures: VecDeque<Arc<[f64]>>,
-    warnings: Vec<Warning>,
+    warnings: Vec<Finding>,
 }
 
 /// Steps that the time of an event needs.
@@ -230,8 +230,9 @@ fn trace(case: &Case, plan: &Plan, mut watch: impl FnMut(u64)) -> Result<Trace, 
         trace.observe(view, plan);
         watch(view.step);
     };
-    let outcome = session::run(&mut Simulation::new(case), &mut [&mut collect])?;
-    trace.warnings = warnings::of_results(case, &outcome.validity);
+    let mut steps = Advised::new(case, Simulation::new(case));
+    session::run(&mut steps, &mut [&mut collect])?;
+    trace.warnings = steps.findings().to_vec();
     Ok(trace)
 }
 
@@ -432,8 +433,7 @@ mod tests {
 
     #[test]
     fn the_turn_of_a_contact_converges_within_its_error_bar() {
-        let case =
-            Case::parse("plate", THIN_PLATE, &[], "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let case = Case::sound(THIN_PLATE, &[]);
         for cells in [[25, 50, 100], [30, 60, 120], [40, 80, 160]] {
             let cases = on_meshes(&case, &cells).expect("meshes");
             let study = study(&cases, &Plan::default(), |_| {}).expect("a solver");

@@ -27,7 +27,7 @@
 //! `warnings`, their subjects; last `crc32`, the checksum of what stands before it. Damaged lines are reported, and their cases computed again.
 //! The summary has the columns `case`, the keys that vary (numbers where all values are, quantities in SI), `status` (the state), the measures,
 //! each with its unit, empty where there is none (`percuss-read summary --help` says what they are), and `warnings`: the subjects of the
-//! [warnings](crate::warnings::Warning) of the case and its results, `base;strain`. Cases that failed have a row without measures.
+//! [warnings](crate::advice::Finding) of the case and its results, `base;strain`. Cases that failed have a row without measures.
 //!
 //! Folders that are shared need no locks: every shard writes its own journal. Two processes on one machine cannot write the same one.
 //!

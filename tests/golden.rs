@@ -18,12 +18,12 @@ use std::{collections::BTreeMap, fmt::Write, fs, path::Path};
 
 use mcap::MessageStream;
 use percuss::{
+    advice::Advised,
     case::Case,
     message::percuss::{Drag, Energy, Event, FieldSlice, InterfaceStress, Probes, Velocity},
     recording::{Destination, NUMERICS},
     session::{self, Recording, Source},
     simulation::Simulation,
-    warnings::Warned,
 };
 use prost::Message;
 
@@ -217,7 +217,7 @@ fn record(golden: &Golden, threads: usize) -> Vec<u8> {
     pool.install(|| {
         let mut recording =
             Recording::create(&Destination::new(&path), &case, Source::Simulation).expect("a new file");
-        let mut steps = Warned::new(&case, Simulation::new(&case));
+        let mut steps = Advised::new(&case, Simulation::new(&case));
         session::run(&mut steps, &mut [&mut recording]).expect("a sound case");
     });
     fs::read(&path).expect("the recording")

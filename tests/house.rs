@@ -10,7 +10,7 @@ use std::{
 };
 
 /// Modules of the library from the bottom up. Those of a line use modules of the lines before, not of their own or a later one.
-const LAYERS: [&[&str]; 13] = [
+const LAYERS: [&[&str]; 11] = [
     // names, limits, streams of bytes
     &["geometry", "input", "message", "recording", "state", "table", "validity"],
     &["grid", "indenter", "surface", "units"],
@@ -19,15 +19,13 @@ const LAYERS: [&[&str]; 13] = [
     &["model"],
     &["contact"],
     &["case", "view"],
-    &["channels", "exact", "measuring", "rigidity", "simulation"],
-    &["layout", "trust"],
+    &["channels", "exact", "measuring", "simulation"],
+    &["layout"],
     // the loop over steps
     &["session"],
-    &["admissible", "checkpoint", "live", "warnings"],
-    &["study"],
+    &["advice", "checkpoint", "live"],
     // the program
-    &["cost"],
-    &["sweep"],
+    &["study", "sweep"],
 ];
 
 /// A file that must not use another one, and all below it; with the reason.

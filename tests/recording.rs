@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, fs, path::Path, sync::mpsc};
 
 use mcap::{MessageStream, Summary};
 use percuss::{
+    advice::Advised,
     case::Case,
     message::{foxglove, percuss as message},
     recording::{Destination, FORMAT_VERSION, Tap},
@@ -11,7 +12,6 @@ use percuss::{
     simulation::Simulation,
     validity::Validity,
     view::View,
-    warnings::Warned,
 };
 use percuss_output::part_of;
 use prost::Message;
@@ -24,7 +24,7 @@ mod physical;
 fn record(case: &Case, path: &Path) -> Vec<u8> {
     let mut recording =
         Recording::create(&Destination::new(path), case, Source::Simulation).expect("a new file");
-    let mut steps = Warned::new(case, Simulation::new(case));
+    let mut steps = Advised::new(case, Simulation::new(case));
     session::run(&mut steps, &mut [&mut recording]).expect("a sound run");
     fs::read(path).expect("the recording")
 }

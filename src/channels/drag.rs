@@ -1,6 +1,6 @@
 //! `/drag`: resistance to the indenter, every step.
 
-use super::{Channel, FieldNote};
+use super::{Channel, FieldNote, HEAD, Rate};
 use crate::{case::Case, message::percuss, units::Units};
 
 /// The drag channel, in the units of `case`.
@@ -18,4 +18,5 @@ pub fn channel(case: &Case) -> Channel {
             contact_radius: length.of(view.contact_radius),
         });
     })
+    .emits(Rate::Step(HEAD))
 }

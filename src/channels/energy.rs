@@ -1,6 +1,6 @@
 //! `/energy`: the energy ledger, at frames, of which the last step is one; none without frames.
 
-use super::{Channel, FieldNote};
+use super::{Channel, FieldNote, HEAD, Rate};
 use crate::{case::Case, message::percuss, model::TargetEnergy, units::Units};
 
 /// The energy channel, in the units of `case`.
@@ -54,4 +54,5 @@ pub fn channel(case: &Case) -> Channel {
             layer_kinetic: of_layers(|energy| energy.kinetic),
         });
     })
+    .emits(Rate::Frame(2 * HEAD))
 }

@@ -1,6 +1,6 @@
 //! `/field/…`: a field over the section, at frames.
 
-use super::{Channel, FieldNote};
+use super::{Channel, FieldNote, HEAD, Rate};
 use crate::{case::Case, message::percuss, model::Field, units::Units};
 
 /// The channel of `field`, with the nodes that `case` records.
@@ -20,6 +20,7 @@ pub fn channel(case: &Case, field: Field) -> Channel {
     };
     let (Units { length, time, .. }, unit) = (case.units(), field.unit(&case.units()));
     let (grid, every) = (case.grid(), case.record.field_every);
+    let size = case.frame_size() / case.record.fields.len();
     let is_graded = grid.is_graded();
     let mut fields = vec![
         FieldNote::new("r0", length.name, "radius of the first column"),
@@ -61,4 +62,5 @@ pub fn channel(case: &Case, field: Field) -> Channel {
         }
         outlet.put(&message);
     })
+    .emits(Rate::Frame(2 * HEAD + size as u64))
 }

@@ -1,11 +1,12 @@
 //! `/interface/stress`: stress at the surface nodes out to the largest radius ever in contact, every so many steps and at the last one.
 
-use super::{Channel, FieldNote};
+use super::{Channel, FieldNote, HEAD, Rate};
 use crate::{case::Case, message::percuss, units::Units};
 
 /// The interface stress channel, at the interval of `case`.
 pub fn channel(case: &Case) -> Channel {
     let every = case.record.interface_every;
+    let nodes = case.column(case.sizes.contact_reach) as u64;
     let Units { length, time, stress, .. } = case.units();
     let meaning = "interface stress p = -sigma_zz, compression positive, at r0 + i dr";
     let is_graded = case.mesh.grading.is_some();
@@ -33,4 +34,5 @@ pub fn channel(case: &Case) -> Channel {
         }
         outlet.put(&message);
     })
+    .emits(Rate::Interval(HEAD + 8 * nodes))
 }

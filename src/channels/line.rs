@@ -1,6 +1,6 @@
 //! `/line/…`: stress along a line in the target, at the interval of the interface stress.
 
-use super::{Channel, FieldNote};
+use super::{Channel, FieldNote, HEAD, Rate};
 use crate::{case::Case, message::percuss, model::Line, units::Units};
 
 /// The channel of line number `number` of `case`.
@@ -9,11 +9,14 @@ pub fn channel(case: &Case, number: usize, line: Line) -> Channel {
     let meaning = "stress -sigma_zz, compression positive like the interface stress, at s0 + n ds";
     let note = FieldNote::new("stress", stress.name, meaning).along("s0,ds,s");
     let grid = case.grid();
-    let (s0, ds, first, note, place) = match line {
-        Line::R(r) => (0.0, case.sizes.dz, "depth of the first node", note, format!("r = {}", length.of(r))),
+    let (s0, ds, nodes, first, note, place) = match line {
+        Line::R(r) => {
+            let place = format!("r = {}", length.of(r));
+            (0.0, case.sizes.dz, grid.nz + 1, "depth of the first node", note, place)
+        }
         Line::Z(z) => {
             let place = format!("z = {}", length.of(z));
-            (grid.r0, case.sizes.dr, "radius of the first node", note.even(), place)
+            (grid.r0, case.sizes.dr, case.gauges().columns, "radius of the first node", note.even(), place)
         }
     };
     let fields = vec![
@@ -42,5 +45,6 @@ pub fn channel(case: &Case, number: usize, line: Line) -> Channel {
         message.stress.extend(line.iter().map(|p| stress.of(*p)));
         outlet.put(&message);
     })
+    .emits(Rate::Interval(HEAD + 8 * nodes as u64))
     .remark("line", place)
 }

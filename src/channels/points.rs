@@ -1,6 +1,6 @@
 //! `/points`: motion and stress at chosen points in the target, every step.
 
-use super::{Channel, FieldNote, list};
+use super::{Channel, FieldNote, HEAD, Rate, list};
 use crate::{case::Case, message::percuss, units::Units};
 
 /// The points channel, at the points of `case`.
@@ -37,6 +37,7 @@ pub fn channel(case: &Case) -> Channel {
         }
         outlet.put(&message);
     })
+    .emits(Rate::Step(HEAD + 24 * points.len() as u64))
     .remark("r", radii)
     .remark("z", depths)
 }

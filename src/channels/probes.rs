@@ -1,6 +1,6 @@
 //! `/probes`: interface stress at chosen radii, every step.
 
-use super::{Channel, FieldNote, list};
+use super::{Channel, FieldNote, HEAD, Rate, list};
 use crate::{case::Case, message::percuss, units::Units};
 
 /// The probes channel, at the radii of `case`.
@@ -16,4 +16,5 @@ pub fn channel(case: &Case) -> Channel {
         message.stress.extend(radii.iter().map(|&r| stress.of(view.interface.stress_at(r))));
         outlet.put(&message);
     })
+    .emits(Rate::Step(HEAD + 8 * case.record.probes.len() as u64))
 }

@@ -1,6 +1,6 @@
 //! `/velocity`: motion of the indenter, every step.
 
-use super::{Channel, FieldNote};
+use super::{Channel, FieldNote, HEAD, Rate};
 use crate::{case::Case, message::percuss, units::Units};
 
 /// The velocity channel, in the units of `case`.
@@ -18,4 +18,5 @@ pub fn channel(case: &Case) -> Channel {
             displacement: length.of(view.depth),
         });
     })
+    .emits(Rate::Step(HEAD))
 }

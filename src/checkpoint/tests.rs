@@ -6,10 +6,10 @@ use percuss_table::measures::Observations;
 
 use super::*;
 use crate::{
+    advice::Advised,
     recording::{Destination, Written},
     session::{self, Flow, Recording, Source},
     view::View,
-    warnings::Warned,
 };
 
 fn case(settings: &[&str]) -> Case {
@@ -178,7 +178,7 @@ fn run_up_to(step: u64, path: &Path, case: &Case) {
         true => Flow::Interrupt("a piece is done".into()),
         false => Flow::Continue,
     };
-    session::run(&mut Warned::new(case, simulation), &mut [&mut recording, &mut stop]).expect("room");
+    session::run(&mut Advised::new(case, simulation), &mut [&mut recording, &mut stop]).expect("room");
 }
 
 #[test]

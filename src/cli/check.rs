@@ -7,15 +7,17 @@ use percuss_output::text::{printable, say};
 
 use super::{CaseArguments, CliError, Exit, layers, print, print_document, scales};
 use crate::{
-    admissible::{self, Trial},
+    advice::{
+        self, Finding,
+        admissible::{self, Trial},
+        cost::{self, Estimate},
+        rigidity::Rigidity,
+        theory::Trust,
+    },
     case::{Case, Sizes, Stop},
-    cost::{self, Estimate},
     exact::hertz::Hertz,
-    rigidity::Rigidity,
-    trust::{TheoryError, Trust},
     units::{Dimension, Units},
     validity::STRAIN_LIMIT,
-    warnings::{self, Warning},
 };
 
 const EXAMPLES: &str = "\
@@ -55,11 +57,11 @@ impl Check {
         }
         let estimate = Estimate::new(&case);
         let admissible = self.admissible.then(|| find_velocity(&case)).transpose()?;
-        let warnings = warnings::of_case(&case);
+        let findings = advice::of_case(&case);
         if self.json {
-            print_document(&json(&case, &estimate, admissible, &warnings))?;
+            print_document(&json(&case, &estimate, admissible, &findings))?;
         } else {
-            for Warning { text, .. } in &warnings {
+            for Finding { text, .. } in &findings {
                 say(&format!("warning: {text}"));
             }
             print(&table(&self.case.case, &case, &estimate, admissible))?;
@@ -84,7 +86,7 @@ fn metres_per_second(case: &Case, velocity: f64) -> Option<f64> {
     Some(velocity * case.scales?.of(Dimension::Speed))
 }
 
-fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &[Warning]) -> String {
+fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, findings: &[Finding]) -> String {
     let mut value = serde_json::json!({
         "version": 4,
         "valid": true,
@@ -100,7 +102,7 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &
             "whole_file_bytes": cost::whole_file(case),
             "seconds": estimate.seconds,
         },
-        "theory_error": Trust::of(case).map(|trust| theory_error(&trust)),
+        "theory_error": Trust::of(case),
         "hertz": Hertz::of(case).map(|hertz| serde_json::json!({
             "largest_radius": case.units().length.of(hertz.largest_radius()),
             "duration": case.units().time.of(hertz.duration()),
@@ -108,11 +110,8 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &
             "cells_across": cells_across(case, &hertz),
             "cells_for_ten_across": cells_for_ten(case, &hertz),
         })),
-        "rigidity": Rigidity::of(case).map(|rigidity| serde_json::json!({
-            "modulus_ratio": rigidity.modulus_ratio,
-            "force_ratio": rigidity.force_ratio,
-        })),
-        "warnings": warnings,
+        "rigidity": Rigidity::of(case),
+        "warnings": findings,
     });
     if let Some(Trial { velocity, strain, nodes }) = admissible {
         value["admissible"] = serde_json::json!({
@@ -124,18 +123,6 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, warnings: &
         });
     }
     format!("{value:#}\n")
-}
-
-/// Estimated errors of the simplified theory, or why there are none.
-fn theory_error(trust: &Trust) -> serde_json::Value {
-    let (errors, reason) = match trust {
-        Trust::Estimated(errors) => (&errors[..], None),
-        Trust::NotEstimated(reason) => (&[][..], Some(reason)),
-    };
-    let each = errors.iter().map(|TheoryError { quantity, error }| {
-        serde_json::json!({ "quantity": quantity.name(), "error": error, "time": quantity.time() })
-    });
-    serde_json::json!({ "estimates": each.collect::<Vec<_>>(), "not_estimated": reason })
 }
 
 fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>) -> String {

@@ -22,8 +22,8 @@ use signal_hook::{
 
 use super::{CliError, Exit, default_output};
 use crate::{
+    advice::cost::{Estimate, least_bytes},
     case::Case,
-    cost::{Estimate, least_bytes},
     recording::{Destination, Synchronise},
     session::{Flow, Status},
 };

@@ -27,6 +27,7 @@ use super::{
     scales,
 };
 use crate::{
+    advice::Advised,
     case::Case,
     channels::{Catalogue, log_time},
     checkpoint::{self, Checkpoint, Checkpoints, checkpoint_of},
@@ -35,7 +36,6 @@ use crate::{
     session::{self, Recording, RunError, Source, Status, recorded_case},
     simulation::{Engine, Simulation},
     view::View,
-    warnings::Warned,
 };
 
 const EXAMPLES: &str = "\
@@ -147,7 +147,7 @@ impl Run {
             progress.advance(view.step);
             flow(&signal)
         };
-        let mut steps = Warned::new(&case, simulation);
+        let mut steps = Advised::new(&case, simulation);
         let outcome = pool.install(|| session::run(&mut steps, &mut [&mut recording, &mut watch]));
         progress.end();
         if let Ok(outcome) = &outcome {

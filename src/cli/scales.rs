@@ -2,9 +2,9 @@
 
 use super::layers;
 use crate::{
+    advice::rigidity::Rigidity,
     case::Case,
     geometry::Geometry,
-    rigidity::Rigidity,
     units::{Dimension, Scales, Units, engineering, name},
 };
 

@@ -15,10 +15,10 @@ use super::{
     progress::Progress,
 };
 use crate::{
+    advice::{Finding, codes},
     case::Case,
     study::{Plan, Study, on_meshes, study},
     units::{Dimension, Units},
-    warnings::{self, Warning},
 };
 
 const EXAMPLES: &str = "\
@@ -192,7 +192,7 @@ fn csv(case: &Case, study: &Study) -> String {
                 &number(quantity.extrapolated),
                 &number(quantity.error_bar),
                 &number(quantity.exact),
-                &warnings::subjects(&level.warnings).join(";"),
+                &codes(&level.warnings).join(";"),
             ]);
         }
     }
@@ -201,13 +201,13 @@ fn csv(case: &Case, study: &Study) -> String {
 
 /// The warnings of all meshes, each in the words of the finest mesh that has it.
 fn warned(study: &Study) -> String {
-    let all: Vec<Warning> = study.levels.iter().flat_map(|level| level.warnings.clone()).collect();
+    let all = || study.levels.iter().flat_map(|level| &level.warnings);
     let mut text = String::new();
-    for subject in warnings::subjects(&all) {
-        let is_it = |warning: &&Warning| warning.about == subject;
-        let levels = study.levels.iter().filter(|level| level.warnings.iter().any(|warning| is_it(&warning)));
+    for code in codes(all()) {
+        let is_it = |finding: &Finding| finding.code == code;
+        let levels = study.levels.iter().filter(|level| level.warnings.iter().any(is_it));
         let cells: Vec<String> = levels.map(|level| level.cells.to_string()).collect();
-        let finest = all.iter().rfind(is_it).expect("it is the subject of one");
+        let finest = all().filter(|finding| is_it(finding)).last().expect("it is the code of one");
         text += &format!("warning, {} cells: {}\n", cells.join(", "), printable(&finest.text));
     }
     text

@@ -33,7 +33,7 @@ pub enum EventKind {
     LayerTension,
     /// The run stops before its end time.
     Stopped,
-    /// Results are outside the range of validity; the subject is that of [`crate::warnings::Warning`].
+    /// Results are outside the range of validity; the code is that of a finding.
     Warning(&'static str),
 }
 

@@ -58,7 +58,7 @@ pub struct Entry {
     pub host: String,
     /// What was measured, in the units of the case; nothing of a case that failed.
     pub measures: Measures,
-    /// Subjects of its warnings, see [`crate::warnings::Warning`].
+    /// Subjects of its warnings, see [`crate::advice::Finding`].
     pub warnings: Vec<String>,
 }
 

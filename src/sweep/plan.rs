@@ -11,8 +11,8 @@ use super::{
     spec::{Axis, SpecError, axes},
 };
 use crate::{
+    advice::cost::Estimate,
     case::{Case, CaseBuilder, CaseErrors, builtin},
-    cost::Estimate,
     recording::NUMERICS,
     units::Units,
 };

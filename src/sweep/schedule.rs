@@ -21,13 +21,13 @@ use super::{
     plan::Plan,
 };
 use crate::{
+    advice::{Advised, codes},
     case::CaseErrors,
     measuring::Measuring,
     recording::Destination,
     session::{self, Flow, Recording, RunError, Source, Status},
     simulation::Simulation,
     view::View,
-    warnings::{self, Warned, Warning},
 };
 
 /// A case that is to be computed.
@@ -200,8 +200,8 @@ impl<'a> Queue<'a> {
             true => Flow::Interrupt("the sweep is interrupted".into()),
             false => Flow::Continue,
         };
+        let mut steps = pool.install(|| Advised::new(&case, Simulation::new(&case)));
         let computed = pool.install(|| {
-            let mut steps = Warned::new(&case, Simulation::new(&case));
             let Some((path, _)) = &job.recording else {
                 let mut measuring = Measuring::new(case.units(), true);
                 let mut measure = |view: &View<'_>| measuring.take(view);
@@ -216,7 +216,7 @@ impl<'a> Queue<'a> {
             let measures = recording.measures(&outcome.validity);
             Ok((outcome, measures))
         });
-        let entry = |state, message, file, measures, warnings: &[Warning]| Entry {
+        let entry = |state, message, file, measures| Entry {
             case: number,
             digest: self.plan.cases[number - 1].digest,
             state,
@@ -225,7 +225,7 @@ impl<'a> Queue<'a> {
             seconds: start.elapsed().as_secs_f64(),
             host: gethostname::gethostname().to_string_lossy().into_owned(),
             measures,
-            warnings: warnings::subjects(warnings).into_iter().map(str::to_owned).collect(),
+            warnings: codes(steps.findings()).into_iter().map(str::to_owned).collect(),
         };
         let file = job.recording.as_ref().map(|(_, name)| name.clone());
         match computed {
@@ -235,12 +235,10 @@ impl<'a> Queue<'a> {
                     Status::Stopped(_) => State::Stopped,
                     Status::Interrupted(_) | Status::Failed(_) => return Ok(None),
                 };
-                let warnings = warnings::of_results(&case, &outcome.validity);
-                Ok(Some(entry(state, None, file, measures.into(), &warnings)))
+                Ok(Some(entry(state, None, file, measures.into())))
             }
             Err(RunError::Simulation(error)) => {
-                let warnings = warnings::of_case(&case);
-                Ok(Some(entry(State::Failed, Some(error.to_string()), None, Default::default(), &warnings)))
+                Ok(Some(entry(State::Failed, Some(error.to_string()), None, Default::default())))
             }
             Err(error) => Err(Broken::Recording { number, error }),
         }

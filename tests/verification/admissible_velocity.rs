@@ -2,7 +2,7 @@
 //! for any head.
 
 use percuss::{
-    admissible::{CLOSE, Trial, find},
+    advice::admissible::{CLOSE, Trial, find},
     session,
     simulation::Simulation,
     validity::STRAIN_LIMIT,

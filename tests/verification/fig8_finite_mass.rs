@@ -12,10 +12,10 @@
 //! 9.36 do not follow from its equations.)
 
 use percuss::{
+    advice::Advised,
     session::{self, Status},
     simulation::Simulation,
     view::{EventKind, View},
-    warnings::Warned,
 };
 
 use super::{
@@ -160,7 +160,7 @@ fn the_documentation_gives_these_times() {
 #[test]
 fn going_on_after_the_extension_is_an_option() {
     let case = case("fig8-m2.5", &["run.stop=separation", "record.frames=0"]);
-    let mut steps = Warned::new(&case, Simulation::new(&case));
+    let mut steps = Advised::new(&case, Simulation::new(&case));
     let mut kinds = Vec::new();
     let mut collect = |view: &View<'_>| kinds.extend(view.events.iter().map(|event| event.kind));
     let outcome = session::run(&mut steps, &mut [&mut collect]).expect("finite numbers");

@@ -11,12 +11,12 @@ use std::{
 };
 
 use percuss::{
+    advice::Advised,
     case::Case,
     session,
     simulation::{Engine, Simulation},
     validity::{Peak, Validity},
     view::View,
-    warnings::Warned,
 };
 use rayon::prelude::*;
 
@@ -135,7 +135,7 @@ type Seen = (Vec<View<'static>>, Validity);
 fn views(case: &Case, engine: Engine) -> Seen {
     let mut views = Vec::new();
     let mut look = |view: &View<'_>| views.push(view.share());
-    let mut steps = Warned::new(case, Simulation::with_engine(case, engine));
+    let mut steps = Advised::new(case, Simulation::with_engine(case, engine));
     let mut validity = session::run(&mut steps, &mut [&mut look]).expect("finite numbers").validity;
     validity.probes = Peak::default();
     (views, validity)

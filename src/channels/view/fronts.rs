@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::{Sheet, Viewport, WORLD, colours, entity, viewport::EdgeWave};
 use crate::{
     case::Case,
-    channels::{Channel, FieldNote},
+    channels::{Channel, FieldNote, Rate},
     message::foxglove::{LinePrimitive, Point3, SceneUpdate},
     model::ModelKind,
 };
@@ -47,7 +47,8 @@ pub fn channel(case: &Case, viewport: &Arc<Viewport>) -> Channel {
         let mut entity = entity("fronts", WORLD, outlet);
         entity.lines = fronts.lines(view.time);
         outlet.put(&SceneUpdate { deletions: Vec::new(), entities: vec![entity] });
-    });
+    })
+    .emits(Rate::Frame(4 << 10));
     match viewport.waves.first() {
         Some(edge) => channel
             .remark("edge.r", viewport.world.length(edge.r).to_string())

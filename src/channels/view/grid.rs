@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     case::Case,
-    channels::{Channel, FieldNote, lock},
+    channels::{Channel, FieldNote, Rate, lock},
     message::foxglove::{self, PackedElementField, packed_element_field::NumericType},
 };
 
@@ -38,6 +38,7 @@ pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) 
     ];
     let fields = lock(section).fields();
     let stride = fields + COLOUR.len();
+    let pixels = 2 * (viewport.columns * viewport.rows) as u64;
     let packed = |(offset, name): (usize, &str)| PackedElementField {
         name: name.into(),
         offset: offset as u32,
@@ -72,7 +73,8 @@ pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) 
             message.data.extend_from_slice(&[red, green, blue, u8::MAX]);
         }
         outlet.put(&message);
-    });
+    })
+    .emits(Rate::Frame(pixels * stride as u64));
     case.record.fields.iter().fold(channel.remark("level.zero", ZERO.to_string()), |channel, &field| {
         let range = range(case, field);
         channel

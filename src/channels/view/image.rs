@@ -11,7 +11,7 @@ use percuss_canvas::{Align, Raster, Text};
 use super::{Viewport, WORLD, plate::Plate, section::Section, timestamp, viewport::range};
 use crate::{
     case::Case,
-    channels::{Channel, lock},
+    channels::{Channel, Rate, lock},
     message::foxglove,
     model::Frame,
     units::Units,
@@ -34,8 +34,11 @@ struct Picture {
 }
 
 /// The channel of a case: it shows the first of the recorded fields.
-pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) -> Channel {
-    let mut picture = Picture::new(case, viewport, section);
+pub fn channel(case: &Case, viewport: &Arc<Viewport>, section: &Arc<Mutex<Section>>) -> Channel {
+    let (viewport, section, drawn) = (Arc::clone(viewport), Arc::clone(section), case.clone());
+    // of sections, pixels take 0.75 bytes
+    let bytes = (6 << 10) + 3 * (viewport.columns * viewport.rows) as u64 / 2;
+    let mut picture = None;
     let mut message = foxglove::CompressedImage {
         frame_id: WORLD.into(),
         format: "png".into(),
@@ -47,11 +50,13 @@ pub fn channel(case: &Case, viewport: &Viewport, section: &Arc<Mutex<Section>>) 
     Channel::new("/view/image", "foxglove.CompressedImage", Vec::new(), move |view, outlet| {
         let Some(frame) = &view.frame else { return };
         message.timestamp = Some(timestamp(outlet));
+        let picture = picture.get_or_insert_with(|| Picture::new(&drawn, &viewport, &section));
         picture.draw(view, &frame.fields);
         message.data.clear();
         picture.encode(&mut message.data).expect("memory takes every byte");
         outlet.put(&message);
     })
+    .emits(Rate::Frame(bytes))
     .remark("shows", format!("/field/{}", shown.name()))
     .remark(format!("colour_range.{}", shown.name()), format!("{},{range}", -range))
     .remark(

@@ -2,7 +2,7 @@
 
 use crate::{
     case::{Case, Sizes},
-    channels::{Channel, FieldNote},
+    channels::{Channel, FieldNote, Rate},
     message::percuss,
     units::Units,
 };
@@ -45,4 +45,5 @@ pub fn channel(case: &Case) -> Channel {
         }
         outlet.put(&message);
     })
+    .emits(Rate::Frame(6 << 10))
 }

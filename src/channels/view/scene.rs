@@ -7,7 +7,7 @@ use percuss_canvas::DIVERGING;
 use super::{INDENTER, Sheet, Viewport, WORLD, colours, entity, viewport::range, world::World};
 use crate::{
     case::Case,
-    channels::{Channel, FieldNote, Outlet},
+    channels::{Channel, FieldNote, Outlet, Rate},
     geometry::Geometry,
     message::foxglove::{
         ArrowPrimitive, Color, LinePrimitive, Point3, Pose, Quaternion, SceneEntity, SceneUpdate,
@@ -54,6 +54,7 @@ pub fn channel(case: &Case, viewport: &Arc<Viewport>) -> Channel {
             outlet.put(&SceneUpdate { deletions: Vec::new(), entities: scene.entities(view, outlet) });
         }
     })
+    .emits(Rate::Frame(6 << 10))
     .remark("exaggeration", viewport.exaggeration.to_string())
     .remark("arrow_length_per_drag", per_drag.to_string())
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{INDENTER, Viewport, WORLD, timestamp, world::UPRIGHT};
 use crate::{
-    channels::{Channel, FieldNote},
+    channels::{Channel, FieldNote, Rate},
     message::foxglove::{self, FrameTransform},
 };
 
@@ -27,5 +27,6 @@ pub fn channel(viewport: &Arc<Viewport>) -> Channel {
         };
         outlet.put(&foxglove::FrameTransforms { transforms: vec![transform] });
     })
+    .emits(Rate::Frame(128))
     .remark("exaggeration", exaggeration)
 }

@@ -12,11 +12,11 @@ use mcap::{
     records::{MessageHeader, Metadata},
 };
 use percuss::{
+    advice::Advised,
     case::{Case, builtin},
     recording::Destination,
     session::{self, Recording, Source},
     simulation::Simulation,
-    warnings::Warned,
 };
 use percuss_reader::convention::{CHECKSUM, checksum};
 use prost_reflect::{
@@ -355,7 +355,7 @@ pub fn record(name: &str, settings: &[&str], path: &Path) {
     let case = Case::parse(name, &text, &settings, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
     let mut recording =
         Recording::create(&Destination::new(path), &case, Source::Simulation).expect("a new file");
-    let mut steps = Warned::new(&case, Simulation::new(&case));
+    let mut steps = Advised::new(&case, Simulation::new(&case));
     session::run(&mut steps, &mut [&mut recording]).expect("room on the disk");
 }
 

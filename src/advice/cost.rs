@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! time       node updates inside the light cone of the contact over their rate on all cores, and bytes of messages over theirs
-//! messages   what each channel has for a step, a column, a node or a pixel
+//! messages   what each channel says of its own
 //! recording  messages over their usual compression
 //! ```
 //!
@@ -10,10 +10,10 @@
 //! less of both.
 
 use crate::{
-    case::{Case, ViewChannel},
-    channels::view::Viewport,
+    case::Case,
+    channels::Catalogue,
     model::{GAUGES_UNDER_WAY, GaugePlan, ModelKind, scheme::Order},
-    recording::{Compression, MESSAGE_HEADER},
+    recording::Compression,
 };
 
 /// Node updates per second and core: full theory, simplified theory of order 2 and 4. Measured on an AMD EPYC (Zen 4): runs of 0.1 to 24 s
@@ -30,18 +30,6 @@ const WRITING_RATE: f64 = 3e8;
 const COMPRESSED: f64 = 0.3;
 /// The same, at least: a recording that is even so larger than the disk is refused.
 const LEAST_COMPRESSED: f64 = 0.1;
-
-/// Bytes that a message takes beside its payload: record header and index entry.
-const MESSAGE_OVERHEAD: u64 = MESSAGE_HEADER + 16;
-/// Payload of numbers that a message begins with, and that the messages of drag and velocity have \[bytes\].
-const HEAD: u64 = 36;
-/// Size of an image beside its section, of which a pixel takes 0.75 bytes \[bytes\].
-const IMAGE: u64 = 6 << 10;
-/// Payload of a scene, of fronts, of a transform and of a profile \[bytes\].
-const SCENE: u64 = 6 << 10;
-const FRONTS: u64 = 4 << 10;
-const TRANSFORM: u64 = 128;
-const PROFILE: u64 = 6 << 10;
 
 /// Estimated number of frames in memory if they are computed faster than written: sampled, and in the queue of the recorder.
 const FRAMES_IN_MEMORY: u64 = 9;
@@ -65,7 +53,7 @@ impl Estimate {
         let frames = case.frames().count().min(FRAMES_IN_MEMORY);
         let frame = if frames > 0 { case.frame_size() as u64 } else { 0 };
         let memory = case.field_memory() + frames * frame + gauge_memory(case);
-        let messages = messages(case);
+        let messages = Catalogue::new(case).estimated_size(case);
         let file = compressed(case, messages, COMPRESSED);
         let rate = match (case.model, case.mesh.order) {
             (ModelKind::Elastic, _) => ELASTIC_RATE,
@@ -88,55 +76,11 @@ pub(crate) fn whole_file(case: &Case) -> Option<u64> {
 
 /// Size that the recording of a case has at least, if its stop condition does not end it earlier \[bytes\].
 pub fn least_bytes(case: &Case) -> u64 {
-    compressed(case, messages(case), LEAST_COMPRESSED)
+    compressed(case, Catalogue::new(case).estimated_size(case), LEAST_COMPRESSED)
 }
 
 fn compressed(case: &Case, messages: u64, ratio: f64) -> u64 {
     if case.record.compression == Compression::None { messages } else { (ratio * messages as f64) as u64 }
-}
-
-/// Size of all messages before compression \[bytes\].
-fn messages(case: &Case) -> u64 {
-    let (sizes, record) = (&case.sizes, &case.record);
-    let message = |payload: u64| MESSAGE_OVERHEAD + payload;
-    let steps = sizes.steps + 1;
-    let probes = 8 * record.probes.len() as u64;
-    let points = if record.points.is_empty() { 0 } else { message(HEAD + 24 * record.points.len() as u64) };
-    let step = 2 * message(HEAD) + message(HEAD + probes) + points;
-    let columns = case.column(sizes.contact_reach) as u64;
-    let gauges = case.gauges();
-    // a sweep estimates each of its cases: the mesh is not made for nothing
-    let along = if gauges.is_empty() { 0 } else { GaugePlan::new(&gauges, &case.grid()).size() as u64 };
-    let interface = message(HEAD + 8 * columns) + gauges.lines.len() as u64 * message(HEAD) + along;
-    let frames = match case.frames().count() {
-        0 => 0,
-        frames => frames * frame_messages(case),
-    };
-    steps * step + (sizes.steps.div_ceil(record.interface_every) + 1) * interface + frames
-}
-
-/// Size of the messages of a frame before compression \[bytes\].
-fn frame_messages(case: &Case) -> u64 {
-    let record = &case.record;
-    let message = |payload: u64| MESSAGE_OVERHEAD + payload;
-    let viewport = Viewport::new(case);
-    let pixels = 2 * (viewport.columns * viewport.rows) as u64;
-    let fields = record.fields.len() as u64;
-    let view = |view: &ViewChannel| {
-        message(match view {
-            // a byte for each field, four for the colour
-            ViewChannel::Field => pixels * (fields + 4) * fields.min(1),
-            ViewChannel::Image => (IMAGE + pixels * 3 / 4) * fields.min(1),
-            ViewChannel::Scene => SCENE,
-            ViewChannel::Fronts => FRONTS,
-            ViewChannel::Tf => TRANSFORM,
-            ViewChannel::Profile => PROFILE,
-        })
-    };
-    message(2 * HEAD)
-        + fields * message(2 * HEAD)
-        + case.frame_size() as u64
-        + record.views.iter().map(view).sum::<u64>()
 }
 
 /// Memory of points and lines of steps that are under way, at most \[bytes\].
@@ -156,12 +100,11 @@ mod tests {
 
     #[test]
     fn gauges_take_memory() {
-        let settings = ["record.points=[[0.0, 0.5]]", "record.lines=[{ r = 0.0 }]"].map(String::from);
+        let settings = ["record.points=[[0.0, 0.5]]", "record.lines=[{ r = 0.0 }]"];
         for name in ["fig5", "fig8-m5"] {
-            let [with, without] =
-                [&settings[..], &[]].map(|settings| Case::load(name, settings).expect("a built-in case"));
+            let [with, without] = [&settings[..], &[]].map(|settings| Case::sound(name, settings));
             assert!(gauge_memory(&with) > 0 && gauge_memory(&without) == 0);
-            assert!(messages(&with) > messages(&without));
+            assert!(least_bytes(&with) > least_bytes(&without));
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Warnings outside the range of validity.
+//! Findings about a case and its run: where results are outside the range of validity, and estimates of a run.
 //!
-//! Some follow from the case, others only from its run. `percuss check` and `percuss run` print them; [`Warned`] adds them to the events
-//! of a run, so that recordings have them.
+//! Some findings follow from the case, others only from its run. [`Advised`] adds them to the events of a run, from where programs
+//! and recordings have them; `percuss check` prints those of the case.
 
 use crate::{
     case::{Case, NOTED_CHANGE},
@@ -9,16 +9,22 @@ use crate::{
     exact::hertz::Hertz,
     geometry::Geometry,
     grid::Back,
-    rigidity::Rigidity,
     session::{Status, Steps},
     shape::Head,
     simulation::{Simulation, SimulationError},
     state::SaveState,
-    trust::Trust,
-    units::{Dimension, Unit, Units},
+    units::{Dimension, Units},
     validity::{STRAIN_LIMIT, Validity},
     view::{Event, View},
 };
+
+pub mod admissible;
+pub mod cost;
+pub mod rigidity;
+pub mod theory;
+
+use rigidity::Rigidity;
+use theory::Trust;
 
 /// Share of c_p above which an impact velocity is no small one.
 const FAST: f64 = 0.1;
@@ -31,19 +37,20 @@ const LARGEST_LOSS: f64 = 0.1;
 /// Cells across the corner of an edge that show it.
 const CORNER_CELLS: f64 = 2.0;
 
-/// A warning.
+/// What misleads in a case or its results, as a warning.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Warning {
+pub struct Finding {
     /// Its subject in one word: `velocity`, `layers`, `edge`, `base`, `rigid`, `theory`, `mass`, `strain`, `cells`, `loss`.
-    pub about: &'static str,
-    /// What misleads, and what to do.
+    #[serde(rename = "about")]
+    pub code: &'static str,
+    /// What misleads, where, and what to do.
     pub text: String,
 }
 
-/// The warnings that follow from a case.
-pub fn of_case(case: &Case) -> Vec<Warning> {
-    let mut warnings = Vec::new();
-    let mut warn = |about, text| warnings.push(Warning { about, text });
+/// The findings that follow from a case.
+pub fn of_case(case: &Case) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut warn = |code, text| findings.push(Finding { code, text });
     if let Some(scales) = case.scales.filter(|_| case.impact.velocity > FAST) {
         let speed = case.units().speed;
         let (velocity, c_p) = (speed.text(case.impact.velocity), scales.of(Dimension::Speed));
@@ -81,23 +88,29 @@ pub fn of_case(case: &Case) -> Vec<Warning> {
         }
         _ => {}
     }
-    warnings
+    findings
 }
 
-/// The warnings of a run: those of its case, then those of its results.
-pub fn of_results(case: &Case, validity: &Validity) -> Vec<Warning> {
-    [of_case(case), RunWarnings::new(case).of(validity)].concat()
+/// The findings that follow from the results of a run.
+fn of_run(case: &Case, validity: &Validity) -> Vec<Finding> {
+    let findings = [
+        ("mass", slowed_body(case, validity)),
+        ("strain", large_strain(case, validity)),
+        ("cells", narrow_contact(case, validity)),
+        ("loss", lost_energy(validity)),
+    ];
+    findings.into_iter().filter_map(|(code, text)| Some(Finding { code, text: text? })).collect()
 }
 
-/// Subjects of warnings, each once.
-pub fn subjects(warnings: &[Warning]) -> Vec<&'static str> {
-    let mut subjects = Vec::new();
-    for Warning { about, .. } in warnings {
-        if !subjects.contains(about) {
-            subjects.push(*about);
+/// Codes of findings, each once.
+pub fn codes<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> Vec<&'static str> {
+    let mut codes = Vec::new();
+    for Finding { code, .. } in findings {
+        if !codes.contains(code) {
+            codes.push(*code);
         }
     }
-    subjects
+    codes
 }
 
 /// Layers whose wave speeds are changed notably.
@@ -183,122 +196,88 @@ fn unresolved_motion(fall: f64, cells: usize) -> String {
     )
 }
 
-/// What the warnings of a run depend on beside its results.
-#[derive(Clone, Copy, Debug)]
-pub struct RunWarnings {
-    /// Δt/(M·V0): share of V0 that a drag takes from the body in a step; 0 if the case itself warns of it.
-    slowing: f64,
-    cells: usize,
-    units: Units,
-    is_flat: bool,
-    is_physical: bool,
-    dr: f64,
+/// A body that the largest drag slows too much within a step, if the case itself does not say so.
+fn slowed_body(case: &Case, validity: &Validity) -> Option<String> {
+    let fall = validity.drag.value * (case.sizes.dt / (case.indenter.mass * case.impact.velocity));
+    (fall > LARGEST_FALL && light_body(case).is_none()).then(|| unresolved_motion(fall, case.mesh.cells))
 }
 
-impl RunWarnings {
-    /// For the runs of a case.
-    pub fn new(case: &Case) -> Self {
-        Self {
-            slowing: match light_body(case) {
-                Some(_) => 0.0,
-                None => case.sizes.dt / (case.indenter.mass * case.impact.velocity),
-            },
-            cells: case.mesh.cells,
-            units: case.units(),
-            is_flat: case.indenter.head.is_flat(),
-            is_physical: case.scales.is_some(),
-            dr: case.sizes.dr,
-        }
+/// Strain above the limit. A flat head without units is none of it: its results are those of any V0, scaled.
+fn large_strain(case: &Case, validity: &Validity) -> Option<String> {
+    let strain = validity.strain.value;
+    if strain <= STRAIN_LIMIT || (case.indenter.head.is_flat() && case.scales.is_none()) {
+        return None;
     }
+    let times = strain / STRAIN_LIMIT;
+    let Units { length, time, speed, .. } = case.units();
+    let remedy = match validity.admissible_velocity() {
+        Some(velocity) => format!("V0 up to {:.4} {} keeps it", speed.of(velocity), speed.name),
+        None => "under a head that is not flat it falls more slowly than V0".into(),
+    };
+    let [r, z] = [validity.strain.r, validity.strain.z].map(|x| length.text(x));
+    let t = time.text(validity.strain.time);
+    Some(format!(
+        "the largest strain, {strain:.4} at r = {r}, z = {z}, t = {t}, is {times:.1} times the limit of linear theory, {STRAIN_LIMIT}; {remedy}"
+    ))
+}
 
-    /// The warnings that follow from the results of a run.
-    pub fn of(&self, validity: &Validity) -> Vec<Warning> {
-        [self.fall(validity), self.strain(validity), self.cells(validity), loss(validity)]
-            .into_iter()
-            .flatten()
-            .collect()
-    }
-
-    /// A body that the largest drag slows too much within a step.
-    fn fall(&self, validity: &Validity) -> Option<Warning> {
-        let fall = validity.drag.value * self.slowing;
-        (fall > LARGEST_FALL).then(|| Warning { about: "mass", text: unresolved_motion(fall, self.cells) })
-    }
-
-    /// Strain above the limit. A flat head without units is none of it: its results are those of any V0, scaled.
-    fn strain(&self, validity: &Validity) -> Option<Warning> {
-        let strain = validity.strain.value;
-        if strain <= STRAIN_LIMIT || (self.is_flat && !self.is_physical) {
-            return None;
-        }
-        let times = strain / STRAIN_LIMIT;
-        let Unit { name, .. } = self.units.speed;
-        let remedy = match validity.admissible_velocity() {
-            Some(velocity) => format!("V0 up to {:.4} {name} keeps it", self.units.speed.of(velocity)),
-            None => "under a head that is not flat it falls more slowly than V0".into(),
-        };
-        let [r, z] = [validity.strain.r, validity.strain.z].map(|x| self.units.length.text(x));
-        let t = self.units.time.text(validity.strain.time);
-        let text = format!(
-            "the largest strain, {strain:.4} at r = {r}, z = {z}, t = {t}, is {times:.1} times the limit of linear theory, {STRAIN_LIMIT}; {remedy}"
-        );
-        Some(Warning { about: "strain", text })
-    }
-
-    /// A contact that the mesh does not resolve.
-    fn cells(&self, validity: &Validity) -> Option<Warning> {
-        let peak = validity.drag;
-        let cells = peak.r / self.dr;
-        if self.is_flat || peak.value <= 0.0 || cells >= FEWEST_CELLS {
-            return None;
-        }
-        let text = format!(
+/// A contact that the mesh does not resolve.
+fn narrow_contact(case: &Case, validity: &Validity) -> Option<String> {
+    let peak = validity.drag;
+    let cells = peak.r / case.sizes.dr;
+    let is_narrow = !case.indenter.head.is_flat() && peak.value > 0.0 && cells < FEWEST_CELLS;
+    is_narrow.then(|| {
+        format!(
             "at the largest force the radius of the contact is only {cells:.1} cells, fewer than {FEWEST_CELLS}: peak force, stress, contact \
              radius and restitution are those of the mesh; make mesh.cells larger"
-        );
-        Some(Warning { about: "cells", text })
-    }
+        )
+    })
 }
 
 /// A rebound whose loss of energy is the mesh's in good part.
-fn loss(validity: &Validity) -> Option<Warning> {
+fn lost_energy(validity: &Validity) -> Option<String> {
     let (squared, mesh_loss) = validity.rebound.zip(validity.mesh_loss)?;
     if mesh_loss <= LARGEST_LOSS * (1.0 - squared) {
         return None;
     }
     let [raw, corrected] = [squared, squared + mesh_loss].map(f64::sqrt);
-    let text = format!(
+    Some(format!(
         "{:.0} % of the energy that the indenter has lost is the mesh's, of nodes that came into contact: its restitution {raw:.4} is {corrected:.4} with \
          that returned (restitution_mesh_corrected); make mesh.cells larger",
         100.0 * mesh_loss / (1.0 - squared)
-    );
-    Some(Warning { about: "loss", text })
+    ))
 }
 
-/// A run with its warnings: those of the case are events of the first step, those of the results of the last one.
-pub struct Warned {
+/// A run with its findings: those of the case are events of the first step, those of the results of the last one.
+pub struct Advised<'a> {
+    case: &'a Case,
     simulation: Simulation,
-    of_case: Vec<Warning>,
-    of_run: RunWarnings,
+    findings: Vec<Finding>,
 }
 
-impl Warned {
-    /// A run of `case` with its warnings.
-    pub fn new(case: &Case, simulation: Simulation) -> Self {
-        Self { simulation, of_case: of_case(case), of_run: RunWarnings::new(case) }
+impl<'a> Advised<'a> {
+    /// A run of `case` with its findings.
+    pub fn new(case: &'a Case, simulation: Simulation) -> Self {
+        Self { case, simulation, findings: of_case(case) }
+    }
+
+    /// Those of the case, and after the last step those of the results.
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
     }
 }
 
-impl Steps for Warned {
+impl Steps for Advised<'_> {
     fn step(&mut self) -> Result<Option<View<'_>>, SimulationError> {
         let Some(mut view) = self.simulation.step()? else { return Ok(None) };
-        let event = |warning: &Warning| Event::warning(warning.about, &warning.text);
+        let event = |finding: &Finding| Event::warning(finding.code, &finding.text);
         if view.step == 0 {
-            view.events = self.of_case.iter().map(event).chain(view.events.iter().cloned()).collect();
+            view.events = self.findings.iter().map(event).chain(view.events.iter().cloned()).collect();
         }
         if view.is_last {
-            let of_run = self.of_run.of(&self.simulation.validity());
+            let of_run = of_run(self.case, &self.simulation.validity());
             view.events = view.events.iter().cloned().chain(of_run.iter().map(event)).collect();
+            self.findings.extend(of_run);
         }
         Ok(Some(view))
     }
@@ -333,50 +312,40 @@ mod tests {
         [indenter]\nshape = \"sphere\"\nnose_radius = \"10 mm\"\nmaterial = \"steel\"\n\
         [impact]\nvelocity = \"5 m/s\"\n[mesh]\ncells = 50\n[run]\nend_time = \"30 us\"\n[record]\nframes = 0\n";
 
-    fn case(text: &str, settings: &[&str]) -> Case {
-        let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
-        Case::parse("ball", text, &settings, "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"))
+    fn codes(findings: &[Finding]) -> Vec<&'static str> {
+        findings.iter().map(|finding| finding.code).collect()
     }
 
-    fn abouts(warnings: &[Warning]) -> Vec<&'static str> {
-        warnings.iter().map(|warning| warning.about).collect()
-    }
-
-    fn of_run(case: &Case) -> Vec<Warning> {
-        let outcome = session::run(&mut Simulation::new(case), &mut []).expect("a run");
-        RunWarnings::new(case).of(&outcome.validity)
+    fn of_run(case: &Case) -> Vec<Finding> {
+        let mut steps = Advised::new(case, Simulation::new(case));
+        session::run(&mut steps, &mut []).expect("a run");
+        steps.findings.split_off(of_case(case).len())
     }
 
     #[test]
     fn a_ball_is_warned_of_what_misleads() {
-        let ball = case(BALL, &[]);
-        assert_eq!(abouts(&of_case(&ball)), ["base"]);
-        let hard = of_case(&case(BALL, &["target.material=alumina"]));
-        assert_eq!(abouts(&hard), ["base", "rigid"]);
+        let ball = Case::sound(BALL, &[]);
+        assert_eq!(codes(&of_case(&ball)), ["base"]);
+        let hard = of_case(&Case::sound(BALL, &["target.material=alumina"]));
+        assert_eq!(codes(&hard), ["base", "rigid"]);
         assert!(hard[1].text.contains("about 48 % too high"), "{hard:?}");
         let found = of_run(&ball);
-        assert_eq!(abouts(&found), ["strain"]);
+        assert_eq!(codes(&found), ["strain"]);
         assert!(found[0].text.contains("µs") && found[0].text.contains(", z = "), "{found:?}");
-        let slow = case(BALL, &["impact.velocity=5 mm/s", "mesh.cells=20"]);
-        assert_eq!(abouts(&of_run(&slow)), ["cells"]);
+        let slow = Case::sound(BALL, &["impact.velocity=5 mm/s", "mesh.cells=20"]);
+        assert_eq!(codes(&of_run(&slow)), ["cells"]);
         let simple = ["model=rakhmatulin", "impact.velocity=300 m/s", "target.thickness=half-space"];
-        assert_eq!(abouts(&of_case(&case(BALL, &simple))), ["velocity", "theory"]);
+        assert_eq!(codes(&of_case(&Case::sound(BALL, &simple))), ["velocity", "theory"]);
     }
 
     #[test]
     fn losses_of_the_mesh_are_told_and_returned() {
-        let settings = |cells: u32| [format!("mesh.cells={cells}"), "run.end_time=200 us".into()];
-        let [coarse, fine] = [25, 50].map(|cells| {
-            let case = Case::parse(
-                "ball",
-                &BALL.replace("[record]", "stop = \"separation\"\n[record]"),
-                &settings(cells),
-                "".as_ref(),
-            );
-            let case = case.unwrap_or_else(|errors| panic!("{errors:?}"));
-            let outcome = session::run(&mut Simulation::new(&case), &mut []).expect("a run");
-            let warnings = RunWarnings::new(&case).of(&outcome.validity);
-            assert!(abouts(&warnings).contains(&"loss"), "{cells}: {warnings:?}");
+        let ball = BALL.replace("[record]", "stop = \"separation\"\n[record]");
+        let [coarse, fine] = ["mesh.cells=25", "mesh.cells=50"].map(|cells| {
+            let case = Case::sound(&ball, &[cells, "run.end_time=200 us"]);
+            let mut steps = Advised::new(&case, Simulation::new(&case));
+            let outcome = session::run(&mut steps, &mut []).expect("a run");
+            assert!(codes(steps.findings()).contains(&"loss"), "{cells}: {:?}", steps.findings());
             let Validity { rebound, mesh_loss, .. } = outcome.validity;
             rebound.zip(mesh_loss).map(|(e, loss)| [e, e + loss].map(f64::sqrt)).expect("a rebound")
         });
@@ -389,12 +358,7 @@ mod tests {
     #[test]
     fn bodies_that_a_step_does_not_resolve_are_told() {
         let punch = |settings: &[&str]| {
-            let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
-            Case::load(
-                "fig8-m5",
-                &[&["run.end_time=0.5".into(), "record.frames=0".into()], &settings[..]].concat(),
-            )
-            .expect("a case")
+            Case::sound("fig8-m5", &[&["run.end_time=0.5", "record.frames=0"], settings].concat())
         };
         // Z·A·Δt/M = Δt/M, and exp(−Δt/M) of Z·A·V0 after a step
         for (mass, fall, cells) in [(0.1, 20.0, 401), (0.01, 100.0, 4010), (0.001, 100.0, 40_096)] {
@@ -406,7 +370,7 @@ mod tests {
                 "{text}"
             );
             // once
-            assert!(!abouts(&of_run(&case)).contains(&"mass"));
+            assert!(!codes(&of_run(&case)).contains(&"mass"));
         }
         assert_eq!(light_body(&punch(&["indenter.mass=0.5"])), None);
         // the cells that are asked for are enough: the force is 0.95 of that of the first instant, or more
@@ -415,19 +379,15 @@ mod tests {
         let outcome = session::run(&mut Simulation::new(&fine), &mut []).expect("a run");
         assert!((0.95..1.0).contains(&outcome.validity.drag.value), "{:?}", outcome.validity.drag);
         // under a tip only the run can tell
-        let settings =
-            ["indenter.mass=0.0002", "impact.contact=unilateral", "record.frames=0"].map(String::from);
-        let tip = Case::load("fig2", &settings).expect("a case");
-        assert!(!abouts(&of_case(&tip)).contains(&"mass"));
-        assert!(abouts(&of_run(&tip)).contains(&"mass"), "{:?}", of_run(&tip));
+        let settings = ["indenter.mass=0.0002", "impact.contact=unilateral", "record.frames=0"];
+        let tip = Case::sound("fig2", &settings);
+        assert!(!codes(&of_case(&tip)).contains(&"mass"));
+        assert!(codes(&of_run(&tip)).contains(&"mass"), "{:?}", of_run(&tip));
     }
 
     #[test]
     fn only_an_edge_that_is_reached_and_not_rounded_is_sharp() {
-        let of = |name: &str, settings: &[&str]| {
-            let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
-            abouts(&of_case(&Case::load(name, &settings).expect("a case")))
-        };
+        let of = |name: &str, settings: &[&str]| codes(&of_case(&Case::sound(name, settings)));
         assert_eq!(of("elastic-fig5", &[]), ["edge"]);
         assert_eq!(of("elastic-fig5", &["indenter.edge_radius=0.1"]), [""; 0]);
         assert_eq!(of("elastic-fig5", &["indenter.edge_radius=0.001"]), ["edge"]);
@@ -438,34 +398,30 @@ mod tests {
 
     #[test]
     fn layers_are_warned_of_changed_speeds_until_the_mesh_fits() {
-        let of = |settings: &[&str]| {
-            let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
-            of_case(&Case::load("laminate-armour", &settings).expect("a case"))
-        };
-        assert_eq!(abouts(&of(&[])), ["rigid"]);
+        let of = |settings: &[&str]| of_case(&Case::sound("laminate-armour", settings));
+        assert_eq!(codes(&of(&[])), ["rigid"]);
         let coarse = of(&["mesh.cells=8"]);
-        assert_eq!(abouts(&coarse), ["layers", "rigid"]);
+        assert_eq!(codes(&coarse), ["layers", "rigid"]);
         let text = &coarse[0].text;
         assert!(
             text.contains("of alumina by -0.553 %, of aluminium by 0.559 %")
                 && text.contains("mesh.cells = 11 changes"),
             "{text}"
         );
-        assert_eq!(abouts(&of(&["mesh.cells=11"])), ["rigid"]);
-        assert_eq!(abouts(&of(&["mesh.cells=11", "target.back=rigid"])), ["base", "rigid"]);
-        assert_eq!(abouts(&of(&["model=rakhmatulin", "mesh.cells=20"])), ["rigid", "theory"]);
+        assert_eq!(codes(&of(&["mesh.cells=11"])), ["rigid"]);
+        assert_eq!(codes(&of(&["mesh.cells=11", "target.back=rigid"])), ["base", "rigid"]);
+        assert_eq!(codes(&of(&["model=rakhmatulin", "mesh.cells=20"])), ["rigid", "theory"]);
     }
 
     #[test]
     fn flat_faces_scale_with_the_velocity_unless_it_is_a_real_one() {
-        let settings = ["mesh.cells=20".into(), "run.end_time=1".into()];
-        assert_eq!(of_run(&Case::load("fig5", &settings).expect("a case")), []);
+        assert_eq!(of_run(&Case::sound("fig5", &["mesh.cells=20", "run.end_time=1"])), []);
         let text = BALL
             .replace("sphere", "flat")
             .replace("nose_radius", "radius")
             .replace("material = \"steel\"", "");
-        let found = of_run(&case(&text, &["run.end_time=5 us"]));
-        assert_eq!(abouts(&found), ["strain"]);
+        let found = of_run(&Case::sound(&text, &["run.end_time=5 us"]));
+        assert_eq!(codes(&found), ["strain"]);
         assert!(found[0].text.contains("V0 up to") && found[0].text.contains("m/s keeps it"), "{found:?}");
     }
 }
