@@ -6,8 +6,6 @@
 //! | [`spreading`] | pressure and drag under a spreading cone or paraboloid, at any place, on layers of one shear wave speed too |
 //! | [`stack`] | plane waves in layers |
 //! | [`plane_punch`] | pressure and drag of a plane flat punch before the waves of its edges meet |
-//! | [`disc_stiffness`], [`strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
-//! | [`mod@column`] | a layer without shear waves under a body of finite mass |
 //!
 //! These belong to model `rakhmatulin`; those of the full theory of elasticity, model `elastic`, are
 //!
@@ -17,12 +15,11 @@
 //! | [`elastic_plane_punch`] | pressure and drag of a plane flat punch before a wave has crossed it |
 //! | [`elastic_wedge`] | pressure and drag of a plane wedge that outruns all waves |
 //! | [`hertz`] | pressure, drag and motion of a slow ball on a half-space, without waves: an approximation |
-//! | [`disc_stiffness`], [`elastic_strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
-//! | [`lamb`] | displacement of the surface under a pulse on a line |
-//! | [`surface_impedance`], [`surface_wave`] | speed of Rayleigh waves, and of waves along coated surfaces |
+//! | [`surface_impedance`] | speed of Rayleigh waves |
 //!
 //! Each checks its parameters and the range in which it holds, and returns
-//! an error outside it. [`closed_form`] finds the form for a case and evaluates it step by step.
+//! an error outside it. [`closed_form`] finds the form for a case and evaluates it step by step. Forms that only tests use are in
+//! `tests/closed_forms`.
 //!
 //! # Accuracy
 //!
@@ -76,25 +73,16 @@
 //! the mesh, because the edge is singular. The page of the figures lists all of them.
 
 pub mod closed_form;
-pub mod column;
-mod complex;
-pub mod disc_stiffness;
 pub mod elastic_paraboloid;
 pub mod elastic_plane_punch;
-pub mod elastic_strip_stiffness;
 pub mod elastic_wedge;
 pub mod hertz;
-pub mod lamb;
-mod layer_kernel;
 pub mod paraboloid;
 pub mod plane_punch;
-mod quadrature;
+pub mod quadrature;
 pub mod spreading;
 pub mod stack;
-pub mod strip_stiffness;
 pub mod surface_impedance;
-pub mod surface_wave;
-mod transfer;
 
 /// Why a closed form has no value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -120,6 +120,10 @@
 //! * \[Ro\] P. J. Roache, *Verification and validation in computational science and engineering* (1998).
 //! * \[AS\] M. Abramowitz, I. A. Stegun, *Handbook of mathematical functions*.
 
+// files of `tests` that its own tests share name it
+#[cfg(test)]
+extern crate self as percuss;
+
 pub mod advice;
 pub mod case;
 mod channels;

@@ -5,6 +5,7 @@
 
 mod checkpoint;
 mod cli;
+mod closed_forms;
 mod files;
 mod golden;
 mod hostile;

@@ -29,6 +29,7 @@ mod fig8_finite_mass;
 mod free_back;
 mod hertz;
 mod layered_contact;
+mod layered_statics;
 mod layers;
 mod observer;
 mod one_dimensional;

@@ -1,4 +1,4 @@
-//! Integrals and small linear systems for the closed forms.
+//! Integrals for the closed forms.
 
 use std::f64::consts::PI;
 
@@ -23,7 +23,7 @@ pub(super) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
 }
 
 /// The rule with `n` points on (a, b).
-pub(super) fn gauss_legendre_on(n: usize, a: f64, b: f64) -> Vec<(f64, f64)> {
+pub fn gauss_legendre_on(n: usize, a: f64, b: f64) -> Vec<(f64, f64)> {
     let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
     gauss_legendre(n).into_iter().map(|(x, w)| (middle + half * x, half * w)).collect()
 }
@@ -60,7 +60,7 @@ pub(super) fn over_half_circle(stretch: f64, mut f: impl FnMut(f64, f64) -> f64)
 /// `∫_0^b f dx` of a function that may be singular at either end, by the substitution `x/b = e^u/(e^u + e^−u)`,
 /// `u = (π/2) sinh v` (Takahasi and Mori), with steps refined by two until it no longer changes. `f` is also given
 /// `b − x`, without cancellation.
-pub(super) fn singular_at_ends(b: f64, mut f: impl FnMut(f64, f64) -> f64) -> f64 {
+pub fn singular_at_ends(b: f64, mut f: impl FnMut(f64, f64) -> f64) -> f64 {
     const REACH: f64 = 3.6;
     const MOST: usize = 1 << 11;
     let mut at = |v: f64| {
@@ -81,30 +81,6 @@ pub(super) fn singular_at_ends(b: f64, mut f: impl FnMut(f64, f64) -> f64) -> f6
             return now;
         }
     }
-}
-
-/// Solves a linear system by Gaussian elimination with row pivoting.
-pub(super) fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
-    let n = right.len();
-    for column in 0..n {
-        let larger = |&a: &usize, &b: &usize| matrix[a][column].abs().total_cmp(&matrix[b][column].abs());
-        let pivot = (column..n).max_by(larger).expect("there are rows left");
-        matrix.swap(column, pivot);
-        right.swap(column, pivot);
-        for row in column + 1..n {
-            let factor = matrix[row][column] / matrix[column][column];
-            let (above, below) = matrix.split_at_mut(row);
-            for (entry, pivot) in below[0].iter_mut().zip(&above[column]).skip(column) {
-                *entry -= factor * pivot;
-            }
-            right[row] -= factor * right[column];
-        }
-    }
-    for row in (0..n).rev() {
-        let known: f64 = (row + 1..n).map(|k| matrix[row][k] * right[k]).sum();
-        right[row] = (right[row] - known) / matrix[row][row];
-    }
-    right
 }
 
 #[cfg(test)]
@@ -136,14 +112,5 @@ mod tests {
         assert!((root - PI).abs() < 1e-6, "{root}");
         let log = singular_at_ends(3.0, |x, _| x.ln());
         assert!((log - 3.0 * (3.0_f64.ln() - 1.0)).abs() < 1e-10, "{log}");
-    }
-
-    #[test]
-    fn linear_systems() {
-        let x =
-            solve(vec![vec![0.0, 2.0, 1.0], vec![1.0, 1.0, 0.0], vec![3.0, 0.0, 1.0]], vec![7.0, 3.0, 6.0]);
-        for (x, expected) in x.iter().zip([1.0, 2.0, 3.0]) {
-            assert!((x - expected).abs() < 1e-14);
-        }
     }
 }

@@ -95,19 +95,6 @@ impl Stack {
         self.thickness().is_finite().then_some(self.back)
     }
 
-    /// Checks that the full theory has such layers.
-    ///
-    /// # Errors
-    ///
-    /// A layer with `c_s ≥ √3/2·c`, where the bulk modulus vanishes.
-    pub(super) fn check_elastic(&self) -> Result<(), ExactError> {
-        let check = |layer: &StackLayer| {
-            let fastest = 0.75f64.sqrt() * layer.wave_speed;
-            positive("shear_wave_speed", layer.shear_wave_speed, fastest, "0 < c_s < √3/2 of c of the layer")
-        };
-        self.layers.iter().try_for_each(|layer| check(layer).map(drop))
-    }
-
     /// Thickness of all layers \[R\].
     pub fn thickness(&self) -> f64 {
         self.layers.iter().map(|layer| layer.thickness).sum()

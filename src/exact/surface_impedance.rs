@@ -41,13 +41,13 @@ pub fn rayleigh_speed(beta: f64) -> Result<f64, ExactError> {
 
 /// Q of a half-space.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SurfaceImpedance {
+pub struct SurfaceImpedance {
     beta: f64,
 }
 
 impl SurfaceImpedance {
     /// * `beta`: β = c_s/c_p, below √3/2, where the bulk modulus vanishes
-    pub(super) fn new(beta: f64) -> Result<Self, ExactError> {
+    pub fn new(beta: f64) -> Result<Self, ExactError> {
         Ok(Self { beta: positive("beta", beta, 0.75_f64.sqrt(), "0 < β < √3/2")? })
     }
 
@@ -57,12 +57,12 @@ impl SurfaceImpedance {
     }
 
     /// `2β²(1 − β²)`, the factor of ζ for short waves: that of a static half-space.
-    pub(super) fn stiffness(&self) -> f64 {
+    pub fn stiffness(&self) -> f64 {
         2.0 * self.beta * self.beta * (1.0 - self.beta) * (1.0 + self.beta)
     }
 
     /// See [`rayleigh_speed`].
-    pub(super) fn rayleigh_speed(&self) -> f64 {
+    pub fn rayleigh_speed(&self) -> f64 {
         let m = self.beta * self.beta;
         let cubic = |x: f64| ((x - 8.0) * x + 24.0 - 16.0 * m) * x - 16.0 * (1.0 - m);
         // −16(1 − β²) at 0 and 1 at 1

@@ -16,7 +16,10 @@ mod coating;
 mod interface;
 mod plane_wave;
 mod spreading;
-mod statics;
+#[path = "../../tests/closed_forms/surface_wave.rs"]
+mod surface_wave;
+#[path = "../../tests/closed_forms/transfer.rs"]
+mod transfer;
 
 /// A layer by impedance, longitudinal and shear wave speed, and thickness.
 fn layer([impedance, wave_speed, shear_wave_speed, thickness]: [f64; 4]) -> StackLayer {

@@ -2,7 +2,7 @@
 //! Goal: Rayleigh waves arrive in time and in shape at three distances.
 
 use percuss::{
-    exact::lamb::{Lamb, SMOOTH_PULSE},
+    exact::surface_impedance,
     geometry::Geometry,
     grid::{Grid, MeshKind, Spacing},
     model::{Coverage, FrameFields, Model, Request, elastic},
@@ -11,6 +11,7 @@ use percuss::{
 use rayon::prelude::*;
 
 use super::{orders, relative_rms};
+use crate::closed_forms::lamb::{Lamb, SMOOTH_PULSE};
 
 /// Length of the pulse \[R/c_p\].
 const LENGTH: f64 = 0.6;
@@ -23,15 +24,7 @@ fn load(t: f64) -> f64 {
 
 /// Speed of Rayleigh waves.
 fn rayleigh_speed(c_s: f64) -> f64 {
-    let slow = 1.0 / (c_s * c_s);
-    let function =
-        |e: f64| (slow - 2.0 * e * e).powi(2) - 4.0 * e * e * ((e * e - 1.0) * (e * e - slow)).sqrt();
-    let (mut low, mut high) = (1.0 / c_s, 1.3 / c_s);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if function(middle) > 0.0 { low = middle } else { high = middle }
-    }
-    1.0 / low
+    surface_impedance::rayleigh_speed(c_s).expect("a material")
 }
 
 /// Displacements of the surface at the nodes nearest to `places`: x and `(t, u)`.
@@ -72,9 +65,9 @@ fn computed(c_s: f64, places: &[f64], damping: f64, cells: usize) -> Vec<(f64, V
 /// Relative errors at the places: rms, and how much later than it should the peak arrives.
 fn errors(c_s: f64, places: &[f64], damping: f64, cells: usize) -> Vec<(f64, f64)> {
     let seen = computed(c_s, places, damping, cells);
-    let exact = Lamb::new(c_s, LENGTH, &SMOOTH_PULSE).expect("parameters");
+    let exact = Lamb::new(c_s, LENGTH, &SMOOTH_PULSE);
     let compare = |(x, series): (f64, Vec<(f64, f64)>)| {
-        let pair = |&(t, u): &(f64, f64)| [t, u, exact.displacement(x, t).expect("a place on the surface")];
+        let pair = |&(t, u): &(f64, f64)| [t, u, exact.displacement(x, t)];
         let pairs: Vec<[f64; 3]> = series.iter().map(pair).collect();
         let peak =
             |column: usize| pairs.iter().max_by(|a, b| a[column].total_cmp(&b[column])).expect("steps")[0];

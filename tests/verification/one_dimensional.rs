@@ -4,9 +4,8 @@
 //! p(r, t) = V0·[1 + 2·(number of reflections so far)]      fronts at t = 2mh
 //! ```
 
-use percuss::exact::column::Column;
-
 use super::{case, points::arrivals, run};
+use crate::closed_forms::column::Column;
 
 #[test]
 fn reflections_are_sharp() {
@@ -55,7 +54,7 @@ fn a_body_of_finite_mass_on_a_column_moves_as_in_closed_form() {
             "run.end_time=3.0".to_owned(),
             "record.frames=0".to_owned(),
         ];
-        let column = Column::new(1.0, mass, h).expect("parameters");
+        let column = Column::new(1.0, mass, h);
         // steps without a front: there it is the mean of before and after
         let between = |time: &f64| (0.5 * time / h).fract() * 2.0 * h > 1.5 / cells as f64;
         let views =
@@ -63,9 +62,7 @@ fn a_body_of_finite_mass_on_a_column_moves_as_in_closed_form() {
         let apart = views.iter().position(|(time, _, p)| *time > 0.0 && *p <= 0.0).unwrap_or(views.len());
         let seen = views[..apart].iter().filter(|(time, ..)| *time > 0.0 && between(time));
         let errors = seen.map(|&(time, velocity, p)| {
-            let [exact_velocity, exact_p] =
-                [column.body_velocity(time), column.pressure(time)].map(|x| x.expect("t > 0"));
-            (velocity - exact_velocity).abs().max((p - exact_p).abs())
+            (velocity - column.body_velocity(time)).abs().max((p - column.pressure(time)).abs())
         });
         let errors: Vec<f64> = errors.collect();
         assert!(errors.len() > cells / 2, "{} steps", errors.len());

@@ -1,11 +1,11 @@
-//! Waves along coated half-spaces of the full theory, 20 nodes to a wavelength: phase speed against [`crate::exact::surface_wave`].
+//! Waves along coated half-spaces of the full theory, 20 nodes to a wavelength: phase speed against [`super::surface_wave`].
 //!
 //! A short pulse of pressure `cos kx` all over the surface makes body waves, which leave, and a standing surface wave of that k.
 
 use std::f64::consts::PI;
 
 use crate::{
-    exact::{stack::Stack, surface_wave::phase_speed},
+    exact::stack::Stack,
     geometry::Geometry,
     grid::{Back, Bond, Grid, MeshKind, Spacing},
     model::{Coverage, FrameFields, elastic},
@@ -13,7 +13,7 @@ use crate::{
 
 use rayon::prelude::*;
 
-use super::{press, run, stack, waves};
+use super::{press, run, stack, surface_wave::phase_speed, waves};
 
 /// Nodes to a wavelength.
 const NODES: f64 = 20.0;

@@ -27,6 +27,9 @@ use percuss_picture::{Medium, draw_image};
 
 use crate::{figure::Figure, lab::Lab, page::Page};
 
+#[cfg_attr(not(test), expect(dead_code, reason = "figures show some of them"))]
+#[path = "../../../tests/closed_forms/mod.rs"]
+mod closed_forms;
 mod figure;
 mod lab;
 mod layers;

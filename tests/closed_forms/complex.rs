@@ -1,10 +1,10 @@
-//! Complex numbers, as far as the contour of [`super::lamb`] needs them.
+//! Complex numbers, as far as the contour of `lamb` needs them.
 
 use std::ops::{Add, Div, Mul, Neg};
 
 /// `re + i·im`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Complex {
+pub struct Complex {
     pub re: f64,
     pub im: f64,
 }
@@ -12,7 +12,7 @@ pub(super) struct Complex {
 impl Complex {
     /// Principal square root: its real part is not negative, and its imaginary part has the sign of `im`, that of zero
     /// included.
-    pub(super) fn sqrt(self) -> Self {
+    pub fn sqrt(self) -> Self {
         let size = self.re.hypot(self.im);
         // the half of the root without cancellation, then the other by 2·re·im
         let larger = (0.5 * (size + self.re.abs())).sqrt();

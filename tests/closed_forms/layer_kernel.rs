@@ -21,13 +21,15 @@
 //! The rule is Gauss–Legendre's on `0 < x < 24`, beyond which 1 − T is 1e-19, in intervals that double from one to the next: the
 //! shortest is as short as the softest layer and the thickness of all ask for. Nodes are enough for `cos(xy/h)` up to the largest y.
 
-use super::{
-    ExactError, outside,
-    quadrature::gauss_legendre_on,
-    stack::{Stack, StackLayer},
-    transfer::Fields,
+use percuss::{
+    exact::{
+        quadrature::gauss_legendre_on,
+        stack::{Stack, StackLayer},
+    },
+    model::ModelKind,
 };
-use crate::{grid::Back, model::ModelKind};
+
+use super::transfer::Fields;
 
 /// Longest `x = ξh` of the rule.
 const LONGEST: f64 = 24.0;
@@ -41,7 +43,7 @@ const NODES_PER_RADIAN: f64 = 1.0 / 3.0;
 
 /// 1 − T.
 #[derive(Clone, Debug)]
-pub(super) struct LayerKernel {
+pub struct LayerKernel {
     thickness: f64,
     /// ξh, weight, and 1 − T there.
     nodes: Vec<(f64, f64, f64)>,
@@ -51,7 +53,7 @@ impl LayerKernel {
     /// The kernel of the full theory.
     ///
     /// * `reach`: largest |y|
-    pub(super) fn elastic(thickness: f64, reach: f64) -> Self {
+    pub fn elastic(thickness: f64, reach: f64) -> Self {
         Self::new(thickness, reach, INTERVALS, |x| {
             (1.0 + 2.0 * x - (-2.0 * x).exp()) / ((2.0 * x).sinh() + 2.0 * x)
         })
@@ -60,21 +62,14 @@ impl LayerKernel {
     /// The kernel of the simplified theory, T = tanh.
     ///
     /// * `reach`: largest |y|
-    pub(super) fn simplified(thickness: f64, reach: f64) -> Self {
+    pub fn simplified(thickness: f64, reach: f64) -> Self {
         Self::new(thickness, reach, INTERVALS, |x| 2.0 / ((2.0 * x).exp() + 1.0))
     }
 
     /// The kernel of layers on a rigid back, and κ of the first.
     ///
     /// * `reach`: largest |y|
-    ///
-    /// # Errors
-    ///
-    /// The back is not rigid, or layers that the theory does not know.
-    pub(super) fn of_stack(stack: &Stack, theory: ModelKind, reach: f64) -> Result<(Self, f64), ExactError> {
-        if stack.back() != Some(Back::Rigid) {
-            return outside("thickness", stack.thickness(), "a finite thickness over a rigid back");
-        }
+    pub fn of_stack(stack: &Stack, theory: ModelKind, reach: f64) -> (Self, f64) {
         let stiffness = |layer: &StackLayer| {
             let StackLayer { impedance, wave_speed, shear_wave_speed, .. } = *layer;
             match theory {
@@ -109,14 +104,11 @@ impl LayerKernel {
             }
             ModelKind::Elastic => 1.0 - first * Fields::on_rigid_back(stack, x / scale).compliance(),
         };
-        if theory == ModelKind::Elastic {
-            stack.check_elastic()?;
-        }
-        Ok((Self::new(scale, reach, INTERVALS + finer, rest), first))
+        (Self::new(scale, reach, INTERVALS + finer, rest), first)
     }
 
     /// Length over which the kernel falls off \[R\].
-    pub(super) fn thickness(&self) -> f64 {
+    pub fn thickness(&self) -> f64 {
         self.thickness
     }
 
@@ -137,7 +129,7 @@ impl LayerKernel {
     /// ```text
     /// g(t − s) + g(t + s) = Σ c cos ξt cos ξs      g(y) = ∫_0^∞ (1 − T(ξh)) cos ξy dξ
     /// ```
-    pub(super) fn waves(&self) -> impl Iterator<Item = (f64, f64)> {
+    pub fn waves(&self) -> impl Iterator<Item = (f64, f64)> {
         let h = self.thickness;
         // cos x(t − s) + cos x(t + s)
         self.nodes.iter().map(move |(x, w, rest)| (x / h, 2.0 * w * rest / h))
@@ -148,7 +140,7 @@ impl LayerKernel {
     /// ```text
     /// ln 2h + ∫_0^∞ [e^{−2x} − (1 − T(x)) cos(xy/h)] dx/x
     /// ```
-    pub(super) fn logarithmic_rest(&self, y: f64) -> f64 {
+    pub fn logarithmic_rest(&self, y: f64) -> f64 {
         let y = y / self.thickness;
         let term = |&(x, w, rest): &(f64, f64, f64)| w * ((-2.0 * x).exp() - rest * (x * y).cos()) / x;
         (2.0 * self.thickness).ln() + self.nodes.iter().map(term).sum::<f64>()

@@ -27,15 +27,12 @@
 
 use std::f64::consts::PI;
 
-use super::{
-    ExactError,
-    layer_kernel::LayerKernel,
-    outside, positive,
-    quadrature::{gauss_legendre_on, solve},
-    stack::Stack,
-    surface_impedance::SurfaceImpedance,
+use percuss::{
+    exact::{quadrature::gauss_legendre_on, stack::Stack, surface_impedance::SurfaceImpedance},
+    model::ModelKind,
 };
-use crate::model::ModelKind;
+
+use super::{layer_kernel::LayerKernel, linear::solve};
 
 /// Nodes of the quadrature: at least so many, and so many per a/h.
 const NODES: usize = 80;
@@ -45,12 +42,15 @@ const NODES_PER_THICKNESS: f64 = 6.0;
 /// simplified theory has `(4/π)·β`.
 ///
 /// * `beta`: c_s/c_p
+pub fn elastic_half_space(beta: f64) -> f64 {
+    4.0 / PI * kappa(beta)
+}
+
+/// κ of a material.
 ///
-/// # Errors
-///
-/// `beta` is not in `0 < β < √3/2`.
-pub fn elastic_half_space(beta: f64) -> Result<f64, ExactError> {
-    Ok(4.0 / PI * SurfaceImpedance::new(beta)?.stiffness())
+/// * `beta`: c_s/c_p
+pub fn kappa(beta: f64) -> f64 {
+    SurfaceImpedance::new(beta).expect("a material").stiffness()
 }
 
 /// A disc on a layer.
@@ -70,54 +70,26 @@ pub struct DiscStiffness {
 impl DiscStiffness {
     /// * `thickness`: h of the layer \[R\]
     /// * `shear_wave_speed`: c_s \[c_p\]
-    ///
-    /// # Errors
-    ///
-    /// A parameter that is not positive, `c_s ≥ 1`, or a layer so thin, `h·c_s < 0.02`, that the quadrature would take more than
-    /// some hundred nodes.
-    pub fn new(thickness: f64, shear_wave_speed: f64) -> Result<Self, ExactError> {
-        let h = positive("thickness", thickness, f64::INFINITY, "h > 0")?;
-        let c_s = positive("shear_wave_speed", shear_wave_speed, 1.0, "0 < c_s < 1")?;
-        let a = 1.0 / c_s;
-        if h < 0.02 * a {
-            return outside("thickness", h, "thickness·c_s ≥ 0.02");
-        }
+    pub fn new(thickness: f64, shear_wave_speed: f64) -> Self {
+        let (h, a) = (thickness, 1.0 / shear_wave_speed);
         let nodes = NODES.max((NODES_PER_THICKNESS * a / h).ceil() as usize);
-        Ok(Self::with_nodes(h, a, 1.0, &LayerKernel::simplified(h, 2.0 * a), nodes))
+        Self::with_nodes(h, a, 1.0, &LayerKernel::simplified(h, 2.0 * a), nodes)
     }
 
     /// The same in the full theory.
     ///
     /// * `thickness`: h of the layer \[R\]
     /// * `beta`: c_s/c_p
-    ///
-    /// # Errors
-    ///
-    /// `beta` is not in `0 < β < √3/2`, or a layer so thin, `h < 0.05`, that the quadrature would take seconds.
-    pub fn elastic(thickness: f64, beta: f64) -> Result<Self, ExactError> {
-        let stiffness = SurfaceImpedance::new(beta)?.stiffness();
-        let h = positive("thickness", thickness, f64::INFINITY, "h > 0")?;
-        if h < 0.05 {
-            return outside("thickness", h, "thickness ≥ 0.05");
-        }
-        let nodes = NODES.max((NODES_PER_THICKNESS / h).ceil() as usize);
-        Ok(Self::with_nodes(h, 1.0, stiffness, &LayerKernel::elastic(h, 2.0), nodes))
+    pub fn elastic(thickness: f64, beta: f64) -> Self {
+        let nodes = NODES.max((NODES_PER_THICKNESS / thickness).ceil() as usize);
+        Self::with_nodes(thickness, 1.0, kappa(beta), &LayerKernel::elastic(thickness, 2.0), nodes)
     }
 
     /// The disc on layers on a smooth rigid back: h is the thickness of all.
-    ///
-    /// # Errors
-    ///
-    /// The back is not rigid, layers that the theory does not know, or a first layer so thin, `h < 0.05` (simplified theory:
-    /// `h·c_s/c < 0.02`), that the quadrature would take seconds.
-    pub fn on_stack(stack: &Stack, theory: ModelKind) -> Result<Self, ExactError> {
-        let (kernel, stiffness) = LayerKernel::of_stack(stack, theory, 2.0)?;
-        let (scale, thinnest) = (kernel.thickness(), if theory == ModelKind::Elastic { 0.05 } else { 0.02 });
-        if scale < thinnest {
-            return outside("thickness", scale, format!("in the first layer at least {thinnest}"));
-        }
-        let nodes = NODES.max((NODES_PER_THICKNESS / scale).ceil() as usize);
-        Ok(Self::with_nodes(stack.thickness(), 1.0, stiffness, &kernel, nodes))
+    pub fn on_stack(stack: &Stack, theory: ModelKind) -> Self {
+        let (kernel, stiffness) = LayerKernel::of_stack(stack, theory, 2.0);
+        let nodes = NODES.max((NODES_PER_THICKNESS / kernel.thickness()).ceil() as usize);
+        Self::with_nodes(stack.thickness(), 1.0, stiffness, &kernel, nodes)
     }
 
     /// The disc of radius `a` by a quadrature with so many nodes.
@@ -145,15 +117,8 @@ impl DiscStiffness {
         2.0 * self.thickness * self.stiffness / (self.radius * self.radius) * integral
     }
 
-    /// `A(r)` of the pressure `p → A(r)·V0·t/h`.
-    ///
-    /// # Errors
-    ///
-    /// `r` is not under the punch, `0 ≤ r < 1`.
-    pub fn pressure_slope(&self, r: f64) -> Result<f64, ExactError> {
-        if !(0.0..1.0).contains(&r) {
-            return outside("r", r, "0 ≤ r < 1");
-        }
+    /// `A(r)` of the pressure `p → A(r)·V0·t/h` under the punch, `0 ≤ r < 1`.
+    pub fn pressure_slope(&self, r: f64) -> f64 {
         let a = self.radius;
         let r = r * a;
         let reach = ((a - r) * (a + r)).sqrt();
@@ -167,7 +132,7 @@ impl DiscStiffness {
                 reach / a * w * self.slope(t) / t
             })
             .sum();
-        Ok(self.thickness * self.stiffness * (self.at(a) / reach - integral))
+        self.thickness * self.stiffness * (self.at(a) / reach - integral)
     }
 
     /// f(t), by the integral equation itself.
@@ -184,12 +149,16 @@ impl DiscStiffness {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{exact::stack::StackLayer, grid::Back};
+    use percuss::{exact::stack::StackLayer, grid::Back};
+
+    fn layer(impedance: f64, wave_speed: f64, shear_wave_speed: f64, thickness: f64) -> StackLayer {
+        StackLayer { impedance, wave_speed, shear_wave_speed, thickness }
+    }
 
     #[test]
     fn known_value_and_limits() {
         // the paper reads about 1.5
-        let slope = |h, c_s| DiscStiffness::new(h, c_s).expect("parameters").drag_slope();
+        let slope = |h, c_s| DiscStiffness::new(h, c_s).drag_slope();
         let value = slope(1.0, 0.5);
         assert!((value - 1.483_765_2).abs() < 1e-7, "{value}");
         // thick layer: a disc on a half-space, F = (4/π)(h/a)·V0·t/h
@@ -202,44 +171,42 @@ mod tests {
         // only h·c_s matters
         let same = slope(0.5, 0.8) - slope(1.0, 0.4);
         assert!(same.abs() < 1e-12);
-        assert!(DiscStiffness::new(0.001, 0.5).is_err());
     }
 
     #[test]
     fn drag_is_the_integral_of_pressure() {
         for (h, c_s) in [(1.0, 0.5), (0.4, 0.3), (3.0, 0.7)] {
-            let disc = DiscStiffness::new(h, c_s).expect("parameters");
+            let disc = DiscStiffness::new(h, c_s);
             // r = sin φ takes the singularity of the edge away
             let sum: f64 = gauss_legendre_on(40, 0.0, 0.5 * PI)
                 .into_iter()
                 .map(|(phi, w)| {
                     let r = phi.sin();
-                    w * 2.0 * r * phi.cos() * disc.pressure_slope(r).expect("under the punch")
+                    w * 2.0 * r * phi.cos() * disc.pressure_slope(r)
                 })
                 .sum();
             assert!((sum / disc.drag_slope() - 1.0).abs() < 1e-6, "{sum} {}", disc.drag_slope());
         }
-        assert!(DiscStiffness::new(1.0, 0.5).expect("parameters").pressure_slope(1.0).is_err());
     }
 
     #[test]
     fn thick_layer_has_the_pressure_of_a_half_space() {
         // p = (2/π)·w/√(a² − r'²)
         let (h, c_s, r) = (3000.0, 0.5, 0.6_f64);
-        let disc = DiscStiffness::new(h, c_s).expect("parameters");
+        let disc = DiscStiffness::new(h, c_s);
         let expected = 2.0 / PI * h * c_s / (1.0 - r * r).sqrt();
-        assert!((disc.pressure_slope(r).expect("range") / expected - 1.0).abs() < 1e-3);
+        assert!((disc.pressure_slope(r) / expected - 1.0).abs() < 1e-3);
     }
     #[test]
     fn more_nodes_change_nothing_in_the_whole_range() {
         for (h, c_s) in [(0.021, 0.999), (0.1, 0.5), (20.0, 0.5)] {
-            let disc = DiscStiffness::new(h, c_s).expect("in range");
+            let disc = DiscStiffness::new(h, c_s);
             let kernel = LayerKernel::simplified(h, 2.0 / c_s);
             let finer = DiscStiffness::with_nodes(h, 1.0 / c_s, 1.0, &kernel, 2 * disc.nodes.len());
             let change = disc.drag_slope() / finer.drag_slope() - 1.0;
             assert!(change.abs() < 1e-10, "h·c_s = {}: {change:e}", h * c_s);
             for r in [0.0, 0.5, 0.9, 0.99] {
-                let [coarse, fine] = [&disc, &finer].map(|disc| disc.pressure_slope(r).expect("range"));
+                let [coarse, fine] = [&disc, &finer].map(|disc| disc.pressure_slope(r));
                 let change = coarse / fine - 1.0;
                 assert!(change.abs() < 1e-10, "h·c_s = {}, r = {r}: {change:e}", h * c_s);
             }
@@ -248,23 +215,15 @@ mod tests {
 
     #[test]
     fn known_limits_on_layers() {
-        let layer = |impedance: f64, wave_speed: f64, shear_wave_speed: f64, thickness: f64| StackLayer {
-            impedance,
-            wave_speed,
-            shear_wave_speed,
-            thickness,
-        };
         let slope = |layers: &[StackLayer], theory| {
             let stack = Stack::new(layers, Back::Rigid).expect("a stack");
-            DiscStiffness::on_stack(&stack, theory).expect("in range").drag_slope()
+            DiscStiffness::on_stack(&stack, theory).drag_slope()
         };
         // layers of one material are one layer
         let equal = [0.2, 0.5, 0.3].map(|thickness| layer(1.0, 1.0, 0.5, thickness));
-        let simplified = slope(&equal, ModelKind::Rakhmatulin)
-            / DiscStiffness::new(1.0, 0.5).expect("a layer").drag_slope();
+        let simplified = slope(&equal, ModelKind::Rakhmatulin) / DiscStiffness::new(1.0, 0.5).drag_slope();
         assert!((simplified - 1.0).abs() < 1e-12, "{simplified}");
-        let full = slope(&equal, ModelKind::Elastic)
-            / DiscStiffness::elastic(1.0, 0.5).expect("a layer").drag_slope();
+        let full = slope(&equal, ModelKind::Elastic) / DiscStiffness::elastic(1.0, 0.5).drag_slope();
         assert!((full - 1.0).abs() < 1e-12, "{full}");
         let column = |impedance: f64, speed: f64, thickness: f64| {
             layer(impedance, speed, speed * 0.5f64.sqrt(), thickness)
@@ -283,26 +242,16 @@ mod tests {
             let [thin, thinner] = [0.12, 0.06].map(series);
             assert!((thin / thinner - 2.0).abs() < 0.1 && thinner < 0.15, "{theory:?}: {thin} {thinner}");
         }
-        let free = Stack::new(&equal, Back::Free).expect("a stack");
-        assert!(DiscStiffness::on_stack(&free, ModelKind::Elastic).is_err(), "it moves away");
-        let thin = Stack::new(&[layer(1.0, 1.0, 0.5, 0.01), equal[0]], Back::Rigid).expect("a stack");
-        assert!(DiscStiffness::on_stack(&thin, ModelKind::Rakhmatulin).is_err());
     }
 
     #[test]
     fn more_nodes_change_nothing_on_layers() {
-        let layer = |impedance: f64, wave_speed: f64, shear_wave_speed: f64, thickness: f64| StackLayer {
-            impedance,
-            wave_speed,
-            shear_wave_speed,
-            thickness,
-        };
         let layers = [layer(1.0, 1.0, 0.5, 0.3), layer(0.05, 0.4, 0.2, 0.1), layer(3.0, 1.5, 0.8, 0.6)];
         let stack = Stack::new(&layers, Back::Rigid).expect("a stack");
         for theory in [ModelKind::Rakhmatulin, ModelKind::Elastic] {
-            let disc = DiscStiffness::on_stack(&stack, theory).expect("in range");
+            let disc = DiscStiffness::on_stack(&stack, theory);
             // a rule for a larger reach has more nodes
-            let (kernel, stiffness) = LayerKernel::of_stack(&stack, theory, 40.0).expect("in range");
+            let (kernel, stiffness) = LayerKernel::of_stack(&stack, theory, 40.0);
             let finer = DiscStiffness::with_nodes(1.0, 1.0, stiffness, &kernel, disc.nodes.len() * 3 / 2);
             let change = disc.drag_slope() / finer.drag_slope() - 1.0;
             assert!(change.abs() < 1e-10, "{theory:?}: {change:e}");
@@ -312,7 +261,7 @@ mod tests {
     #[test]
     fn elastic_slopes_worked_out_independently() {
         for (beta, expected) in [(0.3, 0.458_537), (0.4, 0.752_471), (0.5, 1.049_764), (0.6, 1.289_950)] {
-            let slope = DiscStiffness::elastic(1.0, beta).expect("parameters").drag_slope();
+            let slope = DiscStiffness::elastic(1.0, beta).drag_slope();
             assert!((slope - expected).abs() < 6e-7, "β = {beta}: {slope}");
         }
     }
@@ -320,9 +269,9 @@ mod tests {
     #[test]
     fn elastic_limits() {
         for beta in [0.2, 0.5, 0.8] {
-            let slope = |h| DiscStiffness::elastic(h, beta).expect("parameters").drag_slope();
+            let slope = |h| DiscStiffness::elastic(h, beta).drag_slope();
             // thick layer: a half-space, up to R/h
-            let space = elastic_half_space(beta).expect("a material");
+            let space = elastic_half_space(beta);
             let [far, farther] = [1e3, 2e3].map(|h| slope(h) / (h * space) - 1.0);
             assert!(far > 0.0 && far < 2e-3 && (far / farther - 2.0).abs() < 0.01, "{far} {farther}");
             // thin layer: it slides, 4β²(1 − β²) = E/(1 − ν²), and its rim gives what is left, in proportion to h
@@ -330,18 +279,17 @@ mod tests {
             let [thin, thinner] = [0.12, 0.06].map(|h| slope(h) / plate - 1.0);
             assert!((thin / thinner - 2.0).abs() < 0.1 && thinner < 0.1, "{thin} {thinner}");
         }
-        assert!((elastic_half_space(0.5).expect("a material") - 1.5 / PI).abs() < 1e-15);
-        assert!(DiscStiffness::elastic(0.01, 0.5).is_err() && DiscStiffness::elastic(1.0, 0.9).is_err());
+        assert!((elastic_half_space(0.5) - 1.5 / PI).abs() < 1e-15);
     }
 
     #[test]
     fn elastic_drag_is_the_integral_of_pressure() {
-        let disc = DiscStiffness::elastic(0.6, 0.4).expect("parameters");
+        let disc = DiscStiffness::elastic(0.6, 0.4);
         let sum: f64 = gauss_legendre_on(24, 0.0, 0.5 * PI)
             .into_iter()
             .map(|(phi, w)| {
                 let r = phi.sin();
-                w * 2.0 * r * phi.cos() * disc.pressure_slope(r).expect("under the punch")
+                w * 2.0 * r * phi.cos() * disc.pressure_slope(r)
             })
             .sum();
         assert!((sum / disc.drag_slope() - 1.0).abs() < 1e-9, "{sum} {}", disc.drag_slope());

@@ -16,10 +16,9 @@
 
 use std::f64::consts::PI;
 
-use super::{
-    ExactError, complex::Complex, outside, positive, quadrature::singular_at_ends,
-    surface_impedance::SurfaceImpedance,
-};
+use percuss::exact::quadrature::singular_at_ends;
+
+use super::complex::Complex;
 
 /// Coefficients of a smooth pulse of height 1, `256·s⁴(1 − s)⁴`, s = t/T.
 pub const SMOOTH_PULSE: [f64; 9] = [0.0, 0.0, 0.0, 0.0, 256.0, -1024.0, 1536.0, -1024.0, 256.0];
@@ -27,7 +26,7 @@ pub const SMOOTH_PULSE: [f64; 9] = [0.0, 0.0, 0.0, 0.0, 256.0, -1024.0, 1536.0, 
 /// A pulse on a line of the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lamb {
-    impedance: SurfaceImpedance,
+    beta: f64,
     duration: f64,
     pulse: Vec<f64>,
 }
@@ -37,29 +36,14 @@ impl Lamb {
     /// * `duration`: T \[R/c_p\]
     /// * `pulse`: coefficients c_n of the force per length `P = Σ c_n·(t/T)^n`, `0 < t < T` \[Rγc_p²\], 0 later. The
     ///   displacement is continuous if P vanishes at both ends.
-    ///
-    /// # Errors
-    ///
-    /// `beta` is not in `0 < β < √3/2`, `duration` is not positive, or a coefficient is not finite.
-    pub fn new(beta: f64, duration: f64, pulse: &[f64]) -> Result<Self, ExactError> {
-        positive("duration", duration, f64::INFINITY, "T > 0")?;
-        if let Some(&value) = pulse.iter().find(|value| !value.is_finite()) {
-            return Err(ExactError::Parameter { name: "pulse", value, bound: "finite coefficients" });
-        }
-        Ok(Self { impedance: SurfaceImpedance::new(beta)?, duration, pulse: pulse.to_vec() })
+    pub fn new(beta: f64, duration: f64, pulse: &[f64]) -> Self {
+        Self { beta, duration, pulse: pulse.to_vec() }
     }
 
-    /// Displacement u_z of the surface, along the load positive, at `x` and time `t` \[R\].
-    ///
-    /// # Errors
-    ///
-    /// `x` is 0 or not finite, or `t` is not finite.
-    pub fn displacement(&self, x: f64, t: f64) -> Result<f64, ExactError> {
-        let x = positive("|x|", x.abs(), f64::INFINITY, "x ≠ 0")?;
-        if !t.is_finite() {
-            return outside("t", t, "finite");
-        }
-        Ok(if t <= x { 0.0 } else { self.along_ellipse(x, t, 1.0) })
+    /// Displacement u_z of the surface, along the load positive, at `x ≠ 0` and time `t` \[R\].
+    pub fn displacement(&self, x: f64, t: f64) -> f64 {
+        let x = x.abs();
+        if t <= x { 0.0 } else { self.along_ellipse(x, t, 1.0) }
     }
 
     /// The integral over half an ellipse; its `height` is that of a circle times this, and the result does not depend on it.
@@ -87,7 +71,7 @@ impl Lamb {
 
     /// `g(η)` for Im η ≥ 0, continued from real η < 1.
     fn response(&self, eta: Complex) -> Complex {
-        let beta = self.impedance.beta();
+        let beta = self.beta;
         // √(c² − η²) = √(c − η)·√(c + η): principal values, continuous above the real axis
         let root = |c: f64| (-eta + c).sqrt() * (eta + c).sqrt();
         let (y, longitudinal) = (eta * eta * (beta * beta), root(1.0));
@@ -101,18 +85,24 @@ impl Lamb {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use percuss::exact::surface_impedance::rayleigh_speed;
 
     const BETAS: [f64; 4] = [0.2, 0.5, 0.577_350_269_189_625_8, 0.8];
 
+    /// Of Rayleigh waves.
+    fn speed(lamb: &Lamb) -> f64 {
+        rayleigh_speed(lamb.beta).expect("a material")
+    }
+
     fn pulse(beta: f64, duration: f64) -> Lamb {
-        Lamb::new(beta, duration, &SMOOTH_PULSE).expect("parameters")
+        Lamb::new(beta, duration, &SMOOTH_PULSE)
     }
 
     #[test]
     fn the_contour_does_not_matter() {
         for beta in BETAS {
             let lamb = pulse(beta, 0.4);
-            let rayleigh = 1.0 / lamb.impedance.rayleigh_speed();
+            let rayleigh = 1.0 / speed(&lamb);
             for t in [1.01, 1.2, 1.0 / beta, rayleigh - 0.1, rayleigh, rayleigh + 0.2, rayleigh + 0.4, 8.0] {
                 let values = [0.5, 1.0, 2.0].map(|height| lamb.along_ellipse(1.0, t, height));
                 for value in values {
@@ -127,7 +117,7 @@ mod tests {
         for beta in BETAS {
             let lamb = pulse(beta, 0.7);
             let b = 1.0 / beta;
-            let rayleigh = 1.0 / lamb.impedance.rayleigh_speed();
+            let rayleigh = 1.0 / speed(&lamb);
             for t in [1.1, 0.5 * (1.0 + b), 0.5 * (b + rayleigh)] {
                 // Im g between 1 and t, with a kink at b
                 let first = (t - 0.7_f64).max(1.0);
@@ -140,7 +130,7 @@ mod tests {
                 };
                 let kink = b.clamp(first, t);
                 let expected = (piece(first, kink) + piece(kink, t)) / PI;
-                let got = lamb.displacement(1.0, t).expect("range");
+                let got = lamb.displacement(1.0, t);
                 assert!((got - expected).abs() < 1e-9, "β = {beta}, t = {t}: {got} {expected}");
             }
         }
@@ -152,14 +142,12 @@ mod tests {
         for beta in BETAS {
             let (lamb, t, area) = (pulse(beta, 0.5), 0.8, 0.5 * 256.0 / 630.0);
             // kinks of the fronts of beginning and end of the pulse
-            let c_r = lamb.impedance.rayleigh_speed();
+            let c_r = speed(&lamb);
             let mut ends: Vec<f64> =
                 [1.0, beta, c_r].iter().flat_map(|c| [c * t, c * (t - 0.5)]).chain([1e-7]).collect();
             ends.sort_by(f64::total_cmp);
             let piece = |ends: &[f64]| {
-                singular_at_ends(ends[1] - ends[0], |more, _| {
-                    lamb.displacement(ends[0] + more, t).expect("range")
-                })
+                singular_at_ends(ends[1] - ends[0], |more, _| lamb.displacement(ends[0] + more, t))
             };
             let sum: f64 = ends.windows(2).map(piece).sum();
             assert!((2.0 * sum / area - 1.0).abs() < 2e-5, "β = {beta}: {} {area}", 2.0 * sum);
@@ -169,19 +157,19 @@ mod tests {
     #[test]
     fn arrivals() {
         let lamb = pulse(0.5, 0.1);
-        assert_eq!(lamb.displacement(2.0, 2.0), Ok(0.0));
+        assert_eq!(lamb.displacement(2.0, 2.0), 0.0);
         // longitudinal waves lift the surface, as a liquid pressed down rises beside
-        assert!(lamb.displacement(2.0, 2.05).expect("range") < 0.0);
+        assert!(lamb.displacement(2.0, 2.05) < 0.0);
         // Rayleigh waves carry the same pulse to any distance, at c_R; no other wave does
-        let c_r = lamb.impedance.rayleigh_speed();
-        let at = |x: f64, since: f64| lamb.displacement(x, x / c_r + since).expect("range");
+        let c_r = speed(&lamb);
+        let at = |x: f64, since: f64| lamb.displacement(x, x / c_r + since);
         for since in [0.02, 0.035, 0.09, 0.12] {
             let (near, far) = (at(300.0, since), at(600.0, since));
             assert!((near / far - 1.0).abs() < 0.01 && far.abs() > 0.05, "{since}: {near} {far}");
         }
         // that pulse is the Hilbert transform of P, odd about its middle
         assert!((at(600.0, 0.03) + at(600.0, 0.07)).abs() < 1e-3 && at(600.0, 0.05).abs() < 1e-3);
-        let at = |x: f64| lamb.displacement(x, x + 0.05).expect("range");
+        let at = |x: f64| lamb.displacement(x, x + 0.05);
         assert!((at(100.0) / at(10.0)).abs() < 0.1);
     }
 
@@ -190,20 +178,11 @@ mod tests {
         // no length but those of place and pulse, and a force per length needs none
         let (a, b) = (pulse(0.5, 0.4), pulse(0.5, 1.2));
         for t in [1.3, 2.2, 4.0] {
-            let (a, b) =
-                (a.displacement(1.0, t).expect("range"), b.displacement(-3.0, 3.0 * t).expect("range"));
+            let (a, b) = (a.displacement(1.0, t), b.displacement(-3.0, 3.0 * t));
             assert!((a - b).abs() < 1e-13, "{a} {b}");
         }
         let double: Vec<f64> = SMOOTH_PULSE.iter().map(|c| 2.0 * c).collect();
-        let twice = Lamb::new(0.5, 0.4, &double).expect("parameters").displacement(1.0, 2.2).expect("range");
-        assert!((twice - 2.0 * a.displacement(1.0, 2.2).expect("range")).abs() < 1e-13);
-    }
-
-    #[test]
-    fn outside_its_range_it_is_an_error() {
-        assert!(Lamb::new(0.9, 1.0, &SMOOTH_PULSE).is_err() && Lamb::new(0.5, 0.0, &SMOOTH_PULSE).is_err());
-        assert!(Lamb::new(0.5, 1.0, &[f64::NAN]).is_err());
-        assert!(pulse(0.5, 1.0).displacement(0.0, 1.0).is_err());
-        assert!(pulse(0.5, 1.0).displacement(1.0, f64::NAN).is_err());
+        let twice = Lamb::new(0.5, 0.4, &double).displacement(1.0, 2.2);
+        assert!((twice - 2.0 * a.displacement(1.0, 2.2)).abs() < 1e-13);
     }
 }

@@ -13,14 +13,14 @@
 //! and made orthonormal again after each, so that neither is lost beside the one that grows faster. All four numbers are continuous at
 //! a welded interface.
 
-use super::stack::{Stack, StackLayer};
+use percuss::exact::stack::{Stack, StackLayer};
 
 /// w, v, s and q.
 type State = [f64; 4];
 
 /// Two fields that satisfy the conditions at the far side.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Fields([State; 2]);
+pub struct Fields([State; 2]);
 
 /// Largest norm of the exponent of a step, and the terms of its series: the rest is 1e-18.
 const LONGEST: f64 = 1.0;
@@ -30,7 +30,7 @@ impl Fields {
     /// Static fields at the surface of a stack with a smooth rigid back, `w = q = 0` there.
     ///
     /// * `k`: wave number \[1/R\]
-    pub(super) fn on_rigid_back(stack: &Stack, k: f64) -> Self {
+    pub fn on_rigid_back(stack: &Stack, k: f64) -> Self {
         Self([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]).carried(stack.layers(), k, 0.0)
     }
 
@@ -39,7 +39,7 @@ impl Fields {
     ///
     /// * `k`: wave number \[1/R\]
     /// * `speed`: phase speed c, below c_s of the half-space \[c_p\]
-    pub(super) fn on_half_space(stack: &Stack, k: f64, speed: f64) -> Self {
+    pub fn on_half_space(stack: &Stack, k: f64, speed: f64) -> Self {
         let (space, above) = stack.layers().split_last().expect("a stack has layers");
         let [m, g] = moduli(space);
         let decay = |wave: f64| (1.0 - (speed / wave).powi(2)).sqrt();
@@ -88,13 +88,13 @@ impl Fields {
     }
 
     /// `−w/s` of the field without shear stress at the surface: its displacement times wave number per unit of pressure \[1/γc_p²\].
-    pub(super) fn compliance(&self) -> f64 {
+    pub fn compliance(&self) -> f64 {
         let [a, b] = self.0;
         (b[3] * a[0] - a[3] * b[0]) / (a[3] * b[2] - b[3] * a[2])
     }
 
     /// A number that vanishes where a field is free of stress at the surface, and is continuous in the phase speed.
-    pub(super) fn secular(&self) -> f64 {
+    pub fn secular(&self) -> f64 {
         let [a, b] = self.0;
         a[2] * b[3] - a[3] * b[2]
     }
@@ -141,7 +141,7 @@ fn exponential(matrix: &[State; 4], t: f64) -> [State; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{exact::surface_impedance::SurfaceImpedance, grid::Back};
+    use percuss::{exact::surface_impedance::SurfaceImpedance, grid::Back};
 
     fn layer(impedance: f64, wave_speed: f64, shear_wave_speed: f64, thickness: f64) -> StackLayer {
         StackLayer { impedance, wave_speed, shear_wave_speed, thickness }

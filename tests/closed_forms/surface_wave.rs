@@ -5,7 +5,9 @@
 //! the wave that is Rayleigh's without a coating. One over a stiff coating is long: its speed rises with `kh` until it reaches
 //! that c_s, and then it radiates into the half-space.
 
-use super::{ExactError, outside, positive, stack::Stack, transfer::Fields};
+use percuss::exact::stack::Stack;
+
+use super::transfer::Fields;
 
 /// Phase speeds that are tried, from 0 to c_s of the half-space.
 const TRIED: u32 = 400;
@@ -13,41 +15,29 @@ const TRIED: u32 = 400;
 /// Halvings of the interval between two of them.
 const HALVINGS: u32 = 50;
 
-/// Phase speed of the slowest surface wave \[c_p of the first layer\].
+/// Phase speed of the slowest surface wave \[c_p of the first layer\]; `None` if none is slower than c_s of the half-space.
 ///
 /// * `stack`: layers, the last one a half-space
 /// * `wave_number`: k along the surface \[1/R\]
-///
-/// # Errors
-///
-/// The last layer is not a half-space, a layer has `c_s ≥ √3/2·c`, k is not positive, or there is no wave slower than c_s of the
-/// half-space.
-pub fn phase_speed(stack: &Stack, wave_number: f64) -> Result<f64, ExactError> {
-    stack.check_elastic()?;
-    positive("wave_number", wave_number, f64::INFINITY, "k > 0")?;
+pub fn phase_speed(stack: &Stack, wave_number: f64) -> Option<f64> {
     let space = stack.layers().last().expect("a stack has layers");
-    if space.thickness.is_finite() {
-        return outside("thickness", space.thickness, "the last layer is a half-space");
-    }
     let secular = |speed: f64| Fields::on_half_space(stack, wave_number, speed).secular();
     let tried = |n: u32| space.shear_wave_speed * f64::from(n) / f64::from(TRIED);
     // at rest both potentials are one, which is a root for every half-space
-    let Some(first) = (1..TRIED - 1).find(|n| secular(tried(*n)) * secular(tried(n + 1)) <= 0.0) else {
-        return outside("wave_number", wave_number, "a wave slower than c_s of the half-space");
-    };
+    let first = (1..TRIED - 1).find(|n| secular(tried(*n)) * secular(tried(n + 1)) <= 0.0)?;
     let (mut low, mut high) = (tried(first), tried(first + 1));
     let sign = secular(low);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         *(if secular(middle) * sign > 0.0 { &mut low } else { &mut high }) = middle;
     }
-    Ok(0.5 * (low + high))
+    Some(0.5 * (low + high))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
+    use percuss::{
         exact::{stack::StackLayer, surface_impedance::rayleigh_speed},
         grid::Back,
     };
@@ -89,10 +79,7 @@ mod tests {
     #[test]
     fn short_waves_of_a_stiff_coating_radiate() {
         let stiff = [2.0, 1.9, 1.1];
-        assert!(phase_speed(&coated(stiff, 1.0), 0.1).is_ok());
-        assert!(phase_speed(&coated(stiff, 1.0), 5.0).is_err());
-        assert!(phase_speed(&Stack::single(0.5, Some(1.0)).expect("a layer"), 1.0).is_err());
-        assert!(phase_speed(&coated(stiff, 1.0), -1.0).is_err());
-        assert!(phase_speed(&Stack::single(0.9, None).expect("a half-space"), 1.0).is_err());
+        assert!(phase_speed(&coated(stiff, 1.0), 0.1).is_some());
+        assert!(phase_speed(&coated(stiff, 1.0), 5.0).is_none());
     }
 }

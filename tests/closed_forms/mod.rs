@@ -1,0 +1,20 @@
+//! Closed forms that only tests and figures use: one file each, beside those of [`percuss::exact`] and like them independent of the solver.
+//! Parameters are taken as they are.
+//!
+//! | Closed form | Result |
+//! |---|---|
+//! | [`column`] | a layer without shear waves under a body of finite mass |
+//! | [`disc_stiffness`], [`strip_stiffness`], [`elastic_strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
+//! | [`lamb`] | displacement of the surface under a pulse on a line, full theory |
+//!
+//! `surface_wave`, the speed of waves along coated surfaces, belongs to the tests of the plain stepper, `src/exact/tests`.
+
+pub mod column;
+mod complex;
+pub mod disc_stiffness;
+pub mod elastic_strip_stiffness;
+pub mod lamb;
+mod layer_kernel;
+mod linear;
+pub mod strip_stiffness;
+mod transfer;
