@@ -2,15 +2,7 @@
 //!
 //! Data is written to stdout, remarks to stderr. Errors are printed once, by [`report`].
 //!
-//! # Exit status
-//!
-//! | Exit status | percuss | percuss-read |
-//! |---|---|---|
-//! | 0 | done | done |
-//! | 1 | failed; `run --resume`: part and checkpoint do not belong together or to the case | failed; `diff`: different; `verify`: not sound |
-//! | 2 | usage, invalid case, a file that is no case, or no closed form | usage; `diff`: could not compare |
-//! | 3 | | done with loss: a file is damaged or truncated, its sound parts are read; `verify`: sound, but the run was not finished |
-//! | 130, 143, 129 | interrupted by SIGINT, SIGTERM, SIGHUP, with a valid partial recording, `NAME.mcap.part` | |
+//! Exit statuses are in the guide, `tools/guide/src/commands.md`.
 
 use std::{
     ffi::OsString,

@@ -23,54 +23,12 @@
 //!
 //! # Accuracy
 //!
-//! Tests compare with closed forms and published numbers (`tests/verification`) and assert these errors within a factor of 1.5:
-//!
-//! | Case | Compared with | Error |
-//! |---|---|---|
-//! | plane flat punch, drag for t > 0.1, c_s = 0.5, 200 cells | F = V0(1 + c_s t/2) | 7.2e-7 |
-//! | the same with order 2 and no damping, all t | F = V0(1 + c_s t/2) | 3.5e-14 |
-//! | the same, stress at x = 0.5, 0.75, 0.9, 200 cells | closed form | 3.1e-6, 1.8e-5, 8.1e-5, second order |
-//! | the same on the paper's mesh | closed form | 6.4e-4, 1.9e-3, 5.6e-3, first order |
-//! | flat punch on a half-space, drag at t = 0.25, 0.5, 1, 1.5, 100 cells | finer meshes, matched and the paper's, extrapolated | 8e-6, second order |
-//! | flat punch on a layer, slope of the drag, 20 < t < 40, 100 cells | static disc, A_d = 1.48377 | 3.2e-4 |
-//! | the same, slope of the stress at r ≤ 0.95 | static disc | 0.12 % |
-//! | glued punches of mass 2.5, 5, 10, velocity and stress on the axis | superposition of infinite mass | 1e-11 |
-//! | paraboloid, motion prescribed, stress on the axis, c_s = 0.5, 100 and 400 cells | closed form | 0.12 %, 0.055 % rms (paper's mesh: 5.7 %) |
-//! | cones tan φ = 2, 4, stress at r ≥ 0.1 behind the front, 200 cells | semi-analytic | 0.005 % rms, orders 1.2 to 2.2 |
-//! | the same, tan φ = 2 on a layer, r = 0.5, 1, 2 | semi-analytic | 0.002 % rms ahead of the reflection, 0.006 % rms behind it; its front overshoots by 1.1 % |
-//! | energy of a glued punch of finite mass, 40 cells | conservation | 4e-14 of it |
-//!
-//! The full theory, 100 cells per R with the default damping (bounds in `tests/verification/elastic_*.rs` are 1.2 to 3 times these errors, that of the energy six times):
-//!
-//! | Case, c_s/c_p | Compared with | Error |
-//! |---|---|---|
-//! | plane flat punch, drag for 0.2 < t < 1.9; 0.3, 0.5, 0.7 | F = V0(1 + Ct), Wiener–Hopf | 3.4e-5, 2.7e-5, 4.9e-5 (0.5 on 200 cells: 9.0e-6) |
-//! | flat punch on a half-space and on a layer, slope of the drag at long times, 16 to 24 cells; 0.3, 0.5 | static disc | 4.5e-4, 3.7e-4; 9.7e-4, 7.7e-4 |
-//! | paraboloid, motion prescribed, stress on the axis at z = 0, h/2; 0.3 | closed form, Eq. 16 | 0.32 %, 0.32 % rms |
-//! | the same; 0.5 | | 0.15 %, 0.083 % rms |
-//! | the same; 0.62 | | 0.14 %, 0.063 % rms |
-//! | paraboloid, unilateral, drag at t = 1; 0.3, 0.5 | without damping, extrapolated | 0.11 %, 0.03 % |
-//! | line load on a half-space (Lamb), u_z at x = 1; ν = 1/4 | closed form | 3.8 % rms, without damping 0.76 % |
-//! | wedge whose edge outruns all waves, V* = 2, pressure behind it; 0.3 | closed form | 0.014 % ± 0.5 % of ripple |
-//! | steel ball of 3 mm on PMMA, 0.5 m/s, 50 cells, drag and velocity | Hertz, without waves | 2.1 % of the peak, 1.0 % of V0 |
-//! | energy without damping, glued punch, rebound, separation, recontact | conservation | 8e-15 |
-//!
-//! Layered targets, plain stepper (`src/exact/tests`):
-//!
-//! | Target | Compared with | Error |
-//! |---|---|---|
-//! | plane wave through 1, 2, 5, 12 layers, impedances up to 1:100, both theories | closed form | 5e-14 |
-//! | paraboloid and cone, motion prescribed, two and three layers of one c_s, on the surface and at an interface, 160 cells, away from fronts | closed form | 1.1e-4 to 5.5e-4 rms, orders 1.2 to 2.0 |
-//! | flat punch, disc and strip, on three layers, slope of the drag at long times, 12 to 16 cells, both theories | statics | 1.8e-4 to 8.6e-4 |
-//! | surface waves along coated half-spaces, full theory, 20 nodes to a wavelength | secular determinant | 0.08 to 0.73 % |
-//! | stress in layers of different c_s under a smooth pressure, simplified theory | finer meshes | orders 1.9 and 2.2, at the interface 1.0 |
+//! Tests compare with closed forms and published numbers (`tests/verification`; layered targets under the plain stepper in
+//! `src/exact/tests`). The errors that they assert, within a factor of 1.5, are in the guide, `tools/guide/src/theory.md`; in the full theory
+//! bounds are 1.2 to 3 times these errors, that of the energy six times.
 //!
 //! `tests/golden` has digests of the recordings of eight small cases, to the last bit; `PERCUSS_BLESS=1 cargo test golden`
 //! rewrites them after an intended change, which needs another revision of the numerics, [`crate::recording::NUMERICS`].
-//!
-//! Two results of the paper do not follow from its equations: its times of first tension for punches of mass 2.5, 5, 10
-//! (t = 3.03, 4.96, 9.36) are 5.135, 7.753, 11.372 here, on successively finer meshes; and the stress at the edge r = 1 grows with
-//! the mesh, because the edge is singular. The page of the figures lists all of them.
 
 pub mod closed_form;
 pub mod elastic_paraboloid;

@@ -7,43 +7,8 @@
 //!
 //! Chunks are closed at the end of the step that fills them and written whole: after a crash every closed chunk can be read.
 //!
-//! # Channels of a recording
-//!
-//! | Topic | Message | Rate | Fields |
-//! |---|---|---|---|
-//! | `/interface/stress` | `percuss.InterfaceStress` | `interface_every` | `r0`, `dr`, `stress[]` at r0 + i·dr, out to the largest radius ever in contact |
-//! | `/drag` | `percuss.Drag` | step | `force`, `contact_radius` |
-//! | `/velocity` | `percuss.Velocity` | step | `velocity`, `displacement` of the indenter |
-//! | `/probes` | `percuss.Probes` | step | `stress[]` at `record.probes` |
-//! | `/points` | `percuss.Points` | step | `displacement[]`, `velocity[]`, `stress[]` at `record.points` |
-//! | `/line/<n>` | `percuss.LineSlice` | `interface_every` | `stress[]` at s0 + i·ds along a line of `record.lines`; across layers at `s[]` |
-//! | `/field/…` | `percuss.FieldSlice` | frame | `values[]`, row-major `[z][r]`, with `r0 dr nr z0 dz nz`: the same in all frames; with several layers `z[]` |
-//! | `/energy` | `percuss.Energy` | frame | `kinetic`, `strain`, `indenter`, `dissipated`, `damped`, `work`, `residual` (without damping); with several layers `layer_strain[]`, `layer_kinetic[]` |
-//! | `/event` | `percuss.Event` | as it happens | `kind` (EXTENSION, REBOUND, SEPARATION, RECONTACT, LAYER_TENSION, STOPPED, WARNING), `text`, `r`, `since`, `interface` |
-//! | `/log` | `foxglove.Log` | as it happens | messages of the run in text |
-//! | `/view/field` | `foxglove.Grid` | frame | the recorded fields as levels of one byte and the colour of the first, mirrored to r < 0; their range is in the metadata |
-//! | `/view/image` | `foxglove.CompressedImage` | frame | the first recorded field as a PNG with axes, colour bar, indenter and values |
-//! | `/view/scene` | `foxglove.SceneUpdate` | frame | indenter, deformed surface, backing, interfaces and names of layers, contact radius, drag arrow, colours of the field |
-//! | `/view/fronts` | `foxglove.SceneUpdate` | frame | wave fronts of the edge by geometry, in the struck layer |
-//! | `/view/tf` | `foxglove.FrameTransforms` | frame | frame `indenter` in `world` |
-//! | `/view/profile` | `percuss.SurfaceProfile` | frame | `r[]`, `stress[]`, `displacement[]`, `indenter[]`, downsampled, for x–y plots |
-//!
-//! The last step of a run that is complete, or that the case stops, is in every channel with a rate: it is a frame, if there are any, and of those of
-//! `interface_every`. Without frames (`record.frames = 0`) `/energy` has no messages: of a half-space no more is computed than the surface, interfaces, points and lines depend on.
-//!
-//! Rows of a target of several layers are not evenly spaced: slices and lines along z list the depths of all. The depth of an interface stands twice, first
-//! for the layer above, then for the one below, whose stresses along r differ. `percuss.run` has the number of `layers` and of each, from the struck surface
-//! down, `layer.<n>.name`, `top`, `bottom`, `density`, `wave_speed`, `shear_wave_speed`, `impedance`, `rows`, `speed_change` and `bond`;
-//! and `back` where it is free.
-//!
-//! Physical cases are recorded in SI (`N`, `m`, `m/s`, `Pa`, `s`, `J`; plane, of the whole contact: `N/m`, `J/m`), with their scales in `percuss.run`, others without
-//! dimension. All recorded stress, fields included, is compressive positive, p = −σ_zz. Units and meanings of all fields are in the
-//! metadata of their channels. Metadata records describe the run (`percuss.run`; its `source` is `simulation`, then with the revision
-//! of the `numerics`, [`NUMERICS`], or `exact`, then with the `closed_form`), machine, time and the `commit` of the program
-//! (`percuss.host`, the only part that differs between two runs of a case; with `--reproducible` it is empty), the largest strain, velocity of the impact and loss of the mesh
-//! (`percuss.validity`), what was measured of the impact (`percuss.summary`: the numbers that the messages say, bit for bit, by the names of
-//! [`percuss_table::measures`], and the subjects of its `warnings`; what is not known has no entry), and the end of the run (`percuss.status`, written last); each has the `checksum` of its other entries. The attachment `case.resolved.toml`
-//! repeats the run; `layout.json` is the layout for viewers.
+//! Channels, metadata records and attachments of a recording are in the guide, `tools/guide/src/recording.md`, the history of the format in
+//! `formats.md` there. Units and meanings of all fields are in the metadata of their channels.
 //!
 //! # What holds when something fails
 //!

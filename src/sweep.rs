@@ -31,42 +31,7 @@
 //!
 //! Folders that are shared need no locks: every shard writes its own journal. Two processes on one machine cannot write the same one.
 //!
-//! # A worked example
-//!
-//! A body with a spherical head strikes a plate with a free back: how much of its velocity does it keep, over three decades of mass and five
-//! materials? `plate.toml` is the case of one plate,
-//!
-//! ```toml
-//! model = "elastic"
-//! [target]
-//! thickness = "6 mm"
-//! material = "glass"
-//! back = "free"
-//! [indenter]
-//! shape = "sphere"
-//! nose_radius = "10 mm"
-//! mass = "1 g"
-//! [impact]
-//! velocity = "5 m/s"
-//! [mesh]
-//! cells = 40
-//! [run]
-//! end_time = "400 us"
-//! stop = "separation"
-//! [record]
-//! frames = 0
-//! ```
-//!
-//! and these commands compute 95 of them and draw the answer (half a minute on two cores; `percuss-figures --only sweeps` does the same):
-//!
-//! ```text
-//! percuss sweep plate.toml --vary "indenter.mass=0.1 g:100 g:19:log" --vary target.material=pmma,epoxy,glass,aluminium,lead --keep none -o plates
-//! percuss-read plot plates/summary.parquet --x indenter.mass --y restitution --by target.material --log x -o restitution.svg
-//! percuss-read plot plates/summary.parquet --x indenter.mass --y contact_duration --by target.material --log xy -o duration.svg
-//! ```
-//!
-//! Light bodies keep up to 0.88 of their velocity; heavier ones leave it to the waves in the plate, and from some mass on they are not seen to
-//! come back at all. Rows without a restitution are those of bodies that are still in contact at the end.
+//! The guide has an example, `tools/guide/src/sweeps.md`.
 //!
 //! # Modules
 //!

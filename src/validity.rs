@@ -12,13 +12,8 @@
 //! mesh: the stress grows there as Δr^(−½), but not at probes beside it. Under any other head the contact spreads at a rate
 //! that depends on V0, strains are not proportional to V0, and their limit is found by trials (`percuss check CASE --admissible`).
 //!
-//! # Admissible velocities
-//!
-//! Linear theory is trusted up to strains of 0.005. Under a flat face strains are proportional to the impact velocity, and
-//! `percuss.validity` has the velocity that reaches the limit: `admissible_velocity` for the whole mesh, whose largest strain is that
-//! of the sharp edge and grows as Δr^(−½), and `admissible_velocity_at_probes`. Under other heads strains decrease more slowly than
-//! the velocity, and one run does not give it; `percuss check CASE --admissible` finds it by trials on the mesh of the case, with
-//! the same geometry of the head, and fails where the head is too sharp for any velocity or the mesh too coarse.
+//! Linear theory is trusted up to strains of 0.005: `percuss.validity` has the velocities that reach it under a flat face,
+//! `admissible_velocity` for the whole mesh and `admissible_velocity_at_probes`.
 
 use serde::{Deserialize, Serialize};
 

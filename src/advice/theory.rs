@@ -25,14 +25,8 @@
 //!
 //! Everything else has no estimate, and [`Trust::text`] says why.
 //!
-//! # What to trust
-//!
-//! The simplified theory can be trusted for the arrival times and heights of plane fronts, for the rebound velocity of a flat punch
-//! (within 7 % for c_s/c_p = 0.3 to 0.65), and for its drag within 5 % up to t = 0.25 R/c_p (0.5 to 0.65); at t = 5 and c_s/c_p = 0.5
-//! to 0.6 the drag is 22 to 39 % too high on a layer and 25 to 27 % on a half-space, and the stress on the axis under a paraboloid
-//! 29 to 42 %; at 0.3 to 0.4 these are 77 to 177 %, 41 to 70 % and 78 to 173 %; contact of a punch of mass 5 ends 12 to 27 % too
-//! early (0.3 to 0.65): for such numbers take `model = "elastic"`. `percuss run` and `percuss check` warn where the estimate exceeds
-//! 20 % (`check --json`: `theory_error`).
+//! What of the simplified theory can be trusted is in the guide, `tools/guide/src/theory.md`. `percuss run` and `percuss check` warn where the
+//! estimate exceeds 20 % (`check --json`: `theory_error`).
 
 use std::f64::consts::PI;
 

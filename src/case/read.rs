@@ -70,7 +70,6 @@ pub(super) fn case(given: CaseBuilder) -> Result<Case, CaseErrors> {
         case.grade(&mut values)?;
         case.sizes = case.derive_sizes(&values)?;
         case.complete(&mut values);
-        case.record = record(&values)?;
         case.resolved = values.checked.clone();
         Some(case)
     });
@@ -168,7 +167,7 @@ fn check_record(values: &mut Values<'_>, target: Option<&Target>) {
     }
 }
 
-/// Channels and frames; placeholders stand for what follows from the sizes.
+/// Channels and frames; placeholders stand for what follows from the sizes, see [`Parameters::complete`].
 fn record(values: &Values<'_>) -> Option<Record> {
     let frame_times = values.get("record.frame_times").map(Frames::At);
     Some(Record {
@@ -188,24 +187,26 @@ fn record(values: &Values<'_>) -> Option<Record> {
 }
 
 impl Parameters {
-    /// Sets values that follow from the sizes.
+    /// Sets what follows from the sizes, and its values.
     fn complete(&mut self, values: &mut Values<'_>) {
         values.set("mesh.outer_radius", self.sizes.outer_radius);
         self.complete_grading(values);
         if values.number("record.layer_tension").is_none() {
             let tension = values.system.default(Dimension::Stress, LAYER_TENSION * self.impact.velocity);
+            self.record.layer_tension = tension;
             values.set("record.layer_tension", tension);
         }
         if !values.is_given("record.probes") {
-            values.set("record.probes", self.default_probes().to_vec());
+            self.record.probes = self.default_probes().to_vec();
+            values.set("record.probes", self.record.probes.clone());
         }
         if !values.is_given("record.r_max") {
             self.record.r_max = self.default_r_max();
             values.set("record.r_max", self.record.r_max);
         }
         if !values.is_given("record.field_every") {
-            self.record.r_max = values.number("record.r_max").unwrap_or(f64::INFINITY);
-            values.set("record.field_every", self.default_field_every() as i64);
+            self.record.field_every = self.default_field_every();
+            values.set("record.field_every", self.record.field_every as i64);
         }
     }
 

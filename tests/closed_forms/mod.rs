@@ -6,8 +6,7 @@
 //! | [`column`] | a layer without shear waves under a body of finite mass |
 //! | [`disc_stiffness`], [`strip_stiffness`], [`elastic_strip_stiffness`] | slopes of drag and pressure of a flat punch on a layer at long times |
 //! | [`lamb`] | displacement of the surface under a pulse on a line, full theory |
-//!
-//! `surface_wave`, the speed of waves along coated surfaces, belongs to the tests of the plain stepper, `src/exact/tests`.
+//! | [`surface_wave`] | speed of waves along coated surfaces, full theory: for `src/exact/tests` |
 
 pub mod column;
 mod complex;
@@ -17,4 +16,5 @@ pub mod lamb;
 mod layer_kernel;
 mod linear;
 pub mod strip_stiffness;
+pub mod surface_wave;
 mod transfer;

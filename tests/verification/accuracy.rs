@@ -1,12 +1,12 @@
-//! The table of errors in the documentation of `percuss::exact`: the tests allow the errors that it states.
+//! The table of errors in the guide: the tests allow the errors that it states.
 //!
 //! Its numbers stand nowhere else. A test reads those of its case and compares its measured errors with them, so neither
 //! the table nor the program can change alone.
 
-const DOCUMENTATION: &str = include_str!("../../src/exact.rs");
+const DOCUMENTATION: &str = include_str!("../../tools/guide/src/theory.md");
 
 /// Heading of the columns of the table.
-const HEADING: &str = "//! | Case | Compared with | Error |";
+const HEADING: &str = "| Case | Compared with | Error |";
 
 /// Measured errors are those stated within this factor, either way: the table rounds to one or two digits, and a
 /// pessimistic one is wrong too.
@@ -26,7 +26,7 @@ const TESTS: [&str; 7] = [
 /// First and last cell of every row: what is computed, and its error.
 fn rows() -> Vec<(&'static str, &'static str)> {
     let body = DOCUMENTATION.lines().skip_while(|line| *line != HEADING).skip(2);
-    let rows = body.map_while(|line| line.strip_prefix("//! ").filter(|row| row.starts_with('|')));
+    let rows = body.map_while(|line| Some(line).filter(|row| row.starts_with('|')));
     let cells = |line: &'static str| -> Vec<_> { line.trim_matches('|').split('|').map(str::trim).collect() };
     rows.map(|line| match cells(line)[..] {
         [case, _, error] => (case, error),

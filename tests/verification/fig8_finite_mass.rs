@@ -154,7 +154,7 @@ fn events_are_at_the_first_step_after() {
 #[test]
 fn the_documentation_gives_these_times() {
     let times = PUNCHES.map(|punch| format!("{:.3}", punch.3)).join(", ");
-    assert!(include_str!("../../src/exact.rs").contains(&times), "{times}");
+    assert!(include_str!("../../tools/guide/src/theory.md").contains(&times), "{times}");
 }
 
 #[test]
