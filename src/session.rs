@@ -307,14 +307,9 @@ mod tests {
         (error, status["last_step"].clone())
     }
 
-    fn load(name: &str, settings: &[&str]) -> Case {
-        let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
-        Case::load(name, &settings).expect("a built-in case")
-    }
-
     #[test]
     fn numbers_that_overflow_end_the_run_with_a_status() {
-        let case = load("fig5", &["mesh.cells=20", "record.frames=0"]);
+        let case = Case::sound("fig5", &["mesh.cells=20", "record.frames=0"]);
         let (error, _) = failure(&case.unchecked(|case| case.impact.velocity = f64::MAX));
         let SimulationError::NotFinite { quantity: "interface stress", place: Some(_), .. } = error else {
             panic!("{error}");
@@ -324,7 +319,7 @@ mod tests {
     #[test]
     fn a_contact_that_outgrows_its_mesh_ends_the_run_with_a_status() {
         // with c_s = 0.2 and 20 cells a step is 0.25 long, in which the contact spreads by 5
-        let case = load(
+        let case = Case::sound(
             "fig6a",
             &[
                 "indenter.slope=0.05",

@@ -455,8 +455,7 @@ mod tests {
         // 24 times and 4 radii of three cases that are solved in closed form, on meshes coarse enough to be wrong
         let (mut bars, mut missed, mut worst) = (0, 0, 0.0_f64);
         for name in ["fig2-prescribed", "fig6a", "fig7a"] {
-            let cases =
-                on_meshes(&Case::load(name, &[]).expect("a built-in case"), &[13, 26, 52]).expect("meshes");
+            let cases = on_meshes(&Case::sound(name, &[]), &[13, 26, 52]).expect("meshes");
             let end = cases[0].run.end_time;
             let plan = Plan {
                 times: (1..25).map(|m| f64::from(m) / 24.5 * end).collect(),

@@ -87,14 +87,13 @@ mod tests {
         assert_eq!((case.title.as_str(), case.target.thickness), ("ball", None));
         assert_eq!(case.target.material.shear_wave_speed, 0.1 + 0.2);
         assert_eq!(case.record.probes, [0.0, 1.0 / 3.0]);
-        let again = Case::parse("ball", &case.text(), &[], "".as_ref()).expect("a case");
+        let again = Case::sound(&case.text(), &["title=ball"]);
         assert_eq!(again.resolved_toml(), case.resolved_toml());
     }
 
     #[test]
     fn a_variation_changes_its_keys_and_nothing_else() {
-        let settings = ["mesh.cells=20".to_owned(), "indenter.mass=2".to_owned()];
-        let case = Case::load("fig5", &settings).expect("a case");
+        let case = Case::sound("fig5", &["mesh.cells=20", "indenter.mass=2"]);
         let varied = case.vary().set("indenter.mass", 3).set("impact.contact", "bilateral").build();
         let varied = varied.expect("a case");
         assert_eq!((varied.indenter.mass, varied.impact.contact), (3.0, Rule::Bilateral));

@@ -137,15 +137,12 @@ impl Parameters {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::{case::Case, model::GaugePlan};
 
     fn fine(settings: &[&str]) -> Case {
         let shared = ["mesh.kind=\"paper\"", "mesh.cells=1000", "mesh.outer_radius=4"];
-        let all: Vec<String> = shared.iter().chain(settings).map(|&setting| setting.to_owned()).collect();
-        Case::load("fig5", &all).expect("a built-in case")
+        Case::sound("fig5", &[&shared, settings].concat())
     }
 
     #[test]
@@ -161,10 +158,9 @@ mod tests {
         assert_eq!(fine(&["record.fields=[]"]).record.field_every, 1);
         // a small case; one on a coarse mesh that is wide and deep
         for name in ["fig5", "fig9-m5"] {
-            assert_eq!(Case::load(name, &[]).expect("a built-in case").record.field_every, 1);
+            assert_eq!(Case::sound(name, &[]).record.field_every, 1);
         }
-        let again = Case::parse("again", &case.resolved_toml(), &[], Path::new("")).expect("a case");
-        assert_eq!(again.record, case.record);
+        assert_eq!(Case::sound(&case.resolved_toml(), &[]).record, case.record);
     }
 
     #[test]
@@ -175,8 +171,7 @@ mod tests {
                 "model = \"elastic\"\n[target]\nthickness = \"half-space\"\n{indenter}\n[impact]\nvelocity = {velocity}\n\
                  [mesh]\ncells = 20\n[run]\nend_time = {end}\n"
             );
-            let case = Case::parse("probes", &text, &[], Path::new(""))
-                .unwrap_or_else(|errors| panic!("{errors:?}"));
+            let case = Case::sound(&text, &[]);
             case.record.probes.iter().map(|r| case.units().length.of(*r)).collect::<Vec<f64>>()
         };
         let plain = ["0.02", "1.0"];
@@ -197,10 +192,7 @@ mod tests {
 
     #[test]
     fn fields_end_where_nothing_comes_back() {
-        let load = |name: &str, settings: &[&str]| {
-            let all: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-            Case::load(name, &all).expect("a built-in case")
-        };
+        let load = Case::sound;
         let radii = |case: &Case| (case.sizes.contact_reach, case.record.r_max, case.sizes.outer_radius);
         // a punch of radius 1 on a layer of thickness 1: wave fronts are at r = 4 at the end
         let (reach, r_max, outer) = radii(&load("fig5", &[]));
@@ -228,7 +220,7 @@ mod tests {
         assert_eq!(load("fig5", &["record.r_max=inf"]).shown_radius(), None);
         for case in [&ball, &load("ball", &["record.r_max=inf"]), &load("ball", &["record.r_max=\"30 mm\""])]
         {
-            let again = Case::parse("again", &case.resolved_toml(), &[], Path::new("")).expect("a case");
+            let again = Case::sound(&case.resolved_toml(), &[]);
             assert_eq!(again.resolved_toml(), case.resolved_toml());
             assert_eq!(again.frame_fields(), case.frame_fields());
         }

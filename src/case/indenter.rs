@@ -183,9 +183,8 @@ mod tests {
     use crate::{case::Case, units::Dimension};
 
     fn mass(text: &str) -> f64 {
-        let case = Case::parse("t", text, &[], "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"));
-        let again = Case::parse("again", &case.resolved_toml(), &[], "".as_ref()).expect("a case");
-        assert_eq!(again.indenter, case.indenter);
+        let case = Case::sound(text, &[]);
+        assert_eq!(Case::sound(&case.resolved_toml(), &[]).indenter, case.indenter);
         case.scales.map_or(case.indenter.mass, |scales| scales.expand(Dimension::Mass, case.indenter.mass))
     }
 

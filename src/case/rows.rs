@@ -285,8 +285,7 @@ mod tests {
     fn a_half_space_is_as_deep_as_waves_get() {
         let settings = |more: &[&str]| {
             let settings = [&["record.frames=0", "record.fields=[]", "record.lines=[]"][..], more].concat();
-            let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
-            Case::load("coating", &settings).expect("a case").sizes.clone()
+            Case::sound("coating", &settings).sizes.clone()
         };
         let steps =
             |sizes: &crate::case::Sizes| sizes.layers.iter().map(|layer| layer.steps as u64).sum::<u64>();

@@ -13,9 +13,7 @@ use crate::{
 };
 
 fn case(settings: &[&str]) -> Case {
-    let settings: Vec<String> =
-        [&["mesh.cells=12", "run.end_time=8"], settings].concat().into_iter().map(String::from).collect();
-    Case::load("fig5", &settings).expect("a built-in case")
+    Case::sound("fig5", &[&["mesh.cells=12", "run.end_time=8"], settings].concat())
 }
 
 /// What was seen of three steps of a contact.
@@ -83,9 +81,8 @@ fn checkpoints_of_others_are_refused_with_what_differs() {
         text.contains("mesh.cells is 13 there, 12 here") && text.contains("record.frames is 7"),
         "{text}"
     );
-    let layers = |settings: &[String]| Case::load("layers", settings).expect("a built-in case");
-    written(&path, &layers(&["target.layer.2.thickness=0.8".into()]));
-    let text = refusal(&path, &layers(&[]), Engine::Blocked);
+    written(&path, &Case::sound("layers", &["target.layer.2.thickness=0.8"]));
+    let text = refusal(&path, &Case::sound("layers", &[]), Engine::Blocked);
     assert!(text.contains("target.layer.2.thickness is 0.8 there, 0.6 here;"), "{text}");
     written(&path, &here);
     let text = refusal(&path, &here, Engine::Reference);
@@ -184,8 +181,7 @@ fn run_up_to(step: u64, path: &Path, case: &Case) {
 #[test]
 fn a_run_in_pieces_records_the_same_measures() {
     let folder = tempfile::tempdir().expect("a folder");
-    let settings = ["mesh.cells=12", "record.frames=25"].map(String::from);
-    let case = Case::load("fig9-m1", &settings).expect("a built-in case");
+    let case = Case::sound("fig9-m1", &["mesh.cells=12", "record.frames=25"]);
     let measures = |path: &Path| {
         let bytes = fs::read(path).expect("the recording");
         let summary = mcap::Summary::read(&bytes).expect("a sound file").expect("a summary");

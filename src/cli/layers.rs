@@ -111,10 +111,7 @@ mod tests {
 
     #[test]
     fn reflections_are_those_of_stress() {
-        let of = |name: &str, settings: &[&str]| {
-            let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
-            json(&Case::load(name, &settings).expect("a case"))
-        };
+        let of = |name: &str, settings: &[&str]| json(&Case::sound(name, settings));
         let layers = of("layers", &["target.back=free"]);
         // Z = 1 and 0.5·0.8
         assert_eq!(layers[0]["reflection"], (0.4 - 1.0) / (0.4 + 1.0));

@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn fronts_are_folded_by_a_layer() {
-        let case = Case::load("fig5", &[]).expect("a built-in case");
+        let case = Case::sound("fig5", &[]);
         let fronts = Fronts::new(&case, &Arc::new(Viewport::new(&case)));
         for (z, depth) in [(0.25, 0.25), (1.25, 0.75), (2.25, 0.25), (3.0, 1.0)] {
             assert!((fronts.folded(z) - depth).abs() < 1e-15, "{z}");

@@ -191,8 +191,7 @@ mod tests {
     use super::*;
 
     fn plate(name: &str, settings: &[&str]) -> (Viewport, Plate) {
-        let settings: Vec<String> = settings.iter().map(ToString::to_string).collect();
-        let case = Case::load(name, &settings).expect("a built-in case");
+        let case = Case::sound(name, settings);
         let viewport = Viewport::new(&case);
         let plate = Plate::new(&case, &viewport);
         (viewport, plate)

@@ -9,7 +9,7 @@ fn elastic(indenter: &str, contact: &str, thickness: &str) -> Case {
          shear_wave_speed = 0.4\n[indenter]\n{indenter}\nmass = inf\n[impact]\nvelocity = 0.5\n\
          contact = \"{contact}\"\n[mesh]\ncells = 20\n[run]\nend_time = 3.0\n"
     );
-    Case::parse("t.toml", &text, &[], "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"))
+    Case::sound(&text, &[])
 }
 
 const FLAT: &str = "shape = \"flat\"\nradius = 1.0";
@@ -97,7 +97,7 @@ fn layered(indenter: &str, contact: &str, c_s: f64) -> Case {
          [indenter]\n{indenter}\nmass = inf\n[impact]\nvelocity = 0.1\ncontact = \"{contact}\"\n\
          [mesh]\ncells = 40\n[run]\nend_time = 3.0\n"
     );
-    Case::parse("t.toml", &text, &[], "".as_ref()).unwrap_or_else(|errors| panic!("{errors:?}"))
+    Case::sound(&text, &[])
 }
 
 const PARABOLOID: &str = "shape = \"paraboloid\"\nnose_radius = 1.0";
