@@ -5,7 +5,7 @@ use std::fmt::Write;
 use clap::Args;
 
 use super::{CliError, Exit, print};
-use crate::material::{MaterialError, PRESETS, Preset};
+use crate::material::{PRESETS, Preset};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -28,41 +28,32 @@ pub(super) struct Materials {
     json: bool,
 }
 
-/// A material in numbers.
-struct Row {
-    preset: &'static Preset,
-    /// c_p, c_s \[m/s\]
-    speeds: (f64, f64),
-    /// ν, E \[Pa\]
-    pair: (f64, f64),
-}
-
-impl Row {
-    fn new(preset: &'static Preset) -> Result<Self, MaterialError> {
-        let elastic = preset.elastic();
-        Ok(Self { preset, speeds: elastic.wave_speeds()?, pair: elastic.youngs_pair()? })
-    }
-}
+/// A material with c_p, c_s \[m/s\], and with ν, E \[Pa\].
+type Row = (&'static Preset, (f64, f64), (f64, f64));
 
 impl Materials {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
-        let rows = PRESETS.iter().map(Row::new).collect::<Result<Vec<_>, _>>();
-        let rows = rows.map_err(|error| CliError::system("materials", error))?;
+        let row = |preset: &'static Preset| {
+            let elastic = preset.elastic();
+            let speeds = elastic.wave_speeds().expect("a material");
+            (preset, speeds, elastic.youngs_pair().expect("a material"))
+        };
+        let rows: Vec<Row> = PRESETS.iter().map(row).collect();
         print(&if self.json { json(&rows) } else { table(&rows) })?;
         Ok(Exit::Done)
     }
 }
 
 fn json(rows: &[Row]) -> String {
-    let entry = |row: &Row| {
+    let entry = |(preset, (c_p, c_s), (nu, e)): &Row| {
         serde_json::json!({
-            "name": row.preset.name,
-            "density": row.preset.density,
-            "longitudinal_speed": row.speeds.0,
-            "shear_speed": row.speeds.1,
-            "youngs_modulus": row.pair.1,
-            "poisson_ratio": row.pair.0,
-            "source": row.preset.source,
+            "name": preset.name,
+            "density": preset.density,
+            "longitudinal_speed": c_p,
+            "shear_speed": c_s,
+            "youngs_modulus": e,
+            "poisson_ratio": nu,
+            "source": preset.source,
         })
     };
     let materials: Vec<_> = rows.iter().map(entry).collect();
@@ -74,7 +65,7 @@ fn table(rows: &[Row]) -> String {
         "{:<17} {:>13} {:>10} {:>10} {:>7} {:>8} {:>6}  source\n",
         "material", "density kg/m³", "c_p m/s", "c_s m/s", "c_s/c_p", "E GPa", "ν"
     );
-    for Row { preset, speeds: (c_p, c_s), pair: (nu, e) } in rows {
+    for (preset, (c_p, c_s), (nu, e)) in rows {
         let Preset { name, density, source, .. } = preset;
         let (ratio, e) = (c_s / c_p, e / 1e9);
         writeln!(

@@ -207,7 +207,7 @@ fn warned(study: &Study) -> String {
         let is_it = |finding: &Finding| finding.code == code;
         let levels = study.levels.iter().filter(|level| level.warnings.iter().any(is_it));
         let cells: Vec<String> = levels.map(|level| level.cells.to_string()).collect();
-        let finest = all().filter(|finding| is_it(finding)).last().expect("it is the code of one");
+        let finest = all().rfind(|finding| is_it(finding)).expect("it is the code of one");
         text += &format!("warning, {} cells: {}\n", cells.join(", "), printable(&finest.text));
     }
     text

@@ -157,6 +157,15 @@ impl From<PlanError> for CliError {
 /// Bytes of a GiB.
 const GIB: f64 = 1_073_741_824.0;
 
+/// A sweep that is checked and locked.
+struct Work {
+    folder: Folder,
+    plan: Plan,
+    done: Done,
+    limits: Limits,
+    journal: Journal,
+}
+
 impl SweepArguments {
     pub(super) fn run(&self) -> Result<Exit, CliError> {
         let (file, output) = self.places()?;
@@ -164,7 +173,7 @@ impl SweepArguments {
         let is_given = file.is_some() && output == Path::new(&self.what);
         // what another process may change is read once that cannot
         let lock = || folder.lock();
-        let mut journal = (is_given && !self.dry_run).then(lock).transpose()?;
+        let journal = (is_given && !self.dry_run).then(lock).transpose()?;
         let (request, base) = self.request(file.as_deref())?;
         let pool = self.threads.pool()?;
         let plan = pool.install(|| Plan::new(request, &base))?;
@@ -173,7 +182,7 @@ impl SweepArguments {
             print(&estimates(&plan, limits))?;
             return Ok(Exit::Done);
         }
-        let mut journal = journal.take().map_or_else(lock, Ok)?;
+        let journal = journal.map_or_else(lock, Ok)?;
         if let Some(scheduler) = self.script {
             folder.write_request(&plan)?;
             let memory = plan.cases.iter().map(|case| case.memory).max().unwrap_or_default();
@@ -182,15 +191,12 @@ impl SweepArguments {
             print(&text)?;
             return Ok(Exit::Done);
         }
-        let mut done = folder.done()?;
+        let done = folder.done()?;
         for (path, lines) in &done.unread {
             self.say(&format!("{}: {lines} damaged lines, whose cases are computed again", path.display()));
         }
-        if self.merge {
-            self.merge(&folder, &plan, &mut done, limits, &mut journal)
-        } else {
-            self.compute(&folder, &plan, &mut done, limits, &mut journal)
-        }
+        let work = Work { folder, plan, done, limits, journal };
+        if self.merge { self.merge(work) } else { self.compute(work) }
     }
 
     /// The file that is given, of a case or a sweep, if it is one, and the folder of the sweep.
@@ -276,14 +282,8 @@ impl SweepArguments {
         }
     }
 
-    fn compute(
-        &self,
-        folder: &Folder,
-        plan: &Plan,
-        done: &mut Done,
-        limits: Limits,
-        journal: &mut Journal,
-    ) -> Result<Exit, CliError> {
+    fn compute(&self, mut work: Work) -> Result<Exit, CliError> {
+        let Work { folder, plan, done, limits, journal } = &mut work;
         let signal = watch_signals()?;
         folder.write_request(plan)?;
         let jobs = folder.jobs(plan, done, self.rerun_failed, journal)?;
@@ -291,7 +291,7 @@ impl SweepArguments {
         let part = self.shard.map_or(String::new(), |shard| format!(", shard {shard}"));
         self.say(&format!("{}: {all} cases{part}, {} to compute", self.what, jobs.len()));
         let mut progress = Progress::new(plan, jobs.iter().map(|job| job.number), self.quiet);
-        let computed = schedule::run(plan, jobs, limits, &signal, |entry| -> Result<(), CliError> {
+        let computed = schedule::run(plan, jobs, *limits, &signal, |entry| -> Result<(), CliError> {
             progress.advance(plan, &entry);
             journal.append(&entry).map_err(FolderError::from)?;
             done.entries.insert(entry.digest, entry);
@@ -307,21 +307,15 @@ impl SweepArguments {
             return Ok(Exit::Interrupted(signal));
         }
         if self.shard.is_none() {
-            self.finish(folder, plan, done, limits, journal)
+            self.finish(work)
         } else {
             self.summarise(folder, plan, done)?;
             Ok(Exit::Done)
         }
     }
 
-    fn merge(
-        &self,
-        folder: &Folder,
-        plan: &Plan,
-        done: &mut Done,
-        limits: Limits,
-        journal: &mut Journal,
-    ) -> Result<Exit, CliError> {
+    fn merge(&self, mut work: Work) -> Result<Exit, CliError> {
+        let Work { folder, plan, done, journal, .. } = &mut work;
         let missing = missing(plan, done);
         if missing > 0 {
             let text = format!(
@@ -333,7 +327,7 @@ impl SweepArguments {
         }
         folder.write_request(plan)?;
         journal.merge(done).map_err(FolderError::from)?;
-        self.finish(folder, plan, done, limits, journal)
+        self.finish(work)
     }
 
     /// Writes the summary, and says what cases are warned of.
@@ -350,18 +344,12 @@ impl SweepArguments {
     }
 
     /// Records the worst case, if that is asked for, and writes the summary.
-    fn finish(
-        &self,
-        folder: &Folder,
-        plan: &Plan,
-        done: &mut Done,
-        limits: Limits,
-        journal: &mut Journal,
-    ) -> Result<Exit, CliError> {
+    fn finish(&self, mut work: Work) -> Result<Exit, CliError> {
+        let Work { folder, plan, done, limits, journal } = &mut work;
         let jobs = folder.last_jobs(plan, done)?;
         if !jobs.is_empty() {
             let signal = watch_signals()?;
-            schedule::run(plan, jobs, limits, &signal, |entry| -> Result<(), CliError> {
+            schedule::run(plan, jobs, *limits, &signal, |entry| -> Result<(), CliError> {
                 self.say(&format!("{} is kept", entry.file.as_deref().unwrap_or_default()));
                 Ok(journal.append(&entry).map_err(FolderError::from)?)
             })?;
