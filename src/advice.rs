@@ -97,7 +97,8 @@ fn of_run(case: &Case, validity: &Validity) -> Vec<Finding> {
         ("mass", slowed_body(case, validity)),
         ("strain", large_strain(case, validity)),
         ("cells", narrow_contact(case, validity)),
-        ("loss", lost_energy(validity)),
+        ("near", wide_contact(case, validity)),
+        ("loss", lost_energy(case, validity)),
     ];
     findings.into_iter().filter_map(|(code, text)| Some(Finding { code, text: text? })).collect()
 }
@@ -176,22 +177,23 @@ fn light_body(case: &Case) -> Option<String> {
     if of_face > LARGEST_FALL {
         let area = of_face * case.indenter.mass / case.sizes.dt;
         let force = case.units().force.text(area * case.impact.velocity);
-        let text = unresolved_motion(of_face, case.mesh.cells);
+        let text = unresolved_motion(of_face, case.mesh.density());
         return Some(format!("{text}; the force of the first instant, Z·A·V0, is {force}"));
     }
     let slows =
         |hertz: Hertz| hertz.largest_force() * case.sizes.dt / (case.indenter.mass * case.impact.velocity);
     let of_ball = Hertz::of(case).map(slows).filter(|fall| *fall > LARGEST_FALL)?;
-    Some(unresolved_motion(of_ball, case.mesh.cells))
+    Some(unresolved_motion(of_ball, case.mesh.density()))
 }
 
 /// * `fall`: share of V0 that the body loses in a step
-fn unresolved_motion(fall: f64, cells: usize) -> String {
+/// * `density`: of the mesh, [`crate::case::Mesh::density`]
+fn unresolved_motion(fall: f64, (key, cells): (&str, usize)) -> String {
     let percent = 100.0 * fall.min(1.0);
     let finer = (cells as f64 * fall / LARGEST_FALL).ceil();
     format!(
         "the body is so light that it loses {percent:.0} % of V0 within a step: peak force and velocity are means over steps, not those of the \
-         impact; mesh.cells = {finer:.0} or more resolves them ({:.0} % in a step)",
+         impact; {key} = {finer:.0} or more resolves them ({:.0} % in a step)",
         100.0 * LARGEST_FALL
     )
 }
@@ -199,7 +201,7 @@ fn unresolved_motion(fall: f64, cells: usize) -> String {
 /// A body that the largest drag slows too much within a step, if the case itself does not say so.
 fn slowed_body(case: &Case, validity: &Validity) -> Option<String> {
     let fall = validity.drag.value * (case.sizes.dt / (case.indenter.mass * case.impact.velocity));
-    (fall > LARGEST_FALL && light_body(case).is_none()).then(|| unresolved_motion(fall, case.mesh.cells))
+    (fall > LARGEST_FALL && light_body(case).is_none()).then(|| unresolved_motion(fall, case.mesh.density()))
 }
 
 /// Strain above the limit. A flat head without units is none of it: its results are those of any V0, scaled.
@@ -226,16 +228,34 @@ fn narrow_contact(case: &Case, validity: &Validity) -> Option<String> {
     let peak = validity.drag;
     let cells = peak.r / case.sizes.dr;
     let is_narrow = !case.indenter.head.is_flat() && peak.value > 0.0 && cells < FEWEST_CELLS;
+    let (key, given) = case.mesh.density();
     is_narrow.then(|| {
+        let remedy = match case.mesh.grading {
+            Some(_) => format!("set {key} = {:.0}", (given as f64 * FEWEST_CELLS / cells).ceil()),
+            None => format!("make {key} larger"),
+        };
         format!(
             "at the largest force the radius of the contact is only {cells:.1} cells, fewer than {FEWEST_CELLS}: peak force, stress, contact \
-             radius and restitution are those of the mesh; make mesh.cells larger"
+             radius and restitution are those of the mesh; {remedy}"
+        )
+    })
+}
+
+/// A contact that has left the near zone of a graded mesh.
+fn wide_contact(case: &Case, validity: &Validity) -> Option<String> {
+    let [near, _] = case.mesh.grading?.near;
+    let (radius, length) = (validity.drag.r, case.units().length);
+    (radius > near).then(|| {
+        let [radius, near, wider] = [radius, near, 1.2 * radius].map(|r| length.text(r));
+        format!(
+            "at the largest force the contact reaches r = {radius}, beyond the near zone of the mesh, {near}: its edge is less resolved than its middle; \
+             set mesh.near_radius = {wider}"
         )
     })
 }
 
 /// A rebound whose loss of energy is the mesh's in good part.
-fn lost_energy(validity: &Validity) -> Option<String> {
+fn lost_energy(case: &Case, validity: &Validity) -> Option<String> {
     let (squared, mesh_loss) = validity.rebound.zip(validity.mesh_loss)?;
     if mesh_loss <= LARGEST_LOSS * (1.0 - squared) {
         return None;
@@ -243,8 +263,9 @@ fn lost_energy(validity: &Validity) -> Option<String> {
     let [raw, corrected] = [squared, squared + mesh_loss].map(f64::sqrt);
     Some(format!(
         "{:.0} % of the energy that the indenter has lost is the mesh's, of nodes that came into contact: its restitution {raw:.4} is {corrected:.4} with \
-         that returned (restitution_mesh_corrected); make mesh.cells larger",
-        100.0 * mesh_loss / (1.0 - squared)
+         that returned (restitution_mesh_corrected); make {} larger",
+        100.0 * mesh_loss / (1.0 - squared),
+        case.mesh.density().0
     ))
 }
 

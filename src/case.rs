@@ -26,8 +26,8 @@ mod density;
 mod document;
 mod errors;
 mod frames;
-mod grading;
 mod gauges;
+mod grading;
 mod indenter;
 pub mod keys;
 mod parameters;
@@ -46,8 +46,10 @@ pub use crate::shape::Head;
 pub use builder::{CaseBuilder, Value};
 pub use errors::{CaseErrors, Problem};
 pub use frames::{FrameSteps, Frames};
+pub use grading::GradingFacts;
 pub use parameters::{
-    Body, GradedSizes, Grading, Impact, LayerSizes, Mesh, Parameters, Record, Run, Sizes, Stop, Target, TargetLayer, ViewChannel,
+    Body, GradedSizes, Grading, Impact, LayerSizes, Mesh, Parameters, Record, Run, Sizes, Stop, Target,
+    TargetLayer, ViewChannel,
 };
 pub use quantity::{quantity_si, split as split_number};
 pub(crate) use rows::NOTED_CHANGE;

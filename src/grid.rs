@@ -27,8 +27,8 @@ mod graded;
 mod layers;
 mod steps;
 
-pub use graded::{Growth, place};
 use graded::Positions;
+pub use graded::{Growth, place};
 pub use layers::{Back, Bond, Layer};
 pub use steps::{FEWEST, LayerSteps};
 

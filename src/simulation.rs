@@ -239,7 +239,8 @@ impl Simulation {
         let nr = self.grid.nr();
         if self.surface.loaded == nr {
             let last = self.grid.r(nr - 1);
-            let [r, outer_radius] = [last, last + 0.5 * self.grid.width(nr - 1)].map(|r| self.units.length.text(r));
+            let [r, outer_radius] =
+                [last, last + 0.5 * self.grid.width(nr - 1)].map(|r| self.units.length.text(r));
             return Err(SimulationError::ContactLeavesMesh { step, r, outer_radius });
         }
         let on_target = self.work_on_target();

@@ -26,7 +26,7 @@ use serde::Serialize;
 
 use crate::{
     advice::{Advised, Finding},
-    case::{Case, CaseErrors, Sizes},
+    case::{Case, CaseErrors, Grading, Sizes},
     contact::{
         Rule,
         event::{Event, EventKind},
@@ -34,7 +34,7 @@ use crate::{
     exact::closed_form::ClosedForm,
     session::{self, RunError},
     simulation::Simulation,
-    units::{Unit, Units},
+    units::{Dimension, Unit, Units},
     view::View,
 };
 
@@ -111,13 +111,26 @@ const EVENT_STEPS: usize = 3;
 
 /// A case on several meshes, without the frames, which a study does not record.
 ///
-/// * `cells`: `mesh.cells` of every mesh
+/// On a graded mesh the ratio of neighbouring cells is one that leaves them where they are: half as wide, its root.
+///
+/// * `cells`: `mesh.cells` of every mesh, on a graded one `mesh.contact_cells`
 ///
 /// # Errors
 ///
 /// A mesh that the case cannot have.
 pub fn on_meshes(case: &Case, cells: &[usize]) -> Result<Vec<Case>, CaseErrors> {
-    cells.iter().map(|cells| case.vary_surface().set("mesh.cells", *cells as i64).build()).collect()
+    let (key, given) = case.mesh.density();
+    let on_mesh = |cells: &usize| {
+        let varied = case.vary_surface().set(key, *cells as i64);
+        let Some(Grading { ratio, near: [radius, depth], .. }) = case.mesh.grading else {
+            return varied.build();
+        };
+        let ratio = libm::pow(ratio, given as f64 / *cells as f64);
+        let near = [("mesh.near_radius", radius), ("mesh.near_depth", depth)];
+        let near = near.into_iter().map(|(key, length)| (key, case.written(Dimension::Length, length)));
+        near.fold(varied.set("mesh.grading", ratio), |varied, (key, length)| varied.set(key, length)).build()
+    };
+    cells.iter().map(on_mesh).collect()
 }
 
 /// Computes a case on several meshes, in parallel.
@@ -178,7 +191,7 @@ impl Level {
     fn of((case, trace): (&Case, &Trace)) -> Self {
         let (&Sizes { dr, dt, steps, .. }, Units { length, time, .. }) = (&case.sizes, case.units());
         Self {
-            cells: case.mesh.cells,
+            cells: case.mesh.density().1,
             dr: length.of(dr),
             dt: time.of(dt),
             steps,

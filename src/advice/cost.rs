@@ -21,6 +21,8 @@ use crate::{
 const ELASTIC_RATE: f64 = 2.5e8;
 const SECOND_RATE: f64 = 2e9;
 const FOURTH_RATE: f64 = 1e9;
+/// The same of the full theory on a graded mesh, which one core computes.
+const GRADED_RATE: f64 = 2e8;
 /// Time of a step beside its nodes \[s\].
 const STEP_TIME: f64 = 1e-5;
 /// Rate at which messages are compressed and written, beside the computing threads \[bytes/s\].
@@ -55,12 +57,14 @@ impl Estimate {
         let memory = case.field_memory() + frames * frame + gauge_memory(case);
         let messages = Catalogue::new(case).estimated_size(case);
         let file = compressed(case, messages, COMPRESSED);
+        let threads = rayon::current_num_threads() as f64;
         let rate = match (case.model, case.mesh.order) {
-            (ModelKind::Elastic, _) => ELASTIC_RATE,
-            (ModelKind::Rakhmatulin, Some(Order::Fourth)) => FOURTH_RATE,
-            (ModelKind::Rakhmatulin, _) => SECOND_RATE,
+            _ if case.mesh.grading.is_some() => GRADED_RATE,
+            (ModelKind::Elastic, _) => ELASTIC_RATE * threads,
+            (ModelKind::Rakhmatulin, Some(Order::Fourth)) => FOURTH_RATE * threads,
+            (ModelKind::Rakhmatulin, _) => SECOND_RATE * threads,
         };
-        let computing = case.node_updates() / (rate * rayon::current_num_threads() as f64);
+        let computing = case.node_updates() / rate;
         let seconds = computing + case.sizes.steps as f64 * STEP_TIME + messages as f64 / WRITING_RATE;
         Self { memory, messages, file, seconds }
     }

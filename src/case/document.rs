@@ -11,7 +11,7 @@ use toml::{
     de::{DeString, DeTable, DeValue},
 };
 
-use super::{CaseBuilder, CaseErrors, Problem, errors::Excerpt};
+use super::{CaseBuilder, CaseErrors, Problem, errors::Excerpt, grading::GRADED};
 
 /// Place in all texts together.
 pub type Span = Range<usize>;
@@ -115,7 +115,9 @@ impl Document {
                     }
                 }
             }
-            merge(&mut table, moved_table(part.into_inner(), source.start));
+            let part = moved_table(part.into_inner(), source.start);
+            replace_mesh(&mut table, &part);
+            merge(&mut table, part);
         }
         Ok(table)
     }
@@ -185,6 +187,20 @@ fn moved_value(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
 fn moved<T>(given: Spanned<T>, by: usize) -> Spanned<T> {
     let span = given.span();
     Spanned::new(span.start + by..span.end + by, given.into_inner())
+}
+
+/// Takes what says how fine a mesh is out of `table` if `later` says it in the other way.
+fn replace_mesh(table: &mut DeTable<'_>, later: &DeTable<'_>) {
+    let Some(DeValue::Table(later)) = later.get("mesh").map(Spanned::get_ref) else { return };
+    let Some(DeValue::Table(mesh)) = table.get_mut("mesh").map(Spanned::get_mut) else { return };
+    let replaced: &[&str] = match later {
+        later if later.contains_key("cells") => &GRADED,
+        later if later.contains_key(GRADED[0]) => &["cells"],
+        _ => &[],
+    };
+    for key in replaced.iter().filter(|key| !later.contains_key(**key)) {
+        mesh.remove(*key);
+    }
 }
 
 /// Puts the entries of `later` into `table`, table by table.

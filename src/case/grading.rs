@@ -5,7 +5,9 @@
 //! thickness: a row may be higher than waves run in a step, and no wave speed is changed. Where nothing ends the target the mesh does, so far away that no wave
 //! gets there, which takes a logarithm of cells.
 
-use super::{Body, GradedSizes, Grading, LayerSizes, Parameters, Sizes, TargetLayer, sizes::MAX_NODES, values::Values};
+use super::{
+    Body, GradedSizes, Grading, LayerSizes, Parameters, Sizes, TargetLayer, sizes::MAX_NODES, values::Values,
+};
 use crate::{
     contact::Rule,
     grid::{Growth, Spacing},
@@ -28,8 +30,9 @@ const CELLS: i64 = 100;
 /// Slack for lengths that are sums of cells but for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Keys that only a graded mesh has.
-const KEYS: [&str; 4] = ["mesh.grading", "mesh.near_radius", "mesh.near_depth", "mesh.largest_cell"];
+/// Keys of section `mesh` that only a graded mesh has.
+pub(super) const GRADED: [&str; 5] =
+    ["contact_cells", "grading", "near_radius", "near_depth", "largest_cell"];
 
 /// Chooses between a graded mesh and one of equal cells.
 pub(super) fn choose(values: &mut Values<'_>, indenter: Option<&Body>) {
@@ -50,18 +53,47 @@ pub(super) fn choose(values: &mut Values<'_>, indenter: Option<&Body>) {
     if !values.is_given("mesh.cells") {
         values.set("mesh.cells", CELLS);
     }
-    if let Some(key) = KEYS.into_iter().find(|key| values.is_given(key)).filter(|_| is_elastic) {
+    let given = GRADED.map(|key| format!("mesh.{key}")).into_iter().find(|key| values.is_given(key));
+    if let Some(key) = given.filter(|_| is_elastic) {
         let message = format!("`{key}` is of a graded mesh, and this one has equal cells");
-        values.problem(key, message, "leave the key out, or give mesh.contact_cells in place of mesh.cells");
+        values.problem(&key, message, "leave the key out, or give mesh.contact_cells in place of mesh.cells");
     }
 }
 
+/// What a graded mesh does.
+#[derive(Clone, Copy, Debug)]
+pub struct GradingFacts {
+    /// How it is made.
+    pub grading: Grading,
+    /// Wavelengths that ten rows are across, at the surface, in the middle of the target's depth and at its back \[R\].
+    pub wavelengths: [f64; 3],
+    /// Nodes relative to those of equal cells of the smallest size.
+    pub work: f64,
+}
+
 impl Parameters {
+    /// What the graded mesh does, if it is one.
+    pub fn grading_facts(&self) -> Option<GradingFacts> {
+        let grading = self.mesh.grading?;
+        let Sizes { dr, dz, nr, nz, outer_radius, depth, ref graded, .. } = self.sizes;
+        let heights: Vec<f64> = graded.as_ref()?.heights.concat();
+        let mut end = 0.0;
+        let middle = heights.iter().find(|height| {
+            end += *height;
+            end >= 0.5 * depth
+        });
+        let last = heights[heights.len() - 1];
+        let wavelengths = [dz, *middle.unwrap_or(&last), last].map(|height| 10.0 * height);
+        let alike = (outer_radius / dr) * (depth / dz);
+        Some(GradingFacts { grading, wavelengths, work: nr as f64 * (nz + 1) as f64 / alike })
+    }
+
     /// Notes how the mesh is graded, if it is.
     pub(super) fn grade(&mut self, values: &mut Values<'_>) -> Option<()> {
         let Some(contact_cells) = values.get::<usize>("mesh.contact_cells") else { return Some(()) };
         let radius = self.likely_radius();
-        let near = ["mesh.near_radius", "mesh.near_depth"].map(|key| values.number(key).unwrap_or(NEAR * radius));
+        let near =
+            ["mesh.near_radius", "mesh.near_depth"].map(|key| values.number(key).unwrap_or(NEAR * radius));
         let largest = values.number("mesh.largest_cell");
         let ratio = values.number("mesh.grading")?;
         if radius <= 0.0 {
@@ -134,7 +166,9 @@ impl Parameters {
         let near_nodes = (near_radius / first) * (near_depth / first);
         if near_nodes > NEAR_NODES {
             let message = format!("the near zone has {near_nodes:.3e} nodes");
-            let help = format!("allowed: {NEAR_NODES:e}; make mesh.contact_cells, mesh.near_radius or mesh.near_depth smaller");
+            let help = format!(
+                "allowed: {NEAR_NODES:e}; make mesh.contact_cells, mesh.near_radius or mesh.near_depth smaller"
+            );
             values.problem("mesh.contact_cells", message, help);
             return None;
         }
@@ -146,13 +180,18 @@ impl Parameters {
         let rows: usize = heights.iter().map(|heights| heights.len() + 1).sum();
         let most = (MAX_NODES).min(3e9 / 6.0);
         if (nr * rows) as f64 > most {
-            let message = format!("`mesh.contact_cells` = {contact_cells} makes a mesh of {:.3e} nodes, {nr} along r, {rows} along z", (nr * rows) as f64);
-            let help = format!("allowed: at most {most:e}; make mesh.contact_cells smaller or mesh.grading larger");
+            let message = format!(
+                "`mesh.contact_cells` = {contact_cells} makes a mesh of {:.3e} nodes, {nr} along r, {rows} along z",
+                (nr * rows) as f64
+            );
+            let help =
+                format!("allowed: at most {most:e}; make mesh.contact_cells smaller or mesh.grading larger");
             values.problem("mesh.contact_cells", message, help);
             return None;
         }
         let layer = self.target.thickness.is_some();
-        let overhang = |number: usize| if number + 1 == computed.len() { self.target.back.overhang() } else { 0.0 };
+        let overhang =
+            |number: usize| if number + 1 == computed.len() { self.target.back.overhang() } else { 0.0 };
         let layers: Vec<LayerSizes> = heights
             .iter()
             .enumerate()
@@ -190,11 +229,19 @@ impl Parameters {
     ///
     /// * `first`: of a row near the contact
     /// * `run`: way of the fastest waves
-    fn heights(&self, computed: &[TargetLayer], dt: f64, first: f64, run: f64, grading: &Grading) -> Vec<Vec<f64>> {
+    fn heights(
+        &self,
+        computed: &[TargetLayer],
+        dt: f64,
+        first: f64,
+        run: f64,
+        grading: &Grading,
+    ) -> Vec<Vec<f64>> {
         let (mut all, mut top, mut size) = (Vec::new(), 0.0, first);
         for (number, layer) in computed.iter().enumerate() {
             let least = layer.wave_speed * dt;
-            let by_pulse = self.contact_time().map_or(f64::INFINITY, |time| layer.waves.shear * time / ROWS_PER_CONTACT);
+            let by_pulse =
+                self.contact_time().map_or(f64::INFINITY, |time| layer.waves.shear * time / ROWS_PER_CONTACT);
             let largest = grading.largest.unwrap_or(by_pulse).max(first).max(least);
             let growth = Growth { first, near: grading.near[1], ratio: grading.ratio, largest };
             size = size.min(largest).max(least);

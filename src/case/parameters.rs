@@ -291,6 +291,16 @@ pub struct Mesh {
     pub damping: f64,
 }
 
+impl Mesh {
+    /// The key that says how fine it is, and its number.
+    pub fn density(&self) -> (&'static str, usize) {
+        match self.grading {
+            Some(Grading { contact_cells, .. }) => ("mesh.contact_cells", contact_cells),
+            None => ("mesh.cells", self.cells),
+        }
+    }
+}
+
 /// A graded mesh as given or derived.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grading {

@@ -29,7 +29,11 @@ pub fn channel(case: &Case, field: Field) -> Channel {
         FieldNote::new("z0", length.name, "depth of the first row"),
         FieldNote::new("dz", length.name, "distance between rows"),
         FieldNote::new("nz", "1", "number of rows"),
-        FieldNote::new("z", length.name, "depths of all rows, where the target has more than one layer or the mesh is graded"),
+        FieldNote::new(
+            "z",
+            length.name,
+            "depths of all rows, where the target has more than one layer or the mesh is graded",
+        ),
     ];
     if is_graded {
         fields.push(FieldNote::new("r", length.name, "radii of all columns, on a graded mesh"));

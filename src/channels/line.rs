@@ -22,7 +22,11 @@ pub fn channel(case: &Case, number: usize, line: Line) -> Channel {
     let fields = vec![
         FieldNote::new("s0", length.name, first),
         FieldNote::new("ds", length.name, "distance between nodes"),
-        FieldNote::new("s", length.name, "places of all nodes, where the target has more than one layer or the mesh is graded"),
+        FieldNote::new(
+            "s",
+            length.name,
+            "places of all nodes, where the target has more than one layer or the mesh is graded",
+        ),
         note,
     ];
     let mut s = Vec::new();

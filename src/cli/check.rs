@@ -14,7 +14,7 @@ use crate::{
         rigidity::Rigidity,
         theory::Trust,
     },
-    case::{Case, Sizes, Stop},
+    case::{Case, GradingFacts, Sizes, Stop},
     exact::hertz::Hertz,
     units::{Dimension, Units},
     validity::STRAIN_LIMIT,
@@ -110,6 +110,19 @@ fn json(case: &Case, estimate: &Estimate, admissible: Option<Trial>, findings: &
             "cells_across": cells_across(case, &hertz),
             "cells_for_ten_across": cells_for_ten(case, &hertz),
         })),
+        "grading": case.grading_facts().map(|facts| {
+            let length = case.units().length;
+            let [surface, middle, back] = facts.wavelengths.map(|x| length.of(x));
+            let [near_radius, near_depth] = facts.grading.near.map(|x| length.of(x));
+            serde_json::json!({
+                "contact_cells": facts.grading.contact_cells,
+                "ratio": facts.grading.ratio,
+                "near_radius": near_radius,
+                "near_depth": near_depth,
+                "ten_node_wavelength": { "surface": surface, "middle": middle, "back": back },
+                "work_ratio": facts.work,
+            })
+        }),
         "rigidity": Rigidity::of(case),
         "warnings": findings,
     });
@@ -161,6 +174,7 @@ fn table(name: &str, case: &Case, estimate: &Estimate, admissible: Option<Trial>
     }
     let Estimate { memory, messages, file, seconds } = *estimate;
     let recording = format!("about {}; {} before compression", bytes(file), bytes(messages));
+    rows.extend(case.grading_facts().map(|facts| ("grading", grading(case, &facts))));
     rows.extend(Hertz::of(case).map(|hertz| ("contact", contact(case, &hertz))));
     rows.extend([("frames", frames(case))]);
     rows.extend(section(case).map(|section| ("section", section)));
@@ -192,11 +206,26 @@ fn contact(case: &Case, hertz: &Hertz) -> String {
     let radius = length.text(hertz.largest_radius());
     let [duration, peak] = [time.text(hertz.duration()), force.text(hertz.largest_force())];
     let target = if case.sizes.layers.len() > 1 { "the struck layer" } else { "the target" };
+    let ten = match case.mesh.grading {
+        Some(_) => String::new(),
+        None => format!("; ten cells across need mesh.cells = {}", cells_for_ten(case, hertz)),
+    };
     format!(
-        "by Hertz, on a half-space of {target}: largest radius {radius}, {:.1} cells across the diameter; it lasts {duration}, peak force {peak}; ten cells \
-         across need mesh.cells = {}",
-        cells_across(case, hertz),
-        cells_for_ten(case, hertz)
+        "by Hertz, on a half-space of {target}: largest radius {radius}, {:.1} cells across the diameter; it lasts {duration}, peak force {peak}{ten}",
+        cells_across(case, hertz)
+    )
+}
+
+/// How a graded mesh is made, and what it resolves.
+fn grading(case: &Case, facts: &GradingFacts) -> String {
+    let length = case.units().length;
+    let GradingFacts { grading, wavelengths, work } = facts;
+    let [radius, depth] = grading.near.map(|x| length.text(x));
+    let [top, middle, bottom] = wavelengths.map(|x| length.text(x));
+    format!(
+        "{} cells across the contact, alike to r = {radius}, z = {depth}, then each {} times the one before; ten nodes have waves of {top} at the surface, \
+         {middle} in the middle, {bottom} at the back; {:.1e} of the work of equal cells",
+        grading.contact_cells, grading.ratio, work
     )
 }
 

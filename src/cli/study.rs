@@ -88,7 +88,7 @@ impl StudyArguments {
         let pool = self.threads.pool()?;
         let finest = cases.last().expect("there are cases");
         let mut progress = Progress::new(finest, finest.sizes.steps, self.quiet);
-        let cells: Vec<String> = cases.iter().map(|case| case.mesh.cells.to_string()).collect();
+        let cells: Vec<String> = cases.iter().map(|case| case.mesh.density().1.to_string()).collect();
         progress.say(&format!(
             "{}: {}, on {} cells",
             printable(&self.case.case),
@@ -108,7 +108,8 @@ impl StudyArguments {
     /// The case on all meshes.
     fn cases(&self) -> Result<Vec<Case>, CliError> {
         let case = self.case.load()?;
-        let levels: Vec<usize> = (0..=self.refine.ilog2()).map(|level| case.mesh.cells << level).collect();
+        let levels: Vec<usize> =
+            (0..=self.refine.ilog2()).map(|level| case.mesh.density().1 << level).collect();
         Ok(on_meshes(&case, &levels)?)
     }
 

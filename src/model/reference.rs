@@ -9,8 +9,8 @@ use std::{collections::VecDeque, io};
 use ndarray::{Array2, ArrayView1};
 
 use super::{
-    CompletedStep, Dependence, Field, Frame, FrameFields, GaugePlan, GaugeValues, InterfacePeaks,
-    Model, PointState, Request, Sample, Sampling, StrainPeak, TargetEnergy, Tension, TractionPeak,
+    CompletedStep, Dependence, Field, Frame, FrameFields, GaugePlan, GaugeValues, InterfacePeaks, Model,
+    PointState, Request, Sample, Sampling, StrainPeak, TargetEnergy, Tension, TractionPeak,
     cone::{ConeState, LightCone},
     strain::{CellPeak, Watched},
 };

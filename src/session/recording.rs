@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Flow, Observer, RunError, Status};
 use crate::{
-    case::Case,
+    case::{Case, GradingFacts},
     channels::{Catalogue, log::Level},
     grid::{Back, Bond},
     layout::{self, LayoutBuilder},
@@ -101,7 +101,7 @@ const HOST_LENGTH: usize = 1024;
 /// Records the steps that it observes, from the first record to the status.
 ///
 /// ```text
-/// percuss.run · percuss.host · attachments · channels · messages … · percuss.validity · percuss.summary · percuss.status
+/// percuss.run · percuss.host · attachments · channels · messages … · percuss.validity · percuss.mesh · percuss.summary · percuss.status
 /// ```
 pub struct Recording {
     recorder: Recorder,
@@ -111,6 +111,9 @@ pub struct Recording {
     units: Units,
     is_physical: bool,
     steps: u64,
+    /// How a graded mesh was made, and the size of its cells near the contact \[R\].
+    mesh: Option<BTreeMap<String, String>>,
+    cell: f64,
     last: Option<(u64, f64)>,
     /// True if every step is handed to the writer at once.
     is_live: bool,
@@ -172,6 +175,8 @@ impl Recording {
             units: case.units(),
             is_physical: case.scales.is_some(),
             steps: case.sizes.steps,
+            mesh: mesh_record(case),
+            cell: case.sizes.dr,
             last: None,
             is_live: false,
             recorder,
@@ -281,6 +286,11 @@ impl Observer for Recording {
         let text = format!("{}: {}", status.name(), status.message());
         self.catalogue.say(level, time, &text, &mut self.recorder)?;
         self.recorder.metadata("percuss.validity", self.validity_record(validity))?;
+        if let Some(mut mesh) = self.mesh.clone() {
+            let met = 2.0 * validity.drag.r / self.cell;
+            mesh.insert("contact_cells_met".into(), met.to_string());
+            self.recorder.metadata("percuss.mesh", mesh)?;
+        }
         self.recorder.metadata("percuss.summary", self.summary_record(validity))?;
         let entries = [
             ("status", status.name().to_owned()),
@@ -326,6 +336,23 @@ fn run_record(case: &Case) -> BTreeMap<String, String> {
     let scales = case.scales.into_iter().flat_map(|scales| scales.entries());
     map.extend(scales.map(|(name, value)| (name.to_owned(), value.to_string())));
     map
+}
+
+/// How a graded mesh was made, if it is one.
+fn mesh_record(case: &Case) -> Option<BTreeMap<String, String>> {
+    let GradingFacts { grading, wavelengths: [surface, middle, back], work } = case.grading_facts()?;
+    let length = |x: f64| case.units().length.of(x).to_string();
+    let [near_radius, near_depth] = grading.near.map(length);
+    Some(to_map([
+        ("contact_cells", grading.contact_cells.to_string()),
+        ("grading", grading.ratio.to_string()),
+        ("near_radius", near_radius),
+        ("near_depth", near_depth),
+        ("ten_node_wavelength.surface", length(surface)),
+        ("ten_node_wavelength.middle", length(middle)),
+        ("ten_node_wavelength.back", length(back)),
+        ("work_ratio", work.to_string()),
+    ]))
 }
 
 /// What was computed of a target that is not a single layer or half-space on a rigid base: layers, from the struck surface down, and the back.

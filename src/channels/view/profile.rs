@@ -21,9 +21,9 @@ pub fn channel(case: &Case) -> Channel {
         FieldNote::new("displacement", length.name, "displacement of the surface into the target"),
         FieldNote::new("indenter", length.name, "face of the indenter, w - f(r); NaN beside the indenter"),
     ];
-    let &Sizes { contact_reach, dr, nr, .. } = &case.sizes;
+    let &Sizes { contact_reach, nr, .. } = &case.sizes;
     // up to the outer radius
-    let nodes = (MARGIN * contact_reach / dr).ceil().clamp(2.0, nr.max(2) as f64);
+    let nodes = case.column(MARGIN * contact_reach).ceil().clamp(2.0, nr.max(2) as f64);
     let every = (nodes / POINTS).ceil() as usize;
     let shape = case.shape();
     let mut message = percuss::SurfaceProfile::default();
