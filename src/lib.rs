@@ -34,11 +34,11 @@
 //! | [`input`] | files that people write: read whole, within a bound |
 //! | [`geometry`], [`units`], [`material`] | axisymmetric or plane; names of units and SI scales; elastic constants |
 //! | [`shape`] | indenter profiles and the covered area fraction of a cell |
-//! | [`grid`] | mesh and geometry as positions and weights; layers of rows, and the time step that fits them |
+//! | [`grid`] | mesh and geometry as positions and weights; layers of rows, and the time step that fits them; cells that grow (`grid::graded`) |
 //! | [`indenter`] | the rigid body |
 //! | [`surface`] | what model and contact exchange on z = 0 |
 //! | [`contact`] | contact rules, active set, drag, events |
-//! | [`model`] | the interior of the target: the trait, [`model::scheme`] and its plain stepper [`model::reference`], one file per model, the light cone ([`model::cone`]), and the fast engine, private to it |
+//! | [`model`] | the interior of the target: the trait, [`model::scheme`] and its plain stepper [`model::reference`], one file per model, targets on graded meshes (`model::body`), the light cone ([`model::cone`]), and the fast engine, private to it |
 //! | [`simulation`] | the order of one step |
 //! | [`mod@state`] | the state of a run as a stream of bytes |
 //! | [`checkpoint`] | the file around a state, from which a run continues, and the observer that writes it |
@@ -86,6 +86,7 @@
 //!   against them. Both leave nodes outside the light cone at rest; the engine may run its interior behind the surface, many steps in one pass
 //!   and on other threads; frames, points and lines are sampled in the pass, and steps are yielded in order. Both rows of an
 //!   interface between layers are advanced by one thread; tension there is noted as an event.
+//! * On a graded mesh the plain stepper computes all nodes in every step, row by row in vectors (`model::body`): such meshes lie in the second cache, and have no light cone.
 //! * Vectors of any width give the same bits: products are fused with sums in fixed places of the scheme and nowhere else, sums over a row
 //!   are taken in blocks of one size.
 //! * `unsafe` occurs only in `model::blocked`; every block has a SAFETY comment.

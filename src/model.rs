@@ -9,7 +9,8 @@
 //! | `elastic` | `u_z`, `u_r` (\[KA\] Eqs. 2, 3) | [`elastic`] |
 //!
 //! The numerics are [`scheme`] (one displacement), [`cells`] (two) and [`mod@reference`]: operators, for one number or the lanes of a vector
-//! (`number`), and the plain stepper over them. `blocked` is the fast engine, which nothing outside this module sees; tests compare it with the plain stepper bit by bit:
+//! (`number`), and the plain stepper over them. `body` has the scheme of cells on a mesh
+//! of any widths and heights, by rows, under the plain stepper; on equal cells `blocked` is the fast engine, which nothing outside this module sees; tests compare it with the plain stepper bit by bit:
 //!
 //! ```text
 //! lane       neighbouring numbers in vectors of a machine

@@ -120,7 +120,7 @@ pub enum Engine {
     /// Vectors, tiles, threads
     #[default]
     Blocked,
-    /// Node by node on one thread, with the same results
+    /// Node by node on one thread, on a graded mesh without vectors, with the same results
     Reference,
 }
 

@@ -222,7 +222,7 @@ fn outputs_that_cannot_be_written() {
 fn the_width_of_fields_is_reported() {
     let folder = folder();
     let [narrow, whole] = ["--", "--set=record.r_max=inf"].map(|more| {
-        let more = [more].into_iter().filter(|more| *more != "--");
+        let more = ["--set=mesh.cells=50", more].into_iter().filter(|more| *more != "--");
         let check =
             percuss(folder.path(), &["check", "ball"].into_iter().chain(more.clone()).collect::<Vec<_>>());
         let json = ["check", "ball", "--json"].into_iter().chain(more).collect::<Vec<_>>();
@@ -239,7 +239,9 @@ fn the_width_of_fields_is_reported() {
     let bytes = |value: &serde_json::Value| value["estimate"]["file_bytes"].as_u64().expect("a number");
     assert!(2 * bytes(&narrow) < bytes(&whole));
     let said = |more: &[&str]| {
-        let settings = ["--set", "run.end_time=2 us", "--set", "mesh.outer_radius=300 mm"];
+        let settings = ["run.end_time=2 us", "mesh.outer_radius=300 mm", "mesh.cells=50"]
+            .map(|setting| ["--set", setting])
+            .concat();
         stderr(&percuss(folder.path(), &[&["run", "ball", "--force"], &settings[..], more].concat()))
     };
     assert!(

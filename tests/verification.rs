@@ -27,6 +27,7 @@ mod fig5_layer;
 mod fig6_cones;
 mod fig8_finite_mass;
 mod free_back;
+mod graded;
 mod hertz;
 mod layered_contact;
 mod layered_statics;

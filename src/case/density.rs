@@ -79,7 +79,9 @@ impl Parameters {
         if self.record.fields.is_empty() {
             return 1;
         }
-        let every = (self.estimated_nodes(1) / ACTIVE_NODES).sqrt().ceil() as usize;
+        // the nodes of a graded mesh are few, and each says much
+        let most = if self.mesh.grading.is_some() { 4.0 * ACTIVE_NODES } else { ACTIVE_NODES };
+        let every = (self.estimated_nodes(1) / most).sqrt().ceil() as usize;
         every.min(self.mesh.cells / SHOWN_CELLS).max(1)
     }
 

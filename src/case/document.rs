@@ -11,7 +11,7 @@ use toml::{
     de::{DeString, DeTable, DeValue},
 };
 
-use super::{CaseBuilder, CaseErrors, Problem, errors::Excerpt, grading::GRADED};
+use super::{CaseBuilder, CaseErrors, Problem, errors::Excerpt, keys::GRADED};
 
 /// Place in all texts together.
 pub type Span = Range<usize>;

@@ -6,7 +6,7 @@
 //! gets there, which takes a logarithm of cells.
 
 use super::{
-    Body, GradedSizes, Grading, LayerSizes, Parameters, Sizes, TargetLayer, sizes::MAX_NODES, values::Values,
+    Body, GradedSizes, Grading, LayerSizes, Parameters, Sizes, TargetLayer, keys::GRADED, sizes::MAX_NODES, values::Values,
 };
 use crate::{
     contact::Rule,
@@ -30,7 +30,7 @@ const CELLS: i64 = 100;
 /// Slack for lengths that are sums of cells but for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Keys of section `mesh` that only a graded mesh has.
+
 pub(super) const GRADED: [&str; 5] =
     ["contact_cells", "grading", "near_radius", "near_depth", "largest_cell"];
 

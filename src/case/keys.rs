@@ -141,6 +141,9 @@ const POSITIVE: Bounds = Bounds::above(0.0, 1e30);
 pub(super) const LENGTH_UNIT: Bounds = Bounds::within(1e-12, 1e9);
 /// Bounds of densities and wave speeds in units of those of the struck layer.
 pub(super) const RELATIVE: Bounds = SIZE;
+/// Keys of section `mesh` that only a graded mesh has.
+pub(super) const GRADED: [&str; 5] =
+    ["contact_cells", "grading", "near_radius", "near_depth", "largest_cell"];
 /// Largest number of layers.
 pub(super) const MAX_LAYERS: usize = 100;
 

@@ -200,7 +200,7 @@ pub struct FieldSlice {
     /// Radius of the first column. \[R\]
     #[prost(double, tag = "3")]
     pub r0: f64,
-    /// Distance between columns. \[R\]
+    /// Distance between columns, on a graded mesh of the first ones. \[R\]
     #[prost(double, tag = "4")]
     pub dr: f64,
     /// Number of columns.
@@ -209,18 +209,18 @@ pub struct FieldSlice {
     /// Depth of the first row. \[R\]
     #[prost(double, tag = "6")]
     pub z0: f64,
-    /// Distance between rows, where there is more than one layer those of the first. \[R\]
+    /// Distance between rows, where there is more than one layer those of the first, on a graded mesh of its first ones. \[R\]
     #[prost(double, tag = "7")]
     pub dz: f64,
     /// Number of rows.
     #[prost(uint32, tag = "8")]
     pub nz: u32,
     /// Row-major `[z][r]`: `values\[j * nr + i\]` is at (r0 + i dr, z0 + j dz), or, where there is more than one layer, at
-    /// (r0 + i dr, z\[j\]). Unit and meaning are in the channel metadata `unit.values` and `meaning.values`.
+    /// (r0 + i dr, z\[j\]), on a graded mesh at (r\[i\], z\[j\]). Unit and meaning are in the channel metadata `unit.values` and `meaning.values`.
     #[prost(float, repeated, tag = "9")]
     pub values: ::prost::alloc::vec::Vec<f32>,
-    /// Depths of all nz rows, where the target has more than one layer. None is less than the one before it. The depth of an interface
-    /// stands twice: its first row is the last of the layer above, its second the first of the layer below. \[R\]
+    /// Depths of all nz rows, where the target has more than one layer or the mesh is graded. None is less than the one before it. The
+    /// depth of an interface stands twice: its first row is the last of the layer above, its second the first of the layer below. \[R\]
     #[prost(double, repeated, tag = "10")]
     pub z: ::prost::alloc::vec::Vec<f64>,
     /// Radii of all nr columns, on a graded mesh. \[R\]
@@ -249,7 +249,7 @@ pub struct InterfaceStress {
     /// Radius of the first node. \[R\]
     #[prost(double, tag = "3")]
     pub r0: f64,
-    /// Distance between nodes: node i is at r0 + i dr. \[R\]
+    /// Distance between nodes: node i is at r0 + i dr, on a graded mesh at r\[i\]. \[R\]
     #[prost(double, tag = "4")]
     pub dr: f64,
     /// p_i = -sigma_zz(r_i, 0), compression positive, out to the largest radius that has been in contact so far.
@@ -283,14 +283,14 @@ pub struct LineSlice {
     /// Place of the first node along the line, a depth or a radius. \[R\]
     #[prost(double, tag = "3")]
     pub s0: f64,
-    /// Distance between nodes: node n is at s0 + n ds; where there are places `s`, those of the first layer. \[R\]
+    /// Distance between nodes: node n is at s0 + n ds; where there are places `s`, those of the first layer, or of the first nodes. \[R\]
     #[prost(double, tag = "4")]
     pub ds: f64,
     /// Stress -sigma_zz, compression positive, at all nodes of the mesh along the line; 0 where it is still at rest. \[γc_p²\]
     #[prost(double, repeated, tag = "5")]
     pub stress: ::prost::alloc::vec::Vec<f64>,
-    /// Depths of all nodes, on a line along z through more than one layer. None is less than the one before it. The depth of an interface
-    /// stands twice: first for the layer above, then for the layer below. \[R\]
+    /// Places of all nodes: depths on a line along z through more than one layer, and on a graded mesh those along either line. None is less
+    /// than the one before it. The depth of an interface stands twice: first for the layer above, then for the layer below. \[R\]
     #[prost(double, repeated, tag = "6")]
     pub s: ::prost::alloc::vec::Vec<f64>,
 }

@@ -268,6 +268,8 @@ impl<T: Send, S: Scheme<FIELDS>, const FIELDS: usize> Model<T> for Reference<T, 
         let (active, moved) = (self.cone.active(level), self.cone.active_columns().min(self.grid.nr()));
         self.rows = self.grid.rows_at(0..active.rows).end;
         self.columns = active.columns.min(self.grid.nr());
+        // the free surface was put there, beyond the cone too
+        self.next.iter_mut().for_each(|level| level.row_mut(0).fill(0.0));
         self.scheme.advance(&self.before, &self.now, &mut self.next, [self.rows, self.columns]);
         for i in 0..self.columns {
             self.next[0][[0, i]] = if i < moved { surface.displacement[i] } else { 0.0 };

@@ -170,6 +170,7 @@ fn a_run_of_the_full_theory_goes_on_bit_for_bit() {
 #[test]
 fn a_physical_run_that_stops_by_itself_goes_on_bit_for_bit() {
     compare(&case("ball", &["mesh.cells=30"]), Engine::Blocked, Then::Load);
+    compare(&case("laminate-glass", &["mesh.contact_cells=12"]), Engine::Blocked, Then::Load);
 }
 
 #[test]

@@ -211,7 +211,7 @@ pub(crate) fn is_near(x: f64, y: f64) -> bool {
 
 /// The element of a side at or before a position, and the share of the next: never of two on both sides of an interface.
 ///
-/// Up to half a step beyond the first and last element there is nothing but these; beyond listed positions there is nothing.
+/// Up to half a step beyond the first and last element there is nothing but these; of listed positions up to half a step before the first.
 ///
 /// * `is_lower`: of two elements at this position, on the two sides of an interface, the second is meant
 pub(crate) fn find(side: &Side, (position, is_lower): (f64, bool)) -> Option<(usize, f64)> {
@@ -231,8 +231,14 @@ pub(crate) fn find(side: &Side, (position, is_lower): (f64, bool)) -> Option<(us
             if first < next {
                 return Some((if is_lower { next - 1 } else { first }, 0.0));
             }
-            let (before, after) = (*positions.get(next.checked_sub(1)?)?, *positions.get(next)?);
-            Some((next - 1, (position - before) / (after - before)))
+            let Some(before) = next.checked_sub(1) else {
+                // between the axis and the first column
+                let (start, second) = (*positions.first()?, *positions.get(1)?);
+                let reach = (0.5 + ROUNDING) * (second - start);
+                return (start - position <= reach).then_some((0, 0.0));
+            };
+            let (from, to) = (positions[before], *positions.get(next)?);
+            Some((before, (position - from) / (to - from)))
         }
     }
 }
@@ -241,7 +247,7 @@ pub(crate) fn find(side: &Side, (position, is_lower): (f64, bool)) -> Option<(us
 ///
 /// Linear between elements. Up to half a step beyond the first and last element their values hold, or, where the
 /// array is even about the origin and the position lies between it and the first element, the parabola through the
-/// first two. Nothing farther out, and nothing beside an element that is not there. Of listed positions nothing beyond the first and
+/// first two. Nothing farther out, and nothing beside an element that is not there. Of listed positions nothing beyond the
 /// last; at one that stands twice, an interface, the value of the side that is meant, and none between both.
 pub(crate) fn between(
     side: &Side,
@@ -250,9 +256,12 @@ pub(crate) fn between(
     value: impl Fn(usize) -> Option<f64>,
 ) -> Option<f64> {
     let (i, share) = find(side, place)?;
-    match *side {
-        Side::Even { start, step, length } if even && length > 1 && place.0 < start => {
-            let (r0, r1) = (start, start + step);
+    let first = match side {
+        Side::Even { start, step, length } => (*length > 1).then_some((*start, start + step)),
+        Side::Listed(positions) => positions.first().copied().zip(positions.get(1).copied()),
+    };
+    match first {
+        Some((r0, r1)) if even && place.0 < r0 => {
             let (p0, p1) = (value(0)?, value(1)?);
             Some(p0 + (p1 - p0) * (place.0 * place.0 - r0 * r0) / (r1 * r1 - r0 * r0))
         }
